@@ -1,0 +1,72 @@
+// The table as a file: CACHE_FORMAT.md has it byte by byte.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tress/adaptive/error.h"
+#include "tress/adaptive/mixture.h"
+#include "tress/adaptive/target.h"
+
+namespace tress::adaptive {
+
+enum class RowState : std::uint8_t {
+  unborn = 0,     ///< only counted; answered by tracing the node
+  open = 1,       ///< being learned; answered by g at the node
+  converged = 2,  ///< answered by its fit
+  refused = 3,    ///< failed too many tests; answered by g at the node for good
+};
+
+/// One observed pair of a sketch: raw bits, see sketch/sketch.h. Merging is the minimum.
+struct SketchBin {
+  std::uint32_t index;
+  std::uint64_t bits;
+  friend bool operator==(const SketchBin&, const SketchBin&) = default;
+};
+
+struct CachedRow {
+  std::uint32_t node = 0;  ///< a * axis_b.size() + b
+  RowState state = RowState::open;  ///< open or converged
+  std::uint32_t generation = 0;     ///< raised each time the row is reopened
+  Mixture fit;                      ///< converged rows; empty for open ones
+  float energy = 0;
+  float objective = 0;      ///< bound that passed the test, relative squared L2; 0 for open rows
+  std::uint64_t count = 0;  ///< g evaluations that taught it
+  std::vector<SketchBin> sketch;  ///< open rows, ascending index
+};
+
+struct CachedPage {
+  PageDescription description;
+  std::vector<CachedRow> rows;  ///< ascending node
+};
+
+/// A whole table as plain data: pages in order of their keys.
+struct TableImage {
+  std::string model;  ///< Target::model_name()
+  std::vector<CachedPage> pages;
+};
+
+/// xxHash3 of the model's name and of the rules that fix what g and a sketch are.
+std::uint64_t model_hash(const std::string& model);
+
+/// Reads and checks everything before it allocates: counts are bounded by the bytes that are there.
+/// `model`: refused if the file is of another; empty accepts any.
+Result<TableImage> load_cache(const std::filesystem::path& file, const std::string& model);
+/// Temporary file beside it, flushed, renamed, folder flushed. The old file is there until the new one is whole.
+std::optional<Error> save_cache(const std::filesystem::path& file, const TableImage& image);
+/// The bytes that save_cache writes.
+std::string encode_cache(const TableImage& image);
+/// `name` stands for the file in errors.
+Result<TableImage> decode_cache(const std::string& bytes, const std::string& model, const std::string& name);
+
+/// Row-wise maximum in a total order (CACHE_FORMAT.md): commutative, associative, idempotent.
+/// Both images must be of one model (asserted).
+TableImage merge_caches(const TableImage& a, const TableImage& b);
+
+/// Hash of the encoded image, 16 hexadecimal digits: what a picture's header carries.
+std::string cache_hash(const TableImage& image);
+
+}  // namespace tress::adaptive

@@ -1,0 +1,49 @@
+// What went wrong, in the four parts that every message of tress names, and a value-or-error.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace tress {
+
+/// A failure that the user can act on. Never thrown by libraries; returned.
+struct Error {
+  std::string file;      ///< path of the file concerned; empty if none
+  std::string place;     ///< where in it: "byte 128", "/fibers/0/e", "section rows"; may be empty
+  std::string expected;  ///< what should have been there
+  std::string found;     ///< what was there
+
+  /// "file: place: expected X, found Y", leaving out what is empty.
+  std::string message() const {
+    std::string text = file;
+    if (!place.empty()) text += (text.empty() ? "" : ": ") + place;
+    if (!text.empty()) text += ": ";
+    if (!expected.empty()) text += "expected " + expected;
+    if (!found.empty()) text += (expected.empty() ? "" : ", ") + std::string("found ") + found;
+    return text;
+  }
+};
+
+/// A T, or the Error that prevented it. Asking the wrong one is a programmer mistake (throws).
+template <class T>
+class Result {
+ public:
+  Result(T value) : content_(std::in_place_index<0>, std::move(value)) {}
+  Result(Error error) : content_(std::in_place_index<1>, std::move(error)) {}
+
+  bool has_value() const { return content_.index() == 0; }
+  explicit operator bool() const { return has_value(); }
+  T& value() { return std::get<0>(content_); }
+  const T& value() const { return std::get<0>(content_); }
+  T& operator*() { return value(); }
+  const T& operator*() const { return value(); }
+  T* operator->() { return &value(); }
+  const T* operator->() const { return &value(); }
+  const Error& error() const { return std::get<1>(content_); }
+
+ private:
+  std::variant<T, Error> content_;
+};
+
+}  // namespace tress

@@ -1,0 +1,30 @@
+// Every setting of the service and its default, in one place.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tress::adaptive {
+
+struct Options {
+  /// Relative squared L2 error below which a row counts as converged: the objective
+  /// integral (g - f)^2 / max(integral (g - mean g)^2, 1e-3 / 2 pi).
+  double epsilon = 0.01;
+  /// Ceiling for rows, sketches, traced nodes and their memo, bytes. Past it no row is born.
+  std::size_t memory_bytes = std::size_t{256} << 20;
+  /// Touches of an unborn row, over all passes, before it is born.
+  std::uint32_t birth_touches = 8;
+  /// Share of the proposal that stays uniform for ever, converged and open rows (bounds the weight by 1/(1-u)).
+  float uniform_share_converged = 0.02f;
+  float uniform_share_open = 0.05f;
+  /// Tests a row may fail before it is refused and answered at the node for good.
+  std::uint32_t tests_before_refusal = 32;
+  std::uint32_t max_components = 8;
+  std::uint64_t seed = 0;
+
+  /// Scores needed for a test, and tests in a row that must pass (more below epsilon .01).
+  std::uint32_t scores_per_test() const { return epsilon < 0.01 ? 24 : 16; }
+  std::uint32_t tests_to_converge() const { return epsilon < 0.01 ? 3 : 2; }
+};
+
+}  // namespace tress::adaptive

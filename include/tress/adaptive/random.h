@@ -1,0 +1,31 @@
+// Counter-based random numbers: the same key gives the same numbers on every thread.
+#pragma once
+
+#include <cstdint>
+
+namespace tress {
+
+/// Mixes 64 bits (the finaliser of splitmix64, Steele et al. 2014). Bijective.
+constexpr std::uint64_t mix_bits(std::uint64_t x) {
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return x ^ (x >> 31);
+}
+
+/// A stream keyed by up to three integers (seed, pixel, sample, ...). Copyable; one thread each.
+class RandomStream {
+ public:
+  explicit constexpr RandomStream(std::uint64_t key, std::uint64_t second = 0, std::uint64_t third = 0)
+      : state_(mix_bits(mix_bits(mix_bits(key + 0x9e3779b97f4a7c15ull) ^ (second + 0x7f4a7c159e3779b9ull)) ^
+                        (third + 0x3c6ef372fe94f82aull))) {}
+
+  constexpr std::uint64_t next_bits() { return mix_bits(state_ += 0x9e3779b97f4a7c15ull); }
+
+  /// Uniform in [0, 1), 24 bits.
+  constexpr float next() { return static_cast<float>(next_bits() >> 40) * 0x1p-24f; }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace tress

@@ -1,0 +1,100 @@
+// The service that learns while it is asked. Start here.
+//
+//   Service service(options, target);
+//   PageId page = service.add_page(description);
+//   for (each pass) {
+//     // any number of threads:
+//     RowView row = service.look_up(page, a, b);
+//     if (row.state == converged) { use row.fit }            // weight 1
+//     else { g = row.nodes->density(x); service.observe(row, x, g); or service.score(row, x, g, q); }
+//     // one thread, no reader left:
+//     PassReport report = service.publish();
+//   }
+//   save_cache(path, service.snapshot());
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "tress/adaptive/cache.h"
+#include "tress/adaptive/mixture.h"
+#include "tress/adaptive/options.h"
+#include "tress/adaptive/target.h"
+#include "tress/adaptive/telemetry.h"
+#include "tress/adaptive/traced_nodes.h"
+
+namespace tress::adaptive {
+
+using PageId = std::uint32_t;
+
+/// What a reader sees of a row during one pass. Cheap to copy; valid until publish().
+struct RowView {
+  RowState state = RowState::unborn;
+  /// The published fit: for converged rows the answer, for open rows the proposal; null before the first fit.
+  const Mixture* fit = nullptr;
+  /// g, for every state but converged. Null for converged rows. Owned by the service, or by `kept` past the ceiling.
+  const TracedNodes* nodes = nullptr;
+  /// Index among the rows ever born, for observe() and score(); no_row if unborn.
+  std::uint32_t row = no_row;
+  /// Holds nodes that no memo had room for.
+  std::shared_ptr<const TracedNodes> kept;
+
+  static constexpr std::uint32_t no_row = ~0u;
+};
+
+/// Thread-safety: look_up, observe, score: any thread, wait-free but for the trace of an unborn node's first touch.
+/// All else: one thread, while no reader is left. Same calls between two publishes, in any order and from
+/// any number of threads: the same table, to the bit.
+class Service {
+ public:
+  /// `target` must outlive the service.
+  Service(const Options& options, const Target& target);
+  ~Service();
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
+
+  const Options& options() const;
+
+  /// Registers a page, or finds the one with that key (axes must agree; asserted). Between passes.
+  PageId add_page(const PageDescription& description);
+  const PageDescription& page(PageId page) const;
+  std::uint32_t page_count() const;
+
+  /// Takes over the rows of a cache. Before the first pass, before or after add_page. Pages without a user are kept
+  /// for snapshot(). Rows whose stored bound exceeds epsilon come back open, with their parameters as the fit.
+  /// Error if the model differs or a page's axes differ from the description; nothing is then taken.
+  std::optional<Error> load(TableImage image);
+  /// The whole table as data: equal tables give equal images. Refused rows are stored as open.
+  TableImage snapshot() const;
+
+  /// The row at node (a, b): indices into the page's axes. Counts a query.
+  RowView look_up(PageId page, std::uint32_t a, std::uint32_t b) const;
+  /// Tells an open row its g at azimuth x, whatever drew x. No effect on other states.
+  void observe(const RowView& row, float x, float g) const;
+  /// As observe, and scores the published fit: x must have been drawn from this row's own proposal, whose density
+  /// there was q (1/rad).
+  void score(const RowView& row, float x, float g, float q) const;
+
+  /// Ends a pass: births, coverage, top-up, tests, refits, publication. Parallel inside (oneTBB), deterministic.
+  PassReport publish();
+  /// Rows whose published fit or state changed in the last publish() or load, ascending (page, node).
+  struct RowChange {
+    PageId page;
+    std::uint32_t node;  ///< a * axis_b.size() + b
+    RowState state;
+  };
+  const std::vector<RowChange>& last_changes() const;
+
+  /// The row without counting a query. nodes is null unless the row is open or refused.
+  RowView peek(PageId page, std::uint32_t a, std::uint32_t b) const;
+  /// Called by publish() for each changed row when set (telemetry level rows). Between passes.
+  void set_row_listener(std::function<void(const RowReport&)> listener);
+
+ private:
+  class Table;
+  std::unique_ptr<Table> table_;
+};
+
+}  // namespace tress::adaptive

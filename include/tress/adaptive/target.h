@@ -1,0 +1,54 @@
+// What the service learns: a circular density that the host can trace exactly at the nodes of a grid.
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tress::adaptive {
+
+/// Names a page: which lobe, and the parameters that the target at its nodes depends on.
+/// The meaning is the host's; the service compares, orders (by bits) and stores it. Finite values only.
+struct PageKey {
+  std::uint32_t lobe = 0;
+  std::array<float, 3> parameters{};
+
+  friend bool operator==(const PageKey&, const PageKey&) = default;
+  friend auto operator<=>(const PageKey& a, const PageKey& b) = default;
+};
+
+/// A page is a grid of rows, one row per node (a, b).
+struct PageDescription {
+  PageKey key;
+  std::vector<float> axis_a;  ///< node coordinates, ascending, at least one
+  std::vector<float> axis_b;
+  float blur_rad = 0.2f;  ///< standard deviation of the wrapped Gaussian kernel, radians, > 0
+
+  std::uint32_t node_count() const { return static_cast<std::uint32_t>(axis_a.size() * axis_b.size()); }
+};
+
+/// One ray of a traced node: `weight` of the target's mass leaves at `azimuth`.
+struct TracedRay {
+  float azimuth;    ///< radians, any turn
+  float weight;     ///< mass, >= 0
+  float attribute;  ///< what the host wants averaged per component, >= 0 (hair: internal path length)
+};
+
+/// The target g of the row at node (a, b) of a page is
+///   g(x) = sum_j weight_j G(x - azimuth_j),  G the wrapped Gaussian of the page's blur,
+/// over the rays that trace() gives. x in radians, g in 1/rad, the mass of g is the sum of the weights.
+class Target {
+ public:
+  virtual ~Target() = default;
+
+  /// Appends the rays of a node. Pure: the same node gives the same rays for ever. Any thread.
+  virtual void trace(const PageDescription& page, float a, float b, std::vector<TracedRay>& out) const = 0;
+
+  /// Name of what trace() computes and of the axes, e.g. "elliptical-1": caches of other models are refused.
+  virtual std::string model_name() const = 0;
+};
+
+}  // namespace tress::adaptive

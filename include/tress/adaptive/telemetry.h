@@ -1,0 +1,77 @@
+// What the service tells of its convergence, as data and as JSON Lines (telemetry/schema.json).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "tress/adaptive/cache.h"
+#include "tress/adaptive/error.h"
+
+namespace tress::adaptive {
+
+/// What one publish() did. Counts are of this pass unless said otherwise.
+struct PassReport {
+  std::uint64_t queries = 0;            ///< look_up() calls
+  std::uint64_t converged_queries = 0;  ///< of them on converged rows
+  std::uint64_t g_evaluations = 0;      ///< observed, topped up and by coverage
+  std::uint64_t traces = 0;             ///< nodes traced
+  std::uint64_t refits = 0;
+  std::uint64_t births = 0;
+  std::uint64_t newly_converged = 0;
+  std::uint64_t top_ups = 0;
+  // totals of the table after the pass
+  std::uint64_t rows_touched = 0;  ///< nodes ever asked for, born or not
+  std::uint64_t rows_open = 0;
+  std::uint64_t rows_converged = 0;
+  std::uint64_t rows_reopened = 0;
+  std::uint64_t rows_refused = 0;
+  std::uint64_t bytes = 0;
+  bool at_ceiling = false;  ///< a birth was put off for want of memory
+  double objective_p50 = 0, objective_p90 = 0, objective_p99 = 0, objective_max = 0;  ///< running, of tested rows
+  std::array<std::uint64_t, Mixture::max_components + 1> components{};  ///< converged rows by number of components
+  double effective_sample_size = 0;  ///< mean over scored samples of (sum w)^2/(n sum w^2), w = g/q; 0 if none
+  double learning_cpu_seconds = 0;   ///< CPU time inside publish()
+};
+
+/// One row as it stands after a publish().
+struct RowReport {
+  PageKey page;
+  std::uint32_t node = 0;
+  RowState state = RowState::open;
+  double objective = 0;  ///< bound of the last test; negative before the first
+  std::uint64_t count = 0;
+  std::uint32_t components = 0;
+  std::uint32_t failed_tests = 0;
+};
+
+/// Writes JSON Lines, one flushed line an event: a killed run has told what it knew. One thread at a time.
+class TelemetryWriter {
+ public:
+  /// Fields of a line beyond those of the reports; values are JSON texts ("3", "\"a\"").
+  using Extra = std::map<std::string, std::string>;
+
+  static Result<std::unique_ptr<TelemetryWriter>> create(const std::filesystem::path& file);
+  ~TelemetryWriter();
+  TelemetryWriter(const TelemetryWriter&) = delete;
+  TelemetryWriter& operator=(const TelemetryWriter&) = delete;
+
+  /// Errors (disk full) are kept and returned by the next call.
+  std::optional<Error> header(const Extra& fields);
+  std::optional<Error> pass(const PassReport& report, const Extra& fields);
+  std::optional<Error> row(const RowReport& report, const Extra& fields);
+  std::optional<Error> summary(const Extra& fields);
+
+ private:
+  TelemetryWriter(std::filesystem::path file, std::FILE* stream);
+  std::optional<Error> write_line(const std::string& line);
+  std::filesystem::path file_;
+  std::FILE* stream_;
+};
+
+}  // namespace tress::adaptive

@@ -1,0 +1,63 @@
+// The one BCSDF interface that the integrator knows; models/ has one file per model behind it.
+//
+// Everything is a density in dtheta_i dphi_i (ESTIMATOR.md, E5): L_r = integral S L_i dtheta_i dphi_i.
+// wr is the known direction (towards the camera), wi the sampled one. f = S / cos^2 theta_i and
+// pdf_solid_angle = pdf / cos theta_i are taken at the interface only. Not reciprocal.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <string>
+
+#include "tress/fiber/lobes.h"
+#include "tress/fiber/parameters.h"
+
+namespace tress::fiber {
+
+using FiberId = std::uint32_t;
+
+/// One shading event. xi1, xi2 choose the grid node of every direction of this event, light samples included:
+/// sample, eval and pdf then agree, and the mean is the interpolated density. Plain data, made by begin().
+struct FiberEvent {
+  FiberId fiber = 0;
+  FiberDirection wr;
+  float xi1 = 0, xi2 = 0;  ///< uniform in [0, 1)
+  LobeColors energy{};     ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
+  std::array<float, lobe_count> selection{};  ///< probability of each lobe, sums to 1
+};
+
+/// S per lobe and the density of the sampler, at one direction.
+struct FiberValue {
+  LobeColors s{};                 ///< 1/rad^2, per lobe and channel
+  float pdf = 0;                  ///< Q, 1/rad^2, whichever lobe was drawn
+  std::uint16_t queries = 0;      ///< row lookups made
+  std::uint16_t exact_queries = 0;///< of them answered by tracing (at the node or at the vertex)
+  glm::vec3 total() const {
+    glm::vec3 sum(0.0f);
+    for (const glm::vec3& lobe : s) sum += lobe;
+    return sum;
+  }
+};
+
+struct FiberSample {
+  FiberDirection wi;
+  Lobe lobe = Lobe::r;  ///< that drew it
+  FiberValue value;     ///< at wi; total()/pdf is the weight of the sample
+};
+
+/// Thread-safety: begin, sample, evaluate: any thread, during a pass. The rest: one thread, between passes.
+class FiberModel {
+ public:
+  virtual ~FiberModel() = default;
+  virtual std::string name() const = 0;
+  /// Makes a fiber usable; equal parameters give the same id. Ranges are asserted (the scene checks them).
+  virtual FiberId add_fiber(const FiberParameters& parameters) = 0;
+  virtual FiberEvent begin(FiberId fiber, const FiberDirection& wr, float xi1, float xi2) const = 0;
+  /// u: four independent uniforms in [0,1): lobe, theta, phi, spare. Cannot fail; finite for every input.
+  virtual FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const = 0;
+  virtual FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const = 0;
+  /// After the service has published or loaded: takes over what changed.
+  virtual void rows_changed() {}
+};
+
+}  // namespace tress::fiber

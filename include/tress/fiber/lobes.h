@@ -1,0 +1,23 @@
+// The lobes of a fiber and the values that come per lobe.
+#pragma once
+
+#include <array>
+#include <glm/vec3.hpp>
+
+namespace tress::fiber {
+
+enum class Lobe { r = 0, tt = 1, trt = 2, trrt = 3, residual = 4 };
+constexpr int lobe_count = 5;
+constexpr std::array<const char*, lobe_count> lobe_names{"R", "TT", "TRT", "TRRT", "residual"};
+
+/// Linear RGB per lobe.
+using LobeColors = std::array<glm::vec3, lobe_count>;
+
+/// A direction in the fiber's frame (u tangent root to tip, v major axis, w minor axis), pointing away from it.
+/// theta in [-pi/2, pi/2] from the normal plane towards u; phi in [-pi, pi) from v towards w. Radians.
+struct FiberDirection {
+  float theta = 0;
+  float phi = 0;
+};
+
+}  // namespace tress::fiber

@@ -1,0 +1,54 @@
+// What describes a fiber. Defaults live here and nowhere else.
+#pragma once
+
+#include <array>
+#include <glm/vec3.hpp>
+#include <optional>
+
+namespace tress::fiber {
+
+/// Angles in radians. Lengths of the cross-section are in units of the major semi-axis.
+struct FiberParameters {
+  float eta = 1.55f;          ///< index of refraction, [1.05, 3]
+  float eccentricity = 0.85f; ///< minor over major semi-axis, [0.5, 1]
+  float roughness = 0.2f;     ///< alpha, Beckmann slope parameter, [0.01, 1]; gives the widths not set below
+  float tilt = 0.0523599f;    ///< cuticle tilt tau >= 0, scales rise towards the tip; 3 degrees
+  glm::vec3 sigma_a{1.3f * 0.419f, 1.3f * 0.697f, 1.3f * 1.37f};  ///< absorption per major semi-axis, >= 0, RGB
+  /// Overrides by lobe, TT, TRT, TRRT: blur of the exit azimuth (standard deviation), [.5, 45] degrees ...
+  std::array<std::optional<float>, 3> azimuthal_sigma{};
+  /// ... and logistic scale in theta_h, R, TT, TRT, TRRT, [.25, 45] degrees.
+  std::array<std::optional<float>, 4> longitudinal_lambda{};
+
+  friend bool operator==(const FiberParameters&, const FiberParameters&) = default;
+};
+
+/// Azimuthal sigma of TT, TRT, TRRT, radians: as set, else from the roughness (design section 3: .5, 1.8, 3 alpha,
+/// at most 45 degrees).
+std::array<float, 3> azimuthal_sigmas(const FiberParameters& fiber);
+
+/// Logistic scale lambda of lobe p = 0 (R), 1, 2, 3 for the known inclination theta_r, radians. R's is before the
+/// factor |cos(d/2)|. As set, else from the roughness: .390, .196/cos theta_r, .66, .9 alpha; in [.25, 45] degrees.
+float longitudinal_lambda(const FiberParameters& fiber, int p, float theta_r);
+
+/// Tilt of lobe p in theta_h: -tau, tau/2, 3 tau/2, 5 tau/2.
+float lobe_tilt(const FiberParameters& fiber, int p);
+
+/// sigma_a that gives fibers of multiple scattering albedo `color` (Chiang et al. 2016, beta_N = .3). color in (0, 1).
+glm::vec3 sigma_a_from_color(const glm::vec3& color);
+/// Concentrations >= 0; (.419, .697, 1.37) and (.187, .4, 1.05) per unit.
+glm::vec3 sigma_a_from_melanin(float eumelanin, float pheomelanin);
+
+/// T(e) of the paper's section 9.2, a^-1 = 1/e, clamped to [1, 8].
+double curl_type(double eccentricity);
+/// Curl diameter in cm, table 4, linear in T between its entries.
+double curl_diameter_cm(double eccentricity);
+/// Rotation of the major axis at length l from the root, radians in [0, 2 pi): 2 l / CD mod 2 pi.
+double major_axis_rotation(double length_cm, double curl_diameter_cm);
+
+/// Major semi-axis of the ellipse whose mean projected width is that of a circle of this radius:
+/// a = radius pi / (2 E(1 - e^2)), E the complete elliptic integral of the second kind of parameter m.
+double major_semi_axis(double radius, double eccentricity);
+/// w(phi) = sqrt(sin^2 phi + e^2 cos^2 phi): projected half width over the major semi-axis.
+float projected_half_width(float phi, float eccentricity);
+
+}  // namespace tress::fiber

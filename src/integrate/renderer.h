@@ -1,0 +1,53 @@
+// Progressive path tracing of hair: passes, film, layers.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "image/picture.h"
+#include "intersect/fiber_scene.h"
+#include "scene/scene.h"
+#include "tress/adaptive/service.h"
+#include "tress/fiber/fiber_model.h"
+
+namespace tress::integrate {
+
+struct RenderOptions {
+  int samples = 64;         ///< per pixel
+  int light_samples = 1;    ///< at the first fiber hit; 1 at later ones
+  int bcsdf_samples = 1;    ///< at the first fiber hit, each going on as a path; 1 at later ones
+  int max_depth = 64;       ///< fiber hits of a path
+  int roulette_depth = 6;   ///< Russian roulette from this hit on
+  std::uint64_t seed = 0;
+};
+
+/// What a pass did, before and after the table was published.
+struct PassProgress {
+  int pass = 0;                ///< from 0
+  int pass_count = 0;
+  std::uint64_t pixels = 0;    ///< pixels sampled in this pass
+  std::uint64_t paths_so_far = 0, paths_total = 0;
+  double seconds = 0;          ///< wall time of the pass
+  double cpu_seconds = 0;      ///< CPU time of the pass, all threads, learning included
+  adaptive::PassReport table;  ///< empty without a service
+};
+
+struct RenderResult {
+  image::Picture picture;   ///< beauty, A, lobes, background, ais.exact; metadata left to the caller
+  int passes = 0;
+  double samples_per_pixel = 0;
+  bool interrupted = false;
+  std::uint64_t queries = 0, exact_queries = 0;
+};
+
+/// Renders in the calling oneTBB arena. The same seed gives the same bits for any number of threads.
+/// service: null for `exact`. stop: polled often; the picture so far is then returned, complete and unbiased per pixel.
+/// on_pass: after each publish(); returns false to stop there.
+RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibers, fiber::FiberModel& model,
+                    const std::vector<fiber::FiberId>& fiber_of_material, adaptive::Service* service,
+                    const RenderOptions& options, const std::atomic<bool>& stop,
+                    const std::function<bool(const PassProgress&)>& on_pass);
+
+}  // namespace tress::integrate

@@ -1,0 +1,46 @@
+// Rays against the strands of a scene. The only folder that includes Embree (3 or 4).
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <optional>
+
+#include "scene/scene.h"
+
+namespace tress::intersect {
+
+struct Ray {
+  glm::vec3 origin;
+  glm::vec3 direction;  ///< unit
+};
+
+struct Hit {
+  float distance_cm;
+  glm::vec3 position;
+  glm::vec3 u, v, w;         ///< fiber frame: tangent root to tip, major axis, minor axis; orthonormal, right-handed
+  std::uint32_t groom;       ///< index into Scene::grooms
+  std::uint32_t strand;
+  float lateral;             ///< signed lateral offset over the major semi-axis; |lateral| <= w(phi)
+};
+
+/// Flat B-spline ribbons as wide as the elliptical silhouette, for camera and shadow rays alike.
+/// Built once; intersect and occluded: any thread.
+class FiberScene {
+ public:
+  /// Builds inside the calling oneTBB arena. `scene` must outlive this.
+  explicit FiberScene(const scene::Scene& scene);
+  ~FiberScene();
+  FiberScene(const FiberScene&) = delete;
+  FiberScene& operator=(const FiberScene&) = delete;
+
+  std::optional<Hit> intersect(const Ray& ray) const;
+  bool occluded(const Ray& ray) const;
+  std::size_t bytes() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace tress::intersect
