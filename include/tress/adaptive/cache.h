@@ -28,13 +28,13 @@ struct SketchBin {
 };
 
 struct CachedRow {
-  std::uint32_t node = 0;  ///< a * axis_b.size() + b
+  std::uint32_t node = 0;           ///< a * axis_b.size() + b
   RowState state = RowState::open;  ///< open or converged
   std::uint32_t generation = 0;     ///< raised each time the row is reopened
   Mixture fit;                      ///< converged rows; empty for open ones
   float energy = 0;
-  float objective = 0;      ///< bound that passed the test, relative squared L2; 0 for open rows
-  std::uint64_t count = 0;  ///< g evaluations that taught it
+  float objective = 0;            ///< bound that passed the test, relative squared L2; 0 for open rows
+  std::uint64_t count = 0;        ///< g evaluations that taught it
   std::vector<SketchBin> sketch;  ///< open rows, ascending index
 };
 

@@ -45,7 +45,8 @@ struct Mixture {
   float energy() const;
   /// f, 1/rad, radians in any turn.
   float density(float phi) const;
-  /// Density of what sample() draws: (1 - u_share) f/energy + u_share/2 pi. Uniform if energy is 0. 1/rad, > 0 for u_share > 0.
+  /// Density of what sample() draws: (1 - u_share) f/energy + u_share/2 pi. Uniform if energy is 0. 1/rad, > 0 for
+  /// u_share > 0.
   float proposal_density(float phi, float u_share) const;
   /// Draws from proposal_density(., u_share). u in [0,1) is used up whole. Radians in [-pi, pi). Cannot fail.
   float sample(float u, float u_share) const;

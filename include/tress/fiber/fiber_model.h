@@ -21,17 +21,17 @@ using FiberId = std::uint32_t;
 struct FiberEvent {
   FiberId fiber = 0;
   FiberDirection wr;
-  float xi1 = 0, xi2 = 0;  ///< uniform in [0, 1)
-  LobeColors energy{};     ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
+  float xi1 = 0, xi2 = 0;                     ///< uniform in [0, 1)
+  LobeColors energy{};                        ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
   std::array<float, lobe_count> selection{};  ///< probability of each lobe, sums to 1
 };
 
 /// S per lobe and the density of the sampler, at one direction.
 struct FiberValue {
-  LobeColors s{};                 ///< 1/rad^2, per lobe and channel
-  float pdf = 0;                  ///< Q, 1/rad^2, whichever lobe was drawn
-  std::uint16_t queries = 0;      ///< row lookups made
-  std::uint16_t exact_queries = 0;///< of them answered by tracing (at the node or at the vertex)
+  LobeColors s{};                   ///< 1/rad^2, per lobe and channel
+  float pdf = 0;                    ///< Q, 1/rad^2, whichever lobe was drawn
+  std::uint16_t queries = 0;        ///< row lookups made
+  std::uint16_t exact_queries = 0;  ///< of them answered by tracing (at the node or at the vertex)
   glm::vec3 total() const {
     glm::vec3 sum(0.0f);
     for (const glm::vec3& lobe : s) sum += lobe;
