@@ -17,13 +17,18 @@ struct Ray {
 
 struct Hit {
   float distance_cm;
-  glm::vec3 position;
-  glm::vec3 u, v, w;         ///< fiber frame: tangent root to tip, major axis, minor axis; orthonormal, right-handed
-  std::uint32_t groom;       ///< index into Scene::grooms
+  glm::vec3 position;   ///< on the ray
+  glm::vec3 axis;       ///< nearest point of the fiber's axis: rays that leave the fiber start here (below)
+  glm::vec3 u, v, w;    ///< fiber frame: tangent root to tip, major axis, minor axis; orthonormal, right-handed
+  std::uint32_t groom;  ///< index into Scene::grooms
   std::uint32_t strand;
-  float lateral;             ///< signed lateral offset over the major semi-axis; |lateral| <= w(phi)
+  float lateral;  ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
 };
 
+/// A ray that starts on the axis does not meet its own fiber where that is straight: Embree ignores a flat curve
+/// within two radii of the ray's start, and the ribbon faces the ray. Started at `position`, 1.1 % of isotropic rays,
+/// those close to the tangent, hit their own fiber a second time.
+///
 /// Flat B-spline ribbons as wide as the elliptical silhouette, for camera and shadow rays alike.
 /// Built once; intersect and occluded: any thread.
 class FiberScene {
