@@ -15,19 +15,19 @@
 namespace tress::integrate {
 
 struct RenderOptions {
-  int samples = 64;         ///< per pixel
-  int light_samples = 1;    ///< at the first fiber hit; 1 at later ones
-  int bcsdf_samples = 1;    ///< at the first fiber hit, each going on as a path; 1 at later ones
-  int max_depth = 64;       ///< fiber hits of a path
-  int roulette_depth = 6;   ///< Russian roulette from this hit on
+  int samples = 64;        ///< per pixel
+  int light_samples = 1;   ///< at the first fiber hit; 1 at later ones
+  int bcsdf_samples = 1;   ///< at the first fiber hit, each going on as a path; 1 at later ones
+  int max_depth = 64;      ///< fiber hits of a path
+  int roulette_depth = 6;  ///< Russian roulette from this hit on
   std::uint64_t seed = 0;
 };
 
 /// What a pass did, before and after the table was published.
 struct PassProgress {
-  int pass = 0;                ///< from 0
+  int pass = 0;  ///< from 0
   int pass_count = 0;
-  std::uint64_t pixels = 0;    ///< pixels sampled in this pass
+  std::uint64_t pixels = 0;  ///< pixels sampled in this pass
   std::uint64_t paths_so_far = 0, paths_total = 0;
   double seconds = 0;          ///< wall time of the pass
   double cpu_seconds = 0;      ///< CPU time of the pass, all threads, learning included
@@ -35,7 +35,7 @@ struct PassProgress {
 };
 
 struct RenderResult {
-  image::Picture picture;   ///< beauty, A, lobes, background, ais.exact; metadata left to the caller
+  image::Picture picture;  ///< beauty, A, lobes, background, ais.exact; metadata left to the caller
   int passes = 0;
   double samples_per_pixel = 0;
   bool interrupted = false;

@@ -1,0 +1,36 @@
+#include "integrate/camera_rays.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+namespace tress::integrate {
+namespace {
+
+/// Inverse CDF of the tent 1 - |x| on [-1, 1].
+float sample_tent(float u) { return u < 0.5f ? std::sqrt(2 * u) - 1 : 1 - std::sqrt(2 - 2 * u); }
+
+}  // namespace
+
+CameraRays::CameraRays(const scene::Camera& camera, const scene::Image& image) : eye_(camera.eye) {
+  const glm::vec3 forward = glm::normalize(camera.look_at - camera.eye);
+  glm::vec3 right = glm::cross(forward, camera.up);
+  if (glm::length(right) < 1e-6f * glm::length(camera.up)) {
+    right = glm::cross(forward, std::abs(forward.y) < 0.5f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0));
+  }
+  right = glm::normalize(right);
+  const glm::vec3 down = glm::cross(forward, right);
+  const float half_height = std::tan(camera.vertical_fov_deg * std::numbers::pi_v<float> / 360);
+  const float pixel = 2 * half_height / static_cast<float>(image.height);
+  right_ = pixel * right;
+  down_ = pixel * down;
+  corner_ = forward - 0.5f * static_cast<float>(image.width) * right_ - 0.5f * static_cast<float>(image.height) * down_;
+}
+
+intersect::Ray CameraRays::ray(int x, int y, const std::array<float, 2>& u) const {
+  const float column = static_cast<float>(x) + 0.5f + sample_tent(u[0]);
+  const float row = static_cast<float>(y) + 0.5f + sample_tent(u[1]);
+  return {eye_, glm::normalize(corner_ + column * right_ + row * down_)};
+}
+
+}  // namespace tress::integrate

@@ -1,0 +1,93 @@
+#include "integrate/renderer.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <ctime>
+
+#include "integrate/denormals.h"
+#include "integrate/film.h"
+#include "integrate/pass_order.h"
+#include "integrate/path_tracer.h"
+
+namespace tress::integrate {
+namespace {
+
+constexpr int block_size = 16;  ///< pixels along the side of a task's block
+
+/// CPU time of all threads of this process, seconds.
+double process_cpu_seconds() {
+  std::timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// Samples the pixels of a pass that lie in one block, in order.
+std::uint64_t render_block(const PathTracer& tracer, const scene::Image& image, int block, int pass, Film& film) {
+  const FlushDenormals flush;
+  const int blocks_across = (image.width + block_size - 1) / block_size;
+  const int left = block % blocks_across * block_size, top = block / blocks_across * block_size;
+  std::uint64_t pixels = 0;
+  for (int y = top; y < std::min(top + block_size, image.height); ++y) {
+    for (int x = left; x < std::min(left + block_size, image.width); ++x) {
+      if (!in_pass(pass, x, y)) continue;
+      film.pixel(x, y) += tracer.trace(x, y, sample_of_pass(pass));
+      ++pixels;
+    }
+  }
+  return pixels;
+}
+
+/// Every pixel of a block belongs to one task, and a pass ends before the next begins: sums are added in the order of
+/// the samples whatever the number of threads. Returns the number of pixels sampled.
+std::uint64_t render_pass(const PathTracer& tracer, const scene::Image& image, int pass, const std::atomic<bool>& stop,
+                          Film& film) {
+  const int blocks = (image.width + block_size - 1) / block_size * ((image.height + block_size - 1) / block_size);
+  std::atomic<std::uint64_t> pixels{0};
+  tbb::parallel_for(0, blocks, [&](int block) {
+    if (!stop.load(std::memory_order_relaxed)) pixels += render_block(tracer, image, block, pass, film);
+  });
+  return pixels;
+}
+
+}  // namespace
+
+RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibers, fiber::FiberModel& model,
+                    const std::vector<fiber::FiberId>& fiber_of_material, adaptive::Service* service,
+                    const RenderOptions& options, const std::atomic<bool>& stop,
+                    const std::function<bool(const PassProgress&)>& on_pass) {
+  assert(options.samples >= 1 && options.light_samples >= 0 && options.bcsdf_samples >= 1 && options.max_depth >= 1);
+  assert(fiber_of_material.size() == scene.materials.size());
+  const PathTracer tracer(scene, fibers, model, fiber_of_material, options);
+  Film film(scene.image.width, scene.image.height);
+  RenderResult result;
+  PassProgress progress;
+  progress.pass_count = pass_count(options.samples);
+  progress.paths_total = static_cast<std::uint64_t>(scene.image.width) *
+                         static_cast<std::uint64_t>(scene.image.height) * static_cast<std::uint64_t>(options.samples);
+  for (int pass = 0; pass < progress.pass_count && !stop; ++pass) {
+    const auto start = std::chrono::steady_clock::now();
+    const double cpu_start = process_cpu_seconds();
+    progress.pass = pass;
+    progress.pixels = render_pass(tracer, scene.image, pass, stop, film);
+    progress.paths_so_far += progress.pixels;
+    if (service) {
+      progress.table = service->publish();
+      model.rows_changed();
+    }
+    progress.cpu_seconds = process_cpu_seconds() - cpu_start;
+    progress.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    result.passes = pass + 1;
+    if (on_pass && !on_pass(progress)) break;
+  }
+  result.interrupted = stop && progress.paths_so_far < progress.paths_total;
+  result.picture = film.picture();
+  result.samples_per_pixel = film.samples_per_pixel();
+  result.queries = film.queries();
+  result.exact_queries = film.exact_queries();
+  return result;
+}
+
+}  // namespace tress::integrate
