@@ -1,0 +1,159 @@
+// OpenEXR in and out.
+#include <ImfArray.h>
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfStringAttribute.h>
+#include <ImfThreading.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <mutex>
+#include <set>
+
+#include "image/atomic_file.h"
+#include "image/picture.h"
+
+namespace tress::image {
+namespace {
+
+constexpr std::int64_t most_pixels = std::int64_t{1} << 28;
+constexpr int longest_side = 1 << 17;
+constexpr std::size_t most_channels = 1024;
+constexpr int rows_at_a_time = 256;  ///< memory grows with what the file really holds, not with what it claims
+
+/// The pixel that is not finite, "channel X, pixel (x, y)"; empty if all are.
+std::string find_not_finite(const Channel& channel, int width) {
+  const auto bad =
+      std::find_if(channel.pixels.begin(), channel.pixels.end(), [](float x) { return !std::isfinite(x); });
+  if (bad == channel.pixels.end()) return "";
+  const auto index = bad - channel.pixels.begin();
+  return fmt::format("channel {}, pixel ({}, {})", channel.name, index % width, index / width);
+}
+
+std::optional<Error> check_layout(const std::filesystem::path& file, const Picture& picture) {
+  const auto error = [&](std::string place, std::string expected, std::string found) {
+    return Error{file.string(), std::move(place), std::move(expected), std::move(found)};
+  };
+  if (picture.width < 1 || picture.height < 1 || std::int64_t{picture.width} * picture.height > most_pixels)
+    return error("size", fmt::format("1 to {} pixels", most_pixels),
+                 fmt::format("{} x {}", picture.width, picture.height));
+  if (picture.channels.empty()) return error("channels", "one or more", "none");
+  const auto pixels = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
+  std::set<std::string> names;
+  for (const auto& channel : picture.channels) {
+    if (channel.name.empty() || !names.insert(channel.name).second)
+      return error("channels", "distinct names", "'" + channel.name + "' again");
+    if (channel.pixels.size() != pixels)
+      return error("channel " + channel.name, fmt::format("{} pixels", pixels),
+                   fmt::format("{}", channel.pixels.size()));
+    if (const auto place = find_not_finite(channel, picture.width); !place.empty())
+      return error(place, "a finite value", "NaN or infinity");
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture) {
+  if (auto error = check_layout(file, picture)) return error;
+  const auto temporary = temporary_beside(file);
+  try {
+    Imf::Header header(picture.width, picture.height);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    for (const auto& [key, value] : picture.metadata) header.insert(key, Imf::StringAttribute(value));
+    Imf::FrameBuffer frame;
+    for (const auto& channel : picture.channels) {
+      header.channels().insert(channel.name, Imf::Channel(Imf::FLOAT));
+      auto* base = reinterpret_cast<char*>(const_cast<float*>(channel.pixels.data()));
+      frame.insert(channel.name, Imf::Slice(Imf::FLOAT, base, sizeof(float),
+                                            sizeof(float) * static_cast<std::size_t>(picture.width)));
+    }
+    Imf::OutputFile out(temporary.c_str(), header);
+    out.setFrameBuffer(frame);
+    out.writePixels(picture.height);
+  } catch (const std::exception& exception) {
+    std::error_code ignored;
+    std::filesystem::remove(temporary, ignored);
+    return Error{file.string(), "", "a file that can be written", exception.what()};
+  }
+  return publish_file(temporary, file);
+}
+
+Result<Picture> read_exr(const std::filesystem::path& file) {
+  const auto error = [&](std::string place, std::string expected, std::string found) {
+    return Error{file.string(), std::move(place), std::move(expected), std::move(found)};
+  };
+  std::error_code code;
+  const auto status = std::filesystem::status(file, code);
+  if (!std::filesystem::exists(status)) return error("", "an EXR picture", "no such file");
+  if (!std::filesystem::is_regular_file(status)) return error("", "an EXR picture", "not a regular file");
+  if (std::filesystem::file_size(file, code) == 0 && !code) return error("byte 0", "an EXR picture", "an empty file");
+
+  static std::once_flag limits_set;
+  std::call_once(limits_set, [] { Imf::Header::setMaxImageSize(longest_side, longest_side); });
+
+  int first_row_not_read = 0;
+  try {
+    Imf::InputFile in(file.c_str());
+    const auto window = in.header().dataWindow();
+    const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
+    const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
+    if (width < 1 || height < 1 || width * height > most_pixels)
+      return error("header dataWindow", fmt::format("1 to {} pixels", most_pixels),
+                   fmt::format("{} x {}", width, height));
+    Picture picture;
+    picture.width = static_cast<int>(width);
+    picture.height = static_cast<int>(height);
+    for (auto it = in.header().channels().begin(); it != in.header().channels().end(); ++it) {
+      const std::string place = fmt::format("channel {}", it.name());
+      if (it.channel().type != Imf::FLOAT && it.channel().type != Imf::HALF)
+        return error(place, "float or half pixels", "unsigned integers");
+      if (it.channel().xSampling != 1 || it.channel().ySampling != 1)
+        return error(place, "one value per pixel", "a subsampled channel");
+      picture.channels.push_back({it.name(), {}});
+    }
+    if (picture.channels.empty()) return error("header channels", "one or more", "none");
+    if (picture.channels.size() > most_channels)
+      return error("header channels", fmt::format("at most {}", most_channels),
+                   fmt::format("{}", picture.channels.size()));
+    for (auto it = in.header().begin(); it != in.header().end(); ++it)
+      if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute()))
+        if (std::string(it.name()) != "type") picture.metadata[it.name()] = text->value();
+
+    const auto row_floats = static_cast<std::size_t>(width);
+    const int step = picture.channels.size() * row_floats > (std::size_t{1} << 20) ? 16 : rows_at_a_time;
+    std::vector<std::vector<float>> block(picture.channels.size());
+    for (int row = 0; row < picture.height; row += step) {
+      const int rows = std::min(step, picture.height - row);
+      Imf::FrameBuffer frame;
+      for (std::size_t c = 0; c < block.size(); ++c) {
+        block[c].resize(row_floats * static_cast<std::size_t>(rows));
+        // The slice's base is where pixel (0, 0) would be: computed as an integer, it may lie outside the block.
+        const auto offset = static_cast<std::intptr_t>(sizeof(float)) *
+                            (window.min.x + (std::int64_t{window.min.y} + row) * static_cast<std::int64_t>(row_floats));
+        auto* base = reinterpret_cast<char*>(reinterpret_cast<std::intptr_t>(block[c].data()) - offset);
+        frame.insert(picture.channels[c].name, Imf::Slice(Imf::FLOAT, base, sizeof(float), sizeof(float) * row_floats));
+      }
+      first_row_not_read = row;
+      in.setFrameBuffer(frame);
+      in.readPixels(window.min.y + row, window.min.y + row + rows - 1);
+      for (std::size_t c = 0; c < block.size(); ++c)
+        picture.channels[c].pixels.insert(picture.channels[c].pixels.end(), block[c].begin(), block[c].end());
+    }
+    for (const auto& channel : picture.channels)
+      if (const auto place = find_not_finite(channel, picture.width); !place.empty())
+        return error(place, "a finite value", "NaN or infinity");
+    return picture;
+  } catch (const std::exception& exception) {
+    return error(first_row_not_read > 0 ? fmt::format("row {}", first_row_not_read) : "", "a whole EXR picture",
+                 exception.what());
+  }
+}
+
+}  // namespace tress::image
