@@ -1,0 +1,23 @@
+// What the adaptive service learns for hair: clear rays through the elliptical cross-section, relative to phi_r.
+#pragma once
+
+#include "tress/adaptive/target.h"
+
+namespace tress::fiber {
+
+/// Traced rays of lobe p at (phi_r, |theta_d|): n midpoints in h, n = 128 max(1, 20 degrees / sigma) rounded up to a
+/// power of two, four times that where E_p < .05. Weights are A_p / n, so that they sum to E_p; azimuths are
+/// Phi_p - phi_r; the attribute is the internal path length in major semi-axes. The key of a page is lobe = p in
+/// {1, 2, 3}, parameters {eta, e, sigma_rad}; see elliptical_page().
+/// trace() does not need (a, b) to be a node: `exact` asks at the vertex. Stateless; any thread.
+class EllipticalTarget : public adaptive::Target {
+ public:
+  void trace(const adaptive::PageDescription& page, float a, float b,
+             std::vector<adaptive::TracedRay>& out) const override;
+  std::string model_name() const override;
+};
+
+/// n of the rule above, before the factor 4 for weak lobes.
+int traced_node_count(float sigma_rad);
+
+}  // namespace tress::fiber
