@@ -1,4 +1,5 @@
-// Fits a mixture to the exact pairs of a sketch: Levenberg-Marquardt, components grown while they pay (design section 6).
+// Fits a mixture to the exact pairs of a sketch: Levenberg-Marquardt, components grown while they pay (design section
+// 6).
 #pragma once
 
 #include <span>
@@ -16,8 +17,8 @@ struct LearnerSettings {
 };
 
 struct Fit {
-  Mixture mixture;         ///< clear; attributes zero
-  double objective = 0;    ///< R = o N^2/(N-4D-1)^2 / L on the pairs it was fitted to; what growth was stopped by
+  Mixture mixture;       ///< clear; attributes zero
+  double objective = 0;  ///< R = o N^2/(N-4D-1)^2 / L on the pairs it was fitted to; what growth was stopped by
 };
 
 /// pairs: sorted by azimuth. energy: known mass of g. variation: max(integral (g-mean)^2, 1e-3/2pi), 1/rad.
