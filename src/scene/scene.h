@@ -32,8 +32,8 @@ struct Material {
   fiber::FiberParameters fiber;
   /// Turns of the major axis along the strand follow the curl diameter of the eccentricity, unless given here (cm).
   std::optional<double> curl_diameter_cm;
-  bool twist = true;                      ///< false: the major axis stays in the rotation-minimising frame
-  std::optional<double> root_angle_rad;   ///< major axis at the root; unset: by a hash of the strand
+  bool twist = true;                     ///< false: the major axis stays in the rotation-minimising frame
+  std::optional<double> root_angle_rad;  ///< major axis at the root; unset: by a hash of the strand
 };
 
 /// Strands of one material. Strand s has the points [first_point[s], first_point[s+1]), root first, at least two
