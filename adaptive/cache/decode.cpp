@@ -1,0 +1,314 @@
+// Reads a cache from bytes that may hold anything. Nothing is believed before it is checked: each section against its
+// checksum, each count against the bytes that remain, each value against its range.
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "cache/format.h"
+#include "sketch/sketch.h"
+
+namespace tress::adaptive {
+namespace {
+
+using format::Section;
+
+const char* section_name(Section section) {
+  switch (section) {
+    case Section::model:
+      return "section model";
+    case Section::pages:
+      return "section pages";
+    case Section::rows:
+      return "section rows";
+    case Section::sketches:
+      return "section sketches";
+  }
+  return "section";
+}
+
+/// One decoding. The first fault ends it; every method returns false from then on.
+class Decoder {
+ public:
+  Decoder(const std::string& bytes, std::string file) : bytes_(bytes), file_(std::move(file)) {}
+
+  bool decode(const std::string& wanted_model) {
+    ByteReader reader(bytes_);
+    std::uint64_t hash = 0;
+    return header(reader, &hash) && section(reader, Section::model, [&](ByteReader& in) { return model(in); }) &&
+           same_model(wanted_model, hash) &&
+           section(reader, Section::pages, [&](ByteReader& in) { return pages(in); }) &&
+           section(reader, Section::rows, [&](ByteReader& in) { return rows(in); }) &&
+           section(reader, Section::sketches, [&](ByteReader& in) { return sketches(in); }) &&
+           (reader.remaining() == 0 ||
+            fail(byte(reader.position()), "the end of the file", std::to_string(reader.remaining()) + " more bytes"));
+  }
+
+  TableImage image;
+  Error error;
+
+ private:
+  static std::string byte(std::size_t position) { return "byte " + std::to_string(position); }
+  std::string here(const ByteReader& in, std::size_t back = 0) const { return where_ + byte(in.position() - back); }
+
+  bool fail(std::string place, std::string expected, std::string found) {
+    error = {file_, std::move(place), std::move(expected), std::move(found)};
+    return false;
+  }
+
+  bool header(ByteReader& in, std::uint64_t* hash) {
+    if (bytes_.size() < format::header_bytes) {
+      return fail(byte(bytes_.size()), "a header of " + std::to_string(format::header_bytes) + " bytes",
+                  "the end of the file");
+    }
+    if (in.text(format::magic.size()) != format::magic) return fail(byte(0), "the magic of a tress cache", "another");
+    const std::uint32_t version = in.u32();
+    if (version != format::version) {
+      return fail(byte(8), "format version " + std::to_string(format::version),
+                  (version > format::version ? "later version " : "version ") + std::to_string(version));
+    }
+    const std::uint32_t sections = in.u32();
+    if (sections != format::section_count) {
+      return fail(byte(12), std::to_string(format::section_count) + " sections", std::to_string(sections));
+    }
+    *hash = in.u64();
+    return true;
+  }
+
+  bool same_model(const std::string& wanted, std::uint64_t hash) {
+    const auto told = [](const std::string& name, std::uint64_t number) {
+      return "model " + name + " (hash " + format::hexadecimal(number) + ")";
+    };
+    const std::string& expected = wanted.empty() ? image.model : wanted;
+    if (hash == model_hash(expected) && image.model == expected) return true;
+    return fail(byte(16), told(expected, model_hash(expected)), told(image.model, hash));
+  }
+
+  /// Frame of a section: its name, its length within the file, its checksum; then `read` must use it up.
+  template <class Read>
+  bool section(ByteReader& in, Section id, Read read) {
+    where_ = std::string(section_name(id)) + ", ";
+    if (in.remaining() < format::section_header_bytes) {
+      return fail(here(in), "a section header of " + std::to_string(format::section_header_bytes) + " bytes",
+                  std::to_string(in.remaining()) + " bytes");
+    }
+    const std::uint32_t found = in.u32();
+    if (found != static_cast<std::uint32_t>(id)) {
+      return fail(here(in, 4), "section " + std::to_string(static_cast<std::uint32_t>(id)), std::to_string(found));
+    }
+    if (const std::uint32_t zero = in.u32(); zero != 0) return fail(here(in, 4), "0", std::to_string(zero));
+    const std::uint64_t length = in.u64();
+    const std::uint64_t sum = in.u64();
+    if (length > in.remaining()) {
+      return fail(here(in, 16), "at most the " + std::to_string(in.remaining()) + " bytes that remain",
+                  "a length of " + std::to_string(length));
+    }
+    const std::size_t start = in.position();
+    const std::string_view payload = in.text(static_cast<std::size_t>(length));
+    if (const std::uint64_t actual = format::checksum(payload); actual != sum) {
+      return fail(where_ + byte(start), "checksum " + format::hexadecimal(sum), format::hexadecimal(actual));
+    }
+    ByteReader inside(payload, start);
+    if (!read(inside)) return false;
+    if (inside.short_of_bytes()) return fail(here(inside), "more bytes", "the end of the section");
+    if (inside.remaining() != 0) {
+      return fail(here(inside), "the end of the section", std::to_string(inside.remaining()) + " more bytes");
+    }
+    return true;
+  }
+
+  /// A count of things of at least `size` bytes each, bounded by the bytes that remain.
+  bool count(ByteReader& in, std::size_t size, const char* what, std::uint32_t* number) {
+    *number = in.u32();
+    if (in.short_of_bytes()) return fail(here(in), std::string("the number of ") + what, "the end of the section");
+    if (*number > in.remaining() / size) {
+      return fail(
+          here(in, 4),
+          std::string("at most ") + std::to_string(in.remaining() / size) + " " + what + " in the bytes that remain",
+          std::to_string(*number));
+    }
+    return true;
+  }
+
+  /// A float in [least, largest]; a negative zero is refused, since the encoder writes none.
+  bool number(ByteReader& in, const char* what, float least, float largest, float* value) {
+    *value = in.f32();
+    if (in.short_of_bytes()) return fail(here(in), what, "the end of the section");
+    if (*value >= least && *value <= largest && !(*value == 0 && std::signbit(*value))) return true;
+    return fail(here(in, 4), std::string(what) + " in [" + std::to_string(least) + ", " + std::to_string(largest) + "]",
+                std::to_string(*value));
+  }
+  bool finite(ByteReader& in, const char* what, float* value) { return number(in, what, -huge, huge, value); }
+  bool not_negative(ByteReader& in, const char* what, float* value) { return number(in, what, 0, huge, value); }
+
+  bool model(ByteReader& in) {
+    std::uint32_t size = 0;
+    if (!count(in, 1, "characters", &size)) return false;
+    if (size == 0 || size > format::longest_model_name) {
+      return fail(here(in, 4), "a name of 1 to " + std::to_string(format::longest_model_name) + " characters",
+                  std::to_string(size));
+    }
+    image.model = in.text(size);
+    for (const char c : image.model) {
+      if (c < ' ' || c > '~') return fail(here(in, size), "a name in printable ASCII", "another character");
+    }
+    return true;
+  }
+
+  bool axis(ByteReader& in, const char* what, std::uint32_t size, std::vector<float>* coordinates) {
+    coordinates->reserve(size);
+    for (std::uint32_t i = 0; i < size; ++i) {
+      float coordinate = 0;
+      if (!finite(in, what, &coordinate)) return false;
+      if (i > 0 && coordinate <= coordinates->back()) {
+        return fail(here(in, 4), std::string(what) + " above " + std::to_string(coordinates->back()),
+                    std::to_string(coordinate));
+      }
+      coordinates->push_back(coordinate);
+    }
+    return true;
+  }
+
+  bool page(ByteReader& in, PageDescription* page) {
+    page->key.lobe = in.u32();
+    for (float& parameter : page->key.parameters) {
+      if (!finite(in, "a finite parameter", &parameter)) return false;
+    }
+    if (!number(in, "blur", format::least_blur_rad, format::largest_blur_rad, &page->blur_rad)) return false;
+    const std::uint64_t a = in.u32();
+    const std::uint64_t b = in.u32();
+    if (in.short_of_bytes()) return fail(here(in), "the sizes of the axes", "the end of the section");
+    if (a == 0 || b == 0 || a * b > format::most_nodes_of_page) {
+      return fail(here(in, 8), "1 to " + std::to_string(format::most_nodes_of_page) + " nodes",
+                  std::to_string(a) + " x " + std::to_string(b));
+    }
+    if (a + b > in.remaining() / 4) {
+      return fail(here(in, 8), "at most " + std::to_string(in.remaining() / 4) + " coordinates", std::to_string(a + b));
+    }
+    return axis(in, "coordinate a", static_cast<std::uint32_t>(a), &page->axis_a) &&
+           axis(in, "coordinate b", static_cast<std::uint32_t>(b), &page->axis_b);
+  }
+
+  bool pages(ByteReader& in) {
+    std::uint32_t number = 0;
+    if (!count(in, format::page_bytes, "pages", &number)) return false;
+    image.pages.resize(number);
+    for (std::uint32_t i = 0; i < number; ++i) {
+      const std::string start = here(in);
+      if (!page(in, &image.pages[i].description)) return false;
+      if (i > 0 && !(image.pages[i - 1].description.key < image.pages[i].description.key)) {
+        return fail(start, "pages in ascending order of their keys", "a key not above the one before");
+      }
+    }
+    return true;
+  }
+
+  bool rows(ByteReader& in) {
+    for (CachedPage& page : image.pages) {
+      std::uint32_t number = 0;
+      if (!count(in, format::row_bytes, "rows", &number)) return false;
+      const std::uint32_t nodes = page.description.node_count();
+      if (number > nodes) {
+        return fail(here(in, 4), "at most " + std::to_string(nodes) + " rows", std::to_string(number));
+      }
+      page.rows.resize(number);
+      for (std::uint32_t i = 0; i < number; ++i) {
+        const std::uint32_t least = i == 0 ? 0 : page.rows[i - 1].node + 1;
+        if (!row(in, least, nodes, &page.rows[i])) return false;
+      }
+    }
+    return true;
+  }
+
+  bool row(ByteReader& in, std::uint32_t least_node, std::uint32_t nodes, CachedRow* row) {
+    if (in.remaining() < format::row_bytes) return fail(here(in), "a row", "the end of the section");
+    row->node = in.u32();
+    if (row->node < least_node || row->node >= nodes) {
+      return fail(here(in, 4), "a node in [" + std::to_string(least_node) + ", " + std::to_string(nodes) + ")",
+                  std::to_string(row->node));
+    }
+    const std::uint32_t state = in.u8();
+    if (state != static_cast<std::uint32_t>(RowState::open) &&
+        state != static_cast<std::uint32_t>(RowState::converged)) {
+      return fail(here(in, 1), "state 1 (open) or 2 (converged)", std::to_string(state));
+    }
+    row->state = static_cast<RowState>(state);
+    const bool converged = row->state == RowState::converged;
+    const std::uint32_t parts = in.u8();
+    const std::uint32_t most = converged ? Mixture::max_components : 0;
+    if (parts > most)
+      return fail(here(in, 1), "at most " + std::to_string(most) + " components", std::to_string(parts));
+    row->fit.component_count = parts;
+    if (const std::uint32_t zero = in.u16(); zero != 0) return fail(here(in, 2), "0", std::to_string(zero));
+    row->generation = in.u32();
+    if (!not_negative(in, "energy", &row->energy) ||
+        !number(in, "objective", 0, converged ? huge : 0, &row->objective)) {
+      return false;
+    }
+    row->count = in.u64();
+    return !converged || mixture(in, &row->fit);
+  }
+
+  bool mixture(ByteReader& in, Mixture* fit) {
+    if (!not_negative(in, "weight of the uniform part", &fit->uniform_weight) ||
+        !not_negative(in, "attribute", &fit->uniform_attribute_mean) ||
+        !not_negative(in, "variance of the attribute", &fit->uniform_attribute_variance)) {
+      return false;
+    }
+    for (std::uint32_t i = 0; i < fit->component_count; ++i) {
+      Component& part = fit->components[i];
+      if (!number(in, "mode", -pi, pi, &part.shape.mu) ||
+          !number(in, "scale", format::least_scale, format::largest_scale, &part.shape.s_left) ||
+          !number(in, "scale", format::least_scale, format::largest_scale, &part.shape.s_right) ||
+          !not_negative(in, "weight", &part.weight) || !not_negative(in, "attribute", &part.attribute_mean) ||
+          !not_negative(in, "variance of the attribute", &part.attribute_variance)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  bool sketches(ByteReader& in) {
+    for (CachedPage& page : image.pages) {
+      const std::uint32_t bins = Sketch::bin_count(page.description.blur_rad);
+      for (CachedRow& row : page.rows) {
+        if (row.state == RowState::open && !sketch(in, bins, &row.sketch)) return false;
+      }
+    }
+    return true;
+  }
+
+  bool sketch(ByteReader& in, std::uint32_t bins, std::vector<SketchBin>* sketch) {
+    std::uint32_t number = 0;
+    if (!count(in, format::bin_bytes, "bins", &number)) return false;
+    sketch->reserve(number);
+    for (std::uint32_t i = 0; i < number; ++i) {
+      const std::uint32_t least = i == 0 ? 0 : sketch->back().index + 1;
+      const std::uint32_t index = in.u32();
+      if (index < least || index >= bins) {
+        return fail(here(in, 4), "a bin in [" + std::to_string(least) + ", " + std::to_string(bins) + ")",
+                    std::to_string(index));
+      }
+      const std::uint64_t bits = in.u64();
+      const float g = std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+      if (!std::isfinite(g) || std::signbit(g)) return fail(here(in, 8), "g finite and >= 0", std::to_string(g));
+      sketch->push_back({index, bits});
+    }
+    return true;
+  }
+
+  static constexpr float huge = 3.402823466e+38f;
+  static constexpr float pi = std::numbers::pi_v<float>;
+  const std::string& bytes_;
+  std::string file_;
+  std::string where_;
+};
+
+}  // namespace
+
+Result<TableImage> decode_cache(const std::string& bytes, const std::string& model, const std::string& name) {
+  Decoder decoder(bytes, name);
+  if (!decoder.decode(model)) return decoder.error;
+  return std::move(decoder.image);
+}
+
+}  // namespace tress::adaptive

@@ -1,0 +1,141 @@
+#include "tress/adaptive/telemetry.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+namespace tress::adaptive {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int deepest_extra = 64;  // bounds the recursion of dump()
+
+const char* state_name(RowState state) {
+  switch (state) {
+    case RowState::unborn:
+      return "unborn";
+    case RowState::open:
+      return "open";
+    case RowState::converged:
+      return "converged";
+    case RowState::refused:
+      return "refused";
+  }
+  return "open";
+}
+
+double share(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+Json pass_fields(const PassReport& report) {
+  return {{"type", "pass"},
+          {"g_evaluations", report.g_evaluations},
+          {"queries", report.queries},
+          {"converged_query_share", share(report.converged_queries, report.queries)},
+          {"refits", report.refits},
+          {"births", report.births},
+          {"traces", report.traces},
+          {"top_ups", report.top_ups},
+          {"newly_converged", report.newly_converged},
+          {"rows",
+           {{"touched", report.rows_touched},
+            {"open", report.rows_open},
+            {"converged", report.rows_converged},
+            {"reopened", report.rows_reopened},
+            {"refused", report.rows_refused}}},
+          {"objective",
+           {{"p50", report.objective_p50},
+            {"p90", report.objective_p90},
+            {"p99", report.objective_p99},
+            {"max", report.objective_max}}},
+          {"components", report.components},
+          {"bytes", report.bytes},
+          {"at_ceiling", report.at_ceiling},
+          {"effective_sample_size", report.effective_sample_size},
+          {"learning_cpu_seconds", report.learning_cpu_seconds}};
+}
+
+Json row_fields(const RowReport& report) {
+  return {{"type", "row"},
+          {"page", {{"lobe", report.page.lobe}, {"parameters", report.page.parameters}}},
+          {"node", report.node},
+          {"state", state_name(report.state)},
+          {"objective", report.objective < 0 ? Json(nullptr) : Json(report.objective)},
+          {"count", report.count},
+          {"components", report.components},
+          {"failed_tests", report.failed_tests}};
+}
+
+/// Puts the host's fields beside the report's. They can neither break the line nor stand in for a field of the report.
+std::optional<Error> add(const TelemetryWriter::Extra& extra, const std::string& file, Json* line) {
+  for (const auto& [name, text] : extra) {
+    if (line->contains(name)) return Error{file, "/" + name, "a name that the report does not use", "\"" + name + "\""};
+    int deepest = 0;
+    const auto note_depth = [&](int depth, Json::parse_event_t, Json&) {
+      deepest = std::max(deepest, depth);
+      return true;
+    };
+    Json value = Json::parse(text, note_depth, false);
+    if (value.is_discarded() || deepest > deepest_extra) {
+      return Error{file, "/" + name, "JSON text nested at most " + std::to_string(deepest_extra) + " deep",
+                   text.substr(0, 60)};
+    }
+    (*line)[name] = std::move(value);
+  }
+  return std::nullopt;
+}
+
+/// One line; text that is not UTF-8 gets U+FFFD, numbers that are not finite become null.
+std::string to_line(const Json& fields) { return fields.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+}  // namespace
+
+TelemetryWriter::TelemetryWriter(std::filesystem::path file, std::FILE* stream)
+    : file_(std::move(file)), stream_(stream) {}
+
+TelemetryWriter::~TelemetryWriter() { std::fclose(stream_); }
+
+Result<std::unique_ptr<TelemetryWriter>> TelemetryWriter::create(const std::filesystem::path& file) {
+  std::FILE* stream = std::fopen(file.c_str(), "wb");
+  if (stream == nullptr) return Error{file.string(), "", "a file that can be written", std::strerror(errno)};
+  return std::unique_ptr<TelemetryWriter>(new TelemetryWriter(file, stream));
+}
+
+std::optional<Error> TelemetryWriter::write_line(const std::string& line) {
+  // The stream remembers a failure: a file with a line lost in the middle would tell a false story.
+  if (std::ferror(stream_) != 0) return Error{file_.string(), "", "room for a line", "an earlier write that failed"};
+  errno = 0;
+  if (std::fputs((line + "\n").c_str(), stream_) < 0 || std::fflush(stream_) != 0) {
+    return Error{file_.string(), "", "room for a line", std::strerror(errno)};
+  }
+  return std::nullopt;
+}
+
+std::optional<Error> TelemetryWriter::header(const Extra& fields) {
+  Json line = {{"type", "header"}, {"schema", 1}};
+  if (auto error = add(fields, file_.string(), &line)) return error;
+  return write_line(to_line(line));
+}
+
+std::optional<Error> TelemetryWriter::pass(const PassReport& report, const Extra& fields) {
+  Json line = pass_fields(report);
+  if (auto error = add(fields, file_.string(), &line)) return error;
+  return write_line(to_line(line));
+}
+
+std::optional<Error> TelemetryWriter::row(const RowReport& report, const Extra& fields) {
+  Json line = row_fields(report);
+  if (auto error = add(fields, file_.string(), &line)) return error;
+  return write_line(to_line(line));
+}
+
+std::optional<Error> TelemetryWriter::summary(const Extra& fields) {
+  Json line = {{"type", "summary"}};
+  if (auto error = add(fields, file_.string(), &line)) return error;
+  return write_line(to_line(line));
+}
+
+}  // namespace tress::adaptive
