@@ -1,0 +1,108 @@
+#include "models/row_reader.h"
+
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "models/vertex_trace.h"
+
+namespace tress::fiber {
+namespace {
+
+constexpr float pi = std::numbers::pi_v<float>;
+constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
+constexpr float vertex_uniform_share = 0.05f;  // of the proposal of a vertex trace
+constexpr float darkest_mass = 1e-30f;         // a channel with less has no light left: its shape is called uniform
+
+glm::vec3 normalised(const glm::vec3& density, const glm::vec3& mass) {
+  glm::vec3 shape;
+  for (int c = 0; c < 3; ++c) shape[c] = mass[c] > darkest_mass ? density[c] / mass[c] : inverse_two_pi;
+  return shape;
+}
+
+}  // namespace
+
+RowReader::RowReader(const FiberRecord& fiber, const adaptive::Service* service, const FiberEvent& event, int p)
+    : fiber_(fiber), service_(service), event_(event), p_(p), phi_r_(fold_azimuth(event.wr.phi).phi) {
+  const glm::vec3& energy = event.energy[static_cast<std::size_t>(p)];
+  const glm::vec3 shares(luminance({energy.r, 0, 0}), luminance({0, energy.g, 0}), luminance({0, 0, energy.b}));
+  channel_weights_ = shares / luminance(energy);
+}
+
+RowQuery RowReader::find(float theta_d) const {
+  RowQuery row;
+  if (service_ == nullptr) return row;
+  const LobePage& lobe = page();
+  const RowGrid::Node node = lobe.grid.choose(phi_r_, theta_d, event_.xi1, event_.xi2);
+  row.node = lobe.node(node.a, node.b);
+  row.uniform = lobe.uniform[row.node];
+  if (!row.uniform) row.view = service_->look_up(lobe.page, node.a, node.b);
+  return row;
+}
+
+float RowReader::sample_rays(const RayShape& rays, const glm::vec3& mass, float share, float u_channel, float u_ray,
+                             float u_blur) const {
+  if (u_channel < share) return -pi + 2 * pi * u_ray;
+  const float u = (u_channel - share) / (1 - share);
+  const int c = u < channel_weights_.x ? 0 : u < channel_weights_.x + channel_weights_.y ? 1 : 2;
+  if (!(mass[c] > darkest_mass)) return -pi + 2 * pi * u_ray;
+  return draw_azimuth(rays, fiber_.parameters.sigma_a[c], mass[c], u_ray, u_blur);
+}
+
+float RowReader::sample(const RowQuery& row, float theta_d, float u_channel, float u_ray, float u_blur) const {
+  if (service_ == nullptr) {
+    const VertexTrace& trace = VertexTrace::at({fiber_.parameters.eta, fiber_.parameters.eccentricity, phi_r_, theta_d,
+                                                fiber_.vertex_rays, fiber_.parameters.sigma_a});
+    if (trace.mass(p_).clear < smallest_row_energy) return -pi + 2 * pi * u_ray;
+    return sample_rays(trace.shape(p_, fiber_.sigma[static_cast<std::size_t>(p_ - 1)]), trace.mass(p_).tinted,
+                       vertex_uniform_share, u_channel, u_ray, u_blur);
+  }
+  if (row.uniform) return -pi + 2 * pi * u_ray;
+  const adaptive::Options& options = service_->options();
+  if (row.view.state == adaptive::RowState::converged) {
+    return page().rows.sample(row.node, u_ray, channel_weights_, options.uniform_share_converged);
+  }
+  if (row.view.fit != nullptr) return row.view.fit->sample(u_ray, options.uniform_share_open);
+  const adaptive::TracedNodes& nodes = *row.view.nodes;
+  return sample_rays(shape_of(nodes), page().tinted_mass(row.node, nodes, fiber_.parameters.sigma_a),
+                     options.uniform_share_open, u_channel, u_ray, u_blur);
+}
+
+RowValue RowReader::at_vertex(float theta_d, float x) const {
+  const VertexTrace& trace = VertexTrace::at({fiber_.parameters.eta, fiber_.parameters.eccentricity, phi_r_, theta_d,
+                                              fiber_.vertex_rays, fiber_.parameters.sigma_a});
+  if (trace.mass(p_).clear < smallest_row_energy) return {glm::vec3(inverse_two_pi), inverse_two_pi};
+  const RayShape rays = trace.shape(p_, fiber_.sigma[static_cast<std::size_t>(p_ - 1)]);
+  RowValue value;
+  value.shape = normalised(ray_density(rays, fiber_.parameters.sigma_a, x).tinted, trace.mass(p_).tinted);
+  value.proposal =
+      (1 - vertex_uniform_share) * glm::dot(channel_weights_, value.shape) + vertex_uniform_share * inverse_two_pi;
+  return value;
+}
+
+RowValue RowReader::evaluate(const RowQuery& row, float theta_d, float x, bool drawn, bool* exact) const {
+  *exact = service_ == nullptr || proposes_only();
+  if (service_ == nullptr) return at_vertex(theta_d, x);
+  RowValue value{glm::vec3(inverse_two_pi), inverse_two_pi};
+  const adaptive::Options& options = service_->options();
+  if (!row.uniform && row.view.state == adaptive::RowState::converged) {
+    value = page().rows.evaluate(row.node, x, channel_weights_, options.uniform_share_converged);
+  } else if (!row.uniform) {
+    *exact = true;
+    const adaptive::TracedNodes& nodes = *row.view.nodes;
+    const ClearAndTinted g = ray_density(shape_of(nodes), fiber_.parameters.sigma_a, x);
+    value.shape = normalised(g.tinted, page().tinted_mass(row.node, nodes, fiber_.parameters.sigma_a));
+    const float share = options.uniform_share_open;
+    value.proposal = row.view.fit != nullptr
+                         ? row.view.fit->proposal_density(x, share)
+                         : (1 - share) * glm::dot(channel_weights_, value.shape) + share * inverse_two_pi;
+    if (drawn && row.view.fit != nullptr) {
+      service_->score(row.view, x, g.clear, value.proposal);
+    } else {
+      service_->observe(row.view, x, g.clear);
+    }
+  }
+  if (proposes_only()) value.shape = at_vertex(theta_d, x).shape;
+  return value;
+}
+
+}  // namespace tress::fiber

@@ -1,0 +1,43 @@
+// The rays of TT, TRT and TRRT at a vertex's own (phi_r, |theta_d|), all orders from one trace.
+#pragma once
+
+#include <array>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "models/ray_shape.h"
+
+namespace tress::fiber {
+
+/// What a trace depends on. phi_r in [0, pi/2] (folded), theta_d in [0, pi/2], radians.
+struct VertexKey {
+  float eta = 0, eccentricity = 0, phi_r = 0, theta_d = 0;
+  int rays = 0;
+  glm::vec3 sigma_a{0.0f};
+  friend bool operator==(const VertexKey&, const VertexKey&) = default;
+};
+
+class VertexTrace {
+ public:
+  /// The trace for `key`: this thread's last one if it is the same, else a new one in its place. A pure function of the
+  /// key; valid until this thread's next call.
+  static const VertexTrace& at(const VertexKey& key);
+
+  /// Lobe p = 1, 2, 3: azimuths relative to phi_r, in [-pi, pi).
+  RayShape shape(int p, float blur_rad) const;
+  const ClearAndTinted& mass(int p) const { return mass_[static_cast<std::size_t>(p - 1)]; }
+
+ private:
+  void trace(const VertexKey& key);
+  struct Rays {
+    std::vector<float> azimuth, weight, path;
+  };
+  VertexKey key_;
+  std::array<Rays, 3> lobes_;
+  std::array<ClearAndTinted, 3> mass_{};
+};
+
+/// Rays that resolve a blur at a vertex: the node rule 128 max(1, 20/sigma_deg), a power of two, at least 256.
+int vertex_ray_count(float blur_rad);
+
+}  // namespace tress::fiber
