@@ -1,0 +1,119 @@
+// Births: which nodes get a row, in which order, and what a new row starts with.
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+#include "table/table.h"
+
+namespace tress::adaptive {
+namespace {
+
+constexpr std::size_t batch = 256;         // candidates traced before memory is asked again
+constexpr std::uint32_t audit_one_in = 8;  // of the converged rows of a cache, chosen by key
+
+}  // namespace
+
+bool Service::Table::answers(const CachedRow& cached) const {
+  return cached.state == RowState::converged && static_cast<double>(cached.objective) <= options_.epsilon;
+}
+
+bool Service::Table::needs_nodes(const Candidate& candidate) const {
+  const auto& dormant = pages_[candidate.page]->dormant;
+  const auto found = dormant.find(candidate.node);
+  return found == dormant.end() || !answers(found->second);
+}
+
+std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
+  if (!needs_nodes(candidate)) return sizeof(Row);
+  const Page& page = *pages_[candidate.page];
+  const auto found = page.dormant.find(candidate.node);
+  const bool keeps_earlier = found != page.dormant.end() && found->second.state == RowState::converged;
+  return Row::open_bytes(Sketch::bin_count(page.description.blur_rad)) + (keeps_earlier ? sizeof(CachedRow) : 0) +
+         (candidate.nodes ? Row::bytes_of(*candidate.nodes) : sizeof(TracedNodes));
+}
+
+Service::Table::Outcome Service::Table::settle(Row& row) const {
+  const Page& page = *pages_[row.page];
+  Outcome outcome;
+  const auto found = page.dormant.find(row.node);
+  const CachedRow* cached = found == page.dormant.end() ? nullptr : &found->second;
+  if (cached != nullptr) {
+    row.generation = cached->generation;
+    row.count = cached->count;
+    row.energy = cached->energy;
+  }
+  if (cached != nullptr && cached->state == RowState::converged) {
+    row.fit = cached->fit;
+    row.has_fit = true;
+    row.objective = cached->objective;
+    if (answers(*cached)) {
+      row.state = RowState::converged;
+      row.audit_due = stream_of(row, 0).next_bits() % audit_one_in == 0;
+      return outcome;
+    }
+    row.earlier = std::make_unique<const CachedRow>(*cached);
+  }
+  row.energy = row.nodes->energy();
+  row.sketch = std::make_unique<Sketch>(Sketch::bin_count(page.description.blur_rad));
+  if (cached != nullptr) row.sketch->merge(cached->sketch);
+  if (row.sketch->occupied() == 0) outcome.g_evaluations = cover(row);
+  if (row.has_fit) {
+    row.bins_at_fit = row.sketch->occupied();
+    row.count_at_fit = row.count;
+  } else {
+    refit(row, outcome);
+  }
+  return outcome;
+}
+
+bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& report) {
+  bool room = true;
+  for (std::size_t start = 0; start < candidates.size() && room; start += batch) {
+    const std::size_t end = std::min(start + batch, candidates.size());
+    // Stop before tracing what cannot fit even without rays.
+    std::size_t traced_end = start;
+    for (std::size_t least = bytes_; traced_end < end; ++traced_end) {
+      least += bytes_needed(candidates[traced_end]);
+      if (least > options_.memory_bytes) break;
+    }
+    room = traced_end == end;
+    std::atomic<std::uint64_t> traces{0};
+    tbb::parallel_for(start, traced_end, [&](std::size_t i) {
+      Candidate& one = candidates[i];
+      if (!one.nodes && needs_nodes(one)) {
+        one.nodes = trace(one.page, one.node);
+        traces.fetch_add(1, std::memory_order_relaxed);
+      }
+    });
+    const std::size_t first = rows_.size();
+    for (std::size_t i = start; i < traced_end; ++i) {
+      Candidate& one = candidates[i];
+      const std::size_t size = bytes_needed(one);
+      if (bytes_ + size > options_.memory_bytes) {
+        room = false;
+        break;
+      }
+      bytes_ += size;
+      auto row = std::make_unique<Row>(one.page, one.node);
+      if (needs_nodes(one)) row->nodes = std::move(one.nodes);
+      row->born_pass = pass_;
+      row->touches_at_birth = one.touches;
+      pages_[one.page]->slots[one.node].row = static_cast<std::uint32_t>(rows_.size());
+      rows_.push_back(std::move(row));
+    }
+    std::vector<Outcome> outcomes(rows_.size() - first);
+    tbb::parallel_for(std::size_t{0}, outcomes.size(), [&](std::size_t i) { outcomes[i] = settle(*rows_[first + i]); });
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      const Row& row = *rows_[first + i];
+      pages_[row.page]->dormant.erase(row.node);
+      changes_.push_back({row.page, row.node, row.state});
+      report.g_evaluations += outcomes[i].g_evaluations;
+      report.refits += outcomes[i].refits;
+    }
+    report.births += outcomes.size();
+    report.traces += traces.load(std::memory_order_relaxed);
+  }
+  return room;
+}
+
+}  // namespace tress::adaptive

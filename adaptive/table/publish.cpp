@@ -1,0 +1,166 @@
+// The end of a pass, in steps: rows that were asked for, births, totals.
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+#include "table/table.h"
+
+namespace tress::adaptive {
+namespace {
+
+// Smallest value that at least this share of the ascending values does not exceed.
+double quantile(const std::vector<float>& ascending, double share) {
+  if (ascending.empty()) return 0;
+  const double rank = std::ceil(share * static_cast<double>(ascending.size()));
+  return ascending[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
+}
+
+std::size_t sketch_bytes(const Page& page) {
+  return Row::open_bytes(Sketch::bin_count(page.description.blur_rad)) - sizeof(Row);
+}
+
+}  // namespace
+
+void Service::Table::update_rows(PassReport& report) {
+  std::vector<std::uint32_t> dirty;
+  double weighted_samples = 0;
+  std::uint64_t scored = 0;
+  for (std::uint32_t i = 0; i < rows_.size(); ++i) {
+    Row& row = *rows_[i];
+    const Page& page = *pages_[row.page];
+    const bool asked = page.slots[row.node].touches.load(std::memory_order_relaxed) != page.touches_before[row.node];
+    const bool told = row.observed.load(std::memory_order_relaxed) != 0;
+    const bool learns = row.state == RowState::open || (row.state == RowState::converged && row.audit_due);
+    if (learns && (asked || told)) dirty.push_back(i);
+  }
+  std::vector<Outcome> outcomes(dirty.size());
+  std::vector<std::size_t> sizes(dirty.size());
+  std::vector<Moments> weights(dirty.size());
+  tbb::parallel_for(std::size_t{0}, dirty.size(), [&](std::size_t i) {
+    Row& row = *rows_[dirty[i]];
+    sizes[i] = row.bytes();
+    outcomes[i] = update(row);
+    weights[i] = row.weights.moments();
+    row.weights.clear();
+  });
+  for (std::size_t i = 0; i < dirty.size(); ++i) {
+    Row& row = *rows_[dirty[i]];
+    const Outcome& outcome = outcomes[i];
+    if (outcome.audit_failed) {
+      if (bytes_ - sizes[i] + row.bytes() + sketch_bytes(*pages_[row.page]) <= options_.memory_bytes) {
+        const Outcome again = reopen(row);
+        report.g_evaluations += again.g_evaluations;
+        report.refits += again.refits;
+        ++reopened_;
+        changes_.push_back({row.page, row.node, row.state});
+      } else {
+        row.nodes.reset();
+        row.audit_due = true;  // looked at again when there is room
+      }
+    }
+    bytes_ = bytes_ - sizes[i] + row.bytes();
+    report.g_evaluations += outcome.g_evaluations;
+    report.top_ups += outcome.top_ups;
+    report.refits += outcome.refits;
+    report.traces += outcome.traces;
+    report.newly_converged += outcome.converged ? 1 : 0;
+    if (outcome.changed) changes_.push_back({row.page, row.node, row.state});
+    if (weights[i].count > 0 && weights[i].mean_square > 0) {
+      const double n = static_cast<double>(weights[i].count);
+      weighted_samples += n * weights[i].mean * weights[i].mean / weights[i].mean_square;
+      scored += weights[i].count;
+    }
+  }
+  if (scored > 0) report.effective_sample_size = weighted_samples / static_cast<double>(scored);
+}
+
+PassReport Service::Table::publish() {
+  const std::clock_t start = std::clock();
+  PassReport report = between_passes_;
+  between_passes_ = PassReport{};
+  changes_.clear();
+  ++pass_;
+  report.traces += traces_.exchange(0, std::memory_order_relaxed);
+
+  std::vector<Candidate> candidates;
+  for (PageId p = 0; p < pages_.size(); ++p) {
+    Page& page = *pages_[p];
+    for (std::uint32_t n = 0; n < page.description.node_count(); ++n) {
+      Slot& slot = page.slots[n];
+      const std::uint32_t touches = slot.touches.load(std::memory_order_relaxed);
+      std::unique_ptr<const TracedNodes> memo(slot.memo.exchange(nullptr, std::memory_order_relaxed));
+      report.rows_touched += touches != 0 ? 1 : 0;
+      const std::uint32_t queries = touches - page.touches_before[n];
+      report.queries += queries;
+      if (slot.row != Slot::no_row) {
+        if (rows_[slot.row]->state == RowState::converged) report.converged_queries += queries;
+      } else if (touches >= options_.birth_touches && touches > 0) {
+        candidates.push_back({p, n, touches, std::move(memo)});
+      }
+    }
+  }
+  memo_bytes_.store(0, std::memory_order_relaxed);
+
+  update_rows(report);
+
+  std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {
+    if (x.touches != y.touches) return x.touches > y.touches;
+    const auto order = compare_keys(pages_[x.page]->description.key, pages_[y.page]->description.key);
+    return order != 0 ? order < 0 : x.node < y.node;
+  });
+  report.at_ceiling = !admit(candidates, report);
+
+  for (const std::unique_ptr<Page>& page : pages_) {
+    for (std::uint32_t n = 0; n < page->description.node_count(); ++n) {
+      page->touches_before[n] = page->slots[n].touches.load(std::memory_order_relaxed);
+    }
+  }
+  fill_totals(report);
+  announce();
+  report.learning_cpu_seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  return report;
+}
+
+void Service::Table::fill_totals(PassReport& report) const {
+  std::vector<float> objectives;
+  for (const std::unique_ptr<Row>& row : rows_) {
+    report.rows_open += row->state == RowState::open ? 1 : 0;
+    report.rows_refused += row->state == RowState::refused ? 1 : 0;
+    if (row->state == RowState::converged) {
+      ++report.rows_converged;
+      ++report.components[row->fit.component_count];
+    }
+    if (row->objective >= 0) objectives.push_back(row->objective);
+  }
+  report.rows_reopened = reopened_;
+  report.bytes = bytes_;
+  std::ranges::sort(objectives);
+  report.objective_p50 = quantile(objectives, 0.50);
+  report.objective_p90 = quantile(objectives, 0.90);
+  report.objective_p99 = quantile(objectives, 0.99);
+  report.objective_max = quantile(objectives, 1.00);
+}
+
+void Service::Table::announce() {
+  std::ranges::sort(changes_, [](const RowChange& x, const RowChange& y) {
+    return x.page != y.page ? x.page < y.page : x.node < y.node;
+  });
+  if (!listener_) return;
+  for (const RowChange& change : changes_) {
+    const Page& page = *pages_[change.page];
+    const Row& row = *rows_[page.slots[change.node].row];
+    RowReport report;
+    report.page = page.description.key;
+    report.node = change.node;
+    report.state = row.state;
+    report.objective = row.objective;
+    report.count = row.count;
+    report.components = row.has_fit ? row.fit.component_count : 0;
+    report.failed_tests = row.failed;
+    listener_(report);
+  }
+}
+
+}  // namespace tress::adaptive

@@ -1,0 +1,109 @@
+// The state behind Service, and the steps of a publish() (README.md, the life of a row).
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "learner/learner.h"
+#include "table/page.h"
+#include "table/row.h"
+#include "tress/adaptive/random.h"
+#include "tress/adaptive/service.h"
+
+namespace tress::adaptive {
+
+/// Reader methods (look_up, observe, score): any thread. All else: one thread, no reader.
+class Service::Table {
+ public:
+  Table(const Options& options, const Target& target) : options_(options), target_(target) {}
+
+  // service.cpp: what readers do
+  RowView look_up(PageId page, std::uint32_t a, std::uint32_t b);
+  RowView peek(PageId page, std::uint32_t a, std::uint32_t b) const;
+  void observe(const RowView& view, float x, float g);
+  void score(const RowView& view, float x, float g, float q);
+
+  // image.cpp
+  PageId add_page(const PageDescription& description);
+  std::optional<Error> load(TableImage image);
+  TableImage snapshot() const;
+
+  // publish.cpp
+  PassReport publish();
+
+  const Options& options() const { return options_; }
+  const std::vector<std::unique_ptr<Page>>& pages() const { return pages_; }
+  const std::vector<RowChange>& changes() const { return changes_; }
+  void set_listener(std::function<void(const RowReport&)> listener) { listener_ = std::move(listener); }
+
+ private:
+  /// A node that is to have a row: because it was asked for often enough, or because a cache has it.
+  struct Candidate {
+    PageId page;
+    std::uint32_t node;
+    std::uint32_t touches;
+    std::unique_ptr<const TracedNodes> nodes;
+  };
+  /// What one row did in a pass.
+  struct Outcome {
+    std::uint64_t g_evaluations = 0, top_ups = 0, refits = 0, traces = 0;
+    bool changed = false, converged = false, audit_failed = false;
+  };
+
+  // births.cpp
+  /// Makes rows of the candidates, in their order, until the ceiling. Appends to changes_. True if all had room.
+  bool admit(std::vector<Candidate>& candidates, PassReport& report);
+  /// Fills a new row: from the cache if that has it, else by coverage; and fits it.
+  Outcome settle(Row& row) const;
+  std::size_t bytes_needed(const Candidate& candidate) const;
+  bool needs_nodes(const Candidate& candidate) const;
+  bool answers(const CachedRow& cached) const;
+
+  // row_update.cpp
+  /// The end of a pass for one row. Touches nothing but the row: rows run in parallel.
+  Outcome update(Row& row) const;
+  /// Scores a converged row of a cache against a fresh trace. If it fails, its nodes are left in the row.
+  Outcome audit(Row& row) const;
+  /// Starts a failed row anew; its nodes are there.
+  Outcome reopen(Row& row) const;
+  std::uint64_t cover(Row& row) const;
+  std::uint64_t top_up(Row& row) const;
+  void test(Row& row, Outcome& outcome) const;
+  bool refit_due(const Row& row, std::uint32_t occupied) const;
+  void refit(Row& row, Outcome& outcome) const;
+  RandomStream stream_of(const Row& row, std::uint64_t purpose) const;
+
+  // publish.cpp
+  void update_rows(PassReport& report);
+  void fill_totals(PassReport& report) const;
+  void announce();
+
+  // image.cpp
+  /// Gives rows to the cached rows of these pages, converged ones first.
+  void wake(const std::vector<PageId>& pages);
+
+  std::unique_ptr<const TracedNodes> trace(PageId page, std::uint32_t node) const;
+  RowView view_of(std::uint32_t index) const;
+
+  Options options_;
+  const Target& target_;
+  std::vector<std::unique_ptr<Page>> pages_;
+  std::map<PageKey, PageId, KeyLess> page_of_key_;
+  std::map<PageKey, CachedPage, KeyLess> unused_;  ///< cached pages that no add_page() asked for
+  std::vector<std::unique_ptr<Row>> rows_;         ///< in order of birth
+  std::vector<RowChange> changes_;
+  std::function<void(const RowReport&)> listener_;
+  std::uint32_t pass_ = 0;      ///< number of the publish() that runs or ran last
+  std::size_t bytes_ = 0;       ///< of all rows
+  std::uint64_t reopened_ = 0;  ///< in this session
+  PassReport between_passes_;   ///< work of load() and add_page(), told by the next publish()
+  std::atomic<std::size_t> memo_bytes_{0};
+  std::atomic<std::uint64_t> traces_{0};  ///< by readers, in the running pass
+};
+
+}  // namespace tress::adaptive

@@ -1,0 +1,70 @@
+// The service embedded in sixty lines, through include/tress/adaptive alone: open, observe, publish, converge, save,
+// load.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tress/adaptive/cache.h"
+#include "tress/adaptive/random.h"
+#include "tress/adaptive/service.h"
+
+namespace {
+
+using namespace tress;
+using namespace tress::adaptive;
+
+// What is to be learned: one bundle of rays whose direction depends on a and whose mass depends on b.
+class Beam final : public Target {
+ public:
+  void trace(const PageDescription&, float a, float b, std::vector<TracedRay>& out) const override {
+    for (int i = 0; i < 32; ++i) out.push_back({a + 0.02f * static_cast<float>(i), b / 32, 0});
+  }
+  std::string model_name() const override { return "beam-1"; }
+};
+
+// One query: draw an azimuth from the row and return (density, weight) there.
+float sample_row(const Service& service, PageId page, std::uint32_t a, std::uint32_t b, RandomStream& random) {
+  const RowView row = service.look_up(page, a, b);
+  const bool converged = row.state == RowState::converged;
+  const float u = converged ? service.options().uniform_share_converged : service.options().uniform_share_open;
+  const Mixture flat;  // draws uniformly: the proposal before the first fit
+  const Mixture& proposal = row.fit != nullptr ? *row.fit : flat;
+  const float x = proposal.sample(random.next(), u);
+  const float q = proposal.proposal_density(x, u);
+  if (converged) return row.fit->density(x) / q;
+  const float g = row.nodes->density(x);
+  service.score(row, x, g, q);  // x was drawn from this very row
+  return g / q;
+}
+
+TEST(Example, AHostLearnsRowsWhileItUsesThemAndSavesThem) {
+  const Beam beam;
+  PageDescription description;
+  description.axis_a = {0.0f, 1.0f, 2.0f};
+  description.axis_b = {0.25f, 0.75f};
+  Service service(Options{}, beam);
+  const PageId page = service.add_page(description);
+
+  PassReport report;
+  for (std::uint64_t pass = 0; pass < 8; ++pass) {
+    for (std::uint32_t node = 0; node < 6; ++node) {
+      RandomStream random(1, node, pass);
+      double mass = 0;
+      for (int i = 0; i < 64; ++i) mass += sample_row(service, page, node / 2, node % 2, random) / 64;
+      // Before the first fit draws are uniform and weights up to 2 pi g; afterwards weights are near the mass.
+      if (pass > 0) EXPECT_NEAR(mass, description.axis_b[node % 2], 0.1);
+    }
+    report = service.publish();
+  }
+  EXPECT_EQ(report.rows_converged, 6u);
+  EXPECT_EQ(report.converged_queries, report.queries);
+
+  const std::string saved = encode_cache(service.snapshot());
+  Result<TableImage> image = decode_cache(saved, beam.model_name(), "memory");
+  ASSERT_TRUE(image) << image.error().message();
+  Service next(Options{}, beam);
+  EXPECT_FALSE(next.load(std::move(*image)));
+  EXPECT_EQ(next.look_up(next.add_page(description), 2, 1).state, RowState::converged);
+}
+
+}  // namespace
