@@ -1,0 +1,104 @@
+#include "cli/cache_command.h"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "cli/console.h"
+#include "tress/adaptive/cache.h"
+#include "tress/fiber/lobes.h"
+
+namespace tress::cli {
+namespace {
+
+/// The number after the magic of 8 bytes (adaptive/CACHE_FORMAT.md), of a file that has been read and accepted.
+std::uint32_t format_version(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  unsigned char bytes[12] = {};
+  stream.read(reinterpret_cast<char*>(bytes), sizeof bytes);
+  return std::uint32_t{bytes[8]} | std::uint32_t{bytes[9]} << 8 | std::uint32_t{bytes[10]} << 16 |
+         std::uint32_t{bytes[11]} << 24;
+}
+
+struct PageSummary {
+  std::string lobe;
+  std::uint64_t nodes = 0, open = 0, converged = 0, components = 0;
+  std::size_t bytes = 0;  ///< in the file
+};
+
+PageSummary summarise(const adaptive::TableImage& image, const adaptive::CachedPage& page) {
+  PageSummary summary;
+  const std::uint32_t lobe = page.description.key.lobe;
+  summary.lobe = lobe < fiber::lobe_names.size() ? fiber::lobe_names[lobe] : std::to_string(lobe);
+  summary.nodes = page.description.node_count();
+  for (const adaptive::CachedRow& row : page.rows) {
+    const bool converged = row.state == adaptive::RowState::converged;
+    ++(converged ? summary.converged : summary.open);
+    if (converged) summary.components += row.fit.component_count;
+  }
+  summary.bytes =
+      adaptive::encode_cache({image.model, {page}}).size() - adaptive::encode_cache({image.model, {}}).size();
+  return summary;
+}
+
+}  // namespace
+
+int run_cache_info(const CacheSettings& settings) {
+  const Result<adaptive::TableImage> image = adaptive::load_cache(settings.file, "");
+  if (!image) {
+    fail(image.error().message());
+    return 1;
+  }
+  const std::uint32_t version = format_version(settings.file);
+  const std::string hash = adaptive::cache_hash(*image);
+  const std::uintmax_t bytes = std::filesystem::file_size(settings.file);
+  nlohmann::ordered_json pages = nlohmann::ordered_json::array();
+  std::string text;
+  for (const adaptive::CachedPage& page : image->pages) {
+    const PageSummary s = summarise(*image, page);
+    const auto& parameters = page.description.key.parameters;
+    const double sigma_deg = double(parameters[2]) * 180 / std::numbers::pi;
+    pages.push_back(
+        {{"key", {{"lobe", s.lobe}, {"eta", parameters[0]}, {"e", parameters[1]}, {"sigma_deg", sigma_deg}}},
+         {"nodes", s.nodes},
+         {"rows", {{"open", s.open}, {"converged", s.converged}}},
+         {"components", s.components},
+         {"bytes", s.bytes}});
+    text += fmt::format("  {:5} {:5.3f} {:5.3f} {:6.2f} {:7} {:7} {:9} {:10} {:10}\n", s.lobe, parameters[0],
+                        parameters[1], sigma_deg, s.nodes, s.open, s.converged, s.components, s.bytes);
+  }
+  if (settings.json) {
+    const nlohmann::ordered_json json = {
+        {"model", image->model}, {"format", version}, {"hash", hash}, {"bytes", bytes}, {"pages", pages}};
+    fmt::print("{}\n", json.dump());
+    return 0;
+  }
+  fmt::print("model   {}\nformat  {}\nhash    {}\nbytes   {}\npages   {}\n", image->model, version, hash, bytes,
+             image->pages.size());
+  if (!text.empty()) {
+    fmt::print("  {:5} {:>5} {:>5} {:>6} {:>7} {:>7} {:>9} {:>10} {:>10}\n{}", "lobe", "eta", "e", "sigma", "nodes",
+               "open", "converged", "components", "bytes", text);
+  }
+  return 0;
+}
+
+int run_cache_verify(const CacheSettings& settings) {
+  const Result<adaptive::TableImage> image = adaptive::load_cache(settings.file, "");
+  if (settings.json) {
+    nlohmann::ordered_json json = {{"file", settings.file.string()}, {"ok", bool(image)}};
+    if (!image) json["reason"] = image.error().message();
+    fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else if (image) {
+    fmt::print("{}: ok\n", settings.file.string());
+  }
+  if (image) return 0;
+  fail(image.error().message());
+  return 1;
+}
+
+}  // namespace tress::cli

@@ -1,0 +1,17 @@
+// tress diff: how far one picture is from another.
+#pragma once
+
+#include <filesystem>
+
+namespace tress::cli {
+
+struct DiffSettings {
+  std::filesystem::path a, b;
+  bool json = false;
+};
+
+/// Prints relMSE, MAE, bias (mean of B - A by channel), the largest difference and whether all pixels are identical.
+/// Exit status 0 whatever the difference; 1 if a picture cannot be read or the sizes differ.
+int run_diff(const DiffSettings& settings);
+
+}  // namespace tress::cli

@@ -1,0 +1,175 @@
+#include "cli/fit_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <vector>
+
+#include "cli/console.h"
+#include "cli/curve_plot.h"
+#include "cli/learned_row.h"
+#include "cli/output_path.h"
+#include "fiber/fourier_reference.h"
+#include "fiber/reflection.h"
+#include "tress/adaptive/traced_nodes.h"
+
+namespace tress::cli {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr int integration_nodes = 8192;  // equally spaced on the circle: spectral for the blurs allowed here
+
+double radians(double degrees) { return degrees * pi / 180; }
+
+/// A density on the circle, 1/rad, by absolute azimuth in radians.
+using CircularDensity = std::function<double(double)>;
+
+struct Curves {
+  CircularDensity target, fit;
+  double energy = 0;  ///< mass of the target
+  std::size_t components = 0;
+  std::uint64_t evaluations = 0;
+  bool converged = true;
+};
+
+/// The closed form of R, blurred by sigma here only so that it can be held against the reference. The closed form has
+/// edges where it falls to 0 with a vertical tangent, hence midpoints: error some 1e-5 of the peak.
+CircularDensity blurred_reflection(const FitSettings& s) {
+  constexpr int nodes = 16384;
+  const auto theta = static_cast<float>(std::fabs(radians(s.theta_d)));
+  const fiber::ReflectionLobe lobe(float(s.eta), float(s.eccentricity), theta, float(radians(s.phi)), 0.5f, 0, 0.1f);
+  std::vector<double> mass(nodes);
+  for (int i = 0; i < nodes; ++i) {
+    mass[std::size_t(i)] = lobe.energy_density(float(-pi + (i + 0.5) * 2 * pi / nodes)) * 2 * pi / nodes;
+  }
+  // Cosine series of the blurred density: as many terms as the Gaussian leaves.
+  const double sigma = radians(s.sigma);
+  const int terms = static_cast<int>(std::ceil(6.5 / sigma));
+  std::vector<double> cosine, sine;
+  for (int m = 0; m <= terms; ++m) {
+    double c = 0, n = 0;
+    for (int i = 0; i < nodes; ++i) {
+      const double angle = m * (-pi + (i + 0.5) * 2 * pi / nodes);
+      c += mass[std::size_t(i)] * std::cos(angle);
+      n += mass[std::size_t(i)] * std::sin(angle);
+    }
+    const double blur = std::exp(-0.5 * m * m * sigma * sigma) / (m == 0 ? 2 * pi : pi);
+    cosine.push_back(c * blur);
+    sine.push_back(n * blur);
+  }
+  return [cosine, sine](double phi) {
+    double sum = 0;
+    for (std::size_t m = 0; m < cosine.size(); ++m) {
+      sum += cosine[m] * std::cos(double(m) * phi) + sine[m] * std::sin(double(m) * phi);
+    }
+    return std::max(sum, 0.0);
+  };
+}
+
+Curves make_curves(const FitSettings& s) {
+  fiber::ReferenceRequest request;
+  request.eta = s.eta;
+  request.eccentricity = s.eccentricity;
+  request.theta_d = radians(s.theta_d);
+  request.phi_r = radians(s.phi);
+  request.sigma = radians(s.sigma);
+  request.sigma_a = s.sigma_a;
+  request.p = static_cast<int>(s.lobe);
+  // 2048 do for 5 degrees; a narrower blur resolves more of the caustics.
+  request.nodes = 2048 * std::max(1, static_cast<int>(std::ceil(5 / s.sigma)));
+  const fiber::FourierReference reference(request);
+
+  Curves curves;
+  curves.target = [reference](double phi) { return reference.density(phi); };
+  curves.energy = reference.energy();
+  if (s.lobe == fiber::Lobe::r) {
+    curves.fit = blurred_reflection(s);
+    return curves;
+  }
+  RowRequest row;
+  row.p = request.p;
+  row.eta = static_cast<float>(s.eta);
+  row.eccentricity = static_cast<float>(s.eccentricity);
+  row.sigma = static_cast<float>(request.sigma);
+  row.phi_r = static_cast<float>(request.phi_r);
+  row.theta_d = static_cast<float>(request.theta_d);
+  row.epsilon = s.epsilon;
+  const LearnedRow learned = learn_row(row);
+  curves.components = learned.fit.component_count;
+  curves.evaluations = learned.evaluations;
+  curves.converged = learned.converged;
+  curves.fit = [learned, sigma_a = s.sigma_a](double phi) { return learned.density(phi, sigma_a); };
+  return curves;
+}
+
+/// The objective of the table (adaptive/options.h) against the reference, on absolute densities.
+double relative_l2(const Curves& curves) {
+  double error = 0, square = 0, mass = 0;
+  constexpr double step = 2 * pi / integration_nodes;
+  for (int i = 0; i < integration_nodes; ++i) {
+    const double phi = -pi + i * step, target = curves.target(phi), off = target - curves.fit(phi);
+    error += off * off * step;
+    square += target * target * step;
+    mass += target * step;
+  }
+  return error / std::max(square - mass * mass / (2 * pi), 1e-3 / (2 * pi));
+}
+
+int draw(const std::filesystem::path& file, const std::vector<double>& target, const std::vector<double>& fit) {
+  const image::Picture picture =
+      plot_curves({{target, glm::vec3(0.02f, 0.02f, 0.02f)}, {fit, glm::vec3(0.8f, 0.05f, 0.02f)}});
+  if (const std::optional<Error> error = image::write_png(file, picture)) {
+    fail(error->message());
+    return 1;
+  }
+  note(fmt::format("{}: reference black, fit red, azimuth -180 to 180 degrees", file.string()));
+  return 0;
+}
+
+}  // namespace
+
+int run_fit(const FitSettings& settings) {
+  if (settings.plot) {
+    if (const std::optional<Error> error = check_output(*settings.plot)) {
+      fail(error->message());
+      return 1;
+    }
+  }
+  const Curves curves = make_curves(settings);
+  std::vector<double> phi_deg, target, fit;
+  for (int i = 0; i < settings.samples; ++i) {
+    phi_deg.push_back(-180 + 360.0 * i / settings.samples);
+    target.push_back(curves.target(radians(phi_deg.back())));
+    fit.push_back(curves.fit(radians(phi_deg.back())));
+  }
+  const double error = relative_l2(curves);
+  const char* lobe = fiber::lobe_names[static_cast<std::size_t>(settings.lobe)];
+  int status = 0;
+  if (!curves.converged) {
+    fail(fmt::format("lobe {}: expected the row to converge to epsilon {}, found it refused at {:.3g}", lobe,
+                     settings.epsilon, error));
+    status = 1;
+  }
+  if (settings.json) {
+    const nlohmann::ordered_json json = {{"lobe", lobe},
+                                         {"phi_deg", phi_deg},
+                                         {"target", target},
+                                         {"fit", fit},
+                                         {"energy", curves.energy},
+                                         {"relative_l2", error},
+                                         {"components", curves.components},
+                                         {"evaluations", curves.evaluations}};
+    fmt::print("{}\n", json.dump());
+    return status;
+  }
+  fmt::print("lobe         {}\nenergy       {:.6g}\nrelative_l2  {:.3g}\ncomponents   {}\nevaluations  {}\n", lobe,
+             curves.energy, error, curves.components, curves.evaluations);
+  if (!settings.plot) return status;
+  return std::max(status, draw(*settings.plot, target, fit));
+}
+
+}  // namespace tress::cli

@@ -1,0 +1,71 @@
+#include "cli/learned_row.h"
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "fiber/row_axes.h"
+#include "tress/adaptive/random.h"
+#include "tress/adaptive/service.h"
+#include "tress/fiber/elliptical_model.h"
+
+namespace tress::cli {
+namespace {
+
+constexpr int draws_per_pass = 16;
+constexpr int most_passes = 4096;  // a row is refused after 32 failed tests of 24 scores, long before
+
+}  // namespace
+
+double transmitted_share(double sigma_a, double mean, double variance) {
+  const double depth = sigma_a * mean;
+  if (!(variance > 1e-9 * mean * mean)) return std::exp(-depth);
+  return std::exp(-mean * mean / variance * std::log1p(sigma_a * variance / mean));
+}
+
+double LearnedRow::density(double phi, double sigma_a) const {
+  const float x = adaptive::wrap_angle(sign * (static_cast<float>(phi) - phi_r));
+  double sum = fit.uniform_weight / (2 * std::numbers::pi) *
+               transmitted_share(sigma_a, fit.uniform_attribute_mean, fit.uniform_attribute_variance);
+  for (const adaptive::Component& part : fit.parts()) {
+    sum += double(part.weight) * double(part.shape.density(x)) *
+           transmitted_share(sigma_a, part.attribute_mean, part.attribute_variance);
+  }
+  return sum;
+}
+
+LearnedRow learn_row(const RowRequest& request) {
+  const fiber::FoldedAzimuth fold = fiber::fold_azimuth(request.phi_r);
+  adaptive::PageDescription page = fiber::elliptical_page(request.p, request.eta, request.eccentricity, request.sigma);
+  page.axis_a = {fold.phi};
+  page.axis_b = {std::fabs(request.theta_d)};
+
+  adaptive::Options options;
+  options.epsilon = request.epsilon;
+  options.birth_touches = 1;
+  const std::unique_ptr<adaptive::Target> target = fiber::make_elliptical_target();
+  adaptive::Service service(options, *target);
+  const adaptive::PageId id = service.add_page(page);
+
+  LearnedRow learned;
+  learned.phi_r = request.phi_r;
+  learned.sign = fold.sign;
+  RandomStream random(0x66697420726f7773ull);
+  for (int pass = 0; pass < most_passes; ++pass) {
+    for (int draw = 0; draw < draws_per_pass; ++draw) {
+      const adaptive::RowView row = service.look_up(id, 0, 0);
+      if (row.state != adaptive::RowState::open || row.fit == nullptr) continue;
+      const float share = static_cast<float>(options.uniform_share_open);
+      const float x = row.fit->sample(random.next(), share);
+      service.score(row, x, row.nodes->density(x), row.fit->proposal_density(x, share));
+    }
+    learned.evaluations += service.publish().g_evaluations;
+    const adaptive::RowView row = service.peek(id, 0, 0);
+    learned.converged = row.state == adaptive::RowState::converged;
+    if (row.fit != nullptr) learned.fit = *row.fit;
+    if (learned.converged || row.state == adaptive::RowState::refused) break;
+  }
+  return learned;
+}
+
+}  // namespace tress::cli

@@ -1,0 +1,55 @@
+#include "cli/progress.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "cli/console.h"
+
+namespace tress::cli {
+namespace {
+
+constexpr int bar_cells = 30;
+constexpr double seconds_between_lines = 10;
+
+std::string duration(double seconds) {
+  const long long whole = static_cast<long long>(std::max(0.0, seconds) + 0.5);
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+  return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+}
+
+}  // namespace
+
+Progress::Progress() : start_(std::chrono::steady_clock::now()), last_line_(start_) {}
+
+double Progress::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+void Progress::update(const integrate::PassProgress& pass) {
+  const double share = pass.paths_total == 0 ? 1.0 : double(pass.paths_so_far) / double(pass.paths_total);
+  const double left = share > 0 ? seconds() * (1 - share) / share : 0;
+  std::string table;
+  if (pass.table.queries > 0) {
+    table = fmt::format(", {:.1f} % of queries on converged rows",
+                        100.0 * double(pass.table.converged_queries) / double(pass.table.queries));
+  }
+  const std::string text = fmt::format("{:3.0f} %, pass {} of {}, {} left{}", 100 * share, pass.pass + 1,
+                                       pass.pass_count, duration(left), table);
+  if (console_is_terminal()) {
+    const int full = std::clamp(static_cast<int>(share * bar_cells), 0, bar_cells);
+    draw_bar(fmt::format("[{}{}] {}", std::string(std::size_t(full), '#'),
+                         std::string(std::size_t(bar_cells - full), '.'), text));
+    return;
+  }
+  const auto now = std::chrono::steady_clock::now();
+  if (std::chrono::duration<double>(now - last_line_).count() < seconds_between_lines) return;
+  last_line_ = now;
+  note(text);
+}
+
+void Progress::finish() { draw_bar(""); }
+
+}  // namespace tress::cli

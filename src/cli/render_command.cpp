@@ -1,0 +1,298 @@
+#include "cli/render_command.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "cli/console.h"
+#include "cli/interrupt.h"
+#include "cli/output_path.h"
+#include "cli/progress.h"
+#include "intersect/fiber_scene.h"
+#include "tress/adaptive/telemetry.h"
+
+namespace tress::cli {
+namespace {
+
+using Extra = adaptive::TelemetryWriter::Extra;
+
+template <class T>
+std::string json_text(const T& value) {
+  // A path need not be UTF-8; a line of telemetry must be.
+  return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+const char* estimator_name(fiber::Estimator estimator) {
+  return estimator == fiber::Estimator::exact ? "exact" : "fitted";
+}
+
+/// Telemetry that never stops a render: the first error is told, then it is silent.
+class Telemetry {
+ public:
+  explicit Telemetry(std::unique_ptr<adaptive::TelemetryWriter> writer) : writer_(std::move(writer)) {}
+
+  template <class Write>
+  void write(Write&& line) {
+    if (!writer_) return;
+    if (const std::optional<Error> error = line(*writer_)) {
+      warn("telemetry stops: " + error->message());
+      writer_.reset();
+      failed_ = true;
+    }
+  }
+  bool wanted() const { return writer_ != nullptr; }
+  bool failed() const { return failed_; }
+
+ private:
+  std::unique_ptr<adaptive::TelemetryWriter> writer_;
+  bool failed_ = false;
+};
+
+/// One render, from the loaded scene to the saved files.
+class RenderJob {
+ public:
+  RenderJob(const RenderSettings& settings, const scene::Scene& scene, int threads,
+            std::unique_ptr<adaptive::TelemetryWriter> telemetry)
+      : settings_(settings),
+        scene_(scene),
+        threads_(threads),
+        target_(fiber::make_elliptical_target()),
+        telemetry_(std::move(telemetry)) {
+    if (settings.estimator != fiber::Estimator::exact) {
+      adaptive::Options options = settings.table;
+      options.seed = settings.render.seed;
+      service_ = std::make_unique<adaptive::Service>(options, *target_);
+    }
+    if (settings.warm_cache && service_) {
+      cache_.emplace(*settings.warm_cache, settings.cache_mode, target_->model_name());
+    }
+    model_ = fiber::make_elliptical_model(settings.estimator, service_.get());
+  }
+
+  /// Inside the arena.
+  int run() {
+    const InterruptGuard interrupt;
+    add_fibers();
+    if (const int status = open_cache(); status != 0) return status;
+    const intersect::FiberScene fibers(scene_);
+
+    integrate::RenderOptions options = settings_.render;
+    options.samples = scene_.image.samples;
+    Progress progress;
+    integrate::RenderResult result =
+        integrate::render(scene_, fibers, *model_, fiber_of_material_, service_.get(), options, interrupt.requested(),
+                          [&](const integrate::PassProgress& pass) {
+                            told_pass(pass);
+                            progress.update(pass);
+                            if (cache_) cache_->save_if_due(*service_);
+                            return !interrupt.requested();
+                          });
+    progress.finish();
+    return save(result, progress.seconds(), interrupt.exit_status());
+  }
+
+ private:
+  void add_fibers() {
+    for (const scene::Material& material : scene_.materials) {
+      fiber_of_material_.push_back(model_->add_fiber(material.fiber));
+      tell_narrow_blurs(material);
+    }
+    if (!service_) return;
+    note(fmt::format("{} pages for {} materials, table of at most {:.4g} MB", service_->page_count(),
+                     scene_.materials.size(), double(settings_.table.memory_bytes) / double(1 << 20)));
+  }
+
+  /// Under a blur of 4 degrees a grid of rows would explode, and g is traced at every vertex instead.
+  void tell_narrow_blurs(const scene::Material& material) const {
+    if (!service_) return;
+    const std::array<float, 3> sigmas = fiber::azimuthal_sigmas(material.fiber);
+    for (int lobe = 0; lobe < 3; ++lobe) {
+      const double degrees = double(sigmas[std::size_t(lobe)]) * 180 / std::numbers::pi;
+      if (degrees >= 4) continue;
+      note(
+          fmt::format("material {}: {} is blurred by {:.2f} degrees, less than 4: its rows only propose, and it is "
+                      "traced at every vertex",
+                      material.name, fiber::lobe_names[std::size_t(lobe) + 1], degrees));
+    }
+  }
+
+  int open_cache() {
+    std::optional<Error> refused;
+    if (cache_) {
+      refused = cache_->open(*service_);
+      if (!refused) model_->rows_changed();
+    } else if (settings_.warm_cache) {
+      said(fmt::format("warm cache {}: not used, the exact estimator has no rows", settings_.warm_cache->string()));
+    }
+    told_header();
+    if (!refused) return 0;
+    fail(fmt::format("warm cache {} is required: {}", settings_.warm_cache->string(), refused->message()));
+    told_summary("refused", {});
+    return 1;
+  }
+
+  Extra cache_fields() const {
+    if (!settings_.warm_cache) return {};
+    nlohmann::ordered_json cache = {{"file", settings_.warm_cache->string()},
+                                    {"mode", cache_mode_name(settings_.cache_mode)}};
+    if (cache_) {
+      cache["loaded"] = cache_->loaded();
+      cache["rows_loaded"] = cache_->rows_loaded();
+      cache["saved"] = cache_->saved();
+      cache["rows_saved"] = cache_->rows_saved();
+      if (!cache_->reason().empty()) cache["reason"] = cache_->reason();
+    } else {
+      cache["loaded"] = "not asked";
+    }
+    return {{"warm_cache", json_text(cache)}};
+  }
+
+  void told_header() {
+    Extra fields{{"scene", json_text(scene_.source)},
+                 {"model", json_text(model_->name())},
+                 {"estimator", json_text(estimator_name(settings_.estimator))},
+                 {"learner", json_text("sketch")},
+                 {"epsilon", json_text(settings_.table.epsilon)},
+                 {"seed", json_text(settings_.render.seed)},
+                 {"samples", json_text(scene_.image.samples)},
+                 {"width", json_text(scene_.image.width)},
+                 {"height", json_text(scene_.image.height)},
+                 {"threads", json_text(threads_)},
+                 {"pages", json_text(service_ ? service_->page_count() : 0)},
+                 {"memory_limit", json_text(settings_.table.memory_bytes)}};
+    fields.merge(cache_fields());
+    telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.header(fields); });
+    if (!settings_.telemetry_rows || !service_ || !telemetry_.wanted()) return;
+    service_->set_row_listener([this](const adaptive::RowReport& row) {
+      telemetry_.write(
+          [&](adaptive::TelemetryWriter& writer) { return writer.row(row, {{"pass", json_text(passes_told_)}}); });
+    });
+  }
+
+  void told_pass(const integrate::PassProgress& pass) {
+    telemetry_.write([&](adaptive::TelemetryWriter& writer) {
+      return writer.pass(pass.table, {{"pass", json_text(pass.pass)},
+                                      {"pixels", json_text(pass.pixels)},
+                                      {"samples", json_text(pass.paths_so_far)},
+                                      {"seconds", json_text(pass.seconds)},
+                                      {"cpu_seconds", json_text(pass.cpu_seconds)}});
+    });
+    passes_told_ = pass.pass + 1;
+  }
+
+  void told_summary(const char* status, Extra fields) {
+    fields.emplace("status", json_text(status));
+    fields.merge(cache_fields());
+    telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.summary(fields); });
+  }
+
+  int save(integrate::RenderResult& result, double seconds, int signal_status) {
+    int status = signal_status;
+    const auto told = [&](const std::optional<Error>& error) {
+      if (!error) return;
+      fail(error->message());
+      if (status == 0) status = 1;
+    };
+
+    std::string hash;
+    if (service_) hash = adaptive::cache_hash(service_->snapshot());
+    if (cache_) told(cache_->save(*service_));
+
+    image::Picture& picture = result.picture;
+    picture.metadata["scene"] = scene_.source;
+    picture.metadata["seed"] = std::to_string(settings_.render.seed);
+    picture.metadata["samples"] = fmt::format("{}", result.samples_per_pixel);
+    picture.metadata["time"] = fmt::format("{:.3f} s", seconds);
+    picture.metadata["model"] = model_->name();
+    picture.metadata["estimator"] = estimator_name(settings_.estimator);
+    picture.metadata["epsilon"] = fmt::format("{}", settings_.table.epsilon);
+    picture.metadata["cache_hash"] = hash;
+    const std::optional<Error> unwritten = image::write_exr(settings_.output, picture);
+    told(unwritten);
+    std::filesystem::path preview = settings_.output;
+    preview.replace_extension(".png");
+    if (!unwritten) told(image::write_png(preview, picture));
+
+    told_summary(signal_status != 0 ? "interrupted" : (status == 0 ? "done" : "failed"),
+                 {{"passes", json_text(result.passes)},
+                  {"samples_per_pixel", json_text(result.samples_per_pixel)},
+                  {"seconds", json_text(seconds)},
+                  {"queries", json_text(result.queries)},
+                  {"exact_queries", json_text(result.exact_queries)},
+                  {"cache_hash", json_text(hash)},
+                  {"image", json_text(settings_.output.string())}});
+    if (telemetry_.failed() && status == 0) status = 1;
+    if (!unwritten) {
+      note(fmt::format("{}{}: {:.4g} samples a pixel in {:.1f} s", signal_status != 0 ? "interrupted, " : "",
+                       settings_.output.string(), result.samples_per_pixel, seconds));
+    }
+    return status;
+  }
+
+  const RenderSettings& settings_;
+  const scene::Scene& scene_;
+  int threads_;
+  std::unique_ptr<adaptive::Target> target_;
+  std::unique_ptr<adaptive::Service> service_;
+  std::unique_ptr<fiber::FiberModel> model_;
+  std::optional<WarmCacheSession> cache_;
+  std::vector<fiber::FiberId> fiber_of_material_;
+  Telemetry telemetry_;
+  int passes_told_ = 0;
+};
+
+/// What must be writable, checked before anything is rendered.
+std::optional<Error> check_outputs(const RenderSettings& settings) {
+  std::filesystem::path preview = settings.output;
+  preview.replace_extension(".png");
+  if (auto error = check_output(settings.output)) return error;
+  if (auto error = check_output(preview)) return error;
+  if (settings.warm_cache && settings.cache_mode != CacheMode::frozen) return check_output(*settings.warm_cache);
+  return std::nullopt;
+}
+
+}  // namespace
+
+int run_render(const RenderSettings& settings) {
+  const Result<scene::Scene> scene = scene::load_scene(settings.scene, settings.overrides);
+  if (!scene) {
+    fail(scene.error().message());
+    return 1;
+  }
+  for (const std::string& text : scene->notes) note(text);
+  for (const std::string& text : scene->warnings) warn(text);
+  if (const std::optional<Error> error = check_outputs(settings)) {
+    fail(error->message());
+    return 1;
+  }
+  std::unique_ptr<adaptive::TelemetryWriter> telemetry;
+  if (settings.telemetry) {
+    if (const std::optional<Error> error = check_output(*settings.telemetry)) {
+      fail(error->message());
+      return 1;
+    }
+    auto writer = adaptive::TelemetryWriter::create(*settings.telemetry);
+    if (!writer) {
+      fail(writer.error().message());
+      return 1;
+    }
+    telemetry = std::move(*writer);
+  }
+
+  const int threads = settings.threads.value_or(tbb::info::default_concurrency());
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+  tbb::task_arena arena(threads);
+  return arena.execute([&] {
+    RenderJob job(settings, *scene, threads, std::move(telemetry));
+    return job.run();
+  });
+}
+
+}  // namespace tress::cli

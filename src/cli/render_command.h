@@ -1,0 +1,32 @@
+// tress render: from a scene to a picture, learning on the way.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "cli/warm_cache_session.h"
+#include "integrate/renderer.h"
+#include "scene/scene.h"
+#include "tress/adaptive/options.h"
+#include "tress/fiber/elliptical_model.h"
+
+namespace tress::cli {
+
+/// Every value in range: the command line has been checked.
+struct RenderSettings {
+  std::filesystem::path scene, output;  ///< output ends in .exr; a .png is written beside it
+  scene::Overrides overrides;
+  integrate::RenderOptions render;  ///< samples come from the scene and its overrides
+  std::optional<int> threads;       ///< unset: one per hardware thread that the process may use
+  fiber::Estimator estimator = fiber::Estimator::fitted;
+  adaptive::Options table;
+  std::optional<std::filesystem::path> warm_cache;
+  CacheMode cache_mode = CacheMode::append;
+  std::optional<std::filesystem::path> telemetry;
+  bool telemetry_rows = false;
+};
+
+/// Exit status of the command.
+int run_render(const RenderSettings& settings);
+
+}  // namespace tress::cli

@@ -1,0 +1,59 @@
+// One render's dealings with its warm cache file: the four modes, and what is told about them.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "tress/adaptive/service.h"
+
+namespace tress::cli {
+
+enum class CacheMode {
+  append,   ///< load if there, refine, save merged with what is then on disk
+  frozen,   ///< load if there, never save
+  scratch,  ///< do not load; replace the file at the end, without merging
+  require,  ///< append, but a missing or refused file is an error before rendering
+};
+const char* cache_mode_name(CacheMode mode);
+
+/// One thread, between passes. Every step says one line on stderr, whatever --quiet says.
+/// A file that is refused (truncated, flipped, of another model, of a later format) is never written over, but for
+/// scratch, which was asked to replace it.
+class WarmCacheSession {
+ public:
+  static constexpr std::chrono::minutes save_interval{10};
+
+  WarmCacheSession(std::filesystem::path file, CacheMode mode, std::string model);
+
+  /// Loads into the service as the mode says, once its pages are known. Error only under `require`.
+  std::optional<Error> open(adaptive::Service& service);
+  /// Saves if `save_interval` has passed since the last time. A failure is a warning; the end tries again.
+  void save_if_due(const adaptive::Service& service);
+  /// The save at the end. Error if the file could not be written.
+  std::optional<Error> save(const adaptive::Service& service);
+
+  /// What telemetry tells: how the session began and how it ended, and why if refused.
+  const std::string& loaded() const { return loaded_; }  ///< "loaded", "absent", "refused", "not asked"
+  const std::string& saved() const { return saved_; }  ///< "saved", "merged", "refused", "frozen", "failed", "not yet"
+  const std::string& reason() const { return reason_; }  ///< of a refusal or failure; else empty
+  std::uint64_t rows_loaded() const { return rows_loaded_; }
+  std::uint64_t rows_saved() const { return rows_saved_; }
+  const std::filesystem::path& file() const { return file_; }
+  CacheMode mode() const { return mode_; }
+
+ private:
+  std::optional<Error> save_now(const adaptive::Service& service);
+  void refuse(const std::string& reason);
+
+  std::filesystem::path file_;
+  CacheMode mode_;
+  std::string model_;
+  std::string loaded_ = "not asked", saved_ = "not yet", reason_;
+  std::uint64_t rows_loaded_ = 0, rows_saved_ = 0;
+  std::chrono::steady_clock::time_point last_save_;
+};
+
+}  // namespace tress::cli
