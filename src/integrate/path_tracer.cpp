@@ -47,7 +47,7 @@ PathTracer::Vertex PathTracer::begin(const intersect::Hit& hit, const glm::vec3&
                                      bool first) const {
   const fiber::FiberId fiber = fiber_of_material_[scene_.grooms[hit.groom].material];
   return {hit, model_.begin(fiber, to_local(hit, -ray_direction).direction, xi1, xi2),
-          first ? options_.light_samples : 1, first ? options_.bcsdf_samples : 1};
+          first ? options_.light_samples : std::min(1, options_.light_samples), first ? options_.bcsdf_samples : 1};
 }
 
 void PathTracer::add_light(const Vertex& vertex, const std::array<float, 2>& u, const fiber::LobeColors* beta,
@@ -101,8 +101,10 @@ void PathTracer::follow(Vertex vertex, fiber::FiberSample sample, RandomStream& 
     }
     const float xi1 = random.next(), xi2 = random.next();
     vertex = begin(*hit, ray.direction, xi1, xi2, false);
-    const float u1 = random.next(), u2 = random.next();
-    add_light(vertex, {u1, u2}, &beta, sums);
+    if (vertex.light_samples > 0) {
+      const float u1 = random.next(), u2 = random.next();
+      add_light(vertex, {u1, u2}, &beta, sums);
+    }
     std::array<float, 4> u;
     for (float& number : u) number = random.next();
     sample = model_.sample(vertex.event, u);

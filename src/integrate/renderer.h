@@ -16,7 +16,7 @@ namespace tress::integrate {
 
 struct RenderOptions {
   int samples = 64;        ///< per pixel
-  int light_samples = 1;   ///< at the first fiber hit; 1 at later ones
+  int light_samples = 1;   ///< at the first fiber hit; 1 at later ones; 0: none at any hit
   int bcsdf_samples = 1;   ///< at the first fiber hit, each going on as a path; 1 at later ones
   int max_depth = 64;      ///< fiber hits of a path
   int roulette_depth = 6;  ///< Russian roulette from this hit on
@@ -38,12 +38,13 @@ struct RenderResult {
   image::Picture picture;  ///< beauty, A, lobes, background, ais.exact; metadata left to the caller
   int passes = 0;
   double samples_per_pixel = 0;
-  bool interrupted = false;
+  bool interrupted = false;  ///< by `stop`; not by on_pass
   std::uint64_t queries = 0, exact_queries = 0;
 };
 
 /// Renders in the calling oneTBB arena. The same seed gives the same bits for any number of threads.
-/// service: null for `exact`. stop: polled often; the picture so far is then returned, complete and unbiased per pixel.
+/// service: null for `exact`. stop: polled often; the picture so far is then returned, each pixel the mean
+/// of the samples it has; one that has none yet shows the nearest that has, or black with A = 0 if there is none.
 /// on_pass: after each publish(); returns false to stop there.
 RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibers, fiber::FiberModel& model,
                     const std::vector<fiber::FiberId>& fiber_of_material, adaptive::Service* service,

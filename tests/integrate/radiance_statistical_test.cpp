@@ -1,0 +1,152 @@
+// Means that are known on paper: furnaces, one fiber under any light, and estimators that must agree.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "integrate/white_fiber.h"
+
+namespace tress::integrate {
+namespace {
+
+/// |z| beyond this happens by chance once in 1.6 million tests (two-sided normal); seeds are fixed.
+constexpr double z_limit = 5;
+
+struct Mean {
+  double value = 0, error = 0;  ///< standard error
+};
+
+/// Over the pixels, which are independent of each other.
+Mean mean_of(const RenderResult& result, const std::string& name) {
+  const std::vector<float>& pixels = result.picture.find(name)->pixels;
+  const double n = static_cast<double>(pixels.size());
+  double sum = 0, squares = 0;
+  for (const float value : pixels) sum += value;
+  for (const float value : pixels) squares += (value - sum / n) * (value - sum / n);
+  return {sum / n, std::sqrt(squares / (n * (n - 1)))};
+}
+
+RenderOptions long_paths(int samples, std::uint64_t seed) {
+  RenderOptions options;
+  options.samples = samples;
+  options.max_depth = 2000;
+  options.roulette_depth = 4;
+  options.seed = seed;
+  return options;
+}
+
+TEST(Furnace, of_lossless_fibers_is_one) {
+  WhiteFiber model;
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
+  scene::Scene scene = tangle(400, 48, 48);
+  scene.camera.vertical_fov_deg = 8;  // inside the tangle
+  const std::pair<int, int> counts[] = {{1, 1}, {0, 1}, {3, 2}};
+  for (const auto& [lights, bcsdfs] : counts) {
+    RenderOptions options = long_paths(16, 11);
+    options.light_samples = lights;
+    options.bcsdf_samples = bcsdfs;
+    const RenderResult result = render_with(scene, model, fibers, options, 2);
+    EXPECT_GT(mean_of(result, "A").value, 0.9);
+    for (const char* color : {"R", "G", "B"}) {
+      const Mean mean = mean_of(result, color);
+      EXPECT_LT(mean.error, 0.01);
+      EXPECT_LT(std::abs(mean.value - 1), z_limit * mean.error) << color << " " << lights << " " << bcsdfs;
+    }
+  }
+}
+
+TEST(Furnace, is_one_in_every_pixel_if_weights_are_one) {
+  // Drawn in proportion to S, no light samples, no roulette: every path brings exactly 1.
+  WhiteFiber model;
+  model.matched = 1;
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
+  scene::Scene scene = tangle(400, 48, 48);
+  scene.camera.vertical_fov_deg = 8;
+  RenderOptions options = long_paths(4, 11);
+  options.light_samples = 0;
+  options.bcsdf_samples = 2;
+  options.roulette_depth = options.max_depth + 1;
+  const RenderResult result = render_with(scene, model, fibers, options, 2);
+  // Rounding of some 1e-7 a hit, a few hundred hits at most.
+  for (const char* color : {"R", "G", "B"}) {
+    for (const float value : result.picture.find(color)->pixels) EXPECT_NEAR(value, 1, 1e-4);
+  }
+}
+
+TEST(OneFiber, scatters_the_mean_radiance_around_it) {
+  // A straight convex fiber does not meet its own light, so L = the mean radiance of the environment.
+  std::vector<glm::vec3> pixels;
+  for (int i = 0; i < 16 * 8; ++i) pixels.emplace_back(i % 5 == 0 ? 6.0f : 0.2f, i % 16 / 4.0f, i == 37 ? 90.0f : 0.1f);
+  scene::Scene scene;
+  scene.environment = scene::Environment(16, 8, pixels, 0.3, 1.0f);
+  scene.environment_visible = false;
+  scene.camera.eye = {0, -6, 0};
+  scene.camera.vertical_fov_deg = 4;
+  scene.image.width = scene.image.height = 32;
+  scene.materials.resize(1);
+  scene.grooms.resize(1);
+  scene.grooms[0].first_point = {0, 2};
+  scene.grooms[0].points = {{0, 0, -9}, {1, 0, 9}};
+  scene.grooms[0].radius_cm = {1.2f, 1.2f};
+  WhiteFiber model;
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
+  const glm::vec3 expected = scene.environment.mean();
+  const std::pair<int, int> counts[] = {{1, 1}, {0, 1}, {4, 1}, {1, 3}};
+  for (const auto& [lights, bcsdfs] : counts) {
+    RenderOptions options = long_paths(32, 12);
+    options.light_samples = lights;
+    options.bcsdf_samples = bcsdfs;
+    const RenderResult result = render_with(scene, model, fibers, options, 2);
+    EXPECT_EQ(mean_of(result, "A").value, 1);
+    const char* names[] = {"R", "G", "B"};
+    for (int color = 0; color < 3; ++color) {
+      const Mean mean = mean_of(result, names[color]);
+      EXPECT_LT(std::abs(mean.value - expected[color]), z_limit * mean.error)
+          << names[color] << " " << lights << " " << bcsdfs;
+    }
+    // Layers: each lobe has its share.
+    const Mean trrt = mean_of(result, "TRRT.B");
+    EXPECT_LT(std::abs(trrt.value - expected.z / 8), z_limit * trrt.error);
+  }
+}
+
+TEST(Roulette, does_not_change_the_mean) {
+  fiber::LobeColors dark{};
+  dark[0] = {0.7f, 0.5f, 0.3f};
+  WhiteFiber model;
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(dark)};
+  scene::Scene scene = tangle(400, 48, 48);
+  scene.camera.vertical_fov_deg = 8;
+  RenderOptions without = long_paths(16, 13);
+  without.roulette_depth = 3000;
+  RenderOptions with = long_paths(16, 14);
+  with.roulette_depth = 2;
+  with.light_samples = 2;
+  with.bcsdf_samples = 2;
+  const RenderResult a = render_with(scene, model, fibers, without, 2);
+  const RenderResult b = render_with(scene, model, fibers, with, 2);
+  EXPECT_LT(b.queries, 2 * a.queries);
+  for (const char* color : {"R", "G", "B"}) {
+    const Mean first = mean_of(a, color), second = mean_of(b, color);
+    // The picture's own variation is in both errors, so this is on the safe side: the true rate is lower.
+    EXPECT_LT(std::abs(first.value - second.value), z_limit * std::hypot(first.error, second.error)) << color;
+    EXPECT_LT(first.value, 0.8);
+  }
+}
+
+TEST(Depth, limits_the_hits_of_a_path) {
+  WhiteFiber model;
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
+  scene::Scene scene = tangle(400, 24, 24);
+  scene.camera.vertical_fov_deg = 8;
+  double before = 0;
+  for (const int depth : {1, 2, 8, 500}) {
+    RenderOptions options = long_paths(16, 15);
+    options.max_depth = depth;
+    const double mean = mean_of(render_with(scene, model, fibers, options, 2), "R").value;
+    EXPECT_GT(mean, before);
+    before = mean;
+  }
+}
+
+}  // namespace
+}  // namespace tress::integrate
