@@ -1,0 +1,58 @@
+// A host for tests: asks a service a fixed list of queries, from any number of threads, in any order.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <thread>
+#include <vector>
+
+#include "tress/adaptive/random.h"
+#include "tress/adaptive/service.h"
+
+namespace tress::testing {
+
+/// Query `index` of a pass: a pure function of its numbers and of the published table. Nodes near 0 are asked more.
+/// Every fourth query of an open row is a foreign one (uniform, observed and not scored). Returns the value seen.
+inline float ask(const adaptive::Service& service, std::uint32_t pages, std::uint64_t pass, std::uint64_t index) {
+  using namespace adaptive;
+  RandomStream random(77, pass, index);
+  const auto page = static_cast<PageId>(random.next() * static_cast<float>(pages));
+  const PageDescription& d = service.page(page);
+  const float s = random.next(), t = random.next();
+  const auto a = static_cast<std::uint32_t>(s * s * static_cast<float>(d.axis_a.size()));
+  const auto b = static_cast<std::uint32_t>(t * static_cast<float>(d.axis_b.size()));
+  const RowView row = service.look_up(page, a, b);
+  const bool foreign = index % 4 == 3;
+  const Mixture flat;
+  const Mixture& proposal = row.fit != nullptr && !foreign ? *row.fit : flat;
+  const float u = row.state == RowState::converged ? service.options().uniform_share_converged
+                                                   : service.options().uniform_share_open;
+  const float x = proposal.sample(random.next(), u);
+  if (row.state == RowState::converged) return row.fit->density(x);
+  const float g = row.nodes->density(x);
+  if (foreign) {
+    service.observe(row, x, g);
+  } else {
+    service.score(row, x, g, proposal.proposal_density(x, u));
+  }
+  return g;
+}
+
+/// One pass of `queries` queries over the first `pages` pages, shuffled and dealt out to `threads` threads.
+inline void run_pass(const adaptive::Service& service, std::uint32_t pages, std::uint64_t pass, std::size_t queries,
+                     unsigned threads) {
+  std::vector<std::uint64_t> order(queries);
+  std::iota(order.begin(), order.end(), 0);
+  RandomStream random(threads, pass);
+  for (std::size_t i = queries; i > 1 && threads > 1; --i) std::swap(order[i - 1], order[random.next_bits() % i]);
+  std::vector<std::thread> workers;
+  for (unsigned w = 0; w < threads; ++w) {
+    workers.emplace_back([&, w] {
+      for (std::size_t i = w; i < queries; i += threads) ask(service, pages, pass, order[i]);
+    });
+  }
+  for (std::thread& worker : workers) worker.join();
+}
+
+}  // namespace tress::testing

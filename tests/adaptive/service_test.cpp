@@ -1,0 +1,225 @@
+// The contract of a row's life: unborn, open, converged, refused; and of the memory ceiling.
+#include "tress/adaptive/service.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "adaptive/drive_service.h"
+#include "adaptive/toy_target.h"
+#include "tress/adaptive/cache.h"
+
+namespace tress::adaptive {
+namespace {
+
+using testing::MovingPeaks;
+using testing::toy_page;
+
+TracedNodes trace_node(const Target& target, const PageDescription& page, std::uint32_t a, std::uint32_t b) {
+  std::vector<TracedRay> rays;
+  target.trace(page, page.axis_a[a], page.axis_b[b], rays);
+  return TracedNodes(rays, page.blur_rad);
+}
+
+void touch(const Service& service, PageId page, std::uint32_t a, std::uint32_t b, int times) {
+  for (int i = 0; i < times; ++i) service.look_up(page, a, b);
+}
+
+TEST(Service, AnUnbornRowAnswersWithTheTargetAtItsNodeAndIsTracedOnceAPass) {
+  const MovingPeaks target;
+  Service service(Options{}, target);
+  const PageId page = service.add_page(toy_page(0, 4));
+  const TracedNodes exact = trace_node(target, service.page(page), 1, 2);
+  const RowView first = service.look_up(page, 1, 2), second = service.look_up(page, 1, 2);
+  EXPECT_EQ(first.state, RowState::unborn);
+  EXPECT_EQ(first.row, RowView::no_row);
+  EXPECT_EQ(first.fit, nullptr);
+  EXPECT_EQ(first.nodes, second.nodes);
+  for (int i = 0; i < 50; ++i) {
+    EXPECT_EQ(first.nodes->density(0.13f * static_cast<float>(i)), exact.density(0.13f * static_cast<float>(i)));
+  }
+  const PassReport report = service.publish();
+  EXPECT_EQ(report.queries, 2u);
+  EXPECT_EQ(report.traces, 1u);
+  EXPECT_EQ(report.rows_touched, 1u);
+  EXPECT_EQ(report.births, 0u);
+}
+
+TEST(Service, TouchesAreCarriedFromPassToPassUntilARowIsBornCoveredAndFitted) {
+  const MovingPeaks target;
+  Service service(Options{}, target);
+  const PageId page = service.add_page(toy_page(0, 4));
+  touch(service, page, 3, 1, 7);
+  EXPECT_EQ(service.publish().births, 0u);
+  EXPECT_TRUE(service.last_changes().empty());
+  touch(service, page, 3, 1, 1);
+  const PassReport report = service.publish();
+  EXPECT_EQ(report.births, 1u);
+  EXPECT_EQ(report.refits, 1u);
+  EXPECT_EQ(report.g_evaluations, 13u);  // ceil(2 pi/(2.5 * .2))
+  ASSERT_EQ(service.last_changes().size(), 1u);
+  EXPECT_EQ(service.last_changes()[0].node, 13u);
+  EXPECT_EQ(service.last_changes()[0].state, RowState::open);
+  const RowView row = service.peek(page, 3, 1);
+  EXPECT_EQ(row.state, RowState::open);
+  ASSERT_NE(row.fit, nullptr);
+  ASSERT_NE(row.nodes, nullptr);
+  EXPECT_NEAR(row.fit->energy(), row.nodes->energy(), 1e-4);
+}
+
+TEST(Service, PeekingCountsNoQueryAndTheTableStaysWhileAPassRuns) {
+  const MovingPeaks target;
+  Service service(Options{}, target);
+  const PageId page = service.add_page(toy_page(0, 2));
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(service.peek(page, 0, 0).state, RowState::unborn);
+  touch(service, page, 0, 0, 100);
+  EXPECT_EQ(service.peek(page, 0, 0).state, RowState::unborn) << "no birth before publish()";
+  EXPECT_EQ(service.publish().queries, 100u);
+  const Mixture before = *service.peek(page, 0, 0).fit;
+  for (std::uint64_t i = 0; i < 200; ++i) testing::ask(service, 1, 0, i);
+  EXPECT_EQ(service.peek(page, 0, 0).fit->density(0.3f), before.density(0.3f));
+}
+
+TEST(Service, AConvergedRowDropsItsNodesAndEvaluatesNothing) {
+  const MovingPeaks target;
+  Service service(Options{}, target);
+  const PageId page = service.add_page(toy_page(0, 2));
+  PassReport report;
+  for (std::uint64_t pass = 0; pass < 20 && report.rows_converged < 4; ++pass) {
+    testing::run_pass(service, 1, pass, 200, 1);
+    report = service.publish();
+  }
+  ASSERT_EQ(report.rows_converged, 4u);
+  const RowView row = service.look_up(page, 0, 1);
+  EXPECT_EQ(row.nodes, nullptr);
+  ASSERT_NE(row.fit, nullptr);
+  service.observe(row, 0.1f, 99.0f);
+  service.score(row, 0.1f, 99.0f, 0.1f);
+  report = service.publish();
+  EXPECT_EQ(report.g_evaluations, 0u);
+  EXPECT_EQ(report.queries, report.converged_queries);
+  EXPECT_TRUE(service.last_changes().empty());
+  // Attributes: every ray has 1 or 3, so every mean lies between.
+  for (const Component& part : row.fit->parts()) {
+    EXPECT_GE(part.attribute_mean, 1 - 1e-4f);
+    EXPECT_LE(part.attribute_mean, 3 + 1e-4f);
+  }
+}
+
+TEST(Service, PastTheCeilingNoRowIsBornAndAnswersStayExact) {
+  const MovingPeaks target;
+  Options options;
+  options.memory_bytes = 12000;
+  Service service(options, target);
+  const PageId page = service.add_page(toy_page(0, 6));
+  const PageDescription& description = service.page(page);
+  bool was_at_ceiling = false;
+  for (int pass = 0; pass < 3; ++pass) {
+    for (std::uint32_t node = 0; node < 36; ++node) {
+      for (int i = 0; i < 9; ++i) {
+        const RowView row = service.look_up(page, node / 6, node % 6);
+        ASSERT_NE(row.nodes, nullptr);
+        const float x = 0.7f * static_cast<float>(i);
+        if (i == 0) {
+          EXPECT_EQ(row.nodes->density(x), trace_node(target, description, node / 6, node % 6).density(x));
+        }
+      }
+    }
+    const PassReport report = service.publish();
+    EXPECT_LE(report.bytes, options.memory_bytes);
+    was_at_ceiling = was_at_ceiling || report.at_ceiling;
+    EXPECT_GT(report.rows_open + report.rows_converged, 0u);
+  }
+  EXPECT_TRUE(was_at_ceiling);
+}
+
+TEST(Service, NoMemoryAtAllIsStillAnsweredExactly) {
+  const MovingPeaks target;
+  Options options;
+  options.memory_bytes = 0;
+  Service service(options, target);
+  const PageId page = service.add_page(toy_page(0, 2));
+  touch(service, page, 1, 1, 50);
+  const PassReport report = service.publish();
+  EXPECT_EQ(report.births, 0u);
+  EXPECT_EQ(report.bytes, 0u);
+  EXPECT_TRUE(report.at_ceiling);
+  const RowView row = service.look_up(page, 1, 1);
+  ASSERT_NE(row.nodes, nullptr);
+  EXPECT_EQ(row.nodes, row.kept.get());
+  EXPECT_EQ(row.nodes->density(1.0f), trace_node(target, service.page(page), 1, 1).density(1.0f));
+}
+
+TEST(Service, ARowThatFailsItsTestsIsRefusedAnsweredExactlyAndSavedAsOpen) {
+  const MovingPeaks target;  // two skewed peaks: one component cannot come near 1e-6
+  Options options;
+  options.epsilon = 1e-6;
+  options.max_components = 1;
+  options.tests_before_refusal = 5;
+  Service service(options, target);
+  const PageId page = service.add_page(toy_page(0, 1));
+  std::multiset<RowState> told;
+  service.set_row_listener([&](const RowReport& row) { told.insert(row.state); });
+  PassReport report;
+  for (std::uint64_t pass = 0; pass < 6; ++pass) {
+    testing::run_pass(service, 1, pass, 100, 1);
+    report = service.publish();
+  }
+  EXPECT_EQ(report.rows_refused, 1u);
+  EXPECT_EQ(told.count(RowState::refused), 1u);
+  const RowView row = service.look_up(page, 0, 0);
+  EXPECT_EQ(row.state, RowState::refused);
+  ASSERT_NE(row.nodes, nullptr);
+  EXPECT_EQ(row.nodes->density(0.4f), trace_node(target, service.page(page), 0, 0).density(0.4f));
+  testing::run_pass(service, 1, 7, 100, 1);
+  report = service.publish();
+  EXPECT_EQ(report.refits, 0u);
+  EXPECT_EQ(report.g_evaluations, 0u);
+  const TableImage image = service.snapshot();
+  ASSERT_EQ(image.pages.size(), 1u);
+  EXPECT_EQ(image.pages[0].rows[0].state, RowState::open);
+  EXPECT_FALSE(image.pages[0].rows[0].sketch.empty());
+}
+
+TEST(Service, BirthsGoByCountThenByKeyThenByNode) {
+  const MovingPeaks target;
+  Service all(Options{}, target);
+  const PageId one = all.add_page(toy_page(0, 2));
+  touch(all, one, 0, 0, 8);
+  const std::size_t row_bytes = all.publish().bytes;
+
+  Options options;
+  options.memory_bytes = 2 * row_bytes + row_bytes / 2;  // two open rows, nodes of all rows are as many
+  Service service(options, target);
+  const PageId late = service.add_page(toy_page(1, 2)), early = service.add_page(toy_page(0, 2));
+  touch(service, late, 0, 0, 9);
+  touch(service, late, 1, 1, 8);
+  touch(service, early, 1, 1, 8);
+  EXPECT_EQ(service.publish().births, 2u);
+  EXPECT_EQ(service.peek(late, 0, 0).state, RowState::open);   // asked most
+  EXPECT_EQ(service.peek(early, 1, 1).state, RowState::open);  // smaller key, though added later
+  EXPECT_EQ(service.peek(late, 1, 1).state, RowState::unborn);
+}
+
+TEST(Service, TopUpTestsARowThatIsHardlyEverScored) {
+  const MovingPeaks target;
+  Service service(Options{}, target);
+  const PageId page = service.add_page(toy_page(0, 1));
+  PassReport report;
+  std::uint64_t top_ups = 0;
+  for (int pass = 0; pass < 20 && report.rows_converged == 0; ++pass) {
+    touch(service, page, 0, 0, 8);  // never observed
+    report = service.publish();
+    top_ups += report.top_ups;
+    if (pass == 0) {
+      EXPECT_EQ(report.top_ups, 0u) << "the pass of the birth draws nothing of its own";
+    }
+  }
+  EXPECT_EQ(report.rows_converged, 1u);
+  EXPECT_EQ(top_ups % service.options().scores_per_test(), 0u);
+  EXPECT_GE(top_ups, 2u * service.options().scores_per_test());
+}
+
+}  // namespace
+}  // namespace tress::adaptive

@@ -1,0 +1,219 @@
+// The table as an image: a cache that is loaded, used, reopened and saved loses nothing.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "adaptive/drive_service.h"
+#include "adaptive/toy_target.h"
+#include "table/fixed_moments.h"
+#include "tress/adaptive/cache.h"
+#include "tress/adaptive/service.h"
+
+namespace tress::adaptive {
+namespace {
+
+using testing::MovingPeaks;
+using testing::toy_page;
+
+constexpr std::uint32_t pages = 2;
+
+// A table with converged and open rows.
+TableImage learned_image(double epsilon = 0.01) {
+  const MovingPeaks target;
+  Options options;
+  options.epsilon = epsilon;
+  Service service(options, target);
+  for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, 6));
+  for (std::uint64_t pass = 0; pass < 4; ++pass) {
+    testing::run_pass(service, pages, pass, 2500, 1);
+    service.publish();
+  }
+  return service.snapshot();
+}
+
+std::size_t count(const TableImage& image, RowState state) {
+  std::size_t n = 0;
+  for (const CachedPage& page : image.pages) {
+    for (const CachedRow& row : page.rows) n += row.state == state ? 1 : 0;
+  }
+  return n;
+}
+
+TEST(Table, LoadedAndSavedIsTheSameImageWhetherPagesComeBeforeOrAfter) {
+  const TableImage image = learned_image();
+  ASSERT_GT(count(image, RowState::open), 0u);
+  ASSERT_GT(count(image, RowState::converged), 0u);
+  const std::string bytes = encode_cache(image);
+  const MovingPeaks target;
+  for (const bool before : {true, false}) {
+    Service service(Options{}, target);
+    if (!before) {
+      EXPECT_FALSE(service.load(image));
+    }
+    for (std::uint32_t p = pages; p > 0; --p) service.add_page(toy_page(p - 1, 6));
+    if (before) {
+      EXPECT_FALSE(service.load(image));
+    }
+    EXPECT_EQ(service.last_changes().size(), count(image, RowState::open) + count(image, RowState::converged));
+    EXPECT_EQ(encode_cache(service.snapshot()), bytes);
+    const PassReport report = service.publish();
+    EXPECT_EQ(report.rows_converged, count(image, RowState::converged));
+    EXPECT_EQ(report.rows_open, count(image, RowState::open));
+    EXPECT_EQ(report.births, 0u);
+    EXPECT_EQ(encode_cache(service.snapshot()), bytes);
+  }
+}
+
+TEST(Table, PagesThatNobodyUsesAreSavedBack) {
+  const TableImage image = learned_image();
+  const MovingPeaks target;
+  Service service(Options{}, target);
+  service.add_page(toy_page(1, 6));
+  EXPECT_FALSE(service.load(image));
+  EXPECT_EQ(service.page_count(), 1u);
+  EXPECT_EQ(encode_cache(service.snapshot()), encode_cache(image));
+}
+
+TEST(Table, ASmallerEpsilonReopensRowsWithTheirFitAndKeepsWhatTheCacheHad) {
+  const TableImage image = learned_image();
+  const MovingPeaks target;
+  Options options;
+  options.epsilon = 1e-5;
+  Service service(options, target);
+  EXPECT_FALSE(service.load(image));
+  for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, 6));
+  std::size_t reopened = 0;
+  for (std::uint32_t p = 0; p < pages; ++p) {
+    for (const CachedRow& cached : image.pages[p].rows) {
+      if (cached.state != RowState::converged) continue;
+      const RowView row = service.look_up(p, cached.node / 6, cached.node % 6);
+      EXPECT_EQ(row.state, cached.objective <= 1e-5 ? RowState::converged : RowState::open);
+      ASSERT_NE(row.fit, nullptr);
+      EXPECT_EQ(row.fit->density(0.5f), cached.fit.density(0.5f));
+      reopened += row.state == RowState::open ? 1 : 0;
+      if (row.state == RowState::open) {
+        EXPECT_NE(row.nodes, nullptr);
+      }
+    }
+  }
+  EXPECT_GT(reopened, 0u);
+  EXPECT_EQ(encode_cache(service.snapshot()), encode_cache(image));
+}
+
+TEST(Table, AReopenedRowConvergesToTheSmallerEpsilonAndIsThenSavedWithIt) {
+  const TableImage image = learned_image();
+  const MovingPeaks target;
+  Options options;
+  options.epsilon = 0.001;
+  Service service(options, target);
+  EXPECT_FALSE(service.load(image));
+  for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, 6));
+  PassReport report;
+  for (std::uint64_t pass = 10; pass < 30; ++pass) {
+    testing::run_pass(service, pages, pass, 2500, 1);
+    report = service.publish();
+  }
+  EXPECT_GT(report.rows_converged, 60u);  // of 72
+  std::size_t fine = 0;
+  for (const CachedPage& page : service.snapshot().pages) {
+    for (const CachedRow& row : page.rows) {
+      fine += row.state == RowState::converged && row.objective <= 0.001f ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(fine, report.rows_converged);
+}
+
+TEST(Table, ACacheLargerThanMemoryIsKeptWhole) {
+  const TableImage image = learned_image();
+  const MovingPeaks target;
+  Options options;
+  options.memory_bytes = 10000;
+  Service service(options, target);
+  for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, 6));
+  EXPECT_FALSE(service.load(image));
+  EXPECT_LT(service.last_changes().size(), count(image, RowState::converged));
+  EXPECT_GT(service.last_changes().size(), 0u);
+  const PassReport report = service.publish();
+  EXPECT_LE(report.bytes, options.memory_bytes);
+  EXPECT_EQ(report.rows_open, 0u) << "converged rows come first";
+  EXPECT_EQ(encode_cache(service.snapshot()), encode_cache(image));
+}
+
+TEST(Table, AnotherModelOrOtherAxesAreRefusedAndNothingIsTaken) {
+  TableImage image = learned_image();
+  const MovingPeaks target;
+  Service service(Options{}, target);
+  service.add_page(toy_page(0, 5));
+  const auto axes = service.load(image);
+  ASSERT_TRUE(axes);
+  EXPECT_NE(axes->message().find("6 x 6"), std::string::npos) << axes->message();
+  image.model = "another";
+  const auto model = service.load(image);
+  ASSERT_TRUE(model);
+  EXPECT_NE(model->message().find("another"), std::string::npos);
+  EXPECT_TRUE(service.snapshot().pages.empty());
+}
+
+// The same rays, turned by 1 radian: what a cache of an older tracer would look like under a kept name.
+class Turned final : public Target {
+ public:
+  void trace(const PageDescription& page, float a, float b, std::vector<TracedRay>& out) const override {
+    peaks_.trace(page, a, b, out);
+    for (TracedRay& ray : out) ray.azimuth += 1;
+  }
+  std::string model_name() const override { return peaks_.model_name(); }
+
+ private:
+  MovingPeaks peaks_;
+};
+
+TEST(Table, TheAuditReopensRowsOfATargetThatNoLongerFitsAndNoOthers) {
+  const TableImage image = learned_image();
+  const MovingPeaks same;
+  const Turned turned;
+  for (const bool changed : {false, true}) {
+    const Target& target = changed ? static_cast<const Target&>(turned) : same;
+    Service service(Options{}, target);
+    EXPECT_FALSE(service.load(image));
+    for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, 6));
+    testing::run_pass(service, pages, 20, 2500, 1);
+    const PassReport report = service.publish();
+    if (!changed) {
+      EXPECT_EQ(report.rows_reopened, 0u);
+    }
+    if (changed) {
+      EXPECT_GT(report.rows_reopened, 0u);
+    }
+    std::uint64_t raised = 0;
+    for (const CachedPage& page : service.snapshot().pages) {
+      for (const CachedRow& row : page.rows) raised += row.generation;
+    }
+    EXPECT_EQ(raised, report.rows_reopened);
+  }
+}
+
+TEST(FixedMoments, AgreeWithDoublesAndNotWithTheOrder) {
+  FixedMoments<2> up, down;
+  double sum = 0, squares = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double x = 1e-6 * i * i, y = 1e-6 * (999 - i) * (999 - i);
+    up.add(x);
+    down.add(y);
+    sum += x;
+    squares += x * x;
+  }
+  const Moments a = up.moments(), b = down.moments();
+  EXPECT_EQ(a.mean, b.mean);
+  EXPECT_EQ(a.mean_square, b.mean_square);
+  EXPECT_NEAR(a.mean, sum / 1000, 4e-12);  // the unit: 2^-38
+  EXPECT_NEAR(a.mean_square, squares / 1000, 1e-11);
+  FixedMoments<2> extreme;
+  extreme.add(100);
+  extreme.add(-1);
+  EXPECT_EQ(extreme.moments().mean, 2);
+  EXPECT_EQ(extreme.moments().mean_square, 8);
+  EXPECT_EQ(extreme.moments().variance(), 8);
+}
+
+}  // namespace
+}  // namespace tress::adaptive
