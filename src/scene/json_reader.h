@@ -1,0 +1,55 @@
+// Checked reading of a JSON document: the first mistake is kept with its path, what follows reads as defaults.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tress/adaptive/error.h"
+
+namespace tress::scene {
+
+/// The name among `known` with the smallest edit distance to `word`.
+std::string nearest_name(const std::string& word, const std::vector<std::string>& known);
+
+/// One value of the document. Readers return nothing where the key is absent or wrong; a wrong one sets the error of
+/// the document, which only the first mistake does.
+class JsonReader {
+ public:
+  JsonReader(const nlohmann::json& value, std::string path, std::string file, std::optional<Error>* error)
+      : value_(value), path_(std::move(path)), file_(std::move(file)), error_(error) {}
+
+  /// The value must be an object with no other keys than these.
+  bool object(const std::vector<std::string>& known) const;
+  bool has(const std::string& key) const { return value_.is_object() && value_.contains(key); }
+  JsonReader child(const std::string& key) const;
+  std::vector<JsonReader> items(const std::string& key, std::size_t most) const;
+
+  std::optional<double> number(const std::string& key, double low, double high) const;
+  std::optional<std::int64_t> integer(const std::string& key, std::int64_t low, std::int64_t high) const;
+  std::optional<bool> boolean(const std::string& key) const;
+  std::optional<std::string> text(const std::string& key) const;
+  std::optional<std::string> choice(const std::string& key, const std::vector<std::string>& known) const;
+  std::optional<glm::vec3> triple(const std::string& key, double low, double high) const;
+
+  /// At most one of the keys may be there; false and an error otherwise.
+  bool at_most_one(const std::vector<std::string>& keys) const;
+
+  void fail(const std::string& key, std::string expected, std::string found) const;
+  bool failed() const { return error_->has_value(); }
+  const std::string& file() const { return file_; }
+
+ private:
+  const nlohmann::json* find(const std::string& key) const;
+  std::optional<double> number_at(const nlohmann::json& value, const std::string& key, double low, double high) const;
+
+  const nlohmann::json& value_;
+  std::string path_, file_;
+  std::optional<Error>* error_;
+};
+
+}  // namespace tress::scene

@@ -1,0 +1,56 @@
+#include "scene/material_reader.h"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+namespace tress::scene {
+namespace {
+
+constexpr double radians = std::numbers::pi / 180;
+
+/// Angles in degrees by lobe name.
+template <std::size_t n>
+void read_lobe_angles(const JsonReader& json, const std::string& key, const std::vector<std::string>& lobes, double low,
+                      std::array<std::optional<float>, n>* angles) {
+  if (!json.has(key)) return;
+  const auto by_lobe = json.child(key);
+  if (!by_lobe.object(lobes)) return;
+  for (std::size_t i = 0; i < n; ++i)
+    if (const auto x = by_lobe.number(lobes[i], low, 45)) (*angles)[i] = static_cast<float>(*x * radians);
+}
+
+void read_color(const JsonReader& json, fiber::FiberParameters* fiber) {
+  if (!json.at_most_one({"color", "melanin", "sigma_a"})) return;
+  if (const auto sigma_a = json.triple("sigma_a", 0, 1e4)) fiber->sigma_a = *sigma_a;
+  if (const auto color = json.triple("color", 0.001, 0.999)) fiber->sigma_a = fiber::sigma_a_from_color(*color);
+  if (!json.has("melanin")) return;
+  const auto melanin = json.child("melanin");
+  if (!melanin.object({"eumelanin", "pheomelanin"})) return;
+  fiber->sigma_a = fiber::sigma_a_from_melanin(static_cast<float>(melanin.number("eumelanin", 0, 100).value_or(0)),
+                                               static_cast<float>(melanin.number("pheomelanin", 0, 100).value_or(0)));
+}
+
+}  // namespace
+
+Material read_material(const JsonReader& json, std::size_t index) {
+  Material material;
+  if (!json.object({"name", "eta", "eccentricity", "roughness", "tilt_deg", "color", "melanin", "sigma_a",
+                    "azimuthal_sigma_deg", "longitudinal_lambda_deg", "curl_diameter_cm", "twist", "root_angle_deg"}))
+    return material;
+  auto& fiber = material.fiber;
+  material.name = json.text("name").value_or(fmt::format("material {}", index));
+  if (const auto x = json.number("eta", 1.05, 3)) fiber.eta = static_cast<float>(*x);
+  if (const auto x = json.number("eccentricity", 0.5, 1)) fiber.eccentricity = static_cast<float>(*x);
+  if (const auto x = json.number("roughness", 0.01, 1)) fiber.roughness = static_cast<float>(*x);
+  if (const auto x = json.number("tilt_deg", 0, 15)) fiber.tilt = static_cast<float>(*x * radians);
+  read_color(json, &fiber);
+  read_lobe_angles(json, "azimuthal_sigma_deg", {"TT", "TRT", "TRRT"}, 0.5, &fiber.azimuthal_sigma);
+  read_lobe_angles(json, "longitudinal_lambda_deg", {"R", "TT", "TRT", "TRRT"}, 0.25, &fiber.longitudinal_lambda);
+  material.curl_diameter_cm = json.number("curl_diameter_cm", 0.05, 1000);
+  material.twist = json.boolean("twist").value_or(true);
+  if (const auto x = json.number("root_angle_deg", -360, 360)) material.root_angle_rad = *x * radians;
+  return material;
+}
+
+}  // namespace tress::scene

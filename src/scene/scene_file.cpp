@@ -1,0 +1,140 @@
+#include "scene/scene_file.h"
+
+#include <fmt/format.h>
+
+#include <glm/geometric.hpp>
+
+#include "scene/json_reader.h"
+#include "scene/material_reader.h"
+
+namespace tress::scene {
+namespace {
+
+constexpr std::size_t most_materials = 4096, most_grooms = 4096;
+constexpr std::int64_t most_image_pixels = std::int64_t{1} << 26;
+constexpr std::int64_t most_generated_strands = 1'000'000;
+constexpr double world_cm = 1e6;
+
+void read_camera(const JsonReader& json, SceneDescription* scene) {
+  if (!json.object({"frame", "eye", "look_at", "up", "vertical_fov_deg"})) return;
+  Camera& camera = scene->camera;
+  if (const auto x = json.number("vertical_fov_deg", 0.1, 150)) camera.vertical_fov_deg = static_cast<float>(*x);
+  scene->frame = json.boolean("frame").value_or(!json.has("eye"));
+  const bool placed = json.has("eye") || json.has("look_at") || json.has("up");
+  if (scene->frame && placed) json.fail("", "\"frame\": true, or eye, look_at and up", "both");
+  if (!scene->frame && !json.has("eye")) json.fail("eye", "an array of 3 numbers, or \"frame\": true", "neither");
+  if (const auto x = json.triple("eye", -world_cm, world_cm)) camera.eye = *x;
+  if (const auto x = json.triple("look_at", -world_cm, world_cm)) camera.look_at = *x;
+  if (const auto x = json.triple("up", -world_cm, world_cm)) camera.up = *x;
+  if (scene->frame || json.failed()) return;
+  const auto forward = camera.look_at - camera.eye;
+  if (!(glm::length(forward) > 1e-5f)) return json.fail("look_at", "a point other than eye", "the same point");
+  const auto up_length = glm::length(camera.up);
+  if (!(up_length > 1e-6f && glm::length(glm::cross(glm::normalize(forward), camera.up / up_length)) > 1e-4f))
+    json.fail("up", "a direction across the view", "one along it, or of no length");
+}
+
+void read_image(const JsonReader& json, Image* image) {
+  if (!json.object({"width", "height", "samples"})) return;
+  image->width = static_cast<int>(json.integer("width", 1, 65536).value_or(image->width));
+  image->height = static_cast<int>(json.integer("height", 1, 65536).value_or(image->height));
+  image->samples = static_cast<int>(json.integer("samples", 1, 1'000'000).value_or(image->samples));
+  if (std::int64_t{image->width} * image->height > most_image_pixels)
+    json.fail("", fmt::format("at most {} pixels", most_image_pixels),
+              fmt::format("{} x {}", image->width, image->height));
+}
+
+void read_environment(const JsonReader& json, EnvironmentDescription* environment) {
+  using Kind = EnvironmentDescription::Kind;
+  if (!json.object({"file", "constant", "studio", "rotate_deg", "scale"})) return;
+  if (!json.at_most_one({"file", "constant", "studio"})) return;
+  if (const auto file = json.text("file")) environment->kind = Kind::file, environment->file = *file;
+  if (const auto constant = json.triple("constant", 0, 1e6))
+    environment->kind = Kind::constant, environment->constant = *constant;
+  if (json.has("studio") && !json.boolean("studio").value_or(true)) json.fail("studio", "true", "false");
+  if (!json.has("file") && !json.has("constant") && !json.has("studio"))
+    json.fail("", "one of file, constant, studio", "none of them");
+  environment->rotate_deg = json.number("rotate_deg", -360, 360).value_or(0);
+  environment->scale = static_cast<float>(json.number("scale", 0, 1e6).value_or(1));
+}
+
+std::uint32_t read_material_reference(const JsonReader& json, const std::vector<Material>& materials) {
+  if (!json.has("material")) return 0;
+  std::vector<std::string> names;
+  for (const auto& material : materials) names.push_back(material.name);
+  const auto name = json.text("material");
+  for (std::uint32_t m = 0; name && m < names.size(); ++m)
+    if (names[m] == *name) return m;
+  if (name)
+    json.fail("material", fmt::format("a name of /materials (the nearest is \"{}\")", nearest_name(*name, names)),
+              fmt::format("\"{}\"", name->substr(0, 64)));
+  return 0;
+}
+
+GroomDescription read_groom(const JsonReader& json, const std::vector<Material>& materials) {
+  GroomDescription groom;
+  if (!json.object({"file", "generate", "strands", "seed", "length_cm", "radius_cm", "up", "cm_per_unit", "material"}))
+    return groom;
+  if (!json.at_most_one({"file", "generate"})) return groom;
+  groom.file = json.text("file");
+  const auto kind = json.choice("generate", generated_groom_kinds());
+  if (!json.has("file") && !json.has("generate")) json.fail("", "one of file, generate", "neither");
+  for (const char* key : {"up", "cm_per_unit"})
+    if (kind && json.has(key)) json.fail(key, "this key beside \"file\" only", "it beside \"generate\"");
+  for (const char* key : {"strands", "seed", "length_cm"})
+    if (groom.file && json.has(key)) json.fail(key, "this key beside \"generate\" only", "it beside \"file\"");
+  if (const auto up = json.choice("up", {"y", "z"})) groom.placement.y_up = *up == "y";
+  groom.placement.cm_per_unit = json.number("cm_per_unit", 1e-6, 1e6);
+  const auto radius = json.number("radius_cm", 1e-4, 1);
+  groom.placement.radius_cm = radius;
+  groom.recipe.kind = kind.value_or("");
+  if (const auto x = json.integer("strands", 1, most_generated_strands))
+    groom.recipe.strands = static_cast<std::uint32_t>(*x);
+  groom.recipe.seed = static_cast<std::uint64_t>(json.integer("seed", 0, INT64_MAX).value_or(0));
+  groom.recipe.length_cm = json.number("length_cm", 0.1, 1000);
+  groom.recipe.radius_cm = radius.value_or(groom.recipe.radius_cm);
+  groom.material = read_material_reference(json, materials);
+  return groom;
+}
+
+Error not_json(const std::string& name, const nlohmann::json::parse_error& error) {
+  std::string why = error.what();
+  if (const auto colon = why.find("] "); colon != std::string::npos) why = why.substr(colon + 2);
+  return {name, fmt::format("byte {}", error.byte), "JSON", why.substr(0, 200)};
+}
+
+}  // namespace
+
+Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, const std::string& name) {
+  nlohmann::json document;
+  try {
+    document = nlohmann::json::parse(text.begin(), text.end());
+  } catch (const nlohmann::json::parse_error& error) {
+    return not_json(name, error);
+  } catch (const nlohmann::json::exception& error) {
+    return Error{name, "", "JSON with numbers in range", error.what()};
+  }
+  std::optional<Error> error;
+  const JsonReader root(document, "", name, &error);
+  SceneDescription scene;
+  if (root.object({"$schema", "camera", "image", "environment", "environment_visible", "materials", "grooms"})) {
+    if (root.has("camera")) read_camera(root.child("camera"), &scene);
+    if (root.has("image")) read_image(root.child("image"), &scene.image);
+    if (root.has("environment")) read_environment(root.child("environment"), &scene.environment);
+    scene.environment_visible = root.boolean("environment_visible").value_or(true);
+    for (const auto& item : root.items("materials", most_materials)) {
+      scene.materials.push_back(read_material(item, scene.materials.size()));
+      for (std::size_t m = 0; m + 1 < scene.materials.size(); ++m)
+        if (scene.materials[m].name == scene.materials.back().name)
+          item.fail("name", "a name of its own", fmt::format("that of /materials/{}", m));
+    }
+    if (scene.materials.empty()) scene.materials.emplace_back();
+    for (const auto& item : root.items("grooms", most_grooms))
+      scene.grooms.push_back(read_groom(item, scene.materials));
+    if (scene.grooms.empty()) root.fail("grooms", "one groom or more", "none");
+  }
+  if (error) return *error;
+  return scene;
+}
+
+}  // namespace tress::scene
