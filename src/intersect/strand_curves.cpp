@@ -1,0 +1,87 @@
+#include "intersect/strand_curves.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tress/adaptive/random.h"
+
+namespace tress::intersect {
+namespace {
+
+bool is_finite(const glm::vec3& x) { return std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z); }
+
+/// Points of a strand without repetitions; strands with less than two points left are not drawn.
+void add_strand(const scene::Groom& groom, std::uint32_t strand, double axis_per_radius, double root_angle_rad,
+                double turn_rad_per_cm, StrandCurves& curves) {
+  std::vector<glm::vec3> points;
+  std::vector<float> axes;
+  for (std::uint32_t i = groom.first_point[strand]; i < groom.first_point[strand + 1]; ++i) {
+    if (!is_finite(groom.points[i]) || !std::isfinite(groom.radius_cm[i])) return;
+    if (!points.empty() && points.back() == groom.points[i]) continue;
+    points.push_back(groom.points[i]);
+    axes.push_back(std::max(0.0f, static_cast<float>(axis_per_radius * groom.radius_cm[i])));
+  }
+  const std::size_t count = points.size();
+  if (count < 2) return;
+  const std::vector<KnotFrame> frames = strand_frames(points, root_angle_rad, turn_rad_per_cm);
+  // Reflected ends make the spline pass through root and tip. A reflected radius stops at 0.
+  const auto reflect = [](const glm::vec3& end, float end_axis, const glm::vec3& next, float next_axis) {
+    return glm::vec4(2.0f * end - next, std::max(0.0f, 2 * end_axis - next_axis));
+  };
+  const auto base = static_cast<std::uint32_t>(curves.control.size());
+  curves.control.push_back(reflect(points[0], axes[0], points[1], axes[1]));
+  curves.frames.push_back(frames[0]);
+  for (std::size_t i = 0; i < count; ++i) {
+    curves.control.emplace_back(points[i], axes[i]);
+    curves.frames.push_back(frames[i]);
+  }
+  curves.control.push_back(reflect(points[count - 1], axes[count - 1], points[count - 2], axes[count - 2]));
+  curves.frames.push_back(frames[count - 1]);
+  for (std::uint32_t i = 0; i + 1 < count; ++i) {
+    curves.first_control.push_back(base + i);
+    curves.strand.push_back(strand);
+  }
+}
+
+}  // namespace
+
+FiberFrame StrandCurves::frame(std::uint32_t segment, float t, const glm::vec3& tangent) const {
+  const std::uint32_t c = first_control[segment];
+  return frame_between(frames[c + 1], frames[c + 2], t, tangent);
+}
+
+float StrandCurves::semi_axis(std::uint32_t segment, float t) const {
+  const glm::vec4* p = &control[first_control[segment]];
+  const float s = 1 - t;
+  return (s * s * s * p[0].w + (4 - 3 * t * t * (2 - t)) * p[1].w + (4 - 3 * s * s * (2 - s)) * p[2].w +
+          t * t * t * p[3].w) /
+         6;
+}
+
+std::size_t StrandCurves::bytes() const {
+  return control.capacity() * sizeof(glm::vec4) + frames.capacity() * sizeof(KnotFrame) +
+         (first_control.capacity() + strand.capacity()) * sizeof(std::uint32_t);
+}
+
+StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index) {
+  const scene::Groom& groom = scene.grooms[groom_index];
+  const scene::Material& material = scene.materials[groom.material];
+  StrandCurves curves;
+  curves.eccentricity = material.fiber.eccentricity;
+  const double axis_per_radius = fiber::major_semi_axis(1.0, curves.eccentricity);
+  const double curl_diameter =
+      material.curl_diameter_cm ? *material.curl_diameter_cm : fiber::curl_diameter_cm(curves.eccentricity);
+  const double turn_rad_per_cm = material.twist && curl_diameter > 0 ? 2 / curl_diameter : 0;
+  const std::uint32_t strands = groom.strand_count();
+  curves.control.reserve(groom.points.size() + 2 * std::size_t{strands});
+  curves.frames.reserve(curves.control.capacity());
+  for (std::uint32_t strand = 0; strand < strands; ++strand) {
+    const double hashed = 2 * std::numbers::pi * RandomStream(groom_index, strand).next();
+    const double root_angle = material.root_angle_rad ? *material.root_angle_rad : hashed;
+    add_strand(groom, strand, axis_per_radius, root_angle, turn_rad_per_cm, curves);
+  }
+  return curves;
+}
+
+}  // namespace tress::intersect
