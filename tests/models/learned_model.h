@@ -1,0 +1,78 @@
+// A fitted model taught by shading events at one known direction, for tests of every state of its rows.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "tress/adaptive/random.h"
+#include "tress/adaptive/service.h"
+#include "tress/fiber/elliptical_model.h"
+
+namespace tress::test {
+
+/// What the rows that an event meets have become.
+enum class Rows { traced_at_vertex, unborn, open, converged };
+
+inline const char* name_of(Rows rows) {
+  constexpr std::array<const char*, 4> names{"exact", "unborn", "open", "converged"};
+  return names[static_cast<std::size_t>(rows)];
+}
+
+/// A model with one fiber. teach() draws `events` at wr (xi at random unless fixed), with one light sample each.
+class LearnedModel {
+ public:
+  LearnedModel(const fiber::FiberParameters& parameters, bool exact, adaptive::Options options = {})
+      : target_(fiber::make_elliptical_target()), service_(options, *target_) {
+    model_ = exact ? fiber::make_elliptical_model(fiber::Estimator::exact, nullptr)
+                   : fiber::make_elliptical_model(fiber::Estimator::fitted, &service_);
+    fiber_ = model_->add_fiber(parameters);
+  }
+
+  fiber::FiberEvent begin(const fiber::FiberDirection& wr, float xi1 = 0.37f, float xi2 = 0.61f) const {
+    return model_->begin(fiber_, wr, xi1, xi2);
+  }
+
+  void teach(const fiber::FiberDirection& wr, int passes, int events, std::uint64_t seed, bool fixed_xi) {
+    for (int pass = 0; pass < passes; ++pass) {
+      RandomStream random(seed, static_cast<std::uint64_t>(pass));
+      for (int i = 0; i < events; ++i) {
+        const float xi1 = random.next(), xi2 = random.next();
+        const fiber::FiberEvent event = fixed_xi ? begin(wr) : begin(wr, xi1, xi2);
+        (void)model_->sample(event, {random.next(), random.next(), random.next(), random.next()});
+        (void)model_->evaluate(event, {3.1f * (random.next() - 0.5f), 6.28f * (random.next() - 0.5f)});
+      }
+      report_ = service_.publish();
+      model_->rows_changed();
+    }
+  }
+
+  /// Takes the rows that events at wr meet to a state.
+  void bring_to(Rows rows, const fiber::FiberDirection& wr, bool fixed_xi = true) {
+    if (rows == Rows::open) teach(wr, 1, 400, 5, fixed_xi);
+    if (rows == Rows::converged) teach(wr, 24, fixed_xi ? 1500 : 5000, 7, fixed_xi);
+  }
+
+  fiber::FiberModel& model() { return *model_; }
+  const fiber::FiberModel& model() const { return *model_; }
+  adaptive::Service& service() { return service_; }
+  const adaptive::PassReport& report() const { return report_; }
+
+ private:
+  std::unique_ptr<adaptive::Target> target_;
+  adaptive::Service service_;
+  std::unique_ptr<fiber::FiberModel> model_;
+  fiber::FiberId fiber_ = 0;
+  adaptive::PassReport report_;
+};
+
+inline std::unique_ptr<LearnedModel> model_in(Rows rows, const fiber::FiberParameters& parameters,
+                                              const fiber::FiberDirection& wr, bool fixed_xi = true) {
+  auto model = std::make_unique<LearnedModel>(parameters, rows == Rows::traced_at_vertex);
+  model->bring_to(rows, wr, fixed_xi);
+  return model;
+}
+
+}  // namespace tress::test
