@@ -1,0 +1,243 @@
+// A cache is read back as it was written, and whatever else a file may hold is refused with a reason.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <functional>
+#include <limits>
+
+#include "adaptive/cache_images.h"
+#include "cache/format.h"
+
+namespace tress::adaptive {
+namespace {
+
+constexpr const char* model = "elliptical-test";
+
+std::size_t get_u64(const std::string& bytes, std::size_t at) {
+  return ByteReader(std::string_view(bytes).substr(at)).u64();
+}
+
+void put(std::string* bytes, std::size_t at, std::uint64_t value, int size) {
+  for (int i = 0; i < size; ++i) (*bytes)[at + i] = static_cast<char>(value >> (8 * i) & 0xff);
+}
+
+void put_float(std::string* bytes, std::size_t at, float value) {
+  put(bytes, at, std::bit_cast<std::uint32_t>(value), 4);
+}
+
+/// First byte of the payload of a section, 1 to 4.
+std::size_t payload(const std::string& bytes, int section) {
+  std::size_t at = format::header_bytes;
+  for (int i = 1; i < section; ++i) at += format::section_header_bytes + get_u64(bytes, at + 8);
+  return at + format::section_header_bytes;
+}
+
+/// Makes the checksum of a section right again, so that only the check of the value can refuse it.
+void seal(std::string* bytes, int section) {
+  const std::size_t start = payload(*bytes, section);
+  const std::size_t length = get_u64(*bytes, start - 16);
+  put(bytes, start - 8, format::checksum(std::string_view(*bytes).substr(start, length)), 8);
+}
+
+/// Refused, with a message of all four parts.
+void expect_refused(const std::string& bytes, const std::string& why) {
+  const Result<TableImage> result = decode_cache(bytes, model, "hair.cache");
+  ASSERT_FALSE(result.has_value()) << why;
+  const Error& error = result.error();
+  EXPECT_EQ(error.file, "hair.cache") << why;
+  EXPECT_NE(error.place.find("byte "), std::string::npos) << why << ": " << error.message();
+  EXPECT_FALSE(error.expected.empty()) << why;
+  EXPECT_FALSE(error.found.empty()) << why;
+}
+
+TEST(CacheFormat, ReadsBackWhatItWrote) {
+  const std::string bytes = encode_cache(small_image());
+  const Result<TableImage> read = decode_cache(bytes, model, "hair.cache");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(encode_cache(*read), bytes);
+  ASSERT_EQ(read->pages.size(), 2u);
+  ASSERT_EQ(read->pages[0].rows.size(), 2u);
+  const CachedRow& row = read->pages[0].rows[0];
+  EXPECT_EQ(row.node, 1u);
+  EXPECT_EQ(row.state, RowState::converged);
+  EXPECT_EQ(row.generation, 1u);
+  EXPECT_EQ(row.energy, 0.75f);
+  EXPECT_EQ(row.objective, 0.004f);
+  EXPECT_EQ(row.count, 64u);
+  ASSERT_EQ(row.fit.component_count, 2u);
+  EXPECT_EQ(row.fit.components[0].shape.s_right, 0.2f);
+  EXPECT_EQ(row.fit.components[1].attribute_mean, 3.0f);
+  EXPECT_EQ(row.fit.uniform_attribute_variance, 0.5f);
+  EXPECT_EQ(read->pages[0].rows[1].sketch, small_image().pages[0].rows[1].sketch);
+  EXPECT_EQ(read->pages[0].description.axis_b, small_image().pages[0].description.axis_b);
+}
+
+// The layout of CACHE_FORMAT.md, by hand: a change of a byte's place needs a new format version.
+TEST(CacheFormat, HasTheDocumentedLayout) {
+  const std::string bytes = encode_cache(small_image());
+  EXPECT_EQ(bytes.substr(0, 8), "\x89TRESS\r\n");
+  EXPECT_EQ(bytes.substr(8, 8), std::string("\1\0\0\0\4\0\0\0", 8));
+  EXPECT_EQ(get_u64(bytes, 16), model_hash(model));
+  EXPECT_EQ(payload(bytes, 1), 48u);
+  EXPECT_EQ(bytes.substr(48, 19), std::string("\x0f\0\0\0", 4) + model);
+  EXPECT_EQ(get_u64(bytes, payload(bytes, 2) - 16), 4u + 28 + 5 * 4 + 28 + 3 * 4);
+  EXPECT_EQ(get_u64(bytes, payload(bytes, 3) - 16), 4u + 28 + 12 + 2 * 24 + 28 + 4 + 28);
+  EXPECT_EQ(get_u64(bytes, payload(bytes, 4) - 16), 4u + 2 * 12 + 4);
+}
+
+RC_GTEST_PROP(CacheFormat, RoundTripsAnyTable, ()) {
+  const TableImage image = *arbitrary_image();
+  const std::string bytes = encode_cache(image);
+  const Result<TableImage> read = decode_cache(bytes, model, "hair.cache");
+  RC_ASSERT(read.has_value());
+  RC_ASSERT(encode_cache(*read) == bytes);
+  RC_ASSERT(cache_hash(*read) == cache_hash(image));
+}
+
+TEST(CacheFormat, EqualTablesAreEqualFiles) {
+  TableImage image = small_image();
+  CachedRow& converged = image.pages[0].rows[0];
+  converged.fit.components[7].weight = 3;    // beyond component_count
+  converged.sketch = {sketch_bin(1, 1, 1)};  // a converged row keeps none
+  CachedRow& open = image.pages[0].rows[1];
+  open.state = RowState::refused;
+  open.objective = 0.5f;
+  open.fit = converged.fit;
+  image.pages[0].description.axis_a[0] = -0.0f;
+  EXPECT_EQ(encode_cache(image), encode_cache(small_image()));
+  EXPECT_EQ(cache_hash(small_image()).size(), 16u);
+  image.pages[0].rows[0].count += 1;
+  EXPECT_NE(cache_hash(image), cache_hash(small_image()));
+}
+
+TEST(CacheFormat, RefusesEveryFlippedByte) {
+  const std::string bytes = encode_cache(small_image());
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    for (const int mask : {0x01, 0x80, 0xff}) {
+      std::string flipped = bytes;
+      flipped[i] = static_cast<char>(flipped[i] ^ mask);
+      expect_refused(flipped, "byte " + std::to_string(i) + " xor " + std::to_string(mask));
+      EXPECT_FALSE(decode_cache(flipped, "", "hair.cache").has_value()) << "any model, byte " << i;
+    }
+  }
+}
+
+TEST(CacheFormat, RefusesEveryTruncationAndEveryTail) {
+  const std::string bytes = encode_cache(small_image());
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    expect_refused(bytes.substr(0, size), "cut to " + std::to_string(size));
+  }
+  expect_refused(bytes + '\0', "one byte more");
+}
+
+// With the checksums made right again, so that the checks of counts and values meet every byte.
+TEST(CacheFormat, NeverCrashesOnFlipsBehindValidChecksums) {
+  const std::string bytes = encode_cache(small_image());
+  int taken = 0;
+  for (int section = 1; section <= 4; ++section) {
+    const std::size_t start = payload(bytes, section), length = get_u64(bytes, start - 16);
+    for (std::size_t i = start; i < start + length; ++i) {
+      for (int mask = 1; mask < 256; ++mask) {
+        std::string flipped = bytes;
+        flipped[i] = static_cast<char>(flipped[i] ^ mask);
+        seal(&flipped, section);
+        const Result<TableImage> read = decode_cache(flipped, "", "hair.cache");
+        if (!read) {
+          EXPECT_FALSE(read.error().expected.empty());
+          continue;
+        }
+        ++taken;  // another valid table: must be written back as it was read
+        ASSERT_EQ(encode_cache(*read), flipped) << "byte " << i << " xor " << mask;
+      }
+    }
+  }
+  EXPECT_GT(taken, 0);
+}
+
+TEST(CacheFormat, RefusesForeignAndLaterFilesByName) {
+  const std::string bytes = encode_cache(small_image());
+  std::string later = bytes;
+  put(&later, 8, format::version + 1, 4);
+  const Error version = decode_cache(later, model, "hair.cache").error();
+  EXPECT_EQ(version.message(), "hair.cache: byte 8: expected format version 1, found later version 2");
+
+  const Error other = decode_cache(bytes, "elliptical-2", "hair.cache").error();
+  EXPECT_EQ(other.place, "byte 16");
+  EXPECT_NE(other.expected.find("elliptical-2"), std::string::npos);
+  EXPECT_NE(other.found.find(model), std::string::npos);
+  EXPECT_TRUE(decode_cache(bytes, "", "hair.cache").has_value());
+
+  expect_refused("", "empty");
+  expect_refused(std::string(4096, '\0'), "zeros");
+  expect_refused("{\"a\": \"json file of some length\"}", "text");
+}
+
+TEST(CacheFormat, RefusesValuesOutOfRangeBehindValidChecksums) {
+  const std::string bytes = encode_cache(small_image());
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  const auto refused = [&](int section, const std::string& what,
+                           const std::function<void(std::string*, std::size_t)>& edit) {
+    std::string edited = bytes;
+    edit(&edited, payload(bytes, section));
+    seal(&edited, section);
+    expect_refused(edited, what);
+  };
+  const auto with_float = [&](int section, std::size_t at, float value, const std::string& what) {
+    refused(section, what, [&](std::string* b, std::size_t start) { put_float(b, start + at, value); });
+  };
+  const auto with_integer = [&](int section, std::size_t at, std::uint64_t value, int size, const std::string& what) {
+    refused(section, what, [&](std::string* b, std::size_t start) { put(b, start + at, value, size); });
+  };
+  // Pages: count, lobe, three parameters, blur, sizes, axes.
+  with_integer(2, 0, 0xffffffff, 4, "absurd page count");
+  with_float(2, 8, nan, "NaN parameter");
+  with_float(2, 8, -0.0f, "negative zero");
+  with_float(2, 20, 0.0f, "no blur");
+  with_float(2, 20, nan, "NaN blur");
+  with_integer(2, 24, 0xffffffff, 4, "absurd axis");
+  with_integer(2, 24, 0, 4, "empty axis");
+  refused(2, "2^21 nodes", [](std::string* b, std::size_t start) {
+    put(b, start + 24, 1 << 11, 4);
+    put(b, start + 28, 1 << 10, 4);
+  });
+  with_float(2, 32, infinity, "infinite coordinate");
+  with_float(2, 36, 0.0f, "axis that does not ascend");
+  with_integer(2, 52, 0, 4, "pages out of order");
+  // Rows: count; node 4, state 8, components 9, zero 10, generation 12, energy 16, objective 20, count 24;
+  // uniform part 32, 36, 40; first component 44.
+  with_integer(3, 0, 0xffffffff, 4, "absurd row count");
+  with_integer(3, 0, 3, 4, "a row more than there are");
+  with_integer(3, 4, 6, 4, "node past the page");
+  with_integer(3, 4, 4, 4, "nodes that do not ascend");
+  with_integer(3, 8, 0, 1, "unborn row");
+  with_integer(3, 8, 3, 1, "refused row");
+  with_integer(3, 8, 1, 1, "open row with components");
+  with_integer(3, 9, 9, 1, "nine components");
+  with_integer(3, 10, 1, 2, "padding");
+  with_float(3, 16, nan, "NaN energy");
+  with_float(3, 20, -0.01f, "negative objective");
+  with_float(3, 32, -1.0f, "negative uniform weight");
+  with_float(3, 36, infinity, "infinite attribute");
+  with_float(3, 40, -1.0f, "negative variance");
+  with_float(3, 44, 3.2f, "mode past pi");
+  with_float(3, 48, 0.0039f, "scale below .004");
+  with_float(3, 52, 0.501f, "scale above .5");
+  with_float(3, 52, nan, "NaN scale");
+  with_float(3, 56, -0.1f, "negative weight");
+  with_float(3, 56, nan, "NaN weight");
+  // Sketches: count, then index and bits of each bin.
+  with_integer(4, 0, 0xffffffff, 4, "absurd bin count");
+  with_integer(4, 4, Sketch::bin_count(0.2f), 4, "bin past the sketch");
+  with_integer(4, 4, 90, 4, "bins that do not ascend");
+  with_integer(4, 8, ~std::uint64_t{0}, 8, "an empty bin");
+  with_float(4, 8, infinity, "infinite g");
+  with_float(4, 8, -1.0f, "negative g");
+}
+
+TEST(CacheFormat, NamesTheModelInItsHash) {
+  EXPECT_EQ(model_hash("elliptical-1"), model_hash("elliptical-1"));
+  EXPECT_NE(model_hash("elliptical-1"), model_hash("elliptical-2"));
+}
+
+}  // namespace
+}  // namespace tress::adaptive

@@ -1,0 +1,83 @@
+// Merging is a join: commutative, associative, idempotent, to the byte.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "adaptive/cache_images.h"
+
+namespace tress::adaptive {
+namespace {
+
+std::string merged(const TableImage& a, const TableImage& b) { return encode_cache(merge_caches(a, b)); }
+
+TableImage one_row(const CachedRow& row) {
+  return {"elliptical-test", {{{{1, {1.55f, 0.85f, 0.2f}}, {0.0f, 0.5f}, {0.0f, 0.3f}, 0.2f}, {row}}}};
+}
+
+/// The row that a merge of two tables of one row keeps; the same whichever is first.
+CachedRow winner(const CachedRow& a, const CachedRow& b) {
+  EXPECT_EQ(merged(one_row(a), one_row(b)), merged(one_row(b), one_row(a)));
+  return merge_caches(one_row(a), one_row(b)).pages.at(0).rows.at(0);
+}
+
+RC_GTEST_PROP(CacheMerge, IsCommutative, ()) {
+  const TableImage a = *arbitrary_image(), b = *arbitrary_image();
+  RC_ASSERT(merged(a, b) == merged(b, a));
+}
+
+RC_GTEST_PROP(CacheMerge, IsAssociative, ()) {
+  const TableImage a = *arbitrary_image(), b = *arbitrary_image(), c = *arbitrary_image();
+  RC_ASSERT(merged(merge_caches(a, b), c) == merged(a, merge_caches(b, c)));
+}
+
+RC_GTEST_PROP(CacheMerge, IsIdempotent, ()) {
+  const TableImage a = *arbitrary_image(), b = *arbitrary_image();
+  RC_ASSERT(merged(a, a) == encode_cache(a));
+  const TableImage both = merge_caches(a, b);
+  RC_ASSERT(merged(both, a) == encode_cache(both));
+  RC_ASSERT(merged(both, b) == encode_cache(both));
+}
+
+RC_GTEST_PROP(CacheMerge, GivesATableThatCanBeRead, ()) {
+  const std::string bytes = merged(*arbitrary_image(), *arbitrary_image());
+  RC_ASSERT(decode_cache(bytes, "elliptical-test", "hair.cache").has_value());
+}
+
+TEST(CacheMerge, PrefersTheLaterGenerationThenTheConvergedThenTheBetter) {
+  CachedRow good = converged_row(0, 0.001f), worse = converged_row(0, 0.009f);
+  EXPECT_EQ(winner(good, worse).objective, 0.001f);
+
+  CachedRow counted = good;
+  counted.count += 1;
+  EXPECT_EQ(winner(good, counted).count, counted.count);
+
+  CachedRow reopened = open_row(0, {sketch_bin(2, 1, 0.5f)});
+  reopened.generation = good.generation;
+  EXPECT_EQ(winner(good, reopened).state, RowState::converged);
+  reopened.generation = good.generation + 1;
+  EXPECT_EQ(winner(good, reopened).state, RowState::open);
+
+  CachedRow other = good;
+  other.fit.components[0].weight = 0.625f;
+  EXPECT_EQ(winner(good, other).fit.components[0].weight, 0.625f);
+}
+
+TEST(CacheMerge, OpenRowsShareWhatTheySaw) {
+  CachedRow a = open_row(0, {sketch_bin(2, 9, 0.5f), sketch_bin(5, 1, 0.25f)});
+  CachedRow b = open_row(0, {sketch_bin(2, 4, 0.75f), sketch_bin(7, 3, 1.0f)});
+  b.count = 31;
+  const CachedRow both = winner(a, b);
+  EXPECT_EQ(both.state, RowState::open);
+  EXPECT_EQ(both.count, 31u);
+  EXPECT_EQ(both.sketch,
+            (std::vector<SketchBin>{sketch_bin(2, 4, 0.75f), sketch_bin(5, 1, 0.25f), sketch_bin(7, 3, 1.0f)}));
+}
+
+TEST(CacheMerge, KeepsThePagesAndRowsOfBoth) {
+  TableImage a = small_image(), b = small_image();
+  a.pages.erase(a.pages.begin());
+  b.pages.pop_back();
+  EXPECT_EQ(merged(a, b), encode_cache(small_image()));
+}
+
+}  // namespace
+}  // namespace tress::adaptive
