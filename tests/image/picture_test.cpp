@@ -1,0 +1,106 @@
+#include "image/picture.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+namespace tress::image {
+namespace {
+
+std::filesystem::path temporary(const char* name) {
+  return std::filesystem::path(testing::TempDir()) / (std::string("tress_picture_") + name);
+}
+
+Picture gradient() {
+  Picture picture;
+  picture.width = 37;
+  picture.height = 300;
+  for (const char* name : {"A", "B", "G", "R", "TT.G", "ais.exact"}) {
+    Channel channel{name, {}};
+    for (int i = 0; i < 37 * 300; ++i) channel.pixels.push_back(0.001f * static_cast<float>(i % 997) + 0.1f);
+    picture.channels.push_back(channel);
+  }
+  picture.metadata = {{"tress.scene", "a.json"}, {"tress.seed", "3"}};
+  return picture;
+}
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST(Exr, RoundTripKeepsEveryBitLayerAndText) {
+  const auto file = temporary("round.exr");
+  const Picture written = gradient();
+  ASSERT_FALSE(write_exr(file, written));
+  const auto read = read_exr(file);
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_TRUE(compare(written, *read, "a", "b")->identical);
+  for (const auto& [key, value] : written.metadata) EXPECT_EQ(read->metadata.at(key), value);
+}
+
+TEST(Exr, RefusesEveryTruncationAndGarbage) {
+  const auto file = temporary("whole.exr"), part = temporary("part.exr");
+  ASSERT_FALSE(write_exr(file, gradient()));
+  const std::string whole = bytes_of(file);
+  for (std::size_t size = 0; size + 1 < whole.size(); size += 64) {
+    std::ofstream(part, std::ios::binary) << whole.substr(0, size);
+    const auto read = read_exr(part);
+    ASSERT_FALSE(read) << size;
+    EXPECT_NE(read.error().message().find("part.exr"), std::string::npos);
+  }
+  // A flipped byte may leave a readable picture; it must not crash.
+  for (std::size_t at = 0; at < std::min<std::size_t>(whole.size(), 900); ++at) {
+    std::string flipped = whole;
+    flipped[at] = static_cast<char>(flipped[at] ^ 0xff);
+    std::ofstream(part, std::ios::binary) << flipped;
+    (void)read_exr(part);
+  }
+  EXPECT_FALSE(read_exr(std::filesystem::path(testing::TempDir())));
+  EXPECT_FALSE(read_exr(temporary("missing.exr")));
+}
+
+TEST(Exr, RefusesNaNByChannelAndPixelAndLeavesTheFile) {
+  const auto file = temporary("nan.exr");
+  ASSERT_FALSE(write_exr(file, gradient()));
+  const std::string before = bytes_of(file);
+  Picture bad = gradient();
+  bad.channels[3].pixels[37 * 2 + 5] = std::numeric_limits<float>::quiet_NaN();
+  const auto error = write_exr(file, bad);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->message().find("channel R, pixel (5, 2)"), std::string::npos) << error->message();
+  EXPECT_EQ(bytes_of(file), before);
+  EXPECT_TRUE(write_exr(temporary("no_folder") / "x.exr", gradient()));
+}
+
+TEST(Png, HasSignatureAndSize) {
+  const auto file = temporary("a.png");
+  ASSERT_FALSE(write_png(file, gradient()));
+  const std::string bytes = bytes_of(file);
+  ASSERT_GT(bytes.size(), 33u);
+  EXPECT_EQ(bytes.substr(0, 8), "\x89PNG\r\n\x1a\n");
+  EXPECT_EQ(bytes.substr(12, 4), "IHDR");
+  EXPECT_EQ(bytes[19], 37);
+  EXPECT_EQ(static_cast<unsigned char>(bytes[22]) * 256 + static_cast<unsigned char>(bytes[23]), 300);
+  EXPECT_EQ(bytes.substr(bytes.size() - 8, 4), "IEND");
+}
+
+TEST(Compare, MeasuresAKnownDifference) {
+  const Picture a = gradient();
+  Picture b = a;
+  for (float& x : b.channels[3].pixels) x += 0.5f;
+  const auto difference = compare(a, b, "a", "b");
+  ASSERT_TRUE(difference);
+  EXPECT_NEAR(difference->bias[0], 0.5, 1e-6);
+  EXPECT_NEAR(difference->mae, 0.5 / 3, 1e-6);
+  EXPECT_NEAR(difference->largest, 0.5, 1e-6);
+  EXPECT_FALSE(difference->identical);
+  Picture small = a;
+  small.width = 300, small.height = 37;
+  EXPECT_FALSE(compare(a, small, "a", "b"));
+}
+
+}  // namespace
+}  // namespace tress::image

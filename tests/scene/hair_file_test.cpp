@@ -1,0 +1,122 @@
+#include "scene/hair_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "scene/groom_assembly.h"
+#include "scene/scene.h"
+
+namespace tress::scene {
+namespace {
+
+using Bytes = std::vector<unsigned char>;
+
+template <class T>
+void put(Bytes* bytes, std::size_t offset, T value) {
+  if (bytes->size() < offset + sizeof value) bytes->resize(offset + sizeof value);
+  std::memcpy(bytes->data() + offset, &value, sizeof value);
+}
+
+/// Three strands of 3, 2 and 1 points, segments array, no thickness.
+Bytes small_file() {
+  Bytes bytes(128, 0);
+  std::memcpy(bytes.data(), "HAIR", 4);
+  put<std::uint32_t>(&bytes, 4, 3);
+  put<std::uint32_t>(&bytes, 8, 6);
+  put<std::uint32_t>(&bytes, 12, 3);
+  put<std::uint16_t>(&bytes, 128, 2);
+  put<std::uint16_t>(&bytes, 130, 1);
+  put<std::uint16_t>(&bytes, 132, 0);
+  for (std::size_t i = 0; i < 18; ++i) put<float>(&bytes, 134 + 4 * i, static_cast<float>(i));
+  return bytes;
+}
+
+std::string message(const Bytes& bytes) {
+  const auto hair = parse_hair_file(bytes, "x.hair");
+  return hair ? "" : hair.error().message();
+}
+
+TEST(HairFile, ReadsStrands) {
+  const auto hair = parse_hair_file(small_file(), "x.hair");
+  ASSERT_TRUE(hair);
+  EXPECT_EQ(hair->first_point, (std::vector<std::uint32_t>{0, 3, 5, 6}));
+  EXPECT_EQ(hair->points[5], glm::vec3(15, 16, 17));
+}
+
+TEST(HairFile, RefusesEveryTruncation) {
+  const Bytes whole = small_file();
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const std::string text = message(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)));
+    EXPECT_NE(text.find("x.hair: byte"), std::string::npos) << size;
+  }
+}
+
+TEST(HairFile, RefusesDamageByByteAndExpectation) {
+  auto bytes = small_file();
+  bytes[0] = 'X';
+  EXPECT_NE(message(bytes).find("byte 0: expected \"HAIR\""), std::string::npos);
+  bytes = small_file();
+  put<std::uint32_t>(&bytes, 4, 0xffffffffu);
+  EXPECT_NE(message(bytes).find("4294967295 strands"), std::string::npos);
+  bytes = small_file();
+  put<std::uint32_t>(&bytes, 8, 0xffffffffu);
+  EXPECT_NE(message(bytes).find("4294967295 points"), std::string::npos);
+  bytes = small_file();
+  put<std::uint16_t>(&bytes, 128, 65535);
+  EXPECT_NE(message(bytes).find("byte 128"), std::string::npos);
+  bytes = small_file();
+  put<std::uint32_t>(&bytes, 12, 2);  // no segments array: the default must fit
+  put<std::uint32_t>(&bytes, 16, 0xffffffffu);
+  EXPECT_NE(message(bytes).find("byte 16"), std::string::npos);
+  bytes = small_file();
+  put<float>(&bytes, 134 + 16, std::numeric_limits<float>::quiet_NaN());
+  EXPECT_NE(message(bytes).find("byte 150: expected point 1 finite"), std::string::npos) << message(bytes);
+  bytes = small_file();
+  put<float>(&bytes, 134, std::numeric_limits<float>::infinity());
+  EXPECT_NE(message(bytes).find("byte 134"), std::string::npos);
+}
+
+TEST(GroomAssembly, WarnsOfDegenerateStrandsWithTheirNumber) {
+  auto bytes = small_file();
+  for (std::size_t i = 9; i < 15; ++i) put<float>(&bytes, 134 + 4 * i, 1.0f);  // strand 1 has no length
+  const auto hair = parse_hair_file(bytes, "x.hair");
+  ASSERT_TRUE(hair);
+  std::vector<std::string> notes, warnings;
+  const auto groom = assemble_groom(*hair, {}, "x.hair", &notes, &warnings);
+  ASSERT_TRUE(groom);
+  EXPECT_EQ(groom->strand_count(), 1u);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("2 of 3 strands are degenerate"), std::string::npos) << warnings[0];
+}
+
+TEST(GroomAssembly, StandsFilesWithYUpAndScalesTo30Centimetres) {
+  HairFile hair{{0, 2}, {{0, 0, 0}, {0, 2, 1}}, {}, 0};
+  std::vector<std::string> notes, warnings;
+  const auto groom = assemble_groom(hair, {.y_up = true, .cm_per_unit = {}, .radius_cm = {}}, "x", &notes, &warnings);
+  ASSERT_TRUE(groom);
+  EXPECT_EQ(groom->points[1], glm::vec3(0, -15, 30));
+  EXPECT_FLOAT_EQ(groom->radius_cm[0], 0.004f);
+  EXPECT_EQ(notes.size(), 2u);
+}
+
+TEST(RealGrooms, LoadWithTheirCounts) {
+  const std::filesystem::path folder = TRESS_SOURCE_DIR "/../shared/data/grooms";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
+  const std::tuple<const char*, std::uint32_t, std::size_t> known[] = {
+      {"straight.hair", 10000, 160000}, {"bear.hair", 48113, 192452}, {"ponytail.hair", 4933, 78928}};
+  for (const auto& [name, strands, points] : known) {
+    const auto scene = load_scene(folder / name);
+    ASSERT_TRUE(scene) << scene.error().message();
+    EXPECT_EQ(scene->grooms.at(0).strand_count(), strands) << name;
+    EXPECT_EQ(scene->grooms.at(0).points.size(), points) << name;
+    EXPECT_FALSE(scene->notes.empty());
+  }
+}
+
+}  // namespace
+}  // namespace tress::scene
