@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "mixture/fast_exp.h"
 #include "tress/adaptive/mixture.h"
@@ -50,7 +49,9 @@ TracedNodes::TracedNodes(std::span<const TracedRay> rays, float blur_rad) : blur
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (rays[i].weight > 0) kept.push_back({wrap_angle(rays[i].azimuth), i});
   }
-  std::ranges::stable_sort(kept, {}, &Wrapped::azimuth);
+  std::ranges::sort(kept, [](const Wrapped& a, const Wrapped& b) {
+    return a.azimuth != b.azimuth ? a.azimuth < b.azimuth : a.ray < b.ray;
+  });
   azimuth_.reserve(kept.size());
   weight_.reserve(kept.size());
   attribute_.reserve(kept.size());
