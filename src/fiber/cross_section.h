@@ -42,6 +42,7 @@ struct CrossSection {
   double eta_prime, cos_theta_t;
 
  private:
+  friend class RayBatch;
   double cos_phi_, sin_phi_;      ///< of phi_r
   double cos_entry_, sin_entry_;  ///< of the ellipse parameter that the ray with h = 0 meets
   double inverse_cos_theta_t_;

@@ -1,31 +1,31 @@
 #include "fiber/elliptical_target.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <numbers>
 
 #include "fiber/cross_section.h"
+#include "fiber/ray_batch.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress::fiber {
 namespace {
 
-/// Appends n midpoint rays of order p; returns their mass.
+/// Appends n midpoint rays (n a multiple of the lanes) of order p; returns their mass.
 double trace_midpoints(const CrossSection& section, int p, int n, std::vector<adaptive::TracedRay>& out) {
-  const double cos_phi = std::cos(section.phi_r), sin_phi = std::sin(section.phi_r);
   const double share = 1.0 / n;
-  double mass = 0, path_left;
-  for (int i = 0; i < n; ++i) {
-    const double h = (2 * i + 1) * share - 1;
-    section.follow(h, p, 0, &path_left, [&](int order, double weight, double x, double y, double path) {
-      if (order != p) return;
-      // The exit seen from the known direction: one atan2 a ray.
-      const double across = cos_phi * y - sin_phi * x, along = cos_phi * x + sin_phi * y;
-      mass += weight * share;
-      out.push_back({std::atan2(static_cast<float>(across), static_cast<float>(along)),
-                     static_cast<float>(weight * share), static_cast<float>(path)});
-    });
+  double mass = 0;
+  float azimuth[RayBatch::lanes];
+  for (int first = 0; first < n; first += RayBatch::lanes) {
+    RayBatch rays(section, (2 * first + 1) * share - 1, 2 * share);
+    for (int order = 0; order < p; ++order) rays.advance();
+    rays.azimuths(azimuth);
+    for (int i = 0; i < RayBatch::lanes; ++i) {
+      const double weight = rays.weight()[i] * share;
+      if (weight <= 0) continue;
+      mass += weight;
+      out.push_back({azimuth[i], static_cast<float>(weight), static_cast<float>(rays.path()[i])});
+    }
   }
   return mass;
 }
@@ -45,6 +45,7 @@ void EllipticalTarget::trace(const adaptive::PageDescription& page, float a, flo
   const CrossSection section(page.key.parameters[0], page.key.parameters[1], a, b);
   const int n = traced_node_count(page.key.parameters[2]);
   const std::size_t first = out.size();
+  out.reserve(first + static_cast<std::size_t>(n));
   if (trace_midpoints(section, p, n, out) >= 0.05) return;
   out.resize(first);
   trace_midpoints(section, p, 4 * n, out);

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "fiber/cross_section.h"
+#include "fiber/ray_batch.h"
 #include "fiber/row_axes.h"
 
 namespace tress::fiber {
@@ -37,24 +38,49 @@ float luminance(const glm::vec3& color) { return 0.2126f * color.r + 0.7152f * c
 
 LobeEnergies traced_energies(float eta, float eccentricity, const glm::vec3& sigma_a, double phi_r, double theta,
                              int rays) {
-  constexpr int last_order = 300;
-  constexpr double least_left = 1e-7;
+  constexpr int lanes = RayBatch::lanes;
   const CrossSection section(eta, eccentricity, phi_r, theta);
   const double share = 1.0 / rays;
+  const bool gray = sigma_a.r == sigma_a.g && sigma_a.g == sigma_a.b;
   Sums sums;
-  const auto add = [&](int order, double weight, double, double, double path) {
-    const auto lobe = static_cast<std::size_t>(std::min(order, lobe_count - 1));
-    const double energy = weight * share;
-    sums.clear[lobe] += energy;
-    for (int c = 0; c < 3; ++c) {
-      sums.colored[lobe][static_cast<std::size_t>(c)] +=
-          energy * static_cast<double>(std::exp(static_cast<float>(-sigma_a[c] * path)));
+  const auto add = [&](int order, const double* weight, const double* path) {
+    const auto lobe = static_cast<std::size_t>(order);
+    for (int i = 0; i < lanes; ++i) sums.clear[lobe] += weight[i] * share;
+    for (int c = 0; c < (gray ? 1 : 3); ++c) {
+      double sum = 0;
+      for (int i = 0; i < lanes; ++i) {
+        sum += weight[i] * static_cast<double>(std::exp(static_cast<float>(-sigma_a[c] * path[i])));
+      }
+      sums.colored[lobe][static_cast<std::size_t>(c)] += sum * share;
     }
   };
-  for (int i = 0; i < rays; ++i) {
-    double path;
-    const double left = section.follow((2 * i + 1) * share - 1, last_order, least_left, &path, add);
-    add(last_order, left, 0, 0, path);
+  constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
+  for (int first = 0; first < rays; first += lanes) {
+    RayBatch batch(section, (2 * first + 1) * share - 1, 2 * share);
+    add(0, batch.weight(), batch.path());
+    for (int order = 1; order < traced_orders; ++order) {
+      batch.advance();
+      add(order, batch.weight(), batch.path());
+    }
+    for (int i = 0; i < lanes; ++i) sums.clear[residual] += batch.left()[i] * share;
+  }
+  // What is left after TRRT is known; its color is that of an eighth as many rays, followed to the end.
+  const int followed = rays / 8;
+  double mass = 0;
+  std::array<double, 3> color{};
+  for (int i = 0; i < followed; ++i) {
+    section.trace_residual((2 * i + 1.0) / followed - 1, [&](double weight, double path) {
+      mass += weight;
+      for (std::size_t c = 0; c < (gray ? 1 : 3); ++c) {
+        color[c] += weight * static_cast<double>(std::exp(static_cast<float>(-sigma_a[static_cast<int>(c)] * path)));
+      }
+    });
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    sums.colored[residual][c] = mass > 0 ? sums.clear[residual] * color[c] / mass : 0;
+  }
+  if (gray) {
+    for (auto& color : sums.colored) color[1] = color[2] = color[0];
   }
   return rounded(sums);
 }

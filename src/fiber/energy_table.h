@@ -20,8 +20,9 @@ struct LobeEnergies {
 float luminance(const glm::vec3& color);
 
 /// E_p(phi_r, theta) on 64 x 64 nodes, phi_r uniform on [0, pi/2] and cos theta uniform on [0, 1], bilinear between.
-/// Every node is traced with 512 midpoint rays under this very sigma_a; the residual is everything after TRRT, each
-/// exit with its own path length, up to 300 orders or 1e-7 of a ray. Immutable after construction; any thread.
+/// Every node is traced with 512 midpoint rays under this very sigma_a; the residual is everything after TRRT, its
+/// color from 64 rays, each exit with its own path length, up to 300 orders or 1e-7 of a ray. Immutable after
+/// construction; any thread.
 class EnergyTable {
  public:
   /// sigma_a per major semi-axis, >= 0. Traces in parallel in the calling oneTBB arena; the same bits on any number
@@ -43,7 +44,8 @@ class EnergyTable {
   std::vector<LobeEnergies> nodes_;  ///< [cosine][phi]
 };
 
-/// What a node of the table holds, at any direction and number of midpoint rays. phi_r, theta in radians.
+/// What a node of the table holds, at any direction and number of midpoint rays (a multiple of 16). phi_r, theta in
+/// radians.
 LobeEnergies traced_energies(float eta, float eccentricity, const glm::vec3& sigma_a, double phi_r, double theta,
                              int rays);
 

@@ -1,0 +1,104 @@
+#include "fiber/ray_batch.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace tress::fiber {
+namespace {
+
+/// atan2 from the Cephes polynomial of atanf (error 1e-7), branch-free; 0 for (0, 0).
+inline double arc_tangent(double y, double x) {
+  constexpr double pi = std::numbers::pi;
+  const double ax = std::abs(x), ay = std::abs(y);
+  const double small = ax < ay ? ax : ay, big = ax < ay ? ay : ax;
+  // tan(pi/8): above it atan r = pi/4 + atan((r - 1)/(r + 1)).
+  const bool upper = small > 0.41421356237309503 * big;
+  const double t = (upper ? small - big : small) / ((upper ? small + big : big) + 1e-300);
+  const double z = t * t;
+  double a = (((8.05374449538e-2 * z - 1.38776856032e-1) * z + 1.99777106478e-1) * z - 3.33329491539e-1) * z * t + t;
+  a += upper ? pi / 4 : 0;
+  a = ax < ay ? pi / 2 - a : a;
+  a = x < 0 ? pi - a : a;
+  return y < 0 ? -a : a;
+}
+
+inline double reflectance(double eta2, double eta_prime, double cos_air, double cos_inside) {
+  const double inside = eta_prime * cos_inside, scaled = eta2 * cos_air;
+  const double rs = (cos_air - inside) / (cos_air + inside), rp = (scaled - inside) / (scaled + inside);
+  return 0.5 * (rs * rs + rp * rp);
+}
+
+}  // namespace
+
+RayBatch::RayBatch(const CrossSection& section, double h_0, double h_step) : section_(section) {
+  const double e = section.eccentricity, eta_prime = section.eta_prime, eta2 = section.eta * section.eta;
+  const double cos_phi = section.cos_phi_, sin_phi = section.sin_phi_;
+  const double cos_entry = section.cos_entry_, sin_entry = section.sin_entry_, ratio = 1 / eta_prime;
+  for (int i = 0; i < lanes; ++i) {
+    const double h = h_0 + i * h_step, cos2_h = 1 - h * h;
+    const double cos_h = std::sqrt(cos2_h > 0 ? cos2_h : 0);
+    const double qx = cos_entry * cos_h - sin_entry * h, qy = sin_entry * cos_h + cos_entry * h;
+    const double scale = 1 / std::sqrt(e * e * qx * qx + qy * qy);
+    const double nx = e * qx * scale, ny = qy * scale;
+    const double facing = nx * cos_phi + ny * sin_phi, cos_in = facing > 0 ? facing : 0;
+    const double sin2_in = 1 - cos_in * cos_in;
+    const double cos_t = std::sqrt(1 - (sin2_in > 0 ? sin2_in : 0) * ratio * ratio);
+    const double reflected = reflectance(eta2, eta_prime, cos_in, cos_t);
+    const double along = cos_in * ratio - cos_t;
+    qx_[i] = qx;
+    qy_[i] = qy;
+    dx_[i] = along * nx - cos_phi * ratio;
+    dy_[i] = along * ny - sin_phi * ratio;
+    exit_x_[i] = 2 * cos_in * nx - cos_phi;
+    exit_y_[i] = 2 * cos_in * ny - sin_phi;
+    weight_[i] = reflected;
+    left_[i] = 1 - reflected;
+    path_[i] = 0;
+  }
+}
+
+void RayBatch::advance() {
+  const double e = section_.eccentricity, inverse_e = 1 / e, eta_prime = section_.eta_prime;
+  const double eta2 = section_.eta * section_.eta, eta_prime2 = eta_prime * eta_prime;
+  const double to_3d = section_.inverse_cos_theta_t_;
+  for (int i = 0; i < lanes; ++i) {
+    double dx = dx_[i], dy = dy_[i], qx = qx_[i], qy = qy_[i];
+    const double dqy = dy * inverse_e;
+    const double across = -2 * (qx * dx + qy * dqy) / (dx * dx + dqy * dqy);
+    const double chord = across > 0 ? across : 0;
+    path_[i] += chord * to_3d;
+    qx += chord * dx;
+    qy += chord * dqy;
+    const double onto_circle = 1.5 - 0.5 * (qx * qx + qy * qy);
+    qx *= onto_circle;
+    qy *= onto_circle;
+    const double scale = 1 / std::sqrt(e * e * qx * qx + qy * qy);
+    const double nx = e * qx * scale, ny = qy * scale;
+    const double cos_inside = dx * nx + dy * ny;
+    const double sin2 = (1 - cos_inside * cos_inside) * eta_prime2, cos2_t = sin2 > 0 ? 1 - sin2 : 1;
+    const double cos_t = std::sqrt(cos2_t > 0 ? cos2_t : 0);
+    const double kept = reflectance(eta2, eta_prime, cos_t, cos_inside);
+    const double normal = cos_t - eta_prime * cos_inside;
+    exit_x_[i] = eta_prime * dx + normal * nx;
+    exit_y_[i] = eta_prime * dy + normal * ny;
+    weight_[i] = left_[i] * (1 - kept);
+    left_[i] *= kept;
+    dx -= 2 * cos_inside * nx;
+    dy -= 2 * cos_inside * ny;
+    const double onto_unit = 1.5 - 0.5 * (dx * dx + dy * dy);
+    qx_[i] = qx;
+    qy_[i] = qy;
+    dx_[i] = dx * onto_unit;
+    dy_[i] = dy * onto_unit;
+  }
+}
+
+void RayBatch::azimuths(float* out) const {
+  const double cos_phi = section_.cos_phi_, sin_phi = section_.sin_phi_;
+  for (int i = 0; i < lanes; ++i) {
+    out[i] = static_cast<float>(
+        arc_tangent(cos_phi * exit_y_[i] - sin_phi * exit_x_[i], cos_phi * exit_x_[i] + sin_phi * exit_y_[i]));
+  }
+}
+
+}  // namespace tress::fiber

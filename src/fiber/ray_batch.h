@@ -1,0 +1,34 @@
+// Sixteen rays through a cross-section side by side: what tracing a node costs is latency, and lanes hide it.
+#pragma once
+
+#include "fiber/cross_section.h"
+
+namespace tress::fiber {
+
+/// Steps 16 rays from order to order, in plain loops over lanes that compilers vectorise. The same arithmetic as
+/// CrossSection::follow, without branches: at total internal reflection cos_t = 0 gives reflectance 1 by itself.
+/// One thread each.
+class RayBatch {
+ public:
+  static constexpr int lanes = 16;
+
+  /// Rays at offsets h_0 + i h_step, brought inside: afterwards weight() is that of order 0 (R).
+  RayBatch(const CrossSection& section, double h_0, double h_step);
+
+  /// To the next order: weight, exit direction and path are then its. Total internal reflection: weight 0.
+  void advance();
+
+  const double* weight() const { return weight_; }  ///< A_p of clear hair
+  const double* path() const { return path_; }      ///< internal 3D path, major semi-axes
+  const double* left() const { return left_; }      ///< energy still inside
+  /// Exit azimuths relative to phi_r in [-pi, pi], radians, to 1e-7. Orders >= 1; arbitrary where weight is 0.
+  void azimuths(float* out) const;
+
+ private:
+  const CrossSection& section_;
+  double qx_[lanes], qy_[lanes], dx_[lanes], dy_[lanes];
+  double exit_x_[lanes], exit_y_[lanes];
+  double weight_[lanes], path_[lanes], left_[lanes];
+};
+
+}  // namespace tress::fiber
