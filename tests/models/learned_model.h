@@ -1,8 +1,6 @@
 // A fitted model taught by shading events at one known direction, for tests of every state of its rows.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <array>
 #include <cstdint>
 #include <memory>
