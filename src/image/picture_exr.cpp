@@ -1,6 +1,7 @@
 // OpenEXR in and out.
 #include <ImfArray.h>
 #include <ImfChannelList.h>
+#include <ImfCompression.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
@@ -26,6 +27,14 @@ constexpr std::int64_t most_pixels = std::int64_t{1} << 28;
 constexpr int longest_side = 1 << 17;
 constexpr std::size_t most_channels = 1024;
 constexpr int rows_at_a_time = 256;  ///< memory grows with what the file really holds, not with what it claims
+
+/// No compression of OpenEXR makes more than this many bytes of floats from one (deflate 1032, halves doubled); DWA
+/// codes flat blocks of 64 once more. A picture that claims more is damaged.
+std::uint64_t most_bytes(Imf::Compression compression, std::uint64_t file_bytes) {
+  const bool dwa = compression == Imf::DWAA_COMPRESSION || compression == Imf::DWAB_COMPRESSION;
+  const std::uint64_t slack = std::uint64_t{64} << 20, cap = std::uint64_t{8} << 30;
+  return std::min(cap, slack + std::min(file_bytes, cap) * (dwa ? 65536 : 4096));
+}
 
 /// The pixel that is not finite, "channel X, pixel (x, y)"; empty if all are.
 std::string find_not_finite(const Channel& channel, int width) {
@@ -122,6 +131,11 @@ Result<Picture> read_exr(const std::filesystem::path& file) {
     if (picture.channels.size() > most_channels)
       return error("header channels", fmt::format("at most {}", most_channels),
                    fmt::format("{}", picture.channels.size()));
+    const auto claimed = static_cast<std::uint64_t>(width * height) * picture.channels.size() * sizeof(float);
+    const auto most = most_bytes(in.header().compression(), std::filesystem::file_size(file));
+    if (claimed > most)
+      return error("header dataWindow", fmt::format("at most {} bytes of pixels in a file of this size", most),
+                   fmt::format("{} x {} with {} channels", width, height, picture.channels.size()));
     for (auto it = in.header().begin(); it != in.header().end(); ++it)
       if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute()))
         if (std::string(it.name()) != "type") picture.metadata[it.name()] = text->value();

@@ -62,6 +62,19 @@ TEST(Exr, RefusesEveryTruncationAndGarbage) {
   EXPECT_FALSE(read_exr(temporary("missing.exr")));
 }
 
+TEST(Exr, RefusesAPictureLargerThanItsFileCanHold) {
+  const auto file = temporary("wide.exr");
+  ASSERT_FALSE(write_exr(file, gradient()));
+  std::string bytes = bytes_of(file);
+  const auto window = bytes.find("dataWindow");
+  ASSERT_NE(window, std::string::npos);
+  bytes[window + 11 + 6 + 4 + 8 + 1] = '\xff';  // name, "box2i", size, min: the second byte of max.x, 36 becomes 65316
+  std::ofstream(file, std::ios::binary) << bytes;
+  const auto read = read_exr(file);
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().message().find("65317 x 300"), std::string::npos) << read.error().message();
+}
+
 TEST(Exr, RefusesNaNByChannelAndPixelAndLeavesTheFile) {
   const auto file = temporary("nan.exr");
   ASSERT_FALSE(write_exr(file, gradient()));
