@@ -25,6 +25,9 @@ std::uint32_t format_version(const std::filesystem::path& file) {
          std::uint32_t{bytes[11]} << 24;
 }
 
+/// The number that a float was written as: .85, not .8500000238.
+double as_typed(float x) { return std::stod(fmt::format("{}", x)); }
+
 struct PageSummary {
   std::string lobe;
   std::uint64_t nodes = 0, open = 0, converged = 0, components = 0;
@@ -63,12 +66,15 @@ int run_cache_info(const CacheSettings& settings) {
     const PageSummary s = summarise(*image, page);
     const auto& parameters = page.description.key.parameters;
     const double sigma_deg = double(parameters[2]) * 180 / std::numbers::pi;
-    pages.push_back(
-        {{"key", {{"lobe", s.lobe}, {"eta", parameters[0]}, {"e", parameters[1]}, {"sigma_deg", sigma_deg}}},
-         {"nodes", s.nodes},
-         {"rows", {{"open", s.open}, {"converged", s.converged}}},
-         {"components", s.components},
-         {"bytes", s.bytes}});
+    pages.push_back({{"key",
+                      {{"lobe", s.lobe},
+                       {"eta", as_typed(parameters[0])},
+                       {"e", as_typed(parameters[1])},
+                       {"sigma_deg", sigma_deg}}},
+                     {"nodes", s.nodes},
+                     {"rows", {{"open", s.open}, {"converged", s.converged}}},
+                     {"components", s.components},
+                     {"bytes", s.bytes}});
     text += fmt::format("  {:5} {:5.3f} {:5.3f} {:6.2f} {:7} {:7} {:9} {:10} {:10}\n", s.lobe, parameters[0],
                         parameters[1], sigma_deg, s.nodes, s.open, s.converged, s.components, s.bytes);
   }

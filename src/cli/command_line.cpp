@@ -30,6 +30,12 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
   throw CLI::ValidationError(option, fmt::format("expected {}, found {}", expected, found));
 }
 
+std::string joined(const std::vector<std::string>& words, const std::string& between) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
+  return text;
+}
+
 CLI::Option* add_number(CLI::App* app, const std::string& name, const Range& range, std::function<void(double)> set,
                         const std::string& help) {
   return app
@@ -84,8 +90,7 @@ CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t lea
 
 CLI::Option* add_choice(CLI::App* app, const std::string& name, const std::vector<std::string>& choices,
                         std::function<void(const std::string&)> set, const std::string& help) {
-  std::string words;
-  for (const std::string& choice : choices) words += (words.empty() ? "" : "|") + choice;
+  const std::string words = joined(choices, "|");
   return app
       ->add_option_function<std::string>(
           name,
@@ -384,6 +389,12 @@ int run_checked(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version: standard output
+    if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+      const CLI::App& asked = cache->parsed() ? *cache : app;
+      if (asked.get_subcommands().empty()) {
+        return wrong_usage("expected a command: " + joined(command_names(asked), "|"));
+      }
+    }
     return wrong_usage(error.what());
   }
   open_console(quiet);

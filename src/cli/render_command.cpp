@@ -105,8 +105,9 @@ class RenderJob {
       tell_narrow_blurs(material);
     }
     if (!service_) return;
-    note(fmt::format("{} pages for {} materials, table of at most {:.4g} MB", service_->page_count(),
-                     scene_.materials.size(), double(settings_.table.memory_bytes) / double(1 << 20)));
+    note(fmt::format("{} pages for {} material{}, table of at most {:.4g} MB", service_->page_count(),
+                     scene_.materials.size(), scene_.materials.size() == 1 ? "" : "s",
+                     double(settings_.table.memory_bytes) / double(1 << 20)));
   }
 
   /// Under a blur of 4 degrees a grid of rows would explode, and g is traced at every vertex instead.

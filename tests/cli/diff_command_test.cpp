@@ -1,0 +1,36 @@
+// tress diff: the figures that it prints, on pictures whose difference is known.
+#include "cli/run_tress.h"
+#include "image/picture.h"
+
+namespace tress::test {
+namespace {
+
+TEST(DiffOfPictures, TellsIdenticalAndDifferentApart) {
+  const fs::path folder = fs::path(::testing::TempDir()) / ("tress_diff_" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  image::Picture picture;
+  picture.width = 2;
+  picture.height = 1;
+  for (const char* name : {"R", "G", "B"}) picture.channels.push_back({name, {0.5f, 1.0f}});
+  const std::string a = (folder / "a.exr").string(), b = (folder / "b.exr").string();
+  ASSERT_FALSE(image::write_exr(a, picture));
+  picture.channels[0].pixels[1] += 0.25f;  // R of the second pixel, whichever order the channels are kept in
+  ASSERT_FALSE(image::write_exr(b, picture));
+  const Outcome same = Process(folder, {"diff", a, a, "--json"}).wait();
+  EXPECT_EQ(same.status, 0) << same.err;
+  const auto none = nlohmann::json::parse(same.out);
+  EXPECT_EQ(none.at("identical"), true);
+  EXPECT_EQ(none.at("relMSE"), 0.0);
+  const Outcome other = Process(folder, {"diff", a, b, "--json"}).wait();
+  EXPECT_EQ(other.status, 0) << other.err;
+  const auto some = nlohmann::json::parse(other.out);
+  EXPECT_EQ(some.at("identical"), false);
+  EXPECT_EQ(some.at("largest"), 0.25);
+  EXPECT_EQ(some.at("bias")[0], 0.125);
+  EXPECT_EQ(some.at("bias")[1], 0.0);
+  EXPECT_NEAR(some.at("MAE"), 0.25 / 6, 1e-7);
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace tress::test

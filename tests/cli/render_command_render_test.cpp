@@ -1,0 +1,218 @@
+// tress render: cold and warm, one thread and eight, and what happens to the files when something goes wrong.
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <thread>
+
+#include "cli/run_tress.h"
+#include "image/picture.h"
+
+namespace tress::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr const char* small_scene = R"({
+  "camera": {"frame": true},
+  "image": {"width": 40, "height": 40, "samples": 8},
+  "environment": {"constant": [1, 1, 1]},
+  "materials": [{"name": "brown"}],
+  "grooms": [{"generate": "straight", "strands": 1500, "radius_cm": 0.02, "material": "brown"}]
+})";
+
+class Render : public CommandTest {
+ protected:
+  void SetUp() override {
+    CommandTest::SetUp();
+    write_text(path("scene.json"), small_scene);
+  }
+
+  Outcome render(const std::string& picture, const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> arguments{"render", path("scene.json"), "-o", path(picture)};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  }
+
+  void render_well(const std::string& picture, const std::vector<std::string>& more = {}) const {
+    const Outcome outcome = render(picture, more);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, IsEmpty());
+  }
+
+  void expect_same_picture(const std::string& a, const std::string& b) const {
+    const Outcome outcome = run({"diff", path(a), path(b), "--json"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(nlohmann::json::parse(outcome.out).at("identical"), true) << a << " " << b << " " << outcome.out;
+  }
+
+  nlohmann::json summary(const std::string& telemetry) const {
+    const auto lines = telemetry_lines(path(telemetry), "summary");
+    EXPECT_EQ(lines.size(), 1u);
+    return lines.empty() ? nlohmann::json::object() : lines[0];
+  }
+
+  /// Pages of `cache info --json`, by state of their rows.
+  std::uint64_t rows(const std::string& cache, const char* state) const {
+    const Outcome outcome = run({"cache", "info", path(cache), "--json"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    std::uint64_t sum = 0;
+    const nlohmann::json info = nlohmann::json::parse(outcome.out, nullptr, false);
+    if (info.is_discarded()) return 0;
+    for (const auto& page : info.at("pages")) sum += page.at("rows").at(state).get<std::uint64_t>();
+    return sum;
+  }
+};
+
+TEST_F(Render, AWarmStartConvergesEarlierThanAColdOne) {
+  render_well("cold.exr", {"--warm-cache", path("t.cache"), "--telemetry", path("cold.jsonl")});
+  const Outcome warm = render("warm.exr", {"--warm-cache", path("t.cache"), "--telemetry", path("warm.jsonl")});
+  ASSERT_EQ(warm.status, 0) << warm.err;
+  EXPECT_THAT(warm.err, HasSubstr("t.cache: loaded "));
+  EXPECT_THAT(warm.err, HasSubstr("3 pages"));
+
+  const auto cold_passes = telemetry_lines(path("cold.jsonl"), "pass");
+  const auto warm_passes = telemetry_lines(path("warm.jsonl"), "pass");
+  ASSERT_EQ(cold_passes.size(), 11u);  // four parts of sample 0, then seven whole samples
+  ASSERT_EQ(warm_passes.size(), 11u);
+  EXPECT_EQ(cold_passes[0].at("converged_query_share"), 0.0);
+  EXPECT_GT(warm_passes[0].at("converged_query_share"), 0.5);
+  for (std::size_t i = 0; i < cold_passes.size(); ++i) {
+    EXPECT_EQ(cold_passes[i].at("pass"), i);
+    for (const char* name : {"pixels", "samples", "seconds"}) EXPECT_TRUE(cold_passes[i].contains(name)) << name;
+  }
+  EXPECT_EQ(cold_passes.back().at("samples"), 40 * 40 * 8);
+  EXPECT_EQ(telemetry_lines(path("warm.jsonl"), "header").at(0).at("warm_cache").at("loaded"), "loaded");
+  EXPECT_EQ(summary("cold.jsonl").at("warm_cache").at("loaded"), "absent");
+  EXPECT_EQ(summary("warm.jsonl").at("status"), "done");
+
+  const auto picture = image::read_exr(path("warm.exr"));
+  ASSERT_TRUE(picture) << picture.error().message();
+  for (const char* name : {"scene", "seed", "samples", "time", "model", "estimator", "epsilon", "cache_hash"}) {
+    EXPECT_TRUE(picture->metadata.contains(name)) << name;
+  }
+  EXPECT_TRUE(fs::exists(path("warm.png")));
+  EXPECT_EQ(run({"cache", "verify", path("t.cache")}).status, 0);
+  EXPECT_GT(rows("t.cache", "converged"), 50u);
+}
+
+TEST_F(Render, TheSameBitsForAnyNumberOfThreads) {
+  // First with room for all rows, then with about half of what they need, so that the ceiling binds.
+  std::string memory = "256";
+  for (const std::string table : {"whole", "half"}) {
+    for (const std::string threads : {"1", "2", "8"}) {
+      const std::string name = table + threads;
+      render_well(name + ".exr", {"--threads", threads, "--warm-cache", path(name + ".cache"), "--telemetry",
+                                  path(name + ".jsonl"), "--table-memory", memory});
+      expect_same_picture(name + ".exr", table + "1.exr");
+      EXPECT_EQ(read_text(path(name + ".cache")), read_text(path(table + "1.cache"))) << name;
+    }
+    const auto last = telemetry_lines(path(table + "1.jsonl"), "pass").back();
+    EXPECT_EQ(last.at("at_ceiling"), table == "half") << last;
+    std::uint64_t demand = 0;
+    for (const auto& pass : telemetry_lines(path(table + "1.jsonl"), "pass")) {
+      demand = std::max(demand, pass.at("bytes").get<std::uint64_t>());
+    }
+    memory = std::to_string(0.5 * double(demand) / double(1 << 20));
+  }
+}
+
+TEST_F(Render, EachCacheModeDoesWhatItSays) {
+  const std::string cache = path("t.cache");
+  const Outcome required = render("a.exr", {"--warm-cache", cache, "--cache-mode", "require"});
+  EXPECT_EQ(required.status, 1);
+  EXPECT_THAT(required.err, HasSubstr("t.cache"));
+  EXPECT_FALSE(fs::exists(path("a.exr")));
+
+  render_well("a.exr", {"--warm-cache", cache, "--cache-mode", "frozen", "--spp", "2"});
+  EXPECT_FALSE(fs::exists(cache)) << "frozen must not save";
+
+  render_well("a.exr", {"--warm-cache", cache});
+  const std::string first = read_text(cache);
+  const std::uint64_t converged = rows("t.cache", "converged");
+  render_well("b.exr", {"--warm-cache", cache, "--cache-mode", "frozen", "--seed", "1", "--quiet"});
+  EXPECT_EQ(read_text(cache), first) << "frozen must not save";
+
+  const Outcome again = render("c.exr", {"--warm-cache", cache, "--cache-mode", "require", "--seed", "2", "--quiet"});
+  EXPECT_EQ(again.status, 0) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("merged and saved")) << "said even under --quiet";
+  EXPECT_GE(rows("t.cache", "converged"), converged);
+
+  // Scratch forgets what was there: as if the file had never been.
+  render_well("d.exr", {"--warm-cache", cache, "--cache-mode", "scratch", "--telemetry", path("d.jsonl")});
+  EXPECT_EQ(read_text(cache), first);
+  expect_same_picture("a.exr", "d.exr");
+  EXPECT_EQ(summary("d.jsonl").at("warm_cache").at("saved"), "saved");
+}
+
+TEST_F(Render, ATruncatedCacheIsToldLeftAloneAndRenderedWithout) {
+  const std::string cache = path("t.cache");
+  render_well("cold.exr", {"--warm-cache", cache});
+  const std::string broken = read_text(cache).substr(0, fs::file_size(cache) - 5);
+  write_text(cache, broken);
+  const Outcome outcome = render("again.exr", {"--warm-cache", cache, "--telemetry", path("again.jsonl"), "--quiet"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("t.cache: refused, starting cold"));
+  EXPECT_THAT(outcome.err, HasSubstr("expected"));
+  EXPECT_EQ(read_text(cache), broken);
+  expect_same_picture("cold.exr", "again.exr");
+  EXPECT_EQ(summary("again.jsonl").at("warm_cache").at("loaded"), "refused");
+  EXPECT_EQ(run({"cache", "verify", cache}).status, 1);
+  EXPECT_EQ(render("c.exr", {"--warm-cache", cache, "--cache-mode", "require"}).status, 1);
+  EXPECT_FALSE(fs::exists(path("c.exr")));
+}
+
+TEST_F(Render, ASignalEndsItWithPictureCacheAndTelemetrySaved) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::string telemetry = path("run.jsonl");
+    fs::remove(telemetry);
+    const Process process(folder_, {"render", path("scene.json"), "-o", path("run.exr"), "--spp", "1000000",
+                                    "--warm-cache", path("run.cache"), "--telemetry", telemetry});
+    // Until it is well into rendering; a minute is far more than it needs.
+    for (int i = 0; i < 1200 && telemetry_lines(telemetry, "pass").size() < 8; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    process.send(signal);
+    const Outcome outcome = process.wait();
+    EXPECT_EQ(outcome.status, 128 + signal) << outcome.err;
+    EXPECT_TRUE(image::read_exr(path("run.exr")));
+    EXPECT_EQ(run({"cache", "verify", path("run.cache")}).status, 0);
+    EXPECT_GT(rows("run.cache", "converged") + rows("run.cache", "open"), 0u);
+    EXPECT_EQ(summary("run.jsonl").at("status"), "interrupted");
+    fs::remove(path("run.exr"));
+  }
+}
+
+TEST_F(Render, ExactNeedsNoTableAndAgreesWithFitted) {
+  render_well("exact.exr", {"--estimator", "exact", "--telemetry", path("exact.jsonl")});
+  render_well("short.exr", {"--model", "exact"});
+  expect_same_picture("exact.exr", "short.exr");
+  EXPECT_EQ(telemetry_lines(path("exact.jsonl"), "header").at(0).at("estimator"), "exact");
+  render_well("fitted.exr");
+  const Outcome outcome = run({"diff", path("exact.exr"), path("fitted.exr"), "--json"});
+  const nlohmann::json difference = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(difference.at("identical"), false);
+  // 40 x 40 x 8 paths under a constant light of 1: a path's standard deviation is below 1, so the mean of each picture
+  // has one below 1/sqrt(12800) = .009, the difference of two .0125; six of those never fail for chance.
+  for (const double bias : difference.at("bias")) EXPECT_LT(std::abs(bias), 0.075);
+}
+
+TEST_F(Render, WhatCannotBeWrittenIsFoundBeforeRendering) {
+  const Outcome picture = render("none/a.exr", {"--spp", "1000000"});
+  EXPECT_EQ(picture.status, 1);
+  EXPECT_THAT(picture.err, HasSubstr("none"));
+  EXPECT_EQ(render("a.exr", {"--spp", "1000000", "--warm-cache", path("none/t.cache")}).status, 1);
+  EXPECT_EQ(render("a.exr", {"--spp", "1000000", "--telemetry", path("none/t.jsonl")}).status, 1);
+  fs::create_directory(path("folder.exr"));
+  EXPECT_EQ(render("folder.exr", {"--spp", "1000000"}).status, 1);
+}
+
+TEST_F(Render, TelemetryOfRowsTellsEachChangedRow) {
+  render_well("a.exr", {"--telemetry", path("a.jsonl"), "--telemetry-level", "rows", "--spp", "4"});
+  const auto lines = telemetry_lines(path("a.jsonl"), "row");
+  ASSERT_GT(lines.size(), 50u);
+  EXPECT_TRUE(lines[0].contains("state"));
+}
+
+}  // namespace
+}  // namespace tress::test
