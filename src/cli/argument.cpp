@@ -9,7 +9,6 @@
 namespace tress::cli {
 
 std::string Range::words() const {
-  if (!std::isfinite(high)) return fmt::format("a number {} {}", low_open ? ">" : ">=", low);
   return fmt::format("a number {} {} and {} {}", low_open ? ">" : ">=", low, high_open ? "<" : "<=", high);
 }
 

@@ -4,10 +4,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
+#include <cctype>
 #include <exception>
 #include <functional>
-#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -23,8 +22,6 @@
 
 namespace tress::cli {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 [[noreturn]] void refuse(const std::string& option, const std::string& expected, const std::string& found) {
   throw CLI::ValidationError(option, fmt::format("expected {}, found {}", expected, found));
