@@ -141,10 +141,13 @@ class EllipticalModel final : public FiberModel {
     }
     const float x = fold_azimuth(event.wr.phi).relative(wi.phi, event.wr.phi);
     const float theta_d = difference_angle(event.wr, wi);
+    float m = 0;  // the residual shares TRRT's longitudinal lobe
+    bool trrt_known = false;
     for (int p = 1; p < lobe_count; ++p) {
       const auto lobe = static_cast<std::size_t>(p);
       if (!(event.selection[lobe] > 0)) continue;
-      const float m = make_longitudinal(fiber, event, std::min(p, 3)).density(wi.theta);
+      if (p < lobe_count - 1 || !trrt_known) m = make_longitudinal(fiber, event, std::min(p, 3)).density(wi.theta);
+      trrt_known = p == 3;
       RowValue azimuthal{glm::vec3(inverse_two_pi), inverse_two_pi};
       if (p <= 3) {
         const RowReader reader(fiber, rows(), event, p);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "fiber/cross_section.h"
+#include "fiber/ray_batch.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::fiber {
@@ -28,20 +29,21 @@ void VertexTrace::trace(const VertexKey& key) {
     rays.weight.clear();
     rays.path.clear();
   }
-  const double cos_phi = std::cos(section.phi_r), sin_phi = std::sin(section.phi_r);
+  // Ray counts are powers of two of at least 256: whole batches.
   const double share = 1.0 / key.rays;
-  double path_left;
-  for (int i = 0; i < key.rays; ++i) {
-    section.follow((2 * i + 1) * share - 1, 3, 0, &path_left,
-                   [&](int order, double weight, double x, double y, double path) {
-                     if (order == 0 || !(weight > 0)) return;
-                     Rays& rays = lobes_[static_cast<std::size_t>(order - 1)];
-                     const double across = cos_phi * y - sin_phi * x, along = cos_phi * x + sin_phi * y;
-                     const float azimuth = std::atan2(static_cast<float>(across), static_cast<float>(along));
-                     rays.azimuth.push_back(adaptive::wrap_angle(azimuth));
-                     rays.weight.push_back(static_cast<float>(weight * share));
-                     rays.path.push_back(static_cast<float>(path));
-                   });
+  for (int first = 0; first < key.rays; first += RayBatch::lanes) {
+    RayBatch batch(section, (2 * first + 1) * share - 1, 2 * share);
+    for (Rays& rays : lobes_) {
+      batch.advance();
+      std::array<float, RayBatch::lanes> azimuth;
+      batch.azimuths(azimuth.data());
+      for (std::size_t lane = 0; lane < azimuth.size(); ++lane) {
+        if (!(batch.weight()[lane] > 0)) continue;
+        rays.azimuth.push_back(adaptive::wrap_angle(azimuth[lane]));
+        rays.weight.push_back(static_cast<float>(batch.weight()[lane] * share));
+        rays.path.push_back(static_cast<float>(batch.path()[lane]));
+      }
+    }
   }
   for (int p = 1; p <= 3; ++p) mass_[static_cast<std::size_t>(p - 1)] = ray_mass(shape(p, 1.0f), key.sigma_a);
   key_ = key;
