@@ -96,7 +96,7 @@ void Service::Table::wake(const std::vector<PageId>& pages) {
 
 std::optional<Error> Service::Table::load(TableImage image) {
   if (image.model != target_.model_name()) {
-    return Error{"", "model", "'" + target_.model_name() + "'", "'" + image.model + "'"};
+    return Error{"", "model", target_.model_name(), image.model};
   }
   for (const CachedPage& cached : image.pages) {
     const auto found = page_of_key_.find(cached.description.key);
