@@ -37,8 +37,11 @@ glm::vec3 outside_head(const glm::vec3& p, float clearance) {
 std::vector<glm::vec3> fall(const glm::vec3& on_scalp, float length_cm, float clearance, float stiffness) {
   const glm::vec3 normal = glm::normalize(on_scalp / head_cm);
   const float side = on_scalp.x < 0 ? -1.0f : 1.0f;
-  const glm::vec3 comb = glm::vec3(0.9f * side, -0.35f, 0.0f) * std::clamp(on_scalp.z, 0.0f, 1.0f);
-  glm::vec3 direction = glm::normalize(0.75f * normal + comb + glm::vec3(0, 0, -0.25f));
+  // Parted at the front; at the back of the head (-y) the hair is combed straight down and covers the nape.
+  const float parted = std::clamp(0.4f + 1.4f * on_scalp.y, 0.0f, 1.0f);
+  const glm::vec3 comb =
+      glm::vec3(0.9f * side * parted, -0.9f + 0.55f * parted, 0.0f) * std::clamp(on_scalp.z, 0.0f, 1.0f);
+  glm::vec3 direction = glm::normalize(0.4f * normal + comb + glm::vec3(0, 0, -0.25f));
   glm::vec3 p = on_scalp * head_cm;
   std::vector<glm::vec3> points{p};
   constexpr int substeps = 4;
