@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <numbers>
 
-#include "models/fast_exp.h"
+#include "fiber/fast_exp.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::fiber {

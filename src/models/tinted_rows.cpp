@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "models/fast_exp.h"
+#include "fiber/fast_exp.h"
 
 namespace tress::fiber {
 namespace {
