@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <numbers>
+#include <type_traits>
 #include <vector>
 
 #include "fiber/longitudinal.h"
@@ -22,6 +25,25 @@ constexpr float pi = std::numbers::pi_v<float>;
 constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 constexpr float smallest_pdf = 1e-30f;  // where every lobe has underflowed; S is 0 there
 constexpr int nothing_drawn = -1;
+
+/// What depends on the known direction only: computed once per event, used by every direction of it.
+struct EventConstants {
+  ReflectionLobe reflection;
+  std::array<LongitudinalLobe, 3> longitudinal;  ///< TT, TRT, TRRT; the residual shares TRRT's
+  FoldedAzimuth fold;
+};
+static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
+static_assert(std::is_trivially_copyable_v<EventConstants>);
+
+void keep(const EventConstants& constants, FiberEvent& event) {
+  std::memcpy(event.model_constants.data(), &constants, sizeof constants);
+}
+
+EventConstants constants_of(const FiberEvent& event) {
+  std::array<std::byte, sizeof(EventConstants)> bytes;
+  std::memcpy(bytes.data(), event.model_constants.data(), sizeof bytes);
+  return std::bit_cast<EventConstants>(bytes);
+}
 
 class EllipticalModel final : public FiberModel {
  public:
@@ -60,12 +82,16 @@ class EllipticalModel final : public FiberModel {
       event.selection[0] = sum = 1;
     }
     for (float& probability : event.selection) probability /= sum;
+    keep({make_reflection(fiber, event),
+          {make_longitudinal(fiber, event, 1), make_longitudinal(fiber, event, 2), make_longitudinal(fiber, event, 3)},
+          fold_azimuth(event.wr.phi)},
+         event);
     return event;
   }
 
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
     const FiberRecord& fiber = fibers_[event.fiber];
-    const FoldedAzimuth fold = fold_azimuth(event.wr.phi);
+    const EventConstants constants = constants_of(event);
     FiberSample sample;
     int p = 0;
     float below = 0, chosen = 0;
@@ -81,26 +107,26 @@ class EllipticalModel final : public FiberModel {
     const float spare = std::clamp((u[0] - below) / chosen, 0.0f, 0.99999994f);
     RowQuery row;
     if (p == 0) {
-      const ReflectionLobe reflection = make_reflection(fiber, event);
+      const ReflectionLobe& reflection = constants.reflection;
       sample.wi.phi = reflection.sample_azimuth(u[2]);
       sample.wi.theta = reflection.longitudinal(sample.wi.phi).sample(u[1]);
     } else {
-      sample.wi.theta = make_longitudinal(fiber, event, std::min(p, 3)).sample(u[1]);
+      sample.wi.theta = constants.longitudinal[static_cast<std::size_t>(std::min(p, 3) - 1)].sample(u[1]);
       float x = pi * (2 * u[2] - 1);
       if (p <= 3) {
-        const RowReader reader(fiber, rows(), event, p);
+        const RowReader reader(fiber, rows(), event, constants.fold.phi, p);
         const float theta_d = difference_angle(event.wr, sample.wi);
         row = reader.find(theta_d);
         x = reader.sample(row, theta_d, spare, u[2], u[3]);
       }
-      sample.wi.phi = fold.absolute(x, event.wr.phi);
+      sample.wi.phi = constants.fold.absolute(x, event.wr.phi);
     }
-    sample.value = value_at(event, sample.wi, p, row);
+    sample.value = value_at(event, constants, sample.wi, p, row);
     return sample;
   }
 
   FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
-    return value_at(event, clamped(wi), nothing_drawn, {});
+    return value_at(event, constants_of(event), clamped(wi), nothing_drawn, {});
   }
 
  private:
@@ -130,27 +156,30 @@ class EllipticalModel final : public FiberModel {
   }
 
   /// S and Q at wi. drawn: the lobe that drew wi, whose row (if it has one) was then looked up as `known`.
-  FiberValue value_at(const FiberEvent& event, const FiberDirection& wi, int drawn, const RowQuery& known) const {
+  FiberValue value_at(const FiberEvent& event, const EventConstants& constants, const FiberDirection& wi, int drawn,
+                      const RowQuery& known) const {
     const FiberRecord& fiber = fibers_[event.fiber];
     FiberValue value;
     if (event.selection[0] > 0) {
-      const ReflectionLobe reflection = make_reflection(fiber, event);
+      const ReflectionLobe& reflection = constants.reflection;
       const float m = reflection.longitudinal(wi.phi).density(wi.theta);
       value.s[0] = glm::vec3(reflection.energy_density(wi.phi) * m);
       value.pdf += event.selection[0] * reflection.azimuth_pdf(wi.phi) * m;
     }
-    const float x = fold_azimuth(event.wr.phi).relative(wi.phi, event.wr.phi);
+    const float x = constants.fold.relative(wi.phi, event.wr.phi);
     const float theta_d = difference_angle(event.wr, wi);
     float m = 0;  // the residual shares TRRT's longitudinal lobe
     bool trrt_known = false;
     for (int p = 1; p < lobe_count; ++p) {
       const auto lobe = static_cast<std::size_t>(p);
       if (!(event.selection[lobe] > 0)) continue;
-      if (p < lobe_count - 1 || !trrt_known) m = make_longitudinal(fiber, event, std::min(p, 3)).density(wi.theta);
+      if (p < lobe_count - 1 || !trrt_known) {
+        m = constants.longitudinal[static_cast<std::size_t>(std::min(p, 3) - 1)].density(wi.theta);
+      }
       trrt_known = p == 3;
       RowValue azimuthal{glm::vec3(inverse_two_pi), inverse_two_pi};
       if (p <= 3) {
-        const RowReader reader(fiber, rows(), event, p);
+        const RowReader reader(fiber, rows(), event, constants.fold.phi, p);
         bool exact = false;
         const RowQuery row = p == drawn ? known : reader.find(theta_d);
         azimuthal = reader.evaluate(row, theta_d, x, p == drawn, &exact);

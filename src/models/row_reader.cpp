@@ -21,8 +21,9 @@ glm::vec3 normalised(const glm::vec3& density, const glm::vec3& mass) {
 
 }  // namespace
 
-RowReader::RowReader(const FiberRecord& fiber, const adaptive::Service* service, const FiberEvent& event, int p)
-    : fiber_(fiber), service_(service), event_(event), p_(p), phi_r_(fold_azimuth(event.wr.phi).phi) {
+RowReader::RowReader(const FiberRecord& fiber, const adaptive::Service* service, const FiberEvent& event,
+                     float folded_phi_r, int p)
+    : fiber_(fiber), service_(service), event_(event), p_(p), phi_r_(folded_phi_r) {
   const glm::vec3& energy = event.energy[static_cast<std::size_t>(p)];
   const glm::vec3 shares(luminance({energy.r, 0, 0}), luminance({0, energy.g, 0}), luminance({0, 0, energy.b}));
   channel_weights_ = shares / luminance(energy);

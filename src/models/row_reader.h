@@ -17,8 +17,10 @@ struct RowQuery {
 /// `service` null: every answer is traced at the vertex.
 class RowReader {
  public:
-  /// p = 1, 2, 3; the lobe's energy in `event` must have positive luminance.
-  RowReader(const FiberRecord& fiber, const adaptive::Service* service, const FiberEvent& event, int p);
+  /// folded_phi_r: of fold_azimuth(event.wr.phi). p = 1, 2, 3; the lobe's energy in `event` must have positive
+  /// luminance.
+  RowReader(const FiberRecord& fiber, const adaptive::Service* service, const FiberEvent& event, float folded_phi_r,
+            int p);
 
   /// Chooses the node by xi and looks it up (one query). theta_d >= 0.
   RowQuery find(float theta_d) const;

@@ -24,6 +24,8 @@ struct FiberEvent {
   float xi1 = 0, xi2 = 0;                     ///< uniform in [0, 1)
   LobeColors energy{};                        ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
   std::array<float, lobe_count> selection{};  ///< probability of each lobe, sums to 1
+  /// What the model that began the event keeps with it (constants of its lobes for wr). Nobody else reads it.
+  std::array<float, 40> model_constants{};
 };
 
 /// S per lobe and the density of the sampler, at one direction.
