@@ -1,4 +1,5 @@
 // tress fit: what it prints is the row that it says it is.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -1,6 +1,7 @@
 // tress render: cold and warm, one thread and eight, and what happens to the files when something goes wrong.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 

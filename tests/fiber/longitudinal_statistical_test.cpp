@@ -1,6 +1,7 @@
 // Chi-square of the longitudinal sampler. Seed 1; family false-alarm rate 1e-3, Sidak-corrected.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "fiber/longitudinal.h"

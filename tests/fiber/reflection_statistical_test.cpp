@@ -1,6 +1,7 @@
 // The sampler of R against its density, and its weights. Seed 2; family false-alarm rate 1e-3, Sidak-corrected.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
