@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "mixture/fast_exp.h"
+#include "tress/adaptive/exp_of_negative.h"
 
 namespace tress::adaptive {
 namespace {
@@ -15,7 +15,7 @@ constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 // T(s) = tanh(pi/(2s)); 1 in float below s = .17, where 2 exp(-pi/s) < 2^-25.
 float truncation(float s) {
   if (s < 0.17f) return 1.0f;
-  const float e = fast_exp_negative(-pi / s);
+  const float e = exp_of_negative(-pi / s);
   return (1.0f - e) / (1.0f + e);
 }
 
@@ -52,7 +52,7 @@ float wrap_angle(float x) {
 float SkewLogistic::density(float phi) const {
   float x = phi - mu;
   if (x >= pi || x < -pi) x = wrap_angle(x);
-  const float e = fast_exp_negative(-std::abs(x) / (x < 0.0f ? s_left : s_right));
+  const float e = exp_of_negative(-std::abs(x) / (x < 0.0f ? s_left : s_right));
   const float z = 0.5f * (s_left * truncation(s_left) + s_right * truncation(s_right));
   return e / ((1.0f + e) * (1.0f + e) * z);
 }

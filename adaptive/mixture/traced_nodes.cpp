@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "mixture/fast_exp.h"
+#include "tress/adaptive/exp_of_negative.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::adaptive {
@@ -27,7 +27,7 @@ float gaussian_sum(const float* azimuth, const float* weight, std::size_t count,
     for (std::size_t i = filled; i < padded; ++i) term[i] = 0;
     for (std::size_t i = 0; i < filled; ++i) {
       const float d = azimuth[start + i] - x;
-      term[i] = weight[start + i] * fast_exp_negative(-d * d * half_precision);
+      term[i] = weight[start + i] * exp_of_negative(-d * d * half_precision);
     }
     for (std::size_t row = 8; row < padded; row += 8) {
       for (std::size_t i = 0; i < 8; ++i) term[i] += term[row + i];

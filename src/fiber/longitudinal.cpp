@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fiber/fast_exp.h"
+#include "tress/adaptive/exp_of_negative.h"
 
 namespace tress::fiber {
 
@@ -14,15 +14,16 @@ LongitudinalLobe::LongitudinalLobe(float theta_r, float tilt, float lambda)
   nearest_ = std::abs(std::clamp(0.0f, low_, high_));
   // F(b) - F(a) = e^-nearest (1 - e^(low - high)) / ((1 + e^-|low|) (1 + e^-|high|)), whichever side the mode is on.
   // high - low = pi/(2 lambda) is 2 at least (lambda <= 45 degrees), so that 1 - e^(low - high) does not cancel.
-  const float mass = (1 - exp_of_negative(low_ - high_)) /
-                     ((1 + exp_of_negative(-std::abs(low_))) * (1 + exp_of_negative(-std::abs(high_))));
+  const float mass =
+      (1 - adaptive::exp_of_negative(low_ - high_)) /
+      ((1 + adaptive::exp_of_negative(-std::abs(low_))) * (1 + adaptive::exp_of_negative(-std::abs(high_))));
   scale_ = 0.5f / (lambda_ * mass);
 }
 
 float LongitudinalLobe::density(float theta_i) const {
   const float x = std::abs((0.5f * (theta_i + theta_r_) - tilt_) / lambda_);
-  const float decay = exp_of_negative(nearest_ - std::max(x, nearest_));
-  const float tail = nearest_ > 0 ? 1 + exp_of_negative(-x) : 1 + decay;
+  const float decay = adaptive::exp_of_negative(nearest_ - std::max(x, nearest_));
+  const float tail = nearest_ > 0 ? 1 + adaptive::exp_of_negative(-x) : 1 + decay;
   return scale_ * decay / (tail * tail);
 }
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <numbers>
 
-#include "fiber/fast_exp.h"
+#include "tress/adaptive/exp_of_negative.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::fiber {
@@ -45,19 +45,20 @@ void add_density(const RayShape& rays, std::size_t first, std::size_t last, cons
     for (std::size_t i = 0; i < filled; ++i) {
       float d = std::fabs(azimuth[i] - x);
       d = d > pi ? two_pi - d : d;
-      blurred[i] = weight[i] * exp_of_negative(-d * d * precision);
+      blurred[i] = weight[i] * adaptive::exp_of_negative(-d * d * precision);
     }
     if (next_image) {
       for (std::size_t i = 0; i < filled; ++i) {
         float d = std::fabs(azimuth[i] - x);
         d = d > pi ? d : two_pi - d;
-        blurred[i] += weight[i] * exp_of_negative(-d * d * precision);
+        blurred[i] += weight[i] * adaptive::exp_of_negative(-d * d * precision);
       }
     }
     if (!clear) {
       for (int c = 0; c < 3; ++c) {
         const float absorption = sigma_a[c];
-        for (std::size_t i = 0; i < filled; ++i) term[i] = blurred[i] * exp_of_negative(-absorption * path[i]);
+        for (std::size_t i = 0; i < filled; ++i)
+          term[i] = blurred[i] * adaptive::exp_of_negative(-absorption * path[i]);
         sum.tinted[c] += sum_chunk(term.data(), filled);
       }
     }
@@ -77,7 +78,7 @@ ClearAndTinted ray_mass(const RayShape& rays, const glm::vec3& sigma_a) {
     alignas(32) std::array<float, chunk> term;
     for (int c = 0; c < 3 && !clear; ++c) {
       const float absorption = sigma_a[c];
-      for (std::size_t i = 0; i < filled; ++i) term[i] = weight[i] * exp_of_negative(-absorption * path[i]);
+      for (std::size_t i = 0; i < filled; ++i) term[i] = weight[i] * adaptive::exp_of_negative(-absorption * path[i]);
       sum.tinted[c] += sum_chunk(term.data(), filled);
     }
     std::copy_n(weight, filled, term.begin());
@@ -113,7 +114,7 @@ float draw_azimuth(const RayShape& rays, float sigma_a, float mass, float u_ray,
   float sum = 0;
   std::size_t chosen = 0;
   for (std::size_t j = 0; j < rays.weight.size(); ++j) {
-    const float weight = rays.weight[j] * exp_of_negative(-sigma_a * rays.attribute[j]);
+    const float weight = rays.weight[j] * adaptive::exp_of_negative(-sigma_a * rays.attribute[j]);
     if (weight > 0) chosen = j;
     sum += weight;
     if (sum > target) break;

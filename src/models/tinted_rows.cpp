@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "fiber/fast_exp.h"
+#include "tress/adaptive/exp_of_negative.h"
 
 namespace tress::fiber {
 namespace {
@@ -69,7 +69,7 @@ RowValue TintedRows::evaluate(std::uint32_t node, float x, const glm::vec3& chan
     float offset = x - part->mu;
     offset = offset >= pi ? offset - 2 * pi : offset < -pi ? offset + 2 * pi : offset;
     const float inverse = offset < 0 ? part->inverse_left : part->inverse_right;
-    const float e = exp_of_negative(-std::fabs(offset) * inverse);
+    const float e = adaptive::exp_of_negative(-std::fabs(offset) * inverse);
     value.shape += part->share * (e / ((1 + e) * (1 + e)) * part->inverse_norm);
   }
   value.proposal = (1 - uniform_share) * glm::dot(channel_weights, value.shape) + uniform_share * inverse_two_pi;

@@ -8,7 +8,7 @@ namespace tress::adaptive {
 
 /// exp(x) for x <= 0, relative error below 3e-7; below -87 it stays at exp(-87), about 1.6e-38 (never a denormal).
 /// Cody-Waite reduction to |r| <= ln 2 / 2, polynomial of degree 6 (truncation r^7/7! <= 1.2e-7).
-inline float fast_exp_negative(float x) {
+inline float exp_of_negative(float x) {
   x = x < -87.0f ? -87.0f : x;
   const auto n = static_cast<std::int32_t>(x * 1.44269504f - 0.5f);  // truncation of x <= 0: rounds to nearest
   const float k = static_cast<float>(n);
