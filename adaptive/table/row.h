@@ -23,7 +23,8 @@ struct Row {
   std::uint32_t node;
   RowState state = RowState::open;
   bool has_fit = false;
-  Mixture fit;  ///< published; the answer of a converged row, the proposal of an open one
+  float objective = -1;  ///< bound of the last test, negative before the first; once converged, the stored bound
+  Mixture fit;           ///< published; the answer of a converged row, the proposal of an open one
 
   std::unique_ptr<const TracedNodes> nodes;  ///< null once converged
   std::unique_ptr<Sketch> sketch;            ///< likewise
@@ -40,7 +41,6 @@ struct Row {
   double fit_objective = 0;  ///< R of the last refit
   std::uint32_t bins_at_fit = 0;
   std::uint64_t count_at_fit = 0;
-  float objective = -1;      ///< bound of the last test, negative before the first; once converged, the stored bound
   float largest_passed = 0;  ///< largest bound of the present run of passed tests
   std::uint32_t passed = 0;  ///< length of that run
   std::uint32_t failed = 0;  ///< tests failed, in all

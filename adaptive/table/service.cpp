@@ -23,6 +23,7 @@ RowView Service::Table::view_of(std::uint32_t index) const {
   view.fit = row.has_fit ? &row.fit : nullptr;
   view.nodes = row.nodes.get();
   view.row = index;
+  if (row.objective >= 0) view.objective = row.objective;
   return view;
 }
 

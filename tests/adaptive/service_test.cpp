@@ -107,6 +107,31 @@ TEST(Service, AConvergedRowDropsItsNodesAndEvaluatesNothing) {
   }
 }
 
+TEST(Service, AViewTellsTheBoundOfTheLastTest) {
+  const MovingPeaks target;
+  Service service(Options{}, target);
+  const PageId page = service.add_page(toy_page(0, 2));
+  EXPECT_EQ(service.look_up(page, 1, 1).objective, 1.0f) << "unborn";
+  touch(service, page, 1, 1, 8);
+  service.publish();
+  EXPECT_EQ(service.look_up(page, 1, 1).objective, 1.0f) << "born and not tested";
+  float told = 1;
+  service.set_row_listener([&](const RowReport& row) {
+    if (row.objective >= 0 && row.node == 3) told = static_cast<float>(row.objective);
+  });
+  bool converged = false;
+  for (std::uint64_t pass = 0; pass < 20 && !converged; ++pass) {
+    testing::run_pass(service, 1, pass, 200, 1);
+    service.publish();
+    converged = service.peek(page, 1, 1).state == RowState::converged;
+  }
+  ASSERT_TRUE(converged);
+  const RowView row = service.look_up(page, 1, 1);
+  EXPECT_EQ(row.objective, told);
+  EXPECT_LE(row.objective, service.options().epsilon);
+  EXPECT_EQ(row.objective, service.snapshot().pages[0].rows.back().objective);
+}
+
 TEST(Service, PastTheCeilingNoRowIsBornAndAnswersStayExact) {
   const MovingPeaks target;
   Options options;

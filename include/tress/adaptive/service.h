@@ -38,6 +38,9 @@ struct RowView {
   const TracedNodes* nodes = nullptr;
   /// Index among the rows ever born, for observe() and score(); no_row if unborn.
   std::uint32_t row = no_row;
+  /// How far the fit is known to be from g, relative squared L2: the bound of the row's last test, once converged the
+  /// stored bound; 1 before the first test and for unborn rows. Finite, >= 0; above 1 where a fit is worse than none.
+  float objective = 1;
   /// Holds nodes that no memo had room for.
   std::shared_ptr<const TracedNodes> kept;
 
