@@ -1,0 +1,298 @@
+// How well and how fast rows of the elliptical target are learned, through the public service alone: every row of a
+// random set is asked as a render asks it, some vertices a pass, until it converges. Prints a table; JSON with --json.
+//
+//   bench_rows [--rows N] [--seed N] [--epsilon E] [--domain wide|hard|narrow] [--vertices N] [--foreign N]
+//              [--passes N] [--sigma-a S] [--json FILE]
+//
+// Domains: wide, sigma 5..25 degrees; hard, sigma 1..10 on the grid sigma of the program (at least 4 degrees); narrow,
+// sigma 1..10 as it is. e .7..1, eta 1.55, lobes and nodes of the page uniform, E_p >= .001 (less is uniform in the
+// program). A vertex is one look-up with one azimuth drawn from the row's own proposal; --foreign adds uniform ones
+// that are observed and not scored. --sigma-a draws from the proposal under that absorption (per semi-axis).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "fiber/row_axes.h"
+#include "learner/learner.h"
+#include "tress/adaptive/random.h"
+#include "tress/adaptive/service.h"
+#include "tress/fiber/elliptical_model.h"
+
+namespace {
+
+using namespace tress;
+
+constexpr double pi = std::numbers::pi;
+constexpr double degree = pi / 180;
+constexpr double least_energy = 1e-3;
+
+struct Setting {
+  int rows = 2000, vertices = 16, foreign = 0, passes = 64;
+  std::uint64_t seed = 1;
+  double epsilon = 0.01, sigma_a = 0;
+  std::string domain = "wide", json;
+};
+
+struct Row {
+  adaptive::PageId page = 0;
+  adaptive::PageDescription description;
+  std::uint64_t own = 0, vertices = 0;  ///< until it converged
+  bool converged = false;
+};
+
+std::vector<Row> draw_rows(const Setting& setting, const adaptive::Target& target, adaptive::Service& service) {
+  RandomStream random(setting.seed, 2000);
+  const auto between = [&](double low, double high) { return low + (high - low) * static_cast<double>(random.next()); };
+  std::vector<Row> rows;
+  std::vector<adaptive::TracedRay> rays;
+  while (rows.size() < static_cast<std::size_t>(setting.rows)) {
+    const int p = 1 + static_cast<int>(between(0, 3));
+    const auto e = static_cast<float>(between(0.7, 1));
+    auto sigma = static_cast<float>((setting.domain == "wide" ? between(5, 25) : between(1, 10)) * degree);
+    if (setting.domain == "hard") sigma = std::max(sigma, fiber::smallest_grid_sigma);
+    Row row;
+    row.description = fiber::elliptical_page(p, 1.55f, e, sigma);
+    // One node a page: publish() then walks over no others. The key, and so the target, is the program's.
+    const auto pick = [&](std::vector<float>& axis) {
+      axis = {axis[static_cast<std::size_t>(between(0, static_cast<double>(axis.size())))]};
+    };
+    pick(row.description.axis_a);
+    pick(row.description.axis_b);
+    rays.clear();
+    target.trace(row.description, row.description.axis_a[0], row.description.axis_b[0], rays);
+    double energy = 0;
+    for (const adaptive::TracedRay& ray : rays) energy += ray.weight;
+    if (energy < least_energy) continue;
+    row.page = service.add_page(row.description);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+/// The mixture under an absorption: the gamma law of each component's attribute (ESTIMATOR.md, E1).
+adaptive::Mixture tinted(adaptive::Mixture fit, const adaptive::TracedNodes& nodes, double sigma_a) {
+  if (sigma_a <= 0) return fit;
+  adaptive::assign_attributes(fit, nodes);
+  const auto share = [&](double mean, double variance) {
+    if (!(mean > 0) || variance < 1e-9 * mean * mean) return std::exp(-sigma_a * mean);
+    return std::pow(1 + sigma_a * variance / mean, -mean * mean / variance);
+  };
+  for (adaptive::Component& part : fit.components) {
+    part.weight *= static_cast<float>(share(part.attribute_mean, part.attribute_variance));
+  }
+  fit.uniform_weight *= static_cast<float>(share(fit.uniform_attribute_mean, fit.uniform_attribute_variance));
+  return fit;
+}
+
+void ask(const Setting& setting, const adaptive::Service& service, Row& row, RandomStream& random) {
+  const float share = service.options().uniform_share_open;
+  adaptive::Mixture proposal;
+  for (int i = 0; i < setting.vertices; ++i) {
+    const adaptive::RowView view = service.look_up(row.page, 0, 0);
+    ++row.vertices;
+    if (view.state != adaptive::RowState::open) continue;
+    for (int k = 0; k < setting.foreign; ++k) {
+      const auto x = static_cast<float>(2 * pi * (static_cast<double>(random.next()) - 0.5));
+      service.observe(view, x, view.nodes->density(x));
+    }
+    if (view.fit == nullptr) continue;
+    if (i == 0) proposal = tinted(*view.fit, *view.nodes, setting.sigma_a);
+    const float x = proposal.sample(random.next(), share);
+    service.score(view, x, view.nodes->density(x), proposal.proposal_density(x, share));
+    ++row.own;
+  }
+}
+
+/// Integral of (g - f)^2 over what the objective is relative to, by the trapezoid rule, a sixth of sigma apart.
+double true_objective(const adaptive::Mixture& fit, const adaptive::TracedNodes& nodes) {
+  const auto points = static_cast<int>(std::max(720.0, std::ceil(12 * pi / static_cast<double>(nodes.blur_rad()))));
+  double sum = 0;
+  for (int i = 0; i < points; ++i) {
+    const auto x = static_cast<float>(-pi + 2 * pi * i / points);
+    const double r = static_cast<double>(nodes.density(x)) - static_cast<double>(fit.density(x));
+    sum += r * r * 2 * pi / points;
+  }
+  return sum / static_cast<double>(nodes.variation());
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  std::ranges::sort(values);
+  const double rank = std::ceil(share * static_cast<double>(values.size()));
+  return values[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
+}
+
+nlohmann::json spread(const std::vector<double>& values) {
+  return {{"p50", quantile(values, .5)},
+          {"p90", quantile(values, .9)},
+          {"p99", quantile(values, .99)},
+          {"max", quantile(values, 1)}};
+}
+
+nlohmann::json study(const Setting& setting) {
+  const auto target = fiber::make_elliptical_target();
+  adaptive::Options options;
+  options.epsilon = setting.epsilon;
+  options.memory_bytes = std::size_t{4} << 30;
+  options.seed = setting.seed;
+  adaptive::Service service(options, *target);
+  std::vector<Row> rows = draw_rows(setting, *target, service);
+
+  double cpu = 0;
+  std::uint64_t evaluations = 0, top_ups = 0, refits = 0;
+  adaptive::PassReport report;
+  std::vector<double> open_share;
+  for (int pass = 0; pass < setting.passes; ++pass) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (rows[i].converged) continue;
+      RandomStream random(setting.seed, i, static_cast<std::uint64_t>(pass) + 1);
+      ask(setting, service, rows[i], random);
+    }
+    report = service.publish();
+    cpu += report.learning_cpu_seconds;
+    evaluations += report.g_evaluations;
+    top_ups += report.top_ups;
+    refits += report.refits;
+    for (const auto& change : service.last_changes()) {
+      if (change.state == adaptive::RowState::converged) rows[change.page].converged = true;
+    }
+    if (report.rows_converged == rows.size()) break;
+  }
+
+  std::vector<double> errors, own, vertices;
+  std::map<std::string, std::vector<double>> errors_of_lobe;
+  double worst = -1;
+  std::string worst_row;
+  int falsely = 0, below_a_tenth = 0;
+  std::vector<double> slack;  // stored bound over true error
+  for (const Row& row : rows) {
+    const adaptive::RowView view = service.peek(row.page, 0, 0);
+    if (view.fit == nullptr) continue;
+    std::vector<adaptive::TracedRay> rays;
+    target->trace(row.description, row.description.axis_a[0], row.description.axis_b[0], rays);
+    const double error = true_objective(*view.fit, adaptive::TracedNodes(rays, row.description.blur_rad));
+    below_a_tenth += error < 0.1 ? 1 : 0;
+    if (!row.converged) continue;
+    own.push_back(static_cast<double>(row.own));
+    vertices.push_back(static_cast<double>(row.vertices));
+    errors.push_back(error);
+    errors_of_lobe[fmt::format("p{}", row.description.key.lobe)].push_back(error);
+    slack.push_back(static_cast<double>(view.objective) / std::max(error, 1e-12));
+    falsely += error > setting.epsilon ? 1 : 0;
+    if (error > worst) {
+      worst = error;
+      worst_row =
+          fmt::format("p {} e {:.4f} sigma {:.3f} phi_r {:.3f} theta_d {:.3f} degrees", row.description.key.lobe,
+                      row.description.key.parameters[1], row.description.key.parameters[2] / degree,
+                      row.description.axis_a[0] / degree, row.description.axis_b[0] / degree);
+    }
+  }
+  const auto n = static_cast<double>(rows.size());
+  std::vector<std::uint64_t> components(report.components.begin(), report.components.end());
+  nlohmann::json lobes;
+  for (const auto& [lobe, values] : errors_of_lobe) lobes[lobe] = spread(values);
+  return {{"domain", setting.domain},
+          {"epsilon", setting.epsilon},
+          {"rows", setting.rows},
+          {"seed", setting.seed},
+          {"vertices_a_pass", setting.vertices},
+          {"foreign_a_vertex", setting.foreign},
+          {"sigma_a", setting.sigma_a},
+          {"converged_share", static_cast<double>(errors.size()) / n},
+          {"below_a_tenth_share", below_a_tenth / n},
+          {"refused", report.rows_refused},
+          {"false", falsely},
+          {"own_samples", spread(own)},
+          {"vertices", spread(vertices)},
+          {"relative_l2", spread(errors)},
+          {"relative_l2_of_lobe", lobes},
+          {"worst_row", worst_row},
+          {"bound_over_error_p50", quantile(slack, .5)},
+          {"components", components},
+          {"g_evaluations_a_row", static_cast<double>(evaluations) / n},
+          {"top_ups_a_row", static_cast<double>(top_ups) / n},
+          {"refits_a_row", static_cast<double>(refits) / n},
+          {"bytes_a_row", static_cast<double>(report.bytes) / n},
+          {"learning_cpu_us_a_row", 1e6 * cpu / n}};
+}
+
+void print(const nlohmann::json& r) {
+  const auto line = [&](const char* what, const char* key) {
+    const nlohmann::json& s = r[key];
+    fmt::print("{:<28}{:>10.3g}{:>10.3g}{:>10.3g}{:>10.3g}\n", what, s["p50"].get<double>(), s["p90"].get<double>(),
+               s["p99"].get<double>(), s["max"].get<double>());
+  };
+  fmt::print("{} epsilon {} sigma_a {}: {} rows, seed {}, {} vertices a pass\n", r["domain"].get<std::string>(),
+             r["epsilon"].get<double>(), r["sigma_a"].get<double>(), r["rows"].get<int>(), r["seed"].get<int>(),
+             r["vertices_a_pass"].get<int>());
+  fmt::print("{:<28}{:>10}{:>10}{:>10}{:>10}\n", "", "median", "90 %", "99 %", "max");
+  line("own samples to converge", "own_samples");
+  line("vertices to converge", "vertices");
+  line("relative squared L2", "relative_l2");
+  fmt::print("converged {:.2f} %, below .1 {:.2f} %, refused {}, false {} (worst: {})\n",
+             100 * r["converged_share"].get<double>(), 100 * r["below_a_tenth_share"].get<double>(),
+             r["refused"].get<int>(), r["false"].get<int>(), r["worst_row"].get<std::string>());
+  fmt::print("components {}; a row: g {:.1f} (top-up {:.2f}), refits {:.2f}, bytes {:.0f}, learning {:.0f} us\n",
+             r["components"].dump(), r["g_evaluations_a_row"].get<double>(), r["top_ups_a_row"].get<double>(),
+             r["refits_a_row"].get<double>(), r["bytes_a_row"].get<double>(), r["learning_cpu_us_a_row"].get<double>());
+}
+
+int usage() {
+  fmt::print(stderr,
+             "usage: bench_rows [--rows N] [--seed N] [--epsilon E] [--domain wide|hard|narrow] [--vertices N]\n"
+             "                  [--foreign N] [--passes N] [--sigma-a S] [--json FILE]\n");
+  return 2;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Setting setting;
+  for (int i = 1; i < argc; i += 2) {
+    const std::string name = argv[i];
+    if (i + 1 >= argc) return usage();
+    const std::string value = argv[i + 1];
+    const double number = std::atof(value.c_str());
+    if (name == "--rows")
+      setting.rows = static_cast<int>(number);
+    else if (name == "--seed")
+      setting.seed = static_cast<std::uint64_t>(number);
+    else if (name == "--epsilon")
+      setting.epsilon = number;
+    else if (name == "--domain")
+      setting.domain = value;
+    else if (name == "--vertices")
+      setting.vertices = static_cast<int>(number);
+    else if (name == "--foreign")
+      setting.foreign = static_cast<int>(number);
+    else if (name == "--passes")
+      setting.passes = static_cast<int>(number);
+    else if (name == "--sigma-a")
+      setting.sigma_a = number;
+    else if (name == "--json")
+      setting.json = value;
+    else
+      return usage();
+  }
+  const bool known = setting.domain == "wide" || setting.domain == "hard" || setting.domain == "narrow";
+  if (!known || setting.rows < 1 || !(setting.epsilon > 0) || setting.vertices < 1) return usage();
+  const nlohmann::json result = study(setting);
+  print(result);
+  if (!setting.json.empty()) {
+    std::ofstream file(setting.json);
+    file << result.dump(2) << '\n';
+    if (!file) {
+      fmt::print(stderr, "{}: cannot be written\n", setting.json);
+      return 1;
+    }
+  }
+  return 0;
+}
