@@ -86,27 +86,24 @@ class RenderJob {
     integrate::RenderOptions options = settings_.render;
     options.samples = scene_.image.samples;
     Progress progress;
-    integrate::RenderResult result =
-        integrate::render(scene_, fibers, *model_, fiber_of_material_, service_.get(), options, interrupt.requested(),
-                          [&](const integrate::PassProgress& pass) {
-                            told_pass(pass);
-                            progress.update(pass);
-                            if (cache_) cache_->save_if_due(*service_);
-                            return !interrupt.requested();
-                          });
+    integrate::RenderResult result = integrate::render(scene_, fibers, *model_, fiber_ids_, service_.get(), options,
+                                                       interrupt.requested(), [&](const integrate::PassProgress& pass) {
+                                                         told_pass(pass);
+                                                         progress.update(pass);
+                                                         if (cache_) cache_->save_if_due(*service_);
+                                                         return !interrupt.requested();
+                                                       });
     progress.finish();
     return save(result, progress.seconds(), interrupt.exit_status());
   }
 
  private:
   void add_fibers() {
-    for (const scene::Material& material : scene_.materials) {
-      fiber_of_material_.push_back(model_->add_fiber(material.fiber));
-      tell_narrow_blurs(material);
-    }
+    for (const fiber::FiberParameters& parameters : scene_.fibers) fiber_ids_.push_back(model_->add_fiber(parameters));
+    for (const scene::Material& material : scene_.materials) tell_narrow_blurs(material);
     if (!service_) return;
-    note(fmt::format("{} pages for {} material{}, table of at most {:.4g} MB", service_->page_count(),
-                     scene_.materials.size(), scene_.materials.size() == 1 ? "" : "s",
+    note(fmt::format("{} pages for {} fiber{}, table of at most {:.4g} MB", service_->page_count(),
+                     scene_.fibers.size(), scene_.fibers.size() == 1 ? "" : "s",
                      double(settings_.table.memory_bytes) / double(1 << 20)));
   }
 
@@ -244,7 +241,7 @@ class RenderJob {
   std::unique_ptr<adaptive::Service> service_;
   std::unique_ptr<fiber::FiberModel> model_;
   std::optional<WarmCacheSession> cache_;
-  std::vector<fiber::FiberId> fiber_of_material_;
+  std::vector<fiber::FiberId> fiber_ids_;
   Telemetry telemetry_;
   int passes_told_ = 0;
 };

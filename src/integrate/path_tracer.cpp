@@ -35,17 +35,17 @@ float largest_channel(const fiber::LobeColors& beta) {
 }  // namespace
 
 PathTracer::PathTracer(const scene::Scene& scene, const intersect::FiberScene& fibers, const fiber::FiberModel& model,
-                       const std::vector<fiber::FiberId>& fiber_of_material, const RenderOptions& options)
+                       const std::vector<fiber::FiberId>& fiber_ids, const RenderOptions& options)
     : scene_(scene),
       fibers_(fibers),
       model_(model),
-      fiber_of_material_(fiber_of_material),
+      fiber_ids_(fiber_ids),
       options_(options),
       camera_(scene.camera, scene.image) {}
 
 PathTracer::Vertex PathTracer::begin(const intersect::Hit& hit, const glm::vec3& ray_direction, float xi1, float xi2,
                                      bool first) const {
-  const fiber::FiberId fiber = fiber_of_material_[scene_.grooms[hit.groom].material];
+  const fiber::FiberId fiber = fiber_ids_[scene_.grooms[hit.groom].fiber[hit.strand]];
   return {hit, model_.begin(fiber, to_local(hit, -ray_direction).direction, xi1, xi2),
           first ? options_.light_samples : std::min(1, options_.light_samples), first ? options_.bcsdf_samples : 1};
 }

@@ -19,7 +19,7 @@ namespace tress::integrate {
 class PathTracer {
  public:
   PathTracer(const scene::Scene& scene, const intersect::FiberScene& fibers, const fiber::FiberModel& model,
-             const std::vector<fiber::FiberId>& fiber_of_material, const RenderOptions& options);
+             const std::vector<fiber::FiberId>& fiber_ids, const RenderOptions& options);
 
   /// One sample of pixel (x, y). Pure up to what the model's service notes.
   PathSums trace(int x, int y, std::uint32_t sample) const;
@@ -40,7 +40,7 @@ class PathTracer {
   const scene::Scene& scene_;
   const intersect::FiberScene& fibers_;
   const fiber::FiberModel& model_;
-  const std::vector<fiber::FiberId>& fiber_of_material_;
+  const std::vector<fiber::FiberId>& fiber_ids_;
   const RenderOptions& options_;
   CameraRays camera_;
 };

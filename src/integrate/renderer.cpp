@@ -55,12 +55,12 @@ std::uint64_t render_pass(const PathTracer& tracer, const scene::Image& image, i
 }  // namespace
 
 RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibers, fiber::FiberModel& model,
-                    const std::vector<fiber::FiberId>& fiber_of_material, adaptive::Service* service,
+                    const std::vector<fiber::FiberId>& fiber_ids, adaptive::Service* service,
                     const RenderOptions& options, const std::atomic<bool>& stop,
                     const std::function<bool(const PassProgress&)>& on_pass) {
   assert(options.samples >= 1 && options.light_samples >= 0 && options.bcsdf_samples >= 1 && options.max_depth >= 1);
-  assert(fiber_of_material.size() == scene.materials.size());
-  const PathTracer tracer(scene, fibers, model, fiber_of_material, options);
+  assert(fiber_ids.size() == scene.fibers.size());
+  const PathTracer tracer(scene, fibers, model, fiber_ids, options);
   Film film(scene.image.width, scene.image.height);
   RenderResult result;
   PassProgress progress;

@@ -43,11 +43,11 @@ struct RenderResult {
 };
 
 /// Renders in the calling oneTBB arena. The same seed gives the same bits for any number of threads.
-/// service: null for `exact`. stop: polled often; the picture so far is then returned, each pixel the mean
-/// of the samples it has; one that has none yet shows the nearest that has, or black with A = 0 if there is none.
-/// on_pass: after each publish(); returns false to stop there.
+/// fiber_ids: what `model` calls each of scene.fibers. service: null for `exact`. stop: polled often; the picture so
+/// far is then returned, each pixel the mean of the samples it has; one that has none yet shows the nearest that has,
+/// or black with A = 0 if there is none. on_pass: after each publish(); returns false to stop there.
 RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibers, fiber::FiberModel& model,
-                    const std::vector<fiber::FiberId>& fiber_of_material, adaptive::Service* service,
+                    const std::vector<fiber::FiberId>& fiber_ids, adaptive::Service* service,
                     const RenderOptions& options, const std::atomic<bool>& stop,
                     const std::function<bool(const PassProgress&)>& on_pass);
 

@@ -19,7 +19,8 @@ void silhouette_filter(const RTCFilterFunctionNArguments* arguments) {
   for (unsigned int i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] == 0) continue;
     const float lateral = RTCHitN_v(arguments->hit, arguments->N, i);
-    if (std::abs(lateral) <= curves.eccentricity) continue;  // w >= e: inside from every side
+    const float eccentricity = curves.eccentricity[RTCHitN_primID(arguments->hit, arguments->N, i)];
+    if (std::abs(lateral) <= eccentricity) continue;  // w >= e: inside from every side
     const glm::vec3 tangent = glm::normalize(glm::vec3(RTCHitN_Ng_x(arguments->hit, arguments->N, i),
                                                        RTCHitN_Ng_y(arguments->hit, arguments->N, i),
                                                        RTCHitN_Ng_z(arguments->hit, arguments->N, i)));
@@ -31,7 +32,7 @@ void silhouette_filter(const RTCFilterFunctionNArguments* arguments) {
     // w^2 = (e^2 d_v^2 + d_w^2) / (d_v^2 + d_w^2)
     const float major = glm::dot(direction, frame.v) * glm::dot(direction, frame.v);
     const float minor = glm::dot(direction, frame.w) * glm::dot(direction, frame.w);
-    const float silhouette = curves.eccentricity * curves.eccentricity * major + minor;
+    const float silhouette = eccentricity * eccentricity * major + minor;
     if (lateral * lateral * (major + minor) > silhouette) arguments->valid[i] = 0;
   }
 }
@@ -80,7 +81,7 @@ FiberScene::FiberScene(const scene::Scene& scene) : implementation_(std::make_un
                                sizeof(std::uint32_t), curves.first_control.size());
     rtcSetGeometryMask(geometry, 0xFFFFFFFF);
     rtcSetGeometryUserData(geometry, &curves);
-    if (curves.eccentricity < 1) {
+    if (curves.elliptical) {
       rtcSetGeometryIntersectFilterFunction(geometry, silhouette_filter);
       rtcSetGeometryOccludedFilterFunction(geometry, silhouette_filter);
     }

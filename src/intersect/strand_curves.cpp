@@ -12,8 +12,9 @@ namespace {
 bool is_finite(const glm::vec3& x) { return std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z); }
 
 /// Points of a strand without repetitions; strands with less than two points left are not drawn.
-void add_strand(const scene::Groom& groom, std::uint32_t strand, double axis_per_radius, double root_angle_rad,
+void add_strand(const scene::Groom& groom, std::uint32_t strand, float eccentricity, double root_angle_rad,
                 double turn_rad_per_cm, StrandCurves& curves) {
+  const double axis_per_radius = fiber::major_semi_axis(1.0, eccentricity);
   std::vector<glm::vec3> points;
   std::vector<float> axes;
   for (std::uint32_t i = groom.first_point[strand]; i < groom.first_point[strand + 1]; ++i) {
@@ -41,6 +42,7 @@ void add_strand(const scene::Groom& groom, std::uint32_t strand, double axis_per
   for (std::uint32_t i = 0; i + 1 < count; ++i) {
     curves.first_control.push_back(base + i);
     curves.strand.push_back(strand);
+    curves.eccentricity.push_back(eccentricity);
   }
 }
 
@@ -61,25 +63,26 @@ float StrandCurves::semi_axis(std::uint32_t segment, float t) const {
 
 std::size_t StrandCurves::bytes() const {
   return control.capacity() * sizeof(glm::vec4) + frames.capacity() * sizeof(KnotFrame) +
-         (first_control.capacity() + strand.capacity()) * sizeof(std::uint32_t);
+         (first_control.capacity() + strand.capacity()) * sizeof(std::uint32_t) +
+         eccentricity.capacity() * sizeof(float);
 }
 
 StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index) {
   const scene::Groom& groom = scene.grooms[groom_index];
   const scene::Material& material = scene.materials[groom.material];
   StrandCurves curves;
-  curves.eccentricity = material.fiber.eccentricity;
-  const double axis_per_radius = fiber::major_semi_axis(1.0, curves.eccentricity);
-  const double curl_diameter =
-      material.curl_diameter_cm ? *material.curl_diameter_cm : fiber::curl_diameter_cm(curves.eccentricity);
-  const double turn_rad_per_cm = material.twist && curl_diameter > 0 ? 2 / curl_diameter : 0;
   const std::uint32_t strands = groom.strand_count();
   curves.control.reserve(groom.points.size() + 2 * std::size_t{strands});
   curves.frames.reserve(curves.control.capacity());
   for (std::uint32_t strand = 0; strand < strands; ++strand) {
     const double hashed = 2 * std::numbers::pi * RandomStream(groom_index, strand).next();
     const double root_angle = material.root_angle_rad ? *material.root_angle_rad : hashed;
-    add_strand(groom, strand, axis_per_radius, root_angle, turn_rad_per_cm, curves);
+    const float eccentricity = scene.fibers[groom.fiber[strand]].eccentricity;
+    const double curl_diameter =
+        material.curl_diameter_cm ? *material.curl_diameter_cm : fiber::curl_diameter_cm(eccentricity);
+    const double turn_rad_per_cm = material.twist && curl_diameter > 0 ? 2 / curl_diameter : 0;
+    curves.elliptical = curves.elliptical || eccentricity < 1;
+    add_strand(groom, strand, eccentricity, root_angle, turn_rad_per_cm, curves);
   }
   return curves;
 }

@@ -19,7 +19,8 @@ struct StrandCurves {
   std::vector<KnotFrame> frames;
   std::vector<std::uint32_t> first_control;  ///< per segment
   std::vector<std::uint32_t> strand;         ///< per segment
-  float eccentricity = 1;
+  std::vector<float> eccentricity;           ///< per segment
+  bool elliptical = false;                   ///< some eccentricity is below 1
 
   /// t in [0, 1] along the segment; tangent: unit.
   FiberFrame frame(std::uint32_t segment, float t, const glm::vec3& tangent) const;

@@ -25,6 +25,7 @@ constexpr float pi = std::numbers::pi_v<float>;
 constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 constexpr float smallest_pdf = 1e-30f;  // where every lobe has underflowed; S is 0 there
 constexpr int nothing_drawn = -1;
+constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
 
 /// What depends on the known direction only: computed once per event, used by every direction of it.
 struct EventConstants {
@@ -173,7 +174,7 @@ class EllipticalModel final : public FiberModel {
     for (int p = 1; p < lobe_count; ++p) {
       const auto lobe = static_cast<std::size_t>(p);
       if (!(event.selection[lobe] > 0)) continue;
-      if (p < lobe_count - 1 || !trrt_known) {
+      if (lobe != residual || !trrt_known) {
         m = constants.longitudinal[static_cast<std::size_t>(std::min(p, 3) - 1)].density(wi.theta);
       }
       trrt_known = p == 3;

@@ -9,6 +9,7 @@
 #include "scene/input_file.h"
 #include "scene/scene.h"
 #include "scene/scene_file.h"
+#include "scene/strand_fibers.h"
 #include "scene/studio_environment.h"
 
 namespace tress::scene {
@@ -135,6 +136,7 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
     else
       scene.grooms.push_back(std::move(*groom));
   }
+  assign_fibers(&scene);
   scene.camera = description.frame ? frame_grooms(scene.grooms, scene.image, description.camera) : description.camera;
   if (description.frame && !scene.grooms.empty())
     scene.notes.push_back(

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <glm/ext/vector_uint3.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
@@ -36,11 +37,33 @@ struct Material {
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: by a hash of the strand
 };
 
+/// A light beside the environment. Seen by rays that leave a fiber or a surface, not by the camera.
+struct Light {
+  enum class Kind { distant, sphere, rectangle };
+  Kind kind = Kind::distant;
+  glm::vec3 radiance{1.0f};        ///< linear RGB, >= 0, the same in all directions it shines into
+  glm::vec3 direction{0, 0, 1};    ///< distant: unit, towards the light
+  float half_angle_rad = 0.0047f;  ///< distant: angular radius, (0, pi/2]
+  glm::vec3 center{0, 0, 0};       ///< sphere, rectangle: cm
+  float radius_cm = 1;             ///< sphere: > 0
+  /// rectangle: half edges, cm, orthogonal, not 0; shines towards edge_u x edge_v.
+  glm::vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0};
+};
+
+/// Triangles that occlude: a diffuse surface, seen from both sides.
+struct Mesh {
+  std::string name;
+  std::vector<glm::vec3> positions;   ///< cm
+  std::vector<glm::uvec3> triangles;  ///< indices into positions, in range
+  glm::vec3 albedo{0.18f};            ///< linear RGB, [0, 1]
+};
+
 /// Strands of one material. Strand s has the points [first_point[s], first_point[s+1]), root first, at least two
 /// distinct ones.
 struct Groom {
   std::string name;
   std::uint32_t material = 0;
+  std::vector<std::uint32_t> fiber;        ///< per strand: index into Scene::fibers
   std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries
   std::vector<glm::vec3> points;           ///< cm
   std::vector<float> radius_cm;            ///< per point: of the circle with the same mean projected width
@@ -53,7 +76,11 @@ struct Scene {
   Image image;
   Environment environment;
   bool environment_visible = true;  ///< shown behind the hair (background layer) or black there
+  std::vector<Light> lights;
+  std::vector<Mesh> meshes;
   std::vector<Material> materials;
+  /// The distinct fibers of all strands: the materials' own, varied and quantised per strand (design section 5).
+  std::vector<fiber::FiberParameters> fibers;
   std::vector<Groom> grooms;
   std::vector<std::string> notes;     ///< said on stderr: chosen units, framing
   std::vector<std::string> warnings;  ///< degenerate strands and their number, ...

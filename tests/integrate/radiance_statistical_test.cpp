@@ -87,6 +87,7 @@ TEST(OneFiber, scatters_the_mean_radiance_around_it) {
   scene.grooms[0].first_point = {0, 2};
   scene.grooms[0].points = {{0, 0, -9}, {1, 0, 9}};
   scene.grooms[0].radius_cm = {1.2f, 1.2f};
+  scene::assign_fibers(&scene);
   WhiteFiber model;
   const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
   const glm::vec3 expected = scene.environment.mean();

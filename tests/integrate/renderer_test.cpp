@@ -141,6 +141,7 @@ TEST(Renderer, layer_is_the_lobe_of_the_first_hit) {
       groom.first_point.push_back(static_cast<std::uint32_t>(groom.points.size()));
     }
   }
+  scene::assign_fibers(&scene);
   const std::vector<fiber::FiberId> fibers{model.add_fiber(only_r), model.add_fiber(only_tt)};
   // The fence covers all: no camera ray sees the wall.
   const RenderResult fenced = render_with(scene, model, fibers, few_samples(4));

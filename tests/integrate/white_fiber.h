@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "integrate/renderer.h"
+#include "scene/strand_fibers.h"
 #include "tress/adaptive/random.h"
 
 namespace tress::integrate {
@@ -92,6 +93,7 @@ inline scene::Scene tangle(int strands, int width, int height) {
     }
     groom.first_point.push_back(static_cast<std::uint32_t>(groom.points.size()));
   }
+  scene::assign_fibers(&scene);
   return scene;
 }
 

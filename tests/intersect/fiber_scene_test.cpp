@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "scene/strand_fibers.h"
 #include "tress/adaptive/random.h"
 
 namespace tress::intersect {
@@ -33,6 +34,7 @@ scene::Scene one_fiber(float eccentricity, bool twist, double curl_diameter_cm, 
   scene.materials[0].curl_diameter_cm = curl_diameter_cm;
   scene.materials[0].root_angle_rad = root_angle_rad;
   scene.grooms.push_back(straight_groom({0, 0, -5}, {0, 0, 5}, 11));
+  scene::assign_fibers(&scene);
   return scene;
 }
 
@@ -118,6 +120,7 @@ TEST(FiberScene, hit_carries_the_frame_that_the_root_angle_set) {
 TEST(FiberScene, curve_reaches_root_and_tip) {
   scene::Scene scene = one_fiber(1, false, 1, 0);
   scene.grooms[0] = straight_groom({0, 0, 0}, {0, 0, 1}, 2);
+  scene::assign_fibers(&scene);
   const FiberScene fibers(scene);
   EXPECT_TRUE(fibers.occluded({{0, -3, 0.001f}, {0, 1, 0}}));
   EXPECT_TRUE(fibers.occluded({{0, -3, 0.999f}, {0, 1, 0}}));
@@ -148,6 +151,7 @@ TEST(FiberScene, names_groom_and_strand) {
   two.radius_cm.insert(two.radius_cm.end(), second.radius_cm.begin(), second.radius_cm.end());
   two.first_point.push_back(7);
   scene.grooms.push_back(two);
+  scene::assign_fibers(&scene);
   const FiberScene fibers(scene);
   const std::optional<Hit> hit = fibers.intersect({{2, -3, 0.1f}, {0, 1, 0}});
   ASSERT_TRUE(hit);
@@ -161,6 +165,7 @@ TEST(FiberScene, unset_root_angles_differ_between_strands) {
   scene::Scene scene = one_fiber(0.85f, false, 1, 0);
   scene.materials[0].root_angle_rad.reset();
   scene.grooms.push_back(straight_groom({1, 0, -5}, {1, 0, 5}, 3));
+  scene::assign_fibers(&scene);
   const FiberScene fibers(scene);
   const std::optional<Hit> a = fibers.intersect({{0, -3, 0.1f}, {0, 1, 0}});
   const std::optional<Hit> b = fibers.intersect({{1, -3, 0.1f}, {0, 1, 0}});
@@ -182,6 +187,7 @@ TEST(FiberScene, survives_degenerate_input) {
   odd.first_point = {0, 3, 7, 10, 11, 13};
   scene.grooms.push_back(empty);
   scene.grooms.push_back(odd);
+  scene::assign_fibers(&scene);
   const FiberScene fibers(scene);
   RandomStream random(7);
   for (int i = 0; i < 20000; ++i) {

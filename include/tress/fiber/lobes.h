@@ -6,9 +6,10 @@
 
 namespace tress::fiber {
 
-enum class Lobe { r = 0, tt = 1, trt = 2, trrt = 3, residual = 4 };
-constexpr int lobe_count = 5;
-constexpr std::array<const char*, lobe_count> lobe_names{"R", "TT", "TRT", "TRRT", "residual"};
+/// glint is the part of TRT about its caustics, 0 unless the fiber splits it off; TRT is then the rest.
+enum class Lobe { r = 0, tt = 1, trt = 2, trrt = 3, residual = 4, glint = 5 };
+constexpr int lobe_count = 6;
+constexpr std::array<const char*, lobe_count> lobe_names{"R", "TT", "TRT", "TRRT", "residual", "GLINT"};
 
 /// Linear RGB per lobe.
 using LobeColors = std::array<glm::vec3, lobe_count>;

@@ -5,7 +5,22 @@
 #include <glm/vec3.hpp>
 #include <optional>
 
+#include "tress/fiber/lobes.h"
+
 namespace tress::fiber {
+
+/// Shape of the longitudinal lobes M in theta_h. All are truncated to the hemisphere and normalised there; lambda is
+/// the logistic scale, of which the others take their own width so that the half widths at half maximum agree.
+enum class LongitudinalShape { logistic, gaussian, cauchy };
+
+/// Fresnel reflectance of R (the paper's figure 5). The other lobes always have the exact one, so that only `exact`
+/// conserves energy.
+enum class ReflectionFresnel {
+  exact,         ///< by the angle of incidence in three dimensions: azimuth and inclination
+  longitudinal,  ///< by the inclination only, as at azimuthally normal incidence
+  bravais,       ///< Marschner et al. 2003: eta' and eta'' by the azimuthal angle of incidence
+  none,          ///< 1
+};
 
 /// Angles in radians. Lengths of the cross-section are in units of the major semi-axis.
 struct FiberParameters {
@@ -18,6 +33,17 @@ struct FiberParameters {
   std::array<std::optional<float>, 3> azimuthal_sigma{};
   /// ... and logistic scale in theta_h, R, TT, TRT, TRRT, [.25, 45] degrees.
   std::array<std::optional<float>, 4> longitudinal_lambda{};
+
+  LongitudinalShape longitudinal_shape = LongitudinalShape::logistic;
+  ReflectionFresnel reflection_fresnel = ReflectionFresnel::exact;
+  /// Artistic factor of E_p (the paper's A_p, open to the artist): gain kappa times tint, per lobe and channel, >= 0.
+  /// Where it exceeds 1 the fiber may return more than it receives.
+  LobeColors gain = [] {
+    LobeColors ones;
+    ones.fill(glm::vec3(1.0f));
+    return ones;
+  }();
+  bool split_glint = false;  ///< GLINT is a lobe of its own, beside the rest of TRT; else it is part of TRT
 
   friend bool operator==(const FiberParameters&, const FiberParameters&) = default;
 };
