@@ -2,12 +2,14 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include "table/table.h"
 
 namespace tress::adaptive {
 namespace {
 
+constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::size_t batch = 256;         // candidates traced before memory is asked again
 constexpr std::uint32_t audit_one_in = 8;  // of the converged rows of a cache, chosen by key
 
@@ -32,6 +34,18 @@ std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
          (candidate.nodes ? Row::bytes_of(*candidate.nodes) : sizeof(TracedNodes));
 }
 
+bool Service::Table::outdated(const Row& row) const {
+  const std::vector<ObservedPair> pairs = row.sketch->pairs();
+  double sum = 0;
+  for (const ObservedPair& pair : pairs) {
+    const double change = static_cast<double>(row.nodes->density(pair.azimuth)) - pair.g;
+    sum += change * change;
+  }
+  const double objective =
+      pairs.empty() ? 0 : sum * two_pi / (static_cast<double>(pairs.size()) * row.nodes->variation());
+  return objective > options_.epsilon / 4;  // what a fit is to reach on its pairs
+}
+
 Service::Table::Outcome Service::Table::settle(Row& row) const {
   const Page& page = *pages_[row.page];
   Outcome outcome;
@@ -48,7 +62,7 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
     row.objective = cached->objective;
     if (answers(*cached)) {
       row.state = RowState::converged;
-      row.audit_due = stream_of(row, 0).next_bits() % audit_one_in == 0;
+      row.audit = stream_of(row, 0).next_bits() % audit_one_in == 0 ? Audit::due : Audit::possible;
       return outcome;
     }
     row.earlier = std::make_unique<const CachedRow>(*cached);
@@ -56,6 +70,12 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
   row.energy = row.nodes->energy();
   row.sketch = std::make_unique<Sketch>(Sketch::bin_count(page.description.blur_rad));
   if (cached != nullptr) row.sketch->merge(cached->sketch);
+  if (cached != nullptr && outdated(row)) {
+    row.sketch = std::make_unique<Sketch>(Sketch::bin_count(page.description.blur_rad));
+    row.count = 0;
+    ++row.generation;
+    outcome.reopened = true;
+  }
   if (row.sketch->occupied() == 0) outcome.g_evaluations = cover(row);
   if (row.has_fit) {
     row.bins_at_fit = row.sketch->occupied();
@@ -109,6 +129,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       changes_.push_back({row.page, row.node, row.state});
       report.g_evaluations += outcomes[i].g_evaluations;
       report.refits += outcomes[i].refits;
+      reopened_ += outcomes[i].reopened ? 1 : 0;
     }
     report.births += outcomes.size();
     report.traces += traces.load(std::memory_order_relaxed);

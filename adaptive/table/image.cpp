@@ -23,6 +23,10 @@ std::string describe_axes(const PageDescription& page) {
          std::to_string(page.blur_rad) + " rad";
 }
 
+Error other_axes(const PageDescription& own, const PageDescription& cached) {
+  return {"", describe(own), describe_axes(own), describe_axes(cached) + " (or other coordinates of as many)"};
+}
+
 void keep_dormant(Page& page, CachedPage&& cached) {
   for (CachedRow& row : cached.rows) {
     if (row.node < page.description.node_count() && page.slots[row.node].row == Slot::no_row) {
@@ -60,11 +64,12 @@ PageId Service::Table::add_page(const PageDescription& description) {
   pages_.push_back(std::make_unique<Page>(description));
   page_of_key_.emplace(description.key, id);
   if (const auto cached = unused_.find(description.key); cached != unused_.end()) {
-    assert(same_axes(cached->second.description, description));
     // A page on other axes cannot be used, nor saved beside this one.
     if (same_axes(cached->second.description, description)) {
       keep_dormant(*pages_.back(), std::move(cached->second));
       wake({id});
+    } else {
+      refusals_.push_back(other_axes(description, cached->second.description));
     }
     unused_.erase(cached);
   }
@@ -102,10 +107,7 @@ std::optional<Error> Service::Table::load(TableImage image) {
     const auto found = page_of_key_.find(cached.description.key);
     if (found == page_of_key_.end()) continue;
     const PageDescription& own = pages_[found->second]->description;
-    if (!same_axes(own, cached.description)) {
-      return Error{"", describe(own), describe_axes(own),
-                   describe_axes(cached.description) + " (or other coordinates of as many)"};
-    }
+    if (!same_axes(own, cached.description)) return other_axes(own, cached.description);
   }
   changes_.clear();
   std::vector<PageId> used;

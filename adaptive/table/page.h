@@ -49,6 +49,7 @@ struct Page {
   PageDescription description;
   std::unique_ptr<Slot[]> slots;
   std::vector<std::uint32_t> touches_before;   ///< touches at the last publish()
+  bool audited = false;                        ///< a row of a cache was checked
   std::map<std::uint32_t, CachedRow> dormant;  ///< cached rows that memory had no room for, by node
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <set>
 
 #include "table/table.h"
 
@@ -29,15 +30,20 @@ void Service::Table::update_rows(PassReport& report) {
   std::uint64_t scored = 0;
   for (std::uint32_t i = 0; i < rows_.size(); ++i) {
     Row& row = *rows_[i];
-    const Page& page = *pages_[row.page];
+    Page& page = *pages_[row.page];
     const bool asked = page.slots[row.node].touches.load(std::memory_order_relaxed) != page.touches_before[row.node];
     const bool told = row.observed.load(std::memory_order_relaxed) != 0;
-    const bool learns = row.state == RowState::open || (row.state == RowState::converged && row.audit_due);
-    if (learns && (asked || told)) dirty.push_back(i);
+    // The first cached row that is asked is checked for its page, beside those chosen by key.
+    const bool audits = row.audit == Audit::due || (row.audit == Audit::possible && !page.audited);
+    if (row.state == RowState::open ? asked || told : row.state == RowState::converged && audits && asked) {
+      dirty.push_back(i);
+      page.audited = page.audited || row.state == RowState::converged;
+    }
   }
   std::vector<Outcome> outcomes(dirty.size());
   std::vector<std::size_t> sizes(dirty.size());
   std::vector<Moments> weights(dirty.size());
+  std::set<PageId> suspect;  // pages with a row that no longer fits
   tbb::parallel_for(std::size_t{0}, dirty.size(), [&](std::size_t i) {
     Row& row = *rows_[dirty[i]];
     sizes[i] = row.bytes();
@@ -57,8 +63,9 @@ void Service::Table::update_rows(PassReport& report) {
         changes_.push_back({row.page, row.node, row.state});
       } else {
         row.nodes.reset();
-        row.audit_due = true;  // looked at again when there is room
+        row.audit = Audit::due;  // looked at again when there is room
       }
+      suspect.insert(row.page);
     }
     bytes_ = bytes_ - sizes[i] + row.bytes();
     report.g_evaluations += outcome.g_evaluations;
@@ -72,6 +79,9 @@ void Service::Table::update_rows(PassReport& report) {
       weighted_samples += n * weights[i].mean * weights[i].mean / weights[i].mean_square;
       scored += weights[i].count;
     }
+  }
+  for (const std::unique_ptr<Row>& row : rows_) {
+    if (row->audit == Audit::possible && suspect.contains(row->page)) row->audit = Audit::due;
   }
   if (scored > 0) report.effective_sample_size = weighted_samples / static_cast<double>(scored);
 }

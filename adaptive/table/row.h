@@ -14,6 +14,13 @@
 
 namespace tress::adaptive {
 
+/// Whether a row that came converged from a cache is still to be checked against the target of this session.
+enum class Audit : std::uint8_t {
+  none,      ///< learned in this session, or checked
+  possible,  ///< from a cache; checked if its page turns out not to fit
+  due,       ///< from a cache; checked when it is next asked
+};
+
 /// During a pass only `sketch`, `observed`, `scores` and `weights` are written, all by atomics whose result does not
 /// depend on the order. The rest changes between passes, by one thread a row.
 struct Row {
@@ -36,7 +43,7 @@ struct Row {
   std::uint64_t count = 0;       ///< g evaluations that taught it, those of the running pass not yet in
   std::uint32_t born_pass = 0;   ///< number of the publish() that made it; 0 if a cache did
   std::uint32_t touches_at_birth = 0;
-  bool audit_due = false;  ///< came converged from a cache and was chosen to be checked once
+  Audit audit = Audit::none;
 
   double fit_objective = 0;  ///< R of the last refit
   std::uint32_t bins_at_fit = 0;

@@ -120,7 +120,7 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
 
 Service::Table::Outcome Service::Table::audit(Row& row) const {
   Outcome outcome;
-  row.audit_due = false;
+  row.audit = Audit::none;
   std::unique_ptr<const TracedNodes> nodes = trace(row.page, row.node);
   RandomStream random = stream_of(row, audit_purpose);
   FixedMoments<2> scores;

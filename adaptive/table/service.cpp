@@ -95,6 +95,7 @@ void Service::score(const RowView& row, float x, float g, float q) const { table
 PassReport Service::publish() { return table_->publish(); }
 const std::vector<Service::RowChange>& Service::last_changes() const { return table_->changes(); }
 RowView Service::peek(PageId page, std::uint32_t a, std::uint32_t b) const { return table_->peek(page, a, b); }
+const std::vector<Error>& Service::refusals() const { return table_->refusals(); }
 void Service::set_row_listener(std::function<void(const RowReport&)> listener) {
   table_->set_listener(std::move(listener));
 }

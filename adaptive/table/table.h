@@ -39,6 +39,7 @@ class Service::Table {
   const Options& options() const { return options_; }
   const std::vector<std::unique_ptr<Page>>& pages() const { return pages_; }
   const std::vector<RowChange>& changes() const { return changes_; }
+  const std::vector<Error>& refusals() const { return refusals_; }
   void set_listener(std::function<void(const RowReport&)> listener) { listener_ = std::move(listener); }
 
  private:
@@ -52,7 +53,7 @@ class Service::Table {
   /// What one row did in a pass.
   struct Outcome {
     std::uint64_t g_evaluations = 0, top_ups = 0, refits = 0, traces = 0;
-    bool changed = false, converged = false, audit_failed = false;
+    bool changed = false, converged = false, audit_failed = false, reopened = false;
   };
 
   // births.cpp
@@ -63,6 +64,8 @@ class Service::Table {
   std::size_t bytes_needed(const Candidate& candidate) const;
   bool needs_nodes(const Candidate& candidate) const;
   bool answers(const CachedRow& cached) const;
+  /// True if the pairs of the row's sketch, which a cache brought, are not what its nodes say.
+  bool outdated(const Row& row) const;
 
   // row_update.cpp
   /// The end of a pass for one row. Touches nothing but the row: rows run in parallel.
@@ -97,6 +100,7 @@ class Service::Table {
   std::map<PageKey, CachedPage, KeyLess> unused_;  ///< cached pages that no add_page() asked for
   std::vector<std::unique_ptr<Row>> rows_;         ///< in order of birth
   std::vector<RowChange> changes_;
+  std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;
   std::uint32_t pass_ = 0;      ///< number of the publish() that runs or ran last
   std::size_t bytes_ = 0;       ///< of all rows

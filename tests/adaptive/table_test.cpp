@@ -154,42 +154,20 @@ TEST(Table, AnotherModelOrOtherAxesAreRefusedAndNothingIsTaken) {
   EXPECT_TRUE(service.snapshot().pages.empty());
 }
 
-// The same rays, turned by 1 radian: what a cache of an older tracer would look like under a kept name.
-class Turned final : public Target {
- public:
-  void trace(const PageDescription& page, float a, float b, std::vector<TracedRay>& out) const override {
-    peaks_.trace(page, a, b, out);
-    for (TracedRay& ray : out) ray.azimuth += 1;
-  }
-  std::string model_name() const override { return peaks_.model_name(); }
-
- private:
-  MovingPeaks peaks_;
-};
-
-TEST(Table, TheAuditReopensRowsOfATargetThatNoLongerFitsAndNoOthers) {
-  const TableImage image = learned_image();
-  const MovingPeaks same;
-  const Turned turned;
-  for (const bool changed : {false, true}) {
-    const Target& target = changed ? static_cast<const Target&>(turned) : same;
-    Service service(Options{}, target);
-    EXPECT_FALSE(service.load(image));
-    for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, 6));
-    testing::run_pass(service, pages, 20, 2500, 1);
-    const PassReport report = service.publish();
-    if (!changed) {
-      EXPECT_EQ(report.rows_reopened, 0u);
-    }
-    if (changed) {
-      EXPECT_GT(report.rows_reopened, 0u);
-    }
-    std::uint64_t raised = 0;
-    for (const CachedPage& page : service.snapshot().pages) {
-      for (const CachedRow& row : page.rows) raised += row.generation;
-    }
-    EXPECT_EQ(raised, report.rows_reopened);
-  }
+TEST(Table, APageAddedAfterTheCacheOnOtherAxesIsRefusedByNameAndStartsCold) {
+  const MovingPeaks target;
+  Service service(Options{}, target);
+  EXPECT_FALSE(service.load(learned_image()));
+  service.add_page(toy_page(1, 6));
+  EXPECT_TRUE(service.refusals().empty());
+  const PageId page = service.add_page(toy_page(0, 5));
+  ASSERT_EQ(service.refusals().size(), 1u);
+  EXPECT_NE(service.refusals()[0].message().find("6 x 6"), std::string::npos) << service.refusals()[0].message();
+  EXPECT_EQ(service.page(page).axis_a.size(), 5u);
+  EXPECT_EQ(service.peek(page, 0, 0).state, RowState::unborn);
+  const TableImage saved = service.snapshot();
+  ASSERT_EQ(saved.pages.size(), 1u) << "no page on axes that the session does not have";
+  EXPECT_EQ(saved.pages[0].description.key.lobe, 1u);
 }
 
 TEST(FixedMoments, AgreeWithDoublesAndNotWithTheOrder) {

@@ -60,7 +60,8 @@ class Service {
 
   const Options& options() const;
 
-  /// Registers a page, or finds the one with that key (axes must agree; asserted). Between passes.
+  /// Registers a page, or finds the one with that key: its axes must agree, a precondition. Between passes.
+  /// See refusals() for a page that load() brought on other axes.
   PageId add_page(const PageDescription& description);
   const PageDescription& page(PageId page) const;
   std::uint32_t page_count() const;
@@ -68,7 +69,12 @@ class Service {
   /// Takes over the rows of a cache. Before the first pass, before or after add_page. Pages without a user are kept
   /// for snapshot(). Rows whose stored bound exceeds epsilon come back open, with their parameters as the fit.
   /// Error if the model differs or a page's axes differ from the description; nothing is then taken.
+  /// Rows are checked against the target of this session: sketches at once, some converged rows when they are first
+  /// asked, and then all of a page that turns out not to fit. What no longer fits is learned anew (rows_reopened).
   std::optional<Error> load(TableImage image);
+  /// Cached pages that a later add_page() found on other axes: their rows are neither used nor saved back. A host that
+  /// wants the whole cache refused instead adds its pages before load().
+  const std::vector<Error>& refusals() const;
   /// The whole table as data: equal tables give equal images. Refused rows are stored as open.
   TableImage snapshot() const;
 
