@@ -186,6 +186,7 @@ class EllipticalModel final : public FiberModel {
         azimuthal = reader.evaluate(row, theta_d, x, p == drawn, &exact);
         value.queries += row.uniform ? 0 : 1;
         value.exact_queries += exact && !row.uniform ? 1 : 0;
+        if (rows() != nullptr && !row.uniform) value.objective += row.view.objective;
       }
       value.s[lobe] = event.energy[lobe] * azimuthal.shape * m;
       value.pdf += event.selection[lobe] * azimuthal.proposal * m;

@@ -61,6 +61,7 @@ TEST(elliptical_model, sample_and_evaluate_agree_to_the_bit) {
       ASSERT_EQ(sample.value.pdf, again.pdf) << name_of(rows);
       for (std::size_t p = 0; p < fiber::lobe_count; ++p) ASSERT_EQ(sample.value.s[p], again.s[p]) << name_of(rows);
       ASSERT_EQ(sample.value.queries, again.queries);
+      ASSERT_EQ(sample.value.objective, again.objective);
     }
   }
 }
@@ -154,6 +155,31 @@ TEST(elliptical_model, weights_of_rows_that_have_converged_are_bounded) {
       EXPECT_LT(exact, rows_drawn / 20);
       std::printf("e %.2f sigma_a %.1f: largest weight %.4f, %.2f %% of queries exact\n", static_cast<double>(e),
                   static_cast<double>(sigma_a.y), static_cast<double>(largest), 100.0 * exact / rows_drawn);
+    }
+  }
+}
+
+TEST(elliptical_model, objective_is_one_a_query_before_the_first_test_and_below_epsilon_once_converged) {
+  const FiberDirection known{0.3f, 0.7f};
+  for (const Rows rows : all_rows) {
+    const auto model = model_in(rows, FiberParameters{}, known);
+    const FiberEvent event = model->begin(known);
+    RandomStream random(5);
+    double objective = 0, queries = 0;
+    for (int i = 0; i < 200; ++i) {
+      const FiberSample sample =
+          model->model().sample(event, {random.next(), random.next(), random.next(), random.next()});
+      ASSERT_TRUE(std::isfinite(sample.value.objective) && sample.value.objective >= 0);
+      objective += static_cast<double>(sample.value.objective);
+      queries += sample.value.queries;
+    }
+    ASSERT_GT(queries, 0);
+    if (rows == Rows::traced_at_vertex) {
+      EXPECT_EQ(objective, 0);
+    } else if (rows == Rows::unborn) {
+      EXPECT_EQ(objective, queries);
+    } else if (rows == Rows::converged) {
+      EXPECT_LT(objective / queries, 0.05);  // far nodes of the sampled theta_i are still open and count up to 1 each
     }
   }
 }

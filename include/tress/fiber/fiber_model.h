@@ -34,6 +34,8 @@ struct FiberValue {
   float pdf = 0;                    ///< Q, 1/rad^2, whichever lobe was drawn
   std::uint16_t queries = 0;        ///< row lookups made
   std::uint16_t exact_queries = 0;  ///< of them answered by tracing (at the node or at the vertex)
+  float objective = 0;              ///< sum over the queries of how far their rows' fits are known to be from g, >= 0:
+                                    ///< adaptive::RowView::objective; 0 for `exact`, which asks no row
   glm::vec3 total() const {
     glm::vec3 sum(0.0f);
     for (const glm::vec3& lobe : s) sum += lobe;
