@@ -1,0 +1,173 @@
+#include "cli/render_options.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <set>
+#include <system_error>
+#include <vector>
+
+#include "cli/argument.h"
+#include "cli/option_types.h"
+
+namespace tress::cli {
+namespace {
+
+glm::vec3 color_of(const std::vector<double>& x) { return glm::vec3(float(x[0]), float(x[1]), float(x[2])); }
+
+void add_appearance(CLI::App* app, scene::Overrides& o) {
+  auto* color = add_numbers(
+      app, "--color", 3, 3, {0, 1, true, true}, [&o](const auto& x) { o.color = color_of(x); },
+      "multiple scattering albedo R,G,B that the hair should have");
+  auto* melanin = add_numbers(
+      app, "--melanin", 1, 2, {0, 100},
+      [&o](const auto& x) { o.melanin = {float(x[0]), x.size() > 1 ? float(x[1]) : 0.0f}; },
+      "concentrations: eumelanin[,pheomelanin]");
+  auto* sigma_a = add_numbers(
+      app, "--sigma-a", 3, 3, {0, 1000}, [&o](const auto& x) { o.sigma_a = color_of(x); },
+      "absorption R,G,B per major semi-axis");
+  color->excludes(melanin)->excludes(sigma_a);
+  melanin->excludes(sigma_a);
+  add_number(
+      app, "--eccentricity", {0.5, 1}, [&o](double x) { o.eccentricity = float(x); },
+      "minor over major semi-axis of the cross-section, .5 to 1");
+  add_number(
+      app, "--roughness", {0.01, 1}, [&o](double x) { o.roughness = float(x); },
+      "Beckmann roughness of the fiber surface, .01 to 1");
+  auto* environment = app->add_option_function<std::string>(
+      "--environment", [&o](const std::string& file) { o.environment_file = file; },
+      "latitude-longitude picture that lights the scene");
+  environment->type_name("FILE");
+  add_number(
+      app, "--rotate", {-36000, 36000}, [&o](double x) { o.environment_rotate_deg = x; },
+      "turn of the environment about the vertical, degrees")
+      ->needs(environment);
+  add_choice(
+      app, "--up", {"y", "z"}, [&o](const std::string& axis) { o.y_up = axis == "y"; },
+      "axis of the hair file that points up");
+  add_number(
+      app, "--cm-per-unit", {0, 1e6, true}, [&o](double x) { o.cm_per_unit = x; }, "length of a unit of the hair file");
+}
+
+void add_learning(CLI::App* app, RenderSettings& s) {
+  add_choice(
+      app, "--model", {"elliptical", "exact"},
+      [&s](const std::string& name) {
+        if (name == "exact") s.estimator = fiber::Estimator::exact;
+      },
+      "fiber model; exact is elliptical with --estimator exact");
+  add_choice(
+      app, "--estimator", {"fitted", "exact"},
+      [&s](const std::string& name) {
+        s.estimator = name == "exact" ? fiber::Estimator::exact : fiber::Estimator::fitted;
+      },
+      "fitted: converged rows answer; exact: traced at every vertex");
+  add_choice(app, "--learner", {"sketch"}, [](const std::string&) {}, "how rows are learned");
+  add_number(
+      app, "--epsilon", {0, 1, true}, [&s](double x) { s.table.epsilon = x; },
+      "relative squared error under which a row is converged, default .01");
+  add_number(
+      app, "--table-memory", {0, 1 << 20}, [&s](double x) { s.table.memory_bytes = std::size_t(x * double(1 << 20)); },
+      "ceiling of the table in MB (2^20 bytes), fractions too, default 256");
+  auto* cache = app->add_option_function<std::string>(
+      "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; }, "table to start from and to save");
+  cache->type_name("FILE");
+  const std::map<std::string, CacheMode> modes{{"append", CacheMode::append},
+                                               {"frozen", CacheMode::frozen},
+                                               {"scratch", CacheMode::scratch},
+                                               {"require", CacheMode::require}};
+  add_choice(
+      app, "--cache-mode", {"append", "frozen", "scratch", "require"},
+      [&s, modes](const std::string& name) { s.cache_mode = modes.at(name); },
+      "append (default): load, refine, save merged; frozen: never save; scratch: start cold and replace; "
+      "require: append, but the file must be there and whole")
+      ->needs(cache);
+  auto* telemetry = app->add_option_function<std::string>(
+      "--telemetry", [&s](const std::string& file) { s.telemetry = file; }, "convergence as JSON Lines");
+  telemetry->type_name("FILE");
+  add_choice(
+      app, "--telemetry-level", {"pass", "rows"},
+      [&s](const std::string& level) { s.telemetry_rows = level == "rows"; }, "rows: a line a changed row too")
+      ->needs(telemetry);
+}
+
+}  // namespace
+
+CLI::App* add_render(CLI::App& app, RenderSettings& s, bool& quiet) {
+  CLI::App* render = app.add_subcommand("render", "Render a scene, or a bare .hair file");
+  render
+      ->add_option_function<std::string>(
+          "SCENE", [&s](const std::string& file) { s.scene = file; }, "scene JSON or .hair file")
+      ->required();
+  render
+      ->add_option_function<std::string>(
+          "-o,--output",
+          [&s](const std::string& file) {
+            if (std::filesystem::path(file).extension() != ".exr") refuse("-o", "a name that ends in .exr", file);
+            s.output = file;
+          },
+          "picture; a .png is written beside it")
+      ->required()
+      ->type_name("OUT.exr");
+  add_integer(render, "--spp", 1, 1 << 20, [&s](int n) { s.overrides.samples = n; }, "samples a pixel");
+  render
+      ->add_option_function<std::string>(
+          "--resolution",
+          [&s](const std::string& text) {
+            const auto size = parse_resolution(text);
+            if (!size || size->width < 1 || size->height < 1 || size->width > 16384 || size->height > 16384) {
+              refuse("--resolution", "WxH, each from 1 to 16384", text);
+            }
+            s.overrides.width = size->width;
+            s.overrides.height = size->height;
+          },
+          "size of the picture")
+      ->type_name("WxH");
+  add_integer(render, "--threads", 1, 1024, [&s](int n) { s.threads = n; }, "default: one per hardware thread");
+  render
+      ->add_option_function<std::string>(
+          "--seed",
+          [&s](const std::string& text) {
+            const auto seed = parse_unsigned(text);
+            if (!seed) refuse("--seed", "a whole number from 0 to 2^64 - 1", text);
+            s.render.seed = *seed;
+          },
+          "same seed, same picture, for any number of threads")
+      ->type_name("N");
+  add_integer(
+      render, "--light-samples", 1, 4096, [&s](int n) { s.render.light_samples = n; },
+      "at the first fiber hit, default 1");
+  add_integer(
+      render, "--bcsdf-samples", 1, 4096, [&s](int n) { s.render.bcsdf_samples = n; },
+      "at the first fiber hit, default 1");
+  add_integer(
+      render, "--max-depth", 1, 4096, [&s](int n) { s.render.max_depth = n; }, "fiber hits of a path, default 64");
+  add_appearance(render, s.overrides);
+  add_learning(render, s);
+  render->add_flag("--quiet", quiet, "no progress and no notes");
+  return render;
+}
+std::string contradiction(const CLI::App& render, const RenderSettings& s) {
+  const auto given = [&](const char* name) { return render.get_option(name)->as<std::string>(); };
+  if (render.count("--model") && given("--model") == "exact" && render.count("--estimator") &&
+      given("--estimator") != "exact") {
+    return "--estimator: expected exact with --model exact, found " + given("--estimator");
+  }
+  std::filesystem::path preview = s.output;
+  std::vector<std::filesystem::path> files{s.scene, s.output, preview.replace_extension(".png")};
+  if (s.warm_cache) files.push_back(*s.warm_cache);
+  if (s.telemetry) files.push_back(*s.telemetry);
+  std::set<std::filesystem::path> seen;
+  for (const std::filesystem::path& file : files) {
+    std::error_code error;
+    const std::filesystem::path whole = std::filesystem::weakly_canonical(file, error);
+    if (!error && !seen.insert(whole).second) {
+      return fmt::format("{}: expected different files for scene, picture, preview, cache and telemetry",
+                         file.string());
+    }
+  }
+  return {};
+}
+}  // namespace tress::cli
