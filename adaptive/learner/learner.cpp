@@ -138,7 +138,7 @@ class Learner {
 
   // Drops components that have faded, so that the criterion no longer counts their parameters.
   void optimise(State& state, int iterations) {
-    state.o = levenberg_marquardt(problem_, state.parameters, iterations);
+    state.o = levenberg_marquardt(problem_, state.parameters, iterations, work_);
     const auto before = state.parameters.size();
     for (Eigen::Index at = state.parameters.size() - 1 - per_component; at >= 0; at -= per_component) {
       if (state.parameters[at + offset_weight] >= least_weight) continue;
@@ -180,16 +180,9 @@ class Learner {
     double best_gain = 0;
     State best;
     for (const double scale : candidate_scales) {
-      const Shape shape(scale, scale);
       for (std::size_t c = 0; c < tried && residual(order_[c]) > 0; ++c) {
         const double mu = problem_.azimuth()[order_[c]];
-        double explained = 0;
-        double power = 0;
-        for (std::size_t i = 0; i < n; ++i) {
-          const double p = shape.density(wrap_near(problem_.azimuth()[i] - mu));
-          explained += problem_.cell()[i] * residual(i) * p;
-          power += problem_.cell()[i] * p * p;
-        }
+        const auto [explained, power] = problem_.project(Shape(mu, scale, scale), f_);
         if (!(explained > 0 && power > 0) || explained * explained / power <= best_gain) continue;
         best_gain = explained * explained / power;
         best.parameters = with_component(state.parameters, explained / power, mu, scale, scale);
@@ -204,14 +197,14 @@ class Learner {
     double worst_error = 0;
     Eigen::Index worst = -1;
     for (Eigen::Index at = 0; at + 1 < state.parameters.size(); at += per_component) {
-      const Shape shape(std::exp(state.parameters[at + offset_log_left]),
-                        std::exp(state.parameters[at + offset_log_right]));
+      p_.assign(problem_.padded(), 0);
+      add_density(shape_at(state.parameters, at), state.parameters[at + offset_weight], problem_.azimuth().data(),
+                  problem_.padded(), p_.data());
       double error = 0;
-      for (std::size_t i = 0; i < f_.size(); ++i) {
+      for (std::size_t i = 0; i < problem_.azimuth().size(); ++i) {
         if (!(f_[i] > 0)) continue;
         const double r = problem_.g()[i] - f_[i];
-        const double p = shape.density(wrap_near(problem_.azimuth()[i] - state.parameters[at + offset_mu]));
-        error += problem_.cell()[i] * r * r * state.parameters[at + offset_weight] * p / f_[i];
+        error += problem_.cell()[i] * r * r * p_[i] / f_[i];
       }
       if (error > worst_error) {
         worst_error = error;
@@ -237,7 +230,8 @@ class Learner {
   double variation_;
   LearnerSettings settings_;
   int most_components_;
-  std::vector<double> f_;
+  std::vector<double> f_, p_;
+  Problem::Linearisation work_;
   std::vector<std::size_t> order_;
 };
 

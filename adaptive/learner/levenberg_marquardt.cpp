@@ -1,5 +1,5 @@
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -37,6 +37,29 @@ void step_bounds(const Problem& problem, const Vector& at, Vector& low, Vector& 
   high[last] = HUGE_VAL;
 }
 
+// Solves normal x = right in place, by L D L^T of the lower half without pivoting; `normal` is destroyed. A pivot that
+// rounding has made nothing leaves its entry 0: the parameter stays.
+void solve(Square& normal, Vector& x) {
+  const auto count = x.size();
+  for (Eigen::Index j = 0; j < count; ++j) {
+    double* column = &normal(0, j);
+    const double inverse = column[j] > 0 ? 1 / column[j] : 0;
+    for (Eigen::Index k = j + 1; k < count; ++k) {
+      const double factor = column[k] * inverse;
+      double* target = &normal(0, k);
+      for (Eigen::Index i = k; i < count; ++i) target[i] -= factor * column[i];
+      x[k] -= factor * x[j];
+    }
+    column[j] = inverse;
+  }
+  for (Eigen::Index j = count - 1; j >= 0; --j) {
+    const double* column = &normal(0, j);
+    double sum = x[j];
+    for (Eigen::Index i = j + 1; i < count; ++i) sum -= column[i] * x[i];
+    x[j] = sum * column[j];
+  }
+}
+
 // Minimises the damped quadratic within the bounds: what leaves them is held there and the rest solved again.
 Vector bounded_step(const Square& normal, const Vector& gradient, double lambda, const Vector& low,
                     const Vector& high) {
@@ -45,7 +68,9 @@ Vector bounded_step(const Square& normal, const Vector& gradient, double lambda,
   Square damped = normal;
   for (Eigen::Index i = 0; i < count; ++i) damped(i, i) += lambda * normal(i, i) + least;
   Vector right = -gradient;
-  Vector step = damped.selfadjointView<Eigen::Lower>().ldlt().solve(right);
+  Square factors = damped;
+  Vector step = right;
+  solve(factors, step);
   std::array<bool, max_parameters> held{};
   for (int round = 0; round < 3; ++round) {
     bool changed = false;
@@ -63,7 +88,9 @@ Vector bounded_step(const Square& normal, const Vector& gradient, double lambda,
       right[i] = fixed;
     }
     if (!changed) break;
-    step = damped.selfadjointView<Eigen::Lower>().ldlt().solve(right);
+    factors = damped;
+    step = right;
+    solve(factors, step);
   }
   for (Eigen::Index i = 0; i < count; ++i) {
     step[i] = std::isfinite(step[i]) ? std::clamp(step[i], low[i], high[i]) : 0.0;
@@ -85,20 +112,20 @@ void settle(const Problem& problem, Vector& at) {
 
 }  // namespace
 
-double levenberg_marquardt(const Problem& problem, Vector& parameters, int iterations) {
+double levenberg_marquardt(const Problem& problem, Vector& parameters, int iterations, Problem::Linearisation& work) {
   Square normal;
   Vector gradient, low, high;
-  std::vector<double> f;
-  double best = problem.linearise(parameters, normal, gradient);
+  double best = problem.linearise(parameters, work);
   double lambda = lambda_start;
   for (int i = 0; i < iterations; ++i) {
+    problem.normal_equations(work, parameters.size(), normal, gradient);
     step_bounds(problem, parameters, low, high);
     double reached = best;
     Vector trial;
     while (lambda < lambda_hopeless) {
       trial = parameters + bounded_step(normal, gradient, lambda, low, high);
       settle(problem, trial);
-      reached = problem.objective(trial, f);
+      reached = problem.linearise(trial, work);  // most trials are taken, and then this is the next point's
       if (reached < best) break;
       lambda *= lambda_failure;
     }
@@ -106,9 +133,8 @@ double levenberg_marquardt(const Problem& problem, Vector& parameters, int itera
     parameters = trial;
     const bool last = best - reached < enough * best;
     best = reached;
-    if (last || i + 1 == iterations) break;
+    if (last) break;
     lambda *= lambda_success;
-    problem.linearise(parameters, normal, gradient);
   }
   return best;
 }

@@ -3,9 +3,11 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
+#include "learner/kernels.h"
 #include "sketch/sketch.h"
 #include "tress/adaptive/mixture.h"
 
@@ -21,22 +23,11 @@ using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, max_para
 constexpr double scale_min = 0.004;  // radians
 constexpr double scale_max = 0.5;
 
-/// One component in double: its density and what its gradient needs. x in radians, relative to mu, in [-pi, pi).
-struct Shape {
-  Shape(double scale_left, double scale_right);
-  double left, right;              ///< scales, radians
-  double inverse_z;                ///< 1/Z
-  double log_z_left, log_z_right;  ///< d ln Z / d ln s of each side
-
-  struct Value {
-    double p, d_mu, d_log_left, d_log_right;
-  };
-  Value value(double x) const;
-  double density(double x) const;
-};
-
 /// x in (-3 pi, 3 pi) into [-pi, pi].
 double wrap_near(double x);
+
+/// The component whose parameters start at `at`.
+Shape shape_at(const Vector& parameters, Eigen::Index at);
 
 /// The pairs with their cell weights, half the distance between their neighbours on the circle, and the known energy.
 class Problem {
@@ -44,27 +35,44 @@ class Problem {
   /// Drops what is not finite or negative and sorts what is not sorted.
   Problem(std::span<const ObservedPair> pairs, double energy);
 
-  int size() const { return static_cast<int>(azimuth_.size()); }
+  int size() const { return static_cast<int>(size_); }
   double energy() const { return energy_; }
-  const std::vector<double>& azimuth() const { return azimuth_; }
-  const std::vector<double>& g() const { return g_; }
-  const std::vector<double>& cell() const { return cell_; }
+  /// Ascending.
+  std::span<const double> azimuth() const { return {azimuth_.data(), size_}; }
+  std::span<const double> g() const { return {g_.data(), size_}; }
+  std::span<const double> cell() const { return {cell_.data(), size_}; }
 
-  /// o = sum w (f - g)^2 + (E - sum a)^2/2 pi. Fills f at the pairs.
+  /// What the kernels want; arrays of Linearisation are as long.
+  std::size_t padded() const { return azimuth_.size(); }
+
+  /// o = sum w (f - g)^2 + (E - sum a)^2/2 pi. Fills f at the pairs (padded() long).
   double objective(const Vector& parameters, std::vector<double>& f) const;
-  /// As objective; also the normal matrix J^T W J (lower half) and the gradient J^T W r.
-  double linearise(const Vector& parameters, Square& normal, Vector& gradient) const;
+
+  /// f and its derivatives at the pairs. Keeps its memory from one use to the next.
+  struct Linearisation {
+    std::vector<double> f, columns, scratch;
+    double missing = 0;  ///< E - sum a
+  };
+  /// As objective, and what the normal equations need.
+  double linearise(const Vector& parameters, Linearisation& at) const;
+  /// The normal matrix J^T W J (lower half) and the gradient J^T W r there, of parameters.size() parameters.
+  void normal_equations(Linearisation& at, Eigen::Index count, Square& normal, Vector& gradient) const;
+
+  /// What a component of this shape would explain of the residual g - f. f: padded() long.
+  Projection project(const Shape& shape, const std::vector<double>& f) const;
+
   /// Least scale of the sides of a component at mu: a quarter of the distance to the second sample on that side,
   /// within [scale_min, scale_max].
   std::array<double, 2> scale_floors(double mu) const;
 
  private:
   double energy_;
+  std::size_t size_ = 0;
   std::vector<double> azimuth_, g_, cell_;
 };
 
 /// Moves `parameters` to a local minimum of the objective within the bounds, at most `iterations` steps.
-/// Returns the objective there; never above the one at the start.
-double levenberg_marquardt(const Problem& problem, Vector& parameters, int iterations);
+/// Returns the objective there; never above the one at the start. `work` is scratch memory.
+double levenberg_marquardt(const Problem& problem, Vector& parameters, int iterations, Problem::Linearisation& work);
 
 }  // namespace tress::adaptive

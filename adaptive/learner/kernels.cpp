@@ -1,0 +1,227 @@
+#include "learner/kernels.h"
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "learner/kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace tress::adaptive {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Doubles = hn::CappedTag<double, kernel_lanes>;
+using Words = hn::Repartition<std::uint64_t, Doubles>;
+using V = hn::Vec<Doubles>;
+
+// exp(x), x <= 0, relative error 1e-11; stays at exp(-700) below. The sum with 1.5 2^52 rounds to an integer and leaves
+// it in the low bits, from where it is shifted into the exponent.
+HWY_INLINE V Exp(V x) {
+  const Doubles d;
+  const Words w;
+  x = hn::Max(x, hn::Set(d, -700.0));
+  const V magic = hn::Set(d, 6755399441055744.0);
+  const V shifted = hn::MulAdd(x, hn::Set(d, std::numbers::log2e), magic);
+  const V k = hn::Sub(shifted, magic);
+  V r = hn::NegMulAdd(k, hn::Set(d, 0.693147180369123816490), x);  // ln 2, the bits that k leaves exact
+  r = hn::NegMulAdd(k, hn::Set(d, 1.90821492927058770002e-10), r);
+  V p = hn::Set(d, 1. / 362880);
+  p = hn::MulAdd(p, r, hn::Set(d, 1. / 40320));
+  p = hn::MulAdd(p, r, hn::Set(d, 1. / 5040));
+  p = hn::MulAdd(p, r, hn::Set(d, 1. / 720));
+  p = hn::MulAdd(p, r, hn::Set(d, 1. / 120));
+  p = hn::MulAdd(p, r, hn::Set(d, 1. / 24));
+  p = hn::MulAdd(p, r, hn::Set(d, 1. / 6));
+  p = hn::MulAdd(p, r, hn::Set(d, 0.5));
+  p = hn::MulAdd(p, r, hn::Set(d, 1.0));
+  p = hn::MulAdd(p, r, hn::Set(d, 1.0));
+  const auto exponent = hn::ShiftLeft<52>(hn::BitCast(w, shifted));
+  return hn::BitCast(d, hn::Add(hn::BitCast(w, p), exponent));
+}
+
+// x = azimuth - mu in [-pi, pi].
+HWY_INLINE V Offset(const double* azimuth, V mu) {
+  const Doubles d;
+  const V pi = hn::Set(d, std::numbers::pi), two_pi = hn::Set(d, 2 * std::numbers::pi);
+  V x = hn::Sub(hn::LoadU(d, azimuth), mu);
+  x = hn::IfThenElse(hn::Ge(x, pi), hn::Sub(x, two_pi), x);
+  return hn::IfThenElse(hn::Lt(x, hn::Neg(pi)), hn::Add(x, two_pi), x);
+}
+
+HWY_INLINE V Density(V x, V inverse_left, V inverse_right, V inverse_z) {
+  const Doubles d;
+  const V one = hn::Set(d, 1.0);
+  const V inverse_s = hn::IfThenElse(hn::Lt(x, hn::Zero(d)), inverse_left, inverse_right);
+  const V e = Exp(hn::Neg(hn::Mul(hn::Abs(x), inverse_s)));
+  const V below = hn::Add(one, e);
+  return hn::Div(hn::Mul(e, inverse_z), hn::Mul(below, below));
+}
+
+HWY_INLINE double Total(V v) {
+  const Doubles d;
+  return hn::GetLane(hn::SumOfLanes(d, v));
+}
+
+void AddDensity(const Shape& shape, double weight, const double* azimuth, std::size_t n, double* f) {
+  const Doubles d;
+  const V left = hn::Set(d, 1 / shape.left), right = hn::Set(d, 1 / shape.right);
+  const V z = hn::Set(d, weight * shape.inverse_z), mu = hn::Set(d, shape.mu);
+  for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+    hn::StoreU(hn::Add(hn::LoadU(d, f + i), Density(Offset(azimuth + i, mu), left, right, z)), d, f + i);
+  }
+}
+
+void AddDensityAndColumns(const Shape& shape, double weight, const double* azimuth, std::size_t n, double* f,
+                          double* columns, std::size_t stride) {
+  const Doubles d;
+  const V left = hn::Set(d, 1 / shape.left), right = hn::Set(d, 1 / shape.right);
+  const V z = hn::Set(d, shape.inverse_z), mu = hn::Set(d, shape.mu), one = hn::Set(d, 1.0), zero = hn::Zero(d);
+  const V a = hn::Set(d, weight), z_left = hn::Set(d, shape.log_z_left), z_right = hn::Set(d, shape.log_z_right);
+  for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+    const V x = Offset(azimuth + i, mu);
+    const auto on_left = hn::Lt(x, zero);
+    const V inverse_s = hn::IfThenElse(on_left, left, right);
+    const V y = hn::Mul(hn::Abs(x), inverse_s);
+    const V e = Exp(hn::Neg(y));
+    const V inverse = hn::Div(one, hn::Add(one, e));
+    const V t = hn::Mul(hn::Sub(one, e), inverse);
+    const V p = hn::Mul(hn::Mul(hn::Mul(e, inverse), inverse), z);
+    const V ap = hn::Mul(a, p);
+    const V apt = hn::Mul(ap, t);
+    const V slope = hn::Mul(apt, inverse_s);
+    const V widening = hn::Mul(apt, y);
+    hn::StoreU(hn::Add(hn::LoadU(d, f + i), ap), d, f + i);
+    hn::StoreU(p, d, columns + i);
+    hn::StoreU(hn::IfThenElse(on_left, hn::Neg(slope), slope), d, columns + stride + i);
+    hn::StoreU(hn::NegMulAdd(ap, z_left, hn::IfThenElseZero(on_left, widening)), d, columns + 2 * stride + i);
+    hn::StoreU(hn::NegMulAdd(ap, z_right, hn::IfThenZeroElse(on_left, widening)), d, columns + 3 * stride + i);
+  }
+}
+
+double SquaredError(const double* cell, const double* f, const double* g, std::size_t n) {
+  const Doubles d;
+  V sum = hn::Zero(d);
+  for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+    const V r = hn::Sub(hn::LoadU(d, f + i), hn::LoadU(d, g + i));
+    sum = hn::MulAdd(hn::Mul(hn::LoadU(d, cell + i), r), r, sum);
+  }
+  return Total(sum);
+}
+
+void NormalEquations(const double* columns, std::size_t stride, std::size_t count, const double* cell, const double* f,
+                     const double* g, std::size_t n, double* scratch, double* normal, std::size_t leading,
+                     double* gradient) {
+  const Doubles d;
+  double* residual = scratch;
+  double* scaled = scratch + n;
+  for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+    hn::StoreU(hn::Sub(hn::LoadU(d, f + i), hn::LoadU(d, g + i)), d, residual + i);
+  }
+  for (std::size_t j = 0; j < count; ++j) {
+    V slope = hn::Zero(d), diagonal = hn::Zero(d);
+    for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+      const V column = hn::LoadU(d, columns + j * stride + i);
+      const V s = hn::Mul(hn::LoadU(d, cell + i), column);
+      hn::StoreU(s, d, scaled + i);
+      slope = hn::MulAdd(s, hn::LoadU(d, residual + i), slope);
+      diagonal = hn::MulAdd(s, column, diagonal);
+    }
+    gradient[j] = Total(slope);
+    double* out = normal + j * leading;
+    out[j] = Total(diagonal);
+    std::size_t k = j + 1;
+    for (; k + 4 <= count; k += 4) {  // four columns at once: the scaled one is read once for them
+      const double* c = columns + k * stride;
+      V s0 = hn::Zero(d), s1 = hn::Zero(d), s2 = hn::Zero(d), s3 = hn::Zero(d);
+      for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+        const V s = hn::LoadU(d, scaled + i);
+        s0 = hn::MulAdd(s, hn::LoadU(d, c + i), s0);
+        s1 = hn::MulAdd(s, hn::LoadU(d, c + stride + i), s1);
+        s2 = hn::MulAdd(s, hn::LoadU(d, c + 2 * stride + i), s2);
+        s3 = hn::MulAdd(s, hn::LoadU(d, c + 3 * stride + i), s3);
+      }
+      out[k] = Total(s0);
+      out[k + 1] = Total(s1);
+      out[k + 2] = Total(s2);
+      out[k + 3] = Total(s3);
+    }
+    for (; k < count; ++k) {
+      V sum = hn::Zero(d);
+      for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+        sum = hn::MulAdd(hn::LoadU(d, scaled + i), hn::LoadU(d, columns + k * stride + i), sum);
+      }
+      out[k] = Total(sum);
+    }
+  }
+}
+
+Projection Project(const Shape& shape, const double* azimuth, const double* cell, const double* f, const double* g,
+                   std::size_t n) {
+  const Doubles d;
+  const V left = hn::Set(d, 1 / shape.left), right = hn::Set(d, 1 / shape.right);
+  const V z = hn::Set(d, shape.inverse_z), mu = hn::Set(d, shape.mu);
+  V explained = hn::Zero(d), power = hn::Zero(d);
+  for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+    const V p = Density(Offset(azimuth + i, mu), left, right, z);
+    const V weighted = hn::Mul(hn::LoadU(d, cell + i), p);
+    explained = hn::MulAdd(weighted, hn::Sub(hn::LoadU(d, g + i), hn::LoadU(d, f + i)), explained);
+    power = hn::MulAdd(weighted, p, power);
+  }
+  return {Total(explained), Total(power)};
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tress::adaptive
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tress::adaptive {
+
+HWY_EXPORT(AddDensity);
+HWY_EXPORT(AddDensityAndColumns);
+HWY_EXPORT(SquaredError);
+HWY_EXPORT(NormalEquations);
+HWY_EXPORT(Project);
+
+Shape::Shape(double mode, double scale_left, double scale_right) : mu(mode), left(scale_left), right(scale_right) {
+  constexpr double pi = std::numbers::pi;
+  const double t_left = std::tanh(pi / (2 * left));
+  const double t_right = std::tanh(pi / (2 * right));
+  const double twice_z = left * t_left + right * t_right;
+  inverse_z = 2 / twice_z;
+  log_z_left = (left * t_left - (1 - t_left * t_left) * pi / 2) / twice_z;
+  log_z_right = (right * t_right - (1 - t_right * t_right) * pi / 2) / twice_z;
+}
+
+void add_density(const Shape& shape, double weight, const double* azimuth, std::size_t n, double* f) {
+  HWY_DYNAMIC_DISPATCH(AddDensity)(shape, weight, azimuth, n, f);
+}
+
+void add_density_and_columns(const Shape& shape, double weight, const double* azimuth, std::size_t n, double* f,
+                             double* columns, std::size_t stride) {
+  HWY_DYNAMIC_DISPATCH(AddDensityAndColumns)(shape, weight, azimuth, n, f, columns, stride);
+}
+
+double squared_error(const double* cell, const double* f, const double* g, std::size_t n) {
+  return HWY_DYNAMIC_DISPATCH(SquaredError)(cell, f, g, n);
+}
+
+void normal_equations(const double* columns, std::size_t stride, std::size_t count, const double* cell, const double* f,
+                      const double* g, std::size_t n, double* scratch, double* normal, std::size_t leading,
+                      double* gradient) {
+  HWY_DYNAMIC_DISPATCH(NormalEquations)
+  (columns, stride, count, cell, f, g, n, scratch, normal, leading, gradient);
+}
+
+Projection project(const Shape& shape, const double* azimuth, const double* cell, const double* f, const double* g,
+                   std::size_t n) {
+  return HWY_DYNAMIC_DISPATCH(Project)(shape, azimuth, cell, f, g, n);
+}
+
+}  // namespace tress::adaptive
+#endif
