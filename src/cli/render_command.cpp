@@ -252,7 +252,9 @@ std::optional<Error> check_outputs(const RenderSettings& settings) {
   preview.replace_extension(".png");
   if (auto error = check_output(settings.output)) return error;
   if (auto error = check_output(preview)) return error;
-  if (settings.warm_cache && settings.cache_mode != CacheMode::frozen) return check_output(*settings.warm_cache);
+  if (settings.warm_cache && settings.cache_mode != CacheMode::frozen) {
+    return check_output(adaptive::behind_links(*settings.warm_cache));
+  }
   return std::nullopt;
 }
 

@@ -1,11 +1,7 @@
 #include "cli/warm_cache_session.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <system_error>
 #include <utility>
 
@@ -14,28 +10,6 @@
 
 namespace tress::cli {
 namespace {
-
-/// Holds an advisory lock on the folder of a file, so that two sessions do not both read, merge and replace it.
-/// The folder, because the file itself is replaced by each save. Where the file system has no locks (some network
-/// ones) there is none: a save is then still whole, but may miss what another session saves at the same moment.
-class FolderLock {
- public:
-  explicit FolderLock(const std::filesystem::path& file) {
-    const std::filesystem::path parent = file.parent_path();
-    descriptor_ = ::open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor_ < 0) return;
-    while (flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) {
-    }
-  }
-  ~FolderLock() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int descriptor_ = -1;
-};
 
 struct RowCounts {
   std::uint64_t rows = 0, converged = 0;
@@ -72,8 +46,9 @@ const char* cache_mode_name(CacheMode mode) {
   return "append";
 }
 
-WarmCacheSession::WarmCacheSession(std::filesystem::path file, CacheMode mode, std::string model)
-    : file_(std::move(file)), mode_(mode), model_(std::move(model)), last_save_(std::chrono::steady_clock::now()) {}
+WarmCacheSession::WarmCacheSession(std::filesystem::path file, CacheMode mode, std::string model,
+                                   Clock::duration interval)
+    : file_(std::move(file)), mode_(mode), model_(std::move(model)), interval_(interval), last_save_(Clock::now()) {}
 
 void WarmCacheSession::refuse(const std::string& reason) {
   loaded_ = "refused";
@@ -82,7 +57,7 @@ void WarmCacheSession::refuse(const std::string& reason) {
 }
 
 std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
-  last_save_ = std::chrono::steady_clock::now();
+  last_save_ = Clock::now();
   if (mode_ == CacheMode::frozen) saved_ = "frozen";
   if (mode_ == CacheMode::scratch) {
     said(fmt::format("warm cache {}: scratch, starting cold; the file is replaced at the end", file_.string()));
@@ -113,6 +88,7 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
     return std::nullopt;
   }
   loaded_ = "loaded";
+  expects_file_ = true;
   rows_loaded_ = counts.rows;
   said(fmt::format("warm cache {}: loaded {} rows, {} of them converged ({})", file_.string(), counts.rows,
                    counts.converged, cache_mode_name(mode_)));
@@ -121,14 +97,14 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
 
 void WarmCacheSession::save_if_due(const adaptive::Service& service) {
   // Scratch replaces the file at the end only.
-  if (mode_ == CacheMode::scratch || std::chrono::steady_clock::now() - last_save_ < save_interval) return;
+  if (mode_ == CacheMode::scratch || Clock::now() - last_save_ < interval_) return;
   if (const std::optional<Error> error = save(service)) warn(error->message());
 }
 
 std::optional<Error> WarmCacheSession::save(const adaptive::Service& service) {
   if (mode_ == CacheMode::frozen || loaded_ == "refused") return std::nullopt;
-  const std::optional<Error> error = save_now(service);
-  last_save_ = std::chrono::steady_clock::now();
+  const std::optional<Error> error = mode_ == CacheMode::scratch ? replace(service) : merge(service);
+  last_save_ = Clock::now();
   if (error) {
     saved_ = "failed";
     reason_ = error->message();
@@ -136,29 +112,44 @@ std::optional<Error> WarmCacheSession::save(const adaptive::Service& service) {
   return error;
 }
 
-std::optional<Error> WarmCacheSession::save_now(const adaptive::Service& service) {
-  adaptive::TableImage image = service.snapshot();
-  const FolderLock lock(file_);
-  bool merged = false;
-  if (mode_ != CacheMode::scratch && is_there(file_)) {
-    const Result<adaptive::TableImage> on_disk = adaptive::load_cache(file_, model_);
-    if (!on_disk) {
+std::optional<Error> WarmCacheSession::replace(const adaptive::Service& service) {
+  const adaptive::TableImage image = service.snapshot();
+  if (std::optional<Error> error = adaptive::save_cache(file_, image)) return error;
+  tell_saved("saved", "saved", image);
+  return std::nullopt;
+}
+
+std::optional<Error> WarmCacheSession::merge(const adaptive::Service& service) {
+  const Result<adaptive::CacheUpdate> update = adaptive::merge_into_cache(file_, service.snapshot());
+  if (!update) return update.error();
+  for (const std::filesystem::path& leftover : update->removed) {
+    said(fmt::format("warm cache {}: removed {}, left by a save that was killed", file_.string(), leftover.string()));
+  }
+  switch (update->outcome) {
+    case adaptive::CacheUpdate::Outcome::refused:
       saved_ = "refused";
-      reason_ = on_disk.error().message();
+      reason_ = update->refusal->message();
       said(fmt::format("warm cache {}: not saved, the file is now refused and left as it is: {}", file_.string(),
                        reason_));
-      return std::nullopt;
-    }
-    image = adaptive::merge_caches(image, *on_disk);
-    merged = true;
+      break;
+    case adaptive::CacheUpdate::Outcome::merged:
+      tell_saved("merged", "merged and saved", update->image);
+      break;
+    case adaptive::CacheUpdate::Outcome::created:
+      tell_saved("saved", expects_file_ ? "the file had gone, saved anew," : "saved", update->image);
+      break;
   }
-  if (std::optional<Error> error = adaptive::save_cache(file_, image)) return error;
+  return std::nullopt;
+}
+
+void WarmCacheSession::tell_saved(const char* outcome, const char* words, const adaptive::TableImage& image) {
   const RowCounts counts = count_rows(image);
   rows_saved_ = counts.rows;
-  saved_ = merged ? "merged" : "saved";
-  said(fmt::format("warm cache {}: {} {} rows, {} of them converged", file_.string(),
-                   merged ? "merged and saved" : "saved", counts.rows, counts.converged));
-  return std::nullopt;
+  saved_ = outcome;
+  reason_.clear();
+  expects_file_ = true;
+  said(fmt::format("warm cache {}: {} {} rows, {} of them converged", file_.string(), words, counts.rows,
+                   counts.converged));
 }
 
 }  // namespace tress::cli

@@ -24,13 +24,15 @@ const char* cache_mode_name(CacheMode mode);
 /// scratch, which was asked to replace it.
 class WarmCacheSession {
  public:
+  using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::minutes save_interval{10};
 
-  WarmCacheSession(std::filesystem::path file, CacheMode mode, std::string model);
+  WarmCacheSession(std::filesystem::path file, CacheMode mode, std::string model,
+                   Clock::duration interval = save_interval);
 
   /// Loads into the service as the mode says, once its pages are known. Error only under `require`.
   std::optional<Error> open(adaptive::Service& service);
-  /// Saves if `save_interval` has passed since the last time. A failure is a warning; the end tries again.
+  /// Saves if the interval has passed since the last time. A failure is a warning; the end tries again.
   void save_if_due(const adaptive::Service& service);
   /// The save at the end. Error if the file could not be written.
   std::optional<Error> save(const adaptive::Service& service);
@@ -45,15 +47,19 @@ class WarmCacheSession {
   CacheMode mode() const { return mode_; }
 
  private:
-  std::optional<Error> save_now(const adaptive::Service& service);
+  std::optional<Error> replace(const adaptive::Service& service);
+  std::optional<Error> merge(const adaptive::Service& service);
+  void tell_saved(const char* outcome, const char* words, const adaptive::TableImage& image);
   void refuse(const std::string& reason);
 
   std::filesystem::path file_;
   CacheMode mode_;
   std::string model_;
+  Clock::duration interval_;
   std::string loaded_ = "not asked", saved_ = "not yet", reason_;
   std::uint64_t rows_loaded_ = 0, rows_saved_ = 0;
-  std::chrono::steady_clock::time_point last_save_;
+  bool expects_file_ = false;  ///< this session has seen the file, or made it
+  Clock::time_point last_save_;
 };
 
 }  // namespace tress::cli

@@ -55,8 +55,32 @@ std::uint64_t model_hash(const std::string& model);
 /// Reads and checks everything before it allocates: counts are bounded by the bytes that are there.
 /// `model`: refused if the file is of another; empty accepts any.
 Result<TableImage> load_cache(const std::filesystem::path& file, const std::string& model);
-/// Temporary file beside it, flushed, renamed, folder flushed. The old file is there until the new one is whole.
+/// Puts the image in the place of the file, whatever it holds. Temporary file beside it, flushed, renamed, folder
+/// flushed: the old file is there until the new one is whole. Links stay links. Under the lock of merge_into_cache.
 std::optional<Error> save_cache(const std::filesystem::path& file, const TableImage& image);
+
+/// What merge_into_cache found and did.
+struct CacheUpdate {
+  enum class Outcome {
+    created,  ///< no file was there
+    merged,   ///< joined with what the file held
+    refused,  ///< what is there is no cache of this model: left as it is, nothing is saved
+  };
+  Outcome outcome = Outcome::created;
+  TableImage image;                            ///< what the file now holds; empty if refused
+  std::optional<Error> refusal;                ///< why, if refused
+  std::vector<std::filesystem::path> removed;  ///< temporary files that killed saves had left
+};
+
+/// Saves the image joined with what the file holds by now, so that no session's rows are lost, however many save into
+/// one file. Any thread or process, on any machine that shares the folder: they take turns by a lock on `FILE.lock`
+/// (where the file system has no locks, each save is still whole, but may miss another of the same moment). Blocks
+/// meanwhile. Error if the file could not be written; it is then as it was.
+Result<CacheUpdate> merge_into_cache(const std::filesystem::path& file, TableImage image);
+
+/// The path that a save replaces: `file`, or what a chain of links from it ends in, there or not.
+std::filesystem::path behind_links(const std::filesystem::path& file);
+
 /// The bytes that save_cache writes.
 std::string encode_cache(const TableImage& image);
 /// `name` stands for the file in errors.
