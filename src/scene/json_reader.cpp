@@ -164,4 +164,20 @@ bool JsonReader::at_most_one(const std::vector<std::string>& keys) const {
   return false;
 }
 
+bool JsonReader::exactly_one(const std::vector<std::string>& keys) const {
+  if (!at_most_one(keys)) return false;
+  if (std::any_of(keys.begin(), keys.end(), [&](const auto& key) { return has(key); })) return true;
+  fail("", fmt::format("one of {}", fmt::join(keys, ", ")), "none of them");
+  return false;
+}
+
+bool JsonReader::need(const std::vector<std::string>& keys) const {
+  for (const auto& key : keys)
+    if (!has(key)) {
+      fail(key, "this key", "none");
+      return false;
+    }
+  return true;
+}
+
 }  // namespace tress::scene

@@ -38,6 +38,10 @@ class JsonReader {
 
   /// At most one of the keys may be there; false and an error otherwise.
   bool at_most_one(const std::vector<std::string>& keys) const;
+  /// Exactly one of them must be there; false and an error otherwise.
+  bool exactly_one(const std::vector<std::string>& keys) const;
+  /// All of them must be there; false and an error that names the first that is missing otherwise.
+  bool need(const std::vector<std::string>& keys) const;
 
   void fail(const std::string& key, std::string expected, std::string found) const;
   bool failed() const { return error_->has_value(); }

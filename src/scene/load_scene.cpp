@@ -122,6 +122,7 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
   scene.source = file.string();
   scene.image = description.image;
   scene.environment_visible = description.environment_visible;
+  scene.lights = std::move(description.lights);
   scene.materials = std::move(description.materials);
   const auto folder = file.parent_path();
   auto environment = make_environment(description.environment, folder, &scene);

@@ -25,6 +25,7 @@ struct SceneDescription {
   Image image;
   EnvironmentDescription environment;
   bool environment_visible = true;
+  std::vector<Light> lights;
   std::vector<Material> materials;
   std::vector<GroomDescription> grooms;
 };

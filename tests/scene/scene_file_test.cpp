@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <glm/geometric.hpp>
 #include <numbers>
 
 #include "scene/generated_grooms.h"
@@ -47,6 +48,46 @@ TEST(SceneFile, NamesThePathAndTheExpectation) {
       {R"({"materials": [{"longitudinal_lambda_deg": {"R": 0}}], )" + groom + "}",
        "/materials/0/longitudinal_lambda_deg/R"}};
   for (const auto& [text, place] : wrong) EXPECT_NE(message(text).find(place), std::string::npos) << message(text);
+}
+
+SceneDescription parsed(const std::string& text) {
+  const std::vector<unsigned char> bytes(text.begin(), text.end());
+  const auto scene = parse_scene_file(bytes, "s.json");
+  EXPECT_TRUE(scene) << scene.error().message();
+  return scene ? *scene : SceneDescription{};
+}
+
+TEST(SceneFile, ReadsLights) {
+  const auto scene = parsed(R"({"lights": [
+    {"distant": {"azimuth_deg": 90, "elevation_deg": 0, "angle_deg": 2, "irradiance": [3, 2, 1]}},
+    {"sphere": {"center": [1, 2, 3], "radius_cm": 4, "radiance": [5, 6, 7]}},
+    {"rectangle": {"center": [0, 0, 10], "look_at": [0, 0, 0], "width_cm": 6, "height_cm": 2, "radiance": [1, 1, 1]}},
+    {"rectangle": {"center": [0, -9, 0], "look_at": [0, 0, 0], "width_cm": 6, "height_cm": 2, "radiance": [1, 1, 1]}}
+    ], )" + groom + "}");
+  ASSERT_EQ(scene.lights.size(), 4u);
+  EXPECT_NEAR(scene.lights[0].direction.x, 1, 1e-6);
+  EXPECT_NEAR(scene.lights[0].half_angle_rad, std::numbers::pi / 180, 1e-8);
+  EXPECT_NEAR(scene.lights[0].radiance.g, 2 / (std::numbers::pi * std::pow(std::sin(std::numbers::pi / 180), 2)), 1e-3);
+  EXPECT_EQ(scene.lights[1].radius_cm, 4);
+  const auto& level = scene.lights[2];  // a ceiling: its height runs along y
+  EXPECT_NEAR(glm::cross(level.edge_u, level.edge_v).z, -3, 1e-5);
+  EXPECT_NEAR(std::abs(level.edge_v.y), 1, 1e-6);
+  const auto& front = scene.lights[3];
+  EXPECT_NEAR(glm::cross(front.edge_u, front.edge_v).y, 3, 1e-5);
+  EXPECT_NEAR(std::abs(front.edge_v.z), 1, 1e-6);
+  const std::pair<std::string, std::string> wrong[] = {
+      {R"({})", "/lights/0: expected one of distant, sphere, rectangle, found none"},
+      {R"({"sphere": {}, "distant": {}})", "/lights/0: expected at most one of"},
+      {R"({"distant": {"direction": [0, 0, 0], "radiance": [1, 1, 1]}})", "/lights/0/distant/direction"},
+      {R"({"distant": {"direction": [0, 0, 1]}})", "/lights/0/distant: expected one of radiance, irradiance"},
+      {R"({"distant": {"radiance": [1, 1, 1]}})", "/lights/0/distant: expected direction, or azimuth_deg"},
+      {R"({"sphere": {"center": [0, 0, 0], "radiance": [1, 1, 1]}})", "/lights/0/sphere/radius_cm: expected this key"},
+      {R"({"sphere": {"center": [0, 0, 0], "radius_cm": 0, "radiance": [1, 1, 1]}})",
+       "/lights/0/sphere/radius_cm: expected 0.001..1e+06, found 0"}};
+  for (const auto& [light, place] : wrong) {
+    const auto found = message(R"({"lights": [)" + light + "], " + groom + "}");
+    EXPECT_NE(found.find(place), std::string::npos) << found;
+  }
 }
 
 TEST(SceneFile, SurvivesDeepNestingAndEveryTruncation) {

@@ -1,0 +1,12 @@
+// Lights of a scene file.
+#pragma once
+
+#include "scene/json_reader.h"
+#include "scene/scene.h"
+
+namespace tress::scene {
+
+/// One element of /lights.
+Light read_light(const JsonReader& json);
+
+}  // namespace tress::scene
