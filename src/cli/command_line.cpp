@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/cache_command.h"
+#include "cli/cache_options.h"
 #include "cli/console.h"
 #include "cli/diff_command.h"
 #include "cli/fit_options.h"
@@ -41,15 +41,8 @@ int run_checked(int argc, char** argv) {
   diff->add_option("B", diff_settings.b, "picture held against A")->required()->type_name("B.exr");
   diff->add_flag("--json", diff_settings.json, "print JSON");
 
-  CacheSettings cache_settings;
-  CLI::App* cache = app.add_subcommand("cache", "Look into a warm cache");
-  cache->require_subcommand(1);
-  CLI::App* info = cache->add_subcommand("info", "Print model, format, pages and hash");
-  CLI::App* verify = cache->add_subcommand("verify", "Exit 0 if the file is whole, 1 if it is refused");
-  for (CLI::App* command : {info, verify}) {
-    command->add_option("FILE", cache_settings.file, "warm cache")->required()->type_name("FILE");
-    command->add_flag("--json", cache_settings.json, "print JSON");
-  }
+  CacheOptions cache_options;
+  CLI::App* cache = add_cache(app, cache_options);
 
   const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (const std::string message = unknown_word(app, words); !message.empty()) return wrong_usage(message);
@@ -74,8 +67,7 @@ int run_checked(int argc, char** argv) {
   }
   if (fit->parsed()) return run_fit(fit_settings);
   if (diff->parsed()) return run_diff(diff_settings);
-  if (info->parsed()) return run_cache_info(cache_settings);
-  return run_cache_verify(cache_settings);
+  return run_cache(*cache, cache_options);
 }
 
 }  // namespace

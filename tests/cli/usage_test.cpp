@@ -24,7 +24,7 @@ class Usage : public CommandTest {
 
 TEST_F(Usage, EveryCommandHasHelpOnStandardOutput) {
   const std::vector<std::vector<std::string>> commands{
-      {}, {"render"}, {"fit"}, {"diff"}, {"cache"}, {"cache", "info"}, {"cache", "verify"}};
+      {}, {"render"}, {"fit"}, {"diff"}, {"cache"}, {"cache", "info"}, {"cache", "verify"}, {"cache", "merge"}};
   for (std::vector<std::string> command : commands) {
     command.push_back("--help");
     const Outcome outcome = run(command);
@@ -54,7 +54,6 @@ TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
                "expected fitted|exact, found corrected");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--learner", "eager"}, "expected sketch, found eager");
   expect_wrong({"fit", "--lobe", "GLINT"}, "expected TT|TRT|TRRT|R, found GLINT");
-  expect_wrong({"cache", "merge", "a", "b"}, "no command \"merge\"");
 }
 
 TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
@@ -81,7 +80,9 @@ TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"render", "a.json", "-o", "a.png"}, ".exr");
   expect_wrong({"render", "a.json"}, "--output is required");
   expect_wrong({}, "render|fit|diff|cache");
-  expect_wrong({"cache"}, "info|verify");
+  expect_wrong({"cache"}, "info|verify|merge");
+  expect_wrong({"cache", "merge", "a", "b"}, "--output is required");
+  expect_wrong({"cache", "merge", "-o", "a"}, "FILES is required");
 }
 
 TEST_F(Usage, WhatIsMissingOrBrokenIsExitOne) {

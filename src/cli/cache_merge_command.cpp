@@ -1,0 +1,95 @@
+#include "cli/cache_merge_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "cli/console.h"
+#include "cli/output_path.h"
+#include "tress/adaptive/cache.h"
+
+namespace tress::cli {
+namespace {
+
+/// The join of all files. Errors are told, all of them.
+std::optional<adaptive::TableImage> merge_files(const std::vector<std::filesystem::path>& files) {
+  std::optional<adaptive::TableImage> merged;
+  std::filesystem::path first;
+  bool refused = false;
+  for (const std::filesystem::path& file : files) {
+    const std::string model = merged ? merged->model : "";
+    Result<adaptive::TableImage> image = adaptive::load_cache(file, model);
+    if (!image) {
+      Error error = image.error();
+      if (error.expected.starts_with("model ")) error.expected += " as in " + first.string();
+      fail(error.message());
+      refused = true;
+    } else if (merged) {
+      merged = adaptive::merge_caches(*merged, *image);
+    } else {
+      merged = std::move(*image);
+      first = file;
+    }
+  }
+  if (refused) return std::nullopt;
+  return merged;
+}
+
+bool is_one_of(const std::filesystem::path& file, const std::vector<std::filesystem::path>& files) {
+  return std::ranges::any_of(files, [&](const std::filesystem::path& other) {
+    std::error_code error;
+    return std::filesystem::equivalent(file, other, error) && !error;
+  });
+}
+
+/// `merged` as the whole of the output; where that is an input too, joined once more, since a session may have saved
+/// into it meanwhile.
+Result<adaptive::TableImage> write(const CacheMergeSettings& settings, adaptive::TableImage merged) {
+  if (is_one_of(settings.output, settings.files)) {
+    Result<adaptive::CacheUpdate> update = adaptive::merge_into_cache(settings.output, std::move(merged));
+    if (!update) return update.error();
+    if (update->refusal) return *update->refusal;
+    return std::move(update->image);
+  }
+  std::error_code ignored;
+  if (std::filesystem::exists(settings.output, ignored)) {
+    if (const auto there = adaptive::load_cache(settings.output, ""); !there) {
+      Error error = there.error();
+      error.expected = "a new name, or a warm cache to replace: " + error.expected;
+      return error;
+    }
+  }
+  if (std::optional<Error> error = adaptive::save_cache(settings.output, merged)) return *error;
+  return merged;
+}
+
+}  // namespace
+
+int run_cache_merge(const CacheMergeSettings& settings) {
+  if (const auto error = check_output(adaptive::behind_links(settings.output))) {
+    fail(error->message());
+    return 1;
+  }
+  std::optional<adaptive::TableImage> merged = merge_files(settings.files);
+  if (!merged) return 1;
+  const Result<adaptive::TableImage> written = write(settings, std::move(*merged));
+  if (!written) {
+    fail(written.error().message());
+    return 1;
+  }
+  std::uint64_t rows = 0, converged = 0;
+  for (const adaptive::CachedPage& page : written->pages) {
+    rows += page.rows.size();
+    converged += static_cast<std::uint64_t>(
+        std::ranges::count_if(page.rows, [](const auto& row) { return row.state == adaptive::RowState::converged; }));
+  }
+  fmt::print("{}: {} files merged, {} pages, {} rows, {} of them converged, hash {}\n", settings.output.string(),
+             settings.files.size(), written->pages.size(), rows, converged, adaptive::cache_hash(*written));
+  return 0;
+}
+
+}  // namespace tress::cli
