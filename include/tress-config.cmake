@@ -1,0 +1,26 @@
+# find_package(tress [COMPONENTS adaptive fiber]): the libraries without the renderer; no components are both.
+#   tress::adaptive   the learning service (tress/adaptive/service.h)        needs oneTBB, Highway
+#   tress::fiber      the elliptical fiber BCSDF (tress/fiber/fiber_model.h)  needs tress::adaptive, glm
+include(CMakeFindDependencyMacro)
+set(tress_asked ${tress_FIND_COMPONENTS})
+if(NOT tress_asked)
+  set(tress_asked adaptive fiber)
+endif()
+foreach(component ${tress_asked})
+  if(NOT component MATCHES "^(adaptive|fiber)$")
+    set(tress_FOUND FALSE)
+    set(tress_NOT_FOUND_MESSAGE "expected the components adaptive, fiber, found ${component}")
+    return()
+  endif()
+endforeach()
+
+find_dependency(TBB CONFIG)
+find_dependency(hwy CONFIG)
+include(${CMAKE_CURRENT_LIST_DIR}/tress-adaptive.cmake)
+set(tress_adaptive_FOUND TRUE)
+if("fiber" IN_LIST tress_asked)
+  find_dependency(glm CONFIG)
+  include(${CMAKE_CURRENT_LIST_DIR}/tress-fiber.cmake)
+  set(tress_fiber_FOUND TRUE)
+endif()
+unset(tress_asked)
