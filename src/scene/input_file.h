@@ -15,4 +15,8 @@ namespace tress::scene {
 Result<std::vector<unsigned char>> read_input_file(const std::filesystem::path& file, const std::string& what,
                                                    std::uintmax_t most_bytes);
 
+/// The first bytes of a regular file, at most `bytes` of them.
+Result<std::vector<unsigned char>> read_file_start(const std::filesystem::path& file, const std::string& what,
+                                                   std::size_t bytes);
+
 }  // namespace tress::scene

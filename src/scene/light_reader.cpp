@@ -69,13 +69,19 @@ void read_rectangle(const JsonReader& json, Light* light) {
 
 }  // namespace
 
+Light read_distant_light(const JsonReader& json) {
+  Light light;
+  light.kind = Light::Kind::distant;
+  read_distant(json, &light);
+  return light;
+}
+
 Light read_light(const JsonReader& json) {
   Light light;
   if (!json.object({"distant", "sphere", "rectangle"}) || !json.exactly_one({"distant", "sphere", "rectangle"}))
     return light;
   if (json.has("distant")) {
-    light.kind = Light::Kind::distant;
-    read_distant(json.child("distant"), &light);
+    light = read_distant_light(json.child("distant"));
   } else if (json.has("sphere")) {
     light.kind = Light::Kind::sphere;
     read_sphere(json.child("sphere"), &light);

@@ -9,4 +9,7 @@ namespace tress::scene {
 /// One element of /lights.
 Light read_light(const JsonReader& json);
 
+/// What /lights/N/distant and the sun of a sky are.
+Light read_distant_light(const JsonReader& json);
+
 }  // namespace tress::scene

@@ -82,6 +82,7 @@ Result<Environment> make_environment(const EnvironmentDescription& description, 
   const double rotate_rad = description.rotate_deg * std::numbers::pi / 180;
   if (description.kind == Kind::constant) return Environment(description.constant * description.scale);
   if (description.kind == Kind::studio) return studio_environment(rotate_rad, description.scale);
+  if (description.kind == Kind::sky) return gradient_environment(description.sky, description.scale);
   return load_environment(folder / description.file, rotate_rad, description.scale, &scene->warnings);
 }
 
@@ -123,6 +124,7 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
   scene.image = description.image;
   scene.environment_visible = description.environment_visible;
   scene.lights = std::move(description.lights);
+  if (const auto sun = sun_of(description.environment)) scene.lights.push_back(*sun);
   scene.materials = std::move(description.materials);
   const auto folder = file.parent_path();
   auto environment = make_environment(description.environment, folder, &scene);

@@ -44,20 +44,6 @@ void read_image(const JsonReader& json, Image* image) {
               fmt::format("{} x {}", image->width, image->height));
 }
 
-void read_environment(const JsonReader& json, EnvironmentDescription* environment) {
-  using Kind = EnvironmentDescription::Kind;
-  if (!json.object({"file", "constant", "studio", "rotate_deg", "scale"})) return;
-  if (!json.at_most_one({"file", "constant", "studio"})) return;
-  if (const auto file = json.text("file")) environment->kind = Kind::file, environment->file = *file;
-  if (const auto constant = json.triple("constant", 0, 1e6))
-    environment->kind = Kind::constant, environment->constant = *constant;
-  if (json.has("studio") && !json.boolean("studio").value_or(true)) json.fail("studio", "true", "false");
-  if (!json.has("file") && !json.has("constant") && !json.has("studio"))
-    json.fail("", "one of file, constant, studio", "none of them");
-  environment->rotate_deg = json.number("rotate_deg", -360, 360).value_or(0);
-  environment->scale = static_cast<float>(json.number("scale", 0, 1e6).value_or(1));
-}
-
 Error not_json(const std::string& name, const nlohmann::json::parse_error& error) {
   std::string why = error.what();
   if (const auto colon = why.find("] "); colon != std::string::npos) why = why.substr(colon + 2);
@@ -82,7 +68,7 @@ Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, c
           {"$schema", "camera", "image", "environment", "environment_visible", "lights", "materials", "grooms"})) {
     if (root.has("camera")) read_camera(root.child("camera"), &scene);
     if (root.has("image")) read_image(root.child("image"), &scene.image);
-    if (root.has("environment")) read_environment(root.child("environment"), &scene.environment);
+    if (root.has("environment")) scene.environment = read_environment(root.child("environment"));
     scene.environment_visible = root.boolean("environment_visible").value_or(true);
     for (const auto& item : root.items("lights", most_lights)) scene.lights.push_back(read_light(item));
     for (const auto& item : root.items("materials", most_materials)) {

@@ -6,18 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "scene/environment_reader.h"
 #include "scene/groom_reader.h"
 #include "scene/scene.h"
 
 namespace tress::scene {
-
-struct EnvironmentDescription {
-  enum class Kind { studio, constant, file } kind = Kind::studio;
-  std::string file;  ///< as written
-  glm::vec3 constant{1.0f};
-  double rotate_deg = 0;
-  float scale = 1;
-};
 
 struct SceneDescription {
   Camera camera;

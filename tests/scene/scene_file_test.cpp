@@ -90,6 +90,21 @@ TEST(SceneFile, ReadsLights) {
   }
 }
 
+TEST(SceneFile, ReadsSkies) {
+  const auto scene = parsed(R"({"environment": {"sky": {"zenith": [0, 0, 2], "sun": {"elevation_deg": 90,
+    "angle_deg": 2, "radiance": [9, 8, 7]}}, "scale": 0.5}, )" +
+                            groom + "}");
+  EXPECT_EQ(scene.environment.kind, EnvironmentDescription::Kind::sky);
+  EXPECT_EQ(scene.environment.sky.zenith, glm::vec3(0, 0, 2));
+  EXPECT_EQ(scene.environment.sky.ground, GradientSky{}.ground);
+  EXPECT_EQ(sun_of(scene.environment)->radiance, glm::vec3(4.5f, 4, 3.5f));
+  EXPECT_NE(message(R"({"environment": {"sky": {}, "studio": true}, )" + groom + "}").find("/environment: expected at"),
+            std::string::npos);
+  EXPECT_NE(message(R"({"environment": {"sky": {"sun": {"radiance": [-1, 0, 0], "elevation_deg": 3}}}, )" + groom + "}")
+                .find("/environment/sky/sun/radiance/0"),
+            std::string::npos);
+}
+
 TEST(SceneFile, SurvivesDeepNestingAndEveryTruncation) {
   EXPECT_NE(message(std::string(100000, '[')), "");
   const std::string whole = R"({"camera": {"frame": true}, "materials": [{"name": "a", "eta": 1.5}], )" + groom + "}";
