@@ -54,7 +54,7 @@ void PathTracer::add_light(const Vertex& vertex, const std::array<float, 2>& u, 
                            PathSums& sums) const {
   const scene::Environment::Sample light = scene_.environment.sample(u[0], u[1]);
   if (!(light.pdf_solid_angle > 0) || light.radiance == glm::vec3(0.0f)) return;
-  if (fibers_.occluded({vertex.hit.axis, light.direction})) return;
+  if (fibers_.occluded(ray_from(vertex.hit, light.direction))) return;
   const LocalDirection local = to_local(vertex.hit, light.direction);
   const fiber::FiberValue value = model_.evaluate(vertex.event, local.direction);
   count_queries(value, sums);
@@ -80,7 +80,7 @@ void PathTracer::follow(Vertex vertex, fiber::FiberSample sample, RandomStream& 
       const glm::vec3 weight = sample.value.total() / sample.value.pdf;
       for (glm::vec3& lobe : beta) lobe *= weight;
     }
-    const intersect::Ray ray{vertex.hit.axis, to_world(vertex.hit, sample.wi)};
+    const intersect::Ray ray = ray_from(vertex.hit, to_world(vertex.hit, sample.wi));
     const std::optional<intersect::Hit> hit = fibers_.intersect(ray);
     if (!hit) {
       const float light = static_cast<float>(vertex.light_samples) * scene_.environment.pdf_solid_angle(ray.direction) *

@@ -1,4 +1,4 @@
-// Embree 3 and 4 behind one spelling. Included by fiber_scene.cpp only.
+// Embree 3 and 4 behind one spelling. Included by the .cpp files of this folder only.
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)
@@ -10,19 +10,27 @@
 namespace tress::intersect::embree {
 
 #if RTC_VERSION_MAJOR >= 4
-inline void intersect1(RTCScene scene, RTCRayHit* ray_hit) { rtcIntersect1(scene, ray_hit); }
-inline void occluded1(RTCScene scene, RTCRay* ray) { rtcOccluded1(scene, ray); }
+using RayContext = RTCRayQueryContext;
+inline void init(RayContext* context) { rtcInitRayQueryContext(context); }
+inline void intersect1(RTCScene scene, RayContext* context, RTCRayHit* ray_hit) {
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.context = context;
+  rtcIntersect1(scene, ray_hit, &arguments);
+}
+inline void occluded1(RTCScene scene, RayContext* context, RTCRay* ray) {
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.context = context;
+  rtcOccluded1(scene, ray, &arguments);
+}
 #else
-inline void intersect1(RTCScene scene, RTCRayHit* ray_hit) {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(scene, &context, ray_hit);
+using RayContext = RTCIntersectContext;
+inline void init(RayContext* context) { rtcInitIntersectContext(context); }
+inline void intersect1(RTCScene scene, RayContext* context, RTCRayHit* ray_hit) {
+  rtcIntersect1(scene, context, ray_hit);
 }
-inline void occluded1(RTCScene scene, RTCRay* ray) {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(scene, &context, ray);
-}
+inline void occluded1(RTCScene scene, RayContext* context, RTCRay* ray) { rtcOccluded1(scene, context, ray); }
 #endif
 
 }  // namespace tress::intersect::embree

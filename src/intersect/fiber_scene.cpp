@@ -1,39 +1,61 @@
 #include "intersect/fiber_scene.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstring>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <vector>
 
 #include "intersect/embree_compat.h"
 #include "intersect/strand_curves.h"
+#include "intersect/surface_hits.h"
 
 namespace tress::intersect {
 namespace {
 
-/// Refuses a hit on the circumscribed ribbon that lies outside the ellipse's silhouette: |v| > w(phi), phi the
-/// azimuth of the ray about the local frame. A ray along the tangent has no azimuth and is kept.
-void silhouette_filter(const RTCFilterFunctionNArguments* arguments) {
+/// What the filter knows of a ray. Embree hands back the first member.
+struct RayQuery {
+  embree::RayContext context;
+  std::uint32_t start_groom, start_strand;
+  float start;  ///< distance from Embree's origin to where the ray starts
+};
+
+/// Whether the hit lies outside the ellipse's silhouette on the circumscribed ribbon: |v| > w(phi), phi the azimuth of
+/// the ray about the local frame. A ray along the tangent has no azimuth and is inside.
+bool is_outside(const StrandCurves& curves, std::uint32_t segment, float along, float lateral, const glm::vec3& slope,
+                const glm::vec3& direction) {
+  const float eccentricity = curves.eccentricity[segment];
+  if (std::abs(lateral) <= eccentricity) return false;  // w >= e: inside from every side
+  const FiberFrame frame = curves.frame(segment, along, glm::normalize(slope));
+  // w^2 = (e^2 d_v^2 + d_w^2) / (d_v^2 + d_w^2)
+  const float major = glm::dot(direction, frame.v) * glm::dot(direction, frame.v);
+  const float minor = glm::dot(direction, frame.w) * glm::dot(direction, frame.w);
+  return lateral * lateral * (major + minor) > eccentricity * eccentricity * major + minor;
+}
+
+/// Refuses hits outside the silhouette, and on the strand that the ray leaves, within two radii of its start.
+void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
   const auto& curves = *static_cast<const StrandCurves*>(arguments->geometryUserPtr);
-  for (unsigned int i = 0; i < arguments->N; ++i) {
+  const auto& query = *reinterpret_cast<const RayQuery*>(arguments->context);
+  const unsigned int n = arguments->N;
+  for (unsigned int i = 0; i < n; ++i) {
     if (arguments->valid[i] == 0) continue;
-    const float lateral = RTCHitN_v(arguments->hit, arguments->N, i);
-    const float eccentricity = curves.eccentricity[RTCHitN_primID(arguments->hit, arguments->N, i)];
-    if (std::abs(lateral) <= eccentricity) continue;  // w >= e: inside from every side
-    const glm::vec3 tangent = glm::normalize(glm::vec3(RTCHitN_Ng_x(arguments->hit, arguments->N, i),
-                                                       RTCHitN_Ng_y(arguments->hit, arguments->N, i),
-                                                       RTCHitN_Ng_z(arguments->hit, arguments->N, i)));
-    const glm::vec3 direction(RTCRayN_dir_x(arguments->ray, arguments->N, i),
-                              RTCRayN_dir_y(arguments->ray, arguments->N, i),
-                              RTCRayN_dir_z(arguments->ray, arguments->N, i));
-    const FiberFrame frame = curves.frame(RTCHitN_primID(arguments->hit, arguments->N, i),
-                                          RTCHitN_u(arguments->hit, arguments->N, i), tangent);
-    // w^2 = (e^2 d_v^2 + d_w^2) / (d_v^2 + d_w^2)
-    const float major = glm::dot(direction, frame.v) * glm::dot(direction, frame.v);
-    const float minor = glm::dot(direction, frame.w) * glm::dot(direction, frame.w);
-    const float silhouette = eccentricity * eccentricity * major + minor;
-    if (lateral * lateral * (major + minor) > silhouette) arguments->valid[i] = 0;
+    const std::uint32_t segment = RTCHitN_primID(arguments->hit, n, i);
+    const float along = RTCHitN_u(arguments->hit, n, i);
+    const bool is_own = curves.strand[segment] == query.start_strand && curves.groom == query.start_groom;
+    if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < 2 * curves.semi_axis(segment, along)) {
+      arguments->valid[i] = 0;
+    } else if (curves.elliptical) {
+      const glm::vec3 slope(RTCHitN_Ng_x(arguments->hit, n, i), RTCHitN_Ng_y(arguments->hit, n, i),
+                            RTCHitN_Ng_z(arguments->hit, n, i));
+      const glm::vec3 direction(RTCRayN_dir_x(arguments->ray, n, i), RTCRayN_dir_y(arguments->ray, n, i),
+                                RTCRayN_dir_z(arguments->ray, n, i));
+      if (is_outside(curves, segment, along, RTCHitN_v(arguments->hit, n, i), slope, direction)) {
+        arguments->valid[i] = 0;
+      }
+    }
   }
 }
 
@@ -42,24 +64,113 @@ bool count_bytes(void* user, ssize_t bytes, bool) {
   return true;
 }
 
-RTCRay embree_ray(const Ray& ray) {
+/// Embree ignores ribbons within two radii of a ray's origin. So its origin lies that far behind ours, and what is
+/// nearer than ours is left to tnear.
+RTCRay embree_ray(const Ray& ray, float start) {
+  const glm::vec3 origin = ray.origin - start * ray.direction;
   RTCRay out{};
-  out.org_x = ray.origin.x;
-  out.org_y = ray.origin.y;
-  out.org_z = ray.origin.z;
+  out.org_x = origin.x;
+  out.org_y = origin.y;
+  out.org_z = origin.z;
   out.dir_x = ray.direction.x;
   out.dir_y = ray.direction.y;
   out.dir_z = ray.direction.z;
+  out.tnear = start;
   out.tfar = std::numeric_limits<float>::infinity();
   out.mask = 0xFFFFFFFF;
   return out;
 }
 
+RayQuery ray_query(const Ray& ray, float start) {
+  RayQuery query;
+  embree::init(&query.context);
+  query.start_groom = ray.start_groom;
+  query.start_strand = ray.start_strand;
+  query.start = start;
+  return query;
+}
+
+Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, const RTCHit& found) {
+  const glm::vec3 tangent = glm::normalize(glm::vec3(found.Ng_x, found.Ng_y, found.Ng_z));
+  const FiberFrame frame = curves.frame(found.primID, found.u, tangent);
+  Hit hit;
+  hit.distance_cm = distance_cm;
+  hit.position = ray.origin + distance_cm * ray.direction;
+  const glm::vec3 side = glm::cross(ray.direction, frame.u);
+  const float sine = glm::length(side);
+  const float offset = found.v * curves.semi_axis(found.primID, found.u);
+  hit.axis = sine > 1e-6f ? hit.position - (offset / sine) * side : hit.position;
+  hit.u = frame.u;
+  hit.v = frame.v;
+  hit.w = frame.w;
+  hit.groom = curves.groom;
+  hit.strand = curves.strand[found.primID];
+  hit.lateral = found.v;
+  return hit;
+}
+
+/// A mesh as its hits need it.
+struct Surface {
+  const scene::Mesh* mesh;
+  std::uint32_t index;
+  float extent_cm;
+};
+
+Hit surface_hit(const Surface& surface, const Ray& ray, float distance_cm, const RTCHit& found) {
+  const SurfacePoint point = surface_point(*surface.mesh, found.primID, found.u, found.v, surface.extent_cm);
+  Hit hit;
+  hit.distance_cm = distance_cm;
+  hit.position = point.position;
+  hit.normal = glm::dot(point.normal, ray.direction) > 0 ? -point.normal : point.normal;
+  hit.axis = point.position + point.offset_cm * hit.normal;
+  hit.u = root_normal(hit.normal);
+  hit.v = glm::cross(hit.normal, hit.u);
+  hit.w = hit.normal;
+  hit.is_surface = true;
+  hit.mesh = surface.index;
+  hit.triangle = found.primID;
+  return hit;
+}
+
+RTCGeometry ribbons(RTCDevice device, StrandCurves* curves) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, curves->control.data(), 0,
+                             sizeof(glm::vec4), curves->control.size());
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, curves->first_control.data(), 0,
+                             sizeof(std::uint32_t), curves->first_control.size());
+  rtcSetGeometryUserData(geometry, curves);
+  rtcSetGeometryIntersectFilterFunction(geometry, fiber_filter);
+  rtcSetGeometryOccludedFilterFunction(geometry, fiber_filter);
+  return geometry;
+}
+
+RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  // Embree reads 16 bytes at every corner: buffers of its own are padded.
+  std::memcpy(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(glm::vec3),
+                                      mesh.positions.size()),
+              mesh.positions.data(), mesh.positions.size() * sizeof(glm::vec3));
+  std::memcpy(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(glm::uvec3),
+                                      mesh.triangles.size()),
+              mesh.triangles.data(), mesh.triangles.size() * sizeof(glm::uvec3));
+  return geometry;
+}
+
+void attach(RTCScene scene, RTCGeometry geometry, std::size_t index) {
+  rtcSetGeometryMask(geometry, 0xFFFFFFFF);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene, geometry, static_cast<unsigned int>(index));
+  rtcReleaseGeometry(geometry);
+}
+
 }  // namespace
 
+/// Embree's geometries: the grooms by index, then the meshes.
 struct FiberScene::Implementation {
   std::atomic<std::ptrdiff_t> embree_bytes{0};
   std::vector<StrandCurves> grooms;  ///< read by Embree and the filter: must not move
+  std::vector<Surface> surfaces;
+  float start = 0;  ///< how far Embree's origin lies behind a ray's, cm
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
 };
@@ -69,25 +180,22 @@ FiberScene::FiberScene(const scene::Scene& scene) : implementation_(std::make_un
   self.device = rtcNewDevice("");
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self.embree_bytes);
   self.scene = rtcNewScene(self.device);
+  // Of rays aimed at an edge that two triangles share, 3.5 % slip through without this, .007 % with it.
+  if (!scene.meshes.empty()) rtcSetSceneFlags(self.scene, RTC_SCENE_FLAG_ROBUST);
   self.grooms.reserve(scene.grooms.size());
+  float largest_axis = 0;
   for (std::uint32_t index = 0; index < scene.grooms.size(); ++index) {
     self.grooms.push_back(strand_curves(scene, index));
     StrandCurves& curves = self.grooms.back();
     if (curves.first_control.empty()) continue;
-    RTCGeometry geometry = rtcNewGeometry(self.device, RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, curves.control.data(), 0,
-                               sizeof(glm::vec4), curves.control.size());
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, curves.first_control.data(), 0,
-                               sizeof(std::uint32_t), curves.first_control.size());
-    rtcSetGeometryMask(geometry, 0xFFFFFFFF);
-    rtcSetGeometryUserData(geometry, &curves);
-    if (curves.elliptical) {
-      rtcSetGeometryIntersectFilterFunction(geometry, silhouette_filter);
-      rtcSetGeometryOccludedFilterFunction(geometry, silhouette_filter);
-    }
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(self.scene, geometry, index);
-    rtcReleaseGeometry(geometry);
+    for (const glm::vec4& control : curves.control) largest_axis = std::max(largest_axis, control.w);
+    attach(self.scene, ribbons(self.device, &curves), index);
+  }
+  self.start = 2.01f * largest_axis;
+  for (std::uint32_t index = 0; index < scene.meshes.size(); ++index) {
+    const scene::Mesh& mesh = scene.meshes[index];
+    self.surfaces.push_back({&mesh, index, largest_coordinate(mesh)});
+    if (!mesh.triangles.empty()) attach(self.scene, triangles(self.device, mesh), scene.grooms.size() + index);
   }
   rtcJoinCommitScene(self.scene);
 }
@@ -98,35 +206,27 @@ FiberScene::~FiberScene() {
 }
 
 std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
-  RTCRayHit query{};
-  query.ray = embree_ray(ray);
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  embree::intersect1(implementation_->scene, &query);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  const StrandCurves& curves = implementation_->grooms[query.hit.geomID];
-  const glm::vec3 tangent = glm::normalize(glm::vec3(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z));
-  const FiberFrame frame = curves.frame(query.hit.primID, query.hit.u, tangent);
-  Hit hit;
-  hit.distance_cm = query.ray.tfar;
-  hit.position = ray.origin + query.ray.tfar * ray.direction;
-  const glm::vec3 side = glm::cross(ray.direction, frame.u);
-  const float sine = glm::length(side);
-  const float offset = query.hit.v * curves.semi_axis(query.hit.primID, query.hit.u);
-  hit.axis = sine > 1e-6f ? hit.position - (offset / sine) * side : hit.position;
-  hit.u = frame.u;
-  hit.v = frame.v;
-  hit.w = frame.w;
-  hit.groom = query.hit.geomID;
-  hit.strand = curves.strand[query.hit.primID];
-  hit.lateral = query.hit.v;
-  return hit;
+  const Implementation& self = *implementation_;
+  RayQuery query = ray_query(ray, self.start);
+  RTCRayHit found{};
+  found.ray = embree_ray(ray, self.start);
+  found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  embree::intersect1(self.scene, &query.context, &found);
+  if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const float distance_cm = found.ray.tfar - self.start;
+  return found.hit.geomID < self.grooms.size()
+             ? fiber_hit(self.grooms[found.hit.geomID], ray, distance_cm, found.hit)
+             : surface_hit(self.surfaces[found.hit.geomID - self.grooms.size()], ray, distance_cm, found.hit);
 }
 
-bool FiberScene::occluded(const Ray& ray) const {
-  RTCRay query = embree_ray(ray);
-  embree::occluded1(implementation_->scene, &query);
-  return query.tfar < 0;
+bool FiberScene::occluded(const Ray& ray, float distance_cm) const {
+  const Implementation& self = *implementation_;
+  RayQuery query = ray_query(ray, self.start);
+  RTCRay shadow = embree_ray(ray, self.start);
+  shadow.tfar = self.start + distance_cm;
+  embree::occluded1(self.scene, &query.context, &shadow);
+  return shadow.tfar < 0;
 }
 
 std::size_t FiberScene::bytes() const {

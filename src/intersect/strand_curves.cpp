@@ -71,6 +71,7 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   const scene::Groom& groom = scene.grooms[groom_index];
   const scene::Material& material = scene.materials[groom.material];
   StrandCurves curves;
+  curves.groom = groom_index;
   const std::uint32_t strands = groom.strand_count();
   curves.control.reserve(groom.points.size() + 2 * std::size_t{strands});
   curves.frames.reserve(curves.control.capacity());

@@ -15,6 +15,7 @@ namespace tress::intersect {
 /// One groom as Embree sees it. Every strand of n points has n + 2 control points and n - 1 segments; segment with
 /// first control point c runs from knot c + 1 to knot c + 2. `frames` has the same indices as `control`.
 struct StrandCurves {
+  std::uint32_t groom = 0;         ///< index into Scene::grooms
   std::vector<glm::vec4> control;  ///< xyz, cm; w = major semi-axis, cm
   std::vector<KnotFrame> frames;
   std::vector<std::uint32_t> first_control;  ///< per segment

@@ -138,7 +138,7 @@ TEST(FiberScene, rays_that_leave_from_the_axis_do_not_meet_a_straight_fiber_agai
         fibers.intersect({{0.016f * (random.next() - 0.5f), -3, 8 * (random.next() - 0.5f)}, {0, 1, 0}});
     ASSERT_TRUE(hit);
     const float z = 2 * random.next() - 1, phi = 6.2831853f * random.next(), s = std::sqrt(1 - z * z);
-    again += fibers.occluded({hit->axis, {s * std::cos(phi), s * std::sin(phi), z}});
+    again += fibers.occluded(ray_from(*hit, {s * std::cos(phi), s * std::sin(phi), z}));
   }
   EXPECT_EQ(again, 0);
 }
