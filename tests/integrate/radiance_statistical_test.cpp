@@ -41,7 +41,7 @@ TEST(Furnace, of_lossless_fibers_is_one) {
   scene.camera.vertical_fov_deg = 8;  // inside the tangle
   const std::pair<int, int> counts[] = {{1, 1}, {0, 1}, {3, 2}};
   for (const auto& [lights, bcsdfs] : counts) {
-    RenderOptions options = long_paths(16, 11);
+    RenderOptions options = long_paths(32, 11);
     options.light_samples = lights;
     options.bcsdf_samples = bcsdfs;
     const RenderResult result = render_with(scene, model, fibers, options, 2);
