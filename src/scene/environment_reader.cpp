@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "scene/light_reader.h"
+#include "scene/limits.h"
 
 namespace tress::scene {
 namespace {
@@ -11,9 +12,9 @@ namespace {
 void read_sky(const JsonReader& json, EnvironmentDescription* environment) {
   if (!json.object({"zenith", "horizon", "ground", "sun"})) return;
   GradientSky& sky = environment->sky;
-  sky.zenith = json.triple("zenith", 0, 1e6).value_or(sky.zenith);
-  sky.horizon = json.triple("horizon", 0, 1e6).value_or(sky.horizon);
-  sky.ground = json.triple("ground", 0, 1e6).value_or(sky.ground);
+  sky.zenith = json.triple("zenith", 0, most_environment).value_or(sky.zenith);
+  sky.horizon = json.triple("horizon", 0, most_environment).value_or(sky.horizon);
+  sky.ground = json.triple("ground", 0, most_environment).value_or(sky.ground);
   if (json.has("sun")) environment->sun = read_distant_light(json.child("sun"));
 }
 
@@ -26,7 +27,7 @@ EnvironmentDescription read_environment(const JsonReader& json) {
       !json.exactly_one({"file", "constant", "studio", "sky"}))
     return environment;
   if (const auto file = json.text("file")) environment.kind = Kind::file, environment.file = *file;
-  if (const auto constant = json.triple("constant", 0, 1e6))
+  if (const auto constant = json.triple("constant", 0, most_environment))
     environment.kind = Kind::constant, environment.constant = *constant;
   if (json.has("studio") && !json.boolean("studio").value_or(true)) json.fail("studio", "true", "false");
   if (json.has("sky")) {

@@ -4,12 +4,12 @@
 #include <numbers>
 
 #include "scene/light.h"
+#include "scene/limits.h"
 
 namespace tress::scene {
 namespace {
 
 constexpr double radians = std::numbers::pi / 180;
-constexpr double world_cm = 1e6, largest_radiance = 1e9;
 constexpr double sun_angle_deg = 0.53;
 
 void read_distant(const JsonReader& json, Light* light) {
@@ -28,8 +28,8 @@ void read_distant(const JsonReader& json, Light* light) {
   light->half_angle_rad = static_cast<float>(half_angle_rad);
   if (json.has("radiance") == json.has("irradiance"))
     json.fail("", "one of radiance, irradiance", json.has("radiance") ? "both" : "neither");
-  if (const auto x = json.triple("radiance", 0, largest_radiance)) light->radiance = *x;
-  if (const auto x = json.triple("irradiance", 0, largest_radiance))
+  if (const auto x = json.triple("radiance", 0, most_radiance)) light->radiance = *x;
+  if (const auto x = json.triple("irradiance", 0, most_radiance))
     light->radiance = distant_radiance(*x, half_angle_rad);
 }
 
@@ -37,7 +37,7 @@ void read_sphere(const JsonReader& json, Light* light) {
   if (!json.object({"center", "radius_cm", "radiance"}) || !json.need({"center", "radius_cm", "radiance"})) return;
   if (const auto x = json.triple("center", -world_cm, world_cm)) light->center = *x;
   if (const auto x = json.number("radius_cm", 1e-3, world_cm)) light->radius_cm = static_cast<float>(*x);
-  if (const auto x = json.triple("radiance", 0, largest_radiance)) light->radiance = *x;
+  if (const auto x = json.triple("radiance", 0, most_radiance)) light->radiance = *x;
 }
 
 /// Half edges of a rectangle that faces `look_at`, its height along `up` as far as it goes.
@@ -48,7 +48,7 @@ void read_rectangle(const JsonReader& json, Light* light) {
   if (const auto x = json.triple("center", -world_cm, world_cm)) light->center = *x;
   const auto look_at = json.triple("look_at", -world_cm, world_cm);
   const auto width = json.number("width_cm", 1e-3, world_cm), height = json.number("height_cm", 1e-3, world_cm);
-  if (const auto x = json.triple("radiance", 0, largest_radiance)) light->radiance = *x;
+  if (const auto x = json.triple("radiance", 0, most_radiance)) light->radiance = *x;
   const auto up = json.triple("up", -world_cm, world_cm);
   if (json.failed()) return;
   if (!(glm::distance(*look_at, light->center) > 1e-5f))

@@ -16,6 +16,7 @@ namespace tress::scene {
 namespace {
 
 constexpr std::uintmax_t most_scene_bytes = std::uintmax_t{64} << 20, most_hair_bytes = std::uintmax_t{8} << 30;
+constexpr std::uintmax_t most_obj_bytes = std::uintmax_t{2} << 30;
 
 SceneDescription bare_hair_file(const std::filesystem::path& file) {
   SceneDescription scene;
@@ -96,6 +97,15 @@ Result<Groom> make_groom(const GroomDescription& description, const std::filesys
   return assemble_groom(*hair, description.placement, file.string(), &scene->notes, &scene->warnings);
 }
 
+Result<Mesh> make_mesh(const MeshDescription& description, const std::filesystem::path& folder, Scene* scene) {
+  const auto file = folder / description.file;
+  const auto bytes = read_input_file(file, "an .obj file", most_obj_bytes);
+  if (!bytes) return bytes.error();
+  const auto obj = parse_obj_file(*bytes, file.string());
+  if (!obj) return obj.error();
+  return place_mesh(*obj, description, file.string(), &scene->warnings);
+}
+
 bool is_hair_file(const std::filesystem::path& file, const std::vector<unsigned char>& bytes) {
   return file.extension() == ".hair" || (bytes.size() >= 4 && std::memcmp(bytes.data(), "HAIR", 4) == 0);
 }
@@ -130,6 +140,11 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
   auto environment = make_environment(description.environment, folder, &scene);
   if (!environment) return environment.error();
   scene.environment = std::move(*environment);
+  for (const auto& mesh_description : description.meshes) {
+    auto mesh = make_mesh(mesh_description, folder, &scene);
+    if (!mesh) return mesh.error();
+    if (!mesh->triangles.empty()) scene.meshes.push_back(std::move(*mesh));
+  }
   for (const auto& groom_description : description.grooms) {
     auto groom = make_groom(groom_description, folder, &scene);
     if (!groom) return groom.error();

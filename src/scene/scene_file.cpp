@@ -6,14 +6,14 @@
 
 #include "scene/json_reader.h"
 #include "scene/light_reader.h"
+#include "scene/limits.h"
 #include "scene/material_reader.h"
 
 namespace tress::scene {
 namespace {
 
-constexpr std::size_t most_materials = 4096, most_grooms = 4096, most_lights = 1024;
+constexpr std::size_t most_materials = 4096, most_grooms = 4096, most_lights = 1024, most_meshes = 4096;
 constexpr std::int64_t most_image_pixels = std::int64_t{1} << 26;
-constexpr double world_cm = 1e6;
 
 void read_camera(const JsonReader& json, SceneDescription* scene) {
   if (!json.object({"frame", "eye", "look_at", "up", "vertical_fov_deg"})) return;
@@ -64,13 +64,14 @@ Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, c
   std::optional<Error> error;
   const JsonReader root(document, "", name, &error);
   SceneDescription scene;
-  if (root.object(
-          {"$schema", "camera", "image", "environment", "environment_visible", "lights", "materials", "grooms"})) {
+  if (root.object({"$schema", "camera", "image", "environment", "environment_visible", "lights", "meshes", "materials",
+                   "grooms"})) {
     if (root.has("camera")) read_camera(root.child("camera"), &scene);
     if (root.has("image")) read_image(root.child("image"), &scene.image);
     if (root.has("environment")) scene.environment = read_environment(root.child("environment"));
     scene.environment_visible = root.boolean("environment_visible").value_or(true);
     for (const auto& item : root.items("lights", most_lights)) scene.lights.push_back(read_light(item));
+    for (const auto& item : root.items("meshes", most_meshes)) scene.meshes.push_back(read_mesh(item));
     for (const auto& item : root.items("materials", most_materials)) {
       scene.materials.push_back(read_material(item, scene.materials.size()));
       for (std::size_t m = 0; m + 1 < scene.materials.size(); ++m)

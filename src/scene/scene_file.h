@@ -8,6 +8,7 @@
 
 #include "scene/environment_reader.h"
 #include "scene/groom_reader.h"
+#include "scene/mesh_reader.h"
 #include "scene/scene.h"
 
 namespace tress::scene {
@@ -19,6 +20,7 @@ struct SceneDescription {
   EnvironmentDescription environment;
   bool environment_visible = true;
   std::vector<Light> lights;
+  std::vector<MeshDescription> meshes;
   std::vector<Material> materials;
   std::vector<GroomDescription> grooms;
 };
