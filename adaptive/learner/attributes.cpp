@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
+#include <vector>
 
 #include "learner/learner.h"
 
@@ -8,45 +11,55 @@ namespace tress::adaptive {
 namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
-constexpr std::size_t uniform_part = Mixture::max_components;
-using Responsibilities = std::array<double, Mixture::max_components + 1>;
+constexpr double reach = 4;             // of the blur in sigma: 6e-5 of it lies beyond
+constexpr double points_per_sigma = 4;  // linear interpolation between them errs by under .004 of a responsibility
 
-Responsibilities at_azimuth(const Mixture& mixture, float x) {
-  Responsibilities shares{};
-  double sum = shares[uniform_part] = mixture.uniform_weight / two_pi;
-  for (std::size_t d = 0; d < mixture.component_count; ++d) {
-    shares[d] = mixture.components[d].weight * mixture.components[d].shape.density(x);
-    sum += shares[d];
+/// Shares of each component, then of the uniform part, at equally spaced azimuths from -pi on: one part after the
+/// other.
+struct Shares {
+  std::size_t points = 0, parts = 0;
+  std::vector<float> values;
+  float* of(std::size_t part) { return values.data() + part * points; }
+  const float* of(std::size_t part) const { return values.data() + part * points; }
+};
+
+Shares responsibilities(const Mixture& mixture, std::size_t points) {
+  Shares shares{points, mixture.component_count + std::size_t{1}, {}};
+  shares.values.resize(shares.parts * points);
+  const std::size_t uniform_part = mixture.component_count;
+  for (std::size_t i = 0; i < points; ++i) {
+    const auto x = static_cast<float>((static_cast<double>(i) / static_cast<double>(points) - 0.5) * two_pi);
+    float sum = shares.of(uniform_part)[i] = mixture.uniform_weight / static_cast<float>(two_pi);
+    for (std::size_t d = 0; d < uniform_part; ++d) {
+      sum += shares.of(d)[i] = mixture.components[d].weight * mixture.components[d].shape.density(x);
+    }
+    if (!(sum > 0)) shares.of(uniform_part)[i] = sum = 1;
+    for (std::size_t d = 0; d < shares.parts; ++d) shares.of(d)[i] /= sum;
   }
-  if (!(sum > 0)) {
-    shares[uniform_part] = 1;
-    return shares;
-  }
-  for (double& share : shares) share /= sum;
   return shares;
 }
 
-// Responsibilities on a grid over the circle, blurred by the wrapped Gaussian.
-std::vector<Responsibilities> blurred(const Mixture& mixture, double blur, std::size_t points) {
-  std::vector<Responsibilities> sharp(points), smooth(points);
-  for (std::size_t i = 0; i < points; ++i) {
-    sharp[i] =
-        at_azimuth(mixture, static_cast<float>((static_cast<double>(i) / static_cast<double>(points) - 0.5) * two_pi));
+/// The same blurred by the wrapped Gaussian of standard deviation `blur`. Whole rows are added, so that the sums
+/// vectorise.
+Shares blurred(const Shares& sharp, double blur) {
+  const double spacing = two_pi / static_cast<double>(sharp.points);
+  const auto taps = static_cast<std::size_t>(std::ceil(reach * blur / spacing));
+  std::vector<float> kernel(2 * taps + 1);
+  float sum = 0;
+  for (std::size_t k = 0; k < kernel.size(); ++k) {
+    const double d = (static_cast<double>(k) - static_cast<double>(taps)) * spacing / blur;
+    sum += kernel[k] = static_cast<float>(std::exp(-0.5 * d * d));
   }
-  const double spacing = two_pi / static_cast<double>(points);
-  const auto reach = static_cast<int>(std::ceil(5 * blur / spacing));
-  std::vector<double> kernel(static_cast<std::size_t>(2 * reach + 1));
-  double sum = 0;
-  for (int k = -reach; k <= reach; ++k) {
-    const double d = k * spacing / blur;
-    sum += kernel[static_cast<std::size_t>(k + reach)] = std::exp(-0.5 * d * d);
-  }
-  const auto n = static_cast<int>(points);
-  for (int i = 0; i < n; ++i) {
-    for (int k = -reach; k <= reach; ++k) {
-      const double tap = kernel[static_cast<std::size_t>(k + reach)] / sum;
-      const Responsibilities& from = sharp[static_cast<std::size_t>(((i + k) % n + n) % n)];
-      for (std::size_t d = 0; d < from.size(); ++d) smooth[static_cast<std::size_t>(i)][d] += tap * from[d];
+  Shares smooth{sharp.points, sharp.parts, std::vector<float>(sharp.values.size())};
+  std::vector<float> unrolled(sharp.points + 2 * taps);  // one part, with what lies beyond -pi and pi
+  for (std::size_t part = 0; part < sharp.parts; ++part) {
+    for (std::size_t i = 0; i < unrolled.size(); ++i) {
+      unrolled[i] = sharp.of(part)[(i + sharp.points * (1 + taps / sharp.points) - taps) % sharp.points];
+    }
+    float* out = smooth.of(part);
+    for (std::size_t k = 0; k < kernel.size(); ++k) {
+      const float tap = kernel[k] / sum;
+      for (std::size_t i = 0; i < sharp.points; ++i) out[i] += tap * unrolled[i + k];
     }
   }
   return smooth;
@@ -66,23 +79,22 @@ struct Moments {
 }  // namespace
 
 void assign_attributes(Mixture& mixture, const TracedNodes& nodes) {
-  // A quarter of sigma between grid points: linear interpolation errs by under .002 of a responsibility.
-  const auto points = static_cast<std::size_t>(std::ceil(std::max(32.0, 4 * two_pi / nodes.blur_rad())));
-  const std::vector<Responsibilities> shares = blurred(mixture, nodes.blur_rad(), points);
+  const auto points = static_cast<std::size_t>(std::ceil(std::max(32.0, points_per_sigma * two_pi / nodes.blur_rad())));
+  const Shares shares = blurred(responsibilities(mixture, points), nodes.blur_rad());
+  const std::size_t uniform_part = mixture.component_count;
   std::array<Moments, Mixture::max_components + 1> moments;
   Moments all;
   for (std::size_t j = 0; j < nodes.size(); ++j) {
     const double at = (nodes.azimuth()[j] / two_pi + 0.5) * static_cast<double>(points);
-    const double floor = std::floor(at);
-    const double fraction = at - floor;
-    const auto left = static_cast<std::size_t>(std::max(floor, 0.0)) % points;
-    const Responsibilities& a = shares[left];
-    const Responsibilities& b = shares[(left + 1) % points];
+    const auto left = static_cast<std::size_t>(std::max(at, 0.0));
+    const double fraction = at - static_cast<double>(left);
+    const std::size_t a = left % points, b = (left + 1) % points;
     const double weight = nodes.weight()[j];
     const double value = nodes.attribute()[j];
     all.add(weight, value);
-    for (std::size_t d = 0; d < moments.size(); ++d) {
-      moments[d].add(weight * (a[d] + fraction * (b[d] - a[d])), value);
+    for (std::size_t d = 0; d < shares.parts; ++d) {
+      const double from = shares.of(d)[a], to = shares.of(d)[b];
+      moments[d].add(weight * (from + fraction * (to - from)), value);
     }
   }
   const auto told = [&](std::size_t d) { return moments[d].mass > 1e-9 * all.mass ? moments[d] : all; };

@@ -31,7 +31,7 @@ std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   const auto found = page.dormant.find(candidate.node);
   const bool keeps_earlier = found != page.dormant.end() && found->second.state == RowState::converged;
   return Row::open_bytes(Sketch::bin_count(page.description.blur_rad)) + (keeps_earlier ? sizeof(CachedRow) : 0) +
-         (candidate.nodes ? Row::bytes_of(*candidate.nodes) : sizeof(TracedNodes));
+         (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
 }
 
 bool Service::Table::outdated(const Row& row) const {

@@ -57,13 +57,9 @@ struct Row {
   FixedMoments<2> scores;                  ///< of x = min(4, r^2/(q L)), since the last test
   FixedMoments<14> weights;                ///< of g/(q energy), since the last publish()
 
-  /// The same on every machine of one word size: sizes, not capacities.
-  static std::size_t bytes_of(const TracedNodes& traced) {
-    return sizeof(TracedNodes) + 3 * sizeof(float) * traced.size();
-  }
   static std::size_t open_bytes(std::uint32_t bins) { return sizeof(Row) + sizeof(Sketch) + 8 * std::size_t{bins}; }
   std::size_t bytes() const {
-    return sizeof(Row) + (nodes ? bytes_of(*nodes) : 0) + (sketch ? sketch->bytes() : 0) +
+    return sizeof(Row) + (nodes ? nodes->bytes() : 0) + (sketch ? sketch->bytes() : 0) +
            (earlier ? sizeof(CachedRow) : 0);
   }
 

@@ -39,7 +39,7 @@ RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b
   view.nodes = slot.memo.load(std::memory_order_acquire);
   if (view.nodes != nullptr) return view;
   std::unique_ptr<const TracedNodes> traced = trace(page_id, node);
-  const std::size_t size = Row::bytes_of(*traced);
+  const std::size_t size = traced->bytes();
   const std::size_t before = memo_bytes_.fetch_add(size, std::memory_order_relaxed);
   if (bytes_ + before + size > options_.memory_bytes) {
     memo_bytes_.fetch_sub(size, std::memory_order_relaxed);

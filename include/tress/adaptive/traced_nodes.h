@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -15,23 +16,28 @@ class TracedNodes {
   /// Keeps rays of positive weight, sorted by azimuth wrapped into [-pi, pi).
   TracedNodes(std::span<const TracedRay> rays, float blur_rad);
 
-  std::size_t size() const { return azimuth_.size(); }
-  std::span<const float> azimuth() const { return azimuth_; }
-  std::span<const float> weight() const { return weight_; }
+  std::size_t size() const { return attribute_.size(); }
+  std::span<const float> azimuth() const { return {azimuth_.data(), size()}; }
+  std::span<const float> weight() const { return {weight_.data(), size()}; }
   std::span<const float> attribute() const { return attribute_; }
   float blur_rad() const { return blur_rad_; }
   /// Mass of g: the sum of the weights.
   float energy() const { return energy_; }
   /// max(integral (g - mean)^2 dx, 1e-3 / 2 pi): what the objective is relative to. 1/rad.
   float variation() const { return variation_; }
-  std::size_t bytes() const { return sizeof(*this) + 3 * sizeof(float) * azimuth_.capacity(); }
+  /// The same on every machine of one word size: sizes, not capacities.
+  std::size_t bytes() const;
 
   /// g(x), 1/rad. x in radians, any turn. Never negative, never NaN.
   float density(float x) const;
 
  private:
-  std::vector<float> azimuth_, weight_, attribute_;
+  std::uint32_t bucket_of(float azimuth) const;
+
+  std::vector<float> azimuth_, weight_, attribute_;  ///< the first two padded with rays of no weight
+  std::vector<std::uint32_t> starts_;                ///< per bucket about a blur wide, its first ray; then size()
   float blur_rad_ = 0, energy_ = 0, variation_ = 0;
+  float buckets_per_rad_ = 0, precision_ = 0, peak_ = 0;  ///< precision 1/(2 blur^2), peak of the Gaussian
 };
 
 /// Wrapped Gaussian of standard deviation sigma at x (radians, any turn), 1/rad.
