@@ -5,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include "learner/kernels.h"
 #include "learner/learner.h"
 
 namespace tress::adaptive {
@@ -18,49 +19,55 @@ constexpr double points_per_sigma = 4;  // linear interpolation between them err
 /// other.
 struct Shares {
   std::size_t points = 0, parts = 0;
-  std::vector<float> values;
-  float* of(std::size_t part) { return values.data() + part * points; }
-  const float* of(std::size_t part) const { return values.data() + part * points; }
+  std::vector<double> values;
+  double* of(std::size_t part) { return values.data() + part * points; }
+  const double* of(std::size_t part) const { return values.data() + part * points; }
 };
 
+/// points: a multiple of kernel_lanes.
 Shares responsibilities(const Mixture& mixture, std::size_t points) {
   Shares shares{points, mixture.component_count + std::size_t{1}, {}};
   shares.values.resize(shares.parts * points);
-  const std::size_t uniform_part = mixture.component_count;
+  std::vector<double> azimuth(points), sum(points, mixture.uniform_weight / two_pi);
   for (std::size_t i = 0; i < points; ++i) {
-    const auto x = static_cast<float>((static_cast<double>(i) / static_cast<double>(points) - 0.5) * two_pi);
-    float sum = shares.of(uniform_part)[i] = mixture.uniform_weight / static_cast<float>(two_pi);
-    for (std::size_t d = 0; d < uniform_part; ++d) {
-      sum += shares.of(d)[i] = mixture.components[d].weight * mixture.components[d].shape.density(x);
-    }
-    if (!(sum > 0)) shares.of(uniform_part)[i] = sum = 1;
-    for (std::size_t d = 0; d < shares.parts; ++d) shares.of(d)[i] /= sum;
+    azimuth[i] = (static_cast<double>(i) / static_cast<double>(points) - 0.5) * two_pi;
+  }
+  const std::size_t uniform_part = mixture.component_count;
+  std::copy(sum.begin(), sum.end(), shares.of(uniform_part));
+  for (std::size_t d = 0; d < uniform_part; ++d) {
+    const Component& part = mixture.components[d];
+    const Shape shape(part.shape.mu, part.shape.s_left, part.shape.s_right);
+    add_density(shape, part.weight, azimuth.data(), points, shares.of(d));
+    for (std::size_t i = 0; i < points; ++i) sum[i] += shares.of(d)[i];
+  }
+  for (std::size_t i = 0; i < points; ++i) {
+    if (!(sum[i] > 0)) shares.of(uniform_part)[i] = sum[i] = 1;
+    sum[i] = 1 / sum[i];
+  }
+  for (std::size_t d = 0; d < shares.parts; ++d) {
+    for (std::size_t i = 0; i < points; ++i) shares.of(d)[i] *= sum[i];
   }
   return shares;
 }
 
-/// The same blurred by the wrapped Gaussian of standard deviation `blur`. Whole rows are added, so that the sums
-/// vectorise.
+/// The same blurred by the wrapped Gaussian of standard deviation `blur`.
 Shares blurred(const Shares& sharp, double blur) {
   const double spacing = two_pi / static_cast<double>(sharp.points);
   const auto taps = static_cast<std::size_t>(std::ceil(reach * blur / spacing));
-  std::vector<float> kernel(2 * taps + 1);
-  float sum = 0;
+  std::vector<double> kernel(2 * taps + 1);
+  double sum = 0;
   for (std::size_t k = 0; k < kernel.size(); ++k) {
     const double d = (static_cast<double>(k) - static_cast<double>(taps)) * spacing / blur;
-    sum += kernel[k] = static_cast<float>(std::exp(-0.5 * d * d));
+    sum += kernel[k] = std::exp(-0.5 * d * d);
   }
-  Shares smooth{sharp.points, sharp.parts, std::vector<float>(sharp.values.size())};
-  std::vector<float> unrolled(sharp.points + 2 * taps);  // one part, with what lies beyond -pi and pi
+  for (double& tap : kernel) tap /= sum;
+  Shares smooth{sharp.points, sharp.parts, std::vector<double>(sharp.values.size())};
+  std::vector<double> unrolled(sharp.points + 2 * taps);  // one part, with what lies beyond -pi and pi
   for (std::size_t part = 0; part < sharp.parts; ++part) {
     for (std::size_t i = 0; i < unrolled.size(); ++i) {
       unrolled[i] = sharp.of(part)[(i + sharp.points * (1 + taps / sharp.points) - taps) % sharp.points];
     }
-    float* out = smooth.of(part);
-    for (std::size_t k = 0; k < kernel.size(); ++k) {
-      const float tap = kernel[k] / sum;
-      for (std::size_t i = 0; i < sharp.points; ++i) out[i] += tap * unrolled[i + k];
-    }
+    blur_row(unrolled.data(), kernel.data(), kernel.size(), smooth.of(part), sharp.points);
   }
   return smooth;
 }
@@ -79,7 +86,8 @@ struct Moments {
 }  // namespace
 
 void assign_attributes(Mixture& mixture, const TracedNodes& nodes) {
-  const auto points = static_cast<std::size_t>(std::ceil(std::max(32.0, points_per_sigma * two_pi / nodes.blur_rad())));
+  const auto points =
+      padded_size(static_cast<std::size_t>(std::ceil(std::max(32.0, points_per_sigma * two_pi / nodes.blur_rad()))));
   const Shares shares = blurred(responsibilities(mixture, points), nodes.blur_rad());
   const std::size_t uniform_part = mixture.component_count;
   std::array<Moments, Mixture::max_components + 1> moments;

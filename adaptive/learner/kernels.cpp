@@ -175,6 +175,15 @@ Projection Project(const Shape& shape, const double* azimuth, const double* cell
   return {Total(explained), Total(power)};
 }
 
+void BlurRow(const double* in, const double* kernel, std::size_t taps, double* out, std::size_t n) {
+  const Doubles d;
+  for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+    V sum = hn::Zero(d);
+    for (std::size_t k = 0; k < taps; ++k) sum = hn::MulAdd(hn::Set(d, kernel[k]), hn::LoadU(d, in + i + k), sum);
+    hn::StoreU(sum, d, out + i);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace tress::adaptive
 HWY_AFTER_NAMESPACE();
@@ -187,6 +196,7 @@ HWY_EXPORT(AddDensityAndColumns);
 HWY_EXPORT(SquaredError);
 HWY_EXPORT(NormalEquations);
 HWY_EXPORT(Project);
+HWY_EXPORT(BlurRow);
 
 Shape::Shape(double mode, double scale_left, double scale_right) : mu(mode), left(scale_left), right(scale_right) {
   constexpr double pi = std::numbers::pi;
@@ -221,6 +231,10 @@ void normal_equations(const double* columns, std::size_t stride, std::size_t cou
 Projection project(const Shape& shape, const double* azimuth, const double* cell, const double* f, const double* g,
                    std::size_t n) {
   return HWY_DYNAMIC_DISPATCH(Project)(shape, azimuth, cell, f, g, n);
+}
+
+void blur_row(const double* in, const double* kernel, std::size_t taps, double* out, std::size_t n) {
+  HWY_DYNAMIC_DISPATCH(BlurRow)(in, kernel, taps, out, n);
 }
 
 }  // namespace tress::adaptive

@@ -42,4 +42,7 @@ struct Projection {
 Projection project(const Shape& shape, const double* azimuth, const double* cell, const double* f, const double* g,
                    std::size_t n);
 
+/// out_i = sum over k < taps of kernel_k in_(i + k), i < n; `in` holds n + taps - 1.
+void blur_row(const double* in, const double* kernel, std::size_t taps, double* out, std::size_t n);
+
 }  // namespace tress::adaptive
