@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -16,13 +16,11 @@
 namespace tress::cli {
 namespace {
 
-/// The number after the magic of 8 bytes (adaptive/CACHE_FORMAT.md), of a file that has been read and accepted.
-std::uint32_t format_version(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  unsigned char bytes[12] = {};
-  stream.read(reinterpret_cast<char*>(bytes), sizeof bytes);
-  return std::uint32_t{bytes[8]} | std::uint32_t{bytes[9]} << 8 | std::uint32_t{bytes[10]} << 16 |
-         std::uint32_t{bytes[11]} << 24;
+/// The number after the magic of 8 bytes (adaptive/cache/CACHE_FORMAT.md).
+std::uint32_t format_version(const std::string& bytes) {
+  std::uint32_t version = 0;
+  for (std::size_t i = 0; i < 4; ++i) version |= std::uint32_t{static_cast<unsigned char>(bytes[8 + i])} << (8 * i);
+  return version;
 }
 
 /// The number that a float was written as: .85, not .8500000238.
@@ -57,13 +55,16 @@ int run_cache_info(const CacheSettings& settings) {
     fail(image.error().message());
     return 1;
   }
-  const std::uint32_t version = format_version(settings.file);
+  // What was read, not what a session may have put in its place since: equal tables are equal files.
+  const std::string bytes = adaptive::encode_cache(*image);
   const std::string hash = adaptive::cache_hash(*image);
-  const std::uintmax_t bytes = std::filesystem::file_size(settings.file);
+  std::uint64_t open = 0, converged = 0;
   nlohmann::ordered_json pages = nlohmann::ordered_json::array();
   std::string text;
   for (const adaptive::CachedPage& page : image->pages) {
     const PageSummary s = summarise(*image, page);
+    open += s.open;
+    converged += s.converged;
     const auto& parameters = page.description.key.parameters;
     const double sigma_deg = double(parameters[2]) * 180 / std::numbers::pi;
     pages.push_back({{"key",
@@ -79,13 +80,17 @@ int run_cache_info(const CacheSettings& settings) {
                         parameters[1], sigma_deg, s.nodes, s.open, s.converged, s.components, s.bytes);
   }
   if (settings.json) {
-    const nlohmann::ordered_json json = {
-        {"model", image->model}, {"format", version}, {"hash", hash}, {"bytes", bytes}, {"pages", pages}};
+    const nlohmann::ordered_json json = {{"model", image->model},
+                                         {"format", format_version(bytes)},
+                                         {"hash", hash},
+                                         {"bytes", bytes.size()},
+                                         {"rows", {{"open", open}, {"converged", converged}}},
+                                         {"pages", pages}};
     fmt::print("{}\n", json.dump());
     return 0;
   }
-  fmt::print("model   {}\nformat  {}\nhash    {}\nbytes   {}\npages   {}\n", image->model, version, hash, bytes,
-             image->pages.size());
+  fmt::print("model   {}\nformat  {}\nhash    {}\nbytes   {}\nrows    {} open, {} converged\npages   {}\n",
+             image->model, format_version(bytes), hash, bytes.size(), open, converged, image->pages.size());
   if (!text.empty()) {
     fmt::print("  {:5} {:>5} {:>5} {:>6} {:>7} {:>7} {:>9} {:>10} {:>10}\n{}", "lobe", "eta", "e", "sigma", "nodes",
                "open", "converged", "components", "bytes", text);

@@ -1,0 +1,66 @@
+// tress cache info and verify: what is told of a whole file, and of one that is not.
+#include <gmock/gmock.h>
+
+#include <string>
+
+#include "adaptive/cache_images.h"
+#include "cli/run_tress.h"
+
+namespace tress::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class CacheInfo : public CommandTest {
+ protected:
+  void SetUp() override {
+    CommandTest::SetUp();
+    bytes_ = encode_cache(adaptive::small_image());
+    write_text(path("t.cache"), bytes_);
+  }
+  nlohmann::json json(const std::string& command, const std::string& file, int status) const {
+    const Outcome outcome = run({"cache", command, path(file), "--json"});
+    EXPECT_EQ(outcome.status, status) << outcome.err;
+    const nlohmann::json told = nlohmann::json::parse(outcome.out, nullptr, false);
+    EXPECT_FALSE(told.is_discarded()) << outcome.out;
+    return told;
+  }
+  std::string bytes_;
+};
+
+TEST_F(CacheInfo, TellsTheTableThatIsInTheFile) {
+  const nlohmann::json info = json("info", "t.cache", 0);
+  EXPECT_EQ(info.at("model"), "elliptical-test");
+  EXPECT_EQ(info.at("format"), 1);
+  EXPECT_EQ(info.at("hash"), cache_hash(adaptive::small_image()));
+  EXPECT_EQ(info.at("bytes"), bytes_.size());
+  EXPECT_EQ(info.at("rows"), (nlohmann::json{{"open", 2}, {"converged", 1}}));
+  ASSERT_EQ(info.at("pages").size(), 2u);
+  const nlohmann::json& page = info.at("pages")[0];
+  EXPECT_EQ(page.at("key").at("lobe"), "TT");
+  EXPECT_EQ(page.at("key").at("e"), 0.85);
+  EXPECT_EQ(page.at("nodes"), 6);
+  EXPECT_EQ(page.at("rows"), (nlohmann::json{{"open", 1}, {"converged", 1}}));
+  EXPECT_EQ(page.at("components"), 2);
+  const Outcome text = run({"cache", "info", path("t.cache")});
+  EXPECT_THAT(text.out, HasSubstr("rows    2 open, 1 converged\n"));
+  EXPECT_THAT(text.out, HasSubstr(info.at("hash").get<std::string>()));
+}
+
+TEST_F(CacheInfo, VerifySaysWhichByteIsWrong) {
+  EXPECT_EQ(json("verify", "t.cache", 0), (nlohmann::json{{"file", path("t.cache")}, {"ok", true}}));
+  EXPECT_EQ(run({"cache", "verify", path("t.cache")}).out, path("t.cache") + ": ok\n");
+  bytes_[bytes_.size() / 2] ^= 1;
+  write_text(path("flipped.cache"), bytes_);
+  const nlohmann::json flipped = json("verify", "flipped.cache", 1);
+  EXPECT_EQ(flipped.at("ok"), false);
+  EXPECT_THAT(flipped.at("reason").get<std::string>(), HasSubstr("flipped.cache: section "));
+  const Outcome info = run({"cache", "info", path("flipped.cache"), "--json"});
+  EXPECT_EQ(info.status, 1);
+  EXPECT_THAT(info.out, IsEmpty());
+  EXPECT_THAT(info.err, HasSubstr("checksum"));
+}
+
+}  // namespace
+}  // namespace tress::test
