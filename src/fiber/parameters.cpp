@@ -35,6 +35,16 @@ float lobe_tilt(const FiberParameters& fiber, int p) {
   return factor[static_cast<std::size_t>(p)] * fiber.tilt;
 }
 
+float roughness_shift(const FiberParameters& fiber, int p, float theta_r) {
+  if ((p != 1 && p != 2) || fiber.longitudinal_lambda[static_cast<std::size_t>(p)]) return 0;
+  const float t = std::abs(theta_r);
+  const float cosine = std::max(std::cos(t), 1e-3f);
+  const float tangent = std::sin(t) / cosine;
+  const float alpha_squared = fiber.roughness * fiber.roughness;
+  const float x = alpha_squared * tangent * (p == 1 ? 0.3f / (cosine * cosine) : 3.0f);
+  return std::copysign(x * t / (t + 4 * x + 1e-12f), theta_r);
+}
+
 glm::vec3 sigma_a_from_color(const glm::vec3& color) {
   constexpr double b = 0.3;
   constexpr double denominator =

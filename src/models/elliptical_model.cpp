@@ -153,7 +153,8 @@ class EllipticalModel final : public FiberModel {
   }
 
   static LongitudinalLobe make_longitudinal(const FiberRecord& fiber, const FiberEvent& event, int p) {
-    return {event.wr.theta, lobe_tilt(fiber.parameters, p), longitudinal_lambda(fiber.parameters, p, event.wr.theta)};
+    const float tilt = lobe_tilt(fiber.parameters, p) + roughness_shift(fiber.parameters, p, event.wr.theta);
+    return {event.wr.theta, tilt, longitudinal_lambda(fiber.parameters, p, event.wr.theta)};
   }
 
   /// S and Q at wi. drawn: the lobe that drew wi, whose row (if it has one) was then looked up as `known`.

@@ -69,6 +69,27 @@ TEST(Widths, TiltsAreTowardsTheRootForReflection) {
   EXPECT_FLOAT_EQ(fiber::lobe_tilt(fiber, 3), 0.25f);
 }
 
+TEST(Widths, RoughnessBringsTransmittedLobesNearerToTheNormalPlane) {
+  fiber::FiberParameters fiber;
+  fiber.roughness = 0.1f;
+  for (const int p : {0, 3}) EXPECT_EQ(fiber::roughness_shift(fiber, p, 1.0f), 0.0f);
+  for (const int p : {1, 2}) {
+    EXPECT_EQ(fiber::roughness_shift(fiber, p, 0.0f), 0.0f);
+    float last = 0;
+    for (int i = 1; i <= 90; ++i) {
+      const float theta = std::min(static_cast<float>(i * degree), 1.5707963f);
+      const float shift = fiber::roughness_shift(fiber, p, theta);
+      EXPECT_GT(shift, last) << p << ' ' << i;
+      EXPECT_LE(shift, theta / 4) << p << ' ' << i;
+      EXPECT_EQ(fiber::roughness_shift(fiber, p, -theta), -shift);
+      last = shift;
+    }
+  }
+  fiber.longitudinal_lambda[1] = 0.1f;
+  EXPECT_EQ(fiber::roughness_shift(fiber, 1, 1.0f), 0.0f);
+  EXPECT_GT(fiber::roughness_shift(fiber, 2, 1.0f), 0.0f);
+}
+
 TEST(Absorption, FromColorAndMelanin) {
   const glm::vec3 absorbed = fiber::sigma_a_from_color(glm::vec3(0.2f, 0.5f, 0.9f));
   // Chiang et al. 2016, eq. 9 with beta_N = .3: the denominator is 5.969 - .0645 + .22788 - .28971 + .04515 + .0006.

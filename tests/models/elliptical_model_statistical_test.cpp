@@ -110,7 +110,9 @@ TEST(elliptical_model_statistics, samples_of_each_lobe_follow_its_own_density) {
                 test::sidak_level(family_level, 20));
       const int width = std::min(p, 3);
       const float lambda = fiber::longitudinal_lambda(parameters, width, known.theta);
-      const fiber::LongitudinalLobe m(known.theta, fiber::lobe_tilt(parameters, width), lambda);
+      const fiber::LongitudinalLobe m(
+          known.theta, fiber::lobe_tilt(parameters, width) + fiber::roughness_shift(parameters, width, known.theta),
+          lambda);
       const fiber::ReflectionLobe r(parameters.eta, parameters.eccentricity, known.theta, known.phi, event.energy[0].r,
                                     fiber::lobe_tilt(parameters, 0), lambda);
       const auto expected = expected_counts(

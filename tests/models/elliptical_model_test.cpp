@@ -203,8 +203,9 @@ TEST(elliptical_model, mean_over_xi_is_the_reference_shape) {
                                                  .sigma = sigma[static_cast<std::size_t>(p - 1)],
                                                  .sigma_a = parameters.sigma_a[channel],
                                                  .p = p});
-        const fiber::LongitudinalLobe m(known.theta, fiber::lobe_tilt(parameters, p),
-                                        fiber::longitudinal_lambda(parameters, p, known.theta));
+        const fiber::LongitudinalLobe m(
+            known.theta, fiber::lobe_tilt(parameters, p) + fiber::roughness_shift(parameters, p, known.theta),
+            fiber::longitudinal_lambda(parameters, p, known.theta));
         double error = 0, variation = 0;
         const int points = 48, xis = rows == Rows::traced_at_vertex ? 1 : 16;
         for (int i = 0; i < points; ++i) {
