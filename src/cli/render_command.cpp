@@ -29,10 +29,6 @@ std::string json_text(const T& value) {
   return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-const char* estimator_name(fiber::Estimator estimator) {
-  return estimator == fiber::Estimator::exact ? "exact" : "fitted";
-}
-
 /// Telemetry that never stops a render: the first error is told, then it is silent.
 class Telemetry {
  public:
@@ -155,7 +151,7 @@ class RenderJob {
   void told_header() {
     Extra fields{{"scene", json_text(scene_.source)},
                  {"model", json_text(model_->name())},
-                 {"estimator", json_text(estimator_name(settings_.estimator))},
+                 {"estimator", json_text(fiber::estimator_name(settings_.estimator))},
                  {"learner", json_text("sketch")},
                  {"epsilon", json_text(settings_.table.epsilon)},
                  {"seed", json_text(settings_.render.seed)},
@@ -209,7 +205,7 @@ class RenderJob {
     picture.metadata["samples"] = fmt::format("{}", result.samples_per_pixel);
     picture.metadata["time"] = fmt::format("{:.3f} s", seconds);
     picture.metadata["model"] = model_->name();
-    picture.metadata["estimator"] = estimator_name(settings_.estimator);
+    picture.metadata["estimator"] = fiber::estimator_name(settings_.estimator);
     picture.metadata["epsilon"] = fmt::format("{}", settings_.table.epsilon);
     picture.metadata["cache_hash"] = hash;
     const std::optional<Error> unwritten = image::write_exr(settings_.output, picture);

@@ -59,11 +59,15 @@ void add_learning(CLI::App* app, RenderSettings& s) {
       },
       "fiber model; exact is elliptical with --estimator exact");
   add_choice(
-      app, "--estimator", {"fitted", "exact"},
+      app, "--estimator", {"fitted", "corrected", "exact"},
       [&s](const std::string& name) {
-        s.estimator = name == "exact" ? fiber::Estimator::exact : fiber::Estimator::fitted;
+        for (const auto e : {fiber::Estimator::fitted, fiber::Estimator::corrected, fiber::Estimator::exact}) {
+          if (name == fiber::estimator_name(e)) s.estimator = e;
+        }
       },
-      "fitted: converged rows answer; exact: traced at every vertex");
+      "fitted: converged rows answer; corrected: they do, and one vertex in 16 is traced to mend the bias; exact: "
+      "traced at "
+      "every vertex");
   add_choice(app, "--learner", {"sketch"}, [](const std::string&) {}, "how rows are learned");
   add_number(
       app, "--epsilon", {0, 1, true}, [&s](double x) { s.table.epsilon = x; },

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <optional>
 #include <type_traits>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "models/fiber_record.h"
 #include "models/row_reader.h"
 #include "tress/adaptive/mixture.h"
+#include "tress/adaptive/random.h"
 
 namespace tress::fiber {
 namespace {
@@ -27,11 +29,20 @@ constexpr float smallest_pdf = 1e-30f;  // where every lobe has underflowed; S i
 constexpr int nothing_drawn = -1;
 constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
 
+/// Probability that `corrected` traces a direction: 2^-4, decided by the leading bits of a hash.
+constexpr int correction_bits = 4;
+constexpr float correction_factor = 1 << correction_bits;
+
+std::uint64_t hash_of(float a, float b, std::uint64_t before) {
+  return mix_bits(before + ((std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b)));
+}
+
 /// What depends on the known direction only: computed once per event, used by every direction of it.
 struct EventConstants {
   ReflectionLobe reflection;
   std::array<LongitudinalLobe, 3> longitudinal;  ///< TT, TRT, TRRT; the residual shares TRRT's
   FoldedAzimuth fold;
+  std::uint64_t hash;  ///< of xi and the known direction
 };
 static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
 static_assert(std::is_trivially_copyable_v<EventConstants>);
@@ -85,7 +96,8 @@ class EllipticalModel final : public FiberModel {
     for (float& probability : event.selection) probability /= sum;
     keep({make_reflection(fiber, event),
           {make_longitudinal(fiber, event, 1), make_longitudinal(fiber, event, 2), make_longitudinal(fiber, event, 3)},
-          fold_azimuth(event.wr.phi)},
+          fold_azimuth(event.wr.phi),
+          hash_of(event.wr.theta, event.wr.phi, hash_of(xi1, xi2, 0))},
          event);
     return event;
   }
@@ -133,6 +145,16 @@ class EllipticalModel final : public FiberModel {
  private:
   adaptive::Service* rows() const { return estimator_ == Estimator::exact ? nullptr : service_; }
 
+  /// Whether `corrected` traces this direction, for all lobes, and where its rays are placed, in [0, 1): pure functions
+  /// of the event and the direction, so that sample() and evaluate() agree. Any bit of xi or of a direction changes the
+  /// whole hash.
+  std::optional<float> correction(const EventConstants& constants, const FiberDirection& wi) const {
+    if (estimator_ != Estimator::corrected) return {};
+    const std::uint64_t hash = hash_of(wi.theta, wi.phi, constants.hash);
+    if (hash >> (64 - correction_bits) != 0) return {};
+    return static_cast<float>(hash & 0xffffff) * 0x1p-24f;
+  }
+
   static FiberDirection clamped(const FiberDirection& w) {
     return {std::clamp(w.theta, -half_pi, half_pi), adaptive::wrap_angle(w.phi)};
   }
@@ -172,6 +194,7 @@ class EllipticalModel final : public FiberModel {
     const float theta_d = difference_angle(event.wr, wi);
     float m = 0;  // the residual shares TRRT's longitudinal lobe
     bool trrt_known = false;
+    const std::optional<float> correct = correction(constants, wi);
     for (int p = 1; p < lobe_count; ++p) {
       const auto lobe = static_cast<std::size_t>(p);
       if (!(event.selection[lobe] > 0)) continue;
@@ -185,6 +208,10 @@ class EllipticalModel final : public FiberModel {
         bool exact = false;
         const RowQuery row = p == drawn ? known : reader.find(theta_d);
         azimuthal = reader.evaluate(row, theta_d, x, p == drawn, &exact);
+        if (correct) {
+          azimuthal.shape += correction_factor * reader.residual(azimuthal.shape, theta_d, x, *correct);
+          exact = true;
+        }
         value.queries += row.uniform ? 0 : 1;
         value.exact_queries += exact && !row.uniform ? 1 : 0;
         if (rows() != nullptr && !row.uniform) value.objective += row.view.objective;
@@ -202,6 +229,18 @@ class EllipticalModel final : public FiberModel {
 };
 
 }  // namespace
+
+const char* estimator_name(Estimator estimator) {
+  switch (estimator) {
+    case Estimator::fitted:
+      return "fitted";
+    case Estimator::exact:
+      return "exact";
+    case Estimator::corrected:
+      break;
+  }
+  return "corrected";
+}
 
 std::unique_ptr<FiberModel> make_elliptical_model(Estimator estimator, adaptive::Service* service) {
   return std::make_unique<EllipticalModel>(estimator, service);

@@ -3,14 +3,13 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "models/vertex_trace.h"
-
 namespace tress::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 constexpr float vertex_uniform_share = 0.05f;  // of the proposal of a vertex trace
+constexpr int correction_rays = 128;           // of the trace that corrects all lobes; 512 change nothing
 constexpr float darkest_mass = 1e-30f;         // a channel with less has no light left: its shape is called uniform
 
 glm::vec3 normalised(const glm::vec3& density, const glm::vec3& mass) {
@@ -51,8 +50,7 @@ float RowReader::sample_rays(const RayShape& rays, const glm::vec3& mass, float 
 
 float RowReader::sample(const RowQuery& row, float theta_d, float u_channel, float u_ray, float u_blur) const {
   if (service_ == nullptr) {
-    const VertexTrace& trace = VertexTrace::at({fiber_.parameters.eta, fiber_.parameters.eccentricity, phi_r_, theta_d,
-                                                fiber_.vertex_rays, fiber_.parameters.sigma_a});
+    const VertexTrace& trace = VertexTrace::at(vertex(theta_d));
     if (trace.mass(p_).clear < smallest_row_energy) return -pi + 2 * pi * u_ray;
     return sample_rays(trace.shape(p_, fiber_.sigma[static_cast<std::size_t>(p_ - 1)]), trace.mass(p_).tinted,
                        vertex_uniform_share, u_channel, u_ray, u_blur);
@@ -68,9 +66,13 @@ float RowReader::sample(const RowQuery& row, float theta_d, float u_channel, flo
                      options.uniform_share_open, u_channel, u_ray, u_blur);
 }
 
-RowValue RowReader::at_vertex(float theta_d, float x) const {
-  const VertexTrace& trace = VertexTrace::at({fiber_.parameters.eta, fiber_.parameters.eccentricity, phi_r_, theta_d,
-                                              fiber_.vertex_rays, fiber_.parameters.sigma_a});
+VertexKey RowReader::vertex(float theta_d) const {
+  const FiberParameters& parameters = fiber_.parameters;
+  return {parameters.eta, parameters.eccentricity, phi_r_, theta_d, fiber_.vertex_rays, parameters.sigma_a};
+}
+
+RowValue RowReader::at_vertex(const VertexKey& key, float x) const {
+  const VertexTrace& trace = VertexTrace::at(key);
   if (trace.mass(p_).clear < smallest_row_energy) return {glm::vec3(inverse_two_pi), inverse_two_pi};
   const RayShape rays = trace.shape(p_, fiber_.sigma[static_cast<std::size_t>(p_ - 1)]);
   RowValue value;
@@ -82,7 +84,7 @@ RowValue RowReader::at_vertex(float theta_d, float x) const {
 
 RowValue RowReader::evaluate(const RowQuery& row, float theta_d, float x, bool drawn, bool* exact) const {
   *exact = service_ == nullptr || proposes_only();
-  if (service_ == nullptr) return at_vertex(theta_d, x);
+  if (service_ == nullptr) return at_vertex(vertex(theta_d), x);
   RowValue value{glm::vec3(inverse_two_pi), inverse_two_pi};
   const adaptive::Options& options = service_->options();
   if (!row.uniform && row.view.state == adaptive::RowState::converged) {
@@ -102,8 +104,16 @@ RowValue RowReader::evaluate(const RowQuery& row, float theta_d, float x, bool d
       service_->observe(row.view, x, g.clear);
     }
   }
-  if (proposes_only()) value.shape = at_vertex(theta_d, x).shape;
+  if (proposes_only()) value.shape = at_vertex(vertex(theta_d), x).shape;
   return value;
+}
+
+glm::vec3 RowReader::residual(const glm::vec3& shape, float theta_d, float x, float place) const {
+  if (proposes_only()) return glm::vec3(0.0f);
+  VertexKey key = vertex(theta_d);
+  key.rays = correction_rays;
+  key.place = place;
+  return at_vertex(key, x).shape - shape;
 }
 
 }  // namespace tress::fiber

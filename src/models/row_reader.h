@@ -2,6 +2,7 @@
 #pragma once
 
 #include "models/fiber_record.h"
+#include "models/vertex_trace.h"
 #include "tress/fiber/fiber_model.h"
 
 namespace tress::fiber {
@@ -32,10 +33,15 @@ class RowReader {
   /// what an open row's g is there. Sets *exact if tracing answered.
   RowValue evaluate(const RowQuery& row, float theta_d, float x, bool drawn, bool* exact) const;
 
+  /// What g at (phi_r, theta_d) has more than `shape`, the answer of evaluate() at x, per channel; 0 where that was
+  /// traced there already. place in [0, 1): of the rays; uniform over directions.
+  glm::vec3 residual(const glm::vec3& shape, float theta_d, float x, float place) const;
+
  private:
   const LobePage& page() const { return fiber_.pages[static_cast<std::size_t>(p_ - 1)]; }
   bool proposes_only() const { return fiber_.proposes_only[static_cast<std::size_t>(p_ - 1)]; }
-  RowValue at_vertex(float theta_d, float x) const;
+  VertexKey vertex(float theta_d) const;
+  RowValue at_vertex(const VertexKey& key, float x) const;
   float sample_rays(const RayShape& rays, const glm::vec3& mass, float share, float u_channel, float u_ray,
                     float u_blur) const;
 

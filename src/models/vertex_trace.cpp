@@ -29,10 +29,10 @@ void VertexTrace::trace(const VertexKey& key) {
     rays.weight.clear();
     rays.path.clear();
   }
-  // Ray counts are powers of two of at least 256: whole batches.
+  // Ray counts are powers of two of at least 128: whole batches.
   const double share = 1.0 / key.rays;
   for (int first = 0; first < key.rays; first += RayBatch::lanes) {
-    RayBatch batch(section, (2 * first + 1) * share - 1, 2 * share);
+    RayBatch batch(section, 2 * (first + static_cast<double>(key.place)) * share - 1, 2 * share);
     for (Rays& rays : lobes_) {
       batch.advance();
       std::array<float, RayBatch::lanes> azimuth;

@@ -22,11 +22,18 @@ inline const char* name_of(Rows rows) {
 /// A model with one fiber. teach() draws `events` at wr (xi at random unless fixed), with one light sample each.
 class LearnedModel {
  public:
-  LearnedModel(const fiber::FiberParameters& parameters, bool exact, adaptive::Options options = {})
-      : target_(fiber::make_elliptical_target()), service_(options, *target_) {
-    model_ = exact ? fiber::make_elliptical_model(fiber::Estimator::exact, nullptr)
-                   : fiber::make_elliptical_model(fiber::Estimator::fitted, &service_);
+  LearnedModel(const fiber::FiberParameters& parameters, fiber::Estimator estimator, adaptive::Options options = {})
+      : parameters_(parameters), target_(fiber::make_elliptical_target()), service_(options, *target_) {
+    model_ = fiber::make_elliptical_model(estimator, estimator == fiber::Estimator::exact ? nullptr : &service_);
     fiber_ = model_->add_fiber(parameters);
+  }
+  LearnedModel(const fiber::FiberParameters& parameters, bool exact, adaptive::Options options = {})
+      : LearnedModel(parameters, exact ? fiber::Estimator::exact : fiber::Estimator::fitted, options) {}
+
+  /// Another estimator on the same rows, whatever they have become.
+  void read_by(fiber::Estimator estimator) {
+    model_ = fiber::make_elliptical_model(estimator, estimator == fiber::Estimator::exact ? nullptr : &service_);
+    fiber_ = model_->add_fiber(parameters_);
   }
 
   fiber::FiberEvent begin(const fiber::FiberDirection& wr, float xi1 = 0.37f, float xi2 = 0.61f) const {
@@ -59,6 +66,7 @@ class LearnedModel {
   const adaptive::PassReport& report() const { return report_; }
 
  private:
+  fiber::FiberParameters parameters_;
   std::unique_ptr<adaptive::Target> target_;
   adaptive::Service service_;
   std::unique_ptr<fiber::FiberModel> model_;

@@ -1,4 +1,4 @@
-// The elliptical fiber of Pekelis et al. 2015, learned by the adaptive service: estimators `fitted` and `exact`.
+// The elliptical fiber of Pekelis et al. 2015, learned by the adaptive service, under three estimators.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,13 @@ namespace tress::fiber {
 enum class Estimator {
   fitted,  ///< converged rows are answered by their fit, weight 1; others by g at the node
   exact,   ///< g at the vertex, always; no rows
+  /// What `fitted` answers, plus, with probability 1/16, 16 times what g at the vertex has more: `exact` in the mean
+  /// at nearly the cost of `fitted`. Values may be negative, and are not to be clamped.
+  corrected,
 };
+
+/// As the command line, telemetry and pictures call it.
+const char* estimator_name(Estimator estimator);
 
 /// The target that the service learns for this model: rays through the elliptical cross-section at a node
 /// (phi_r, |theta_d|) of clear hair, attribute = internal path length in major semi-axes. Lives as long as you like.
