@@ -50,8 +50,8 @@ TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
     expect_wrong({"render", "a.json", "-o", "a.exr", option, "1"},
                  std::string("no option ") + option + ", nearest: --");
   }
-  expect_wrong({"render", "a.json", "-o", "a.exr", "--estimator", "corrected"},
-               "expected fitted|exact, found corrected");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--estimator", "stepwise"},
+               "expected fitted|corrected|exact, found stepwise");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--learner", "eager"}, "expected sketch, found eager");
   expect_wrong({"fit", "--lobe", "GLINT"}, "expected TT|TRT|TRRT|R, found GLINT");
 }
