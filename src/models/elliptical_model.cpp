@@ -69,7 +69,7 @@ class EllipticalModel final : public FiberModel {
     for (std::size_t i = 0; i < fibers_.size(); ++i) {
       if (fibers_[i].parameters == parameters) return static_cast<FiberId>(i);
     }
-    fibers_.emplace_back(parameters, rows());
+    fibers_.emplace_back(parameters, energies_.find(energy_key(parameters)), rows());
     return static_cast<FiberId>(fibers_.size() - 1);
   }
 
@@ -225,6 +225,7 @@ class EllipticalModel final : public FiberModel {
 
   Estimator estimator_;
   adaptive::Service* service_;
+  SharedEnergies energies_;
   std::vector<FiberRecord> fibers_;
 };
 

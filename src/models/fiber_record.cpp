@@ -1,6 +1,7 @@
 #include "models/fiber_record.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "models/vertex_trace.h"
 #include "tress/fiber/elliptical_model.h"
@@ -54,8 +55,9 @@ glm::vec3 LobePage::tinted_mass(std::uint32_t node, const adaptive::TracedNodes&
   return mass;
 }
 
-FiberRecord::FiberRecord(const FiberParameters& given, adaptive::Service* service)
-    : parameters(given), sigma(azimuthal_sigmas(given)), energies(given.eta, given.eccentricity, given.sigma_a) {
+FiberRecord::FiberRecord(const FiberParameters& given, std::shared_ptr<const ClearEnergies> clear,
+                         adaptive::Service* service)
+    : parameters(given), sigma(azimuthal_sigmas(given)), energies(std::move(clear), given) {
   for (const float blur : sigma) vertex_rays = std::max(vertex_rays, vertex_ray_count(blur));
   for (std::size_t i = 0; i < 3; ++i) {
     // Four degrees turned into radians may round below the limit and are still on the grid.

@@ -41,8 +41,9 @@ struct LobePage {
 };
 
 struct FiberRecord {
-  /// service null: no pages.
-  FiberRecord(const FiberParameters& parameters, adaptive::Service* service);
+  /// clear: of energy_key(parameters). service null: no pages.
+  FiberRecord(const FiberParameters& parameters, std::shared_ptr<const ClearEnergies> clear,
+              adaptive::Service* service);
 
   FiberParameters parameters;
   std::array<float, 3> sigma{};         ///< blur of TT, TRT, TRRT, radians

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fiber/energy_table.h"
+#include "fiber/direct_energies.h"
 #include "fiber/fourier_reference.h"
 #include "fiber/reference_data.h"
 #include "tress/adaptive/traced_nodes.h"
@@ -61,7 +61,7 @@ TEST(EllipticalTarget, IsTheReferenceRelativeToTheKnownAzimuth) {
 
 TEST(EllipticalTarget, PathLengthsGiveTheColoredEnergies) {
   const fiber::EllipticalTarget target;
-  const auto table = fiber::traced_energies(1.55f, 0.85f, glm::vec3(0.5f), 0.4, 0.6, 512);
+  const auto table = test::direct_energies(1.55, 0.85f, glm::vec3(0.5f), 0.4, 0.6, 512, 3);
   for (int p : {1, 2, 3}) {
     std::vector<adaptive::TracedRay> rays;
     target.trace(fiber::elliptical_page(p, 1.55f, 0.85f, float(5 * degree)), 0.4f, 0.6f, rays);

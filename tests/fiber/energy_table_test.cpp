@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <vector>
 
+#include "fiber/direct_energies.h"
 #include "tress/adaptive/random.h"
 
 namespace {
@@ -13,8 +17,18 @@ namespace {
 using namespace tress;
 constexpr float pi = std::numbers::pi_v<float>;
 
+/// One set of clear energies per cross-section for all tests.
+fiber::EnergyTable make_table(float eta, float eccentricity, const glm::vec3& sigma_a) {
+  static fiber::SharedEnergies shared;
+  fiber::FiberParameters fiber;
+  fiber.eta = eta;
+  fiber.eccentricity = eccentricity;
+  fiber.sigma_a = sigma_a;
+  return {shared.find(fiber::energy_key(fiber)), fiber};
+}
+
 const fiber::EnergyTable& brown() {
-  static const fiber::EnergyTable table(1.55f, 0.85f, glm::vec3(0.545f, 0.906f, 1.781f));
+  static const fiber::EnergyTable table = make_table(1.55f, 0.85f, glm::vec3(0.545f, 0.906f, 1.781f));
   return table;
 }
 
@@ -29,15 +43,15 @@ TEST(EnergyTable, ClearLobesSumToOne) {
 }
 
 TEST(EnergyTable, AgreesWithDirectTraces) {
-  // Against 8192 rays at 300 directions, uniform in phi and cos theta; the design has 4e-5 median, 1.5e-3 at 99 %,
-  // .008 largest (absolute, one e).
+  // Against 2048 rays (off by some 1e-4 at most) at 150 directions, uniform in phi and cos theta; the design has 4e-5
+  // median, 1.5e-3 at 99 %, .008 largest (absolute, one e).
   RandomStream random(4);
   std::vector<double> errors;
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 150; ++i) {
     const float phi = 2 * pi * random.next() - pi, theta = std::acos(random.next());
     const auto table = brown().interpolated(phi, theta);
-    const auto direct = fiber::traced_energies(1.55f, 0.85f, glm::vec3(0.545f, 0.906f, 1.781f), phi, theta, 8192);
-    for (std::size_t p = 0; p < fiber::lobe_count; ++p) {
+    const auto direct = test::direct_energies(1.55, 0.85f, glm::vec3(0.545f, 0.906f, 1.781f), phi, theta, 2048, 300);
+    for (std::size_t p = 0; p < fiber::lobe_count - 1; ++p) {
       errors.push_back(std::abs(table.clear[p] - direct.clear[p]));
       for (int c = 0; c < 3; ++c) errors.push_back(std::abs(table.colored[p][c] - direct.colored[p][c]));
     }
@@ -52,8 +66,86 @@ TEST(EnergyTable, AgreesWithDirectTraces) {
   EXPECT_LT(errors.back(), 0.015);
 }
 
+TEST(EnergyTable, RulesGiveEveryAbsorptionAtTheNodes) {
+  // The same 512 rays, colored one by one: what differs is the three-point rule, 7e-6 at most at e .5 and sigma_a 3 to
+  // 10 (TT, over 100 nodes), 1e-6 else: the sixth derivative of e^(-sigma_a l) times the spread of l to the sixth.
+  constexpr int last = fiber::ClearEnergies::nodes_per_axis - 1;
+  for (const glm::vec3& sigma_a : {glm::vec3(0.1f, 0.4f, 1), glm::vec3(2, 3, 10)}) {
+    for (float e : {0.5f, 0.85f, 1.0f}) {
+      const fiber::EnergyTable table = make_table(1.55f, e, sigma_a);
+      for (int j = 0; j <= last; j += 21) {
+        for (int i = 0; i <= last; i += 21) {
+          const float phi = float(i) / last * pi / 2, theta = std::acos(float(j) / last);
+          const auto held = table.interpolated(phi, theta);
+          const auto direct = test::direct_energies(1.55, e, sigma_a, phi, theta, 512, 3);
+          for (std::size_t p = 1; p < 4; ++p) {
+            for (int c = 0; c < 3; ++c) {
+              EXPECT_NEAR(held.colored[p][c], direct.colored[p][c], c > 0 && sigma_a[c] > 2 ? 1e-5 : 2e-6)
+                  << e << ' ' << sigma_a[c] << ' ' << i << ' ' << j;
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(EnergyTable, ResidualRulesGiveEveryAbsorptionAtTheNodes) {
+  // 64 rays across caustics, and a tail that goes on at a mean rate. 64 rays followed for 300 orders are off by 3e-3 of
+  // all light at most where sigma_a is .02 or .1, over all e; the tail adds 6e-3 at .02, where trapped light counts,
+  // and nothing from .1 on. Half of the room at e .85 and above, where less light is left after TRRT.
+  constexpr int last = fiber::ClearEnergies::nodes_per_axis - 1;
+  const glm::vec3 sigma_a(0.02f, 0.1f, 0.4f);
+  constexpr auto residual = std::size_t(fiber::Lobe::residual);
+  constexpr std::array tolerance{0.012f, 0.005f, 0.0015f};
+  for (float e : {0.5f, 0.85f, 1.0f}) {
+    const fiber::EnergyTable table = make_table(1.55f, e, sigma_a);
+    for (int j = 0; j <= last; j += 21) {
+      for (int i = 0; i <= last; i += 21) {
+        const float phi = float(i) / last * pi / 2, theta = std::acos(float(j) / last);
+        const auto held = table.interpolated(phi, theta);
+        const auto direct = test::direct_energies(1.55, e, sigma_a, phi, theta, 1024, 300);
+        for (int c = 0; c < 3; ++c) {
+          EXPECT_NEAR(held.colored[residual][c], direct.colored[residual][c], tolerance[c] * (e < 0.8f ? 1 : 0.5f))
+              << e << ' ' << sigma_a[c] << ' ' << i << ' ' << j;
+        }
+      }
+    }
+  }
+}
+
+TEST(EnergyTable, WithoutAbsorptionColorIsTheClearEnergy) {
+  const fiber::EnergyTable table = make_table(1.55f, 0.85f, glm::vec3(0));
+  RandomStream random(6);
+  for (int i = 0; i < 200; ++i) {
+    const auto e = table.interpolated(2 * pi * random.next(), pi * random.next() - pi / 2);
+    for (std::size_t p = 0; p < fiber::lobe_count; ++p) EXPECT_NEAR(e.colored[p].g, e.clear[p], 1e-6f);
+  }
+}
+
+TEST(EnergyTable, GainsMultiplyTheColoredEnergiesOnly) {
+  fiber::FiberParameters fiber;
+  const auto clear = std::make_shared<const fiber::ClearEnergies>(fiber::energy_key(fiber));
+  const fiber::EnergyTable plain(clear, fiber);
+  fiber.gain[1] = {0.5f, 2, 1};
+  fiber.gain[4] = glm::vec3(0);
+  const fiber::EnergyTable gained(clear, fiber);
+  const auto a = plain.interpolated(0.7f, 0.4f), b = gained.interpolated(0.7f, 0.4f);
+  EXPECT_EQ(a.clear, b.clear);
+  for (std::size_t p = 0; p < fiber::lobe_count; ++p) {
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(b.colored[p][c], a.colored[p][c] * fiber.gain[p][c], 1e-7f);
+  }
+}
+
+TEST(EnergyTable, OneCrossSectionIsTracedOnce) {
+  fiber::SharedEnergies shared;
+  const auto first = shared.find({1.55f, 0.85f}), again = shared.find({1.55f, 0.85f});
+  EXPECT_EQ(first, again);
+  EXPECT_NE(first, shared.find({1.55f, 0.86f}));
+}
+
 TEST(EnergyTable, WeakLobesGiveTheirEnergyToTheResidual) {
-  const fiber::EnergyTable dark(1.55f, 0.85f, glm::vec3(3.0f));
+  const fiber::EnergyTable dark = make_table(1.55f, 0.85f, glm::vec3(3.0f));
   RandomStream random(5);
   int moved = 0;
   for (int i = 0; i < 500; ++i) {
@@ -85,7 +177,7 @@ TEST(EnergyTable, FoldsAzimuthAndInclination) {
 
 TEST(EnergyTable, ExtremeFibersAreFinite) {
   for (float eta : {1.05f, 3.0f}) {
-    const fiber::EnergyTable table(eta, 0.5f, glm::vec3(0, 1, 100));
+    const fiber::EnergyTable table = make_table(eta, 0.5f, glm::vec3(0, 1, 100));
     for (float theta : {-pi / 2, -1.57f, 0.0f, 1.5f, pi / 2}) {
       for (float phi : {-pi, -0.1f, 0.0f, pi / 2, pi}) {
         const auto e = table.at(phi, theta);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "fiber/energy_table.h"
+#include "fiber/direct_energies.h"
 #include "fiber/reflection.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
@@ -24,7 +24,7 @@ TEST(ReflectionSampling, FollowsItsDensityWithBoundedWeights) {
   for (float e : {0.5f, 0.85f, 1.0f}) {
     for (float theta : {0.0f, 0.8f, 1.5f}) {
       for (float phi_r : {0.0f, 0.6f, float(pi / 2), -2.2f}) {
-        const float energy = fiber::traced_energies(1.55f, e, glm::vec3(0), phi_r, theta, 8192).clear[0];
+        const float energy = test::direct_energies(1.55, e, glm::vec3(0), phi_r, theta, 8192, 0).clear[0];
         const fiber::ReflectionLobe lobe(1.55f, e, theta, phi_r, energy, 0, 0.1f);
         RandomStream random(2, ++stream);
         std::vector<double> counts(bins), expected(bins);

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "fiber/cross_section.h"
-#include "fiber/energy_table.h"
+#include "fiber/direct_energies.h"
 #include "support/quadrature.h"
 
 namespace {
@@ -24,7 +24,7 @@ std::vector<Case> make_cases() {
   for (float e : {0.5f, 0.85f, 1.0f}) {
     for (float theta : {0.0f, 0.8f, 1.5f, fiber::half_pi}) {
       for (float phi : {0.0f, 0.6f, float(pi / 2), -2.2f, 3.1f}) {
-        all.push_back({e, theta, phi, fiber::traced_energies(1.55f, e, glm::vec3(0), phi, theta, 2048).clear[0]});
+        all.push_back({e, theta, phi, test::direct_energies(1.55, e, glm::vec3(0), phi, theta, 2048, 0).clear[0]});
       }
     }
   }
