@@ -4,7 +4,7 @@
 #include <glm/common.hpp>
 #include <numbers>
 
-#include "scene/camera_framing.h"
+#include "scene/camera_motion.h"
 #include "scene/environment_file.h"
 #include "scene/input_file.h"
 #include "scene/scene.h"
@@ -155,8 +155,12 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
       scene.grooms.push_back(std::move(*groom));
   }
   assign_fibers(&scene);
-  scene.camera = description.frame ? frame_grooms(scene.grooms, scene.image, description.camera) : description.camera;
-  if (description.frame && !scene.grooms.empty())
+  const auto camera = camera_at(description.camera, overrides.frame, scene.grooms, scene.image, file.string());
+  if (!camera) return camera.error();
+  scene.camera = *camera;
+  if (overrides.frame && description.camera.keys.empty() && !description.camera.turntable)
+    scene.notes.push_back(fmt::format("{}: the camera does not move, every frame is the same", file.string()));
+  if (description.camera.framed && !scene.grooms.empty())
     scene.notes.push_back(
         fmt::format("camera framed on the hair: eye ({:.2f}, {:.2f}, {:.2f}), look_at ({:.2f}, {:.2f}, {:.2f})",
                     scene.camera.eye.x, scene.camera.eye.y, scene.camera.eye.z, scene.camera.look_at.x,

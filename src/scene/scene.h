@@ -97,6 +97,7 @@ struct Overrides {
   std::optional<bool> y_up;
   std::optional<double> cm_per_unit;
   std::optional<int> width, height, samples;
+  std::optional<int> frame;  ///< of a moving camera
 };
 
 /// A scene JSON file, or a bare .hair file. Errors name the file and the JSON path or byte.

@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <glm/geometric.hpp>
-
+#include "scene/camera_reader.h"
 #include "scene/json_reader.h"
 #include "scene/light_reader.h"
-#include "scene/limits.h"
 #include "scene/material_reader.h"
 
 namespace tress::scene {
@@ -14,25 +12,6 @@ namespace {
 
 constexpr std::size_t most_materials = 4096, most_grooms = 4096, most_lights = 1024, most_meshes = 4096;
 constexpr std::int64_t most_image_pixels = std::int64_t{1} << 26;
-
-void read_camera(const JsonReader& json, SceneDescription* scene) {
-  if (!json.object({"frame", "eye", "look_at", "up", "vertical_fov_deg"})) return;
-  Camera& camera = scene->camera;
-  if (const auto x = json.number("vertical_fov_deg", 0.1, 150)) camera.vertical_fov_deg = static_cast<float>(*x);
-  scene->frame = json.boolean("frame").value_or(!json.has("eye"));
-  const bool placed = json.has("eye") || json.has("look_at") || json.has("up");
-  if (scene->frame && placed) json.fail("", "\"frame\": true, or eye, look_at and up", "both");
-  if (!scene->frame && !json.has("eye")) json.fail("eye", "an array of 3 numbers, or \"frame\": true", "neither");
-  if (const auto x = json.triple("eye", -world_cm, world_cm)) camera.eye = *x;
-  if (const auto x = json.triple("look_at", -world_cm, world_cm)) camera.look_at = *x;
-  if (const auto x = json.triple("up", -world_cm, world_cm)) camera.up = *x;
-  if (scene->frame || json.failed()) return;
-  const auto forward = camera.look_at - camera.eye;
-  if (!(glm::length(forward) > 1e-5f)) return json.fail("look_at", "a point other than eye", "the same point");
-  const auto up_length = glm::length(camera.up);
-  if (!(up_length > 1e-6f && glm::length(glm::cross(glm::normalize(forward), camera.up / up_length)) > 1e-4f))
-    json.fail("up", "a direction across the view", "one along it, or of no length");
-}
 
 void read_image(const JsonReader& json, Image* image) {
   if (!json.object({"width", "height", "samples"})) return;
@@ -66,7 +45,7 @@ Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, c
   SceneDescription scene;
   if (root.object({"$schema", "camera", "image", "environment", "environment_visible", "lights", "meshes", "materials",
                    "grooms"})) {
-    if (root.has("camera")) read_camera(root.child("camera"), &scene);
+    if (root.has("camera")) scene.camera = read_camera(root.child("camera"));
     if (root.has("image")) read_image(root.child("image"), &scene.image);
     if (root.has("environment")) scene.environment = read_environment(root.child("environment"));
     scene.environment_visible = root.boolean("environment_visible").value_or(true);

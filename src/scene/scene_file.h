@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/camera_motion.h"
 #include "scene/environment_reader.h"
 #include "scene/groom_reader.h"
 #include "scene/mesh_reader.h"
@@ -14,8 +15,7 @@
 namespace tress::scene {
 
 struct SceneDescription {
-  Camera camera;
-  bool frame = true;  ///< camera placed to see all grooms; only the angle of view is taken from `camera`
+  CameraDescription camera;
   Image image;
   EnvironmentDescription environment;
   bool environment_visible = true;

@@ -46,7 +46,7 @@ TEST_F(Usage, AWrongOptionNamesTheNearest) {
 }
 
 TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
-  for (const char* option : {"--time", "--noise", "--crop", "--heatmap", "--frame"}) {
+  for (const char* option : {"--time", "--noise", "--crop", "--heatmap"}) {
     expect_wrong({"render", "a.json", "-o", "a.exr", option, "1"},
                  std::string("no option ") + option + ", nearest: --");
   }
