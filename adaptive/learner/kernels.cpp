@@ -175,6 +175,35 @@ Projection Project(const Shape& shape, const double* azimuth, const double* cell
   return {Total(explained), Total(power)};
 }
 
+// Whole vectors are updated, so that what stands above the diagonal is overwritten; it is never used.
+void SolveInPlace(double* matrix, std::size_t leading, std::size_t count, double* x) {
+  const Doubles d;
+  const std::size_t lanes = hn::Lanes(d);
+  for (std::size_t j = 0; j < count; ++j) {
+    double* column = matrix + j * leading;
+    const double inverse = column[j] > 0 ? 1 / column[j] : 0;
+    const double known = x[j] * inverse;
+    for (std::size_t k = j + 1; k < count; ++k) {
+      const V factor = hn::Set(d, column[k] * inverse);
+      double* target = matrix + k * leading;
+      for (std::size_t i = k / lanes * lanes; i < count; i += lanes) {
+        hn::StoreU(hn::NegMulAdd(factor, hn::LoadU(d, column + i), hn::LoadU(d, target + i)), d, target + i);
+      }
+      x[k] -= column[k] * known;
+    }
+    column[j] = inverse;
+  }
+  for (std::size_t j = count; j-- > 0;) {
+    const double* column = matrix + j * leading;
+    std::size_t i = (j + 1) / lanes * lanes;
+    const auto below = hn::Gt(hn::Iota(d, static_cast<double>(i)), hn::Set(d, static_cast<double>(j)));
+    V sum = hn::Zero(d);
+    if (i < count) sum = hn::IfThenElseZero(below, hn::Mul(hn::LoadU(d, column + i), hn::LoadU(d, x + i)));
+    for (i += lanes; i < count; i += lanes) sum = hn::MulAdd(hn::LoadU(d, column + i), hn::LoadU(d, x + i), sum);
+    x[j] = (x[j] - Total(sum)) * column[j];
+  }
+}
+
 void BlurRow(const double* in, const double* kernel, std::size_t taps, double* out, std::size_t n) {
   const Doubles d;
   for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
@@ -196,6 +225,7 @@ HWY_EXPORT(AddDensityAndColumns);
 HWY_EXPORT(SquaredError);
 HWY_EXPORT(NormalEquations);
 HWY_EXPORT(Project);
+HWY_EXPORT(SolveInPlace);
 HWY_EXPORT(BlurRow);
 
 Shape::Shape(double mode, double scale_left, double scale_right) : mu(mode), left(scale_left), right(scale_right) {
@@ -231,6 +261,10 @@ void normal_equations(const double* columns, std::size_t stride, std::size_t cou
 Projection project(const Shape& shape, const double* azimuth, const double* cell, const double* f, const double* g,
                    std::size_t n) {
   return HWY_DYNAMIC_DISPATCH(Project)(shape, azimuth, cell, f, g, n);
+}
+
+void solve_in_place(double* matrix, std::size_t leading, std::size_t count, double* x) {
+  HWY_DYNAMIC_DISPATCH(SolveInPlace)(matrix, leading, count, x);
 }
 
 void blur_row(const double* in, const double* kernel, std::size_t taps, double* out, std::size_t n) {

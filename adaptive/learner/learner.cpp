@@ -242,7 +242,7 @@ Fit fit_mixture(std::span<const ObservedPair> pairs, double energy, double varia
   const Problem problem(pairs, energy);
   Learner learner(problem, variation, settings);
   State state = learner.run(warm);
-  if (warm != nullptr && !learner.reached(state)) {
+  if (warm != nullptr && settings.restart && !learner.reached(state)) {
     State cold = learner.run(nullptr);
     if (learner.relative(cold) < learner.relative(state)) state = std::move(cold);
   }

@@ -37,27 +37,22 @@ void step_bounds(const Problem& problem, const Vector& at, Vector& low, Vector& 
   high[last] = HUGE_VAL;
 }
 
-// Solves normal x = right in place, by L D L^T of the lower half without pivoting; `normal` is destroyed. A pivot that
-// rounding has made nothing leaves its entry 0: the parameter stays.
-void solve(Square& normal, Vector& x) {
-  const auto count = x.size();
+// matrix x = right, from the lower half. What is past `count` in the padding stays 0, and is finite above the diagonal.
+Vector solved(const Square& matrix, const Vector& right) {
+  constexpr std::size_t leading = padded_size(max_parameters);
+  const auto count = right.size();
+  alignas(64) std::array<double, leading * max_parameters> columns;
+  alignas(64) std::array<double, leading> x{};
   for (Eigen::Index j = 0; j < count; ++j) {
-    double* column = &normal(0, j);
-    const double inverse = column[j] > 0 ? 1 / column[j] : 0;
-    for (Eigen::Index k = j + 1; k < count; ++k) {
-      const double factor = column[k] * inverse;
-      double* target = &normal(0, k);
-      for (Eigen::Index i = k; i < count; ++i) target[i] -= factor * column[i];
-      x[k] -= factor * x[j];
-    }
-    column[j] = inverse;
+    double* column = columns.data() + leading * static_cast<std::size_t>(j);
+    std::fill_n(column, padded_size(static_cast<std::size_t>(count)), 0.0);
+    for (Eigen::Index i = j; i < count; ++i) column[i] = matrix(i, j);
   }
-  for (Eigen::Index j = count - 1; j >= 0; --j) {
-    const double* column = &normal(0, j);
-    double sum = x[j];
-    for (Eigen::Index i = j + 1; i < count; ++i) sum -= column[i] * x[i];
-    x[j] = sum * column[j];
-  }
+  std::copy_n(right.data(), count, x.data());
+  solve_in_place(columns.data(), leading, static_cast<std::size_t>(count), x.data());
+  Vector solution(count);
+  std::copy_n(x.data(), count, solution.data());
+  return solution;
 }
 
 // Minimises the damped quadratic within the bounds: what leaves them is held there and the rest solved again.
@@ -68,9 +63,7 @@ Vector bounded_step(const Square& normal, const Vector& gradient, double lambda,
   Square damped = normal;
   for (Eigen::Index i = 0; i < count; ++i) damped(i, i) += lambda * normal(i, i) + least;
   Vector right = -gradient;
-  Square factors = damped;
-  Vector step = right;
-  solve(factors, step);
+  Vector step = solved(damped, right);
   std::array<bool, max_parameters> held{};
   for (int round = 0; round < 3; ++round) {
     bool changed = false;
@@ -88,9 +81,7 @@ Vector bounded_step(const Square& normal, const Vector& gradient, double lambda,
       right[i] = fixed;
     }
     if (!changed) break;
-    factors = damped;
-    step = right;
-    solve(factors, step);
+    step = solved(damped, right);
   }
   for (Eigen::Index i = 0; i < count; ++i) {
     step[i] = std::isfinite(step[i]) ? std::clamp(step[i], low[i], high[i]) : 0.0;
@@ -123,7 +114,10 @@ double levenberg_marquardt(const Problem& problem, Vector& parameters, int itera
     double reached = best;
     Vector trial;
     while (lambda < lambda_hopeless) {
-      trial = parameters + bounded_step(normal, gradient, lambda, low, high);
+      const Vector step = bounded_step(normal, gradient, lambda, low, high);
+      // To first order, and a damped step gains less: nothing is left that is worth a try.
+      if (-2 * gradient.dot(step) < enough * best) return best;
+      trial = parameters + step;
       settle(problem, trial);
       reached = problem.linearise(trial, work);  // most trials are taken, and then this is the next point's
       if (reached < best) break;

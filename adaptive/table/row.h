@@ -45,7 +45,6 @@ struct Row {
   std::uint32_t touches_at_birth = 0;
   Audit audit = Audit::none;
 
-  double fit_objective = 0;  ///< R of the last refit
   std::uint32_t bins_at_fit = 0;
   std::uint64_t count_at_fit = 0;
   float largest_passed = 0;  ///< largest bound of the present run of passed tests

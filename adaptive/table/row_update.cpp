@@ -88,17 +88,11 @@ void Service::Table::refit(Row& row, Outcome& outcome) const {
   const auto occupied = static_cast<std::uint32_t>(pairs.size());
   if (pairs.empty() || !refit_due(row, occupied)) return;
   const auto components = std::min<std::uint32_t>(options_.max_components, Mixture::max_components);
-  const LearnerSettings settings{options_.epsilon, static_cast<int>(components)};
-  const double energy = row.nodes->energy(), variation = row.nodes->variation();
-  Fit fit = fit_mixture(pairs, energy, variation, row.has_fit ? &row.fit : nullptr, settings);
-  if (row.has_fit && fit.objective > options_.epsilon / 4 && row.count >= count_before_restart &&
-      row.last_test_failed) {
-    const Fit cold = fit_mixture(pairs, energy, variation, nullptr, settings);
-    if (cold.objective < fit.objective) fit = cold;
-  }
-  row.fit = fit.mixture;
+  const bool restart = row.count >= count_before_restart && row.last_test_failed;
+  const LearnerSettings settings{options_.epsilon, static_cast<int>(components), restart};
+  row.fit = fit_mixture(pairs, row.nodes->energy(), row.nodes->variation(), row.has_fit ? &row.fit : nullptr, settings)
+                .mixture;
   row.has_fit = true;
-  row.fit_objective = fit.objective;
   row.bins_at_fit = occupied;
   row.count_at_fit = row.count;
   ++outcome.refits;
