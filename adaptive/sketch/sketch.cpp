@@ -31,6 +31,10 @@ std::uint32_t Sketch::bin_count(float blur_rad) {
 
 Sketch::Sketch(std::uint32_t bins)
     : bin_count_(std::max(bins, 1u)), bins_(std::make_unique<std::atomic<std::uint64_t>[]>(bin_count_)) {
+  clear();
+}
+
+void Sketch::clear() {
   for (std::uint32_t i = 0; i < bin_count_; ++i) bins_[i].store(empty_bin, std::memory_order_relaxed);
 }
 

@@ -33,6 +33,8 @@ class Sketch {
   /// Sorted by azimuth. Not beside offer().
   std::vector<ObservedPair> pairs() const;
   std::uint32_t occupied() const;
+  /// Not beside offer().
+  void clear();
   std::size_t bytes() const { return sizeof(*this) + sizeof(std::uint64_t) * bin_count_; }
 
  private:

@@ -30,19 +30,19 @@ std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   const Page& page = *pages_[candidate.page];
   const auto found = page.dormant.find(candidate.node);
   const bool keeps_earlier = found != page.dormant.end() && found->second.state == RowState::converged;
-  return Row::open_bytes(Sketch::bin_count(page.description.blur_rad)) + (keeps_earlier ? sizeof(CachedRow) : 0) +
-         (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
+  return sizeof(Row) + Learning::bytes_before_nodes(page.description.blur_rad) +
+         (keeps_earlier ? sizeof(CachedRow) : 0) + (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
 }
 
 bool Service::Table::outdated(const Row& row) const {
-  const std::vector<ObservedPair> pairs = row.sketch->pairs();
+  const std::vector<ObservedPair> pairs = row.learning->sketch.pairs();
   double sum = 0;
   for (const ObservedPair& pair : pairs) {
-    const double change = static_cast<double>(row.nodes->density(pair.azimuth)) - pair.g;
+    const double change = static_cast<double>(row.learning->nodes->density(pair.azimuth)) - pair.g;
     sum += change * change;
   }
   const double objective =
-      pairs.empty() ? 0 : sum * two_pi / (static_cast<double>(pairs.size()) * row.nodes->variation());
+      pairs.empty() ? 0 : sum * two_pi / (static_cast<double>(pairs.size()) * row.learning->nodes->variation());
   return objective > options_.epsilon / 4;  // what a fit is to reach on its pairs
 }
 
@@ -65,21 +65,20 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
       row.audit = stream_of(row, 0).next_bits() % audit_one_in == 0 ? Audit::due : Audit::possible;
       return outcome;
     }
-    row.earlier = std::make_unique<const CachedRow>(*cached);
+    row.learning->earlier = std::make_unique<const CachedRow>(*cached);
   }
-  row.energy = row.nodes->energy();
-  row.sketch = std::make_unique<Sketch>(Sketch::bin_count(page.description.blur_rad));
-  if (cached != nullptr) row.sketch->merge(cached->sketch);
+  row.energy = row.learning->nodes->energy();
+  if (cached != nullptr) row.learning->sketch.merge(cached->sketch);
   if (cached != nullptr && outdated(row)) {
-    row.sketch = std::make_unique<Sketch>(Sketch::bin_count(page.description.blur_rad));
+    row.learning->sketch.clear();
     row.count = 0;
     ++row.generation;
     outcome.reopened = true;
   }
-  if (row.sketch->occupied() == 0) outcome.g_evaluations = cover(row);
+  if (row.learning->sketch.occupied() == 0) outcome.g_evaluations = cover(row);
   if (row.has_fit) {
-    row.bins_at_fit = row.sketch->occupied();
-    row.count_at_fit = row.count;
+    row.learning->bins_at_fit = row.learning->sketch.occupied();
+    row.learning->count_at_fit = row.count;
   } else {
     refit(row, outcome);
   }
@@ -115,9 +114,11 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       }
       bytes_ += size;
       auto row = std::make_unique<Row>(one.page, one.node);
-      if (needs_nodes(one)) row->nodes = std::move(one.nodes);
-      row->born_pass = pass_;
-      row->touches_at_birth = one.touches;
+      if (needs_nodes(one)) {
+        row->learning = std::make_unique<Learning>(std::move(one.nodes));
+        row->learning->born_pass = pass_;
+        row->learning->touches_at_birth = one.touches;
+      }
       pages_[one.page]->slots[one.node].row = static_cast<std::uint32_t>(rows_.size());
       rows_.push_back(std::move(row));
     }
@@ -126,6 +127,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
       const Row& row = *rows_[first + i];
       pages_[row.page]->dormant.erase(row.node);
+      show(static_cast<std::uint32_t>(first + i));
       changes_.push_back({row.page, row.node, row.state});
       report.g_evaluations += outcomes[i].g_evaluations;
       report.refits += outcomes[i].refits;

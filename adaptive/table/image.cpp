@@ -36,7 +36,7 @@ void keep_dormant(Page& page, CachedPage&& cached) {
 }
 
 CachedRow cached_form(const Row& row) {
-  if (row.earlier) return *row.earlier;
+  if (row.learning && row.learning->earlier) return *row.learning->earlier;
   CachedRow cached;
   cached.node = row.node;
   cached.generation = row.generation;
@@ -47,7 +47,7 @@ CachedRow cached_form(const Row& row) {
     cached.fit = row.fit;
     cached.objective = row.objective;
   } else {
-    cached.sketch = row.sketch->bins();
+    cached.sketch = row.learning->sketch.bins();
   }
   return cached;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tress/adaptive/cache.h"
+#include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/traced_nodes.h"
 
@@ -29,19 +30,30 @@ struct KeyLess {
   bool operator()(const PageKey& a, const PageKey& b) const { return compare_keys(a, b) < 0; }
 };
 
-/// A node. 16 bytes.
-struct Slot {
+/// A node, and all that a look-up reads: half a cache line. Of a row that is born it repeats what the row publishes.
+struct alignas(32) Slot {
   static constexpr std::uint32_t no_row = ~0u;
-  std::atomic<std::uint32_t> touches{0};          ///< look-ups over all passes (modulo 2^32)
-  std::uint32_t row = no_row;                     ///< index into the table's rows; changes between passes
-  std::atomic<const TracedNodes*> memo{nullptr};  ///< trace of an unborn node, owned, for this pass
+  std::atomic<std::uint32_t> touches{0};           ///< look-ups over all passes (modulo 2^32)
+  std::uint32_t row = no_row;                      ///< index into the table's rows; changes between passes
+  std::atomic<const TracedNodes*> nodes{nullptr};  ///< the row's; unborn: this pass's trace, owned
+  const Mixture* fit = nullptr;                    ///< null before the first fit
+  float objective = 1;
+  RowState state = RowState::unborn;
+
+  /// Of an unborn node.
+  std::unique_ptr<const TracedNodes> take_memo() {
+    return std::unique_ptr<const TracedNodes>(nodes.exchange(nullptr, std::memory_order_relaxed));
+  }
 };
+static_assert(sizeof(Slot) == 32);
 
 struct Page {
   explicit Page(const PageDescription& d)
       : description(d), slots(std::make_unique<Slot[]>(d.node_count())), touches_before(d.node_count(), 0) {}
   ~Page() {
-    for (std::uint32_t n = 0; n < description.node_count(); ++n) delete slots[n].memo.load(std::memory_order_relaxed);
+    for (std::uint32_t n = 0; n < description.node_count(); ++n) {
+      if (slots[n].row == Slot::no_row) slots[n].take_memo();
+    }
   }
   Page(const Page&) = delete;
   Page& operator=(const Page&) = delete;

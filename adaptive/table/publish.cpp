@@ -18,10 +18,6 @@ double quantile(const std::vector<float>& ascending, double share) {
   return ascending[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
 }
 
-std::size_t sketch_bytes(const Page& page) {
-  return Row::open_bytes(Sketch::bin_count(page.description.blur_rad)) - sizeof(Row);
-}
-
 }  // namespace
 
 void Service::Table::update_rows(PassReport& report) {
@@ -32,7 +28,7 @@ void Service::Table::update_rows(PassReport& report) {
     Row& row = *rows_[i];
     Page& page = *pages_[row.page];
     const bool asked = page.slots[row.node].touches.load(std::memory_order_relaxed) != page.touches_before[row.node];
-    const bool told = row.observed.load(std::memory_order_relaxed) != 0;
+    const bool told = row.learning && row.learning->observed.load(std::memory_order_relaxed) != 0;
     // The first cached row that is asked is checked for its page, beside those chosen by key.
     const bool audits = row.audit == Audit::due || (row.audit == Audit::possible && !page.audited);
     if (row.state == RowState::open ? asked || told : row.state == RowState::converged && audits && asked) {
@@ -42,42 +38,41 @@ void Service::Table::update_rows(PassReport& report) {
   }
   std::vector<Outcome> outcomes(dirty.size());
   std::vector<std::size_t> sizes(dirty.size());
-  std::vector<Moments> weights(dirty.size());
   std::set<PageId> suspect;  // pages with a row that no longer fits
   tbb::parallel_for(std::size_t{0}, dirty.size(), [&](std::size_t i) {
     Row& row = *rows_[dirty[i]];
     sizes[i] = row.bytes();
     outcomes[i] = update(row);
-    weights[i] = row.weights.moments();
-    row.weights.clear();
   });
   for (std::size_t i = 0; i < dirty.size(); ++i) {
     Row& row = *rows_[dirty[i]];
-    const Outcome& outcome = outcomes[i];
+    Outcome& outcome = outcomes[i];
     if (outcome.audit_failed) {
-      if (bytes_ - sizes[i] + row.bytes() + sketch_bytes(*pages_[row.page]) <= options_.memory_bytes) {
-        const Outcome again = reopen(row);
+      const std::size_t wanted =
+          Learning::bytes_before_nodes(pages_[row.page]->description.blur_rad) + outcome.nodes->bytes();
+      if (bytes_ + wanted <= options_.memory_bytes) {
+        const Outcome again = reopen(row, std::move(outcome.nodes));
         report.g_evaluations += again.g_evaluations;
         report.refits += again.refits;
         ++reopened_;
         changes_.push_back({row.page, row.node, row.state});
       } else {
-        row.nodes.reset();
         row.audit = Audit::due;  // looked at again when there is room
       }
       suspect.insert(row.page);
     }
     bytes_ = bytes_ - sizes[i] + row.bytes();
+    show(dirty[i]);
     report.g_evaluations += outcome.g_evaluations;
     report.top_ups += outcome.top_ups;
     report.refits += outcome.refits;
     report.traces += outcome.traces;
     report.newly_converged += outcome.converged ? 1 : 0;
     if (outcome.changed) changes_.push_back({row.page, row.node, row.state});
-    if (weights[i].count > 0 && weights[i].mean_square > 0) {
-      const double n = static_cast<double>(weights[i].count);
-      weighted_samples += n * weights[i].mean * weights[i].mean / weights[i].mean_square;
-      scored += weights[i].count;
+    if (outcome.weights.count > 0 && outcome.weights.mean_square > 0) {
+      const Moments& w = outcome.weights;
+      weighted_samples += static_cast<double>(w.count) * w.mean * w.mean / w.mean_square;
+      scored += w.count;
     }
   }
   for (const std::unique_ptr<Row>& row : rows_) {
@@ -100,14 +95,15 @@ PassReport Service::Table::publish() {
     for (std::uint32_t n = 0; n < page.description.node_count(); ++n) {
       Slot& slot = page.slots[n];
       const std::uint32_t touches = slot.touches.load(std::memory_order_relaxed);
-      std::unique_ptr<const TracedNodes> memo(slot.memo.exchange(nullptr, std::memory_order_relaxed));
       report.rows_touched += touches != 0 ? 1 : 0;
       const std::uint32_t queries = touches - page.touches_before[n];
       report.queries += queries;
       if (slot.row != Slot::no_row) {
         if (rows_[slot.row]->state == RowState::converged) report.converged_queries += queries;
       } else if (touches >= options_.birth_touches && touches > 0) {
-        candidates.push_back({p, n, touches, std::move(memo)});
+        candidates.push_back({p, n, touches, slot.take_memo()});
+      } else {
+        slot.take_memo();
       }
     }
   }

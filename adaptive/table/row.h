@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 
 #include "sketch/sketch.h"
 #include "table/fixed_moments.h"
@@ -21,8 +22,38 @@ enum class Audit : std::uint8_t {
   due,       ///< from a cache; checked when it is next asked
 };
 
-/// During a pass only `sketch`, `observed`, `scores` and `weights` are written, all by atomics whose result does not
-/// depend on the order. The rest changes between passes, by one thread a row.
+/// What an open or refused row needs beside what is published of it. During a pass only `sketch`, `observed`, `scores`
+/// and `weights` are written, all by atomics whose result does not depend on the order.
+struct Learning {
+  explicit Learning(std::unique_ptr<const TracedNodes> traced)
+      : nodes(std::move(traced)), sketch(Sketch::bin_count(nodes->blur_rad())) {}
+
+  std::unique_ptr<const TracedNodes> nodes;
+  Sketch sketch;
+  /// Set while a row that a cache held as converged, at a larger epsilon, is open: what a snapshot goes on saving.
+  std::unique_ptr<const CachedRow> earlier;
+
+  std::uint32_t born_pass = 0;  ///< number of the publish() that made it; 0 if a cache did
+  std::uint32_t touches_at_birth = 0;
+  std::uint32_t bins_at_fit = 0;
+  std::uint64_t count_at_fit = 0;
+  float largest_passed = 0;  ///< largest bound of the present run of passed tests
+  std::uint32_t passed = 0;  ///< length of that run
+  bool last_test_failed = false;
+
+  std::atomic<std::uint64_t> observed{0};  ///< g evaluations told by the host since the last publish()
+  FixedMoments<2> scores;                  ///< of x = min(4, r^2/(q L)), since the last test
+  FixedMoments<14> weights;                ///< of g/(q energy), since the last publish()
+
+  static std::size_t bytes_before_nodes(float blur_rad) {
+    return sizeof(Learning) + sizeof(std::uint64_t) * Sketch::bin_count(blur_rad);
+  }
+  std::size_t bytes() const {
+    return bytes_before_nodes(nodes->blur_rad()) + nodes->bytes() + (earlier ? sizeof(CachedRow) : 0);
+  }
+};
+
+/// Changes between passes, by one thread a row.
 struct Row {
   Row(std::uint32_t page_index, std::uint32_t node_index) : page(page_index), node(node_index) {}
 
@@ -30,43 +61,22 @@ struct Row {
   std::uint32_t node;
   RowState state = RowState::open;
   bool has_fit = false;
-  float objective = -1;  ///< bound of the last test, negative before the first; once converged, the stored bound
-  Mixture fit;           ///< published; the answer of a converged row, the proposal of an open one
-
-  std::unique_ptr<const TracedNodes> nodes;  ///< null once converged
-  std::unique_ptr<Sketch> sketch;            ///< likewise
-  /// Set while a row that a cache held as converged, at a larger epsilon, is open: what a snapshot goes on saving.
-  std::unique_ptr<const CachedRow> earlier;
-
-  float energy = 0;              ///< mass of g
-  std::uint32_t generation = 0;  ///< raised by each reopening
-  std::uint64_t count = 0;       ///< g evaluations that taught it, those of the running pass not yet in
-  std::uint32_t born_pass = 0;   ///< number of the publish() that made it; 0 if a cache did
-  std::uint32_t touches_at_birth = 0;
   Audit audit = Audit::none;
+  float objective = -1;  ///< bound of the last test, negative before the first; once converged, the stored bound
+  float energy = 0;      ///< mass of g
+  std::uint32_t generation = 0;        ///< raised by each reopening
+  std::uint32_t failed = 0;            ///< tests failed, in all
+  std::uint64_t count = 0;             ///< g evaluations that taught it, those of the running pass not yet in
+  std::unique_ptr<Learning> learning;  ///< null once converged
+  Mixture fit;                         ///< published; the answer of a converged row, the proposal of an open one
 
-  std::uint32_t bins_at_fit = 0;
-  std::uint64_t count_at_fit = 0;
-  float largest_passed = 0;  ///< largest bound of the present run of passed tests
-  std::uint32_t passed = 0;  ///< length of that run
-  std::uint32_t failed = 0;  ///< tests failed, in all
-  bool last_test_failed = false;
+  std::size_t bytes() const { return sizeof(Row) + (learning ? learning->bytes() : 0); }
 
-  std::atomic<std::uint64_t> observed{0};  ///< g evaluations told by the host since the last publish()
-  FixedMoments<2> scores;                  ///< of x = min(4, r^2/(q L)), since the last test
-  FixedMoments<14> weights;                ///< of g/(q energy), since the last publish()
-
-  static std::size_t open_bytes(std::uint32_t bins) { return sizeof(Row) + sizeof(Sketch) + 8 * std::size_t{bins}; }
-  std::size_t bytes() const {
-    return sizeof(Row) + (nodes ? nodes->bytes() : 0) + (sketch ? sketch->bytes() : 0) +
-           (earlier ? sizeof(CachedRow) : 0);
-  }
-
-  /// Scores the published fit at x, whose g was drawn with density q (1/rad). Any thread.
+  /// Scores the published fit at x, whose g was drawn with density q (1/rad). Open rows; any thread.
   void add_score(float x, float g, float q) {
     const double r = static_cast<double>(g) - fit.density(x);
-    scores.add(r * r / (static_cast<double>(q) * nodes->variation()));
-    if (energy > 0) weights.add(static_cast<double>(g) / (static_cast<double>(q) * energy));
+    learning->scores.add(r * r / (static_cast<double>(q) * learning->nodes->variation()));
+    if (energy > 0) learning->weights.add(static_cast<double>(g) / (static_cast<double>(q) * energy));
   }
 };
 

@@ -2,6 +2,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "table/table.h"
 #include "tress/adaptive/random.h"
@@ -27,8 +30,9 @@ RandomStream Service::Table::stream_of(const Row& row, std::uint64_t purpose) co
 }
 
 std::uint64_t Service::Table::cover(Row& row) const {
-  const std::vector<float> missing = coverage_azimuths(row.sketch->pairs(), pages_[row.page]->description.blur_rad);
-  for (const float x : missing) row.sketch->offer(x, row.nodes->density(x));
+  const std::vector<float> missing =
+      coverage_azimuths(row.learning->sketch.pairs(), pages_[row.page]->description.blur_rad);
+  for (const float x : missing) row.learning->sketch.offer(x, row.learning->nodes->density(x));
   row.count += missing.size();
   return missing.size();
 }
@@ -36,65 +40,66 @@ std::uint64_t Service::Table::cover(Row& row) const {
 std::uint64_t Service::Table::top_up(Row& row) const {
   const std::uint32_t touches = pages_[row.page]->slots[row.node].touches.load(std::memory_order_relaxed);
   const std::uint64_t wanted = options_.scores_per_test();
-  const std::uint64_t have = row.scores.count();
-  if (row.born_pass >= pass_ || !row.has_fit || touches - row.touches_at_birth < queries_before_top_up) return 0;
+  const std::uint64_t have = row.learning->scores.count();
+  if (row.learning->born_pass >= pass_ || !row.has_fit ||
+      touches - row.learning->touches_at_birth < queries_before_top_up)
+    return 0;
   if (have >= wanted) return 0;
   RandomStream random = stream_of(row, top_up_purpose);
   for (std::uint64_t i = have; i < wanted; ++i) {
     const float x = row.fit.sample(random.next(), options_.uniform_share_open);
     const float q = row.fit.proposal_density(x, options_.uniform_share_open);
-    const float g = row.nodes->density(x);
+    const float g = row.learning->nodes->density(x);
     row.add_score(x, g, q);
-    row.sketch->offer(x, g);
+    row.learning->sketch.offer(x, g);
   }
   row.count += wanted - have;
   return wanted - have;
 }
 
 void Service::Table::test(Row& row, Outcome& outcome) const {
-  const Moments scores = row.scores.moments();
+  const Moments scores = row.learning->scores.moments();
   if (!row.has_fit || scores.count < options_.scores_per_test()) return;
-  row.scores.clear();
+  row.learning->scores.clear();
   // Rounded to what a cache stores, so that the stored bound passes wherever this one does.
   row.objective = static_cast<float>(scores.mean + 2 * standard_error(scores));
-  row.last_test_failed = !(row.objective <= options_.epsilon);
-  if (row.last_test_failed) {
-    row.passed = 0;
-    row.largest_passed = 0;
+  row.learning->last_test_failed = !(row.objective <= options_.epsilon);
+  if (row.learning->last_test_failed) {
+    row.learning->passed = 0;
+    row.learning->largest_passed = 0;
     if (++row.failed >= options_.tests_before_refusal) {
       row.state = RowState::refused;
       outcome.changed = true;
     }
     return;
   }
-  row.largest_passed = std::max(row.largest_passed, row.objective);
-  if (++row.passed < options_.tests_to_converge()) return;
+  row.learning->largest_passed = std::max(row.learning->largest_passed, row.objective);
+  if (++row.learning->passed < options_.tests_to_converge()) return;
   row.state = RowState::converged;
-  row.objective = row.largest_passed;
-  assign_attributes(row.fit, *row.nodes);
-  row.nodes.reset();
-  row.sketch.reset();
-  row.earlier.reset();
+  row.objective = row.learning->largest_passed;
+  assign_attributes(row.fit, *row.learning->nodes);
+  row.learning.reset();
   outcome.converged = outcome.changed = true;
 }
 
 bool Service::Table::refit_due(const Row& row, std::uint32_t occupied) const {
   if (!row.has_fit) return true;
-  return occupied * 20ull >= row.bins_at_fit * 21ull || row.count >= 2 * row.count_at_fit;
+  return occupied * 20ull >= row.learning->bins_at_fit * 21ull || row.count >= 2 * row.learning->count_at_fit;
 }
 
 void Service::Table::refit(Row& row, Outcome& outcome) const {
-  const std::vector<ObservedPair> pairs = row.sketch->pairs();
+  const std::vector<ObservedPair> pairs = row.learning->sketch.pairs();
   const auto occupied = static_cast<std::uint32_t>(pairs.size());
   if (pairs.empty() || !refit_due(row, occupied)) return;
   const auto components = std::min<std::uint32_t>(options_.max_components, Mixture::max_components);
-  const bool restart = row.count >= count_before_restart && row.last_test_failed;
+  const bool restart = row.count >= count_before_restart && row.learning->last_test_failed;
   const LearnerSettings settings{options_.epsilon, static_cast<int>(components), restart};
-  row.fit = fit_mixture(pairs, row.nodes->energy(), row.nodes->variation(), row.has_fit ? &row.fit : nullptr, settings)
+  row.fit = fit_mixture(pairs, row.learning->nodes->energy(), row.learning->nodes->variation(),
+                        row.has_fit ? &row.fit : nullptr, settings)
                 .mixture;
   row.has_fit = true;
-  row.bins_at_fit = occupied;
-  row.count_at_fit = row.count;
+  row.learning->bins_at_fit = occupied;
+  row.learning->count_at_fit = row.count;
   ++outcome.refits;
   outcome.changed = true;
 }
@@ -102,11 +107,13 @@ void Service::Table::refit(Row& row, Outcome& outcome) const {
 Service::Table::Outcome Service::Table::update(Row& row) const {
   if (row.state == RowState::converged) return audit(row);
   Outcome outcome;
-  outcome.g_evaluations = row.observed.exchange(0, std::memory_order_relaxed);
+  outcome.g_evaluations = row.learning->observed.exchange(0, std::memory_order_relaxed);
   row.count += outcome.g_evaluations;
   outcome.g_evaluations += cover(row);
   outcome.top_ups = top_up(row);
   outcome.g_evaluations += outcome.top_ups;
+  outcome.weights = row.learning->weights.moments();
+  row.learning->weights.clear();
   test(row, outcome);
   if (row.state == RowState::open) refit(row, outcome);
   return outcome;
@@ -128,22 +135,22 @@ Service::Table::Outcome Service::Table::audit(Row& row) const {
   outcome.g_evaluations = audit_draws;
   const Moments moments = scores.moments();
   if (moments.mean - 2 * standard_error(moments) <= options_.epsilon) return outcome;
-  row.nodes = std::move(nodes);
+  outcome.nodes = std::move(nodes);
   outcome.audit_failed = true;
   return outcome;
 }
 
-Service::Table::Outcome Service::Table::reopen(Row& row) const {
+Service::Table::Outcome Service::Table::reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const {
   Outcome outcome;
+  row.learning = std::make_unique<Learning>(std::move(nodes));
   row.state = RowState::open;
   ++row.generation;
-  row.energy = row.nodes->energy();
-  row.sketch = std::make_unique<Sketch>(Sketch::bin_count(pages_[row.page]->description.blur_rad));
+  row.energy = row.learning->nodes->energy();
   row.has_fit = false;
   row.count = 0;
   row.objective = -1;
-  row.born_pass = pass_;
-  row.touches_at_birth = pages_[row.page]->slots[row.node].touches.load(std::memory_order_relaxed);
+  row.learning->born_pass = pass_;
+  row.learning->touches_at_birth = pages_[row.page]->slots[row.node].touches.load(std::memory_order_relaxed);
   outcome.g_evaluations = cover(row);
   refit(row, outcome);
   return outcome;

@@ -7,6 +7,19 @@
 #include "table/table.h"
 
 namespace tress::adaptive {
+namespace {
+
+RowView view_of(const Slot& slot) {
+  RowView view;
+  view.state = slot.state;
+  view.fit = slot.fit;
+  view.nodes = slot.nodes.load(std::memory_order_relaxed);
+  view.row = slot.row;
+  view.objective = slot.objective;
+  return view;
+}
+
+}  // namespace
 
 std::unique_ptr<const TracedNodes> Service::Table::trace(PageId page, std::uint32_t node) const {
   const PageDescription& d = pages_[page]->description;
@@ -16,15 +29,13 @@ std::unique_ptr<const TracedNodes> Service::Table::trace(PageId page, std::uint3
   return std::make_unique<const TracedNodes>(rays, d.blur_rad);
 }
 
-RowView Service::Table::view_of(std::uint32_t index) const {
+void Service::Table::show(std::uint32_t index) const {
   const Row& row = *rows_[index];
-  RowView view;
-  view.state = row.state;
-  view.fit = row.has_fit ? &row.fit : nullptr;
-  view.nodes = row.nodes.get();
-  view.row = index;
-  if (row.objective >= 0) view.objective = row.objective;
-  return view;
+  Slot& slot = pages_[row.page]->slots[row.node];
+  slot.state = row.state;
+  slot.fit = row.has_fit ? &row.fit : nullptr;
+  slot.objective = row.objective >= 0 ? row.objective : 1.0f;
+  slot.nodes.store(row.learning ? row.learning->nodes.get() : nullptr, std::memory_order_relaxed);
 }
 
 RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b) {
@@ -33,10 +44,10 @@ RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b
   assert(node < page.description.node_count());
   Slot& slot = page.slots[node];
   slot.touches.fetch_add(1, std::memory_order_relaxed);
-  if (slot.row != Slot::no_row) return view_of(slot.row);
+  if (slot.row != Slot::no_row) return view_of(slot);
 
   RowView view;
-  view.nodes = slot.memo.load(std::memory_order_acquire);
+  view.nodes = slot.nodes.load(std::memory_order_acquire);
   if (view.nodes != nullptr) return view;
   std::unique_ptr<const TracedNodes> traced = trace(page_id, node);
   const std::size_t size = traced->bytes();
@@ -49,7 +60,7 @@ RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b
     return view;
   }
   const TracedNodes* seen = nullptr;
-  if (slot.memo.compare_exchange_strong(seen, traced.get(), std::memory_order_acq_rel, std::memory_order_acquire)) {
+  if (slot.nodes.compare_exchange_strong(seen, traced.get(), std::memory_order_acq_rel, std::memory_order_acquire)) {
     traces_.fetch_add(1, std::memory_order_relaxed);
     view.nodes = traced.release();
   } else {
@@ -62,15 +73,15 @@ RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b
 RowView Service::Table::peek(PageId page_id, std::uint32_t a, std::uint32_t b) const {
   const Page& page = *pages_[page_id];
   const Slot& slot = page.slots[a * page.description.axis_b.size() + b];
-  return slot.row == Slot::no_row ? RowView{} : view_of(slot.row);
+  return slot.row == Slot::no_row ? RowView{} : view_of(slot);
 }
 
 void Service::Table::observe(const RowView& view, float x, float g) {
   if (view.row == RowView::no_row) return;
   Row& row = *rows_[view.row];
   if (row.state != RowState::open) return;
-  row.sketch->offer(x, g);
-  row.observed.fetch_add(1, std::memory_order_relaxed);
+  row.learning->sketch.offer(x, g);
+  row.learning->observed.fetch_add(1, std::memory_order_relaxed);
 }
 
 void Service::Table::score(const RowView& view, float x, float g, float q) {

@@ -54,6 +54,8 @@ class Service::Table {
   struct Outcome {
     std::uint64_t g_evaluations = 0, top_ups = 0, refits = 0, traces = 0;
     bool changed = false, converged = false, audit_failed = false, reopened = false;
+    Moments weights;                           ///< g/(q energy) of what was scored
+    std::unique_ptr<const TracedNodes> nodes;  ///< of a row that failed its audit
   };
 
   // births.cpp
@@ -70,10 +72,10 @@ class Service::Table {
   // row_update.cpp
   /// The end of a pass for one row. Touches nothing but the row: rows run in parallel.
   Outcome update(Row& row) const;
-  /// Scores a converged row of a cache against a fresh trace. If it fails, its nodes are left in the row.
+  /// Scores a converged row of a cache against a fresh trace.
   Outcome audit(Row& row) const;
-  /// Starts a failed row anew; its nodes are there.
-  Outcome reopen(Row& row) const;
+  /// Starts anew a row that failed its audit.
+  Outcome reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const;
   std::uint64_t cover(Row& row) const;
   std::uint64_t top_up(Row& row) const;
   void test(Row& row, Outcome& outcome) const;
@@ -91,7 +93,8 @@ class Service::Table {
   void wake(const std::vector<PageId>& pages);
 
   std::unique_ptr<const TracedNodes> trace(PageId page, std::uint32_t node) const;
-  RowView view_of(std::uint32_t index) const;
+  /// Puts into its slot what readers may see of a row. After every change of it.
+  void show(std::uint32_t index) const;
 
   Options options_;
   const Target& target_;
