@@ -131,9 +131,12 @@ PathRule residual_rule(const std::array<double, 6>& moments, double mass) {
 
 }  // namespace
 
-EnergyKey energy_key(const FiberParameters& fiber) { return {fiber.eta, fiber.eccentricity}; }
+EnergyKey energy_key(const FiberParameters& fiber) {
+  return {fiber.eta, fiber.eccentricity, fiber.split_glint ? azimuthal_sigmas(fiber)[1] : 0};
+}
 
-ClearEnergies::ClearEnergies(const EnergyKey& key) : key_(key), clear_(node_count), rules_(offset(Lobe::glint, 0)) {
+ClearEnergies::ClearEnergies(const EnergyKey& key)
+    : key_(key), clear_(node_count), rules_(offset(Lobe::glint, key.glint_sigma > 0 ? path_points : 0)) {
   tbb::parallel_for(tbb::blocked_range<int>(0, node_count, 16), [this](const auto& range) {
     for (int node = range.begin(); node != range.end(); ++node) trace(node);
   });
@@ -155,24 +158,36 @@ void ClearEnergies::trace(int node) {
   const double phi_r = (node % nodes_per_axis) / last * (std::numbers::pi / 2);
   const CrossSection section(static_cast<double>(key_.eta), static_cast<double>(key_.eccentricity), phi_r,
                              std::acos((node / nodes_per_axis) / last));
+  const bool split = key_.glint_sigma > 0;
   OrderRays orders[traced_orders - 1];
+  OrderRays glint{};
   LaneSum reflected, left;
   for (int first = 0; first < rays_per_node; first += lanes) {
-    RayBatch rays(section, (2 * first + 1) * share - 1, 2 * share);
+    RayBatch rays(section, (2 * first + 1) * share - 1, 2 * share, split);
     for (int i = 0; i < lanes; ++i) reflected.lane[i] += rays.weight()[i];
     for (OrderRays& order : orders) {
       rays.advance();
       std::copy_n(rays.weight(), lanes, order.weight + first);
       std::copy_n(rays.path(), lanes, order.path + first);
+      if (!split || &order != orders + 1) continue;
+      double part[lanes];
+      rays.glint_shares(static_cast<double>(key_.glint_sigma), part);
+      for (int i = 0; i < lanes; ++i) {
+        glint.weight[first + i] = order.weight[first + i] * part[i];
+        glint.path[first + i] = order.path[first + i];
+        order.weight[first + i] *= 1 - part[i];
+      }
     }
     for (int i = 0; i < lanes; ++i) left.lane[i] += rays.left()[i];
   }
   clear_[static_cast<std::size_t>(node)][0] = static_cast<float>(reflected.total() * share);
-  for (int p = 1; p < traced_orders; ++p) {
-    CentralMoments moments = moments_of(orders[p - 1]);
+  const auto set_rays = [&](Lobe lobe, const OrderRays& rays) {
+    CentralMoments moments = moments_of(rays);
     moments.mass *= share;
-    set(static_cast<Lobe>(p), node, gauss_rule(moments));
-  }
+    set(lobe, node, gauss_rule(moments));
+  };
+  for (int p = 1; p < traced_orders; ++p) set_rays(static_cast<Lobe>(p), orders[p - 1]);
+  if (split) set_rays(Lobe::glint, glint);
   set(Lobe::residual, node, residual_rule(residual_moments(section), left.total() * share));
 }
 

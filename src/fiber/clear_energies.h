@@ -15,16 +15,17 @@ namespace tress::fiber {
 /// What clear energies depend on.
 struct EnergyKey {
   float eta = 1.55f, eccentricity = 0.85f;
+  float glint_sigma = 0;  ///< blur of TRT, radians, where it is split into GLINT and the rest; else 0
   friend auto operator<=>(const EnergyKey&, const EnergyKey&) = default;
 };
 
 EnergyKey energy_key(const FiberParameters& fiber);
 
 /// On 64 x 64 nodes, phi_r uniform on [0, pi/2], cos theta uniform on [0, 1]. Every node is traced with 512 midpoint
-/// rays; TT, TRT and TRRT keep the Gauss rule of their path lengths l. The residual is everything after TRRT; its rule
-/// is of e^(-l/20), in which long paths weigh little, over 64 rays followed until no more than 1e-3 of them is left or
-/// 40 orders, each then going on at the rate at which it was losing light.
-/// Immutable after construction; any thread.
+/// rays; TT, TRT, TRRT and GLINT keep the Gauss rule of their path lengths l. The residual is everything after TRRT;
+/// its rule is of e^(-l/20), in which long paths weigh little, over 64 rays followed until no more than 1e-3 of them is
+/// left or 40 orders, each then going on at the rate at which it was losing light. Immutable after construction; any
+/// thread.
 class ClearEnergies {
  public:
   static constexpr int nodes_per_axis = 64;
@@ -37,7 +38,8 @@ class ClearEnergies {
   const EnergyKey& key() const { return key_; }
   /// E_p of clear hair at a node, by lobe; sums to 1. The index is cosine * nodes_per_axis + azimuth.
   const std::array<float, lobe_count>& clear(int node) const { return clear_[static_cast<std::size_t>(node)]; }
-  /// Weights and lengths of point k of a lobe other than R, by node. The weights of the points sum to clear().
+  /// Weights and lengths of point k of a lobe other than R, by node (GLINT: where it is split off). The weights of the
+  /// points sum to clear().
   const float* weights(Lobe lobe, int k) const { return rules_.data() + offset(lobe, k); }
   const float* lengths(Lobe lobe, int k) const { return rules_.data() + offset(lobe, k) + node_count; }
 

@@ -1,5 +1,9 @@
 #include "fiber/cross_section.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 namespace tress::fiber {
 
 CrossSection::CrossSection(double eta_, double eccentricity_, double phi_r_, double theta_d_)
@@ -24,6 +28,37 @@ void CrossSection::trace(double h, int max_order, TracedOffset* out) const {
         out->azimuth[order] = std::atan2(y, x);
         out->path[order] = path;
       });
+}
+
+double CrossSection::glint_share(double h, double sigma) const {
+  // Angles in the normal plane: t the ellipse parameter, nu = atan2(sin t, e cos t) the normal, delta the direction
+  // inside. Entering keeps sin(gamma_t) = sin(gamma_i)/eta', gamma_i = phi_r - nu, delta = nu + pi + gamma_t; a chord
+  // takes t to 2 delta' - t, tan delta' = tan(delta)/e; reflecting takes delta to 2 nu + pi - delta; leaving keeps
+  // sin(gamma_out) = eta' sin(gamma_in), Phi = nu + gamma_out.
+  const double e = eccentricity, cos_h = std::sqrt(std::max(1 - h * h, 1e-24));
+  double t = std::atan2(sin_entry_, cos_entry_) + std::asin(h), rate_t = 1 / cos_h;
+  double nu = std::atan2(std::sin(t), e * std::cos(t));
+  const auto normal_rate = [&] { return e / (e * e * std::cos(t) * std::cos(t) + std::sin(t) * std::sin(t)); };
+  const double sin_in = std::sin(phi_r - nu), cos_in = std::sqrt(std::max(1 - sin_in * sin_in, 0.0));
+  const double sin_t = sin_in / eta_prime, cos_t = std::sqrt(1 - sin_t * sin_t);
+  double delta = nu + std::numbers::pi + std::asin(sin_t);
+  double rate_delta = normal_rate() * rate_t * (1 - cos_in / (eta_prime * cos_t));
+  for (int chord = 0; chord < 2; ++chord) {
+    if (chord == 1) {
+      delta = 2 * nu + std::numbers::pi - delta;
+      rate_delta = 2 * normal_rate() * rate_t - rate_delta;
+    }
+    const double x = std::cos(delta), y = std::sin(delta) / e;
+    t = 2 * std::atan2(y, x) - t - std::numbers::pi;
+    rate_t = 2 * rate_delta / (e * (x * x + y * y)) - rate_t;
+    nu = std::atan2(std::sin(t), e * std::cos(t));
+  }
+  const double sin_out = eta_prime * std::sin(delta - nu), cos2_out = 1 - sin_out * sin_out;
+  if (!(cos2_out > 0)) return 0;
+  const double cos_out = std::sqrt(cos2_out), rate_nu = normal_rate() * rate_t;
+  const double rate = rate_nu + eta_prime * std::abs(std::cos(delta - nu)) / cos_out * (rate_delta - rate_nu);
+  const double steepness = rate / (4 * sigma);
+  return 1 / (1 + steepness * steepness);
 }
 
 }  // namespace tress::fiber

@@ -38,6 +38,11 @@ struct CrossSection {
   template <class Visit>
   double follow(double h, int max_order, double least, double* path_left, Visit&& visit) const;
 
+  /// The share of the TRT ray at h that is GLINT: c = 1/(1 + ((dPhi/dh)/(4 sigma))^2), dPhi/dh the rate of the exit
+  /// azimuth, by the chain rule. In [0, 1]: 1 at a caustic, falling to 0 at the edges of the fiber and of a total
+  /// internal reflection, 0 where that bars the exit.
+  double glint_share(double h, double sigma) const;
+
   double eta, eccentricity, phi_r, theta_d;
   double eta_prime, cos_theta_t;
 

@@ -11,17 +11,24 @@
 namespace tress::fiber {
 namespace {
 
-/// Appends n midpoint rays (n a multiple of the lanes) of order p; returns their mass.
-double trace_midpoints(const CrossSection& section, int p, int n, std::vector<adaptive::TracedRay>& out) {
+/// Appends n midpoint rays (n a multiple of the lanes) of a page; returns their mass.
+double trace_midpoints(const CrossSection& section, const adaptive::PageKey& page, int n,
+                       std::vector<adaptive::TracedRay>& out) {
+  const auto lobe = static_cast<int>(page.lobe), p = page_order(lobe);
+  const bool part = lobe == glint_page || lobe == trt_rest_page;
   const double share = 1.0 / n;
   double mass = 0;
   float azimuth[RayBatch::lanes];
   for (int first = 0; first < n; first += RayBatch::lanes) {
-    RayBatch rays(section, (2 * first + 1) * share - 1, 2 * share);
+    RayBatch rays(section, (2 * first + 1) * share - 1, 2 * share, part);
     for (int order = 0; order < p; ++order) rays.advance();
     rays.azimuths(azimuth);
+    double kept[RayBatch::lanes];
+    std::fill_n(kept, RayBatch::lanes, 1.0);
+    if (part) rays.glint_shares(static_cast<double>(page.parameters[2]), kept);
     for (int i = 0; i < RayBatch::lanes; ++i) {
-      const double weight = rays.weight()[i] * share;
+      if (lobe == trt_rest_page) kept[i] = 1 - kept[i];
+      const double weight = rays.weight()[i] * share * kept[i];
       if (weight <= 0) continue;
       mass += weight;
       out.push_back({azimuth[i], static_cast<float>(weight), static_cast<float>(rays.path()[i])});
@@ -41,14 +48,13 @@ int traced_node_count(float sigma_rad) {
 
 void EllipticalTarget::trace(const adaptive::PageDescription& page, float a, float b,
                              std::vector<adaptive::TracedRay>& out) const {
-  const auto p = static_cast<int>(page.key.lobe);
   const CrossSection section(page.key.parameters[0], page.key.parameters[1], a, b);
   const int n = traced_node_count(page.key.parameters[2]);
   const std::size_t first = out.size();
   out.reserve(first + static_cast<std::size_t>(n));
-  if (trace_midpoints(section, p, n, out) >= 0.05) return;
+  if (trace_midpoints(section, page.key, n, out) >= 0.05) return;
   out.resize(first);
-  trace_midpoints(section, p, 4 * n, out);
+  trace_midpoints(section, page.key, 4 * n, out);
 }
 
 std::string EllipticalTarget::model_name() const { return "elliptical-1"; }

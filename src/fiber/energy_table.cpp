@@ -39,7 +39,8 @@ EnergyTable::EnergyTable(std::shared_ptr<const ClearEnergies> clear, const Fiber
     colored_[static_cast<std::size_t>(node)][0] = clear_->clear(node)[0] * fiber.gain[0];
   }
   std::vector<float> energy(node_count);
-  for (const Lobe lobe : {Lobe::tt, Lobe::trt, Lobe::trrt, Lobe::residual}) {
+  for (const Lobe lobe : {Lobe::tt, Lobe::trt, Lobe::trrt, Lobe::residual, Lobe::glint}) {
+    if (lobe == Lobe::glint && !(clear_->key().glint_sigma > 0)) continue;
     const auto l = static_cast<std::size_t>(lobe);
     for (int c = 0; c < 3; ++c) {
       if (c == 0 || fiber.sigma_a[c] != fiber.sigma_a[c - 1]) absorb(*clear_, lobe, fiber.sigma_a[c], energy.data());

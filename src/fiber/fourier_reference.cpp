@@ -13,12 +13,15 @@ FourierReference::FourierReference(const ReferenceRequest& request) {
   coefficients_.resize(terms);
   for (int i = 0; i < request.nodes; ++i) {
     const double h = (2 * i + 1.0) / request.nodes - 1;
+    double share = 1;
+    if (request.part != TrtPart::whole) share = section.glint_share(h, request.sigma);
+    if (request.part == TrtPart::rest) share = 1 - share;
     double path_left;
     section.follow(h, request.p, 0, &path_left, [&](int order, double weight, double x, double y, double path) {
       if (order != request.p) return;
       // e^(-i m Phi) by repeated rotation: the exit direction itself is e^(i Phi).
       const std::complex<double> step = std::complex<double>(x, -y) / std::hypot(x, y);
-      std::complex<double> phase = weight * std::exp(-request.sigma_a * path) / request.nodes;
+      std::complex<double> phase = share * weight * std::exp(-request.sigma_a * path) / request.nodes;
       for (std::complex<double>& c : coefficients_) {
         c += phase;
         phase = {phase.real() * step.real() - phase.imag() * step.imag(),

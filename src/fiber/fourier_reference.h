@@ -6,6 +6,9 @@
 
 namespace tress::fiber {
 
+/// Which part of the rays of TRT.
+enum class TrtPart { whole, glint, rest };
+
 /// What to evaluate. Radians; sigma_a per major semi-axis.
 struct ReferenceRequest {
   double eta = 1.55;
@@ -14,8 +17,9 @@ struct ReferenceRequest {
   double phi_r = 0;    ///< known direction, absolute
   double sigma = 0.2;  ///< blur of the exit azimuth, > 0
   double sigma_a = 0;
-  int p = 1;         ///< 0 (R, traced and blurred), 1, 2, 3
-  int nodes = 2048;  ///< midpoints in h
+  int p = 1;                      ///< 0 (R, traced and blurred), 1, 2, 3
+  TrtPart part = TrtPart::whole;  ///< where p = 2
+  int nodes = 2048;               ///< midpoints in h
 };
 
 /// N_p(phi) = 1/2 integral A_p(h) e^(-sigma_a l(h)) G_sigma(phi - Phi_p(h)) dh, as c_m = 1/2 integral A e^(-i m Phi) dh

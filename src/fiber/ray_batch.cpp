@@ -30,7 +30,8 @@ inline double reflectance(double eta2, double eta_prime, double cos_air, double 
 
 }  // namespace
 
-RayBatch::RayBatch(const CrossSection& section, double h_0, double h_step) : section_(section) {
+RayBatch::RayBatch(const CrossSection& section, double h_0, double h_step, bool with_rates)
+    : section_(section), with_rates_(with_rates) {
   const double e = section.eccentricity, eta_prime = section.eta_prime, eta2 = section.eta * section.eta;
   const double cos_phi = section.cos_phi_, sin_phi = section.sin_phi_;
   const double cos_entry = section.cos_entry_, sin_entry = section.sin_entry_, ratio = 1 / eta_prime;
@@ -54,17 +55,24 @@ RayBatch::RayBatch(const CrossSection& section, double h_0, double h_step) : sec
     weight_[i] = reflected;
     left_[i] = 1 - reflected;
     path_[i] = 0;
+    // Normals turn by e/(e^2 q_x^2 + q_y^2) of t; t turns by 1/cos_h of h.
+    rate_t_[i] = 1 / (cos_h > 1e-12 ? cos_h : 1e-12);
+    rate_delta_[i] = e * scale * scale * rate_t_[i] * (1 - cos_in * ratio / cos_t);
   }
 }
 
-void RayBatch::advance() {
+void RayBatch::advance() { with_rates_ ? step<true>() : step<false>(); }
+
+template <bool with_rates>
+void RayBatch::step() {
   const double e = section_.eccentricity, inverse_e = 1 / e, eta_prime = section_.eta_prime;
   const double eta2 = section_.eta * section_.eta, eta_prime2 = eta_prime * eta_prime;
   const double to_3d = section_.inverse_cos_theta_t_;
   for (int i = 0; i < lanes; ++i) {
     double dx = dx_[i], dy = dy_[i], qx = qx_[i], qy = qy_[i];
     const double dqy = dy * inverse_e;
-    const double across = -2 * (qx * dx + qy * dqy) / (dx * dx + dqy * dqy);
+    const double inverse_square = 1 / (dx * dx + dqy * dqy);
+    const double across = -2 * (qx * dx + qy * dqy) * inverse_square;
     const double chord = across > 0 ? across : 0;
     path_[i] += chord * to_3d;
     qx += chord * dx;
@@ -81,6 +89,14 @@ void RayBatch::advance() {
     const double normal = cos_t - eta_prime * cos_inside;
     exit_x_[i] = eta_prime * dx + normal * nx;
     exit_y_[i] = eta_prime * dy + normal * ny;
+    if constexpr (with_rates) {
+      const double rate_t = 2 * rate_delta_[i] * inverse_e * inverse_square - rate_t_[i];
+      const double rate_nu = e * scale * scale * rate_t;
+      cos_exit_[i] = cos_t;
+      spread_[i] = rate_nu * cos_t + eta_prime * cos_inside * (rate_delta_[i] - rate_nu);
+      rate_t_[i] = rate_t;
+      rate_delta_[i] = 2 * rate_nu - rate_delta_[i];
+    }
     weight_[i] = left_[i] * (1 - kept);
     left_[i] *= kept;
     dx -= 2 * cos_inside * nx;
@@ -90,6 +106,13 @@ void RayBatch::advance() {
     qy_[i] = qy;
     dx_[i] = dx * onto_unit;
     dy_[i] = dy * onto_unit;
+  }
+}
+
+void RayBatch::glint_shares(double sigma, double* out) const {
+  for (int i = 0; i < lanes; ++i) {
+    const double reach = 4 * sigma * cos_exit_[i], reach2 = reach * reach;
+    out[i] = reach2 / (reach2 + spread_[i] * spread_[i] + 1e-300);
   }
 }
 

@@ -12,8 +12,9 @@ class RayBatch {
  public:
   static constexpr int lanes = 16;
 
-  /// Rays at offsets h_0 + i h_step, brought inside: afterwards weight() is that of order 0 (R).
-  RayBatch(const CrossSection& section, double h_0, double h_step);
+  /// Rays at offsets h_0 + i h_step, brought inside: afterwards weight() is that of order 0 (R). with_rates: also
+  /// follows the rates of their angles in h, which glint_shares() needs.
+  RayBatch(const CrossSection& section, double h_0, double h_step, bool with_rates = false);
 
   /// To the next order: weight, exit direction and path are then its. Total internal reflection: weight 0.
   void advance();
@@ -23,12 +24,20 @@ class RayBatch {
   const double* left() const { return left_; }      ///< energy still inside
   /// Exit azimuths relative to phi_r in [-pi, pi], radians, to 1e-7. Orders >= 1; arbitrary where weight is 0.
   void azimuths(float* out) const;
+  /// CrossSection::glint_share of every ray, of the current order. Only with_rates.
+  void glint_shares(double sigma, double* out) const;
 
  private:
+  template <bool with_rates>
+  void step();
+
   const CrossSection& section_;
   double qx_[lanes], qy_[lanes], dx_[lanes], dy_[lanes];
   double exit_x_[lanes], exit_y_[lanes];
   double weight_[lanes], path_[lanes], left_[lanes];
+  bool with_rates_;
+  double rate_t_[lanes], rate_delta_[lanes];  ///< d/dh of the ellipse parameter and of the direction inside
+  double cos_exit_[lanes], spread_[lanes];    ///< cosine of the exit and dPhi/dh times it
 };
 
 }  // namespace tress::fiber

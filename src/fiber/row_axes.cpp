@@ -53,9 +53,9 @@ std::vector<float> inclination_axis() {
   return axis;
 }
 
-adaptive::PageDescription elliptical_page(int p, float eta, float eccentricity, float sigma_rad) {
+adaptive::PageDescription elliptical_page(int page_lobe, float eta, float eccentricity, float sigma_rad) {
   adaptive::PageDescription page;
-  page.key.lobe = static_cast<std::uint32_t>(p);
+  page.key.lobe = static_cast<std::uint32_t>(page_lobe);
   page.key.parameters = {eta, eccentricity, sigma_rad};
   page.axis_a = azimuth_axis(eccentricity, sigma_rad);
   page.axis_b = inclination_axis();

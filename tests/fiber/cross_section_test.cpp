@@ -96,6 +96,39 @@ TEST(CrossSection, ResidualIsWhatIsLeftInside) {
   }
 }
 
+TEST(CrossSection, GlintIsTheShareByTheRateOfTheExit) {
+  // Against central differences of the traced exits, step 1e-6: their error is 1e-12 times the third derivative, 1e-9
+  // by rounding; of a share of slope 1/2 in ln(rate) a few 1e-5 near the edges, where the derivatives explode.
+  const double sigma = 0.15, step = 1e-6;
+  int compared = 0;
+  for (double e : {0.5, 0.85, 1.0}) {
+    for (double theta : {0.0, 0.7, 1.3}) {
+      for (double phi_r : {0.0, 0.4, 1.5, -2.0}) {
+        const fiber::CrossSection section(1.55, e, phi_r, theta);
+        for (double h = -0.97; h < 0.98; h += 0.05) {
+          fiber::TracedOffset here, below, above;
+          section.trace(h, 2, &here);
+          section.trace(h - step, 2, &below);
+          section.trace(h + step, 2, &above);
+          const double share = section.glint_share(h, sigma);
+          if (here.weight[2] == 0) {
+            EXPECT_EQ(share, 0);
+            continue;
+          }
+          if (below.weight[2] == 0 || above.weight[2] == 0) continue;
+          const double turn = std::remainder(above.azimuth[2] - below.azimuth[2], 2 * std::numbers::pi);
+          const double steep = turn / (2 * step) / (4 * sigma);
+          EXPECT_NEAR(share, 1 / (1 + steep * steep), 1e-4) << e << ' ' << theta << ' ' << phi_r << ' ' << h;
+          ++compared;
+        }
+        EXPECT_LT(section.glint_share(1, sigma), 1e-9);
+        EXPECT_LT(section.glint_share(-1, sigma), 1e-9);
+      }
+    }
+  }
+  EXPECT_GT(compared, 700);
+}
+
 TEST(CrossSection, CircleHasTheClassicExitAngles) {
   // Marschner 2003, eq. 2: Phi_p = 2 p gamma_t - 2 gamma_i + p pi, here relative to phi_r, orientation reversed.
   for (double theta : {0.0, 0.8}) {

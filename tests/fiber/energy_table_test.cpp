@@ -137,6 +137,32 @@ TEST(EnergyTable, GainsMultiplyTheColoredEnergiesOnly) {
   }
 }
 
+TEST(EnergyTable, GlintAndTheRestShareTheEnergyOfTrt) {
+  fiber::FiberParameters fiber;
+  fiber.sigma_a = glm::vec3(0, 0.4f, 1);
+  fiber::SharedEnergies shared;
+  const fiber::EnergyTable whole(shared.find(fiber::energy_key(fiber)), fiber);
+  fiber.split_glint = true;
+  fiber.azimuthal_sigma[1] = float(10 * pi / 180);
+  const fiber::EnergyTable split(shared.find(fiber::energy_key(fiber)), fiber);
+  RandomStream random(7);
+  double glint = 0, trt = 0;
+  for (int i = 0; i < 500; ++i) {
+    const float phi = 2 * pi * random.next(), theta = std::acos(random.next());
+    const auto a = whole.interpolated(phi, theta), b = split.interpolated(phi, theta);
+    EXPECT_EQ(a.clear[5], 0);
+    EXPECT_NEAR(b.clear[2] + b.clear[5], a.clear[2], 1e-6f);
+    // Two rules in place of one: each is off by 1e-6 at most.
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(b.colored[2][c] + b.colored[5][c], a.colored[2][c], 3e-6f);
+    for (std::size_t p : {0u, 1u, 3u, 4u}) EXPECT_EQ(a.colored[p], b.colored[p]);
+    glint += b.clear[5];
+    trt += a.clear[2];
+  }
+  // The design's measure: about 55 : 45.
+  EXPECT_NEAR(glint / trt, 0.5, 0.1);
+  RecordProperty("glint_share", std::to_string(glint / trt));
+}
+
 TEST(EnergyTable, OneCrossSectionIsTracedOnce) {
   fiber::SharedEnergies shared;
   const auto first = shared.find({1.55f, 0.85f}), again = shared.find({1.55f, 0.85f});

@@ -7,6 +7,7 @@
 #include "tress/adaptive/service.h"
 #include "tress/adaptive/target.h"
 #include "tress/fiber/fiber_model.h"
+#include "tress/fiber/lobes.h"
 
 namespace tress::fiber {
 
@@ -28,7 +29,19 @@ std::unique_ptr<adaptive::Target> make_elliptical_target();
 /// `service` must have been built on make_elliptical_target() and outlive the model; null only for `exact`.
 std::unique_ptr<FiberModel> make_elliptical_model(Estimator estimator, adaptive::Service* service);
 
-/// The row axes of one lobe's page (p = 1, 2, 3).
-adaptive::PageDescription elliptical_page(int p, float eta, float eccentricity, float sigma_rad);
+/// What PageKey::lobe says beside 1 (TT), 2 (the whole of TRT) and 3 (TRRT): the two parts of TRT of fibers that split
+/// off the glint.
+constexpr int glint_page = 5;
+constexpr int trt_rest_page = 6;
+
+/// Internal order p of a page's rays: 1, 2, 3.
+constexpr int page_order(int page_lobe) { return page_lobe > 3 ? 2 : page_lobe; }
+/// The lobe whose energy a page's rows have.
+constexpr Lobe lobe_of_page(int page_lobe) {
+  return page_lobe == trt_rest_page ? Lobe::trt : static_cast<Lobe>(page_lobe);
+}
+
+/// The row axes of one page. page_lobe: 1, 2, 3, glint_page or trt_rest_page.
+adaptive::PageDescription elliptical_page(int page_lobe, float eta, float eccentricity, float sigma_rad);
 
 }  // namespace tress::fiber
