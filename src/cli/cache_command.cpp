@@ -11,6 +11,7 @@
 
 #include "cli/console.h"
 #include "tress/adaptive/cache.h"
+#include "tress/fiber/elliptical_model.h"
 #include "tress/fiber/lobes.h"
 
 namespace tress::cli {
@@ -35,7 +36,9 @@ struct PageSummary {
 PageSummary summarise(const adaptive::TableImage& image, const adaptive::CachedPage& page) {
   PageSummary summary;
   const std::uint32_t lobe = page.description.key.lobe;
-  summary.lobe = lobe < fiber::lobe_names.size() ? fiber::lobe_names[lobe] : std::to_string(lobe);
+  summary.lobe = lobe == fiber::trt_rest_page      ? "TRT without GLINT"
+                 : lobe < fiber::lobe_names.size() ? fiber::lobe_names[lobe]
+                                                   : std::to_string(lobe);
   summary.nodes = page.description.node_count();
   for (const adaptive::CachedRow& row : page.rows) {
     const bool converged = row.state == adaptive::RowState::converged;

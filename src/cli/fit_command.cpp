@@ -16,6 +16,7 @@
 #include "fiber/fourier_reference.h"
 #include "fiber/reflection.h"
 #include "tress/adaptive/traced_nodes.h"
+#include "tress/fiber/elliptical_model.h"
 
 namespace tress::cli {
 namespace {
@@ -78,7 +79,8 @@ Curves make_curves(const FitSettings& s) {
   request.phi_r = radians(s.phi);
   request.sigma = radians(s.sigma);
   request.sigma_a = s.sigma_a;
-  request.p = static_cast<int>(s.lobe);
+  request.p = fiber::page_order(static_cast<int>(s.lobe));
+  if (s.lobe == fiber::Lobe::glint) request.part = fiber::TrtPart::glint;
   // 2048 do for 5 degrees; a narrower blur resolves more of the caustics.
   request.nodes = 2048 * std::max(1, static_cast<int>(std::ceil(5 / s.sigma)));
   const fiber::FourierReference reference(request);
@@ -91,7 +93,7 @@ Curves make_curves(const FitSettings& s) {
     return curves;
   }
   RowRequest row;
-  row.p = request.p;
+  row.page_lobe = static_cast<int>(s.lobe);
   row.eta = static_cast<float>(s.eta);
   row.eccentricity = static_cast<float>(s.eccentricity);
   row.sigma = static_cast<float>(request.sigma);

@@ -10,7 +10,7 @@ namespace tress::cli {
 
 /// Angles in degrees, as typed. Every value in range.
 struct FitSettings {
-  fiber::Lobe lobe = fiber::Lobe::trt;  ///< any but the residual
+  fiber::Lobe lobe = fiber::Lobe::trt;  ///< any but the residual; trt is the whole of p = 2
   double eccentricity = 0.85;           ///< [0.5, 1]
   double theta_d = 30;                  ///< [-89.9, 89.9]; its sign changes nothing
   double phi = 45;                      ///< phi_r, absolute azimuth of the known direction from the major axis

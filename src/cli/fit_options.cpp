@@ -10,11 +10,14 @@ namespace tress::cli {
 
 CLI::App* add_fit(CLI::App& app, FitSettings& s) {
   CLI::App* fit = app.add_subcommand("fit", "Learn one row and show it beside its reference");
-  const std::map<std::string, fiber::Lobe> lobes{
-      {"R", fiber::Lobe::r}, {"TT", fiber::Lobe::tt}, {"TRT", fiber::Lobe::trt}, {"TRRT", fiber::Lobe::trrt}};
+  const std::map<std::string, fiber::Lobe> lobes{{"R", fiber::Lobe::r},
+                                                 {"TT", fiber::Lobe::tt},
+                                                 {"TRT", fiber::Lobe::trt},
+                                                 {"GLINT", fiber::Lobe::glint},
+                                                 {"TRRT", fiber::Lobe::trrt}};
   add_choice(
-      fit, "--lobe", {"TT", "TRT", "TRRT", "R"}, [&s, lobes](const std::string& name) { s.lobe = lobes.at(name); },
-      "lobe")
+      fit, "--lobe", {"TT", "TRT", "GLINT", "TRRT", "R"},
+      [&s, lobes](const std::string& name) { s.lobe = lobes.at(name); }, "lobe")
       ->required();
   add_number(fit, "--e", {0.5, 1}, [&s](double x) { s.eccentricity = x; }, "minor over major semi-axis, .5 to 1");
   add_number(fit, "--theta-d", {-89.9, 89.9}, [&s](double x) { s.theta_d = x; }, "difference angle, degrees");

@@ -36,7 +36,8 @@ double LearnedRow::density(double phi, double sigma_a) const {
 
 LearnedRow learn_row(const RowRequest& request) {
   const fiber::FoldedAzimuth fold = fiber::fold_azimuth(request.phi_r);
-  adaptive::PageDescription page = fiber::elliptical_page(request.p, request.eta, request.eccentricity, request.sigma);
+  adaptive::PageDescription page =
+      fiber::elliptical_page(request.page_lobe, request.eta, request.eccentricity, request.sigma);
   page.axis_a = {fold.phi};
   page.axis_b = {std::fabs(request.theta_d)};
 

@@ -10,7 +10,7 @@ namespace tress::cli {
 
 /// Angles in radians.
 struct RowRequest {
-  int p = 1;  ///< 1, 2, 3
+  int page_lobe = 1;  ///< as of fiber::elliptical_page()
   float eta = 1.55f, eccentricity = 0.85f, sigma = 0.2f;
   float phi_r = 0;    ///< any turn
   float theta_d = 0;  ///< sign ignored

@@ -40,7 +40,7 @@ Recomputed recompute(const nlohmann::json& json) {
 }
 
 TEST_F(Fit, EveryLobeIsWithinEpsilonOfItsReference) {
-  for (const char* lobe : {"R", "TT", "TRT", "TRRT"}) {
+  for (const char* lobe : {"R", "TT", "TRT", "GLINT", "TRRT"}) {
     // The azimuth in each quadrant: rows are learned in the first, and folded back.
     for (const char* phi : {"45", "-20", "130", "-110"}) {
       const nlohmann::json json =

@@ -53,7 +53,7 @@ TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--estimator", "stepwise"},
                "expected fitted|corrected|exact, found stepwise");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--learner", "eager"}, "expected sketch, found eager");
-  expect_wrong({"fit", "--lobe", "GLINT"}, "expected TT|TRT|TRRT|R, found GLINT");
+  expect_wrong({"fit", "--lobe", "GLNT"}, "expected TT|TRT|GLINT|TRRT|R, found GLNT");
 }
 
 TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
