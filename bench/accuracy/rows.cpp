@@ -72,6 +72,7 @@ std::vector<Row> draw_rows(const Setting& setting, const adaptive::Target& targe
     for (const adaptive::TracedRay& ray : rays) energy += ray.weight;
     if (energy < least_energy) continue;
     row.page = service.add_page(row.description);
+    if (row.page != rows.size()) continue;  // drawn before
     rows.push_back(std::move(row));
   }
   return rows;
