@@ -6,6 +6,7 @@
 
 #include "scene/camera_motion.h"
 #include "scene/environment_file.h"
+#include "scene/groom_taper.h"
 #include "scene/input_file.h"
 #include "scene/scene.h"
 #include "scene/scene_file.h"
@@ -148,6 +149,7 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
   for (const auto& groom_description : description.grooms) {
     auto groom = make_groom(groom_description, folder, &scene);
     if (!groom) return groom.error();
+    apply_taper(groom_description.taper, &*groom);
     groom->material = groom_description.material;
     if (groom->strand_count() == 0)
       scene.warnings.push_back(groom->name + ": no strand is left to draw");

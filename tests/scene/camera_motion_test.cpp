@@ -104,7 +104,7 @@ double reach(const Camera& camera, const Image& image, const glm::vec3& point) {
 
 /// A point reaches 1/1.06 where it decides the distance: somewhere on the way round, in a finely divided turn.
 TEST(CameraMotion, FramedTurntableSeesAllHairAllRoundAndNoLess) {
-  const std::vector<Groom> grooms{generate_groom({.kind = "curly_lock", .strands = 60, .seed = 4, .length_cm = {}})};
+  const std::vector<Groom> grooms{generate_groom({.kind = "curly_lock", .strands = 60, .seed = 4})};
   for (const char* aim : {"", R"(, "look_at": [3, 1, -20])"})
     for (const Image& image : {Image{400, 400, 1}, Image{200, 600, 1}, Image{800, 200, 1}}) {
       const auto camera = described(std::string(R"({"turntable": {"frames": 360)") + aim + "}}");

@@ -8,7 +8,6 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "scene/generated_grooms.h"
 #include "scene/scene.h"
 
 namespace tress::scene {
@@ -131,14 +130,6 @@ TEST(LoadScene, LoadsTheScenesOfTheProject) {
     EXPECT_GT(distance, 10) << name;
     EXPECT_LT(distance, 300) << name;
   }
-}
-
-TEST(GeneratedGrooms, HaveThePapersCountsAndRepeat) {
-  const auto curly = generate_groom({.kind = "curly_lock", .strands = {}, .seed = 0, .length_cm = {}});
-  EXPECT_EQ(curly.strand_count(), 5513u);
-  EXPECT_EQ(generate_groom({.kind = "straight", .strands = {}, .seed = 0, .length_cm = {}}).strand_count(), 19226u);
-  EXPECT_EQ(generate_groom({.kind = "curly_lock", .strands = {}, .seed = 0, .length_cm = {}}).points, curly.points);
-  EXPECT_NE(generate_groom({.kind = "curly_lock", .strands = {}, .seed = 1, .length_cm = {}}).points, curly.points);
 }
 
 TEST(Overrides, ReachTheScene) {
