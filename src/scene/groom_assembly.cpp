@@ -66,12 +66,14 @@ Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placeme
   const auto strands = static_cast<std::uint32_t>(hair.first_point.size() - 1);
   for (std::uint32_t s = 0; s < strands; ++s) {
     append_distinct(hair, s, &kept);
+    glm::vec3 color(0.0f);
     const std::size_t begin = groom.points.size();
     for (std::uint32_t i : kept) {
       const glm::vec3 file = hair.points[i] * static_cast<float>(scale);
       const glm::vec3 point = placement.y_up ? glm::vec3(file.x, -file.z, file.y) : file;
       if (groom.points.size() > begin && point == groom.points.back()) continue;
       const float thickness = hair.thickness.empty() ? hair.default_thickness : hair.thickness[i];
+      color += hair.color.empty() ? hair.default_color : hair.color[i];
       groom.points.push_back(point);
       groom.radius_cm.push_back(use_file ? std::max(static_cast<float>(thickness / 2 * scale), thinnest_tip_cm)
                                          : one_radius);
@@ -81,6 +83,7 @@ Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placeme
       groom.points.resize(begin);
       groom.radius_cm.resize(begin);
     } else {
+      if (placement.colors) groom.color.push_back(color / static_cast<float>(groom.points.size() - begin));
       groom.first_point.push_back(static_cast<std::uint32_t>(groom.points.size()));
     }
   }

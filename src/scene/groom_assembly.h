@@ -14,6 +14,7 @@ struct GroomPlacement {
   bool y_up = false;                  ///< y of the file becomes z, its z becomes -y
   std::optional<double> cm_per_unit;  ///< unset: the longest side of the bounding box is 30 cm
   std::optional<double> radius_cm;    ///< unset: the file's, or .004 cm where it has none or an absurd one
+  bool colors = false;                ///< strands have the mean of the colors of their points
 };
 
 /// Appends to `notes` what was chosen and to `warnings` what was left out. A groom without strands is possible.

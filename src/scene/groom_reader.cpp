@@ -92,6 +92,9 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
     groom.taper = read_taper(json, {});
   }
   groom.material = read_material_reference(json, materials);
+  groom.placement.colors = groom.material < materials.size() && materials[groom.material].color_from_file;
+  if (kind && groom.placement.colors)
+    json.fail("material", "a material with a color, beside \"generate\"", "one with \"color\": \"file\"");
   return groom;
 }
 

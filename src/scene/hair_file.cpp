@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -88,6 +89,20 @@ Result<HairFile> parse_hair_file(std::span<const unsigned char> bytes, const std
         return error(offset + 4 * i, fmt::format("thickness {} finite and >= 0", i), fmt::format("{:g}", x));
       hair.thickness[i] = x;
     }
+  }
+  if (bits & has_thickness) offset += 4 * points;
+  if (bits & has_transparency) offset += 4 * points;
+  const auto read_color = [&](std::size_t byte) {
+    glm::vec3 color(0.0f);  // also where it is not a number
+    for (int c = 0; c < 3; ++c)
+      if (const auto x = read<float>(bytes, byte + 4 * static_cast<std::size_t>(c)); x > 0)
+        color[c] = std::min(x, 1.0f);
+    return color;
+  };
+  hair.default_color = read_color(28);
+  if (bits & has_colors) {
+    hair.color.reserve(points);
+    for (std::uint64_t i = 0; i < points; ++i) hair.color.push_back(read_color(offset + 12 * i));
   }
   return hair;
 }

@@ -17,6 +17,8 @@ struct HairFile {
   std::vector<glm::vec3> points;           ///< finite
   std::vector<float> thickness;            ///< per point, a diameter in file units; empty: default_thickness
   float default_thickness = 0;
+  std::vector<glm::vec3> color = {};  ///< per point, linear RGB in [0, 1]; empty: default_color
+  glm::vec3 default_color{0.0f};      ///< as color
 };
 
 /// Parses the bytes of a .hair file. Every count is held against the number of bytes before memory is taken; points and

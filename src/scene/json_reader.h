@@ -26,6 +26,7 @@ class JsonReader {
   /// The value must be an object with no other keys than these.
   bool object(const std::vector<std::string>& known) const;
   bool has(const std::string& key) const { return value_.is_object() && value_.contains(key); }
+  bool is_text(const std::string& key) const { return has(key) && value_[key].is_string(); }
   JsonReader child(const std::string& key) const;
   std::vector<JsonReader> items(const std::string& key, std::size_t most) const;
 

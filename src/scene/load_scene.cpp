@@ -48,6 +48,7 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
     scene->environment.rotate_deg = *overrides.environment_rotate_deg;
   for (auto& material : scene->materials) {
     auto& fiber = material.fiber;
+    if (overrides.color || overrides.melanin || overrides.sigma_a) material.color_from_file = false;
     bool colors_fit = true;
     for (int c = 0; c < 3; ++c) {
       if (overrides.color) colors_fit = check("--color", (*overrides.color)[c], 0, 1) && colors_fit;
@@ -156,7 +157,7 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
     else
       scene.grooms.push_back(std::move(*groom));
   }
-  assign_fibers(&scene);
+  if (auto error = assign_fibers(&scene)) return *error;
   const auto camera = camera_at(description.camera, overrides.frame, scene.grooms, scene.image, file.string());
   if (!camera) return camera.error();
   scene.camera = *camera;

@@ -28,12 +28,22 @@ struct Image {
   int samples = 64;
 };
 
+/// How strands of one material differ: half ranges, uniform, of mean 0 (strand_fibers.h).
+struct StrandVariation {
+  float eccentricity = 0;  ///< absolute
+  float width = 0;         ///< relative, one factor for the roughness and every given width
+  float color = 0;         ///< relative, one factor for the absorption of every channel
+  std::uint64_t seed = 0;
+};
+
 struct Material {
   std::string name = "brown";
   fiber::FiberParameters fiber;
   /// Turns of the major axis along the strand follow the curl diameter of the eccentricity, unless given here (cm).
   std::optional<double> curl_diameter_cm;
-  bool twist = true;                     ///< false: the major axis stays in the rotation-minimising frame
+  bool twist = true;  ///< false: the major axis stays in the rotation-minimising frame
+  StrandVariation variation;
+  bool color_from_file = false;          ///< strands have Groom::color instead of the fiber's sigma_a
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: by a hash of the strand
 };
 
@@ -67,6 +77,8 @@ struct Groom {
   std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries
   std::vector<glm::vec3> points;           ///< cm
   std::vector<float> radius_cm;            ///< per point: of the circle with the same mean projected width
+  /// Per strand, multiple scattering albedo, linear RGB in [0, 1]; empty unless its material takes colors of the file.
+  std::vector<glm::vec3> color;
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
 };
 

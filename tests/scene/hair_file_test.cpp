@@ -48,6 +48,31 @@ TEST(HairFile, ReadsStrands) {
   EXPECT_EQ(hair->points[5], glm::vec3(15, 16, 17));
 }
 
+TEST(HairFile, ReadsColorsBehindThicknessAndTransparency) {
+  auto bytes = small_file();
+  put<float>(&bytes, 28, 0.25f);
+  EXPECT_EQ(parse_hair_file(bytes, "x.hair")->default_color, glm::vec3(0.25f, 0, 0));
+  put<std::uint32_t>(&bytes, 12, 1 + 2 + 4 + 8 + 16);
+  const std::size_t thickness = bytes.size(), color = thickness + 2 * 4 * 6;
+  for (std::size_t i = 0; i < 6; ++i) put<float>(&bytes, thickness + 4 * i, 0.1f);
+  for (std::size_t i = 0; i < 6; ++i) put<float>(&bytes, thickness + 24 + 4 * i, 0.5f);
+  for (std::size_t i = 0; i < 18; ++i) put<float>(&bytes, color + 4 * i, static_cast<float>(i) / 10);
+  put<float>(&bytes, color + 4, std::nanf(""));
+  const auto hair = parse_hair_file(bytes, "x.hair");
+  ASSERT_TRUE(hair);
+  ASSERT_EQ(hair->color.size(), 6u);
+  EXPECT_EQ(hair->color[0], glm::vec3(0, 0, 0.2f));
+  EXPECT_EQ(hair->color[2], glm::vec3(0.6f, 0.7f, 0.8f));
+  EXPECT_EQ(hair->color[5], glm::vec3(1, 1, 1));
+
+  std::vector<std::string> notes, warnings;
+  const auto groom =
+      assemble_groom(*hair, {.cm_per_unit = 1.0, .radius_cm = {}, .colors = true}, "x", &notes, &warnings);
+  ASSERT_EQ(groom->color.size(), 2u);  // the third strand has one point
+  EXPECT_FLOAT_EQ(groom->color[0].x, 0.3f);
+  EXPECT_FLOAT_EQ(groom->color[1].x, 0.95f);  // of .9 and 1.2, which is 1
+}
+
 TEST(HairFile, RefusesEveryTruncation) {
   const Bytes whole = small_file();
   for (std::size_t size = 0; size < whole.size(); ++size) {

@@ -1,0 +1,251 @@
+#include "scene/strand_fibers.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "scene/scene_file.h"
+#include "scene/stochastic_rounding.h"
+#include "tress/adaptive/random.h"
+
+namespace tress::scene {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+Groom strands(std::uint32_t count, std::uint32_t material) {
+  Groom groom;
+  groom.material = material;
+  groom.first_point.push_back(0);
+  for (std::uint32_t s = 0; s < count; ++s) {
+    groom.points.insert(groom.points.end(), {{float(s), 0, 0}, {float(s), 0, -1}});
+    groom.radius_cm.insert(groom.radius_cm.end(), {0.004f, 0.004f});
+    groom.first_point.push_back(2 * s + 2);
+  }
+  return groom;
+}
+
+Scene varied_scene(const StrandVariation& variation, std::uint32_t count = 20000) {
+  Scene scene;
+  scene.source = "s.json";
+  scene.materials.emplace_back();
+  scene.materials[0].variation = variation;
+  scene.grooms.push_back(strands(count, 0));
+  return scene;
+}
+
+const fiber::FiberParameters& fiber_of(const Scene& scene, std::size_t groom, std::uint32_t strand) {
+  return scene.fibers.at(scene.grooms.at(groom).fiber.at(strand));
+}
+
+/// The mean over strands of what `value` takes from a fiber, in standard errors away from `expected`.
+template <class Value>
+double z_of_mean(const Scene& scene, double expected, Value&& value) {
+  double sum = 0, squares = 0;
+  const std::uint32_t n = scene.grooms[0].strand_count();
+  for (std::uint32_t s = 0; s < n; ++s) {
+    const double x = value(fiber_of(scene, 0, s));
+    sum += x;
+    squares += x * x;
+  }
+  const double mean = sum / n;
+  return (mean - expected) / std::sqrt((squares / n - mean * mean) / n);
+}
+
+// Seeds are fixed, so a passing test goes on passing. Another seed would fail one of the 16 z-tests of this file, each
+// at 4 standard errors, once in a thousand times.
+constexpr double largest_z = 4;
+
+TEST(StochasticRounding, KeepsTheMean) {
+  for (const double x : {0.3, 1.0, 2.5, 17.99}) {
+    RandomStream random(7);
+    constexpr int n = 40000;
+    double whole = 0, power = 0, power_squares = 0;
+    for (int i = 0; i < n; ++i) {
+      const double u = random.next();
+      const auto rounded = round_stochastically(x, u);
+      ASSERT_LT(std::abs(double(rounded) - x), 1);
+      whole += double(rounded);
+      const double rounded_power = std::pow(1.2, double(round_to_power(x, 1.2, u)));
+      ASSERT_LT(std::abs(std::log(rounded_power / x)), std::log(1.2) + 1e-12);
+      power += rounded_power;
+      power_squares += rounded_power * rounded_power;
+    }
+    const double part = x - std::floor(x);
+    EXPECT_LE(std::abs(whole / n - x), largest_z * std::sqrt(part * (1 - part) / n)) << x;
+    const double deviation = std::sqrt(std::max(power_squares / n - (power / n) * (power / n), 0.0));
+    EXPECT_LE(std::abs(power / n - x), largest_z * deviation / std::sqrt(double(n)) + 1e-12 * x) << x;
+    EXPECT_LE(deviation / x, 0.2 / (2 * std::sqrt(1.2)) + 1e-3) << x;
+  }
+}
+
+TEST(StrandFibers, AreTheMaterialWhereNothingVaries) {
+  Scene scene = varied_scene({}, 100);
+  scene.materials.emplace_back();
+  scene.materials[1].fiber.eccentricity = 0.731f;
+  scene.grooms.push_back(strands(10, 1));
+  ASSERT_FALSE(assign_fibers(&scene));
+  ASSERT_EQ(scene.fibers.size(), 2u);
+  for (std::uint32_t s = 0; s < 100; ++s) ASSERT_EQ(fiber_of(scene, 0, s), scene.materials[0].fiber);
+  for (std::uint32_t s = 0; s < 10; ++s) ASSERT_EQ(fiber_of(scene, 1, s), scene.materials[1].fiber);
+  EXPECT_TRUE(scene.notes.empty());
+}
+
+TEST(StrandFibers, KeepTheMeanOfWhatVaries) {
+  Scene scene = varied_scene({.eccentricity = 0.1f});
+  ASSERT_FALSE(assign_fibers(&scene));
+  const auto& given = scene.materials[0].fiber;
+  EXPECT_LT(std::abs(z_of_mean(scene, given.eccentricity, [](const auto& f) { return f.eccentricity; })), largest_z);
+
+  scene = varied_scene({.width = 0.25f});
+  ASSERT_FALSE(assign_fibers(&scene));
+  EXPECT_LT(std::abs(z_of_mean(scene, given.roughness, [](const auto& f) { return f.roughness; })), largest_z);
+  const auto sigmas = fiber::azimuthal_sigmas(given);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_LT(std::abs(z_of_mean(scene, sigmas[i], [&](const auto& f) { return azimuthal_sigmas(f)[i]; })), largest_z)
+        << i;
+
+  scene = varied_scene({.color = 0.6f});
+  ASSERT_FALSE(assign_fibers(&scene));
+  for (int c = 0; c < 3; ++c)
+    EXPECT_LT(std::abs(z_of_mean(scene, given.sigma_a[c], [&](const auto& f) { return f.sigma_a[c]; })), largest_z)
+        << c;
+}
+
+TEST(StrandFibers, KeepTheMeanOfGivenWidths) {
+  Scene scene = varied_scene({.width = 0.3f});
+  scene.materials[0].fiber.azimuthal_sigma[1] = static_cast<float>(10.4 * degree);
+  scene.materials[0].fiber.longitudinal_lambda[0] = static_cast<float>(5 * degree);
+  ASSERT_FALSE(assign_fibers(&scene));
+  EXPECT_LT(std::abs(z_of_mean(scene, 10.4 * degree, [](const auto& f) { return double{*f.azimuthal_sigma[1]}; })),
+            largest_z);
+  EXPECT_LT(std::abs(z_of_mean(scene, 5 * degree, [](const auto& f) { return double{*f.longitudinal_lambda[0]}; })),
+            largest_z);
+}
+
+TEST(StrandFibers, AreOnTheGridAndInRange) {
+  Scene scene = varied_scene({.eccentricity = 0.15f, .width = 0.2f});
+  ASSERT_FALSE(assign_fibers(&scene));
+  for (const auto& fiber : scene.fibers) {
+    const double percent = 100 * double{fiber.eccentricity};
+    ASSERT_NEAR(percent, std::round(percent), 1e-4);
+    ASSERT_GE(percent, 70 - 1e-4);
+    ASSERT_LE(percent, 100 + 1e-4);
+    ASSERT_NEAR(fiber.roughness / degree, std::round(fiber.roughness / degree), 1e-4);
+    for (const float sigma : azimuthal_sigmas(fiber)) ASSERT_NEAR(sigma / degree, std::round(sigma / degree), 1e-4);
+  }
+}
+
+TEST(StrandFibers, AreDistinctAndFew) {
+  Scene scene = varied_scene({.eccentricity = 0.05f});
+  ASSERT_FALSE(assign_fibers(&scene));
+  EXPECT_EQ(scene.fibers.size(), 11u);  // .80 to .90
+  EXPECT_EQ(scene.notes.size(), 1u);
+
+  scene = varied_scene({.width = 0.2f});
+  ASSERT_FALSE(assign_fibers(&scene));
+  std::set<int> pages[3];
+  for (std::size_t a = 0; a < scene.fibers.size(); ++a) {
+    for (std::size_t i = 0; i < 3; ++i)
+      pages[i].insert(static_cast<int>(std::lround(azimuthal_sigmas(scene.fibers[a])[i] / degree)));
+    for (std::size_t b = 0; b < a; ++b) ASSERT_FALSE(scene.fibers[a] == scene.fibers[b]);
+  }
+  // The roughness is 9 to 14 whole degrees: 4..7 for TT, 16..26 for TRT, six for TRRT.
+  EXPECT_LE(scene.fibers.size(), 18u);
+  EXPECT_LE(pages[0].size(), 4u);
+  EXPECT_LE(pages[1].size(), 11u);
+  EXPECT_LE(pages[2].size(), 6u);
+
+  scene = varied_scene({.color = 0.5f});
+  ASSERT_FALSE(assign_fibers(&scene));
+  EXPECT_LE(scene.fibers.size(), 8u);  // 1.2^-4 to 1.2^3
+  std::set<std::uint32_t> used(scene.grooms[0].fiber.begin(), scene.grooms[0].fiber.end());
+  EXPECT_EQ(used.size(), scene.fibers.size());
+}
+
+TEST(StrandFibers, DependNeitherOnTheOrderOfGroomsNorOnPlaces) {
+  const StrandVariation variation{.eccentricity = 0.05f, .width = 0.1f, .color = 0.3f};
+  Scene forwards = varied_scene(variation, 500);
+  forwards.materials.push_back(forwards.materials[0]);
+  forwards.materials[1].name = "other";
+  forwards.grooms.push_back(strands(300, 1));
+  Scene backwards = forwards;
+  std::swap(backwards.grooms[0], backwards.grooms[1]);
+  for (auto& p : backwards.grooms[0].points) p += glm::vec3(1, 2, 3);
+  ASSERT_FALSE(assign_fibers(&forwards));
+  ASSERT_FALSE(assign_fibers(&backwards));
+  EXPECT_EQ(forwards.fibers, backwards.fibers);
+  EXPECT_EQ(forwards.grooms[0].fiber, backwards.grooms[1].fiber);
+  EXPECT_EQ(forwards.grooms[1].fiber, backwards.grooms[0].fiber);
+  std::uint32_t same = 0;
+  for (std::uint32_t s = 0; s < 300; ++s)
+    same += fiber_of(forwards, 0, s).eccentricity == fiber_of(forwards, 1, s).eccentricity;
+  EXPECT_LT(same, 60u);  // two materials vary apart: of 11 values about a tenth agrees by chance
+
+  Scene seeded = varied_scene(variation, 500);
+  seeded.materials[0].variation.seed = 1;
+  ASSERT_FALSE(assign_fibers(&seeded));
+  std::uint32_t differ = 0;
+  for (std::uint32_t s = 0; s < 500; ++s) differ += !(fiber_of(forwards, 0, s) == fiber_of(seeded, 0, s));
+  EXPECT_GT(differ, 450u);
+}
+
+TEST(StrandFibers, TakeColorsOfTheFile) {
+  Scene scene = varied_scene({}, 20000);
+  scene.materials[0].color_from_file = true;
+  const glm::vec3 color(0.9f, 0.5f, 0.999f);
+  scene.grooms[0].color.assign(20000, color);
+  ASSERT_FALSE(assign_fibers(&scene));
+  EXPECT_LE(scene.fibers.size(), 8u);
+  const glm::vec3 sigma_a = fiber::sigma_a_from_color(color);
+  for (int c = 0; c < 2; ++c)
+    EXPECT_LT(std::abs(z_of_mean(scene, sigma_a[c], [&](const auto& f) { return f.sigma_a[c]; })), largest_z) << c;
+  // Almost clear: 0 or the least absorption; 2.8e-8 on average, so all of 20,000 are 0 but for one time in 18,000.
+  for (const auto& fiber : scene.fibers) EXPECT_EQ(fiber.sigma_a[2], 0.0f);
+}
+
+TEST(StrandFibers, AreBoundedOrCoarsened) {
+  Scene scene = varied_scene({.eccentricity = 0.15f, .width = 0.4f, .color = 0.9f});
+  const auto error = assign_fibers(&scene);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->message().find("s.json: /materials/0/variation: expected at most 1024 distinct fibers"),
+            std::string::npos)
+      << error->message();
+
+  scene = varied_scene({}, 5000);
+  scene.materials[0].color_from_file = true;
+  RandomStream random(3);
+  for (int s = 0; s < 5000; ++s) {
+    const float r = random.next(), g = random.next(), b = random.next();
+    scene.grooms[0].color.emplace_back(r, g, b);
+  }
+  ASSERT_FALSE(assign_fibers(&scene));
+  EXPECT_LE(scene.fibers.size(), most_fibers);
+  EXPECT_EQ(scene.notes.size(), 2u);
+}
+
+TEST(StrandFibers, RefuseVariationsThatLeaveTheRange) {
+  const auto message = [](Scene scene) {
+    const auto error = assign_fibers(&scene);
+    return error ? error->message() : "";
+  };
+  EXPECT_NE(message(varied_scene({.eccentricity = 0.2f}, 1)).find("/materials/0/variation/eccentricity: expected"),
+            std::string::npos);
+  Scene narrow = varied_scene({.width = 0.5f}, 1);
+  narrow.materials[0].fiber.roughness = 0.05f;
+  EXPECT_NE(message(narrow).find("/materials/0/variation/width: expected azimuthal sigmas"), std::string::npos);
+  Scene rough = varied_scene({.width = 0.5f}, 1);
+  rough.materials[0].fiber.roughness = 0.9f;
+  EXPECT_NE(message(rough).find("/materials/0/variation/width: expected roughness"), std::string::npos);
+  Scene wide = varied_scene({.width = 0.5f}, 1);
+  wide.materials[0].fiber.azimuthal_sigma[2] = static_cast<float>(40 * degree);
+  EXPECT_NE(message(wide).find("/materials/0/variation/width: expected azimuthal sigmas"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tress::scene
