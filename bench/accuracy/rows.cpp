@@ -2,12 +2,13 @@
 // random set is asked as a render asks it, some vertices a pass, until it converges. Prints a table; JSON with --json.
 //
 //   bench_rows [--rows N] [--seed N] [--epsilon E] [--domain wide|hard|narrow] [--vertices N] [--foreign N]
-//              [--passes N] [--sigma-a S] [--json FILE]
+//              [--passes N] [--sigma-a S] [--trt whole|split] [--json FILE]
 //
 // Domains: wide, sigma 5..25 degrees; hard, sigma 1..10 on the grid sigma of the program (at least 4 degrees); narrow,
 // sigma 1..10 as it is. e .7..1, eta 1.55, lobes and nodes of the page uniform, E_p >= .001 (less is uniform in the
 // program). A vertex is one look-up with one azimuth drawn from the row's own proposal; --foreign adds uniform ones
-// that are observed and not scored. --sigma-a draws from the proposal under that absorption (per semi-axis).
+// that are observed and not scored. --trt split asks GLINT and the rest of TRT instead of TT, TRT and TRRT. --sigma-a
+// draws from the proposal under that absorption (per semi-axis).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -38,7 +39,7 @@ struct Setting {
   int rows = 2000, vertices = 16, foreign = 0, passes = 64;
   std::uint64_t seed = 1;
   double epsilon = 0.01, sigma_a = 0;
-  std::string domain = "wide", json;
+  std::string domain = "wide", trt = "whole", json;
 };
 
 struct Row {
@@ -54,12 +55,14 @@ std::vector<Row> draw_rows(const Setting& setting, const adaptive::Target& targe
   std::vector<Row> rows;
   std::vector<adaptive::TracedRay> rays;
   while (rows.size() < static_cast<std::size_t>(setting.rows)) {
-    const int p = 1 + static_cast<int>(between(0, 3));
+    const bool split = setting.trt == "split";
+    const int page =
+        split ? (random.next() < 0.5f ? fiber::glint_page : fiber::trt_rest_page) : 1 + static_cast<int>(between(0, 3));
     const auto e = static_cast<float>(between(0.7, 1));
     auto sigma = static_cast<float>((setting.domain == "wide" ? between(5, 25) : between(1, 10)) * degree);
     if (setting.domain == "hard") sigma = std::max(sigma, fiber::smallest_grid_sigma);
     Row row;
-    row.description = fiber::elliptical_page(p, 1.55f, e, sigma);
+    row.description = fiber::elliptical_page(page, 1.55f, e, sigma);
     // One node a page: publish() then walks over no others. The key, and so the target, is the program's.
     const auto pick = [&](std::vector<float>& axis) {
       axis = {axis[static_cast<std::size_t>(between(0, static_cast<double>(axis.size())))]};
@@ -201,6 +204,7 @@ nlohmann::json study(const Setting& setting) {
   nlohmann::json lobes;
   for (const auto& [lobe, values] : errors_of_lobe) lobes[lobe] = spread(values);
   return {{"domain", setting.domain},
+          {"trt", setting.trt},
           {"epsilon", setting.epsilon},
           {"rows", setting.rows},
           {"seed", setting.seed},
@@ -249,7 +253,7 @@ void print(const nlohmann::json& r) {
 int usage() {
   fmt::print(stderr,
              "usage: bench_rows [--rows N] [--seed N] [--epsilon E] [--domain wide|hard|narrow] [--vertices N]\n"
-             "                  [--foreign N] [--passes N] [--sigma-a S] [--json FILE]\n");
+             "                  [--foreign N] [--passes N] [--sigma-a S] [--trt whole|split] [--json FILE]\n");
   return 2;
 }
 
@@ -278,13 +282,16 @@ int main(int argc, char** argv) {
       setting.passes = static_cast<int>(number);
     else if (name == "--sigma-a")
       setting.sigma_a = number;
+    else if (name == "--trt")
+      setting.trt = value;
     else if (name == "--json")
       setting.json = value;
     else
       return usage();
   }
   const bool known = setting.domain == "wide" || setting.domain == "hard" || setting.domain == "narrow";
-  if (!known || setting.rows < 1 || !(setting.epsilon > 0) || setting.vertices < 1) return usage();
+  const bool known_trt = setting.trt == "whole" || setting.trt == "split";
+  if (!known || !known_trt || setting.rows < 1 || !(setting.epsilon > 0) || setting.vertices < 1) return usage();
   const nlohmann::json result = study(setting);
   print(result);
   if (!setting.json.empty()) {
