@@ -88,6 +88,8 @@ PassReport Service::Table::publish() {
   changes_.clear();
   ++pass_;
   report.traces += traces_.exchange(0, std::memory_order_relaxed);
+  report.converged_queries += converged_queries_.take();
+  report.queries += report.converged_queries;
 
   std::vector<Candidate> candidates;
   for (PageId p = 0; p < pages_.size(); ++p) {

@@ -101,6 +101,7 @@ std::uint32_t Service::page_count() const { return static_cast<std::uint32_t>(ta
 std::optional<Error> Service::load(TableImage image) { return table_->load(std::move(image)); }
 TableImage Service::snapshot() const { return table_->snapshot(); }
 RowView Service::look_up(PageId page, std::uint32_t a, std::uint32_t b) const { return table_->look_up(page, a, b); }
+void Service::count_converged(std::uint32_t queries) const { table_->count_converged(queries); }
 void Service::observe(const RowView& row, float x, float g) const { table_->observe(row, x, g); }
 void Service::score(const RowView& row, float x, float g, float q) const { table_->score(row, x, g, q); }
 PassReport Service::publish() { return table_->publish(); }

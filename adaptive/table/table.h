@@ -12,12 +12,13 @@
 #include "learner/learner.h"
 #include "table/page.h"
 #include "table/row.h"
+#include "table/striped_counter.h"
 #include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
 
 namespace tress::adaptive {
 
-/// Reader methods (look_up, observe, score): any thread. All else: one thread, no reader.
+/// Reader methods (look_up, count_converged, observe, score): any thread. All else: one thread, no reader.
 class Service::Table {
  public:
   Table(const Options& options, const Target& target) : options_(options), target_(target) {}
@@ -25,6 +26,7 @@ class Service::Table {
   // service.cpp: what readers do
   RowView look_up(PageId page, std::uint32_t a, std::uint32_t b);
   RowView peek(PageId page, std::uint32_t a, std::uint32_t b) const;
+  void count_converged(std::uint32_t queries) { converged_queries_.add(queries); }
   void observe(const RowView& view, float x, float g);
   void score(const RowView& view, float x, float g, float q);
 
@@ -111,6 +113,7 @@ class Service::Table {
   PassReport between_passes_;   ///< work of load() and add_page(), told by the next publish()
   std::atomic<std::size_t> memo_bytes_{0};
   std::atomic<std::uint64_t> traces_{0};  ///< by readers, in the running pass
+  StripedCounter converged_queries_;      ///< likewise, of those answered from copies
 };
 
 }  // namespace tress::adaptive

@@ -38,15 +38,21 @@ ReflectionLobe::Shape ReflectionLobe::shape(float phi_i) const {
   return {cos_difference * rate, rate, std::clamp(offset, -1.0f, 1.0f), cos_half};
 }
 
-float ReflectionLobe::energy_density(float phi_i) const {
+float ReflectionLobe::energy_density(float phi_i) const { return energy_density(shape(phi_i)); }
+float ReflectionLobe::azimuth_pdf(float phi_i) const { return azimuth_pdf(shape(phi_i)); }
+
+ReflectionLobe::At ReflectionLobe::at(float phi_i) const {
   const Shape at = shape(phi_i);
+  return {energy_density(at), azimuth_pdf(at), LongitudinalLobe(theta_r_, tilt_, lambda_ * at.cos_half)};
+}
+
+float ReflectionLobe::energy_density(const Shape& at) const {
   double cos_t;
   return at.density * static_cast<float>(fresnel_entering(eta_, eta_prime_, at.cos_half, &cos_t));
 }
 
-float ReflectionLobe::azimuth_pdf(float phi_i) const {
+float ReflectionLobe::azimuth_pdf(const Shape& at) const {
   // The pdf of |h| = 1 - x^2 diverges at |h| = 1 as 1/sqrt(1 - |h|); with the shape's sqrt(1 - h^2) it is finite.
-  const Shape at = shape(phi_i);
   return (1 - grazing_share_) * at.density + grazing_share_ * 0.5f * at.rate * std::sqrt(1 + std::abs(at.offset));
 }
 

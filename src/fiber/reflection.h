@@ -17,6 +17,13 @@ class ReflectionLobe {
   /// tilt, lambda: of the longitudinal lobe in theta_h; lambda is before the factor |cos(d/2)|.
   ReflectionLobe(float eta, float eccentricity, float theta_r, float phi_r, float energy, float tilt, float lambda);
 
+  /// Everything at one phi_i, in one pass over its geometry.
+  struct At {
+    float energy_density, azimuth_pdf;
+    LongitudinalLobe longitudinal;
+  };
+  At at(float phi_i) const;
+
   /// F times the shape. Its integral over phi_i is E_R.
   float energy_density(float phi_i) const;
   /// Draws phi_i by the offset: h uniform with probability 1 - b, else |h| = 1 - x^2 with a random sign,
@@ -35,6 +42,8 @@ class ReflectionLobe {
     float cos_half;  ///< |cos(d/2)|
   };
   Shape shape(float phi_i) const;
+  float energy_density(const Shape& at) const;
+  float azimuth_pdf(const Shape& at) const;
 
   float eta_, eta_prime_, eccentricity_, theta_r_, phi_r_, tilt_, lambda_;
   float cos_phi_, sin_phi_, inverse_width_;

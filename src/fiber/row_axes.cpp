@@ -68,17 +68,25 @@ RowGrid::RowGrid(const adaptive::PageDescription& page)
       steps_per_radian_(static_cast<float>(last_a_ / quarter_turn)) {
   for (const float theta : page.axis_b) cosine_.push_back(std::cos(theta));
   for (std::size_t i = 0; i + 1 < cosine_.size(); ++i) inverse_gap_.push_back(1 / (cosine_[i] - cosine_[i + 1]));
+  first_gap_inverse_ = inverse_gap_.empty() ? 0.0f : inverse_gap_.front();
 }
 
-RowGrid::Node RowGrid::choose(float folded_phi, float theta_d, float xi1, float xi2) const {
+std::uint32_t RowGrid::choose_azimuth(float folded_phi, float xi1) const {
   const float at = std::max(folded_phi * steps_per_radian_ + xi1, 0.0f);
-  const std::uint32_t a = std::min(static_cast<std::uint32_t>(at), last_a_);
+  return std::min(static_cast<std::uint32_t>(at), last_a_);
+}
+
+std::uint32_t RowGrid::choose_inclination(float theta_d, float xi2) const {
   const float c = std::cos(theta_d);
-  const auto after = std::partition_point(cosine_.begin() + 1, cosine_.end(), [c](float node) { return node > c; });
-  if (after == cosine_.end()) return {a, static_cast<std::uint32_t>(cosine_.size() - 1)};
-  const auto b = static_cast<std::uint32_t>(after - cosine_.begin() - 1);
+  const auto last = static_cast<std::uint32_t>(cosine_.size() - 1);
+  // The last node whose cosine is larger than c (0 if none is): a guess by the even part of the axis, then steps.
+  const float guess = (1 - c) * first_gap_inverse_;
+  std::uint32_t b = guess > 0 ? std::min(static_cast<std::uint32_t>(guess), last) : 0;
+  while (b < last && cosine_[b + 1] > c) ++b;
+  while (b > 0 && !(cosine_[b] > c)) --b;
+  if (b == last) return last;
   const float fraction = std::min((cosine_[b] - c) * inverse_gap_[b], 1.0f);
-  return {a, b + (fraction + xi2 >= 1 ? 1 : 0)};
+  return b + (fraction + xi2 >= 1 ? 1 : 0);
 }
 
 }  // namespace tress::fiber

@@ -43,13 +43,19 @@ class RowGrid {
     std::uint32_t a, b;  ///< indices into axis_a, axis_b
   };
   /// folded_phi in [0, pi/2], theta_d of either sign, xi uniform in [0, 1). Beyond 89.9 degrees the last node.
-  Node choose(float folded_phi, float theta_d, float xi1, float xi2) const;
+  Node choose(float folded_phi, float theta_d, float xi1, float xi2) const {
+    return {choose_azimuth(folded_phi, xi1), choose_inclination(theta_d, xi2)};
+  }
+  /// Its two halves. All pages have the same inclinations: one choice of that axis serves every lobe.
+  std::uint32_t choose_azimuth(float folded_phi, float xi1) const;
+  std::uint32_t choose_inclination(float theta_d, float xi2) const;
 
  private:
   std::uint32_t last_a_;
   float steps_per_radian_;
   std::vector<float> cosine_;       ///< of axis_b, descending
   std::vector<float> inverse_gap_;  ///< 1/(cosine[i] - cosine[i + 1])
+  float first_gap_inverse_ = 0;     ///< the first of them
 };
 
 }  // namespace tress::fiber

@@ -7,16 +7,16 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstring>
+#include <new>
 #include <numbers>
 #include <optional>
 #include <type_traits>
-#include <vector>
 
 #include "fiber/longitudinal.h"
 #include "fiber/reflection.h"
-#include "models/fiber_record.h"
+#include "models/fiber_store.h"
 #include "models/row_reader.h"
+#include "models/tinted_row.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/random.h"
 
@@ -42,42 +42,33 @@ struct EventConstants {
   ReflectionLobe reflection;
   std::array<LongitudinalLobe, 3> longitudinal;  ///< TT, TRT, TRRT; the residual shares TRRT's
   FoldedAzimuth fold;
-  std::uint64_t hash;  ///< of xi and the known direction
+  std::array<std::uint32_t, 3> first_node{};  ///< of the row of nodes that xi1 chose, by lobe
+  std::array<glm::vec3, 3> channel_weights;   ///< shares of the channels in the luminance of the lobe's energy
+  std::uint64_t hash;                         ///< of xi and the known direction
 };
 static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
-static_assert(std::is_trivially_copyable_v<EventConstants>);
+static_assert(alignof(EventConstants) <= 16 && std::is_trivially_copyable_v<EventConstants>);
 
-void keep(const EventConstants& constants, FiberEvent& event) {
-  std::memcpy(event.model_constants.data(), &constants, sizeof constants);
+const EventConstants& constants_of(const FiberEvent& event) {
+  return *std::launder(reinterpret_cast<const EventConstants*>(event.model_constants.data()));
 }
 
-EventConstants constants_of(const FiberEvent& event) {
-  std::array<std::byte, sizeof(EventConstants)> bytes;
-  std::memcpy(bytes.data(), event.model_constants.data(), sizeof bytes);
-  return std::bit_cast<EventConstants>(bytes);
+glm::vec3 luminance_terms(const glm::vec3& color) {
+  return {luminance({color.r, 0, 0}), luminance({0, color.g, 0}), luminance({0, 0, color.b})};
 }
 
 class EllipticalModel final : public FiberModel {
  public:
-  EllipticalModel(Estimator estimator, adaptive::Service* service) : estimator_(estimator), service_(service) {
+  EllipticalModel(Estimator estimator, adaptive::Service* service)
+      : estimator_(estimator), service_(estimator == Estimator::exact ? nullptr : service), fibers_(service_) {
     assert(estimator == Estimator::exact || service != nullptr);
+    if (service_ != nullptr) uniform_share_ = service_->options().uniform_share_converged;
   }
 
   std::string name() const override { return "elliptical"; }
-
-  FiberId add_fiber(const FiberParameters& parameters) override {
-    for (std::size_t i = 0; i < fibers_.size(); ++i) {
-      if (fibers_[i].parameters == parameters) return static_cast<FiberId>(i);
-    }
-    fibers_.emplace_back(parameters, energies_.find(energy_key(parameters)), rows());
-    return static_cast<FiberId>(fibers_.size() - 1);
-  }
-
-  void rows_changed() override {
-    for (FiberRecord& fiber : fibers_) {
-      for (LobePage& lobe : fiber.pages) lobe.take_over(*service_, service_->last_changes(), fiber.parameters.sigma_a);
-    }
-  }
+  FiberId add_fiber(const FiberParameters& parameters) override { return fibers_.add(parameters); }
+  void rows_changed() override { fibers_.rows_changed(); }
+  std::size_t bytes() const override { return fibers_.bytes(); }
 
   FiberEvent begin(FiberId id, const FiberDirection& wr, float xi1, float xi2) const override {
     const FiberRecord& fiber = fibers_[id];
@@ -86,25 +77,39 @@ class EllipticalModel final : public FiberModel {
     event.wr = clamped(wr);
     event.xi1 = xi1;
     event.xi2 = xi2;
-    event.energy = fiber.energies.at(event.wr.phi, event.wr.theta).colored;
+    const LobeEnergies energies = fiber.energies->at(event.wr.phi, event.wr.theta);
+    event.energy = energies.colored;
+    std::array<glm::vec3, lobe_count> terms;
     float sum = 0;
-    for (std::size_t p = 0; p < lobe_count; ++p) sum += event.selection[p] = luminance(event.energy[p]);
+    for (std::size_t p = 0; p < lobe_count; ++p) {
+      terms[p] = luminance_terms(event.energy[p]);
+      sum += event.selection[p] = terms[p].x + terms[p].y + terms[p].z;
+    }
+    const FoldedAzimuth fold = fold_azimuth(event.wr.phi);
+    EventConstants* constants = new (event.model_constants.data()) EventConstants{
+        make_reflection(fiber, event, energies.clear[0]),
+        {make_longitudinal(fiber, event, 1), make_longitudinal(fiber, event, 2), make_longitudinal(fiber, event, 3)},
+        fold,
+        {},
+        {},
+        hash_of(event.wr.theta, event.wr.phi, hash_of(xi1, xi2, 0))};
+    for (std::size_t i = 0; i < 3; ++i) {
+      constants->channel_weights[i] = terms[i + 1] / event.selection[i + 1];  // read only where the lobe is selected
+      if (service_ == nullptr) continue;
+      const PageRows& page = fiber.rows[i]->page();
+      constants->first_node[i] = page.grid.choose_azimuth(fold.phi, xi1) * page.width;
+    }
     if (!(sum > 0)) {
       event.selection = {};
       event.selection[0] = sum = 1;
     }
     for (float& probability : event.selection) probability /= sum;
-    keep({make_reflection(fiber, event),
-          {make_longitudinal(fiber, event, 1), make_longitudinal(fiber, event, 2), make_longitudinal(fiber, event, 3)},
-          fold_azimuth(event.wr.phi),
-          hash_of(event.wr.theta, event.wr.phi, hash_of(xi1, xi2, 0))},
-         event);
     return event;
   }
 
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
     const FiberRecord& fiber = fibers_[event.fiber];
-    const EventConstants constants = constants_of(event);
+    const EventConstants& constants = constants_of(event);
     FiberSample sample;
     int p = 0;
     float below = 0, chosen = 0;
@@ -117,33 +122,43 @@ class EllipticalModel final : public FiberModel {
       below += probability;
     }
     sample.lobe = static_cast<Lobe>(p);
-    const float spare = std::clamp((u[0] - below) / chosen, 0.0f, 0.99999994f);
-    RowQuery row;
     if (p == 0) {
       const ReflectionLobe& reflection = constants.reflection;
       sample.wi.phi = reflection.sample_azimuth(u[2]);
       sample.wi.theta = reflection.longitudinal(sample.wi.phi).sample(u[1]);
     } else {
       sample.wi.theta = constants.longitudinal[static_cast<std::size_t>(std::min(p, 3) - 1)].sample(u[1]);
-      float x = pi * (2 * u[2] - 1);
       if (p <= 3) {
-        const RowReader reader(fiber, rows(), event, constants.fold.phi, p);
+        const float spare = std::clamp((u[0] - below) / chosen, 0.0f, 0.99999994f);
         const float theta_d = difference_angle(event.wr, sample.wi);
-        row = reader.find(theta_d);
-        x = reader.sample(row, theta_d, spare, u[2], u[3]);
+        const auto i = static_cast<std::size_t>(p - 1);
+        const RowReader reader = reader_of(fiber, constants, p);
+        std::uint32_t node = 0;
+        RowQuery query;
+        if (service_ != nullptr) {
+          node = constants.first_node[i] + fiber.rows[0]->page().grid.choose_inclination(theta_d, event.xi2);
+          query.row = fiber.rows[i]->find(node);
+          if (query.row == nullptr) query = reader.ask(node);
+        }
+        sample.wi.phi = constants.fold.absolute(reader.sample(query, node, theta_d, spare, u[2], u[3]), event.wr.phi);
+        sample.value = value_at(event, constants, sample.wi, p, &query);
+        return sample;
       }
-      sample.wi.phi = constants.fold.absolute(x, event.wr.phi);
+      sample.wi.phi = constants.fold.absolute(pi * (2 * u[2] - 1), event.wr.phi);
     }
-    sample.value = value_at(event, constants, sample.wi, p, row);
+    sample.value = value_at(event, constants, sample.wi, p, nullptr);
     return sample;
   }
 
   FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
-    return value_at(event, constants_of(event), clamped(wi), nothing_drawn, {});
+    return value_at(event, constants_of(event), clamped(wi), nothing_drawn, nullptr);
   }
 
  private:
-  adaptive::Service* rows() const { return estimator_ == Estimator::exact ? nullptr : service_; }
+  RowReader reader_of(const FiberRecord& fiber, const EventConstants& constants, int p) const {
+    return {fiber, service_,           fibers_.pool(),
+            p,     constants.fold.phi, constants.channel_weights[static_cast<std::size_t>(p - 1)]};
+  }
 
   /// Whether `corrected` traces this direction, for all lobes, and where its rays are placed, in [0, 1): pure functions
   /// of the event and the direction, so that sample() and evaluate() agree. Any bit of xi or of a direction changes the
@@ -163,13 +178,13 @@ class EllipticalModel final : public FiberModel {
     return 0.5f * std::fabs(wr.theta - wi.theta);
   }
 
-  static ReflectionLobe make_reflection(const FiberRecord& fiber, const FiberEvent& event) {
+  static ReflectionLobe make_reflection(const FiberRecord& fiber, const FiberEvent& event, float energy) {
     const FiberParameters& parameters = fiber.parameters;
     return {parameters.eta,
             parameters.eccentricity,
             event.wr.theta,
             event.wr.phi,
-            event.energy[0].r,
+            energy,
             lobe_tilt(parameters, 0),
             longitudinal_lambda(parameters, 0, event.wr.theta)};
   }
@@ -179,54 +194,88 @@ class EllipticalModel final : public FiberModel {
     return {event.wr.theta, tilt, longitudinal_lambda(fiber.parameters, p, event.wr.theta)};
   }
 
-  /// S and Q at wi. drawn: the lobe that drew wi, whose row (if it has one) was then looked up as `known`.
+  /// S and Q at wi. drawn: the lobe that drew wi, whose query (if it makes any) is then `known`.
   FiberValue value_at(const FiberEvent& event, const EventConstants& constants, const FiberDirection& wi, int drawn,
-                      const RowQuery& known) const {
+                      const RowQuery* known) const {
     const FiberRecord& fiber = fibers_[event.fiber];
     FiberValue value;
     if (event.selection[0] > 0) {
-      const ReflectionLobe& reflection = constants.reflection;
-      const float m = reflection.longitudinal(wi.phi).density(wi.theta);
-      value.s[0] = glm::vec3(reflection.energy_density(wi.phi) * m);
-      value.pdf += event.selection[0] * reflection.azimuth_pdf(wi.phi) * m;
+      const ReflectionLobe::At at = constants.reflection.at(wi.phi);
+      const float m = at.longitudinal.density(wi.theta);
+      value.s[0] = fiber.parameters.gain[0] * (at.energy_density * m);
+      value.pdf += event.selection[0] * at.azimuth_pdf * m;
     }
     const float x = constants.fold.relative(wi.phi, event.wr.phi);
     const float theta_d = difference_angle(event.wr, wi);
-    float m = 0;  // the residual shares TRRT's longitudinal lobe
-    bool trrt_known = false;
+    const std::uint32_t b = service_ == nullptr ? 0 : fiber.rows[0]->page().grid.choose_inclination(theta_d, event.xi2);
     const std::optional<float> correct = correction(constants, wi);
-    for (int p = 1; p < lobe_count; ++p) {
-      const auto lobe = static_cast<std::size_t>(p);
+    std::uint32_t from_copies = 0;
+    float m = 0;
+    for (int p = 1; p <= 3; ++p) {
+      const auto lobe = static_cast<std::size_t>(p), i = lobe - 1;
       if (!(event.selection[lobe] > 0)) continue;
-      if (lobe != residual || !trrt_known) {
-        m = constants.longitudinal[static_cast<std::size_t>(std::min(p, 3) - 1)].density(wi.theta);
-      }
-      trrt_known = p == 3;
-      RowValue azimuthal{glm::vec3(inverse_two_pi), inverse_two_pi};
-      if (p <= 3) {
-        const RowReader reader(fiber, rows(), event, constants.fold.phi, p);
-        bool exact = false;
-        const RowQuery row = p == drawn ? known : reader.find(theta_d);
-        azimuthal = reader.evaluate(row, theta_d, x, p == drawn, &exact);
-        if (correct) {
-          azimuthal.shape += correction_factor * reader.residual(azimuthal.shape, theta_d, x, *correct);
+      m = constants.longitudinal[i].density(wi.theta);
+      RowValue azimuthal;
+      bool asks = true, exact = false;
+      if (service_ == nullptr) {
+        azimuthal = reader_of(fiber, constants, p).evaluate_at_vertex(theta_d, x);
+        exact = true;
+      } else {
+        const std::uint32_t node = constants.first_node[i] + b;
+        const TintedRow* row = p == drawn && known->counted ? nullptr : fiber.rows[i]->find(node);
+        if (row != nullptr) [[likely]] {
+          azimuthal = row->evaluate(x, constants.channel_weights[i], uniform_share_);
+          asks = row->has_row;
+          from_copies += asks ? 1 : 0;
+          value.objective += row->objective;
+        } else {
+          azimuthal = ask_and_evaluate(event, constants, p, node, x, p == drawn ? known : nullptr, value, asks, exact);
+        }
+        if (fiber.proposes_only[i]) {
+          azimuthal.shape = reader_of(fiber, constants, p).evaluate_at_vertex(theta_d, x).shape;
+          exact = true;
+        } else if (correct) {
+          azimuthal.shape +=
+              correction_factor * reader_of(fiber, constants, p).correction(azimuthal.shape, theta_d, x, *correct);
           exact = true;
         }
-        value.queries += row.uniform ? 0 : 1;
-        value.exact_queries += exact && !row.uniform ? 1 : 0;
-        if (rows() != nullptr && !row.uniform) value.objective += row.view.objective;
       }
+      value.queries += asks ? 1 : 0;
+      value.exact_queries += asks && exact ? 1 : 0;
       value.s[lobe] = event.energy[lobe] * azimuthal.shape * m;
       value.pdf += event.selection[lobe] * azimuthal.proposal * m;
     }
+    if (event.selection[residual] > 0) {
+      if (!(event.selection[3] > 0)) m = constants.longitudinal[2].density(wi.theta);  // else it is TRRT's already
+      value.s[residual] = event.energy[residual] * (inverse_two_pi * m);
+      value.pdf += event.selection[residual] * inverse_two_pi * m;
+    }
+    if (from_copies != 0) service_->count_converged(from_copies);
     value.pdf = std::max(value.pdf, smallest_pdf);
     return value;
   }
 
+  /// A node that has no copy, or that sample() has just asked for: `known`.
+  [[gnu::noinline]] RowValue ask_and_evaluate(const FiberEvent& event, const EventConstants& constants, int p,
+                                              std::uint32_t node, float x, const RowQuery* known, FiberValue& value,
+                                              bool& asks, bool& exact) const {
+    const RowReader reader = reader_of(fibers_[event.fiber], constants, p);
+    const RowQuery asked = known == nullptr ? reader.ask(node) : RowQuery{};
+    const RowQuery& query = known == nullptr ? asked : *known;
+    if (query.row != nullptr) {
+      asks = query.row->has_row;
+      value.objective += query.row->objective;
+      return query.row->evaluate(x, constants.channel_weights[static_cast<std::size_t>(p - 1)], uniform_share_);
+    }
+    exact = true;
+    value.objective += query.view.objective;
+    return reader.evaluate_open(query, node, x, known != nullptr);
+  }
+
   Estimator estimator_;
   adaptive::Service* service_;
-  SharedEnergies energies_;
-  std::vector<FiberRecord> fibers_;
+  float uniform_share_ = 0;
+  FiberStore fibers_;
 };
 
 }  // namespace

@@ -20,23 +20,17 @@ glm::vec3 normalised(const glm::vec3& density, const glm::vec3& mass) {
 
 }  // namespace
 
-RowReader::RowReader(const FiberRecord& fiber, const adaptive::Service* service, const FiberEvent& event,
-                     float folded_phi_r, int p)
-    : fiber_(fiber), service_(service), event_(event), p_(p), phi_r_(folded_phi_r) {
-  const glm::vec3& energy = event.energy[static_cast<std::size_t>(p)];
-  const glm::vec3 shares(luminance({energy.r, 0, 0}), luminance({0, energy.g, 0}), luminance({0, 0, energy.b}));
-  channel_weights_ = shares / luminance(energy);
-}
-
-RowQuery RowReader::find(float theta_d) const {
-  RowQuery row;
-  if (service_ == nullptr) return row;
-  const LobePage& lobe = page();
-  const RowGrid::Node node = lobe.grid.choose(phi_r_, theta_d, event_.xi1, event_.xi2);
-  row.node = lobe.node(node.a, node.b);
-  row.uniform = lobe.uniform[row.node];
-  if (!row.uniform) row.view = service_->look_up(lobe.page, node.a, node.b);
-  return row;
+RowQuery RowReader::ask(std::uint32_t node) const {
+  RowQuery query;
+  const PageRows& page = rows().page();
+  if (page.uniform[node]) {
+    query.row = rows().put_uniform(node);
+    return query;
+  }
+  query.counted = true;
+  query.view = service_->look_up(page.page, node / page.width, node % page.width);
+  if (query.view.state == adaptive::RowState::converged) query.row = rows().put(node, query.view, pool_);
+  return query;
 }
 
 float RowReader::sample_rays(const RayShape& rays, const glm::vec3& mass, float share, float u_channel, float u_ray,
@@ -48,22 +42,20 @@ float RowReader::sample_rays(const RayShape& rays, const glm::vec3& mass, float 
   return draw_azimuth(rays, fiber_.parameters.sigma_a[c], mass[c], u_ray, u_blur);
 }
 
-float RowReader::sample(const RowQuery& row, float theta_d, float u_channel, float u_ray, float u_blur) const {
+float RowReader::sample(const RowQuery& query, std::uint32_t node, float theta_d, float u_channel, float u_ray,
+                        float u_blur) const {
   if (service_ == nullptr) {
     const VertexTrace& trace = VertexTrace::at(vertex(theta_d));
     if (trace.mass(p_).clear < smallest_row_energy) return -pi + 2 * pi * u_ray;
     return sample_rays(trace.shape(p_, fiber_.sigma[static_cast<std::size_t>(p_ - 1)]), trace.mass(p_).tinted,
                        vertex_uniform_share, u_channel, u_ray, u_blur);
   }
-  if (row.uniform) return -pi + 2 * pi * u_ray;
   const adaptive::Options& options = service_->options();
-  if (row.view.state == adaptive::RowState::converged) {
-    return page().rows.sample(row.node, u_ray, channel_weights_, options.uniform_share_converged);
-  }
-  if (row.view.fit != nullptr) return row.view.fit->sample(u_ray, options.uniform_share_open);
-  const adaptive::TracedNodes& nodes = *row.view.nodes;
-  return sample_rays(shape_of(nodes), page().tinted_mass(row.node, nodes, fiber_.parameters.sigma_a),
-                     options.uniform_share_open, u_channel, u_ray, u_blur);
+  if (query.row != nullptr) return query.row->sample(u_ray, channel_weights_, options.uniform_share_converged);
+  if (query.view.fit != nullptr) return query.view.fit->sample(u_ray, options.uniform_share_open);
+  const adaptive::TracedNodes& nodes = *query.view.nodes;
+  return sample_rays(shape_of(nodes), rows().tinted_mass(node, nodes), options.uniform_share_open, u_channel, u_ray,
+                     u_blur);
 }
 
 VertexKey RowReader::vertex(float theta_d) const {
@@ -82,34 +74,26 @@ RowValue RowReader::at_vertex(const VertexKey& key, float x) const {
   return value;
 }
 
-RowValue RowReader::evaluate(const RowQuery& row, float theta_d, float x, bool drawn, bool* exact) const {
-  *exact = service_ == nullptr || proposes_only();
-  if (service_ == nullptr) return at_vertex(vertex(theta_d), x);
-  RowValue value{glm::vec3(inverse_two_pi), inverse_two_pi};
-  const adaptive::Options& options = service_->options();
-  if (!row.uniform && row.view.state == adaptive::RowState::converged) {
-    value = page().rows.evaluate(row.node, x, channel_weights_, options.uniform_share_converged);
-  } else if (!row.uniform) {
-    *exact = true;
-    const adaptive::TracedNodes& nodes = *row.view.nodes;
-    const ClearAndTinted g = ray_density(shape_of(nodes), fiber_.parameters.sigma_a, x);
-    value.shape = normalised(g.tinted, page().tinted_mass(row.node, nodes, fiber_.parameters.sigma_a));
-    const float share = options.uniform_share_open;
-    value.proposal = row.view.fit != nullptr
-                         ? row.view.fit->proposal_density(x, share)
-                         : (1 - share) * glm::dot(channel_weights_, value.shape) + share * inverse_two_pi;
-    if (drawn && row.view.fit != nullptr) {
-      service_->score(row.view, x, g.clear, value.proposal);
-    } else {
-      service_->observe(row.view, x, g.clear);
-    }
+RowValue RowReader::evaluate_at_vertex(float theta_d, float x) const { return at_vertex(vertex(theta_d), x); }
+
+RowValue RowReader::evaluate_open(const RowQuery& query, std::uint32_t node, float x, bool drawn) const {
+  const adaptive::TracedNodes& nodes = *query.view.nodes;
+  const ClearAndTinted g = ray_density(shape_of(nodes), fiber_.parameters.sigma_a, x);
+  RowValue value;
+  value.shape = normalised(g.tinted, rows().tinted_mass(node, nodes));
+  const float share = service_->options().uniform_share_open;
+  value.proposal = query.view.fit != nullptr
+                       ? query.view.fit->proposal_density(x, share)
+                       : (1 - share) * glm::dot(channel_weights_, value.shape) + share * inverse_two_pi;
+  if (drawn && query.view.fit != nullptr) {
+    service_->score(query.view, x, g.clear, value.proposal);
+  } else {
+    service_->observe(query.view, x, g.clear);
   }
-  if (proposes_only()) value.shape = at_vertex(vertex(theta_d), x).shape;
   return value;
 }
 
-glm::vec3 RowReader::residual(const glm::vec3& shape, float theta_d, float x, float place) const {
-  if (proposes_only()) return glm::vec3(0.0f);
+glm::vec3 RowReader::correction(const glm::vec3& shape, float theta_d, float x, float place) const {
   VertexKey key = vertex(theta_d);
   key.rays = correction_rays;
   key.place = place;

@@ -3,14 +3,13 @@
 
 #include "models/fiber_record.h"
 #include "models/vertex_trace.h"
-#include "tress/fiber/fiber_model.h"
 
 namespace tress::fiber {
 
-/// The node that answers one direction of one event, and what the service said of it.
+/// What was found at a node.
 struct RowQuery {
-  std::uint32_t node = 0;
-  bool uniform = false;  ///< no row: the lobe is spread evenly
+  const TintedRow* row = nullptr;  ///< a converged row or a node without a row; null: read g of `view`
+  bool counted = false;            ///< the service was asked and has counted the query
   adaptive::RowView view;
 };
 
@@ -18,39 +17,43 @@ struct RowQuery {
 /// `service` null: every answer is traced at the vertex.
 class RowReader {
  public:
-  /// folded_phi_r: of fold_azimuth(event.wr.phi). p = 1, 2, 3; the lobe's energy in `event` must have positive
-  /// luminance.
-  RowReader(const FiberRecord& fiber, const adaptive::Service* service, const FiberEvent& event, float folded_phi_r,
-            int p);
+  /// folded_phi_r: of fold_azimuth(event.wr.phi). p = 1, 2, 3. channel_weights: the shares of the channels in the
+  /// luminance of the lobe's energy, sum 1.
+  RowReader(const FiberRecord& fiber, const adaptive::Service* service, TintedRowPool& pool, int p, float folded_phi_r,
+            const glm::vec3& channel_weights)
+      : fiber_(fiber), service_(service), pool_(pool), p_(p), phi_r_(folded_phi_r), channel_weights_(channel_weights) {}
 
-  /// Chooses the node by xi and looks it up (one query). theta_d >= 0.
-  RowQuery find(float theta_d) const;
+  /// Asks the service for a node that ColoredRows::find() does not have (one query), and keeps what has converged.
+  RowQuery ask(std::uint32_t node) const;
 
-  /// Draws x, the folded relative azimuth, from the proposal. u in [0, 1).
-  float sample(const RowQuery& row, float theta_d, float u_channel, float u_ray, float u_blur) const;
+  /// Draws x, the folded relative azimuth, from the proposal. u in [0, 1). `node` is that of the query.
+  float sample(const RowQuery& query, std::uint32_t node, float theta_d, float u_channel, float u_ray,
+               float u_blur) const;
 
-  /// Shape and proposal at x, which sample() drew from this row (`drawn`) or another density did. Tells the service
-  /// what an open row's g is there. Sets *exact if tracing answered.
-  RowValue evaluate(const RowQuery& row, float theta_d, float x, bool drawn, bool* exact) const;
+  /// Shape and proposal at x of a query without a row, which sample() drew from it (`drawn`) or another density did.
+  /// Tells the service what g is there.
+  RowValue evaluate_open(const RowQuery& query, std::uint32_t node, float x, bool drawn) const;
 
-  /// What g at (phi_r, theta_d) has more than `shape`, the answer of evaluate() at x, per channel; 0 where that was
-  /// traced there already. place in [0, 1): of the rays; uniform over directions.
-  glm::vec3 residual(const glm::vec3& shape, float theta_d, float x, float place) const;
+  /// The same, traced at (phi_r, theta_d).
+  RowValue evaluate_at_vertex(float theta_d, float x) const;
+
+  /// What g at (phi_r, theta_d) has more than `shape`, the answer at x, per channel. place in [0, 1): of the rays;
+  /// uniform over directions.
+  glm::vec3 correction(const glm::vec3& shape, float theta_d, float x, float place) const;
 
  private:
-  const LobePage& page() const { return fiber_.pages[static_cast<std::size_t>(p_ - 1)]; }
-  bool proposes_only() const { return fiber_.proposes_only[static_cast<std::size_t>(p_ - 1)]; }
   VertexKey vertex(float theta_d) const;
   RowValue at_vertex(const VertexKey& key, float x) const;
   float sample_rays(const RayShape& rays, const glm::vec3& mass, float share, float u_channel, float u_ray,
                     float u_blur) const;
+  const ColoredRows& rows() const { return *fiber_.rows[static_cast<std::size_t>(p_ - 1)]; }
 
   const FiberRecord& fiber_;
   const adaptive::Service* service_;
-  const FiberEvent& event_;
+  TintedRowPool& pool_;
   int p_;
-  float phi_r_;                ///< folded
-  glm::vec3 channel_weights_;  ///< of the luminance of the lobe's energy, sum 1
+  float phi_r_;  ///< folded
+  glm::vec3 channel_weights_;
 };
 
 }  // namespace tress::fiber

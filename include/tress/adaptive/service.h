@@ -47,8 +47,8 @@ struct RowView {
   static constexpr std::uint32_t no_row = ~0u;
 };
 
-/// Thread-safety: look_up, observe, score: any thread, wait-free but for the trace of an unborn node's first touch.
-/// All else: one thread, while no reader is left. Same calls between two publishes, in any order and from
+/// Thread-safety: look_up, count_converged, observe, score: any thread, wait-free but for the trace of an unborn node's
+/// first touch. All else: one thread, while no reader is left. Same calls between two publishes, in any order and from
 /// any number of threads: the same table, to the bit.
 class Service {
  public:
@@ -80,6 +80,10 @@ class Service {
 
   /// The row at node (a, b): indices into the page's axes. Counts a query.
   RowView look_up(PageId page, std::uint32_t a, std::uint32_t b) const;
+  /// Counts queries of converged rows that the host answered from copies of their fits, without look_up(). A copy is
+  /// good until the row is among last_changes(); where one of a page has ceased to be converged, all rows of the page
+  /// are to be looked up again, because the service then checks those that are asked.
+  void count_converged(std::uint32_t queries) const;
   /// Tells an open row its g at azimuth x, whatever drew x. No effect on other states.
   void observe(const RowView& row, float x, float g) const;
   /// As observe, and scores the published fit: x must have been drawn from this row's own proposal, whose density

@@ -5,6 +5,7 @@
 // pdf_solid_angle = pdf / cos theta_i are taken at the interface only. Not reciprocal.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <string>
@@ -25,7 +26,7 @@ struct FiberEvent {
   LobeColors energy{};                        ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
   std::array<float, lobe_count> selection{};  ///< probability of each lobe, sums to 1
   /// What the model that began the event keeps with it (constants of its lobes for wr). Nobody else reads it.
-  std::array<float, 40> model_constants{};
+  alignas(16) std::array<std::byte, 320> model_constants;
 };
 
 /// S per lobe and the density of the sampler, at one direction.
@@ -62,6 +63,8 @@ class FiberModel {
   virtual FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const = 0;
   /// After the service has published or loaded: takes over what changed.
   virtual void rows_changed() {}
+  /// Memory of fibers, energies and copies of rows, without the service's own; 0 if not known.
+  virtual std::size_t bytes() const { return 0; }
 };
 
 }  // namespace tress::fiber

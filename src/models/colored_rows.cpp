@@ -1,0 +1,71 @@
+#include "models/colored_rows.h"
+
+#include <utility>
+
+#include "models/ray_shape.h"
+
+namespace tress::fiber {
+namespace {
+
+const TintedRow* uniform_row() {
+  static const TintedRow row = [] {
+    TintedRow uniform;
+    uniform.has_row = false;
+    return uniform;
+  }();
+  return &row;
+}
+
+}  // namespace
+
+PageRows::PageRows(adaptive::Service& service, const adaptive::PageDescription& description,
+                   const EnergyTable& energies)
+    : page(service.add_page(description)),
+      grid(description),
+      width(static_cast<std::uint32_t>(description.axis_b.size())),
+      node_count(description.node_count()),
+      uniform(node_count),
+      converged(node_count) {
+  for (std::uint32_t node = 0; node < node_count; ++node) {
+    const std::uint32_t a = node / width, b = node % width;
+    uniform[node] = energies.interpolated(description.axis_a[a], description.axis_b[b]).clear[description.key.lobe] <
+                    smallest_row_energy;
+    converged[node] = service.peek(page, a, b).state == adaptive::RowState::converged;
+  }
+}
+
+ColoredRows::ColoredRows(std::shared_ptr<const PageRows> page, const glm::vec3& sigma_a)
+    : page_(std::move(page)),
+      sigma_a_(sigma_a),
+      rows_(std::make_unique<std::atomic<const TintedRow*>[]>(page_->node_count)),
+      mass_memo_(std::make_unique<std::atomic<float>[]>(std::size_t{3} * page_->node_count)) {
+  for (std::size_t k = 0; k < std::size_t{3} * page_->node_count; ++k)
+    mass_memo_[k].store(-1, std::memory_order_relaxed);
+}
+
+const TintedRow* ColoredRows::put(std::uint32_t node, const adaptive::RowView& view, TintedRowPool& pool) const {
+  const TintedRow* row = pool.make(*view.fit, view.objective, sigma_a_);
+  rows_[node].store(row, std::memory_order_release);
+  return row;
+}
+
+const TintedRow* ColoredRows::put_uniform(std::uint32_t node) const {
+  rows_[node].store(uniform_row(), std::memory_order_release);
+  return uniform_row();
+}
+
+void ColoredRows::forget() {
+  for (std::uint32_t node = 0; node < page_->node_count; ++node) rows_[node].store(nullptr, std::memory_order_relaxed);
+}
+
+glm::vec3 ColoredRows::tinted_mass(std::uint32_t node, const adaptive::TracedNodes& nodes) const {
+  std::atomic<float>* memo = mass_memo_.get() + std::size_t{3} * node;
+  glm::vec3 mass;
+  for (int c = 0; c < 3; ++c) mass[c] = memo[c].load(std::memory_order_relaxed);
+  if (mass.x >= 0 && mass.y >= 0 && mass.z >= 0) return mass;
+  mass = ray_mass(shape_of(nodes), sigma_a_).tinted;
+  for (int c = 0; c < 3; ++c) memo[c].store(mass[c], std::memory_order_relaxed);
+  return mass;
+}
+
+}  // namespace tress::fiber

@@ -1,0 +1,62 @@
+// The rows of a page, and what every color that reads them keeps of them.
+#pragma once
+
+#include <atomic>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <vector>
+
+#include "fiber/energy_table.h"
+#include "fiber/row_axes.h"
+#include "models/tinted_row.h"
+#include "tress/adaptive/service.h"
+
+namespace tress::fiber {
+
+/// A node's energy below this is spread uniformly over the azimuth, without a row.
+constexpr float smallest_row_energy = 1e-3f;
+
+/// One page, for all fibers and colors that have it. Written between passes only.
+struct PageRows {
+  /// energies: of any fiber of this page; only its clear part is read.
+  PageRows(adaptive::Service& service, const adaptive::PageDescription& description, const EnergyTable& energies);
+
+  adaptive::PageId page;
+  RowGrid grid;
+  std::uint32_t width;  ///< nodes of axis_b
+  std::uint32_t node_count;
+  std::vector<bool> uniform;    ///< by node: clear energy below smallest_row_energy
+  std::vector<bool> converged;  ///< by node, as of the last change that was told
+};
+
+/// The rows of a page under one absorption. A row is tinted when first read after it converged, so that memory and time
+/// go to the rows that fibers of this color meet. Reading: any thread, during a pass; forget(): between passes.
+class ColoredRows {
+ public:
+  ColoredRows(std::shared_ptr<const PageRows> page, const glm::vec3& sigma_a);
+
+  const PageRows& page() const { return *page_; }
+  const glm::vec3& sigma_a() const { return sigma_a_; }
+
+  /// The converged row at a node, or the node without a row; null where neither has been put here.
+  const TintedRow* find(std::uint32_t node) const { return rows_[node].load(std::memory_order_acquire); }
+  /// Takes over a converged row. A pure function of its arguments: whichever thread comes first, the same values.
+  const TintedRow* put(std::uint32_t node, const adaptive::RowView& view, TintedRowPool& pool) const;
+  /// Takes over a node without a row.
+  const TintedRow* put_uniform(std::uint32_t node) const;
+  /// All rows are to be asked of the service again.
+  void forget();
+
+  /// Mass per channel of a node's rays: a pure function of the node, remembered.
+  glm::vec3 tinted_mass(std::uint32_t node, const adaptive::TracedNodes& nodes) const;
+
+  std::size_t bytes() const { return sizeof(*this) + page_->node_count * (sizeof(rows_[0]) + 3 * sizeof(float)); }
+
+ private:
+  std::shared_ptr<const PageRows> page_;
+  glm::vec3 sigma_a_;
+  std::unique_ptr<std::atomic<const TintedRow*>[]> rows_;
+  std::unique_ptr<std::atomic<float>[]> mass_memo_;  ///< 3 per node, negative while unknown
+};
+
+}  // namespace tress::fiber

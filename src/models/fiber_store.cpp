@@ -1,0 +1,115 @@
+#include "models/fiber_store.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <set>
+#include <utility>
+
+#include "models/vertex_trace.h"
+#include "tress/adaptive/random.h"
+#include "tress/fiber/elliptical_model.h"
+
+namespace tress::fiber {
+namespace {
+
+std::array<float, 3> values_of(const glm::vec3& color) { return {color.r, color.g, color.b}; }
+
+// Of what mostly tells fibers apart; operator== decides. 0 and -0 are equal and hash alike.
+std::size_t hash_of(const FiberParameters& fiber) {
+  std::uint64_t hash = 0;
+  const auto add = [&](float value) { hash = mix_bits(hash + std::bit_cast<std::uint32_t>(value + 0.0f)); };
+  for (const float value : {fiber.eta, fiber.eccentricity, fiber.roughness, fiber.tilt}) add(value);
+  for (const float value : values_of(fiber.sigma_a)) add(value);
+  for (const auto& sigma : fiber.azimuthal_sigma) add(sigma.value_or(-1.0f));
+  for (const auto& lambda : fiber.longitudinal_lambda) add(lambda.value_or(-1.0f));
+  for (const glm::vec3& gain : fiber.gain) {
+    for (const float value : values_of(gain)) add(value);
+  }
+  return static_cast<std::size_t>(hash);
+}
+
+}  // namespace
+
+FiberId FiberStore::add(const FiberParameters& parameters) {
+  const std::size_t hash = hash_of(parameters);
+  const auto [first, last] = id_of_hash_.equal_range(hash);
+  const auto found =
+      std::find_if(first, last, [&](const auto& e) { return fibers_[e.second].parameters == parameters; });
+  if (found != last) return found->second;
+
+  FiberRecord fiber;
+  fiber.parameters = parameters;
+  fiber.sigma = azimuthal_sigmas(parameters);
+  fiber.energies = energies_of(parameters);
+  for (std::size_t i = 0; i < 3; ++i) {
+    fiber.vertex_rays = std::max(fiber.vertex_rays, vertex_ray_count(fiber.sigma[i]));
+    // Four degrees turned into radians may round below the limit and are still on the grid.
+    fiber.proposes_only[i] = fiber.sigma[i] < smallest_grid_sigma * (1 - 1e-5f);
+    if (service_ == nullptr) continue;
+    fiber.rows[i] =
+        rows_of(static_cast<int>(i) + 1, std::max(fiber.sigma[i], smallest_grid_sigma), parameters, *fiber.energies);
+  }
+  const auto id = static_cast<FiberId>(fibers_.size());
+  fibers_.push_back(std::move(fiber));
+  id_of_hash_.emplace(hash, id);
+  return id;
+}
+
+std::shared_ptr<const EnergyTable> FiberStore::energies_of(const FiberParameters& parameters) {
+  EnergyTableKey key{energy_key(parameters), values_of(parameters.sigma_a), {}};
+  auto gain = std::get<2>(key).begin();
+  for (const glm::vec3& lobe : parameters.gain) gain = std::ranges::copy(values_of(lobe), gain).out;
+  std::shared_ptr<const EnergyTable>& table = colored_energies_[key];
+  if (!table) table = std::make_shared<const EnergyTable>(clear_.find(energy_key(parameters)), parameters);
+  return table;
+}
+
+std::shared_ptr<const ColoredRows> FiberStore::rows_of(int p, float sigma_rad, const FiberParameters& parameters,
+                                                       const EnergyTable& energies) {
+  const auto [named, unknown] =
+      page_of_key_.try_emplace({p, parameters.eta, parameters.eccentricity, sigma_rad}, adaptive::PageId{0});
+  if (unknown) {
+    const adaptive::PageDescription description =
+        elliptical_page(p, parameters.eta, parameters.eccentricity, sigma_rad);
+    auto page = std::make_shared<PageRows>(*service_, description, energies);
+    named->second = page->page;
+    pages_[page->page].page = std::move(page);
+  }
+  PageEntry& entry = pages_[named->second];
+  std::shared_ptr<const ColoredRows>& shared = colored_rows_[{named->second, values_of(parameters.sigma_a)}];
+  if (!shared) {
+    auto rows = std::make_shared<ColoredRows>(entry.page, parameters.sigma_a);
+    entry.colors.push_back(rows);
+    shared = std::move(rows);
+  }
+  return shared;
+}
+
+void FiberStore::rows_changed() {
+  if (service_ == nullptr) return;
+  std::set<adaptive::PageId> to_forget;
+  for (const adaptive::Service::RowChange& change : service_->last_changes()) {
+    const auto entry = pages_.find(change.page);
+    if (entry == pages_.end()) continue;
+    std::vector<bool>::reference converged = entry->second.page->converged[change.node];
+    if (converged) to_forget.insert(change.page);
+    converged = change.state == adaptive::RowState::converged;
+  }
+  for (const adaptive::PageId page : to_forget) {
+    for (const std::shared_ptr<ColoredRows>& rows : pages_[page].colors) rows->forget();
+  }
+}
+
+std::size_t FiberStore::bytes() const {
+  std::size_t bytes = fibers_.size() * sizeof(FiberRecord) + pool_.bytes();
+  std::set<const ClearEnergies*> clear;
+  for (const auto& [key, table] : colored_energies_) {
+    bytes += table->bytes();
+    if (clear.insert(&table->clear()).second) bytes += table->clear().bytes();
+  }
+  for (const auto& [key, rows] : colored_rows_) bytes += rows->bytes();
+  return bytes;
+}
+
+}  // namespace tress::fiber

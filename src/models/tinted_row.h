@@ -1,0 +1,69 @@
+// A converged row as one color sees it: one packed block of memory, immutable, read at every vertex.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "tress/adaptive/mixture.h"
+
+namespace tress::fiber {
+
+/// Value of a row at one azimuth: the shape of each channel (mass 1) and the density of the proposal. 1/rad.
+struct RowValue {
+  glm::vec3 shape{0.0f};
+  float proposal = 0;
+};
+
+/// Share of the mass of a component that is left under absorption sigma_a: the gamma law of the moments of its path,
+/// (1 + sigma_a v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. In [0, 1].
+double absorbed_share(double sigma_a, double path_mean, double path_variance);
+
+/// A circular skew logistic ready for evaluation: one exp, no division by Z.
+struct TintedComponent {
+  float mu, inverse_left, inverse_right;
+  float inverse_norm;  ///< 1/Z
+  glm::vec3 share;     ///< mass per channel, the whole row's being 1
+  float reserved;
+};
+
+/// The head of a block; its `count` components follow in memory, so that a row of one is one cache line.
+struct alignas(32) TintedRow {
+  std::uint32_t count = 0;
+  float objective = 0;            ///< adaptive::RowView::objective
+  bool has_row = true;            ///< false: the node is uniform, no row of the service's stands behind it
+  glm::vec3 uniform_share{1.0f};  ///< per channel; 1 where no light is left and the shape does not matter
+
+  const TintedComponent* parts() const { return reinterpret_cast<const TintedComponent*>(this + 1); }
+  TintedComponent* parts() { return reinterpret_cast<TintedComponent*>(this + 1); }
+
+  /// channel_weights: mix of the channels that is sampled, >= 0, sum 1. The proposal is
+  /// (1 - u) sum_c weight_c shape_c + u / 2 pi, so a weight in that mix is at most 1/(1 - u). x in [-pi, pi).
+  RowValue evaluate(float x, const glm::vec3& channel_weights, float uniform_share) const;
+  /// Draws from that proposal. u in [0, 1), used up whole. Radians in [-pi, pi).
+  float sample(float u, const glm::vec3& channel_weights, float uniform_share) const;
+};
+static_assert(sizeof(TintedRow) == 32 && sizeof(TintedComponent) == 32);
+
+/// Owns blocks until it is destroyed. Any thread.
+class TintedRowPool {
+ public:
+  /// A row's fit under one absorption.
+  const TintedRow* make(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a);
+  std::size_t bytes() const;
+
+ private:
+  TintedRow* allocate(std::uint32_t components);
+  struct alignas(64) Line {
+    std::byte bytes[64];
+  };
+  static constexpr std::size_t chunk_lines = 512;
+  mutable std::mutex mutex_;
+  std::vector<std::unique_ptr<Line[]>> chunks_;
+  std::size_t used_lines_ = chunk_lines;  ///< of the last chunk
+};
+
+}  // namespace tress::fiber
