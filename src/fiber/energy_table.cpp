@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "fiber/quarter_sine.h"
+#include "fiber/reflection.h"
 #include "fiber/row_axes.h"
 #include "tress/adaptive/exp_of_negative.h"
 
@@ -28,6 +30,16 @@ void absorb(const ClearEnergies& clear, Lobe lobe, float sigma_a, float* out) {
   }
 }
 
+/// E_R at a node: that of the rays where Fresnel is exact.
+float energy_of_reflection(const ClearEnergies& clear, const FiberParameters& fiber, int node) {
+  if (fiber.reflection_fresnel == ReflectionFresnel::exact) return clear.clear(node)[0];
+  constexpr int width = ClearEnergies::nodes_per_axis;
+  constexpr float last = width - 1;
+  const float phi_r = static_cast<float>(node % width) / last * half_pi;
+  const float theta = std::acos(static_cast<float>(node / width) / last);
+  return reflected_energy(fiber.reflection_fresnel, fiber.eta, fiber.eccentricity, theta, phi_r);
+}
+
 }  // namespace
 
 float luminance(const glm::vec3& color) { return 0.2126f * color.r + 0.7152f * color.g + 0.0722f * color.b; }
@@ -36,7 +48,7 @@ EnergyTable::EnergyTable(std::shared_ptr<const ClearEnergies> clear, const Fiber
     : clear_(std::move(clear)), colored_(node_count) {
   assert(clear_->key() == energy_key(fiber));
   for (int node = 0; node < node_count; ++node) {
-    colored_[static_cast<std::size_t>(node)][0] = clear_->clear(node)[0] * fiber.gain[0];
+    colored_[static_cast<std::size_t>(node)][0] = energy_of_reflection(*clear_, fiber, node) * fiber.gain[0];
   }
   std::vector<float> energy(node_count);
   for (const Lobe lobe : {Lobe::tt, Lobe::trt, Lobe::trrt, Lobe::residual, Lobe::glint}) {
@@ -52,7 +64,7 @@ EnergyTable::EnergyTable(std::shared_ptr<const ClearEnergies> clear, const Fiber
 LobeEnergies EnergyTable::interpolated(float phi_r, float theta) const {
   constexpr int last = ClearEnergies::nodes_per_axis - 1;
   const float x = fold_azimuth(phi_r).phi * (static_cast<float>(last) * 2 / std::numbers::pi_v<float>);
-  const float y = std::clamp(std::cos(theta), 0.0f, 1.0f) * static_cast<float>(last);
+  const float y = std::min(quarter_cosine(theta), 1.0f) * static_cast<float>(last);
   const int i = std::clamp(static_cast<int>(x), 0, last - 1), j = std::clamp(static_cast<int>(y), 0, last - 1);
   const float fx = std::clamp(x - static_cast<float>(i), 0.0f, 1.0f), fy = y - static_cast<float>(j);
   const float weight[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};

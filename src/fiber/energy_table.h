@@ -16,7 +16,7 @@ namespace tress::fiber {
 /// Energies of the lobes at one known direction.
 struct LobeEnergies {
   LobeColors colored{};                   ///< E_p per channel under sigma_a, times the gain
-  std::array<float, lobe_count> clear{};  ///< E_p of clear hair without gain; sums to 1
+  std::array<float, lobe_count> clear{};  ///< E_p of clear hair, exact Fresnel, without gain; sums to 1
 };
 
 /// Relative luminance of linear RGB (Rec. 709).
@@ -26,10 +26,11 @@ float luminance(const glm::vec3& color);
 /// construction; any thread.
 class EnergyTable {
  public:
-  /// `clear` is of energy_key(fiber); many fibers share it. Takes sigma_a and gain of the fiber.
+  /// `clear` is of energy_key(fiber); many fibers share it. Takes sigma_a, gain and reflection_fresnel of the
+  /// fiber; E_R is of that kind of Fresnel.
   EnergyTable(std::shared_ptr<const ClearEnergies> clear, const FiberParameters& fiber);
 
-  /// phi_r absolute, any turn; theta of either sign. A lobe other than R whose energy here is below 1e-3, clear or as
+  /// phi_r absolute, any turn; theta within +-pi/2. A lobe other than R whose energy here is below 1e-3, clear or as
   /// its share of the colored luminance, is 0 and its energy is the residual's: sums are kept.
   LobeEnergies at(float phi_r, float theta) const;
   /// The same without that step.

@@ -1,45 +1,95 @@
 #include "fiber/longitudinal.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include "tress/adaptive/exp_of_negative.h"
+#include <numbers>
 
 namespace tress::fiber {
+namespace {
 
-LongitudinalLobe::LongitudinalLobe(float theta_r, float tilt, float lambda)
-    : theta_r_(std::clamp(theta_r, -half_pi, half_pi)), tilt_(tilt), lambda_(std::max(lambda, smallest_lambda)) {
-  low_ = (0.5f * (theta_r_ - half_pi) - tilt_) / lambda_;
-  high_ = (0.5f * (theta_r_ + half_pi) - tilt_) / lambda_;
-  nearest_ = std::abs(std::clamp(0.0f, low_, high_));
-  // F(b) - F(a) = e^-nearest (1 - e^(low - high)) / ((1 + e^-|low|) (1 + e^-|high|)), whichever side the mode is on.
-  // high - low = pi/(2 lambda) is 2 at least (lambda <= 45 degrees), so that 1 - e^(low - high) does not cancel.
-  const float mass =
-      (1 - adaptive::exp_of_negative(low_ - high_)) /
-      ((1 + adaptive::exp_of_negative(-std::abs(low_))) * (1 + adaptive::exp_of_negative(-std::abs(high_))));
-  scale_ = 0.5f / (lambda_ * mass);
+/// e^(x^2) erfc(x), x >= 0; the asymptotic series where erfc leaves the range of doubles (error 15/(8 x^6) < 1e-8).
+double scaled_erfc(double x) {
+  if (x < 25) return std::exp(x * x) * std::erfc(x);
+  const double z = 1 / (2 * x * x);
+  return std::numbers::inv_sqrtpi / x * (1 - z * (1 - 3 * z));
 }
 
-float LongitudinalLobe::density(float theta_i) const {
-  const float x = std::abs((0.5f * (theta_i + theta_r_) - tilt_) / lambda_);
-  const float decay = adaptive::exp_of_negative(nearest_ - std::max(x, nearest_));
-  const float tail = nearest_ > 0 ? 1 + adaptive::exp_of_negative(-x) : 1 + decay;
-  return scale_ * decay / (tail * tail);
+/// Mass of the standard normal law in [a, b], a <= b, times e^(nearest^2/2): does not vanish where nearest is the
+/// distance of the range, of which [a, b] is part, from 0.
+double normal_mass(double a, double b, double nearest) {
+  if (b < 0) return normal_mass(-b, -a, nearest);
+  constexpr double root = std::numbers::sqrt2 / 2;
+  if (a < 0) return 0.5 * (std::erf(b * root) - std::erf(a * root));
+  const auto above = [&](double x) {
+    return 0.5 * std::exp(-0.5 * (x - nearest) * (x + nearest)) * scaled_erfc(x * root);
+  };
+  return above(a) - above(b);
 }
 
-float LongitudinalLobe::sample(float u) const {
-  // Solve F(x) = F(low) + u (F(high) - F(low)), mirrored so that low <= 0 and |low| >= |high|. F and its complement
-  // S are both sums of positive terms; e^shift is taken out of F, so that it cannot vanish in a tail.
-  const bool mirrored = low_ + high_ > 0;
-  const double low = mirrored ? -high_ : low_, high = mirrored ? -low_ : high_;
-  const double v = mirrored ? 1 - static_cast<double>(u) : static_cast<double>(u);
+/// x in [low, high] with a share v of the normal mass of [low, high] below it: Newton's steps, bisection where one
+/// leaves the bracket. low <= 0 or nearest = low.
+double normal_quantile(double low, double high, double nearest, double v) {
+  const double mass = normal_mass(low, high, nearest);
+  double from = low, to = high;
+  // Where the range begins in a tail the law is nearly exponential there.
+  double x = low > 1 ? low - std::log1p(-v * -std::expm1(low * (low - high))) / low : 0.5 * (low + high);
+  for (int step = 0; step < 100; ++step) {
+    if (!(x > from && x < to)) x = 0.5 * (from + to);
+    const double excess = normal_mass(low, x, nearest) - v * mass;
+    (excess > 0 ? to : from) = x;
+    const double density =
+        std::exp(-0.5 * (x - nearest) * (x + nearest)) * std::numbers::inv_sqrtpi / std::numbers::sqrt2;
+    const double next = x - excess / std::max(density, 1e-300);
+    if (std::abs(next - x) < 1e-9 * (1 + std::abs(x)) || to - from < 1e-12) break;
+    x = next;
+  }
+  return std::clamp(x, low, high);
+}
+
+double logistic_quantile(double low, double high, double v) {
+  // F and its complement are both sums of positive terms; e^shift is taken out of F, so that it cannot vanish in a
+  // tail.
   const double shift = std::min(high, 0.0);
   const double below = (1 - v) * std::exp(low - shift) / (1 + std::exp(low)) + v / (1 + std::exp(-std::abs(high)));
   const double above = (1 - v) / (1 + std::exp(low)) + v / (1 + std::exp(high));
-  double x = shift + std::log(std::max(below, 1e-300) / above);
-  x = std::clamp(x, low, high);
-  const double theta_h = tilt_ + lambda_ * (mirrored ? -x : x);
-  return std::clamp(static_cast<float>(2 * theta_h - theta_r_), -half_pi, half_pi);
+  return shift + std::log(std::max(below, 1e-300) / above);
+}
+
+/// atan(high) - atan(low), without cancellation.
+double cauchy_mass(double low, double high) { return std::atan2(high - low, 1 + low * high); }
+
+}  // namespace
+
+float LongitudinalLobe::scale_of_shape() const {
+  const double low = static_cast<double>(scaled(-half_pi)), high = static_cast<double>(scaled(half_pi));
+  const double mass = shape_ == LongitudinalShape::cauchy ? cauchy_mass(low, high)
+                                                          : normal_mass(low, high, static_cast<double>(nearest_)) *
+                                                                std::numbers::sqrt2 / std::numbers::inv_sqrtpi;
+  return static_cast<float>(static_cast<double>(slope_) / mass);
+}
+
+float LongitudinalLobe::density_of_shape(float x) const {
+  if (shape_ == LongitudinalShape::cauchy) return scale_ / (1 + x * x);
+  return scale_ * adaptive::exp_of_negative(-0.5f * std::max(x - nearest_, 0.0f) * (x + nearest_));
+}
+
+float LongitudinalLobe::sample(float u) const {
+  // Solve F(x) = F(low) + u (F(high) - F(low)). The logistic is mirrored so that |low| >= |high|, the Gaussian so that
+  // |low| <= |high|: their tails are then taken from the side where they do not vanish.
+  const double first = static_cast<double>(scaled(-half_pi)), last = static_cast<double>(scaled(half_pi));
+  double v = static_cast<double>(u), x = 0;
+  if (shape_ == LongitudinalShape::cauchy) {
+    const double angle = v * cauchy_mass(first, last), s = std::sin(angle), c = std::cos(angle);
+    x = (first * c + s) / std::max(c - first * s, 1e-300);
+  } else {
+    const bool mirrored = (first + last > 0) == (shape_ == LongitudinalShape::logistic);
+    const double low = mirrored ? -last : first, high = mirrored ? -first : last;
+    if (mirrored) v = 1 - v;
+    x = shape_ == LongitudinalShape::logistic ? logistic_quantile(low, high, v)
+                                              : normal_quantile(low, high, static_cast<double>(nearest_), v);
+    if (mirrored) x = -x;
+  }
+  x = std::clamp(x, first, last);
+  const double theta_i = (x - static_cast<double>(shift_)) / static_cast<double>(slope_);
+  return std::clamp(static_cast<float>(theta_i), -half_pi, half_pi);
 }
 
 }  // namespace tress::fiber

@@ -1,5 +1,11 @@
-// Longitudinal lobe M: a truncated logistic in theta_h (paper eq. 3, design section 3).
+// Longitudinal lobe M: a logistic, Gaussian or Cauchy law in theta_h, truncated (paper eq. 3 and figure 4).
 #pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "tress/adaptive/exp_of_negative.h"
+#include "tress/fiber/parameters.h"
 
 namespace tress::fiber {
 
@@ -8,26 +14,61 @@ constexpr float half_pi = 0x1.921fb4p+0f;
 /// Smallest logistic scale in theta_h, radians: .25 degree.
 constexpr float smallest_lambda = 0.0043633231f;
 
-/// M(theta_i) = 1/2 l(theta_h; tilt, lambda) / (F(b) - F(a)), theta_h = (theta_i + theta_r)/2,
-/// a, b = (-+pi/2 + theta_r)/2: a density in dtheta_i of mass 1 over [-pi/2, pi/2]. Every exponential is of a number
-/// <= 0, so no theta_r, tilt or lambda overflows or divides by 0, not even where nearly all of l is cut off.
-/// Immutable plain data; any thread.
+/// M(theta_i) = 1/2 l(theta_h; tilt, width) / (F(b) - F(a)), theta_h = (theta_i + theta_r)/2, a, b = (-+pi/2 +
+/// theta_r)/2, l and F density and distribution of the law: a density in dtheta_i of mass 1 over [-pi/2, pi/2]. All
+/// laws have the half width at half maximum of the logistic of scale lambda, 2 acosh(sqrt 2) lambda = 1.763 lambda: the
+/// Gaussian has the standard deviation 1.497 lambda, the Cauchy law the scale 1.763 lambda. What is cut off is taken
+/// out of numerator and mass alike: no theta_r, tilt or lambda overflows or divides by 0. Immutable plain data; any
+/// thread.
 class LongitudinalLobe {
  public:
   /// theta_r: known inclination, clamped to +-half_pi. tilt: shift of theta_h, so theta_i moves by twice as much.
   /// lambda: logistic scale in theta_h, at least smallest_lambda. Radians.
-  LongitudinalLobe(float theta_r, float tilt, float lambda);
+  LongitudinalLobe(float theta_r, float tilt, float lambda, LongitudinalShape shape = LongitudinalShape::logistic)
+      : shape_(shape) {
+    const float inverse_width = inverse_width_factor(shape) / std::max(lambda, smallest_lambda);
+    slope_ = 0.5f * inverse_width;
+    shift_ = (0.5f * std::clamp(theta_r, -half_pi, half_pi) - tilt) * inverse_width;
+    const float low = scaled(-half_pi), high = scaled(half_pi);
+    nearest_ = std::abs(std::clamp(0.0f, low, high));
+    if (shape != LongitudinalShape::logistic) {
+      scale_ = scale_of_shape();
+      return;
+    }
+    // F(b) - F(a) = e^-nearest (1 - e^(low - high)) / ((1 + e^-|low|) (1 + e^-|high|)), whichever side the mode is on.
+    // high - low = pi/(2 lambda) is 2 at least (lambda <= 45 degrees), so that 1 - e^(low - high) does not cancel.
+    const float e_low = adaptive::exp_of_negative(-std::abs(low)), e_high = adaptive::exp_of_negative(-std::abs(high));
+    const float e_span = nearest_ > 0 ? adaptive::exp_of_negative(low - high) : e_low * e_high;
+    scale_ = slope_ * (1 + e_low) * (1 + e_high) / (1 - e_span);
+  }
 
   /// 1/rad, in dtheta_i, for theta_i in [-pi/2, pi/2].
-  float density(float theta_i) const;
+  float density(float theta_i) const {
+    const float x = std::abs(scaled(theta_i));
+    if (shape_ != LongitudinalShape::logistic) return density_of_shape(x);
+    const float decay = adaptive::exp_of_negative(nearest_ - std::max(x, nearest_));
+    const float tail = nearest_ > 0 ? 1 + adaptive::exp_of_negative(-x) : 1 + decay;
+    return scale_ * decay / (tail * tail);
+  }
   /// Inverse CDF of u in [0, 1]. theta_i in [-half_pi, half_pi].
   float sample(float u) const;
 
  private:
-  float theta_r_, tilt_, lambda_;
-  float low_, high_;  ///< (a - tilt)/lambda, (b - tilt)/lambda
-  float nearest_;     ///< |x| of the point of [low, high] nearest to the mode: taken out of numerator and mass
-  float scale_;       ///< 1/(2 lambda) over the scaled mass
+  /// Logistic scale over the width of a law of the same half width.
+  static float inverse_width_factor(LongitudinalShape shape) {
+    return shape == LongitudinalShape::logistic   ? 1.0f
+           : shape == LongitudinalShape::gaussian ? 0.66794038f
+                                                  : 0.56729633f;
+  }
+  /// (theta_h - tilt) in widths.
+  float scaled(float theta_i) const { return theta_i * slope_ + shift_; }
+  float scale_of_shape() const;
+  float density_of_shape(float x) const;
+
+  float slope_, shift_;  ///< of scaled()
+  float nearest_;        ///< |x| of the point of the range nearest to the mode: taken out of numerator and mass
+  float scale_;          ///< 1/(2 width) over the scaled mass
+  LongitudinalShape shape_;
 };
 
 }  // namespace tress::fiber

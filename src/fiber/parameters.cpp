@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "fiber/quarter_sine.h"
+
 namespace tress::fiber {
 namespace {
 
@@ -26,7 +28,7 @@ float longitudinal_lambda(const FiberParameters& fiber, int p, float theta_r) {
   constexpr std::array<float, 4> per_alpha{0.390f, 0.196f, 0.66f, 0.9f};
   const auto lobe = static_cast<std::size_t>(p);
   float lambda = per_alpha[lobe] * fiber.roughness;
-  if (p == 1) lambda /= std::max(std::cos(theta_r), 1e-3f);
+  if (p == 1) lambda /= std::max(quarter_cosine(theta_r), 1e-3f);
   return std::clamp(fiber.longitudinal_lambda[lobe].value_or(lambda), smallest_lambda, largest_width);
 }
 
@@ -38,8 +40,8 @@ float lobe_tilt(const FiberParameters& fiber, int p) {
 float roughness_shift(const FiberParameters& fiber, int p, float theta_r) {
   if ((p != 1 && p != 2) || fiber.longitudinal_lambda[static_cast<std::size_t>(p)]) return 0;
   const float t = std::abs(theta_r);
-  const float cosine = std::max(std::cos(t), 1e-3f);
-  const float tangent = std::sin(t) / cosine;
+  const float cosine = std::max(quarter_cosine(t), 1e-3f);
+  const float tangent = quarter_sine(t) / cosine;
   const float alpha_squared = fiber.roughness * fiber.roughness;
   const float x = alpha_squared * tangent * (p == 1 ? 0.3f / (cosine * cosine) : 3.0f);
   return std::copysign(x * t / (t + 4 * x + 1e-12f), theta_r);

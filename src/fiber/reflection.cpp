@@ -3,57 +3,43 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fiber/fresnel.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::fiber {
 
 ReflectionLobe::ReflectionLobe(float eta, float eccentricity, float theta_r, float phi_r, float energy, float tilt,
-                               float lambda)
-    : eta_(eta),
-      eta_prime_(static_cast<float>(bravais_index(eta, std::clamp(theta_r, -half_pi, half_pi)))),
+                               float lambda, ReflectionFresnel fresnel, LongitudinalShape longitudinal_shape)
+    : fresnel_(eta, std::clamp(theta_r, -half_pi, half_pi), fresnel),
       eccentricity_(eccentricity),
       theta_r_(theta_r),
       phi_r_(phi_r),
       tilt_(tilt),
       lambda_(lambda),
       cos_phi_(std::cos(phi_r)),
-      sin_phi_(std::sin(phi_r)) {
+      sin_phi_(std::sin(phi_r)),
+      shape_(longitudinal_shape) {
   const float across = eccentricity * cos_phi_;
   inverse_width_ = 1 / std::sqrt(sin_phi_ * sin_phi_ + across * across);
   const float lost = 1 - std::clamp(energy, 0.0f, 1.0f);
   grazing_share_ = 0.5f * lost * lost;
 }
 
-ReflectionLobe::Shape ReflectionLobe::shape(float phi_i) const {
+ReflectionLobe::At ReflectionLobe::at(float phi_i) const {
   // The ellipse parameter of the point with normal nu has cosine cos nu / s and sine e sin nu / s, that of the ray
   // with h = 0 has e cos phi_r / w and sin phi_r / w; h is the sine of their difference, dt/dnu = e / s^2.
   const float half = 0.5f * adaptive::wrap_angle(phi_i - phi_r_);
-  const float cos_half = std::abs(std::cos(half)), nu = phi_r_ + half;
-  const float cos_nu = std::cos(nu), sin_nu = eccentricity_ * std::sin(nu);
-  const float inverse_s2 = 1 / (cos_nu * cos_nu + sin_nu * sin_nu), inverse_s = std::sqrt(inverse_s2);
-  const float cos_difference = eccentricity_ * cos_half * inverse_width_ * inverse_s;
-  const float offset = (eccentricity_ * sin_nu * cos_phi_ - cos_nu * sin_phi_) * inverse_width_ * inverse_s;
-  const float rate = 0.25f * eccentricity_ * inverse_s2;
-  return {cos_difference * rate, rate, std::clamp(offset, -1.0f, 1.0f), cos_half};
-}
-
-float ReflectionLobe::energy_density(float phi_i) const { return energy_density(shape(phi_i)); }
-float ReflectionLobe::azimuth_pdf(float phi_i) const { return azimuth_pdf(shape(phi_i)); }
-
-ReflectionLobe::At ReflectionLobe::at(float phi_i) const {
-  const Shape at = shape(phi_i);
-  return {energy_density(at), azimuth_pdf(at), LongitudinalLobe(theta_r_, tilt_, lambda_ * at.cos_half)};
-}
-
-float ReflectionLobe::energy_density(const Shape& at) const {
-  double cos_t;
-  return at.density * static_cast<float>(fresnel_entering(eta_, eta_prime_, at.cos_half, &cos_t));
-}
-
-float ReflectionLobe::azimuth_pdf(const Shape& at) const {
+  const float sin_half = quarter_sine(half), cos_half = quarter_cosine(half);
+  const float cos_nu = cos_phi_ * cos_half - sin_phi_ * sin_half;
+  const float sin_nu = eccentricity_ * (sin_phi_ * cos_half + cos_phi_ * sin_half);
+  const float inverse_s2 = 1 / (cos_nu * cos_nu + sin_nu * sin_nu);
+  const float inverse_both = inverse_width_ * std::sqrt(inverse_s2);
+  const float rate = 0.25f * eccentricity_ * inverse_s2;  // the density over sqrt(1 - h^2): does not vanish
+  const float density = eccentricity_ * cos_half * inverse_both * rate;
+  const float offset = (eccentricity_ * sin_nu * cos_phi_ - cos_nu * sin_phi_) * inverse_both;
   // The pdf of |h| = 1 - x^2 diverges at |h| = 1 as 1/sqrt(1 - |h|); with the shape's sqrt(1 - h^2) it is finite.
-  return (1 - grazing_share_) * at.density + grazing_share_ * 0.5f * at.rate * std::sqrt(1 + std::abs(at.offset));
+  const float grazing = 0.5f * rate * std::sqrt(1 + std::min(std::abs(offset), 1.0f));
+  return {density * fresnel_(cos_half), (1 - grazing_share_) * density + grazing_share_ * grazing,
+          LongitudinalLobe(theta_r_, tilt_, lambda_ * cos_half, shape_)};
 }
 
 float ReflectionLobe::sample_azimuth(float u) const {
@@ -78,7 +64,30 @@ float ReflectionLobe::sample_azimuth(float u) const {
 
 LongitudinalLobe ReflectionLobe::longitudinal(float phi_i) const {
   const float half = 0.5f * adaptive::wrap_angle(phi_i - phi_r_);
-  return LongitudinalLobe(theta_r_, tilt_, lambda_ * std::abs(std::cos(half)));
+  return LongitudinalLobe(theta_r_, tilt_, lambda_ * quarter_cosine(half), shape_);
+}
+
+float reflected_energy(ReflectionFresnel fresnel, float eta, float eccentricity, float theta_r, float phi_r) {
+  const ReflectionLobe lobe(eta, eccentricity, theta_r, phi_r, 0, 0, smallest_lambda, fresnel);
+  if (fresnel == ReflectionFresnel::none || fresnel == ReflectionFresnel::longitudinal) return lobe.fresnel()(1);
+  // Over half angles, in panels between the kinks of F. In u, x = u^3 (10 - 15 u + 6 u^2), integrands and their slopes
+  // vanish at both ends of a panel, whatever roots F has there: midpoints converge with the fourth power.
+  constexpr int nodes = 64;
+  const float kink = std::asin(std::min(lobe.fresnel().total_reflection(), 1.0f));
+  double sum = 0;
+  const auto add_panel = [&](float from, float to) {
+    if (!(to > from)) return;
+    for (int i = 0; i < nodes; ++i) {
+      const float u = (static_cast<float>(i) + 0.5f) / nodes, rest = 1 - u;
+      const float half = from + (to - from) * u * u * u * (10 + u * (6 * u - 15));
+      const float width = 30 * u * u * rest * rest * (to - from) / nodes;
+      sum += static_cast<double>(lobe.energy_density(phi_r + 2 * half) * 2 * width);
+    }
+  };
+  add_panel(-half_pi, -kink);
+  add_panel(-kink, kink);
+  add_panel(kink, half_pi);
+  return static_cast<float>(sum);
 }
 
 }  // namespace tress::fiber

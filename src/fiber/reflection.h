@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fiber/longitudinal.h"
+#include "fiber/surface_fresnel.h"
 
 namespace tress::fiber {
 
@@ -15,7 +16,9 @@ class ReflectionLobe {
  public:
   /// energy: E_R at (phi_r, theta_r), which chooses how sampling is mixed; any value in [0, 1] gives a sound sampler.
   /// tilt, lambda: of the longitudinal lobe in theta_h; lambda is before the factor |cos(d/2)|.
-  ReflectionLobe(float eta, float eccentricity, float theta_r, float phi_r, float energy, float tilt, float lambda);
+  ReflectionLobe(float eta, float eccentricity, float theta_r, float phi_r, float energy, float tilt, float lambda,
+                 ReflectionFresnel fresnel = ReflectionFresnel::exact,
+                 LongitudinalShape longitudinal_shape = LongitudinalShape::logistic);
 
   /// Everything at one phi_i, in one pass over its geometry.
   struct At {
@@ -25,29 +28,26 @@ class ReflectionLobe {
   At at(float phi_i) const;
 
   /// F times the shape. Its integral over phi_i is E_R.
-  float energy_density(float phi_i) const;
+  float energy_density(float phi_i) const { return at(phi_i).energy_density; }
   /// Draws phi_i by the offset: h uniform with probability 1 - b, else |h| = 1 - x^2 with a random sign,
-  /// b = (1 - E_R)^2 / 2. u in [0, 1) is used up whole. In [-pi, pi).
+  /// b = (1 - E_R)^2 / 2. u in [0, 1) is used up whole. In [-pi, pi). Does not depend on the kind of Fresnel.
   float sample_azimuth(float u) const;
   /// Density of sample_azimuth(), mass 1.
-  float azimuth_pdf(float phi_i) const;
+  float azimuth_pdf(float phi_i) const { return at(phi_i).azimuth_pdf; }
   /// M for this phi_i: its width follows |cos(d/2)|, so phi comes first and theta_i after.
   LongitudinalLobe longitudinal(float phi_i) const;
+  const SurfaceFresnel& fresnel() const { return fresnel_; }
 
  private:
-  struct Shape {
-    float density;   ///< 1/2 |dh/dphi_i|, 1/rad
-    float rate;      ///< the same over sqrt(1 - h^2), which does not vanish
-    float offset;    ///< h
-    float cos_half;  ///< |cos(d/2)|
-  };
-  Shape shape(float phi_i) const;
-  float energy_density(const Shape& at) const;
-  float azimuth_pdf(const Shape& at) const;
-
-  float eta_, eta_prime_, eccentricity_, theta_r_, phi_r_, tilt_, lambda_;
+  SurfaceFresnel fresnel_;
+  float eccentricity_, theta_r_, phi_r_, tilt_, lambda_;
   float cos_phi_, sin_phi_, inverse_width_;
   float grazing_share_;  ///< b
+  LongitudinalShape shape_;
 };
+
+/// E_R: the integral of energy_density() over phi_i, by quadrature (error some 1e-5). phi_r absolute, theta_r within
+/// +-pi/2, radians.
+float reflected_energy(ReflectionFresnel fresnel, float eta, float eccentricity, float theta_r, float phi_r);
 
 }  // namespace tress::fiber

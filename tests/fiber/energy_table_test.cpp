@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "fiber/direct_energies.h"
+#include "fiber/reflection.h"
 #include "tress/adaptive/random.h"
 
 namespace {
@@ -134,6 +135,22 @@ TEST(EnergyTable, GainsMultiplyTheColoredEnergiesOnly) {
   EXPECT_EQ(a.clear, b.clear);
   for (std::size_t p = 0; p < fiber::lobe_count; ++p) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(b.colored[p][c], a.colored[p][c] * fiber.gain[p][c], 1e-7f);
+  }
+}
+
+TEST(EnergyTable, TheKindOfFresnelChangesTheEnergyOfReflectionOnly) {
+  fiber::FiberParameters fiber;
+  fiber::SharedEnergies shared;
+  const fiber::EnergyTable exact(shared.find(fiber::energy_key(fiber)), fiber);
+  for (const auto kind :
+       {fiber::ReflectionFresnel::longitudinal, fiber::ReflectionFresnel::bravais, fiber::ReflectionFresnel::none}) {
+    fiber.reflection_fresnel = kind;
+    const fiber::EnergyTable table(shared.find(fiber::energy_key(fiber)), fiber);
+    const auto a = exact.interpolated(0.7f, 0.9f), b = table.interpolated(0.7f, 0.9f);
+    // Interpolation between nodes is off by up to 1e-3 here, as it is for the exact one.
+    EXPECT_NEAR(b.colored[0].g, fiber::reflected_energy(kind, fiber.eta, fiber.eccentricity, 0.9f, 0.7f), 1e-3);
+    for (std::size_t p = 1; p < fiber::lobe_count; ++p) EXPECT_EQ(a.colored[p], b.colored[p]);
+    EXPECT_EQ(a.clear, b.clear);
   }
 }
 

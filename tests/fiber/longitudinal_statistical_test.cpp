@@ -19,12 +19,14 @@ TEST(LongitudinalSampling, FollowsItsDensity) {
   const float tilts[] = {-0.3f, 0.0f, 0.13f};
   const float scales[] = {fiber::smallest_lambda, 0.05f, 0.5f};
   constexpr int samples = 100000, bins = 180;
-  const double level = test::sidak_level(1e-3, 45);
+  const double level = test::sidak_level(1e-3, 3 * 45);
   std::uint64_t stream = 0;
-  for (float theta_r : inclinations) {
+  for (int k = 0; k < 3 * 5; ++k) {
+    const auto shape = static_cast<fiber::LongitudinalShape>(k / 5);
+    const float theta_r = inclinations[k % 5];
     for (float tilt : tilts) {
       for (float lambda : scales) {
-        const fiber::LongitudinalLobe lobe(theta_r, tilt, lambda);
+        const fiber::LongitudinalLobe lobe(theta_r, tilt, lambda, shape);
         RandomStream random(1, ++stream);
         std::vector<double> counts(bins), expected(bins);
         const double width = 2.0 * half_pi / bins;
@@ -40,7 +42,8 @@ TEST(LongitudinalSampling, FollowsItsDensity) {
           total += expected[std::size_t(b)];
         }
         for (double& x : expected) x *= samples / total;
-        EXPECT_GT(test::chi_square(counts, expected).p_value, level) << theta_r << ' ' << tilt << ' ' << lambda;
+        EXPECT_GT(test::chi_square(counts, expected).p_value, level)
+            << int(shape) << ' ' << theta_r << ' ' << tilt << ' ' << lambda;
       }
     }
   }

@@ -1,0 +1,67 @@
+// Fresnel reflectance of R by the half azimuth, in single precision: exact, or one of the paper's figure 5.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "fiber/quarter_sine.h"
+#include "tress/fiber/parameters.h"
+
+namespace tress::fiber {
+
+/// For one known inclination. Immutable plain data; any thread.
+class SurfaceFresnel {
+ public:
+  /// theta_r within +-pi/2.
+  SurfaceFresnel(float eta, float theta_r, ReflectionFresnel kind) : kind_(kind), eta2_(eta * eta) {
+    const float s = quarter_sine(theta_r), c = std::max(quarter_cosine(theta_r), 1e-6f);
+    eta_prime2_ = (eta2_ - s * s) / (c * c);
+    if (kind == ReflectionFresnel::longitudinal) at_normal_ = exact(1);
+  }
+
+  /// cosine: of the angle of incidence in the normal plane, |cos(d/2)|, in [0, 1]. In [0, 1].
+  float operator()(float cosine) const {
+    switch (kind_) {
+      case ReflectionFresnel::exact:
+        return exact(cosine);
+      case ReflectionFresnel::longitudinal:
+        return at_normal_;
+      case ReflectionFresnel::bravais:
+        return bravais(cosine);
+      case ReflectionFresnel::none:
+        break;
+    }
+    return 1;
+  }
+
+  /// Sine of the angle of incidence at which F has a kink, since p is reflected totally from there on: eta'' of
+  /// `bravais`, 1 or more where there is none.
+  float total_reflection() const { return kind_ == ReflectionFresnel::bravais ? eta2_ / std::sqrt(eta_prime2_) : 1; }
+
+ private:
+  static float square(float x) { return x * x; }
+
+  /// fresnel_entering(): eta' cos gamma_t = sqrt(eta'^2 - sin^2 gamma), over one common denominator.
+  float exact(float cosine) const {
+    const float inside = std::sqrt(eta_prime2_ - 1 + cosine * cosine), scaled = eta2_ * cosine;
+    const float a = cosine + inside, b = scaled + inside;
+    return 0.5f * (square((cosine - inside) * b) + square((scaled - inside) * a)) / square(a * b);
+  }
+
+  /// Marschner et al. 2003: two-dimensional, eta' for s, eta'' = eta^2/eta' for p, which is below 1 at steep
+  /// inclinations and then reflects totally.
+  float bravais(float cosine) const {
+    const float inside = std::sqrt(eta_prime2_ - 1 + cosine * cosine);
+    const float s = square((cosine - inside) / (cosine + inside));
+    const float other2 = eta2_ * eta2_ / eta_prime2_, inside2 = other2 - 1 + cosine * cosine;
+    if (!(inside2 > 0)) return 0.5f * (s + 1);
+    const float other_inside = std::sqrt(inside2), scaled = other2 * cosine;
+    return 0.5f * (s + square((scaled - other_inside) / (scaled + other_inside)));
+  }
+
+  ReflectionFresnel kind_;
+  float eta2_, eta_prime2_;
+  float at_normal_ = 1;
+};
+
+}  // namespace tress::fiber
