@@ -186,12 +186,15 @@ class EllipticalModel final : public FiberModel {
             event.wr.phi,
             energy,
             lobe_tilt(parameters, 0),
-            longitudinal_lambda(parameters, 0, event.wr.theta)};
+            longitudinal_lambda(parameters, 0, event.wr.theta),
+            parameters.reflection_fresnel,
+            parameters.longitudinal_shape};
   }
 
   static LongitudinalLobe make_longitudinal(const FiberRecord& fiber, const FiberEvent& event, int p) {
     const float tilt = lobe_tilt(fiber.parameters, p) + roughness_shift(fiber.parameters, p, event.wr.theta);
-    return {event.wr.theta, tilt, longitudinal_lambda(fiber.parameters, p, event.wr.theta)};
+    return {event.wr.theta, tilt, longitudinal_lambda(fiber.parameters, p, event.wr.theta),
+            fiber.parameters.longitudinal_shape};
   }
 
   /// S and Q at wi. drawn: the lobe that drew wi, whose query (if it makes any) is then `known`.

@@ -57,7 +57,7 @@ FiberId FiberStore::add(const FiberParameters& parameters) {
 }
 
 std::shared_ptr<const EnergyTable> FiberStore::energies_of(const FiberParameters& parameters) {
-  EnergyTableKey key{energy_key(parameters), values_of(parameters.sigma_a), {}};
+  EnergyTableKey key{energy_key(parameters), values_of(parameters.sigma_a), {}, parameters.reflection_fresnel};
   auto gain = std::get<2>(key).begin();
   for (const glm::vec3& lobe : parameters.gain) gain = std::ranges::copy(values_of(lobe), gain).out;
   std::shared_ptr<const EnergyTable>& table = colored_energies_[key];

@@ -14,9 +14,9 @@
 
 namespace tress::fiber {
 
-/// Shared: clear energies by (eta, e), colored ones by (eta, e, sigma_a, gain), the rows of a page by its key, and
-/// tinted by (page, sigma_a). Thread-safety: operator[] and pool(): any thread, during a pass; the rest: one thread,
-/// between passes.
+/// Shared: clear energies by (eta, e), colored ones by (eta, e, sigma_a, gain, Fresnel of R), the rows of a page by its
+/// key, and tinted by (page, sigma_a). Thread-safety: operator[] and pool(): any thread, during a pass; the rest: one
+/// thread, between passes.
 class FiberStore {
  public:
   /// service null: fibers have no rows.
@@ -40,7 +40,7 @@ class FiberStore {
     std::vector<std::shared_ptr<ColoredRows>> colors;
   };
   using Color = std::array<float, 3>;
-  using EnergyTableKey = std::tuple<EnergyKey, Color, std::array<float, 3 * lobe_count>>;
+  using EnergyTableKey = std::tuple<EnergyKey, Color, std::array<float, 3 * lobe_count>, ReflectionFresnel>;
 
   std::shared_ptr<const EnergyTable> energies_of(const FiberParameters& parameters);
   std::shared_ptr<const ColoredRows> rows_of(int p, float sigma_rad, const FiberParameters& parameters,

@@ -130,6 +130,31 @@ TEST(elliptical_model, white_furnace_is_one_by_quadrature) {
   std::printf("largest furnace error by quadrature: %.5f\n", largest);
 }
 
+// Every law of M and every Fresnel of R: the sampler has mass 1, and S has the energies of the event. Tolerances as
+// above.
+TEST(elliptical_model, shapes_and_kinds_of_fresnel_keep_density_and_energy) {
+  const auto expect_energies = [](const FiberParameters& parameters) {
+    const FiberDirection known{0.9f, 0.7f};
+    const auto model = model_in(Rows::unborn, parameters, known);
+    const FiberEvent event = model->begin(known);
+    float energy = 0;
+    for (const glm::vec3& lobe : event.energy) energy += lobe.g;
+    EXPECT_NEAR(integral(*model, event, [](const FiberValue& v) { return double{v.total().g}; }), energy, 2e-3);
+    EXPECT_NEAR(integral(*model, event, [](const FiberValue& v) { return double{v.pdf}; }), 1, 2e-3);
+    return energy;
+  };
+  FiberParameters parameters = clear_hair();
+  for (const auto shape : {fiber::LongitudinalShape::gaussian, fiber::LongitudinalShape::cauchy}) {
+    parameters.longitudinal_shape = shape;
+    EXPECT_NEAR(expect_energies(parameters), 1, 1e-5);
+  }
+  parameters = clear_hair();
+  parameters.reflection_fresnel = fiber::ReflectionFresnel::bravais;
+  EXPECT_NE(expect_energies(parameters), 1);
+  parameters.reflection_fresnel = fiber::ReflectionFresnel::none;
+  EXPECT_GT(expect_energies(parameters), 1.5);
+}
+
 TEST(elliptical_model, weights_of_rows_that_have_converged_are_bounded) {
   // The luminance of sum_p S_p over Q: rows give at most 1/(1-u) = 1.0204, R's own sampler at most 2 (b >= 1/2 only
   // where E_R is near 0), and the total of the energies is at most 1.
