@@ -3,6 +3,21 @@
 #include <cmath>
 #include <numbers>
 
+// Loops over lanes are compiled twice, the second time for vectors of four doubles: without fused operations, so with
+// the same bits. Sanitizers run before such functions can be resolved.
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define TRESS_SANITIZED
+#endif
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define TRESS_SANITIZED
+#endif
+#if defined(__x86_64__) && defined(__linux__) && !defined(TRESS_SANITIZED)
+#define TRESS_WIDE [[gnu::target_clones("avx2", "default")]]
+#else
+#define TRESS_WIDE
+#endif
+
 namespace tress::fiber {
 namespace {
 
@@ -24,7 +39,8 @@ inline double arc_tangent(double y, double x) {
 
 inline double reflectance(double eta2, double eta_prime, double cos_air, double cos_inside) {
   const double inside = eta_prime * cos_inside, scaled = eta2 * cos_air;
-  const double rs = (cos_air - inside) / (cos_air + inside), rp = (scaled - inside) / (scaled + inside);
+  const double s = cos_air + inside, p = scaled + inside, inverse = 1 / (s * p);
+  const double rs = (cos_air - inside) * p * inverse, rp = (scaled - inside) * s * inverse;
   return 0.5 * (rs * rs + rp * rp);
 }
 
@@ -61,10 +77,8 @@ RayBatch::RayBatch(const CrossSection& section, double h_0, double h_step, bool 
   }
 }
 
-void RayBatch::advance() { with_rates_ ? step<true>() : step<false>(); }
-
 template <bool with_rates>
-void RayBatch::step() {
+[[gnu::always_inline]] inline void RayBatch::step() {
   const double e = section_.eccentricity, inverse_e = 1 / e, eta_prime = section_.eta_prime;
   const double eta2 = section_.eta * section_.eta, eta_prime2 = eta_prime * eta_prime;
   const double to_3d = section_.inverse_cos_theta_t_;
@@ -108,6 +122,11 @@ void RayBatch::step() {
     dy_[i] = dy * onto_unit;
   }
 }
+
+TRESS_WIDE void RayBatch::step_without_rates() { step<false>(); }
+TRESS_WIDE void RayBatch::step_with_rates() { step<true>(); }
+
+void RayBatch::advance() { with_rates_ ? step_with_rates() : step_without_rates(); }
 
 void RayBatch::glint_shares(double sigma, double* out) const {
   for (int i = 0; i < lanes; ++i) {

@@ -30,6 +30,8 @@ class RayBatch {
  private:
   template <bool with_rates>
   void step();
+  void step_without_rates();
+  void step_with_rates();
 
   const CrossSection& section_;
   double qx_[lanes], qy_[lanes], dx_[lanes], dy_[lanes];
