@@ -4,6 +4,10 @@
 
 #include <cstdint>
 #include <numbers>
+#include <string>
+#include <vector>
+
+#include "scene/lobe_reader.h"
 
 namespace tress::scene {
 namespace {
@@ -50,10 +54,22 @@ StrandVariation read_variation(const JsonReader& json) {
 
 Material read_material(const JsonReader& json, std::size_t index) {
   Material material;
-  if (!json.object({"name", "eta", "eccentricity", "roughness", "tilt_deg", "color", "melanin", "sigma_a",
-                    "azimuthal_sigma_deg", "longitudinal_lambda_deg", "curl_diameter_cm", "twist", "root_angle_deg",
-                    "variation"}))
-    return material;
+  std::vector<std::string> known{"name",
+                                 "eta",
+                                 "eccentricity",
+                                 "roughness",
+                                 "tilt_deg",
+                                 "color",
+                                 "melanin",
+                                 "sigma_a",
+                                 "azimuthal_sigma_deg",
+                                 "longitudinal_lambda_deg",
+                                 "curl_diameter_cm",
+                                 "twist",
+                                 "root_angle_deg",
+                                 "variation"};
+  known.insert(known.end(), lobe_keys().begin(), lobe_keys().end());
+  if (!json.object(known)) return material;
   auto& fiber = material.fiber;
   material.name = json.text("name").value_or(fmt::format("material {}", index));
   if (const auto x = json.number("eta", 1.05, 3)) fiber.eta = static_cast<float>(*x);
@@ -64,6 +80,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
   if (json.has("variation")) material.variation = read_variation(json.child("variation"));
   read_lobe_angles(json, "azimuthal_sigma_deg", {"TT", "TRT", "TRRT"}, 0.5, &fiber.azimuthal_sigma);
   read_lobe_angles(json, "longitudinal_lambda_deg", {"R", "TT", "TRT", "TRRT"}, 0.25, &fiber.longitudinal_lambda);
+  read_lobes(json, &fiber);
   material.curl_diameter_cm = json.number("curl_diameter_cm", 0.05, 1000);
   material.twist = json.boolean("twist").value_or(true);
   if (const auto x = json.number("root_angle_deg", -360, 360)) material.root_angle_rad = *x * radians;

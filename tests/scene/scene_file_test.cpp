@@ -89,6 +89,33 @@ TEST(SceneFile, ReadsLights) {
   }
 }
 
+TEST(SceneFile, ReadsShapesAndGainsOfLobes) {
+  using fiber::Lobe;
+  const auto scene = parsed(R"({"materials": [
+    {"name": "a", "longitudinal_shape": "cauchy", "fresnel": "bravais", "gain": {"R": 2, "TRT": 3},
+     "tint": {"TRT": [1, 0.5, 0.25], "residual": [0, 0, 0]}},
+    {"name": "b", "gain": {"GLINT": 7}, "tint": {"TRT": [0.5, 0.5, 0.5]}},
+    {"name": "c", "glint": true, "gain": {"TRT": 2}}, {"name": "d"}], )" +
+                            groom + "}");
+  ASSERT_EQ(scene.materials.size(), 4u);
+  const auto gain = [&](std::size_t m, Lobe lobe) {
+    return scene.materials[m].fiber.gain[static_cast<std::size_t>(lobe)];
+  };
+  const auto& a = scene.materials[0].fiber;
+  EXPECT_EQ(a.longitudinal_shape, fiber::LongitudinalShape::cauchy);
+  EXPECT_EQ(a.reflection_fresnel, fiber::ReflectionFresnel::bravais);
+  EXPECT_FALSE(a.split_glint);
+  EXPECT_EQ(gain(0, Lobe::r), glm::vec3(2));
+  EXPECT_EQ(gain(0, Lobe::tt), glm::vec3(1));
+  EXPECT_EQ(gain(0, Lobe::trt), glm::vec3(3, 1.5f, 0.75f));
+  EXPECT_EQ(gain(0, Lobe::residual), glm::vec3(0));
+  EXPECT_TRUE(scene.materials[1].fiber.split_glint);
+  EXPECT_EQ(gain(1, Lobe::glint), glm::vec3(3.5f));  // its own gain, the tint of TRT
+  EXPECT_TRUE(scene.materials[2].fiber.split_glint);
+  EXPECT_EQ(gain(2, Lobe::glint), glm::vec3(2));  // a layer more, the same picture
+  EXPECT_EQ(scene.materials[3].fiber, fiber::FiberParameters{});
+}
+
 TEST(SceneFile, ReadsSkies) {
   const auto scene = parsed(R"({"environment": {"sky": {"zenith": [0, 0, 2], "sun": {"elevation_deg": 90,
     "angle_deg": 2, "radiance": [9, 8, 7]}}, "scale": 0.5}, )" +
