@@ -49,6 +49,7 @@ void JsonReader::fail(const std::string& key, std::string expected, std::string 
 }
 
 bool JsonReader::object(const std::vector<std::string>& known) const {
+  if (keys_) (*keys_)[path_] = known;
   if (!value_.is_object()) {
     fail("", "an object", shown(value_));
     return false;
@@ -69,7 +70,7 @@ const nlohmann::json* JsonReader::find(const std::string& key) const {
 }
 
 JsonReader JsonReader::child(const std::string& key) const {
-  return JsonReader(*find(key), path_ + "/" + key, file_, error_);
+  return JsonReader(*find(key), path_ + "/" + key, file_, error_, keys_);
 }
 
 std::vector<JsonReader> JsonReader::items(const std::string& key, std::size_t most) const {
@@ -81,7 +82,7 @@ std::vector<JsonReader> JsonReader::items(const std::string& key, std::size_t mo
     return items;
   }
   for (std::size_t i = 0; i < value->size(); ++i)
-    items.emplace_back((*value)[i], fmt::format("{}/{}/{}", path_, key, i), file_, error_);
+    items.emplace_back((*value)[i], fmt::format("{}/{}/{}", path_, key, i), file_, error_, keys_);
   return items;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <initializer_list>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -16,12 +17,17 @@ namespace tress::scene {
 /// The name among `known` with the smallest edit distance to `word`.
 std::string nearest_name(const std::string& word, const std::vector<std::string>& known);
 
+/// The keys that were asked for, by the path of their object.
+using KnownKeys = std::map<std::string, std::vector<std::string>>;
+
 /// One value of the document. Readers return nothing where the key is absent or wrong; a wrong one sets the error of
 /// the document, which only the first mistake does.
 class JsonReader {
  public:
-  JsonReader(const nlohmann::json& value, std::string path, std::string file, std::optional<Error>* error)
-      : value_(value), path_(std::move(path)), file_(std::move(file)), error_(error) {}
+  /// `keys`, where given, gets those that every object() of the document knew.
+  JsonReader(const nlohmann::json& value, std::string path, std::string file, std::optional<Error>* error,
+             KnownKeys* keys = nullptr)
+      : value_(value), path_(std::move(path)), file_(std::move(file)), error_(error), keys_(keys) {}
 
   /// The value must be an object with no other keys than these.
   bool object(const std::vector<std::string>& known) const;
@@ -55,6 +61,7 @@ class JsonReader {
   const nlohmann::json& value_;
   std::string path_, file_;
   std::optional<Error>* error_;
+  KnownKeys* keys_;
 };
 
 }  // namespace tress::scene

@@ -31,7 +31,8 @@ Error not_json(const std::string& name, const nlohmann::json::parse_error& error
 
 }  // namespace
 
-Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, const std::string& name) {
+Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, const std::string& name,
+                                          KnownKeys* keys) {
   nlohmann::json document;
   try {
     document = nlohmann::json::parse(text.begin(), text.end());
@@ -41,10 +42,11 @@ Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, c
     return Error{name, "", "JSON with numbers in range", error.what()};
   }
   std::optional<Error> error;
-  const JsonReader root(document, "", name, &error);
+  const JsonReader root(document, "", name, &error, keys);
   SceneDescription scene;
   if (root.object({"$schema", "camera", "image", "environment", "environment_visible", "lights", "meshes", "materials",
                    "grooms"})) {
+    root.text("$schema");
     if (root.has("camera")) scene.camera = read_camera(root.child("camera"));
     if (root.has("image")) read_image(root.child("image"), &scene.image);
     if (root.has("environment")) scene.environment = read_environment(root.child("environment"));

@@ -9,6 +9,7 @@
 #include "scene/camera_motion.h"
 #include "scene/environment_reader.h"
 #include "scene/groom_reader.h"
+#include "scene/json_reader.h"
 #include "scene/mesh_reader.h"
 #include "scene/scene.h"
 
@@ -25,7 +26,9 @@ struct SceneDescription {
   std::vector<GroomDescription> grooms;
 };
 
-/// Errors name the JSON path, or the byte where the text is not JSON. Every value of the result is in range.
-Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, const std::string& name);
+/// Errors name the JSON path, or the byte where the text is not JSON. Every value of the result is in range. `keys`,
+/// where given, gets the keys that each object of the document may have.
+Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, const std::string& name,
+                                          KnownKeys* keys = nullptr);
 
 }  // namespace tress::scene
