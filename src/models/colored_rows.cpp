@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "models/ray_shape.h"
+#include "tress/fiber/elliptical_model.h"
 
 namespace tress::fiber {
 namespace {
@@ -26,10 +27,11 @@ PageRows::PageRows(adaptive::Service& service, const adaptive::PageDescription& 
       node_count(description.node_count()),
       uniform(node_count),
       converged(node_count) {
+  const auto lobe = static_cast<std::size_t>(lobe_of_page(static_cast<int>(description.key.lobe)));
   for (std::uint32_t node = 0; node < node_count; ++node) {
     const std::uint32_t a = node / width, b = node % width;
-    uniform[node] = energies.interpolated(description.axis_a[a], description.axis_b[b]).clear[description.key.lobe] <
-                    smallest_row_energy;
+    uniform[node] =
+        energies.interpolated(description.axis_a[a], description.axis_b[b]).clear[lobe] < smallest_row_energy;
     converged[node] = service.peek(page, a, b).state == adaptive::RowState::converged;
   }
 }

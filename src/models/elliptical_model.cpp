@@ -42,8 +42,8 @@ struct EventConstants {
   ReflectionLobe reflection;
   std::array<LongitudinalLobe, 3> longitudinal;  ///< TT, TRT, TRRT; the residual shares TRRT's
   FoldedAzimuth fold;
-  std::array<std::uint32_t, 3> first_node{};  ///< of the row of nodes that xi1 chose, by lobe
-  std::array<glm::vec3, 3> channel_weights;   ///< shares of the channels in the luminance of the lobe's energy
+  std::array<std::uint32_t, 4> first_node{};  ///< of the row of nodes that xi1 chose, by row lobe
+  std::array<glm::vec3, 4> channel_weights;   ///< shares of the channels in the luminance of the lobe's energy
   std::uint64_t hash;                         ///< of xi and the known direction
 };
 static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
@@ -93,9 +93,10 @@ class EllipticalModel final : public FiberModel {
         {},
         {},
         hash_of(event.wr.theta, event.wr.phi, hash_of(xi1, xi2, 0))};
-    for (std::size_t i = 0; i < 3; ++i) {
-      constants->channel_weights[i] = terms[i + 1] / event.selection[i + 1];  // read only where the lobe is selected
-      if (service_ == nullptr) continue;
+    for (std::size_t i = 0; i < row_lobes.size(); ++i) {
+      const auto lobe = static_cast<std::size_t>(row_lobes[i]);
+      constants->channel_weights[i] = terms[lobe] / event.selection[lobe];  // read only where the lobe is selected
+      if (!fiber.rows[i]) continue;
       const PageRows& page = fiber.rows[i]->page();
       constants->first_node[i] = page.grid.choose_azimuth(fold.phi, xi1) * page.width;
     }
@@ -127,12 +128,14 @@ class EllipticalModel final : public FiberModel {
       sample.wi.phi = reflection.sample_azimuth(u[2]);
       sample.wi.theta = reflection.longitudinal(sample.wi.phi).sample(u[1]);
     } else {
-      sample.wi.theta = constants.longitudinal[static_cast<std::size_t>(std::min(p, 3) - 1)].sample(u[1]);
-      if (p <= 3) {
+      const bool has_rows = p != static_cast<int>(residual);
+      const std::size_t i = has_rows ? row_lobe_of(p) : 0;
+      const auto width = static_cast<std::size_t>(has_rows ? row_orders[i] : 3) - 1;
+      sample.wi.theta = constants.longitudinal[width].sample(u[1]);
+      if (has_rows) {
         const float spare = std::clamp((u[0] - below) / chosen, 0.0f, 0.99999994f);
         const float theta_d = difference_angle(event.wr, sample.wi);
-        const auto i = static_cast<std::size_t>(p - 1);
-        const RowReader reader = reader_of(fiber, constants, p);
+        const RowReader reader = reader_of(fiber, constants, i);
         std::uint32_t node = 0;
         RowQuery query;
         if (service_ != nullptr) {
@@ -155,9 +158,13 @@ class EllipticalModel final : public FiberModel {
   }
 
  private:
-  RowReader reader_of(const FiberRecord& fiber, const EventConstants& constants, int p) const {
-    return {fiber, service_,           fibers_.pool(),
-            p,     constants.fold.phi, constants.channel_weights[static_cast<std::size_t>(p - 1)]};
+  /// Index into row_lobes of a lobe other than R and the residual.
+  static std::size_t row_lobe_of(int lobe) {
+    return lobe == static_cast<int>(Lobe::glint) ? 3 : static_cast<std::size_t>(lobe) - 1;
+  }
+
+  RowReader reader_of(const FiberRecord& fiber, const EventConstants& constants, std::size_t i) const {
+    return {fiber, service_, fibers_.pool(), i, constants.fold.phi, constants.channel_weights[i]};
   }
 
   /// Whether `corrected` traces this direction, for all lobes, and where its rays are placed, in [0, 1): pure functions
@@ -213,33 +220,35 @@ class EllipticalModel final : public FiberModel {
     const std::uint32_t b = service_ == nullptr ? 0 : fiber.rows[0]->page().grid.choose_inclination(theta_d, event.xi2);
     const std::optional<float> correct = correction(constants, wi);
     std::uint32_t from_copies = 0;
-    float m = 0;
-    for (int p = 1; p <= 3; ++p) {
-      const auto lobe = static_cast<std::size_t>(p), i = lobe - 1;
+    std::array<float, 3> widths{};  // M of TT, TRT, TRRT; GLINT shares TRT's, the residual TRRT's
+    for (std::size_t i = 0; i < row_lobes.size(); ++i) {
+      const auto lobe = static_cast<std::size_t>(row_lobes[i]), width = static_cast<std::size_t>(row_orders[i]) - 1;
       if (!(event.selection[lobe] > 0)) continue;
-      m = constants.longitudinal[i].density(wi.theta);
+      if (i == width || !(widths[width] > 0)) widths[width] = constants.longitudinal[width].density(wi.theta);
+      const float m = widths[width];
       RowValue azimuthal;
       bool asks = true, exact = false;
       if (service_ == nullptr) {
-        azimuthal = reader_of(fiber, constants, p).evaluate_at_vertex(theta_d, x);
+        azimuthal = reader_of(fiber, constants, i).evaluate_at_vertex(theta_d, x);
         exact = true;
       } else {
         const std::uint32_t node = constants.first_node[i] + b;
-        const TintedRow* row = p == drawn && known->counted ? nullptr : fiber.rows[i]->find(node);
+        const TintedRow* row = static_cast<int>(lobe) == drawn && known->counted ? nullptr : fiber.rows[i]->find(node);
         if (row != nullptr) [[likely]] {
           azimuthal = row->evaluate(x, constants.channel_weights[i], uniform_share_);
           asks = row->has_row;
           from_copies += asks ? 1 : 0;
           value.objective += row->objective;
         } else {
-          azimuthal = ask_and_evaluate(event, constants, p, node, x, p == drawn ? known : nullptr, value, asks, exact);
+          azimuthal = ask_and_evaluate(event, constants, i, node, x, static_cast<int>(lobe) == drawn ? known : nullptr,
+                                       value, asks, exact);
         }
         if (fiber.proposes_only[i]) {
-          azimuthal.shape = reader_of(fiber, constants, p).evaluate_at_vertex(theta_d, x).shape;
+          azimuthal.shape = reader_of(fiber, constants, i).evaluate_at_vertex(theta_d, x).shape;
           exact = true;
         } else if (correct) {
           azimuthal.shape +=
-              correction_factor * reader_of(fiber, constants, p).correction(azimuthal.shape, theta_d, x, *correct);
+              correction_factor * reader_of(fiber, constants, i).correction(azimuthal.shape, theta_d, x, *correct);
           exact = true;
         }
       }
@@ -249,7 +258,7 @@ class EllipticalModel final : public FiberModel {
       value.pdf += event.selection[lobe] * azimuthal.proposal * m;
     }
     if (event.selection[residual] > 0) {
-      if (!(event.selection[3] > 0)) m = constants.longitudinal[2].density(wi.theta);  // else it is TRRT's already
+      const float m = event.selection[3] > 0 ? widths[2] : constants.longitudinal[2].density(wi.theta);
       value.s[residual] = event.energy[residual] * (inverse_two_pi * m);
       value.pdf += event.selection[residual] * inverse_two_pi * m;
     }
@@ -259,16 +268,16 @@ class EllipticalModel final : public FiberModel {
   }
 
   /// A node that has no copy, or that sample() has just asked for: `known`.
-  [[gnu::noinline]] RowValue ask_and_evaluate(const FiberEvent& event, const EventConstants& constants, int p,
+  [[gnu::noinline]] RowValue ask_and_evaluate(const FiberEvent& event, const EventConstants& constants, std::size_t i,
                                               std::uint32_t node, float x, const RowQuery* known, FiberValue& value,
                                               bool& asks, bool& exact) const {
-    const RowReader reader = reader_of(fibers_[event.fiber], constants, p);
+    const RowReader reader = reader_of(fibers_[event.fiber], constants, i);
     const RowQuery asked = known == nullptr ? reader.ask(node) : RowQuery{};
     const RowQuery& query = known == nullptr ? asked : *known;
     if (query.row != nullptr) {
       asks = query.row->has_row;
       value.objective += query.row->objective;
-      return query.row->evaluate(x, constants.channel_weights[static_cast<std::size_t>(p - 1)], uniform_share_);
+      return query.row->evaluate(x, constants.channel_weights[i], uniform_share_);
     }
     exact = true;
     value.objective += query.view.objective;

@@ -6,18 +6,25 @@
 
 #include "fiber/energy_table.h"
 #include "models/colored_rows.h"
+#include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::fiber {
 
+/// The lobes that have rows, by the index that arrays of them have. GLINT has them only where the fiber splits it off,
+/// and TRT are then the rows of its rest.
+constexpr std::array<Lobe, 4> row_lobes{Lobe::tt, Lobe::trt, Lobe::trrt, Lobe::glint};
+/// Their orders p: whose longitudinal lobe and tilt they have.
+constexpr std::array<int, 4> row_orders{1, 2, 3, 2};
+
 /// Plain data and shared parts; written between passes only.
 struct FiberRecord {
   FiberParameters parameters;
-  std::array<float, 3> sigma{};         ///< blur of TT, TRT, TRRT, radians
-  std::array<bool, 3> proposes_only{};  ///< their rows are of smallest_grid_sigma and answer nothing
+  std::array<float, 4> sigma{};         ///< blur of each of row_lobes, radians
+  std::array<bool, 4> proposes_only{};  ///< their rows are of smallest_grid_sigma and answer nothing
   int vertex_rays = 256;
   std::shared_ptr<const EnergyTable> energies;
-  std::array<std::shared_ptr<const ColoredRows>, 3> rows;  ///< TT, TRT, TRRT; null without a service
+  std::array<std::shared_ptr<const ColoredRows>, 4> rows;  ///< of row_lobes; null without a service
 };
 
 }  // namespace tress::fiber

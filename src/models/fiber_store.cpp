@@ -23,6 +23,7 @@ std::size_t hash_of(const FiberParameters& fiber) {
   for (const float value : values_of(fiber.sigma_a)) add(value);
   for (const auto& sigma : fiber.azimuthal_sigma) add(sigma.value_or(-1.0f));
   for (const auto& lambda : fiber.longitudinal_lambda) add(lambda.value_or(-1.0f));
+  add(fiber.split_glint ? 1.0f : 0.0f);
   for (const glm::vec3& gain : fiber.gain) {
     for (const float value : values_of(gain)) add(value);
   }
@@ -40,15 +41,16 @@ FiberId FiberStore::add(const FiberParameters& parameters) {
 
   FiberRecord fiber;
   fiber.parameters = parameters;
-  fiber.sigma = azimuthal_sigmas(parameters);
+  const std::array<float, 3> sigmas = azimuthal_sigmas(parameters);
+  fiber.sigma = {sigmas[0], sigmas[1], sigmas[2], sigmas[1]};
   fiber.energies = energies_of(parameters);
-  for (std::size_t i = 0; i < 3; ++i) {
+  const std::array<int, 4> page_lobes{1, parameters.split_glint ? trt_rest_page : 2, 3, glint_page};
+  for (std::size_t i = 0; i < row_lobes.size(); ++i) {
     fiber.vertex_rays = std::max(fiber.vertex_rays, vertex_ray_count(fiber.sigma[i]));
     // Four degrees turned into radians may round below the limit and are still on the grid.
     fiber.proposes_only[i] = fiber.sigma[i] < smallest_grid_sigma * (1 - 1e-5f);
-    if (service_ == nullptr) continue;
-    fiber.rows[i] =
-        rows_of(static_cast<int>(i) + 1, std::max(fiber.sigma[i], smallest_grid_sigma), parameters, *fiber.energies);
+    if (service_ == nullptr || (row_lobes[i] == Lobe::glint && !parameters.split_glint)) continue;
+    fiber.rows[i] = rows_of(page_lobes[i], std::max(fiber.sigma[i], smallest_grid_sigma), parameters, *fiber.energies);
   }
   const auto id = static_cast<FiberId>(fibers_.size());
   fibers_.push_back(std::move(fiber));
@@ -65,13 +67,13 @@ std::shared_ptr<const EnergyTable> FiberStore::energies_of(const FiberParameters
   return table;
 }
 
-std::shared_ptr<const ColoredRows> FiberStore::rows_of(int p, float sigma_rad, const FiberParameters& parameters,
-                                                       const EnergyTable& energies) {
+std::shared_ptr<const ColoredRows> FiberStore::rows_of(int page_lobe, float sigma_rad,
+                                                       const FiberParameters& parameters, const EnergyTable& energies) {
   const auto [named, unknown] =
-      page_of_key_.try_emplace({p, parameters.eta, parameters.eccentricity, sigma_rad}, adaptive::PageId{0});
+      page_of_key_.try_emplace({page_lobe, parameters.eta, parameters.eccentricity, sigma_rad}, adaptive::PageId{0});
   if (unknown) {
     const adaptive::PageDescription description =
-        elliptical_page(p, parameters.eta, parameters.eccentricity, sigma_rad);
+        elliptical_page(page_lobe, parameters.eta, parameters.eccentricity, sigma_rad);
     auto page = std::make_shared<PageRows>(*service_, description, energies);
     named->second = page->page;
     pages_[page->page].page = std::move(page);

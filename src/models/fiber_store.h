@@ -43,7 +43,7 @@ class FiberStore {
   using EnergyTableKey = std::tuple<EnergyKey, Color, std::array<float, 3 * lobe_count>, ReflectionFresnel>;
 
   std::shared_ptr<const EnergyTable> energies_of(const FiberParameters& parameters);
-  std::shared_ptr<const ColoredRows> rows_of(int p, float sigma_rad, const FiberParameters& parameters,
+  std::shared_ptr<const ColoredRows> rows_of(int page_lobe, float sigma_rad, const FiberParameters& parameters,
                                              const EnergyTable& energies);
 
   adaptive::Service* service_;
@@ -52,7 +52,7 @@ class FiberStore {
   SharedEnergies clear_;
   std::map<EnergyTableKey, std::shared_ptr<const EnergyTable>> colored_energies_;
   std::map<adaptive::PageId, PageEntry> pages_;
-  std::map<std::tuple<int, float, float, float>, adaptive::PageId> page_of_key_;  ///< lobe, eta, e, sigma
+  std::map<std::tuple<int, float, float, float>, adaptive::PageId> page_of_key_;  ///< page lobe, eta, e, sigma
   std::map<std::pair<adaptive::PageId, Color>, std::shared_ptr<const ColoredRows>> colored_rows_;
   mutable TintedRowPool pool_;
 };

@@ -46,8 +46,8 @@ float RowReader::sample(const RowQuery& query, std::uint32_t node, float theta_d
                         float u_blur) const {
   if (service_ == nullptr) {
     const VertexTrace& trace = VertexTrace::at(vertex(theta_d));
-    if (trace.mass(p_).clear < smallest_row_energy) return -pi + 2 * pi * u_ray;
-    return sample_rays(trace.shape(p_, fiber_.sigma[static_cast<std::size_t>(p_ - 1)]), trace.mass(p_).tinted,
+    if (trace.mass(row_lobe_).clear < smallest_row_energy) return -pi + 2 * pi * u_ray;
+    return sample_rays(trace.shape(row_lobe_, fiber_.sigma[row_lobe_]), trace.mass(row_lobe_).tinted,
                        vertex_uniform_share, u_channel, u_ray, u_blur);
   }
   const adaptive::Options& options = service_->options();
@@ -60,15 +60,16 @@ float RowReader::sample(const RowQuery& query, std::uint32_t node, float theta_d
 
 VertexKey RowReader::vertex(float theta_d) const {
   const FiberParameters& parameters = fiber_.parameters;
-  return {parameters.eta, parameters.eccentricity, phi_r_, theta_d, fiber_.vertex_rays, parameters.sigma_a};
+  return {parameters.eta,     parameters.eccentricity, phi_r_, theta_d,
+          fiber_.vertex_rays, parameters.sigma_a,      0.5f,   parameters.split_glint ? fiber_.sigma[1] : 0};
 }
 
 RowValue RowReader::at_vertex(const VertexKey& key, float x) const {
   const VertexTrace& trace = VertexTrace::at(key);
-  if (trace.mass(p_).clear < smallest_row_energy) return {glm::vec3(inverse_two_pi), inverse_two_pi};
-  const RayShape rays = trace.shape(p_, fiber_.sigma[static_cast<std::size_t>(p_ - 1)]);
+  if (trace.mass(row_lobe_).clear < smallest_row_energy) return {glm::vec3(inverse_two_pi), inverse_two_pi};
+  const RayShape rays = trace.shape(row_lobe_, fiber_.sigma[row_lobe_]);
   RowValue value;
-  value.shape = normalised(ray_density(rays, fiber_.parameters.sigma_a, x).tinted, trace.mass(p_).tinted);
+  value.shape = normalised(ray_density(rays, fiber_.parameters.sigma_a, x).tinted, trace.mass(row_lobe_).tinted);
   value.proposal =
       (1 - vertex_uniform_share) * glm::dot(channel_weights_, value.shape) + vertex_uniform_share * inverse_two_pi;
   return value;

@@ -1,4 +1,5 @@
-// One query of the azimuthal shape of TT, TRT or TRRT: from a converged row, from g at the node, or at the vertex.
+// One query of the azimuthal shape of TT, TRT, TRRT or GLINT: from a converged row, from g at the node, or at the
+// vertex.
 #pragma once
 
 #include "models/fiber_record.h"
@@ -17,11 +18,16 @@ struct RowQuery {
 /// `service` null: every answer is traced at the vertex.
 class RowReader {
  public:
-  /// folded_phi_r: of fold_azimuth(event.wr.phi). p = 1, 2, 3. channel_weights: the shares of the channels in the
-  /// luminance of the lobe's energy, sum 1.
-  RowReader(const FiberRecord& fiber, const adaptive::Service* service, TintedRowPool& pool, int p, float folded_phi_r,
-            const glm::vec3& channel_weights)
-      : fiber_(fiber), service_(service), pool_(pool), p_(p), phi_r_(folded_phi_r), channel_weights_(channel_weights) {}
+  /// folded_phi_r: of fold_azimuth(event.wr.phi). row_lobe: index into row_lobes. channel_weights: the shares of the
+  /// channels in the luminance of the lobe's energy, sum 1.
+  RowReader(const FiberRecord& fiber, const adaptive::Service* service, TintedRowPool& pool, std::size_t row_lobe,
+            float folded_phi_r, const glm::vec3& channel_weights)
+      : fiber_(fiber),
+        service_(service),
+        pool_(pool),
+        row_lobe_(row_lobe),
+        phi_r_(folded_phi_r),
+        channel_weights_(channel_weights) {}
 
   /// Asks the service for a node that ColoredRows::find() does not have (one query), and keeps what has converged.
   RowQuery ask(std::uint32_t node) const;
@@ -46,12 +52,12 @@ class RowReader {
   RowValue at_vertex(const VertexKey& key, float x) const;
   float sample_rays(const RayShape& rays, const glm::vec3& mass, float share, float u_channel, float u_ray,
                     float u_blur) const;
-  const ColoredRows& rows() const { return *fiber_.rows[static_cast<std::size_t>(p_ - 1)]; }
+  const ColoredRows& rows() const { return *fiber_.rows[row_lobe_]; }
 
   const FiberRecord& fiber_;
   const adaptive::Service* service_;
   TintedRowPool& pool_;
-  int p_;
+  std::size_t row_lobe_;
   float phi_r_;  ///< folded
   glm::vec3 channel_weights_;
 };

@@ -17,9 +17,16 @@ const VertexTrace& VertexTrace::at(const VertexKey& key) {
   return last;
 }
 
-RayShape VertexTrace::shape(int p, float blur_rad) const {
-  const Rays& rays = lobes_[static_cast<std::size_t>(p - 1)];
+RayShape VertexTrace::shape(std::size_t row_lobe, float blur_rad) const {
+  const Rays& rays = lobes_[row_lobe];
   return {rays.azimuth, rays.weight, rays.path, blur_rad, false};
+}
+
+void VertexTrace::Rays::add(float at, double mass, double length) {
+  if (!(mass > 0)) return;
+  azimuth.push_back(adaptive::wrap_angle(at));
+  weight.push_back(static_cast<float>(mass));
+  path.push_back(static_cast<float>(length));
 }
 
 void VertexTrace::trace(const VertexKey& key) {
@@ -30,22 +37,25 @@ void VertexTrace::trace(const VertexKey& key) {
     rays.path.clear();
   }
   // Ray counts are powers of two of at least 128: whole batches.
+  constexpr std::size_t trt = 1, glint = 3;
+  const bool split = key.glint_sigma > 0;
   const double share = 1.0 / key.rays;
   for (int first = 0; first < key.rays; first += RayBatch::lanes) {
-    RayBatch batch(section, 2 * (first + static_cast<double>(key.place)) * share - 1, 2 * share);
-    for (Rays& rays : lobes_) {
+    RayBatch batch(section, 2 * (first + static_cast<double>(key.place)) * share - 1, 2 * share, split);
+    for (std::size_t order = 0; order < 3; ++order) {
       batch.advance();
       std::array<float, RayBatch::lanes> azimuth;
+      std::array<double, RayBatch::lanes> in_glint{};
       batch.azimuths(azimuth.data());
+      if (split && order == trt) batch.glint_shares(static_cast<double>(key.glint_sigma), in_glint.data());
       for (std::size_t lane = 0; lane < azimuth.size(); ++lane) {
-        if (!(batch.weight()[lane] > 0)) continue;
-        rays.azimuth.push_back(adaptive::wrap_angle(azimuth[lane]));
-        rays.weight.push_back(static_cast<float>(batch.weight()[lane] * share));
-        rays.path.push_back(static_cast<float>(batch.path()[lane]));
+        const double weight = batch.weight()[lane] * share, path = batch.path()[lane];
+        lobes_[order].add(azimuth[lane], weight * (1 - in_glint[lane]), path);
+        lobes_[glint].add(azimuth[lane], weight * in_glint[lane], path);
       }
     }
   }
-  for (int p = 1; p <= 3; ++p) mass_[static_cast<std::size_t>(p - 1)] = ray_mass(shape(p, 1.0f), key.sigma_a);
+  for (std::size_t i = 0; i < lobes_.size(); ++i) mass_[i] = ray_mass(shape(i, 1.0f), key.sigma_a);
   key_ = key;
 }
 

@@ -1,4 +1,4 @@
-// The rays of TT, TRT and TRRT at a vertex's own (phi_r, |theta_d|), all orders from one trace.
+// The rays of TT, TRT, TRRT and GLINT at a vertex's own (phi_r, |theta_d|), all orders from one trace.
 #pragma once
 
 #include <array>
@@ -14,8 +14,9 @@ struct VertexKey {
   float eta = 0, eccentricity = 0, phi_r = 0, theta_d = 0;
   int rays = 0;
   glm::vec3 sigma_a{0.0f};
-  float place = 0.5f;  ///< of each ray in its share of h, [0, 1): .5 is the midpoint rule; at random, any number of
-                       ///< rays is the integral in the mean
+  float place = 0.5f;     ///< of each ray in its share of h, [0, 1): .5 is the midpoint rule; at random, any number of
+                          ///< rays is the integral in the mean
+  float glint_sigma = 0;  ///< blur of TRT, radians, where GLINT is split off it; else 0
   friend bool operator==(const VertexKey&, const VertexKey&) = default;
 };
 
@@ -25,18 +26,19 @@ class VertexTrace {
   /// key; valid until this thread's next call.
   static const VertexTrace& at(const VertexKey& key);
 
-  /// Lobe p = 1, 2, 3: azimuths relative to phi_r, in [-pi, pi).
-  RayShape shape(int p, float blur_rad) const;
-  const ClearAndTinted& mass(int p) const { return mass_[static_cast<std::size_t>(p - 1)]; }
+  /// TT, TRT (or its rest), TRRT, GLINT: azimuths relative to phi_r, in [-pi, pi).
+  RayShape shape(std::size_t row_lobe, float blur_rad) const;
+  const ClearAndTinted& mass(std::size_t row_lobe) const { return mass_[row_lobe]; }
 
  private:
   void trace(const VertexKey& key);
   struct Rays {
     std::vector<float> azimuth, weight, path;
+    void add(float at, double mass, double length);
   };
   VertexKey key_;
-  std::array<Rays, 3> lobes_;
-  std::array<ClearAndTinted, 3> mass_{};
+  std::array<Rays, 4> lobes_;
+  std::array<ClearAndTinted, 4> mass_{};
 };
 
 /// Rays that resolve a blur at a vertex: the node rule 128 max(1, 20/sigma_deg), a power of two, at least 256.

@@ -155,5 +155,38 @@ TEST(many_fibers, gain_scales_each_lobe_and_the_choice_between_them) {
               luminance(event.energy[2] * gained.gain[2]) / luminance(event.energy[0] * gained.gain[0]), 1e-4);
 }
 
+// GLINT and the rest are a partition of TRT: in every state that knows g they add up to the unsplit lobe, and with a
+// gain of their own they do not.
+TEST(many_fibers, glint_and_the_rest_of_trt_add_up_to_the_whole) {
+  const FiberDirection known{0.3f, 0.7f}, wi{-0.1f, 2.5f};
+  FiberParameters whole, split;
+  split.split_glint = true;
+  const LearnedModel one(whole, Estimator::exact), two(split, Estimator::exact);
+  for (const float phi : {-2.5f, -0.6f, 0.2f, 1.4f, 2.5f}) {
+    const FiberValue value = one.model().evaluate(one.begin(known), {wi.theta, phi});
+    const FiberValue parts = two.model().evaluate(two.begin(known), {wi.theta, phi});
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_GT(parts.s[5][c], 0);
+      // Both shapes are divided by their own traced mass and given the table's energy: off by its interpolation.
+      EXPECT_NEAR(parts.s[2][c] + parts.s[5][c], value.s[2][c], 0.02f * value.s[2][c] + 1e-6f) << phi << " " << c;
+    }
+  }
+  const auto learned = test::model_in(Rows::converged, split, known);
+  EXPECT_EQ(learned->service().page_count(), 4u);
+  const FiberEvent event = learned->begin(known);
+  EXPECT_GT(event.selection[5], 0);
+  RandomStream random(19);
+  bool drawn = false;
+  for (int i = 0; i < 400; ++i) {
+    const FiberSample sample =
+        learned->model().sample(event, {random.next(), random.next(), random.next(), random.next()});
+    const FiberValue again = learned->model().evaluate(event, sample.wi);
+    ASSERT_EQ(sample.value.pdf, again.pdf);
+    for (std::size_t p = 0; p < fiber::lobe_count; ++p) ASSERT_EQ(sample.value.s[p], again.s[p]);
+    drawn = drawn || sample.lobe == fiber::Lobe::glint;
+  }
+  EXPECT_TRUE(drawn);
+}
+
 }  // namespace
 }  // namespace tress
