@@ -23,6 +23,11 @@ void read_image(const JsonReader& json, Image* image) {
               fmt::format("{} x {}", image->width, image->height));
 }
 
+/// The answer of a scene that has one, which tests hold a render against: checked here, used by no render.
+void read_expected(const JsonReader& json) {
+  if (json.object({"radiance"})) json.triple("radiance", 0, 1e6);
+}
+
 Error not_json(const std::string& name, const nlohmann::json::parse_error& error) {
   std::string why = error.what();
   if (const auto colon = why.find("] "); colon != std::string::npos) why = why.substr(colon + 2);
@@ -45,8 +50,9 @@ Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, c
   const JsonReader root(document, "", name, &error, keys);
   SceneDescription scene;
   if (root.object({"$schema", "camera", "image", "environment", "environment_visible", "lights", "meshes", "materials",
-                   "grooms"})) {
+                   "grooms", "expected"})) {
     root.text("$schema");
+    if (root.has("expected")) read_expected(root.child("expected"));
     if (root.has("camera")) scene.camera = read_camera(root.child("camera"));
     if (root.has("image")) read_image(root.child("image"), &scene.image);
     if (root.has("environment")) scene.environment = read_environment(root.child("environment"));

@@ -35,6 +35,11 @@ TEST(SceneFile, NamesThePathAndTheExpectation) {
       {R"({"grooms": [{"generate": "afro"}]})", "/grooms/0/generate"},
       {R"({"grooms": [{"generate": "straight", "strands": 1e12}]})", "/grooms/0/strands"},
       {R"({"grooms": [{"generate": "straight", "strands": -1}]})", "/grooms/0/strands"},
+      {R"({"expected": {"radiance": [1, 1, -1]}, )" + groom + "}", "/expected/radiance/2"},
+      {R"({"materials": [{"variation": {"eccentricity": 0.3}}], )" + groom + "}",
+       "/materials/0/variation/eccentricity"},
+      {R"({"materials": [{"color": "red"}], )" + groom + "}", "/materials/0/color"},
+      {R"({"materials": [{"color": "file"}], )" + groom + "}", "/grooms/0/material"},
       {R"({"grooms": [{"generate": "straight", "length_cm": 1e999}]})", "s.json"},
       {R"({"grooms": [{"generate": "straight", "file": "a.hair"}]})", "/grooms/0"},
       {R"({"grooms": [{"generate": "straight", "material": "x"}]})", "/grooms/0/material"},
@@ -148,15 +153,20 @@ TEST(LoadScene, RefusesMissingEmptyAndFolders) {
 }
 
 TEST(LoadScene, LoadsTheScenesOfTheProject) {
-  for (const char* name : {"demo.json", "curly_lock.json", "straight_groom.json", "furnace.json"}) {
-    const auto scene = load_scene(std::filesystem::path(TRESS_SOURCE_DIR) / "scenes" / name);
+  int scenes = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(TRESS_SOURCE_DIR) / "scenes")) {
+    if (entry.path().extension() != ".json" || entry.path().filename() == "schema.json") continue;
+    const std::string name = entry.path().filename().string();
+    ++scenes;
+    const auto scene = load_scene(entry.path());
     ASSERT_TRUE(scene) << scene.error().message();
     EXPECT_TRUE(scene->warnings.empty());
     for (const auto& p : scene->grooms.at(0).points) ASSERT_TRUE(std::isfinite(p.x + p.y + p.z));
     const float distance = std::hypot(scene->camera.eye.x, scene->camera.eye.y, scene->camera.eye.z);
-    EXPECT_GT(distance, 10) << name;
+    EXPECT_GT(distance, 5) << name;
     EXPECT_LT(distance, 300) << name;
   }
+  EXPECT_GE(scenes, 4);
 }
 
 TEST(Overrides, ReachTheScene) {
