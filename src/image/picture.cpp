@@ -16,48 +16,81 @@ const Channel* Picture::find(const std::string& name) const {
 
 namespace {
 
-bool same_bits(const Picture& a, const Picture& b) {
+/// Of the pixels that two windows share.
+Window overlap(const Window& a, const Window& b) {
+  const int left = std::max(a.left, b.left), top = std::max(a.top, b.top);
+  return {left, top, std::max(0, std::min(a.left + a.width, b.left + b.width) - left),
+          std::max(0, std::min(a.top + a.height, b.top + b.height) - top)};
+}
+
+/// The pixels of a row of `window` that lies in the picture.
+const float* row_of(const Picture& picture, const Channel& channel, const Window& window, int row) {
+  return channel.pixels.data() +
+         static_cast<std::size_t>(window.top + row - picture.top) * static_cast<std::size_t>(picture.width) +
+         static_cast<std::size_t>(window.left - picture.left);
+}
+
+bool is_whole(const Picture& picture, const Channel& channel) {
+  return channel.pixels.size() == static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
+}
+
+bool same_bits(const Picture& a, const Picture& b, const Window& window) {
   if (a.channels.size() != b.channels.size()) return false;
   return std::all_of(a.channels.begin(), a.channels.end(), [&](const Channel& channel) {
     const Channel* other = b.find(channel.name);
-    return other && other->pixels.size() == channel.pixels.size() &&
-           std::memcmp(other->pixels.data(), channel.pixels.data(), channel.pixels.size() * sizeof(float)) == 0;
+    if (!other || !is_whole(a, channel) || !is_whole(b, *other)) return false;
+    for (int row = 0; row < window.height; ++row) {
+      if (std::memcmp(row_of(a, channel, window, row), row_of(b, *other, window, row),
+                      static_cast<std::size_t>(window.width) * sizeof(float)) != 0)
+        return false;
+    }
+    return true;
   });
 }
+
+std::string size_words(const Window& whole) { return fmt::format("{} x {}", whole.width, whole.height); }
 
 }  // namespace
 
 Result<Difference> compare(const Picture& a, const Picture& b, const std::string& name_a, const std::string& name_b) {
-  if (a.width != b.width || a.height != b.height)
-    return Error{name_b, "size", fmt::format("{} x {} as in {}", a.width, a.height, name_a),
-                 fmt::format("{} x {}", b.width, b.height)};
+  if (a.whole() != b.whole())
+    return Error{name_b, "size", size_words(a.whole()) + " as in " + name_a, size_words(b.whole())};
+  const Window common = overlap(a.window(), b.window());
+  if (common.width == 0 || common.height == 0)
+    return Error{name_b, "data window", "pixels that " + name_a + " has too", "none"};
   Difference difference;
   const char* const rgb[3] = {"R", "G", "B"};
-  const auto pixels = static_cast<std::size_t>(a.width) * static_cast<std::size_t>(a.height);
+  const double pixels = static_cast<double>(common.width) * common.height;
   for (std::size_t c = 0; c < 3; ++c) {
     const Channel* in_a = a.find(rgb[c]);
     const Channel* in_b = b.find(rgb[c]);
-    for (const auto& [channel, name] : {std::pair{in_a, name_a}, std::pair{in_b, name_b}})
-      if (!channel || channel->pixels.size() != pixels || pixels == 0)
-        return Error{name, "channels", "R, G and B", std::string("no ") + rgb[c]};
+    if (!in_a || !is_whole(a, *in_a)) return Error{name_a, "channels", "R, G and B", std::string("no ") + rgb[c]};
+    if (!in_b || !is_whole(b, *in_b)) return Error{name_b, "channels", "R, G and B", std::string("no ") + rgb[c]};
     double mean_a = 0;
-    for (float x : in_a->pixels) mean_a += x;
-    mean_a /= static_cast<double>(pixels);
+    for (int row = 0; row < common.height; ++row) {
+      const float* before = row_of(a, *in_a, common, row);
+      for (int i = 0; i < common.width; ++i) mean_a += before[i];
+    }
+    mean_a /= pixels;
     double relative = 0, absolute = 0, bias = 0;
     const double floor = std::max(1e-2 * mean_a * mean_a, 1e-30);
-    for (std::size_t i = 0; i < pixels; ++i) {
-      const double before = in_a->pixels[i];
-      const double step = in_b->pixels[i] - before;
-      relative += step * step / (before * before + floor);
-      absolute += std::abs(step);
-      bias += step;
-      difference.largest = std::max(difference.largest, std::abs(step));
+    for (int row = 0; row < common.height; ++row) {
+      const float* before = row_of(a, *in_a, common, row);
+      const float* after = row_of(b, *in_b, common, row);
+      for (int i = 0; i < common.width; ++i) {
+        const double value = before[i];
+        const double step = after[i] - value;
+        relative += step * step / (value * value + floor);
+        absolute += std::abs(step);
+        bias += step;
+        difference.largest = std::max(difference.largest, std::abs(step));
+      }
     }
-    difference.rel_mse += relative / static_cast<double>(3 * pixels);
-    difference.mae += absolute / static_cast<double>(3 * pixels);
-    difference.bias[c] = bias / static_cast<double>(pixels);
+    difference.rel_mse += relative / (3 * pixels);
+    difference.mae += absolute / (3 * pixels);
+    difference.bias[c] = bias / pixels;
   }
-  difference.identical = same_bits(a, b);
+  difference.identical = same_bits(a, b, common);
   return difference;
 }
 

@@ -18,15 +18,29 @@ struct Channel {
   std::vector<float> pixels;  ///< row-major, top row first
 };
 
+/// Pixels [left, left + width) x [top, top + height) of an image.
+struct Window {
+  int left = 0, top = 0, width = 0, height = 0;
+  friend bool operator==(const Window&, const Window&) = default;
+};
+
 struct Picture {
-  int width = 0, height = 0;
+  int width = 0, height = 0;  ///< of what is there
+  /// A part of a larger image (EXR: the data window within the display window) begins here ...
+  int left = 0, top = 0;
+  /// ... in an image of this size; 0: of the picture's own.
+  int whole_width = 0, whole_height = 0;
   std::vector<Channel> channels;
   std::map<std::string, std::string> metadata;  ///< header strings
   const Channel* find(const std::string& name) const;
+  Window window() const { return {left, top, width, height}; }
+  Window whole() const {
+    return whole_width > 0 ? Window{0, 0, whole_width, whole_height} : Window{0, 0, width, height};
+  }
 };
 
-/// Scanline, one part, ZIP, 32-bit float. Written to a temporary file and renamed. All values must be finite
-/// (asserted).
+/// Scanline, one part, ZIP, 32-bit float. Written to a temporary file and renamed. A value that is not finite, or a
+/// part that reaches outside its image, is an error.
 std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture);
 /// Any EXR of one or more float or half channels, at most 2^28 pixels. Rejects NaN, truncated and foreign files.
 Result<Picture> read_exr(const std::filesystem::path& file);
@@ -34,13 +48,13 @@ Result<Picture> read_exr(const std::filesystem::path& file);
 /// a filmic-free clamp. Atomic like write_exr.
 std::optional<Error> write_png(const std::filesystem::path& file, const Picture& picture);
 
-/// B against A over their common R, G, B (and only if sizes agree).
+/// B against A over R, G, B of the pixels that both have: parts of images of one size.
 struct Difference {
   double rel_mse = 0;            ///< mean of (b-a)^2 / (a^2 + 1e-2 * mean(a)^2), per channel then mean
   double mae = 0;                ///< mean |b-a|
   std::array<double, 3> bias{};  ///< mean of b - a
   double largest = 0;            ///< max |b-a|
-  bool identical = false;        ///< every channel of both, bit for bit
+  bool identical = false;        ///< every channel of both, bit for bit, there
 };
 Result<Difference> compare(const Picture& a, const Picture& b, const std::string& name_a, const std::string& name_b);
 

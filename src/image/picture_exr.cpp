@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <mutex>
 #include <set>
@@ -52,6 +53,10 @@ std::optional<Error> check_layout(const std::filesystem::path& file, const Pictu
   if (picture.width < 1 || picture.height < 1 || std::int64_t{picture.width} * picture.height > most_pixels)
     return error("size", fmt::format("1 to {} pixels", most_pixels),
                  fmt::format("{} x {}", picture.width, picture.height));
+  const Window part = picture.window(), whole = picture.whole();
+  if (part.left < 0 || part.top < 0 || part.left > whole.width - part.width || part.top > whole.height - part.height)
+    return error("window", fmt::format("a part of {} x {} pixels", whole.width, whole.height),
+                 fmt::format("{} x {} from ({}, {})", part.width, part.height, part.left, part.top));
   if (picture.channels.empty()) return error("channels", "one or more", "none");
   const auto pixels = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
   std::set<std::string> names;
@@ -67,21 +72,31 @@ std::optional<Error> check_layout(const std::filesystem::path& file, const Pictu
   return std::nullopt;
 }
 
+/// Rows of `width` floats, of which the first begins at pixel (left, top). The slice's base is where pixel (0, 0) would
+/// be: computed as an integer, it may lie outside the rows.
+Imf::Slice slice(float* rows, int left, std::int64_t top, int width) {
+  const auto row_bytes = static_cast<std::int64_t>(sizeof(float)) * width;
+  const auto offset = static_cast<std::int64_t>(sizeof(float)) * left + row_bytes * top;
+  auto* base = reinterpret_cast<char*>(reinterpret_cast<std::intptr_t>(rows) - static_cast<std::intptr_t>(offset));
+  return Imf::Slice(Imf::FLOAT, base, sizeof(float), static_cast<std::size_t>(row_bytes));
+}
+
 }  // namespace
 
 std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture) {
   if (auto error = check_layout(file, picture)) return error;
   const auto temporary = temporary_beside(file);
   try {
-    Imf::Header header(picture.width, picture.height);
+    const Window part = picture.window(), whole = picture.whole();
+    const Imath::Box2i display({0, 0}, {whole.width - 1, whole.height - 1});
+    const Imath::Box2i data({part.left, part.top}, {part.left + part.width - 1, part.top + part.height - 1});
+    Imf::Header header(display, data);
     header.compression() = Imf::ZIP_COMPRESSION;
     for (const auto& [key, value] : picture.metadata) header.insert(key, Imf::StringAttribute(value));
     Imf::FrameBuffer frame;
     for (const auto& channel : picture.channels) {
       header.channels().insert(channel.name, Imf::Channel(Imf::FLOAT));
-      auto* base = reinterpret_cast<char*>(const_cast<float*>(channel.pixels.data()));
-      frame.insert(channel.name, Imf::Slice(Imf::FLOAT, base, sizeof(float),
-                                            sizeof(float) * static_cast<std::size_t>(picture.width)));
+      frame.insert(channel.name, slice(const_cast<float*>(channel.pixels.data()), part.left, part.top, part.width));
     }
     Imf::OutputFile out(temporary.c_str(), header);
     out.setFrameBuffer(frame);
@@ -119,6 +134,21 @@ Result<Picture> read_exr(const std::filesystem::path& file) {
     Picture picture;
     picture.width = static_cast<int>(width);
     picture.height = static_cast<int>(height);
+    const auto display = in.header().displayWindow();
+    if (display != window) {
+      const std::int64_t left = std::int64_t{window.min.x} - display.min.x,
+                         top = std::int64_t{window.min.y} - display.min.y;
+      const std::int64_t across = std::int64_t{display.max.x} - display.min.x + 1;
+      const std::int64_t down = std::int64_t{display.max.y} - display.min.y + 1;
+      constexpr std::int64_t most = 1 << 30;
+      if (across < 1 || down < 1 || across > most || down > most || std::max(std::abs(left), std::abs(top)) > most)
+        return error("header displayWindow", fmt::format("sides of 1 to {} pixels about the data", most),
+                     fmt::format("{} x {}, the data from ({}, {})", across, down, left, top));
+      picture.left = static_cast<int>(left);
+      picture.top = static_cast<int>(top);
+      picture.whole_width = static_cast<int>(across);
+      picture.whole_height = static_cast<int>(down);
+    }
     for (auto it = in.header().channels().begin(); it != in.header().channels().end(); ++it) {
       const std::string place = fmt::format("channel {}", it.name());
       if (it.channel().type != Imf::FLOAT && it.channel().type != Imf::HALF)
@@ -148,11 +178,8 @@ Result<Picture> read_exr(const std::filesystem::path& file) {
       Imf::FrameBuffer frame;
       for (std::size_t c = 0; c < block.size(); ++c) {
         block[c].resize(row_floats * static_cast<std::size_t>(rows));
-        // The slice's base is where pixel (0, 0) would be: computed as an integer, it may lie outside the block.
-        const auto offset = static_cast<std::intptr_t>(sizeof(float)) *
-                            (window.min.x + (std::int64_t{window.min.y} + row) * static_cast<std::int64_t>(row_floats));
-        auto* base = reinterpret_cast<char*>(reinterpret_cast<std::intptr_t>(block[c].data()) - offset);
-        frame.insert(picture.channels[c].name, Imf::Slice(Imf::FLOAT, base, sizeof(float), sizeof(float) * row_floats));
+        frame.insert(picture.channels[c].name,
+                     slice(block[c].data(), window.min.x, std::int64_t{window.min.y} + row, picture.width));
       }
       first_row_not_read = row;
       in.setFrameBuffer(frame);

@@ -1,7 +1,10 @@
 #include "integrate/film.h"
 
+#include <cmath>
+#include <glm/common.hpp>
 #include <limits>
 #include <string>
+#include <utility>
 
 namespace tress::integrate {
 namespace {
@@ -10,18 +13,25 @@ constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
 
-PathSums& PathSums::operator+=(const PathSums& other) {
-  for (int lobe = 0; lobe < fiber::lobe_count; ++lobe) lobes[lobe] += other.lobes[lobe];
-  background += other.background;
-  coverage += other.coverage;
-  samples += other.samples;
-  queries += other.queries;
-  exact_queries += other.exact_queries;
-  return *this;
+void PixelSums::add(const PathSums& path) {
+  const glm::vec3 value = path.beauty();
+  const glm::vec3 before = samples > 0 ? paths.beauty() / static_cast<float>(samples) : glm::vec3(0.0f);
+  paths += path;
+  ++samples;
+  const glm::vec3 after = paths.beauty() / static_cast<float>(samples);
+  if (samples > 1) squared_deviations += glm::max((value - before) * (value - after), glm::vec3(0.0f));
 }
 
-Film::Film(int width, int height)
-    : width_(width), height_(height), pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
+glm::vec3 PixelSums::variance_of_mean() const {
+  if (samples < 2) return glm::vec3(0.0f);
+  const auto n = static_cast<float>(samples);
+  return glm::min(squared_deviations / (n * (n - 1)), glm::vec3(std::numeric_limits<float>::max()));
+}
+
+Film::Film(const image::Window& window, bool glint)
+    : window_(window),
+      glint_(glint),
+      pixels_(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height)) {}
 
 /// For each pixel the sampled one that stands for it: breadth first from all sampled pixels at once.
 std::vector<std::size_t> Film::nearest_sampled() const {
@@ -33,7 +43,7 @@ std::vector<std::size_t> Film::nearest_sampled() const {
     source[i] = i;
     queue.push_back(i);
   }
-  const auto width = static_cast<std::size_t>(width_);
+  const auto width = static_cast<std::size_t>(window_.width);
   for (std::size_t head = 0; head < queue.size() && queue.size() < pixels_.size(); ++head) {
     const std::size_t here = queue[head];
     const auto reach = [&](bool inside, std::size_t neighbour) {
@@ -51,55 +61,85 @@ std::vector<std::size_t> Film::nearest_sampled() const {
 
 image::Picture Film::picture() const {
   image::Picture picture;
-  picture.width = width_;
-  picture.height = height_;
-  const auto add = [&](const std::string& name) {
-    picture.channels.push_back({name, std::vector<float>(pixels_.size(), 0.0f)});
-  };
-  for (const char* name : {"R", "G", "B", "A"}) add(name);
-  constexpr int layer_count = fiber::lobe_count + 1;
-  for (int layer = 0; layer < layer_count; ++layer) {
-    const std::string name = layer < fiber::lobe_count ? fiber::lobe_names[layer] : "background";
-    for (const char* color : {".R", ".G", ".B"}) add(name + color);
-  }
-  add("ais.exact");
-  std::vector<image::Channel>& channels = picture.channels;
+  picture.width = window_.width;
+  picture.height = window_.height;
+  picture.left = window_.left;
+  picture.top = window_.top;
   const std::vector<std::size_t> source = nearest_sampled();
-  for (std::size_t i = 0; i < pixels_.size(); ++i) {
-    if (source[i] == nowhere) continue;
-    const PathSums& sums = pixels_[source[i]];
-    const auto count = static_cast<float>(sums.samples);
-    channels[3].pixels[i] = sums.coverage / count;
-    for (int layer = 0; layer < layer_count; ++layer) {
-      const glm::vec3& sum = layer < fiber::lobe_count ? sums.lobes[layer] : sums.background;
-      for (int color = 0; color < 3; ++color) {
-        const float mean = sum[color] / count;
-        channels[4 + 3 * layer + color].pixels[i] = mean;
-        channels[color].pixels[i] += mean;
-      }
+  /// Adds a channel; `value` is asked of every pixel that is shown.
+  const auto add = [&](const std::string& name, auto&& value) {
+    std::vector<float> pixels(pixels_.size(), 0.0f);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      if (source[i] != nowhere) pixels[i] = value(pixels_[source[i]]);
     }
-    if (sums.queries > 0) {
-      channels.back().pixels[i] = static_cast<float>(sums.exact_queries) / static_cast<float>(sums.queries);
-    }
+    picture.channels.push_back({name, std::move(pixels)});
+  };
+  /// The same for three: a prefix with its dot, or none.
+  const auto add_three = [&](const std::string& prefix, const char* const(&suffixes)[3], auto&& value) {
+    for (int i = 0; i < 3; ++i) add(prefix + suffixes[i], [&](const PixelSums& pixel) { return value(pixel)[i]; });
+  };
+  const char* const rgb[] = {"R", "G", "B"};
+  const char* const xyz[] = {"X", "Y", "Z"};
+  const auto samples = [](const PixelSums& pixel) { return static_cast<float>(pixel.samples); };
+
+  add_three("", rgb, [&](const PixelSums& pixel) {
+    glm::vec3 sum(0.0f);
+    for (const glm::vec3& layer : pixel.paths.layers) sum += layer / samples(pixel);
+    return sum;
+  });
+  add("A", [&](const PixelSums& pixel) { return pixel.paths.coverage / samples(pixel); });
+  for (std::size_t layer = 0; layer < layer_count; ++layer) {
+    if (layer == static_cast<std::size_t>(fiber::Lobe::glint) && !glint_) continue;
+    add_three(std::string(layer_name(layer)) + ".", rgb,
+              [&](const PixelSums& pixel) { return pixel.paths.layers[layer] / samples(pixel); });
   }
+  const auto over_covered = [](const PixelSums& pixel, const auto& sum) {
+    return pixel.paths.coverage > 0 ? sum / pixel.paths.coverage : 0.0f * sum;
+  };
+  add_three("albedo.", rgb, [&](const PixelSums& pixel) { return pixel.paths.albedo / samples(pixel); });
+  add_three("N.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.paths.normal); });
+  add("Z", [&](const PixelSums& pixel) { return over_covered(pixel, pixel.paths.distance_cm); });
+  add_three("variance.", rgb, [](const PixelSums& pixel) { return pixel.variance_of_mean(); });
+  const auto over_queries = [](const PixelSums& pixel, float sum) {
+    return pixel.paths.queries > 0 ? sum / static_cast<float>(pixel.paths.queries) : 0.0f;
+  };
+  add("ais.exact",
+      [&](const PixelSums& pixel) { return over_queries(pixel, static_cast<float>(pixel.paths.exact_queries)); });
+  add("ais.objective", [&](const PixelSums& pixel) { return over_queries(pixel, pixel.paths.objective); });
   return picture;
+}
+
+double Film::relative_noise() const {
+  double variance = 0, brightness = 0;
+  std::uint64_t covered = 0;
+  for (const PixelSums& pixel : pixels_) {
+    if (!(pixel.paths.coverage > 0)) continue;
+    const glm::vec3 of_mean = pixel.variance_of_mean(), mean = pixel.paths.beauty() / static_cast<float>(pixel.samples);
+    for (int c = 0; c < 3; ++c) {
+      variance += of_mean[c];
+      brightness += mean[c];
+    }
+    ++covered;
+  }
+  if (covered == 0 || !(brightness > 0)) return 0;
+  return std::sqrt(variance * 3 * static_cast<double>(covered)) / brightness;
 }
 
 double Film::samples_per_pixel() const {
   double total = 0;
-  for (const PathSums& pixel : pixels_) total += pixel.samples;
+  for (const PixelSums& pixel : pixels_) total += pixel.samples;
   return pixels_.empty() ? 0 : total / static_cast<double>(pixels_.size());
 }
 
 std::uint64_t Film::queries() const {
   std::uint64_t total = 0;
-  for (const PathSums& pixel : pixels_) total += pixel.queries;
+  for (const PixelSums& pixel : pixels_) total += pixel.paths.queries;
   return total;
 }
 
 std::uint64_t Film::exact_queries() const {
   std::uint64_t total = 0;
-  for (const PathSums& pixel : pixels_) total += pixel.exact_queries;
+  for (const PixelSums& pixel : pixels_) total += pixel.paths.exact_queries;
   return total;
 }
 

@@ -6,32 +6,45 @@
 #include <vector>
 
 #include "image/picture.h"
-#include "tress/fiber/lobes.h"
+#include "integrate/path_sums.h"
 
 namespace tress::integrate {
 
-/// Sums over paths. Radiance by the lobe of the path's first fiber hit, or of the background behind the hair.
-struct PathSums {
-  fiber::LobeColors lobes{};
-  glm::vec3 background{0.0f};
-  float coverage = 0;  ///< paths that met a fiber
-  std::uint32_t samples = 0, queries = 0, exact_queries = 0;
+/// The paths of one pixel.
+struct PixelSums {
+  PathSums paths;
+  /// Sum of the squared deviations of the paths' beauty from their mean (Welford 1962: no cancellation).
+  glm::vec3 squared_deviations{0.0f};
+  std::uint32_t samples = 0;
 
-  PathSums& operator+=(const PathSums& other);
+  void add(const PathSums& path);
+  /// Estimated variance of the pixel's mean, per channel: that of n independent paths, s^2 / n; 0 for less than two.
+  /// Paths of a pixel are stratified, which makes their mean better than independent ones would, and s^2 no smaller:
+  /// read it as an upper bound.
+  glm::vec3 variance_of_mean() const;
 };
 
-/// Thread-safety: distinct pixels from distinct threads.
+/// Thread-safety: distinct pixels from distinct threads; the rest: one thread.
 class Film {
  public:
-  Film(int width, int height);
+  /// Of the pixels in `window`, in the coordinates of the whole image. glint: whether a fiber splits that lobe off.
+  Film(const image::Window& window, bool glint);
 
-  PathSums& pixel(int x, int y) { return pixels_[index(x, y)]; }
-  const PathSums& pixel(int x, int y) const { return pixels_[index(x, y)]; }
+  const image::Window& window() const { return window_; }
+  /// (x, y) in the window.
+  PixelSums& pixel(int x, int y) { return pixels_[index(x, y)]; }
+  const PixelSums& pixel(int x, int y) const { return pixels_[index(x, y)]; }
 
   /// Each pixel is the mean of the samples it has. A pixel that has none yet (an interrupted sample 0) shows the
   /// sampled pixel nearest in steps along rows and columns; if there is none at all, black with A = 0.
-  /// Beauty is the sum of the layers, in their order in the file.
+  /// Beauty is the sum of the layers, in their order in the file. albedo, like every color, is the mean over all
+  /// paths, those that met nothing counting as black; N and Z are means over the paths that met something, 0 where
+  /// none did: N is shorter than 1 where tangents differ.
   image::Picture picture() const;
+
+  /// Noise of the picture relative to its brightness: the square root of the mean variance over the mean, both over
+  /// the channels of the pixels with A > 0. 0 if there are none, or they are black, or no pixel has two samples.
+  double relative_noise() const;
 
   double samples_per_pixel() const;
   std::uint64_t queries() const;
@@ -39,12 +52,14 @@ class Film {
 
  private:
   std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+    return static_cast<std::size_t>(y - window_.top) * static_cast<std::size_t>(window_.width) +
+           static_cast<std::size_t>(x - window_.left);
   }
   std::vector<std::size_t> nearest_sampled() const;
 
-  int width_, height_;
-  std::vector<PathSums> pixels_;
+  image::Window window_;
+  bool glint_;
+  std::vector<PixelSums> pixels_;
 };
 
 }  // namespace tress::integrate

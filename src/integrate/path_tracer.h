@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "integrate/camera_rays.h"
-#include "integrate/film.h"
+#include "integrate/path_sums.h"
 #include "integrate/pixel_sampler.h"
 #include "integrate/renderer.h"
 
@@ -31,10 +31,9 @@ class PathTracer {
     int light_samples, bcsdf_samples;
   };
   Vertex begin(const intersect::Hit& hit, const glm::vec3& ray_direction, float xi1, float xi2, bool first) const;
-  /// Adds beta_l times the light that the vertex scatters; `beta` null: per lobe, at the first hit.
-  void add_light(const Vertex& vertex, const std::array<float, 2>& u, const fiber::LobeColors* beta,
-                 PathSums& sums) const;
-  /// Follows one BCSDF sample of the first vertex to its end.
+  /// What one light sample of the vertex brings, by lobe. Counts its queries in `sums`.
+  fiber::LobeColors light(const Vertex& vertex, const std::array<float, 2>& u, PathSums& sums) const;
+  /// Adds what one BCSDF sample of the first vertex brings, followed to its end.
   void follow(Vertex vertex, fiber::FiberSample sample, RandomStream& random, PathSums& sums) const;
 
   const scene::Scene& scene_;

@@ -24,16 +24,23 @@ double process_cpu_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
+/// Number of blocks along a side of `length` pixels.
+int blocks_along(int length) { return (length + block_size - 1) / block_size; }
+
 /// Samples the pixels of a pass that lie in one block, in order.
-std::uint64_t render_block(const PathTracer& tracer, const scene::Image& image, int block, int pass, Film& film) {
+std::uint64_t render_block(const PathTracer& tracer, int block, int pass, Film& film) {
   const FlushDenormals flush;
-  const int blocks_across = (image.width + block_size - 1) / block_size;
-  const int left = block % blocks_across * block_size, top = block / blocks_across * block_size;
+  const image::Window& window = film.window();
+  const int blocks_across = blocks_along(window.width);
+  const int left = window.left + block % blocks_across * block_size;
+  const int top = window.top + block / blocks_across * block_size;
+  const int right = std::min(left + block_size, window.left + window.width);
+  const int bottom = std::min(top + block_size, window.top + window.height);
   std::uint64_t pixels = 0;
-  for (int y = top; y < std::min(top + block_size, image.height); ++y) {
-    for (int x = left; x < std::min(left + block_size, image.width); ++x) {
+  for (int y = top; y < bottom; ++y) {
+    for (int x = left; x < right; ++x) {
       if (!in_pass(pass, x, y)) continue;
-      film.pixel(x, y) += tracer.trace(x, y, sample_of_pass(pass));
+      film.pixel(x, y).add(tracer.trace(x, y, sample_of_pass(pass)));
       ++pixels;
     }
   }
@@ -42,14 +49,23 @@ std::uint64_t render_block(const PathTracer& tracer, const scene::Image& image, 
 
 /// Every pixel of a block belongs to one task, and a pass ends before the next begins: sums are added in the order of
 /// the samples whatever the number of threads. Returns the number of pixels sampled.
-std::uint64_t render_pass(const PathTracer& tracer, const scene::Image& image, int pass, const std::atomic<bool>& stop,
-                          Film& film) {
-  const int blocks = (image.width + block_size - 1) / block_size * ((image.height + block_size - 1) / block_size);
+std::uint64_t render_pass(const PathTracer& tracer, int pass, const std::atomic<bool>& stop, Film& film) {
+  const int blocks = blocks_along(film.window().width) * blocks_along(film.window().height);
   std::atomic<std::uint64_t> pixels{0};
   tbb::parallel_for(0, blocks, [&](int block) {
-    if (!stop.load(std::memory_order_relaxed)) pixels += render_block(tracer, image, block, pass, film);
+    if (!stop.load(std::memory_order_relaxed)) pixels += render_block(tracer, block, pass, film);
   });
   return pixels;
+}
+
+bool splits_glint(const scene::Scene& scene) {
+  return std::any_of(scene.fibers.begin(), scene.fibers.end(),
+                     [](const fiber::FiberParameters& fiber) { return fiber.split_glint; });
+}
+
+[[maybe_unused]] bool is_within(const image::Window& part, const image::Window& whole) {
+  return part.width >= 1 && part.height >= 1 && part.left >= 0 && part.top >= 0 &&
+         part.left <= whole.width - part.width && part.top <= whole.height - part.height;
 }
 
 }  // namespace
@@ -61,17 +77,19 @@ RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibe
   assert(options.samples >= 1 && options.light_samples >= 0 && options.bcsdf_samples >= 1 && options.max_depth >= 1);
   assert(fiber_ids.size() == scene.fibers.size());
   const PathTracer tracer(scene, fibers, model, fiber_ids, options);
-  Film film(scene.image.width, scene.image.height);
+  const image::Window whole{0, 0, scene.image.width, scene.image.height};
+  Film film(options.crop.value_or(whole), splits_glint(scene));
+  assert(is_within(film.window(), whole));
   RenderResult result;
   PassProgress progress;
   progress.pass_count = pass_count(options.samples);
-  progress.paths_total = static_cast<std::uint64_t>(scene.image.width) *
-                         static_cast<std::uint64_t>(scene.image.height) * static_cast<std::uint64_t>(options.samples);
+  progress.paths_total = static_cast<std::uint64_t>(film.window().width) *
+                         static_cast<std::uint64_t>(film.window().height) * static_cast<std::uint64_t>(options.samples);
   for (int pass = 0; pass < progress.pass_count && !stop; ++pass) {
     const auto start = std::chrono::steady_clock::now();
     const double cpu_start = process_cpu_seconds();
     progress.pass = pass;
-    progress.pixels = render_pass(tracer, scene.image, pass, stop, film);
+    progress.pixels = render_pass(tracer, pass, stop, film);
     progress.paths_so_far += progress.pixels;
     if (service) {
       progress.table = service->publish();
@@ -79,11 +97,14 @@ RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibe
     }
     progress.cpu_seconds = process_cpu_seconds() - cpu_start;
     progress.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    progress.noise = film.relative_noise();
     result.passes = pass + 1;
     if (on_pass && !on_pass(progress)) break;
   }
   result.interrupted = stop && progress.paths_so_far < progress.paths_total;
   result.picture = film.picture();
+  result.picture.whole_width = whole.width;
+  result.picture.whole_height = whole.height;
   result.samples_per_pixel = film.samples_per_pixel();
   result.queries = film.queries();
   result.exact_queries = film.exact_queries();

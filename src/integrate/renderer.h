@@ -4,7 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <string>
+#include <optional>
 
 #include "image/picture.h"
 #include "intersect/fiber_scene.h"
@@ -21,6 +21,9 @@ struct RenderOptions {
   int max_depth = 64;      ///< fiber hits of a path
   int roulette_depth = 6;  ///< Russian roulette from this hit on
   std::uint64_t seed = 0;
+  /// Pixels that are rendered, inside the image; unset: all. A pixel's paths are the same whatever is rendered beside
+  /// it; what they learn is not.
+  std::optional<image::Window> crop;
 };
 
 /// What a pass did, before and after the table was published.
@@ -29,13 +32,14 @@ struct PassProgress {
   int pass_count = 0;
   std::uint64_t pixels = 0;  ///< pixels sampled in this pass
   std::uint64_t paths_so_far = 0, paths_total = 0;
+  double noise = 0;            ///< of the picture so far, relative (Film::relative_noise)
   double seconds = 0;          ///< wall time of the pass
   double cpu_seconds = 0;      ///< CPU time of the pass, all threads, learning included
   adaptive::PassReport table;  ///< empty without a service
 };
 
 struct RenderResult {
-  image::Picture picture;  ///< beauty, A, lobes, background, ais.exact; metadata left to the caller
+  image::Picture picture;  ///< every layer of Film::picture(); metadata left to the caller
   int passes = 0;
   double samples_per_pixel = 0;
   bool interrupted = false;  ///< by `stop`; not by on_pass

@@ -41,6 +41,25 @@ TEST(Exr, RoundTripKeepsEveryBitLayerAndText) {
   for (const auto& [key, value] : written.metadata) EXPECT_EQ(read->metadata.at(key), value);
 }
 
+TEST(Exr, RoundTripKeepsWhereAPartLies) {
+  const auto file = temporary("part.exr");
+  Picture part = gradient();
+  part.left = 5;
+  part.top = 11;
+  part.whole_width = 100;
+  part.whole_height = 400;
+  ASSERT_FALSE(write_exr(file, part));
+  const auto read = read_exr(file);
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->window(), part.window());
+  EXPECT_EQ(read->whole(), part.whole());
+  EXPECT_TRUE(compare(part, *read, "a", "b")->identical);
+  part.left = 64;  // one pixel outside
+  const auto error = write_exr(file, part);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->message().find("37 x 300 from (64, 11)"), std::string::npos) << error->message();
+}
+
 TEST(Exr, RefusesEveryTruncationAndGarbage) {
   const auto file = temporary("whole.exr"), part = temporary("part.exr");
   ASSERT_FALSE(write_exr(file, gradient()));
@@ -110,6 +129,28 @@ TEST(Compare, MeasuresAKnownDifference) {
   EXPECT_NEAR(difference->mae, 0.5 / 3, 1e-6);
   EXPECT_NEAR(difference->largest, 0.5, 1e-6);
   EXPECT_FALSE(difference->identical);
+  // A part of an image is held against the whole where both have pixels.
+  Picture part;
+  part.width = 2;
+  part.height = 1;
+  part.left = 30;
+  part.top = 200;
+  part.whole_width = 37;
+  part.whole_height = 300;
+  for (const Channel& channel : a.channels) {
+    const float* first = channel.pixels.data() + 200 * 37 + 30;
+    part.channels.push_back({channel.name, {first[0], first[1] + (channel.name == "R" ? 0.25f : 0.0f)}});
+  }
+  const auto there = compare(a, part, "a", "part");
+  ASSERT_TRUE(there);
+  EXPECT_NEAR(there->bias[0], 0.125, 1e-6);
+  EXPECT_EQ(there->bias[1], 0);
+  EXPECT_FALSE(there->identical);
+  part.channels[3].pixels[1] = a.channels[3].pixels[200 * 37 + 31];
+  EXPECT_TRUE(compare(a, part, "a", "part")->identical);
+  Picture elsewhere = part;
+  elsewhere.top = 201;
+  EXPECT_FALSE(compare(part, elsewhere, "part", "elsewhere"));
   Picture small = a;
   small.width = 300, small.height = 37;
   EXPECT_FALSE(compare(a, small, "a", "b"));

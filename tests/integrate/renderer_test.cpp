@@ -100,22 +100,90 @@ TEST(Renderer, gives_the_same_bits_for_any_number_of_threads) {
   EXPECT_NE(render_with(scene, model, fibers, options, 1).picture.channels[0].pixels, one.picture.channels[0].pixels);
 }
 
-TEST(Renderer, layers_sum_to_beauty) {
+TEST(Renderer, layers_sum_to_beauty_bit_for_bit) {
   WhiteFiber model;
-  const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
-  const RenderResult result = render_with(tangle(100, 40, 40), model, fibers, few_samples(4));
-  for (const std::string color : {"R", "G", "B"}) {
-    const std::vector<float>& beauty = channel(result, color);
-    for (std::size_t i = 0; i < beauty.size(); ++i) {
-      float sum = 0;
-      for (const char* layer : {"R", "TT", "TRT", "TRRT", "residual", "background"}) {
-        sum += channel(result, std::string(layer) + "." + color)[i];
+  fiber::LobeColors shares = lossless_shares();
+  shares[5] = shares[4];
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(shares)};
+  scene::Scene scene = tangle(100, 40, 40);
+  for (const bool glint : {false, true}) {
+    scene.fibers[0].split_glint = glint;
+    if (!glint) shares[5] = glm::vec3(0.0f);
+    const std::vector<fiber::FiberId> ids{model.add_fiber(shares)};
+    const RenderResult result = render_with(scene, model, glint ? fibers : ids, few_samples(4));
+    EXPECT_EQ(result.picture.find("GLINT.R") != nullptr, glint);
+    for (const std::string color : {"R", "G", "B"}) {
+      std::vector<float> sum(40 * 40, 0.0f);
+      for (const char* layer : {"R", "TT", "TRT", "TRRT", "residual", "GLINT", "surface", "background"}) {
+        if (!glint && layer == std::string("GLINT")) continue;
+        const std::vector<float>& part = channel(result, std::string(layer) + "." + color);
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += part[i];
       }
-      // Six float additions of values about 1.
-      EXPECT_NEAR(sum, beauty[i], 6 * 6e-8 * std::max(1.0f, beauty[i]));
+      EXPECT_EQ(sum, channel(result, color));
+    }
+    for (const float share : channel(result, "ais.exact")) EXPECT_TRUE(share == 0.0f || share == 0.5f);
+    for (const float mean : channel(result, "ais.objective")) EXPECT_TRUE(mean == 0.0f || mean == 0.25f);
+  }
+}
+
+TEST(Renderer, tells_albedo_tangent_and_distance_of_what_is_seen) {
+  WhiteFiber model;
+  fiber::LobeColors shares{};
+  shares[0] = {0.25f, 0, 0.5f};
+  shares[2] = {0.25f, 0.75f, 0};
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(shares)};
+  // One straight strand, thinner than a pixel is high, across the middle of the picture: a part of the paths see it.
+  scene::Scene scene;
+  scene.camera.eye = {0, -10, 0};
+  scene.camera.vertical_fov_deg = 10;
+  scene.image.width = scene.image.height = 15;
+  scene.materials.resize(1);
+  scene.grooms.resize(1);
+  scene.grooms[0].first_point = {0, 2};
+  scene.grooms[0].points = {{-9, 0, 0}, {9, 0, 0}};
+  scene.grooms[0].radius_cm = {0.03f, 0.03f};
+  scene::assign_fibers(&scene);
+  const RenderResult result = render_with(scene, model, fibers, few_samples(64));
+  int partial = 0;
+  for (std::size_t i = 0; i < 15 * 15; ++i) {
+    const float covered = channel(result, "A")[i];
+    partial += covered > 0 && covered < 1;
+    // Colors are means over all paths, tangent and distance over those that met the fiber.
+    EXPECT_NEAR(channel(result, "albedo.R")[i], 0.5f * covered, 1e-5);
+    EXPECT_NEAR(channel(result, "albedo.G")[i], 0.75f * covered, 1e-5);
+    EXPECT_NEAR(channel(result, "albedo.B")[i], 0.5f * covered, 1e-5);
+    EXPECT_NEAR(channel(result, "N.X")[i], covered > 0 ? 1 : 0, 1e-5);
+    EXPECT_NEAR(channel(result, "N.Y")[i], 0, 1e-5);
+    EXPECT_NEAR(channel(result, "N.Z")[i], 0, 1e-5);
+    // The strand is 10 cm away; to the picture's side a ray is longer by at most 1 / cos(atan(tan 5 degrees)).
+    const float distance = channel(result, "Z")[i];
+    if (covered > 0) {
+      EXPECT_GT(distance, 9.9f);
+      EXPECT_LT(distance, 10.06f);
+    } else {
+      EXPECT_EQ(distance, 0);
     }
   }
-  for (const float share : channel(result, "ais.exact")) EXPECT_TRUE(share == 0.0f || share == 0.5f);
+  EXPECT_GE(partial, 15);
+}
+
+TEST(Renderer, a_crop_has_the_pixels_of_the_whole_picture) {
+  WhiteFiber model;  // learns nothing: pixels depend on nothing but themselves
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
+  const scene::Scene scene = tangle(150, 67, 41);
+  RenderOptions options = few_samples(3);
+  options.light_samples = 2;
+  const RenderResult whole = render_with(scene, model, fibers, options, 2);
+  for (const image::Window window : {image::Window{20, 7, 30, 21}, {0, 0, 1, 1}, {66, 40, 1, 1}, {0, 0, 67, 41}}) {
+    options.crop = window;
+    const RenderResult part = render_with(scene, model, fibers, options, 2);
+    EXPECT_EQ(part.picture.window(), window);
+    EXPECT_EQ(part.picture.whole(), whole.picture.whole());
+    EXPECT_EQ(part.samples_per_pixel, 3);
+    const auto difference = image::compare(whole.picture, part.picture, "whole", "part");
+    ASSERT_TRUE(difference);
+    EXPECT_TRUE(difference->identical);
+  }
 }
 
 TEST(Renderer, layer_is_the_lobe_of_the_first_hit) {
@@ -148,7 +216,7 @@ TEST(Renderer, layer_is_the_lobe_of_the_first_hit) {
   double r = 0;
   for (const float value : channel(fenced, "R.R")) r += value;
   EXPECT_GT(r, 0);
-  for (const char* layer : {"TT.R", "TRT.G", "residual.B", "background.R"}) {
+  for (const char* layer : {"TT.R", "TRT.G", "residual.B", "surface.R", "background.R"}) {
     for (const float value : channel(fenced, layer)) EXPECT_EQ(value, 0);
   }
   for (const float value : channel(fenced, "A")) EXPECT_EQ(value, 1);
@@ -209,19 +277,47 @@ TEST(Renderer, stops_after_a_pass_when_told) {
 }
 
 TEST(Film, unsampled_pixels_show_the_nearest_sampled_one) {
-  Film film(5, 1);
+  Film film({2, 3, 5, 1}, false);
   EXPECT_EQ(film.picture().find("R")->pixels, std::vector<float>(5, 0.0f));
   PathSums near, far;
-  near.samples = far.samples = 2;
-  near.background = glm::vec3(2.0f);
-  far.background = glm::vec3(6.0f);
-  far.coverage = 1;
-  film.pixel(0, 0) += near;
-  film.pixel(3, 0) += far;
+  near.layers[background_layer] = glm::vec3(1.0f);
+  far.layers[background_layer] = glm::vec3(3.0f);
+  far.coverage = 0.5f;
+  for (int i = 0; i < 2; ++i) {
+    film.pixel(2, 3).add(near);
+    film.pixel(5, 3).add(far);
+  }
   const image::Picture picture = film.picture();
   EXPECT_EQ(picture.find("R")->pixels, (std::vector<float>{1, 1, 3, 3, 3}));
   EXPECT_EQ(picture.find("A")->pixels, (std::vector<float>{0, 0, 0.5f, 0.5f, 0.5f}));
   EXPECT_EQ(film.samples_per_pixel(), 0.8);
+}
+
+TEST(Film, tells_the_variance_of_the_mean_and_the_noise) {
+  Film film({0, 0, 2, 1}, false);
+  PathSums path;
+  path.coverage = 1;
+  for (const float value : {1001.0f, 1002.0f, 1006.0f}) {
+    path.layers[0] = {value, 2 * value, 0};
+    film.pixel(0, 0).add(path);
+    if (value == 1001) {
+      EXPECT_EQ(film.pixel(0, 0).variance_of_mean(), glm::vec3(0.0f));
+    }
+  }
+  // Mean 1003, squared deviations 4 + 1 + 9, over 3 * 2. Welford in floats of 1003: 1e-4 a step.
+  const glm::vec3 variance = film.pixel(0, 0).variance_of_mean();
+  EXPECT_NEAR(variance.x, 14.0f / 6, 1e-3);
+  EXPECT_NEAR(variance.y, 4 * 14.0f / 6, 4e-3);
+  EXPECT_EQ(variance.z, 0);
+  EXPECT_EQ(film.picture().find("variance.R")->pixels[0], variance.x);
+  // Mean variance 5 * 14 / 6 / 3 over the mean 1003; the pixel without a hit does not count.
+  PathSums bright;
+  bright.layers[background_layer] = glm::vec3(1e6f);
+  film.pixel(1, 0).add(bright);
+  EXPECT_NEAR(film.relative_noise(), std::sqrt(5 * 14.0 / 18) / 1003, 1e-6);
+  path.layers[0] = glm::vec3(3e38f, 0, 0);  // its square is past a float
+  film.pixel(0, 0).add(path);
+  EXPECT_TRUE(std::isfinite(film.pixel(0, 0).variance_of_mean().x));
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ namespace tress::integrate {
 /// S = albedo cos theta_i / (4 pi): light leaves the same in all directions, L_r = albedo times the mean radiance
 /// around. Drawn a `matched` part of the time in proportion to S / albedo, else uniformly in (theta, phi): at 1/2 the
 /// weights S/Q go from 0 to 1.22 albedo, at 1 all are the albedo. A fiber is given by its share of each lobe, per
-/// channel, which sum to the albedo. Two queries an evaluation, one of them exact.
+/// channel, which sum to the albedo. Two queries an evaluation, one of them exact,
+/// of objective .5 together.
 class WhiteFiber : public fiber::FiberModel {
  public:
   std::string name() const override { return "white"; }
@@ -36,6 +37,7 @@ class WhiteFiber : public fiber::FiberModel {
     event.wr = wr;
     event.xi1 = xi1;
     event.xi2 = xi2;
+    event.energy = shares_[fiber];
     return event;
   }
   fiber::FiberSample sample(const fiber::FiberEvent& event, const std::array<float, 4>& u) const override {
@@ -52,6 +54,7 @@ class WhiteFiber : public fiber::FiberModel {
     value.pdf = matched * s + (1 - matched) * 0.5f / (std::numbers::pi_v<float> * std::numbers::pi_v<float>);
     value.queries = 2;
     value.exact_queries = 1;
+    value.objective = 0.5f;
     return value;
   }
 
