@@ -102,7 +102,7 @@ PassReport Service::Table::publish() {
       report.queries += queries;
       if (slot.row != Slot::no_row) {
         if (rows_[slot.row]->state == RowState::converged) report.converged_queries += queries;
-      } else if (touches >= options_.birth_touches && touches > 0) {
+      } else if (learns_ && touches >= options_.birth_touches && touches > 0) {
         candidates.push_back({p, n, touches, slot.take_memo()});
       } else {
         slot.take_memo();
@@ -111,7 +111,7 @@ PassReport Service::Table::publish() {
   }
   memo_bytes_.store(0, std::memory_order_relaxed);
 
-  update_rows(report);
+  if (learns_) update_rows(report);
 
   std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {
     if (x.touches != y.touches) return x.touches > y.touches;

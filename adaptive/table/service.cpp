@@ -77,7 +77,7 @@ RowView Service::Table::peek(PageId page_id, std::uint32_t a, std::uint32_t b) c
 }
 
 void Service::Table::observe(const RowView& view, float x, float g) {
-  if (view.row == RowView::no_row) return;
+  if (view.row == RowView::no_row || !learns_) return;
   Row& row = *rows_[view.row];
   if (row.state != RowState::open) return;
   row.learning->sketch.offer(x, g);
@@ -86,7 +86,7 @@ void Service::Table::observe(const RowView& view, float x, float g) {
 
 void Service::Table::score(const RowView& view, float x, float g, float q) {
   observe(view, x, g);
-  if (view.row == RowView::no_row) return;
+  if (view.row == RowView::no_row || !learns_) return;
   Row& row = *rows_[view.row];
   if (row.state != RowState::open || !row.has_fit) return;
   if (q > 0 && std::isfinite(q) && std::isfinite(g)) row.add_score(x, g, q);
@@ -104,6 +104,7 @@ RowView Service::look_up(PageId page, std::uint32_t a, std::uint32_t b) const { 
 void Service::count_converged(std::uint32_t queries) const { table_->count_converged(queries); }
 void Service::observe(const RowView& row, float x, float g) const { table_->observe(row, x, g); }
 void Service::score(const RowView& row, float x, float g, float q) const { table_->score(row, x, g, q); }
+void Service::set_learning(bool on) { table_->set_learning(on); }
 PassReport Service::publish() { return table_->publish(); }
 const std::vector<Service::RowChange>& Service::last_changes() const { return table_->changes(); }
 RowView Service::peek(PageId page, std::uint32_t a, std::uint32_t b) const { return table_->peek(page, a, b); }

@@ -42,6 +42,7 @@ class Service::Table {
   const std::vector<std::unique_ptr<Page>>& pages() const { return pages_; }
   const std::vector<RowChange>& changes() const { return changes_; }
   const std::vector<Error>& refusals() const { return refusals_; }
+  void set_learning(bool on) { learns_ = on; }
   void set_listener(std::function<void(const RowReport&)> listener) { listener_ = std::move(listener); }
 
  private:
@@ -107,6 +108,7 @@ class Service::Table {
   std::vector<RowChange> changes_;
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;
+  bool learns_ = true;
   std::uint32_t pass_ = 0;      ///< number of the publish() that runs or ran last
   std::size_t bytes_ = 0;       ///< of all rows
   std::uint64_t reopened_ = 0;  ///< in this session

@@ -53,4 +53,19 @@ std::optional<Resolution> parse_resolution(const std::string& text) {
   return Resolution{static_cast<int>(*width), static_cast<int>(*height)};
 }
 
+std::optional<image::Window> parse_crop(const std::string& text) {
+  constexpr std::uint64_t largest = 1 << 24;
+  std::vector<int> edges;
+  std::size_t begin = 0;
+  while (begin != std::string::npos) {
+    const std::size_t comma = text.find(',', begin);
+    const auto edge = parse_unsigned(text.substr(begin, comma == std::string::npos ? comma : comma - begin));
+    if (!edge || *edge > largest) return std::nullopt;
+    edges.push_back(static_cast<int>(*edge));
+    begin = comma == std::string::npos ? comma : comma + 1;
+  }
+  if (edges.size() != 4 || edges[0] >= edges[2] || edges[1] >= edges[3]) return std::nullopt;
+  return image::Window{edges[0], edges[1], edges[2] - edges[0], edges[3] - edges[1]};
+}
+
 }  // namespace tress::cli

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "image/picture.h"
+
 namespace tress::cli {
 
 /// What a number must be. Both ends belong to the range unless open.
@@ -26,5 +28,7 @@ struct Resolution {
   int width, height;
 };
 std::optional<Resolution> parse_resolution(const std::string& text);
+/// "X0,Y0,X1,Y1": pixels [X0, X1) x [Y0, Y1), at least one, of an image of no more than 2^24 a side.
+std::optional<image::Window> parse_crop(const std::string& text);
 
 }  // namespace tress::cli

@@ -28,16 +28,15 @@ double Progress::seconds() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
 
-void Progress::update(const integrate::PassProgress& pass) {
-  const double share = pass.paths_total == 0 ? 1.0 : double(pass.paths_so_far) / double(pass.paths_total);
-  const double left = share > 0 ? seconds() * (1 - share) / share : 0;
+void Progress::update(const integrate::PassProgress& pass, const Outlook& outlook) {
+  const double share = outlook.share;
   std::string table;
   if (pass.table.queries > 0) {
     table = fmt::format(", {:.1f} % of queries on converged rows",
                         100.0 * double(pass.table.converged_queries) / double(pass.table.queries));
   }
-  const std::string text = fmt::format("{:3.0f} %, pass {} of {}, {} left{}", 100 * share, pass.pass + 1,
-                                       pass.pass_count, duration(left), table);
+  const std::string text = fmt::format("{:3.0f} %, pass {}, {} left, noise {:.3g}{}", 100 * share, pass.pass + 1,
+                                       duration(outlook.seconds_left), pass.noise, table);
   if (console_is_terminal()) {
     const int full = std::clamp(static_cast<int>(share * bar_cells), 0, bar_cells);
     draw_bar(fmt::format("[{}{}] {}", std::string(std::size_t(full), '#'),

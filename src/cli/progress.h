@@ -3,6 +3,7 @@
 
 #include <chrono>
 
+#include "cli/stop_rule.h"
 #include "integrate/renderer.h"
 
 namespace tress::cli {
@@ -12,7 +13,7 @@ class Progress {
  public:
   Progress();
   /// After each pass.
-  void update(const integrate::PassProgress& pass);
+  void update(const integrate::PassProgress& pass, const Outlook& outlook);
   /// Removes the bar.
   void finish();
   /// Since construction.

@@ -5,6 +5,8 @@
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
 
+#include <array>
+#include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -22,11 +24,17 @@ namespace tress::cli {
 namespace {
 
 using Extra = adaptive::TelemetryWriter::Extra;
+using Clock = std::chrono::steady_clock;
 
 template <class T>
 std::string json_text(const T& value) {
   // A path need not be UTF-8; a line of telemetry must be.
   return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/// X0, Y0, X1, Y1 as on the command line.
+std::array<int, 4> edges_of(const image::Window& window) {
+  return {window.left, window.top, window.left + window.width, window.top + window.height};
 }
 
 /// Telemetry that never stops a render: the first error is told, then it is silent.
@@ -54,11 +62,12 @@ class Telemetry {
 /// One render, from the loaded scene to the saved files.
 class RenderJob {
  public:
-  RenderJob(const RenderSettings& settings, const scene::Scene& scene, int threads,
+  RenderJob(const RenderSettings& settings, const scene::Scene& scene, int threads, Clock::time_point start,
             std::unique_ptr<adaptive::TelemetryWriter> telemetry)
       : settings_(settings),
         scene_(scene),
         threads_(threads),
+        start_(start),
         target_(fiber::make_elliptical_target()),
         telemetry_(std::move(telemetry)) {
     if (settings.estimator != fiber::Estimator::exact) {
@@ -80,15 +89,20 @@ class RenderJob {
     const intersect::FiberScene fibers(scene_);
 
     integrate::RenderOptions options = settings_.render;
-    options.samples = scene_.image.samples;
+    options.samples = settings_.stop.samples(scene_.image.samples);
     Progress progress;
-    integrate::RenderResult result = integrate::render(scene_, fibers, *model_, fiber_ids_, service_.get(), options,
-                                                       interrupt.requested(), [&](const integrate::PassProgress& pass) {
-                                                         told_pass(pass);
-                                                         progress.update(pass);
-                                                         if (cache_) cache_->save_if_due(*service_);
-                                                         return !interrupt.requested();
-                                                       });
+    integrate::RenderResult result =
+        integrate::render(scene_, fibers, *model_, fiber_ids_, service_.get(), options, interrupt.requested(),
+                          [&](const integrate::PassProgress& pass) {
+                            const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
+                            const Outlook ahead = outlook(settings_.stop, pass, elapsed, progress.seconds());
+                            told_pass(pass);
+                            progress.update(pass, ahead);
+                            if (cache_) cache_->save_if_due(*service_);
+                            if (ahead.reason != nullptr) stopped_by_ = ahead.reason;
+                            noise_ = pass.noise;
+                            return ahead.reason == nullptr && !interrupt.requested();
+                          });
     progress.finish();
     return save(result, progress.seconds(), interrupt.exit_status());
   }
@@ -122,6 +136,8 @@ class RenderJob {
     if (cache_) {
       refused = cache_->open(*service_);
       if (!refused) model_->rows_changed();
+      // A frozen table answers every picture alike, whatever part of it is rendered.
+      if (settings_.cache_mode == CacheMode::frozen && cache_->loaded() == "loaded") service_->set_learning(false);
     } else if (settings_.warm_cache) {
       said(fmt::format("warm cache {}: not used, the exact estimator has no rows", settings_.warm_cache->string()));
     }
@@ -155,12 +171,15 @@ class RenderJob {
                  {"learner", json_text("sketch")},
                  {"epsilon", json_text(settings_.table.epsilon)},
                  {"seed", json_text(settings_.render.seed)},
-                 {"samples", json_text(scene_.image.samples)},
+                 {"samples", json_text(settings_.stop.samples(scene_.image.samples))},
                  {"width", json_text(scene_.image.width)},
                  {"height", json_text(scene_.image.height)},
                  {"threads", json_text(threads_)},
                  {"pages", json_text(service_ ? service_->page_count() : 0)},
                  {"memory_limit", json_text(settings_.table.memory_bytes)}};
+    if (settings_.stop.seconds) fields.emplace("time_limit", json_text(*settings_.stop.seconds));
+    if (settings_.stop.noise) fields.emplace("noise_target", json_text(*settings_.stop.noise));
+    if (const auto& crop = settings_.render.crop) fields.emplace("crop", json_text(edges_of(*crop)));
     fields.merge(cache_fields());
     telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.header(fields); });
     if (!settings_.telemetry_rows || !service_ || !telemetry_.wanted()) return;
@@ -176,7 +195,8 @@ class RenderJob {
                                       {"pixels", json_text(pass.pixels)},
                                       {"samples", json_text(pass.paths_so_far)},
                                       {"seconds", json_text(pass.seconds)},
-                                      {"cpu_seconds", json_text(pass.cpu_seconds)}});
+                                      {"cpu_seconds", json_text(pass.cpu_seconds)},
+                                      {"noise", json_text(pass.noise)}});
     });
     passes_told_ = pass.pass + 1;
   }
@@ -203,6 +223,7 @@ class RenderJob {
     picture.metadata["scene"] = scene_.source;
     picture.metadata["seed"] = std::to_string(settings_.render.seed);
     picture.metadata["samples"] = fmt::format("{}", result.samples_per_pixel);
+    picture.metadata["stopped_by"] = stopped_by_;
     picture.metadata["time"] = fmt::format("{:.3f} s", seconds);
     picture.metadata["model"] = model_->name();
     picture.metadata["estimator"] = fiber::estimator_name(settings_.estimator);
@@ -218,6 +239,8 @@ class RenderJob {
                  {{"passes", json_text(result.passes)},
                   {"samples_per_pixel", json_text(result.samples_per_pixel)},
                   {"seconds", json_text(seconds)},
+                  {"stopped_by", json_text(stopped_by_)},
+                  {"noise", json_text(noise_)},
                   {"queries", json_text(result.queries)},
                   {"exact_queries", json_text(result.exact_queries)},
                   {"cache_hash", json_text(hash)},
@@ -233,6 +256,7 @@ class RenderJob {
   const RenderSettings& settings_;
   const scene::Scene& scene_;
   int threads_;
+  Clock::time_point start_;
   std::unique_ptr<adaptive::Target> target_;
   std::unique_ptr<adaptive::Service> service_;
   std::unique_ptr<fiber::FiberModel> model_;
@@ -240,6 +264,8 @@ class RenderJob {
   std::vector<fiber::FiberId> fiber_ids_;
   Telemetry telemetry_;
   int passes_told_ = 0;
+  const char* stopped_by_ = "signal";
+  double noise_ = 0;  ///< after the last pass
 };
 
 /// What must be writable, checked before anything is rendered.
@@ -257,10 +283,19 @@ std::optional<Error> check_outputs(const RenderSettings& settings) {
 }  // namespace
 
 int run_render(const RenderSettings& settings) {
+  const Clock::time_point start = Clock::now();
   const Result<scene::Scene> scene = scene::load_scene(settings.scene, settings.overrides);
   if (!scene) {
     fail(scene.error().message());
     return 1;
+  }
+  if (const auto& crop = settings.render.crop) {
+    const auto [x0, y0, x1, y1] = edges_of(*crop);
+    if (x1 > scene->image.width || y1 > scene->image.height) {
+      fail(fmt::format("--crop: expected pixels within {} x {}, found {},{},{},{}", scene->image.width,
+                       scene->image.height, x0, y0, x1, y1));
+      return 2;
+    }
   }
   for (const std::string& text : scene->notes) note(text);
   for (const std::string& text : scene->warnings) warn(text);
@@ -286,7 +321,7 @@ int run_render(const RenderSettings& settings) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
   tbb::task_arena arena(threads);
   return arena.execute([&] {
-    RenderJob job(settings, *scene, threads, std::move(telemetry));
+    RenderJob job(settings, *scene, threads, start, std::move(telemetry));
     return job.run();
   });
 }

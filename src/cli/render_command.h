@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "cli/stop_rule.h"
 #include "cli/warm_cache_session.h"
 #include "integrate/renderer.h"
 #include "scene/scene.h"
@@ -17,6 +18,7 @@ struct RenderSettings {
   std::filesystem::path scene, output;  ///< output ends in .exr; a .png is written beside it
   scene::Overrides overrides;
   integrate::RenderOptions render;  ///< samples come from the scene and its overrides
+  StopRule stop;                    ///< instead of those samples
   std::optional<int> threads;       ///< unset: one per hardware thread that the process may use
   fiber::Estimator estimator = fiber::Estimator::fitted;
   adaptive::Options table;

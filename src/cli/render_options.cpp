@@ -115,7 +115,16 @@ CLI::App* add_render(CLI::App& app, RenderSettings& s, bool& quiet) {
           "picture; a .png is written beside it")
       ->required()
       ->type_name("OUT.exr");
-  add_integer(render, "--spp", 1, 1 << 20, [&s](int n) { s.overrides.samples = n; }, "samples a pixel");
+  auto* samples = add_integer(
+      render, "--spp", 1, StopRule::most_samples, [&s](int n) { s.overrides.samples = n; }, "samples a pixel");
+  auto* time = add_number(
+      render, "--time", {0, 1e7, true}, [&s](double x) { s.stop.seconds = x; },
+      "seconds: as many samples as fit, one at least; the picture then depends on the machine");
+  auto* noise = add_number(
+      render, "--noise", {0, 1, true}, [&s](double x) { s.stop.noise = x; },
+      "samples until the noise relative to the brightness of what is covered is at most this, 16384 at most");
+  samples->excludes(time)->excludes(noise);
+  time->excludes(noise);
   render
       ->add_option_function<std::string>(
           "--resolution",
@@ -131,6 +140,16 @@ CLI::App* add_render(CLI::App& app, RenderSettings& s, bool& quiet) {
       ->type_name("WxH");
   add_integer(
       render, "--frame", 0, 1000000, [&s](int n) { s.overrides.frame = n; }, "frame of a moving camera");
+  render
+      ->add_option_function<std::string>(
+          "--crop",
+          [&s](const std::string& text) {
+            const auto crop = parse_crop(text);
+            if (!crop) refuse("--crop", "X0,Y0,X1,Y1 in whole pixels, X0 < X1 and Y0 < Y1", text);
+            s.render.crop = crop;
+          },
+          "render only these pixels, X1 and Y1 excluded, of the same picture")
+      ->type_name("X0,Y0,X1,Y1");
   add_integer(render, "--threads", 1, 1024, [&s](int n) { s.threads = n; }, "default: one per hardware thread");
   render
       ->add_option_function<std::string>(

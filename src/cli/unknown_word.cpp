@@ -25,7 +25,6 @@ std::vector<std::string> option_names(const CLI::App& app) {
 /// Options that other renderers or later versions have, and what does nearly that here.
 const std::map<std::string, std::string>& known_elsewhere() {
   static const std::map<std::string, std::string> known{
-      {"--time", "--spp"},          {"--noise", "--spp"},   {"--crop", "--resolution"},
       {"--heatmap", "--telemetry"}, {"--samples", "--spp"}, {"--cache", "--warm-cache"}};
   return known;
 }

@@ -46,6 +46,34 @@ TEST(Service, AnUnbornRowAnswersWithTheTargetAtItsNodeAndIsTracedOnceAPass) {
   EXPECT_EQ(report.births, 0u);
 }
 
+TEST(Service, ATableThatDoesNotLearnAnswersAlikeForEverAndStaysAsItIs) {
+  const MovingPeaks target;
+  Options options;
+  options.epsilon = 0.02;
+  Service service(options, target);
+  const PageId page = service.add_page(toy_page(0, 4));
+  for (std::uint64_t pass = 0; pass < 4; ++pass) {
+    testing::run_pass(service, 1, pass, 3000, 1);
+    service.publish();
+  }
+  const std::string before = cache_hash(service.snapshot());
+  service.set_learning(false);
+  for (std::uint64_t pass = 4; pass < 7; ++pass) {
+    touch(service, page, 0, 0, 100);
+    testing::run_pass(service, 1, pass, 3000, 1);
+    const PassReport report = service.publish();
+    EXPECT_EQ(report.queries, 3100u);
+    EXPECT_GT(report.converged_queries, 0u);
+    EXPECT_EQ(report.births + report.refits + report.g_evaluations + report.top_ups, 0u);
+    EXPECT_TRUE(service.last_changes().empty());
+    EXPECT_EQ(cache_hash(service.snapshot()), before);
+  }
+  service.set_learning(true);
+  testing::run_pass(service, 1, 7, 3000, 1);
+  EXPECT_GT(service.publish().g_evaluations, 0u);
+  EXPECT_NE(cache_hash(service.snapshot()), before);
+}
+
 TEST(Service, TouchesAreCarriedFromPassToPassUntilARowIsBornCoveredAndFitted) {
   const MovingPeaks target;
   Service service(Options{}, target);

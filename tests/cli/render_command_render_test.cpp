@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <thread>
 
 #include "cli/run_tress.h"
@@ -196,6 +197,65 @@ TEST_F(Render, ExactNeedsNoTableAndAgreesWithFitted) {
   // 40 x 40 x 8 paths under a constant light of 1: a path's standard deviation is below 1, so the mean of each picture
   // has one below 1/sqrt(12800) = .009, the difference of two .0125; six of those never fail for chance.
   for (const double bias : difference.at("bias")) EXPECT_LT(std::abs(bias), 0.075);
+}
+
+TEST_F(Render, ACropOfExactOrOfAFrozenTableHasTheWholePicturesPixels) {
+  const std::vector<std::string> crop{"--crop", "9,3,30,24"};
+  const auto with_crop = [&](std::vector<std::string> more) {
+    more.insert(more.end(), crop.begin(), crop.end());
+    return more;
+  };
+  render_well("exact.exr", {"--estimator", "exact", "--spp", "2"});
+  render_well("exact_crop.exr", with_crop({"--estimator", "exact", "--spp", "2"}));
+  expect_same_picture("exact.exr", "exact_crop.exr");
+  const auto part = image::read_exr(path("exact_crop.exr"));
+  ASSERT_TRUE(part);
+  EXPECT_EQ(part->window(), (image::Window{9, 3, 21, 21}));
+  EXPECT_EQ(part->whole(), (image::Window{0, 0, 40, 40}));
+
+  // A table that is loaded and frozen learns nothing, so that open rows answer the same whatever else is rendered.
+  render_well("learn.exr", {"--warm-cache", path("t.cache"), "--spp", "3"});
+  EXPECT_GT(rows("t.cache", "open"), 0u);
+  EXPECT_GT(rows("t.cache", "converged"), 0u);
+  const std::vector<std::string> frozen{"--warm-cache", path("t.cache"), "--cache-mode", "frozen", "--seed", "5"};
+  render_well("frozen.exr", frozen);
+  render_well("frozen_crop.exr", with_crop(frozen));
+  expect_same_picture("frozen.exr", "frozen_crop.exr");
+
+  // A table that learns has learned less: the same in the mean, not in the bits.
+  render_well("cold.exr", {"--spp", "12"});
+  render_well("cold_crop.exr", with_crop({"--spp", "12"}));
+  const auto json = nlohmann::json::parse(run({"diff", path("cold.exr"), path("cold_crop.exr"), "--json"}).out);
+  EXPECT_EQ(json.at("identical"), false);
+  // 441 pixels of 12 paths each, a path's standard deviation below 1: .014 each way at most, .02 between; six of those.
+  for (const double bias : json.at("bias")) EXPECT_LT(std::abs(bias), 0.12);
+
+  const Outcome outside = render("a.exr", {"--crop", "0,0,41,40"});
+  EXPECT_EQ(outside.status, 2);
+  EXPECT_THAT(outside.err, HasSubstr("within 40 x 40"));
+}
+
+TEST_F(Render, TimeAndNoiseChooseOnlyHowManyPasses) {
+  render_well("noise.exr", {"--noise", "0.12", "--telemetry", path("noise.jsonl")});
+  const nlohmann::json end = summary("noise.jsonl");
+  EXPECT_EQ(end.at("stopped_by"), "noise");
+  EXPECT_LE(end.at("noise"), 0.12);
+  const auto passes = telemetry_lines(path("noise.jsonl"), "pass");
+  ASSERT_GE(passes.size(), 7u) << "4 samples before a variance is believed";
+  for (std::size_t i = 6; i + 1 < passes.size(); ++i) EXPECT_GT(passes[i].at("noise"), 0.12);
+  const int samples = end.at("samples_per_pixel").get<int>();
+  // The same picture as with that many samples asked for.
+  render_well("samples.exr", {"--spp", std::to_string(samples), "--telemetry", path("samples.jsonl")});
+  expect_same_picture("noise.exr", "samples.exr");
+  EXPECT_EQ(summary("samples.jsonl").at("stopped_by"), "samples");
+
+  render_well("time.exr", {"--time", "2", "--telemetry", path("time.jsonl")});
+  EXPECT_EQ(summary("time.jsonl").at("stopped_by"), "time");
+  const double count = summary("time.jsonl").at("samples_per_pixel");
+  EXPECT_EQ(count, std::floor(count)) << "every pixel has as many";
+  EXPECT_GE(count, 1);
+  render_well("short.exr", {"--time", "0.000001", "--telemetry", path("short.jsonl")});
+  EXPECT_EQ(summary("short.jsonl").at("samples_per_pixel"), 1.0);
 }
 
 TEST_F(Render, WhatCannotBeWrittenIsFoundBeforeRendering) {

@@ -46,7 +46,7 @@ TEST_F(Usage, AWrongOptionNamesTheNearest) {
 }
 
 TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
-  for (const char* option : {"--time", "--noise", "--crop", "--heatmap"}) {
+  for (const char* option : {"--heatmap"}) {
     expect_wrong({"render", "a.json", "-o", "a.exr", option, "1"},
                  std::string("no option ") + option + ", nearest: --");
   }
@@ -58,12 +58,14 @@ TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
 
 TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
   const std::vector<std::pair<std::string, std::string>> wrong{
-      {"--spp", "-1"},      {"--spp", "0"},          {"--spp", "4x"},         {"--epsilon", "0"},
-      {"--epsilon", "nan"}, {"--epsilon", "-0.1"},   {"--resolution", "0x4"}, {"--resolution", "16385x4"},
-      {"--threads", "0"},   {"--threads", "-2"},     {"--seed", "-1"},        {"--table-memory", "-1"},
-      {"--color", "1,0,0"}, {"--color", ".5,.5"},    {"--melanin", "-1"},     {"--sigma-a", "1,2,inf"},
-      {"--roughness", "0"}, {"--eccentricity", "2"}, {"--up", "x"},           {"--cm-per-unit", "0"},
-      {"--max-depth", "0"}, {"--resolution", "64"}};
+      {"--spp", "-1"},       {"--spp", "0"},          {"--spp", "4x"},         {"--epsilon", "0"},
+      {"--epsilon", "nan"},  {"--epsilon", "-0.1"},   {"--resolution", "0x4"}, {"--resolution", "16385x4"},
+      {"--threads", "0"},    {"--threads", "-2"},     {"--seed", "-1"},        {"--table-memory", "-1"},
+      {"--color", "1,0,0"},  {"--color", ".5,.5"},    {"--melanin", "-1"},     {"--sigma-a", "1,2,inf"},
+      {"--roughness", "0"},  {"--eccentricity", "2"}, {"--up", "x"},           {"--cm-per-unit", "0"},
+      {"--max-depth", "0"},  {"--resolution", "64"},  {"--time", "0"},         {"--noise", "-1"},
+      {"--noise", "2"},      {"--crop", "0,0,4"},     {"--crop", "4,0,4,4"},   {"--crop", "-1,0,4,4"},
+      {"--crop", "0,0,1,1,"}};
   for (const auto& [option, value] : wrong) {
     expect_wrong({"render", "a.json", "-o", "a.exr", option, value}, option + ": expected ");
     expect_wrong({"render", "a.json", "-o", "a.exr", option, value}, "found " + value);
@@ -73,6 +75,9 @@ TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
 
 TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--color", ".5,.5,.5", "--melanin", "1"}, "--melanin");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--spp", "4", "--time", "1"}, "--spp");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--noise", ".1", "--time", "1"}, "--noise");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--noise", ".1", "--spp", "4"}, "--spp");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--cache-mode", "frozen"}, "--warm-cache");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--rotate", "10"}, "--environment");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--model", "exact", "--estimator", "fitted"}, "--model exact");

@@ -90,6 +90,11 @@ class Service {
   /// there was q (1/rad).
   void score(const RowView& row, float x, float g, float q) const;
 
+  /// On at first. Off: the table stays as it is, so that answers depend on nothing that was asked before; what has no
+  /// converged row is traced at the node for good. observe() and score() have no effect, publish() only counts, and
+  /// cached rows are not checked any more. Between passes.
+  void set_learning(bool on);
+
   /// Ends a pass: births, coverage, top-up, tests, refits, publication. Parallel inside (oneTBB), deterministic.
   PassReport publish();
   /// Rows whose published fit or state changed in the last publish() or load, ascending (page, node).
