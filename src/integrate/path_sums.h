@@ -21,9 +21,10 @@ constexpr const char* layer_name(std::size_t layer) {
 struct PathSums {
   std::array<glm::vec3, layer_count> layers{};  ///< radiance, linear RGB
   float coverage = 0;                           ///< paths that met a fiber or a surface; the next three are over these
-  glm::vec3 albedo{0.0f};  ///< of one scattering: sum of the lobes' energies, or the surface's albedo
-  glm::vec3 normal{0.0f};  ///< unit: tangent of a fiber, normal of a surface towards the camera
-  float distance_cm = 0;   ///< from the camera
+  glm::vec3 albedo{0.0f};      ///< of one scattering: sum of the lobes' energies, or the surface's albedo
+  glm::vec3 normal{0.0f};      ///< unit: tangent of a fiber, normal of a surface towards the camera
+  float distance_cm = 0;       ///< from the camera
+  std::uint32_t vertices = 0;  ///< hits that scattered
   std::uint32_t queries = 0, exact_queries = 0;
   float objective = 0;  ///< sum over the queries
 
@@ -40,6 +41,7 @@ struct PathSums {
     albedo += other.albedo;
     normal += other.normal;
     distance_cm += other.distance_cm;
+    vertices += other.vertices;
     queries += other.queries;
     exact_queries += other.exact_queries;
     objective += other.objective;

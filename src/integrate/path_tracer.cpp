@@ -3,37 +3,39 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-
-#include "integrate/local_directions.h"
+#include <glm/geometric.hpp>
+#include <limits>
 
 namespace tress::integrate {
 namespace {
 
 /// Stratified pairs of a path: what each is used for.
-enum Dimension : std::uint32_t { pixel_position, grid_node, light_direction, lobe_and_theta, phi_and_spare };
+enum Dimension : std::uint32_t {
+  pixel_position,
+  grid_node,
+  light_direction,
+  lobe_and_theta,
+  phi_and_spare,
+  light_choice
+};
 
 constexpr float least_survival = 0.05f, greatest_survival = 0.95f;
+constexpr float nowhere = std::numeric_limits<float>::infinity();
 
 [[maybe_unused]] bool is_finite(const PathSums& sums) {
   const glm::vec3 total = sums.beauty();
   return std::isfinite(total.x) && std::isfinite(total.y) && std::isfinite(total.z);
 }
 
-void count_queries(const fiber::FiberValue& value, PathSums& sums) {
-  sums.queries += value.queries;
-  sums.exact_queries += value.exact_queries;
-  sums.objective += value.objective;
-}
-
-glm::vec3 total_of(const fiber::LobeColors& lobes) {
-  glm::vec3 total(0.0f);
-  for (const glm::vec3& lobe : lobes) total += lobe;
-  return total;
-}
-
 /// Without regard to sign.
 float largest_channel(const glm::vec3& color) {
   return std::max({std::abs(color.x), std::abs(color.y), std::abs(color.z)});
+}
+
+glm::vec3 total_of(const ScatteredLayers& layers) {
+  glm::vec3 total(0.0f);
+  for (const glm::vec3& layer : layers) total += layer;
+  return total;
 }
 
 }  // namespace
@@ -42,53 +44,49 @@ PathTracer::PathTracer(const scene::Scene& scene, const intersect::FiberScene& f
                        const std::vector<fiber::FiberId>& fiber_ids, const RenderOptions& options)
     : scene_(scene),
       fibers_(fibers),
-      model_(model),
-      fiber_ids_(fiber_ids),
       options_(options),
-      camera_(scene.camera, scene.image) {}
+      camera_(scene.camera, scene.image),
+      lights_(scene),
+      scattering_(scene, model, fiber_ids) {}
 
-PathTracer::Vertex PathTracer::begin(const intersect::Hit& hit, const glm::vec3& ray_direction, float xi1, float xi2,
-                                     bool first) const {
-  const fiber::FiberId fiber = fiber_ids_[scene_.grooms[hit.groom].fiber[hit.strand]];
-  return {hit, model_.begin(fiber, to_local(hit, -ray_direction).direction, xi1, xi2),
-          first ? options_.light_samples : std::min(1, options_.light_samples), first ? options_.bcsdf_samples : 1};
-}
-
-fiber::LobeColors PathTracer::light(const Vertex& vertex, const std::array<float, 2>& u, PathSums& sums) const {
-  fiber::LobeColors scattered{};
-  const scene::Environment::Sample light = scene_.environment.sample(u[0], u[1]);
-  if (!(light.pdf_solid_angle > 0) || light.radiance == glm::vec3(0.0f)) return scattered;
-  if (fibers_.occluded(ray_from(vertex.hit, light.direction))) return scattered;
-  const LocalDirection local = to_local(vertex.hit, light.direction);
-  const fiber::FiberValue value = model_.evaluate(vertex.event, local.direction);
-  count_queries(value, sums);
-  const float density = static_cast<float>(vertex.light_samples) * light.pdf_solid_angle * local.cos_theta +
+ScatteredLayers PathTracer::light(const Vertex& vertex, float u_light, const std::array<float, 2>& u,
+                                  PathSums& sums) const {
+  ScatteredLayers scattered{};
+  const LightSampler::Arrival light = lights_.sample(vertex.hit.axis, u_light, u);
+  if (!(light.density > 0) || light.radiance == glm::vec3(0.0f)) return scattered;
+  if (vertex.hit.is_surface && !(glm::dot(vertex.hit.normal, light.direction) > 0)) return scattered;
+  if (fibers_.occluded(ray_from(vertex.hit, light.direction), light.distance_cm)) return scattered;
+  const Scattered value = scattering_.evaluate(vertex, light.direction, sums);
+  const float density = static_cast<float>(vertex.light_samples) * light.density * value.solid_angle +
                         static_cast<float>(vertex.bcsdf_samples) * value.pdf;
   if (!(density > 0)) return scattered;
   const glm::vec3 scale = light.radiance / density;
-  for (std::size_t lobe = 0; lobe < fiber::lobe_count; ++lobe) scattered[lobe] = value.s[lobe] * scale;
+  for (std::size_t layer = 0; layer < scattered.size(); ++layer) scattered[layer] = value.layers[layer] * scale;
   return scattered;
 }
 
-void PathTracer::follow(Vertex vertex, fiber::FiberSample sample, RandomStream& random, PathSums& sums) const {
-  count_queries(sample.value, sums);
+glm::vec3 PathTracer::met_light(const Vertex& vertex, const Scattering::Sample& sample, float distance_cm) const {
+  glm::vec3 radiance(0.0f);
+  const float drawn = static_cast<float>(vertex.bcsdf_samples) * sample.value.pdf;
+  const float per_light = static_cast<float>(vertex.light_samples) * sample.value.solid_angle;
+  lights_.along(vertex.hit.axis, sample.direction, distance_cm, [&](const LightSampler::Arrival& light) {
+    radiance += light.radiance * (drawn / (drawn + per_light * light.density));
+  });
+  return radiance;
+}
+
+void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& random, PathSums& sums) const {
   if (!(sample.value.pdf > 0)) return;
-  // The first vertex's weight, by lobe; everything later scales all lobes alike.
-  fiber::LobeColors first_weight = sample.value.s;
-  for (glm::vec3& lobe : first_weight) lobe /= sample.value.pdf * static_cast<float>(vertex.bcsdf_samples);
+  // The first vertex's weight, by layer; everything later scales all layers alike.
+  ScatteredLayers first_weight = sample.value.layers;
+  for (glm::vec3& layer : first_weight) layer /= sample.value.pdf * static_cast<float>(vertex.bcsdf_samples);
   const glm::vec3 first_total = sample.value.total() / sample.value.pdf;
   glm::vec3 throughput(1.0f), radiance(0.0f);
   for (int depth = 2;; ++depth) {  // of the hit that the ray may find
-    const intersect::Ray ray = ray_from(vertex.hit, to_world(vertex.hit, sample.wi));
+    const intersect::Ray ray = ray_from(vertex.hit, sample.direction);
     const std::optional<intersect::Hit> hit = fibers_.intersect(ray);
-    if (!hit) {
-      const float light = static_cast<float>(vertex.light_samples) * scene_.environment.pdf_solid_angle(ray.direction) *
-                          cos_theta(sample.wi);
-      const float drawn = static_cast<float>(vertex.bcsdf_samples) * sample.value.pdf;
-      radiance += throughput * scene_.environment.radiance(ray.direction) * (drawn / (drawn + light));
-      break;
-    }
-    if (depth > options_.max_depth) break;
+    radiance += throughput * met_light(vertex, sample, hit ? hit->distance_cm : nowhere);
+    if (!hit || depth > options_.max_depth) break;
     const float largest = largest_channel(first_total * throughput);
     if (!(largest > 0)) break;
     if (depth >= options_.roulette_depth) {
@@ -97,19 +95,22 @@ void PathTracer::follow(Vertex vertex, fiber::FiberSample sample, RandomStream& 
       throughput /= survival;
     }
     const float xi1 = random.next(), xi2 = random.next();
-    vertex = begin(*hit, ray.direction, xi1, xi2, false);
+    vertex = scattering_.begin(*hit, ray.direction, {xi1, xi2});
+    vertex.light_samples = std::min(1, options_.light_samples);
+    ++sums.vertices;
     if (vertex.light_samples > 0) {
-      const float u1 = random.next(), u2 = random.next();
-      radiance += throughput * total_of(light(vertex, {u1, u2}, sums));
+      const float u_light = random.next(), u1 = random.next(), u2 = random.next();
+      radiance += throughput * total_of(light(vertex, u_light, {u1, u2}, sums));
     }
     std::array<float, 4> u;
     for (float& number : u) number = random.next();
-    sample = model_.sample(vertex.event, u);
-    count_queries(sample.value, sums);
+    sample = scattering_.sample(vertex, u, sums);
     if (!(sample.value.pdf > 0)) break;
     throughput *= sample.value.total() / sample.value.pdf;
   }
-  for (std::size_t lobe = 0; lobe < fiber::lobe_count; ++lobe) sums.layers[lobe] += first_weight[lobe] * radiance;
+  for (std::size_t layer = 0; layer < first_weight.size(); ++layer) {
+    sums.layers[layer] += first_weight[layer] * radiance;
+  }
 }
 
 PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
@@ -124,23 +125,27 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
     if (scene_.environment_visible) sums.layers[background_layer] = scene_.environment.radiance(ray.direction);
     return sums;
   }
-  const std::array<float, 2> xi = stratified.pair(sample, grid_node);
-  const Vertex vertex = begin(*hit, ray.direction, xi[0], xi[1], true);
+  Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(sample, grid_node));
+  vertex.light_samples = options_.light_samples;
+  vertex.bcsdf_samples = options_.bcsdf_samples;
+  sums.vertices = 1;
   sums.coverage = 1;
-  sums.albedo = total_of(vertex.event.energy);
-  sums.normal = hit->u;
+  sums.albedo = vertex.albedo;
+  sums.normal = hit->is_surface ? hit->normal : hit->u;
   sums.distance_cm = hit->distance_cm;
   const auto light_samples = static_cast<std::uint32_t>(options_.light_samples);
   for (std::uint32_t i = 0; i < light_samples; ++i) {
-    const fiber::LobeColors lobes = light(vertex, stratified.pair(sample * light_samples + i, light_direction), sums);
-    for (std::size_t lobe = 0; lobe < fiber::lobe_count; ++lobe) sums.layers[lobe] += lobes[lobe];
+    const std::uint32_t index = sample * light_samples + i;
+    const ScatteredLayers layers =
+        light(vertex, stratified.pair(index, light_choice)[0], stratified.pair(index, light_direction), sums);
+    for (std::size_t layer = 0; layer < layers.size(); ++layer) sums.layers[layer] += layers[layer];
   }
   const auto bcsdf_samples = static_cast<std::uint32_t>(options_.bcsdf_samples);
   for (std::uint32_t i = 0; i < bcsdf_samples; ++i) {
     const std::uint32_t index = sample * bcsdf_samples + i;
     const std::array<float, 2> first = stratified.pair(index, lobe_and_theta);
     const std::array<float, 2> second = stratified.pair(index, phi_and_spare);
-    follow(vertex, model_.sample(vertex.event, {first[0], first[1], second[0], second[1]}), random, sums);
+    follow(vertex, scattering_.sample(vertex, {first[0], first[1], second[0], second[1]}, sums), random, sums);
   }
   assert(is_finite(sums));
   return sums;

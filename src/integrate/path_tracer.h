@@ -1,21 +1,25 @@
-// One path from the camera: hits, light, scattering, roulette; radiance by the lobe of the first hit.
+// One path from the camera: hits, light, scattering, roulette; radiance by the layer of the first hit.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "integrate/camera_rays.h"
+#include "integrate/light_sampler.h"
 #include "integrate/path_sums.h"
 #include "integrate/pixel_sampler.h"
 #include "integrate/renderer.h"
+#include "integrate/scattering.h"
 
 namespace tress::integrate {
 
 /// Immutable; any thread. All references must outlive it.
 ///
-/// With n_l light and n_b BCSDF samples at a hit, the balance heuristic turns both estimates into the same
-/// expression, S L / (n_l p_light cos theta_i + n_b Q), Q the density of the BCSDF sampler in dtheta dphi and p_light
-/// that of the environment in solid angle: light samples add it, BCSDF samples that escape add it.
+/// With n_l light and n_b BCSDF samples at a hit, the balance heuristic turns both estimates of one light into the same
+/// expression, S L / (n_l p_light c + n_b Q): Q is the density of the BCSDF sampler in the vertex's own measure (dtheta
+/// dphi on a fiber, solid angle on a surface), c the solid angle per unit of it (cos theta_i, 1), and p_light the
+/// density in solid angle of drawing that light and the direction by it. Light samples add it; BCSDF samples add it for
+/// every light that they meet.
 class PathTracer {
  public:
   PathTracer(const scene::Scene& scene, const intersect::FiberScene& fibers, const fiber::FiberModel& model,
@@ -25,23 +29,19 @@ class PathTracer {
   PathSums trace(int x, int y, std::uint32_t sample) const;
 
  private:
-  struct Vertex {
-    intersect::Hit hit;
-    fiber::FiberEvent event;
-    int light_samples, bcsdf_samples;
-  };
-  Vertex begin(const intersect::Hit& hit, const glm::vec3& ray_direction, float xi1, float xi2, bool first) const;
-  /// What one light sample of the vertex brings, by lobe. Counts its queries in `sums`.
-  fiber::LobeColors light(const Vertex& vertex, const std::array<float, 2>& u, PathSums& sums) const;
+  /// What one light sample of the vertex brings, by layer. Counts its queries in `sums`.
+  ScatteredLayers light(const Vertex& vertex, float u_light, const std::array<float, 2>& u, PathSums& sums) const;
+  /// Light that a BCSDF sample of the vertex meets on its way of distance_cm, weighed against light samples.
+  glm::vec3 met_light(const Vertex& vertex, const Scattering::Sample& sample, float distance_cm) const;
   /// Adds what one BCSDF sample of the first vertex brings, followed to its end.
-  void follow(Vertex vertex, fiber::FiberSample sample, RandomStream& random, PathSums& sums) const;
+  void follow(Vertex vertex, Scattering::Sample sample, RandomStream& random, PathSums& sums) const;
 
   const scene::Scene& scene_;
   const intersect::FiberScene& fibers_;
-  const fiber::FiberModel& model_;
-  const std::vector<fiber::FiberId>& fiber_ids_;
   const RenderOptions& options_;
   CameraRays camera_;
+  LightSampler lights_;
+  Scattering scattering_;
 };
 
 }  // namespace tress::integrate

@@ -227,6 +227,36 @@ TEST(Renderer, layer_is_the_lobe_of_the_first_hit) {
   EXPECT_GT(tt, 0);
 }
 
+TEST(Renderer, a_surface_that_is_seen_has_a_layer_its_albedo_and_the_normal_towards_the_camera) {
+  scene::Scene scene;
+  scene.camera.eye = {0, -6, 0};
+  scene.camera.vertical_fov_deg = 20;
+  scene.image.width = scene.image.height = 16;
+  scene::Mesh wall;  // across the view, wound either way
+  wall.positions = {{-9, 0, -9}, {9, 0, -9}, {9, 0, 9}, {-9, 0, 9}};
+  wall.albedo = {0.25f, 0.5f, 1};
+  WhiteFiber model;
+  for (const bool turned : {false, true}) {
+    wall.triangles =
+        turned ? std::vector<glm::uvec3>{{0, 2, 1}, {0, 3, 2}} : std::vector<glm::uvec3>{{0, 1, 2}, {0, 2, 3}};
+    scene.meshes = {wall};
+    RenderOptions options = few_samples(2);
+    options.light_samples = 0;  // every path then brings the albedo: a convex furnace, drawn by the cosine
+    const RenderResult result = render_with(scene, model, {}, options);
+    for (std::size_t i = 0; i < 16 * 16; ++i) {
+      EXPECT_EQ(channel(result, "A")[i], 1);
+      EXPECT_NEAR(channel(result, "surface.R")[i], 0.25f, 1e-6);
+      EXPECT_EQ(channel(result, "R")[i], channel(result, "surface.R")[i]);
+      EXPECT_NEAR(channel(result, "albedo.G")[i], 0.5f, 1e-6);
+      EXPECT_NEAR(channel(result, "N.Y")[i], -1, 1e-6);
+      EXPECT_GE(channel(result, "Z")[i], 6 - 1e-5f);
+      EXPECT_LT(channel(result, "Z")[i], 6.3f);
+      for (const char* layer : {"R.R", "residual.B", "background.R", "ais.exact"})
+        EXPECT_EQ(channel(result, layer)[i], 0);
+    }
+  }
+}
+
 TEST(Renderer, shows_the_environment_behind_only_if_told) {
   WhiteFiber model;
   const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};

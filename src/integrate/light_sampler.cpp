@@ -1,0 +1,94 @@
+#include "integrate/light_sampler.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <numbers>
+#include <span>
+
+#include "fiber/energy_table.h"
+
+namespace tress::integrate {
+namespace {
+
+constexpr float even_share = 0.1f;       ///< of the draws, given to all lights alike
+constexpr std::size_t points_kept = 64;  ///< of a groom or mesh
+constexpr int draws_per_point = 4;       ///< a sphere or rectangle needs one: their density is even
+
+/// Points of the scene that light falls on.
+std::vector<glm::vec3> lit_points(const scene::Scene& scene) {
+  std::vector<glm::vec3> points;
+  const auto keep_some = [&](std::span<const glm::vec3> all) {
+    const std::size_t count = std::min(points_kept, all.size());
+    for (std::size_t i = 0; i < count; ++i) points.push_back(all[i * all.size() / count]);
+  };
+  for (const scene::Groom& groom : scene.grooms) keep_some(groom.points);
+  for (const scene::Mesh& mesh : scene.meshes) keep_some(mesh.positions);
+  if (points.empty()) points.emplace_back(0.0f);
+  return points;
+}
+
+/// Integral of radiance over the directions to a light, its luminance averaged over the points.
+double mean_fluence(const scene::Light& light, const std::vector<glm::vec3>& points) {
+  double sum = 0;
+  for (const glm::vec3& point : points) {
+    for (int i = 0; i < draws_per_point; ++i) {
+      const float u = (static_cast<float>(i) + 0.5f) / draws_per_point;
+      const scene::LightSample sample = scene::sample_light(light, point, u, u);
+      if (sample.pdf_solid_angle > 0) {
+        sum += static_cast<double>(fiber::luminance(sample.radiance)) / sample.pdf_solid_angle;
+      }
+    }
+  }
+  return sum / static_cast<double>(points.size() * draws_per_point);
+}
+
+}  // namespace
+
+LightSampler::LightSampler(const scene::Scene& scene) : scene_(scene) {
+  std::vector<double> fluence;
+  if (scene.environment.mean() != glm::vec3(0.0f)) {
+    choices_.push_back({nullptr, 0});
+    fluence.push_back(4 * std::numbers::pi * static_cast<double>(fiber::luminance(scene.environment.mean())));
+  }
+  if (!scene.lights.empty()) {
+    const std::vector<glm::vec3> points = lit_points(scene);
+    for (const scene::Light& light : scene.lights) {
+      if (light.radiance == glm::vec3(0.0f)) continue;
+      choices_.push_back({&light, 0});
+      fluence.push_back(mean_fluence(light, points));
+    }
+  }
+  double total = 0;
+  for (const double each : fluence) total += each;
+  const auto count = static_cast<double>(choices_.size());
+  for (std::size_t i = 0; i < choices_.size(); ++i) {
+    const double share = total > 0 ? fluence[i] / total : 1 / count;
+    choices_[i].probability = static_cast<float>((1 - even_share) * share + even_share / count);
+  }
+  if (choices_.size() == 1) choices_[0].probability = 1;
+}
+
+LightSampler::Arrival LightSampler::sample(const glm::vec3& point, float u_light, const std::array<float, 2>& u) const {
+  Arrival arrival;
+  if (choices_.empty()) return arrival;
+  std::size_t chosen = 0;
+  for (float below = choices_[0].probability; u_light >= below && chosen + 1 < choices_.size();) {
+    below += choices_[++chosen].probability;
+  }
+  const Choice& choice = choices_[chosen];
+  if (choice.light != nullptr) {
+    const scene::LightSample drawn = scene::sample_light(*choice.light, point, u[0], u[1]);
+    arrival.direction = drawn.direction;
+    arrival.distance_cm = drawn.distance;
+    arrival.radiance = drawn.radiance;
+    arrival.density = choice.probability * drawn.pdf_solid_angle;
+  } else {
+    const scene::Environment::Sample drawn = scene_.environment.sample(u[0], u[1]);
+    arrival.direction = drawn.direction;
+    arrival.radiance = drawn.radiance;
+    arrival.density = choice.probability * drawn.pdf_solid_angle;
+  }
+  return arrival;
+}
+
+}  // namespace tress::integrate

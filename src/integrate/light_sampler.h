@@ -1,0 +1,69 @@
+// The environment and the lights of a scene as one thing to draw from.
+#pragma once
+
+#include <array>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <vector>
+
+#include "scene/light.h"
+#include "scene/scene.h"
+
+namespace tress::integrate {
+
+/// Immutable; any thread. The scene must outlive it.
+///
+/// A light is drawn in proportion to the light it sends on average to points spread over the scene, before shadows;
+/// a tenth of the draws goes to all alike, so that one that is near only somewhere is not forgotten. Black lights are
+/// never drawn. The environment is one of the lights.
+class LightSampler {
+ public:
+  explicit LightSampler(const scene::Scene& scene);
+
+  /// Light that may come from one direction.
+  struct Arrival {
+    glm::vec3 direction{0, 0, 1};                                ///< unit, world
+    float distance_cm = std::numeric_limits<float>::infinity();  ///< what lies before it shadows
+    glm::vec3 radiance{0.0f};                                    ///< linear RGB, unshadowed
+    float density = 0;  ///< 1/sr: of this light being drawn, and this direction to it; 0: no light
+  };
+
+  /// u_light, u uniform in [0, 1).
+  Arrival sample(const glm::vec3& point, float u_light, const std::array<float, 2>& u) const;
+
+  /// Calls visit(Arrival) for each light that a ray in a unit direction meets within distance_cm; infinity: the ray
+  /// met nothing and sees distant lights and the environment. Lights hide nothing. `density` is that of sample()
+  /// drawing this direction by this light, so that each light is an integral of its own.
+  template <class Visit>
+  void along(const glm::vec3& origin, const glm::vec3& direction, float distance_cm, Visit&& visit) const {
+    const bool escapes = distance_cm == std::numeric_limits<float>::infinity();
+    for (const Choice& choice : choices_) {
+      Arrival arrival;
+      arrival.direction = direction;
+      if (choice.light != nullptr) {
+        const scene::LightSample met = scene::light_along(*choice.light, origin, direction, distance_cm);
+        if (!(met.pdf_solid_angle > 0)) continue;
+        arrival.distance_cm = met.distance;
+        arrival.radiance = met.radiance;
+        arrival.density = choice.probability * met.pdf_solid_angle;
+      } else {
+        if (!escapes) continue;
+        arrival.radiance = scene_.environment.radiance(direction);
+        arrival.density = choice.probability * scene_.environment.pdf_solid_angle(direction);
+      }
+      visit(arrival);
+    }
+  }
+
+  bool empty() const { return choices_.empty(); }
+
+ private:
+  struct Choice {
+    const scene::Light* light;  ///< null: the environment
+    float probability;
+  };
+  const scene::Scene& scene_;
+  std::vector<Choice> choices_;  ///< sum of the probabilities 1
+};
+
+}  // namespace tress::integrate

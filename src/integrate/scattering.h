@@ -1,0 +1,63 @@
+// What paths meet and scatter on: fibers and diffuse surfaces behind one interface.
+#pragma once
+
+#include <array>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "integrate/path_sums.h"
+#include "intersect/fiber_scene.h"
+#include "scene/scene.h"
+#include "tress/fiber/fiber_model.h"
+
+namespace tress::integrate {
+
+/// A hit and what scatters there.
+struct Vertex {
+  intersect::Hit hit;
+  fiber::FiberEvent event;  ///< of a fiber
+  glm::vec3 albedo{0.0f};   ///< of one scattering
+  int light_samples = 1, bcsdf_samples = 1;
+};
+
+/// Layers that a vertex scatters into: lobes of a fiber, or the surface.
+using ScatteredLayers = std::array<glm::vec3, surface_layer + 1>;
+
+/// Light scattered from one direction, in the vertex's own measure: dtheta dphi on a fiber, solid angle on a surface.
+struct Scattered {
+  ScatteredLayers layers{};  ///< S, which the radiance from there is multiplied with
+  float pdf = 0;             ///< Q, of drawing the direction; 0: nothing is scattered
+  float solid_angle = 1;     ///< per unit of the measure: cos theta_i on a fiber, 1 on a surface
+  glm::vec3 total() const {
+    glm::vec3 sum(0.0f);
+    for (const glm::vec3& layer : layers) sum += layer;
+    return sum;
+  }
+};
+
+/// Immutable; any thread. All references must outlive it.
+class Scattering {
+ public:
+  Scattering(const scene::Scene& scene, const fiber::FiberModel& model, const std::vector<fiber::FiberId>& fiber_ids)
+      : scene_(scene), model_(model), fiber_ids_(fiber_ids) {}
+
+  /// ray_direction: of the ray that met the hit. xi: the grid node of a fiber's event.
+  Vertex begin(const intersect::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi) const;
+
+  /// direction: unit, world, away from the hit. Counts queries in `sums`.
+  Scattered evaluate(const Vertex& vertex, const glm::vec3& direction, PathSums& sums) const;
+
+  struct Sample {
+    glm::vec3 direction{0, 0, 1};  ///< unit, world
+    Scattered value;
+  };
+  /// u: independent uniforms in [0, 1).
+  Sample sample(const Vertex& vertex, const std::array<float, 4>& u, PathSums& sums) const;
+
+ private:
+  const scene::Scene& scene_;
+  const fiber::FiberModel& model_;
+  const std::vector<fiber::FiberId>& fiber_ids_;
+};
+
+}  // namespace tress::integrate
