@@ -235,6 +235,8 @@ class RenderJob {
     preview.replace_extension(".png");
     if (!unwritten) told(image::write_png(preview, picture));
 
+    if (result.heatmap) told(image::write_exr(*settings_.heatmap, *result.heatmap));
+
     told_summary(signal_status != 0 ? "interrupted" : (status == 0 ? "done" : "failed"),
                  {{"passes", json_text(result.passes)},
                   {"samples_per_pixel", json_text(result.samples_per_pixel)},
@@ -274,6 +276,9 @@ std::optional<Error> check_outputs(const RenderSettings& settings) {
   preview.replace_extension(".png");
   if (auto error = check_output(settings.output)) return error;
   if (auto error = check_output(preview)) return error;
+  if (settings.heatmap) {
+    if (auto error = check_output(*settings.heatmap)) return error;
+  }
   if (settings.warm_cache && settings.cache_mode != CacheMode::frozen) {
     return check_output(adaptive::behind_links(*settings.warm_cache));
   }

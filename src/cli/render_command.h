@@ -26,6 +26,7 @@ struct RenderSettings {
   CacheMode cache_mode = CacheMode::append;
   std::optional<std::filesystem::path> telemetry;
   bool telemetry_rows = false;
+  std::optional<std::filesystem::path> heatmap;  ///< ends in .exr
 };
 
 /// Exit status of the command.

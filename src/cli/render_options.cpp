@@ -85,7 +85,8 @@ void add_learning(CLI::App* app, RenderSettings& s) {
   add_choice(
       app, "--cache-mode", {"append", "frozen", "scratch", "require"},
       [&s, modes](const std::string& name) { s.cache_mode = modes.at(name); },
-      "append (default): load, refine, save merged; frozen: never save; scratch: start cold and replace; "
+      "append (default): load, refine, save merged; frozen: use it as it is, never save; scratch: start cold and "
+      "replace; "
       "require: append, but the file must be there and whole")
       ->needs(cache);
   auto* telemetry = app->add_option_function<std::string>(
@@ -162,13 +163,21 @@ CLI::App* add_render(CLI::App& app, RenderSettings& s, bool& quiet) {
           "same seed, same picture, for any number of threads")
       ->type_name("N");
   add_integer(
-      render, "--light-samples", 1, 4096, [&s](int n) { s.render.light_samples = n; },
-      "at the first fiber hit, default 1");
+      render, "--light-samples", 1, 4096, [&s](int n) { s.render.light_samples = n; }, "at the first hit, default 1");
   add_integer(
-      render, "--bcsdf-samples", 1, 4096, [&s](int n) { s.render.bcsdf_samples = n; },
-      "at the first fiber hit, default 1");
-  add_integer(
-      render, "--max-depth", 1, 4096, [&s](int n) { s.render.max_depth = n; }, "fiber hits of a path, default 64");
+      render, "--bcsdf-samples", 1, 4096, [&s](int n) { s.render.bcsdf_samples = n; }, "at the first hit, default 1");
+  add_integer(render, "--max-depth", 1, 4096, [&s](int n) { s.render.max_depth = n; }, "hits of a path, default 64");
+  render
+      ->add_option_function<std::string>(
+          "--heatmap",
+          [&s](const std::string& file) {
+            if (std::filesystem::path(file).extension() != ".exr")
+              refuse("--heatmap", "a name that ends in .exr", file);
+            s.heatmap = file;
+            s.render.heatmap = true;
+          },
+          "what each pixel cost: CPU time, vertices, queries, traces")
+      ->type_name("FILE.exr");
   add_appearance(render, s.overrides);
   add_learning(render, s);
   render->add_flag("--quiet", quiet, "no progress and no notes");
@@ -184,12 +193,13 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   std::vector<std::filesystem::path> files{s.scene, s.output, preview.replace_extension(".png")};
   if (s.warm_cache) files.push_back(*s.warm_cache);
   if (s.telemetry) files.push_back(*s.telemetry);
+  if (s.heatmap) files.push_back(*s.heatmap);
   std::set<std::filesystem::path> seen;
   for (const std::filesystem::path& file : files) {
     std::error_code error;
     const std::filesystem::path whole = std::filesystem::weakly_canonical(file, error);
     if (!error && !seen.insert(whole).second) {
-      return fmt::format("{}: expected different files for scene, picture, preview, cache and telemetry",
+      return fmt::format("{}: expected different files for scene, picture, preview, heat map, cache and telemetry",
                          file.string());
     }
   }

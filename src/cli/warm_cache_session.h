@@ -13,7 +13,7 @@ namespace tress::cli {
 
 enum class CacheMode {
   append,   ///< load if there, refine, save merged with what is then on disk
-  frozen,   ///< load if there, never save
+  frozen,   ///< load if there, never save; what was loaded is used as it is, without learning
   scratch,  ///< do not load; replace the file at the end, without merging
   require,  ///< append, but a missing or refused file is an error before rendering
 };

@@ -28,10 +28,11 @@ glm::vec3 PixelSums::variance_of_mean() const {
   return glm::min(squared_deviations / (n * (n - 1)), glm::vec3(std::numeric_limits<float>::max()));
 }
 
-Film::Film(const image::Window& window, bool glint)
+Film::Film(const image::Window& window, bool glint, bool timed)
     : window_(window),
       glint_(glint),
-      pixels_(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height)) {}
+      pixels_(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height)),
+      cpu_seconds_(timed ? pixels_.size() : 0) {}
 
 /// For each pixel the sampled one that stands for it: breadth first from all sampled pixels at once.
 std::vector<std::size_t> Film::nearest_sampled() const {
@@ -107,6 +108,15 @@ image::Picture Film::picture() const {
       [&](const PixelSums& pixel) { return over_queries(pixel, static_cast<float>(pixel.paths.exact_queries)); });
   add("ais.objective", [&](const PixelSums& pixel) { return over_queries(pixel, pixel.paths.objective); });
   return picture;
+}
+
+std::vector<PixelCost> Film::costs() const {
+  std::vector<PixelCost> costs(pixels_.size());
+  for (std::size_t i = 0; i < costs.size(); ++i) {
+    const PathSums& paths = pixels_[i].paths;
+    costs[i] = {timed() ? cpu_seconds_[i] : 0, pixels_[i].samples, paths.vertices, paths.queries, paths.exact_queries};
+  }
+  return costs;
 }
 
 double Film::relative_noise() const {

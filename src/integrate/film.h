@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "image/picture.h"
+#include "integrate/heatmap.h"
 #include "integrate/path_sums.h"
 
 namespace tress::integrate {
@@ -27,8 +28,9 @@ struct PixelSums {
 /// Thread-safety: distinct pixels from distinct threads; the rest: one thread.
 class Film {
  public:
-  /// Of the pixels in `window`, in the coordinates of the whole image. glint: whether a fiber splits that lobe off.
-  Film(const image::Window& window, bool glint);
+  /// Of the pixels in `window`, in the coordinates of the whole image. glint: whether a fiber splits that lobe off;
+  /// timed: whether the time of the paths is kept.
+  Film(const image::Window& window, bool glint, bool timed = false);
 
   const image::Window& window() const { return window_; }
   /// (x, y) in the window.
@@ -41,6 +43,12 @@ class Film {
   /// paths, those that met nothing counting as black; N and Z are means over the paths that met something, 0 where
   /// none did: N is shorter than 1 where tangents differ.
   image::Picture picture() const;
+
+  bool timed() const { return !cpu_seconds_.empty(); }
+  /// Of a timed film.
+  void add_time(int x, int y, double cpu_seconds) { cpu_seconds_[index(x, y)] += cpu_seconds; }
+  /// What the pixels cost so far; times only if timed.
+  std::vector<PixelCost> costs() const;
 
   /// Noise of the picture relative to its brightness: the square root of the mean variance over the mean, both over
   /// the channels of the pixels with A > 0. 0 if there are none, or they are black, or no pixel has two samples.
@@ -60,6 +68,7 @@ class Film {
   image::Window window_;
   bool glint_;
   std::vector<PixelSums> pixels_;
+  std::vector<double> cpu_seconds_;  ///< empty unless timed
 };
 
 }  // namespace tress::integrate

@@ -6,9 +6,11 @@
 #include <cassert>
 #include <chrono>
 #include <ctime>
+#include <utility>
 
 #include "integrate/denormals.h"
 #include "integrate/film.h"
+#include "integrate/heatmap.h"
 #include "integrate/pass_order.h"
 #include "integrate/path_tracer.h"
 
@@ -37,11 +39,15 @@ std::uint64_t render_block(const PathTracer& tracer, int block, int pass, Film& 
   const int right = std::min(left + block_size, window.left + window.width);
   const int bottom = std::min(top + block_size, window.top + window.height);
   std::uint64_t pixels = 0;
+  double time = film.timed() ? thread_cpu_seconds() : 0;
   for (int y = top; y < bottom; ++y) {
     for (int x = left; x < right; ++x) {
       if (!in_pass(pass, x, y)) continue;
       film.pixel(x, y).add(tracer.trace(x, y, sample_of_pass(pass)));
       ++pixels;
+      if (!film.timed()) continue;
+      const double start = std::exchange(time, thread_cpu_seconds());
+      film.add_time(x, y, time - start);
     }
   }
   return pixels;
@@ -78,7 +84,7 @@ RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibe
   assert(fiber_ids.size() == scene.fibers.size());
   const PathTracer tracer(scene, fibers, model, fiber_ids, options);
   const image::Window whole{0, 0, scene.image.width, scene.image.height};
-  Film film(options.crop.value_or(whole), splits_glint(scene));
+  Film film(options.crop.value_or(whole), splits_glint(scene), options.heatmap);
   assert(is_within(film.window(), whole));
   RenderResult result;
   PassProgress progress;
@@ -102,9 +108,13 @@ RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibe
     if (on_pass && !on_pass(progress)) break;
   }
   result.interrupted = stop && progress.paths_so_far < progress.paths_total;
-  result.picture = film.picture();
-  result.picture.whole_width = whole.width;
-  result.picture.whole_height = whole.height;
+  const auto placed = [&](image::Picture picture) {
+    picture.whole_width = whole.width;
+    picture.whole_height = whole.height;
+    return picture;
+  };
+  result.picture = placed(film.picture());
+  if (options.heatmap) result.heatmap = placed(heatmap(film.costs(), film.window()));
   result.samples_per_pixel = film.samples_per_pixel();
   result.queries = film.queries();
   result.exact_queries = film.exact_queries();

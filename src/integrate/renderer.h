@@ -16,14 +16,15 @@ namespace tress::integrate {
 
 struct RenderOptions {
   int samples = 64;        ///< per pixel
-  int light_samples = 1;   ///< at the first fiber hit; 1 at later ones; 0: none at any hit
-  int bcsdf_samples = 1;   ///< at the first fiber hit, each going on as a path; 1 at later ones
-  int max_depth = 64;      ///< fiber hits of a path
+  int light_samples = 1;   ///< at the first hit, over all lights; 1 at later ones; 0: none at any hit
+  int bcsdf_samples = 1;   ///< at the first hit, each going on as a path; 1 at later ones
+  int max_depth = 64;      ///< hits of a path, on fibers and surfaces
   int roulette_depth = 6;  ///< Russian roulette from this hit on
   std::uint64_t seed = 0;
   /// Pixels that are rendered, inside the image; unset: all. A pixel's paths are the same whatever is rendered beside
   /// it; what they learn is not.
   std::optional<image::Window> crop;
+  bool heatmap = false;  ///< time every path, for RenderResult::heatmap
 };
 
 /// What a pass did, before and after the table was published.
@@ -39,7 +40,8 @@ struct PassProgress {
 };
 
 struct RenderResult {
-  image::Picture picture;  ///< every layer of Film::picture(); metadata left to the caller
+  image::Picture picture;                 ///< every layer of Film::picture(); metadata left to the caller
+  std::optional<image::Picture> heatmap;  ///< if asked for
   int passes = 0;
   double samples_per_pixel = 0;
   bool interrupted = false;  ///< by `stop`; not by on_pass

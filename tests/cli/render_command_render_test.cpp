@@ -235,6 +235,36 @@ TEST_F(Render, ACropOfExactOrOfAFrozenTableHasTheWholePicturesPixels) {
   EXPECT_THAT(outside.err, HasSubstr("within 40 x 40"));
 }
 
+TEST_F(Render, AHeatMapTellsWhatPixelsCostAndLeavesThePictureAsItIs) {
+  render_well("plain.exr");
+  render_well("a.exr", {"--heatmap", path("heat.exr")});
+  expect_same_picture("plain.exr", "a.exr");
+  const auto picture = image::read_exr(path("a.exr")), heat = image::read_exr(path("heat.exr"));
+  ASSERT_TRUE(picture);
+  ASSERT_TRUE(heat);
+  const auto value = [](const image::Picture& from, const char* name, std::size_t pixel) {
+    return from.find(name)->pixels.at(pixel);
+  };
+  double traced = 0, hair = 0, empty = 0;
+  int hairs = 0, empties = 0;
+  for (std::size_t i = 0; i < 40 * 40; ++i) {
+    EXPECT_EQ(value(*heat, "paths", i), 8);
+    EXPECT_GE(value(*heat, "vertices", i), value(*picture, "A", i) - 1e-6f);
+    const float queries = value(*heat, "queries", i);
+    if (queries > 0) {
+      EXPECT_NEAR(value(*heat, "exact", i) / queries, value(*picture, "ais.exact", i), 1e-5);
+    }
+    traced += value(*heat, "exact", i);
+    const bool covered = value(*picture, "A", i) > 0.9f;
+    (covered ? hair : empty) += value(*heat, "cpu_ns", i);
+    ++(covered ? hairs : empties);
+  }
+  EXPECT_GT(traced, 0);
+  ASSERT_GT(hairs, 100);
+  ASSERT_GT(empties, 100);
+  EXPECT_GT(hair / hairs, empty / empties) << "hair costs more than what is behind it";
+}
+
 TEST_F(Render, TimeAndNoiseChooseOnlyHowManyPasses) {
   render_well("noise.exr", {"--noise", "0.12", "--telemetry", path("noise.jsonl")});
   const nlohmann::json end = summary("noise.jsonl");

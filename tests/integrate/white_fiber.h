@@ -106,13 +106,14 @@ inline const std::atomic<bool> never_stop{false};
 inline RenderResult render_with(const scene::Scene& scene, fiber::FiberModel& model,
                                 const std::vector<fiber::FiberId>& fibers, const RenderOptions& options,
                                 int threads = 1, const std::atomic<bool>& stop = never_stop,
-                                const std::function<bool(const PassProgress&)>& on_pass = {}) {
+                                const std::function<bool(const PassProgress&)>& on_pass = {},
+                                adaptive::Service* service = nullptr) {
   tbb::global_control control(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
   tbb::task_arena arena(threads);
   RenderResult result;
   arena.execute([&] {
     const intersect::FiberScene intersector(scene);
-    result = render(scene, intersector, model, fibers, nullptr, options, stop, on_pass);
+    result = render(scene, intersector, model, fibers, service, options, stop, on_pass);
   });
   return result;
 }
