@@ -139,8 +139,7 @@ CLI::App* add_render(CLI::App& app, RenderSettings& s, bool& quiet) {
           },
           "size of the picture")
       ->type_name("WxH");
-  add_integer(
-      render, "--frame", 0, 1000000, [&s](int n) { s.overrides.frame = n; }, "frame of a moving camera");
+  add_integer(render, "--frame", 0, 1000000, [&s](int n) { s.overrides.frame = n; }, "frame of a moving camera");
   render
       ->add_option_function<std::string>(
           "--crop",

@@ -24,8 +24,7 @@ std::vector<std::string> option_names(const CLI::App& app) {
 
 /// Options that other renderers or later versions have, and what does nearly that here.
 const std::map<std::string, std::string>& known_elsewhere() {
-  static const std::map<std::string, std::string> known{
-      {"--samples", "--spp"}, {"--cache", "--warm-cache"}};
+  static const std::map<std::string, std::string> known{{"--samples", "--spp"}, {"--cache", "--warm-cache"}};
   return known;
 }
 

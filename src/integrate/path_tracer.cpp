@@ -83,12 +83,12 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
   const glm::vec3 first_total = sample.value.total() / sample.value.pdf;
   glm::vec3 throughput(1.0f), radiance(0.0f);
   for (int depth = 2;; ++depth) {  // of the hit that the ray may find
+    const float largest = largest_channel(first_total * throughput);
+    if (!(largest > 0)) break;
     const intersect::Ray ray = ray_from(vertex.hit, sample.direction);
     const std::optional<intersect::Hit> hit = fibers_.intersect(ray);
     radiance += throughput * met_light(vertex, sample, hit ? hit->distance_cm : nowhere);
     if (!hit || depth > options_.max_depth) break;
-    const float largest = largest_channel(first_total * throughput);
-    if (!(largest > 0)) break;
     if (depth >= options_.roulette_depth) {
       const float survival = std::clamp(largest, least_survival, greatest_survival);
       if (random.next() >= survival) break;
