@@ -55,7 +55,8 @@ class LightSampler {
     }
   }
 
-  bool empty() const { return choices_.empty(); }
+  /// Whether sample() looks at u_light.
+  bool has_choice() const { return choices_.size() > 1; }
 
  private:
   struct Choice {

@@ -136,8 +136,8 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   const auto light_samples = static_cast<std::uint32_t>(options_.light_samples);
   for (std::uint32_t i = 0; i < light_samples; ++i) {
     const std::uint32_t index = sample * light_samples + i;
-    const ScatteredLayers layers =
-        light(vertex, stratified.pair(index, light_choice)[0], stratified.pair(index, light_direction), sums);
+    const float u_light = lights_.has_choice() ? stratified.pair(index, light_choice)[0] : 0;
+    const ScatteredLayers layers = light(vertex, u_light, stratified.pair(index, light_direction), sums);
     for (std::size_t layer = 0; layer < layers.size(); ++layer) sums.layers[layer] += layers[layer];
   }
   const auto bcsdf_samples = static_cast<std::uint32_t>(options_.bcsdf_samples);
