@@ -117,7 +117,9 @@ struct TemporaryFile {
 
 /// The same map through both formats, each under the other's name.
 TEST(EnvironmentFile, TellsTheFormatByContent) {
-  image::Picture picture{8, 4, {}, {}};
+  image::Picture picture;
+  picture.width = 8;
+  picture.height = 4;
   std::vector<float> rgb(96);
   for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] = static_cast<float>(1 << i % 3);
   for (std::size_t c = 0; c < 3; ++c) {
