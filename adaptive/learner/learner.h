@@ -24,8 +24,8 @@ struct Fit {
 };
 
 /// pairs: sorted by azimuth. energy: known mass of g. variation: max(integral (g-mean)^2, 1e-3/2pi), 1/rad.
-/// warm: the fit to start from, null for a cold one. Pure and deterministic; never fails: a flat mixture of the right energy is the worst answer. Every
-/// result is within the constraints (weights >= 0, s in [.004, .5], mu in [-pi, pi)).
+/// warm: the fit to start from, null for a cold one. Pure and deterministic; never fails: a flat mixture of the right
+/// energy is the worst answer. Every result is within the constraints (weights >= 0, s in [.004, .5], mu in [-pi, pi)).
 Fit fit_mixture(std::span<const ObservedPair> pairs, double energy, double variation, const Mixture* warm,
                 const LearnerSettings& settings);
 

@@ -9,7 +9,8 @@ namespace tress::test {
 
 /// The first rule that `value` breaks, as "path: keyword"; empty where it is valid. A keyword that this does not know
 /// is a broken rule too, so that none is passed over.
-inline std::string broken_rule(const nlohmann::json& schema, const nlohmann::json& value, const std::string& path = "") {
+inline std::string broken_rule(const nlohmann::json& schema, const nlohmann::json& value,
+                               const std::string& path = "") {
   static const std::set<std::string> annotations{"$schema", "title", "default", "examples", "description", "$comment"};
   for (const auto& [keyword, rule] : schema.items()) {
     const auto broken = [&, &name = keyword] { return (path.empty() ? "/" : path) + ": " + name; };
