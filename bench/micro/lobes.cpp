@@ -66,7 +66,7 @@ void reflection_evaluate(benchmark::State& state) {
   std::size_t i = 0;
   for (auto _ : state) {
     const fiber::ReflectionLobe::At at = lobe.at(azimuth[i % inputs]);
-    benchmark::DoNotOptimize(at.longitudinal.density(sampled[i % inputs]) * (at.energy_density + at.azimuth_pdf));
+    benchmark::DoNotOptimize(lobe.longitudinal_density(at, sampled[i % inputs]) * (at.energy_density + at.azimuth_pdf));
     ++i;
   }
 }

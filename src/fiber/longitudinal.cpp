@@ -44,13 +44,15 @@ double normal_quantile(double low, double high, double nearest, double v) {
   return std::clamp(x, low, high);
 }
 
-double logistic_quantile(double low, double high, double v) {
+/// low <= 0, |low| >= |high|. In floats: sums of positive terms and one logarithm, exact to some 1e-7 widths.
+float logistic_quantile(float low, float high, float v) {
   // F and its complement are both sums of positive terms; e^shift is taken out of F, so that it cannot vanish in a
   // tail.
-  const double shift = std::min(high, 0.0);
-  const double below = (1 - v) * std::exp(low - shift) / (1 + std::exp(low)) + v / (1 + std::exp(-std::abs(high)));
-  const double above = (1 - v) / (1 + std::exp(low)) + v / (1 + std::exp(high));
-  return shift + std::log(std::max(below, 1e-300) / above);
+  const float shift = std::min(high, 0.0f);
+  const Float4 e = fiber::exp_of_negative(Float4{low - shift, low, -std::abs(high), 0});
+  const float at_low = (1 - v) / (1 + e[1]), at_high = v / (1 + e[2]);
+  const float below = at_low * e[0] + at_high, above = at_low + at_high * (high > 0 ? e[2] : 1.0f);
+  return shift + std::log(below / above);
 }
 
 /// atan(high) - atan(low), without cancellation.
@@ -72,19 +74,27 @@ float LongitudinalLobe::density_of_shape(float x) const {
 }
 
 float LongitudinalLobe::sample(float u) const {
-  // Solve F(x) = F(low) + u (F(high) - F(low)). The logistic is mirrored so that |low| >= |high|, the Gaussian so that
-  // |low| <= |high|: their tails are then taken from the side where they do not vanish.
+  if (shape_ != LongitudinalShape::logistic) return sample_of_shape(u);
+  const float first = scaled(-half_pi), last = scaled(half_pi);
+  // Solve F(x) = F(low) + u (F(high) - F(low)), mirrored so that |low| >= |high|: the tail is then taken from the side
+  // where it does not vanish.
+  const bool mirrored = first + last > 0;
+  const float x = mirrored ? -logistic_quantile(-last, -first, 1 - u) : logistic_quantile(first, last, u);
+  return std::clamp((std::clamp(x, first, last) - shift_) / slope_, -half_pi, half_pi);
+}
+
+float LongitudinalLobe::sample_of_shape(float u) const {
+  // The same in doubles; the Gaussian is mirrored so that |low| <= |high|.
   const double first = static_cast<double>(scaled(-half_pi)), last = static_cast<double>(scaled(half_pi));
-  double v = static_cast<double>(u), x = 0;
+  const double v = static_cast<double>(u);
+  double x = 0;
   if (shape_ == LongitudinalShape::cauchy) {
     const double angle = v * cauchy_mass(first, last), s = std::sin(angle), c = std::cos(angle);
     x = (first * c + s) / std::max(c - first * s, 1e-300);
   } else {
-    const bool mirrored = (first + last > 0) == (shape_ == LongitudinalShape::logistic);
+    const bool mirrored = first + last < 0;
     const double low = mirrored ? -last : first, high = mirrored ? -first : last;
-    if (mirrored) v = 1 - v;
-    x = shape_ == LongitudinalShape::logistic ? logistic_quantile(low, high, v)
-                                              : normal_quantile(low, high, static_cast<double>(nearest_), v);
+    x = normal_quantile(low, high, static_cast<double>(nearest_), mirrored ? 1 - v : v);
     if (mirrored) x = -x;
   }
   x = std::clamp(x, first, last);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fiber/float4.h"
 #include "tress/adaptive/exp_of_negative.h"
 #include "tress/fiber/parameters.h"
 
@@ -50,10 +51,25 @@ class LongitudinalLobe {
     const float tail = nearest_ > 0 ? 1 + adaptive::exp_of_negative(-x) : 1 + decay;
     return scale_ * decay / (tail * tail);
   }
+  /// density(theta_i) of the lobe that these arguments make, for a lobe that is read once: one vector of exponentials.
+  static float density_of(float theta_r, float tilt, float lambda, LongitudinalShape shape, float theta_i) {
+    if (shape != LongitudinalShape::logistic) return LongitudinalLobe(theta_r, tilt, lambda, shape).density(theta_i);
+    const float inverse_width = 1 / std::max(lambda, smallest_lambda), slope = 0.5f * inverse_width;
+    const float shift = (0.5f * std::clamp(theta_r, -half_pi, half_pi) - tilt) * inverse_width;
+    const float low = shift - half_pi * slope, high = shift + half_pi * slope;
+    const float nearest = std::abs(std::clamp(0.0f, low, high)), x = std::abs(theta_i * slope + shift);
+    const Float4 e =
+        fiber::exp_of_negative(Float4{-std::abs(low), -std::abs(high), low - high, nearest - std::max(x, nearest)});
+    const float tail = 1 + e[3] * (nearest > 0 ? std::max(e[0], e[1]) : 1);  // 1 + e^-x
+    return slope * (1 + e[0]) * (1 + e[1]) * e[3] / ((1 - e[2]) * tail * tail);
+  }
   /// Inverse CDF of u in [0, 1]. theta_i in [-half_pi, half_pi].
   float sample(float u) const;
 
  private:
+  friend class LongitudinalLobes;
+  LongitudinalLobe(float slope, float shift, float nearest, float scale, LongitudinalShape shape)
+      : slope_(slope), shift_(shift), nearest_(nearest), scale_(scale), shape_(shape) {}
   /// Logistic scale over the width of a law of the same half width.
   static float inverse_width_factor(LongitudinalShape shape) {
     return shape == LongitudinalShape::logistic   ? 1.0f
@@ -64,10 +80,54 @@ class LongitudinalLobe {
   float scaled(float theta_i) const { return theta_i * slope_ + shift_; }
   float scale_of_shape() const;
   float density_of_shape(float x) const;
+  float sample_of_shape(float u) const;
 
   float slope_, shift_;  ///< of scaled()
   float nearest_;        ///< |x| of the point of the range nearest to the mode: taken out of numerator and mass
   float scale_;          ///< 1/(2 width) over the scaled mass
+  LongitudinalShape shape_;
+};
+
+/// Four lobes of one shape and one known direction, in lanes. Immutable plain data; any thread.
+class LongitudinalLobes {
+ public:
+  /// As of LongitudinalLobe, lane by lane.
+  LongitudinalLobes(float theta_r, Float4 tilt, Float4 lambda, LongitudinalShape shape) : shape_(shape) {
+    if (shape != LongitudinalShape::logistic) {
+      for (int k = 0; k < 4; ++k) {
+        const LongitudinalLobe lobe(theta_r, tilt[k], lambda[k], shape);
+        slope_[k] = lobe.slope_;
+        shift_[k] = lobe.shift_;
+        nearest_[k] = lobe.nearest_;
+        scale_[k] = lobe.scale_;
+      }
+      e_nearest_ = splat(0);
+      return;
+    }
+    const Float4 inverse_width = 1 / max4(lambda, splat(smallest_lambda)), zero = splat(0);
+    slope_ = 0.5f * inverse_width;
+    shift_ = (0.5f * std::clamp(theta_r, -half_pi, half_pi) - tilt) * inverse_width;
+    const Float4 low = shift_ - half_pi * slope_, high = shift_ + half_pi * slope_;
+    nearest_ = max4(max4(low, -high), zero);
+    const Float4 e_low = exp_of_negative(-abs4(low)), e_high = exp_of_negative(-abs4(high));
+    scale_ = slope_ * (1 + e_low) * (1 + e_high) / (1 - exp_of_negative(low - high));
+    e_nearest_ = nearest_ > zero ? max4(e_low, e_high) : splat(1);
+  }
+
+  Float4 density(float theta_i) const {
+    if (shape_ != LongitudinalShape::logistic) {
+      return Float4{lane(0).density(theta_i), lane(1).density(theta_i), lane(2).density(theta_i),
+                    lane(3).density(theta_i)};
+    }
+    const Float4 x = max4(abs4(theta_i * slope_ + shift_), nearest_);
+    const Float4 decay = exp_of_negative(nearest_ - x), tail = 1 + decay * e_nearest_;
+    return scale_ * decay / (tail * tail);
+  }
+  LongitudinalLobe lane(int k) const { return {slope_[k], shift_[k], nearest_[k], scale_[k], shape_}; }
+
+ private:
+  Float4 slope_, shift_, nearest_, scale_;  ///< as of LongitudinalLobe
+  Float4 e_nearest_;                        ///< e^-nearest
   LongitudinalShape shape_;
 };
 

@@ -38,28 +38,27 @@ ReflectionLobe::At ReflectionLobe::at(float phi_i) const {
   const float offset = (eccentricity_ * sin_nu * cos_phi_ - cos_nu * sin_phi_) * inverse_both;
   // The pdf of |h| = 1 - x^2 diverges at |h| = 1 as 1/sqrt(1 - |h|); with the shape's sqrt(1 - h^2) it is finite.
   const float grazing = 0.5f * rate * std::sqrt(1 + std::min(std::abs(offset), 1.0f));
-  return {density * fresnel_(cos_half), (1 - grazing_share_) * density + grazing_share_ * grazing,
-          LongitudinalLobe(theta_r_, tilt_, lambda_ * cos_half, shape_)};
+  return {density * fresnel_(cos_half), (1 - grazing_share_) * density + grazing_share_ * grazing, lambda_ * cos_half};
 }
 
 float ReflectionLobe::sample_azimuth(float u) const {
   const float b = grazing_share_;
-  double h, cos_h;  // of the angle between the point's ellipse parameter and that of h = 0
+  float h, cos_h;  // of the angle between the point's ellipse parameter and that of h = 0
   if (u < 1 - b) {
-    h = 2 * static_cast<double>(u) / (1 - b) - 1;
-    cos_h = std::sqrt(std::max(1 - h * h, 0.0));
+    const float share = u / (1 - b);
+    h = 2 * share - 1;
+    cos_h = 2 * std::sqrt(std::max(share * (1 - share), 0.0f));
   } else {
-    double v = std::min((static_cast<double>(u) - (1 - b)) / b, 1.0) * 2;
-    const double sign = v < 1 ? -1 : 1;
+    float v = std::min((u - (1 - b)) / b, 1.0f) * 2;
+    const float sign = v < 1 ? -1.0f : 1.0f;
     if (v >= 1) v -= 1;
-    const double deficit = v * v;  // 1 - |h|
+    const float deficit = v * v;  // 1 - |h|
     h = sign * (1 - deficit);
     cos_h = v * std::sqrt(2 - deficit);
   }
-  const double cos_0 = eccentricity_ * cos_phi_ * inverse_width_, sin_0 = sin_phi_ * inverse_width_;
-  const double x = cos_0 * cos_h - sin_0 * h, y = sin_0 * cos_h + cos_0 * h;
-  const float nu = static_cast<float>(std::atan2(y, eccentricity_ * x));
-  return adaptive::wrap_angle(2 * nu - phi_r_);
+  const float cos_0 = eccentricity_ * cos_phi_ * inverse_width_, sin_0 = sin_phi_ * inverse_width_;
+  const float x = cos_0 * cos_h - sin_0 * h, y = sin_0 * cos_h + cos_0 * h;
+  return adaptive::wrap_angle(2 * std::atan2(y, eccentricity_ * x) - phi_r_);
 }
 
 LongitudinalLobe ReflectionLobe::longitudinal(float phi_i) const {

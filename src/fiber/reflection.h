@@ -23,9 +23,13 @@ class ReflectionLobe {
   /// Everything at one phi_i, in one pass over its geometry.
   struct At {
     float energy_density, azimuth_pdf;
-    LongitudinalLobe longitudinal;
+    float lambda;  ///< of M here
   };
   At at(float phi_i) const;
+  /// M there, 1/rad: longitudinal(phi_i).density(theta_i).
+  float longitudinal_density(const At& at, float theta_i) const {
+    return LongitudinalLobe::density_of(theta_r_, tilt_, at.lambda, shape_, theta_i);
+  }
 
   /// F times the shape. Its integral over phi_i is E_R.
   float energy_density(float phi_i) const { return at(phi_i).energy_density; }

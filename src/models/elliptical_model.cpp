@@ -40,7 +40,7 @@ std::uint64_t hash_of(float a, float b, std::uint64_t before) {
 /// What depends on the known direction only: computed once per event, used by every direction of it.
 struct EventConstants {
   ReflectionLobe reflection;
-  std::array<LongitudinalLobe, 3> longitudinal;  ///< TT, TRT, TRRT; the residual shares TRRT's
+  LongitudinalLobes longitudinal;  ///< by order p - 1: TT, TRT (and GLINT), TRRT (and the residual); the last is spare
   FoldedAzimuth fold;
   std::array<std::uint32_t, 4> first_node{};  ///< of the row of nodes that xi1 chose, by row lobe
   std::array<glm::vec3, 4> channel_weights;   ///< shares of the channels in the luminance of the lobe's energy
@@ -87,11 +87,7 @@ class EllipticalModel final : public FiberModel {
     }
     const FoldedAzimuth fold = fold_azimuth(event.wr.phi);
     EventConstants* constants = new (event.model_constants.data()) EventConstants{
-        make_reflection(fiber, event, energies.clear[0]),
-        {make_longitudinal(fiber, event, 1), make_longitudinal(fiber, event, 2), make_longitudinal(fiber, event, 3)},
-        fold,
-        {},
-        {},
+        make_reflection(fiber, event, energies.clear[0]),           make_longitudinal(fiber, event), fold, {}, {},
         hash_of(event.wr.theta, event.wr.phi, hash_of(xi1, xi2, 0))};
     for (std::size_t i = 0; i < row_lobes.size(); ++i) {
       const auto lobe = static_cast<std::size_t>(row_lobes[i]);
@@ -130,8 +126,8 @@ class EllipticalModel final : public FiberModel {
     } else {
       const bool has_rows = p != static_cast<int>(residual);
       const std::size_t i = has_rows ? row_lobe_of(p) : 0;
-      const auto width = static_cast<std::size_t>(has_rows ? row_orders[i] : 3) - 1;
-      sample.wi.theta = constants.longitudinal[width].sample(u[1]);
+      const int width = (has_rows ? row_orders[i] : 3) - 1;
+      sample.wi.theta = constants.longitudinal.lane(width).sample(u[1]);
       if (has_rows) {
         const float spare = std::clamp((u[0] - below) / chosen, 0.0f, 0.99999994f);
         const float theta_d = difference_angle(event.wr, sample.wi);
@@ -198,10 +194,13 @@ class EllipticalModel final : public FiberModel {
             parameters.longitudinal_shape};
   }
 
-  static LongitudinalLobe make_longitudinal(const FiberRecord& fiber, const FiberEvent& event, int p) {
-    const float tilt = lobe_tilt(fiber.parameters, p) + roughness_shift(fiber.parameters, p, event.wr.theta);
-    return {event.wr.theta, tilt, longitudinal_lambda(fiber.parameters, p, event.wr.theta),
-            fiber.parameters.longitudinal_shape};
+  static LongitudinalLobes make_longitudinal(const FiberRecord& fiber, const FiberEvent& event) {
+    Float4 tilt{}, lambda{};
+    for (int p = 1; p < 4; ++p) {
+      tilt[p - 1] = lobe_tilt(fiber.parameters, p) + roughness_shift(fiber.parameters, p, event.wr.theta);
+      lambda[p - 1] = longitudinal_lambda(fiber.parameters, p, event.wr.theta);
+    }
+    return {event.wr.theta, tilt, lambda, fiber.parameters.longitudinal_shape};
   }
 
   /// S and Q at wi. drawn: the lobe that drew wi, whose query (if it makes any) is then `known`.
@@ -211,7 +210,7 @@ class EllipticalModel final : public FiberModel {
     FiberValue value;
     if (event.selection[0] > 0) {
       const ReflectionLobe::At at = constants.reflection.at(wi.phi);
-      const float m = at.longitudinal.density(wi.theta);
+      const float m = constants.reflection.longitudinal_density(at, wi.theta);
       value.s[0] = fiber.parameters.gain[0] * (at.energy_density * m);
       value.pdf += event.selection[0] * at.azimuth_pdf * m;
     }
@@ -220,12 +219,11 @@ class EllipticalModel final : public FiberModel {
     const std::uint32_t b = service_ == nullptr ? 0 : fiber.rows[0]->page().grid.choose_inclination(theta_d, event.xi2);
     const std::optional<float> correct = correction(constants, wi);
     std::uint32_t from_copies = 0;
-    std::array<float, 3> widths{};  // M of TT, TRT, TRRT; GLINT shares TRT's, the residual TRRT's
+    const Float4 widths = constants.longitudinal.density(wi.theta);
     for (std::size_t i = 0; i < row_lobes.size(); ++i) {
-      const auto lobe = static_cast<std::size_t>(row_lobes[i]), width = static_cast<std::size_t>(row_orders[i]) - 1;
+      const auto lobe = static_cast<std::size_t>(row_lobes[i]);
       if (!(event.selection[lobe] > 0)) continue;
-      if (i == width || !(widths[width] > 0)) widths[width] = constants.longitudinal[width].density(wi.theta);
-      const float m = widths[width];
+      const float m = widths[row_orders[i] - 1];
       RowValue azimuthal;
       bool asks = true, exact = false;
       if (service_ == nullptr) {
@@ -258,7 +256,7 @@ class EllipticalModel final : public FiberModel {
       value.pdf += event.selection[lobe] * azimuthal.proposal * m;
     }
     if (event.selection[residual] > 0) {
-      const float m = event.selection[3] > 0 ? widths[2] : constants.longitudinal[2].density(wi.theta);
+      const float m = widths[2];
       value.s[residual] = event.energy[residual] * (inverse_two_pi * m);
       value.pdf += event.selection[residual] * inverse_two_pi * m;
     }

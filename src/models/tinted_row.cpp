@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <glm/geometric.hpp>
+#include <memory>
 #include <new>
 #include <numbers>
-
-#include "tress/adaptive/exp_of_negative.h"
 
 namespace tress::fiber {
 namespace {
@@ -17,20 +18,20 @@ constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 
 float side_mass(float s) { return s * static_cast<float>(std::tanh(0.5 * std::numbers::pi / s)); }
 
+constexpr std::uint32_t lanes = 4;
+
 // Inverse CDF of one component, u in [0, 1): ESTIMATOR.md, E1. 2 s atanh(v T) = s ln((1 + v T)/(1 - v T)).
-float sample_component(const TintedComponent& part, float u) {
-  const auto truncation = [](float inverse) {  // tanh(pi / 2s)
-    const float e = adaptive::exp_of_negative(-pi * inverse);
-    return (1 - e) / (1 + e);
-  };
-  const float left = truncation(part.inverse_left), right = truncation(part.inverse_right);
-  const float left_mass = left * part.inverse_right, right_mass = right * part.inverse_left;  // s T, times both 1/s
+float sample_component(float mu, float inverse_left, float inverse_right, float u) {
+  const Float4 e = exp_of_negative(-pi * Float4{inverse_left, inverse_right, 0, 0});
+  const Float4 truncation = (1 - e) / (1 + e);            // tanh(pi / 2s)
+  const float left_mass = truncation[0] * inverse_right;  // s T, times both 1/s
+  const float right_mass = truncation[1] * inverse_left;
   const float p_left = left_mass / (left_mass + right_mass);
   const bool is_left = u < p_left;
   const float v = is_left ? 1 - u / p_left : std::min((u - p_left) / (1 - p_left), 1.0f);
-  const float t = std::min(v * (is_left ? left : right), 0.99999994f);
-  const float x = std::min(std::log((1 + t) / (1 - t)) / (is_left ? part.inverse_left : part.inverse_right), pi);
-  return adaptive::wrap_angle(is_left ? part.mu - x : part.mu + x);
+  const float t = std::min(v * (is_left ? truncation[0] : truncation[1]), 0.99999994f);
+  const float x = std::min(std::log((1 + t) / (1 - t)) / (is_left ? inverse_left : inverse_right), pi);
+  return adaptive::wrap_angle(is_left ? mu - x : mu + x);
 }
 
 }  // namespace
@@ -43,35 +44,47 @@ double absorbed_share(double sigma_a, double path_mean, double path_variance) {
 }
 
 RowValue TintedRow::evaluate(float x, const glm::vec3& channel_weights, float u_share) const {
-  RowValue value;
-  value.shape = uniform_share * inverse_two_pi;
-  const TintedComponent* part = parts();
-  for (std::uint32_t d = 0; d < count; ++d, ++part) {
-    float offset = x - part->mu;
-    offset = offset >= pi ? offset - 2 * pi : offset < -pi ? offset + 2 * pi : offset;
-    const float inverse = offset < 0 ? part->inverse_left : part->inverse_right;
-    const float e = adaptive::exp_of_negative(-std::fabs(offset) * inverse);
-    value.shape += part->share * (e / ((1 + e) * (1 + e)) * part->inverse_norm);
+  Float4 red = splat(0), green = red, blue = red;
+  const TintedParts* part = parts();
+  for (std::uint32_t d = 0; d < count; d += lanes, ++part) {
+    Float4 offset = x - part->mu;
+    offset = offset >= pi ? offset - 2 * pi : offset;
+    offset = offset < -pi ? offset + 2 * pi : offset;
+    const Float4 e = exp_of_negative(offset < 0.0f ? offset * part->inverse_left : -offset * part->inverse_right);
+    const Float4 bell = e / ((1 + e) * (1 + e));
+    red += bell * part->amplitude[0];
+    green += bell * part->amplitude[1];
+    blue += bell * part->amplitude[2];
   }
+  RowValue value;
+  value.shape = uniform_share * inverse_two_pi + glm::vec3(sum4(red), sum4(green), sum4(blue));
   value.proposal = (1 - u_share) * glm::dot(channel_weights, value.shape) + u_share * inverse_two_pi;
   return value;
 }
 
 float TintedRow::sample(float u, const glm::vec3& channel_weights, float u_share) const {
-  float below = 0;  // probability of the parts already passed
-  const TintedComponent* part = parts();
-  for (std::uint32_t d = 0; d < count; ++d, ++part) {
-    const float share = (1 - u_share) * glm::dot(channel_weights, part->share);
-    if (u < below + share) return sample_component(*part, std::clamp((u - below) / share, 0.0f, 0.99999994f));
-    below += share;
+  float below = 0;  // probability of the components already passed
+  const glm::vec3 mix = (1 - u_share) * channel_weights;
+  const TintedParts* part = parts();
+  for (std::uint32_t d = 0; d < count; d += lanes, ++part) {
+    const Float4 shares =
+        part->norm * (mix.x * part->amplitude[0] + mix.y * part->amplitude[1] + mix.z * part->amplitude[2]);
+    for (std::uint32_t k = 0; k < std::min(count - d, lanes); ++k) {
+      const float share = shares[k];
+      if (u < below + share) {
+        return sample_component(part->mu[k], part->inverse_left[k], part->inverse_right[k],
+                                std::clamp((u - below) / share, 0.0f, 0.99999994f));
+      }
+      below += share;
+    }
   }
   const float rest = std::max(1 - below, 1e-6f);
   return -pi + 2 * pi * std::clamp((u - below) / rest, 0.0f, 0.9999999f);
 }
 
 TintedRow* TintedRowPool::allocate(std::uint32_t components) {
-  const std::size_t lines =
-      (sizeof(TintedRow) + components * sizeof(TintedComponent) + sizeof(Line) - 1) / sizeof(Line);
+  const std::size_t parts = (components + lanes - 1) / lanes;
+  const std::size_t lines = (sizeof(TintedRow) + parts * sizeof(TintedParts)) / sizeof(Line);
   const std::scoped_lock lock(mutex_);
   if (used_lines_ + lines > chunk_lines) {
     chunks_.push_back(std::make_unique<Line[]>(chunk_lines));
@@ -79,7 +92,9 @@ TintedRow* TintedRowPool::allocate(std::uint32_t components) {
   }
   Line* block = chunks_.back().get() + used_lines_;
   used_lines_ += lines;
-  return new (block) TintedRow;
+  TintedRow* row = new (block) TintedRow;
+  std::uninitialized_fill_n(row->parts(), parts, TintedParts{});
+  return row;
 }
 
 std::size_t TintedRowPool::bytes() const {
@@ -98,26 +113,30 @@ const TintedRow* TintedRowPool::make(const adaptive::Mixture& fit, float objecti
                     absorbed_share(sigma_a[c], fit.uniform_attribute_mean, fit.uniform_attribute_variance);
     row->uniform_share[c] = static_cast<float>(mass[channel]);
   }
-  TintedComponent* components = row->parts();
+  std::array<std::array<double, 3>, adaptive::Mixture::max_components> shares{};
   for (std::uint32_t d = 0; d < row->count; ++d) {
     const adaptive::Component& part = fit.components[d];
-    const adaptive::SkewLogistic& shape = part.shape;
-    components[d] = {shape.mu,          1 / shape.s_left,
-                     1 / shape.s_right, 2 / (side_mass(shape.s_left) + side_mass(shape.s_right)),
-                     glm::vec3(0),      0};
-    for (int c = 0; c < 3; ++c) {
-      const double share = part.weight * absorbed_share(sigma_a[c], part.attribute_mean, part.attribute_variance);
-      components[d].share[c] = static_cast<float>(share);
-      mass[static_cast<std::size_t>(c)] += share;
+    TintedParts& parts = row->parts()[d / lanes];
+    const std::uint32_t k = d % lanes;
+    parts.mu[k] = part.shape.mu;
+    parts.inverse_left[k] = 1 / part.shape.s_left;
+    parts.inverse_right[k] = 1 / part.shape.s_right;
+    parts.norm[k] = 0.5f * (side_mass(part.shape.s_left) + side_mass(part.shape.s_right));
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float sigma = sigma_a[static_cast<int>(c)];
+      shares[d][c] = part.weight * absorbed_share(sigma, part.attribute_mean, part.attribute_variance);
+      mass[c] += shares[d][c];
     }
   }
-  for (int c = 0; c < 3; ++c) {
-    const double total = mass[static_cast<std::size_t>(c)];
-    const bool dark = !(total > 1e-30);  // no light is left in this channel: its shape does not matter
-    row->uniform_share[c] = dark ? 1.0f : static_cast<float>(row->uniform_share[c] / total);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const bool dark = !(mass[c] > 1e-30);  // no light is left in this channel: its shape does not matter
+    float& uniform = row->uniform_share[static_cast<int>(c)];
+    uniform = dark ? 1.0f : static_cast<float>(uniform / mass[c]);
+    if (dark) continue;
     for (std::uint32_t d = 0; d < row->count; ++d) {
-      float& share = components[d].share[c];
-      share = dark ? 0.0f : static_cast<float>(share / total);
+      TintedParts& parts = row->parts()[d / lanes];
+      const std::uint32_t k = d % lanes;
+      parts.amplitude[c][k] = static_cast<float>(shares[d][c] / mass[c]) / parts.norm[k];
     }
   }
   return row;

@@ -1,6 +1,7 @@
 // A converged row as one color sees it: one packed block of memory, immutable, read at every vertex.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -8,6 +9,7 @@
 #include <mutex>
 #include <vector>
 
+#include "fiber/float4.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::fiber {
@@ -22,23 +24,23 @@ struct RowValue {
 /// (1 + sigma_a v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. In [0, 1].
 double absorbed_share(double sigma_a, double path_mean, double path_variance);
 
-/// A circular skew logistic ready for evaluation: one exp, no division by Z.
-struct TintedComponent {
-  float mu, inverse_left, inverse_right;
-  float inverse_norm;  ///< 1/Z
-  glm::vec3 share;     ///< mass per channel, the whole row's being 1
-  float reserved;
+/// Four circular skew logistics ready for evaluation, in lanes: one exp, no division by Z. Lanes beyond a row's count
+/// have no amplitude.
+struct TintedParts {
+  Float4 mu = splat(0), inverse_left = splat(1), inverse_right = splat(1);
+  Float4 norm = splat(1);                                         ///< Z
+  std::array<Float4, 3> amplitude{splat(0), splat(0), splat(0)};  ///< mass by channel over Z; the whole row's mass is 1
 };
 
-/// The head of a block; its `count` components follow in memory, so that a row of one is one cache line.
-struct alignas(32) TintedRow {
-  std::uint32_t count = 0;
+/// The head of a block; `parts` follow in memory, four components in each.
+struct alignas(16) TintedRow {
+  std::uint32_t count = 0;        ///< of components
   float objective = 0;            ///< adaptive::RowView::objective
   bool has_row = true;            ///< false: the node is uniform, no row of the service's stands behind it
   glm::vec3 uniform_share{1.0f};  ///< per channel; 1 where no light is left and the shape does not matter
 
-  const TintedComponent* parts() const { return reinterpret_cast<const TintedComponent*>(this + 1); }
-  TintedComponent* parts() { return reinterpret_cast<TintedComponent*>(this + 1); }
+  const TintedParts* parts() const { return reinterpret_cast<const TintedParts*>(this + 1); }
+  TintedParts* parts() { return reinterpret_cast<TintedParts*>(this + 1); }
 
   /// channel_weights: mix of the channels that is sampled, >= 0, sum 1. The proposal is
   /// (1 - u) sum_c weight_c shape_c + u / 2 pi, so a weight in that mix is at most 1/(1 - u). x in [-pi, pi).
@@ -46,7 +48,7 @@ struct alignas(32) TintedRow {
   /// Draws from that proposal. u in [0, 1), used up whole. Radians in [-pi, pi).
   float sample(float u, const glm::vec3& channel_weights, float uniform_share) const;
 };
-static_assert(sizeof(TintedRow) == 32 && sizeof(TintedComponent) == 32);
+static_assert(sizeof(TintedRow) == 32 && sizeof(TintedParts) == 112);
 
 /// Owns blocks until it is destroyed. Any thread.
 class TintedRowPool {
@@ -57,10 +59,10 @@ class TintedRowPool {
 
  private:
   TintedRow* allocate(std::uint32_t components);
-  struct alignas(64) Line {
-    std::byte bytes[64];
+  struct alignas(16) Line {
+    std::byte bytes[16];
   };
-  static constexpr std::size_t chunk_lines = 512;
+  static constexpr std::size_t chunk_lines = 2048;
   mutable std::mutex mutex_;
   std::vector<std::unique_ptr<Line[]>> chunks_;
   std::size_t used_lines_ = chunk_lines;  ///< of the last chunk
