@@ -1,10 +1,11 @@
 // What a ray costs: camera rays at random and the diffuse rays that leave their hits, on a generated groom or, with
-// TRESS_GROOM=FILE, on that file's.
+// TRESS_GROOM=FILE, on that file's. TRESS_BASIS=linear: strands straight from point to point.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
 #include <cstdlib>
 #include <glm/geometric.hpp>
+#include <string_view>
 #include <vector>
 
 #include "intersect/fiber_scene.h"
@@ -33,6 +34,8 @@ scene::Scene groom(Section section) {
   for (scene::Material& material : scene.materials) {
     material.fiber.eccentricity = section == Section::round ? 1.0f : 0.85f;
   }
+  const char* basis = std::getenv("TRESS_BASIS");
+  for (scene::Groom& groom : scene.grooms) groom.linear = basis && std::string_view(basis) == "linear";
   scene::assign_fibers(&scene);
   return scene;
 }

@@ -35,6 +35,35 @@ bool is_outside(const StrandCurves& curves, std::uint32_t segment, float along, 
   return lateral * lateral * (major + minor) > eccentricity * eccentricity * major + minor;
 }
 
+glm::vec3 slope_of(const RTCFilterFunctionNArguments* arguments, unsigned int i) {
+  const unsigned int n = arguments->N;
+  return {RTCHitN_Ng_x(arguments->hit, n, i), RTCHitN_Ng_y(arguments->hit, n, i), RTCHitN_Ng_z(arguments->hit, n, i)};
+}
+
+glm::vec3 direction_of(const RTCFilterFunctionNArguments* arguments, unsigned int i) {
+  const unsigned int n = arguments->N;
+  return {RTCRayN_dir_x(arguments->ray, n, i), RTCRayN_dir_y(arguments->ray, n, i),
+          RTCRayN_dir_z(arguments->ray, n, i)};
+}
+
+/// Linear strands. Embree reports v = 0 for them and ends every segment in a round cap: the lateral offset is computed
+/// here, and of the caps only what joins a bend is met.
+bool is_outside_linear(const StrandCurves& curves, const RTCFilterFunctionNArguments* arguments, unsigned int i) {
+  const unsigned int n = arguments->N;
+  const std::uint32_t segment = RTCHitN_primID(arguments->hit, n, i);
+  const float along = RTCHitN_u(arguments->hit, n, i);
+  const bool is_cap = along <= 0 || along >= 1;
+  if (!is_cap && !curves.elliptical) return false;
+  const glm::vec3 direction = direction_of(arguments, i);
+  const glm::vec3 origin(RTCRayN_org_x(arguments->ray, n, i), RTCRayN_org_y(arguments->ray, n, i),
+                         RTCRayN_org_z(arguments->ray, n, i));
+  const glm::vec3 position = origin + RTCRayN_tfar(arguments->ray, n, i) * direction;
+  if (is_cap && !curves.is_in_joint(segment, along, position, direction)) return true;
+  if (!curves.elliptical) return false;
+  const float lateral = glm::distance(position, curves.axis(segment, along)) / curves.semi_axis(segment, along);
+  return is_outside(curves, segment, along, lateral, slope_of(arguments, i), direction);
+}
+
 /// Refuses hits outside the silhouette, and on the strand that the ray leaves, within two radii of its start.
 void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
   const auto& curves = *static_cast<const StrandCurves*>(arguments->geometryUserPtr);
@@ -47,12 +76,11 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
     const bool is_own = curves.strand[segment] == query.start_strand && curves.groom == query.start_groom;
     if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < 2 * curves.semi_axis(segment, along)) {
       arguments->valid[i] = 0;
+    } else if (curves.linear) {
+      if (is_outside_linear(curves, arguments, i)) arguments->valid[i] = 0;
     } else if (curves.elliptical) {
-      const glm::vec3 slope(RTCHitN_Ng_x(arguments->hit, n, i), RTCHitN_Ng_y(arguments->hit, n, i),
-                            RTCHitN_Ng_z(arguments->hit, n, i));
-      const glm::vec3 direction(RTCRayN_dir_x(arguments->ray, n, i), RTCRayN_dir_y(arguments->ray, n, i),
-                                RTCRayN_dir_z(arguments->ray, n, i));
-      if (is_outside(curves, segment, along, RTCHitN_v(arguments->hit, n, i), slope, direction)) {
+      if (is_outside(curves, segment, along, RTCHitN_v(arguments->hit, n, i), slope_of(arguments, i),
+                     direction_of(arguments, i))) {
         arguments->valid[i] = 0;
       }
     }
@@ -98,14 +126,20 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
   hit.position = ray.origin + distance_cm * ray.direction;
   const glm::vec3 side = glm::cross(ray.direction, frame.u);
   const float sine = glm::length(side);
-  const float offset = found.v * curves.semi_axis(found.primID, found.u);
-  hit.axis = sine > 1e-6f ? hit.position - (offset / sine) * side : hit.position;
+  const float semi_axis = curves.semi_axis(found.primID, found.u);
+  if (curves.linear) {
+    hit.axis = curves.axis(found.primID, found.u);
+    const float offset = sine > 1e-6f ? glm::dot(hit.position - hit.axis, side) / sine : 0.0f;
+    hit.lateral = semi_axis > 0 ? std::clamp(offset / semi_axis, -1.0f, 1.0f) : 0.0f;
+  } else {
+    hit.axis = sine > 1e-6f ? hit.position - (found.v * semi_axis / sine) * side : hit.position;
+    hit.lateral = found.v;
+  }
   hit.u = frame.u;
   hit.v = frame.v;
   hit.w = frame.w;
   hit.groom = curves.groom;
   hit.strand = curves.strand[found.primID];
-  hit.lateral = found.v;
   return hit;
 }
 
@@ -133,7 +167,8 @@ Hit surface_hit(const Surface& surface, const Ray& ray, float distance_cm, const
 }
 
 RTCGeometry ribbons(RTCDevice device, StrandCurves* curves) {
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
+  RTCGeometry geometry = rtcNewGeometry(
+      device, curves->linear ? RTC_GEOMETRY_TYPE_FLAT_LINEAR_CURVE : RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, curves->control.data(), 0,
                              sizeof(glm::vec4), curves->control.size());
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, curves->first_control.data(), 0,

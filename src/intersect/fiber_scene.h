@@ -43,9 +43,11 @@ struct Hit {
 /// The ray that leaves a hit in a unit direction.
 inline Ray ray_from(const Hit& hit, const glm::vec3& direction) { return {hit.axis, direction, hit.groom, hit.strand}; }
 
-/// Flat B-spline ribbons as wide as the elliptical silhouette, and triangles seen from both sides, for camera and
-/// shadow rays alike. A ribbon is met where the ray passes nearest to its axis, and only ahead of the ray's start.
-/// The strand that a ray starts on (Ray::start_strand) is not met within two radii of the start, every other one is.
+/// Flat ribbons along B-splines or polygons (scene::Groom::linear) as wide as the elliptical silhouette, and triangles
+/// seen from both sides, for camera and shadow rays alike. A ribbon is met where the ray passes nearest to its axis,
+/// and only ahead of the ray's start; a bend of a polygon is filled on its outer side by a sector of the silhouette's
+/// width. The strand that a ray starts on (Ray::start_strand) is not met within two radii of the start, every other one
+/// is.
 ///
 /// Built once; intersect and occluded: any thread.
 class FiberScene {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <numbers>
 
 #include "tress/adaptive/random.h"
@@ -25,20 +26,24 @@ void add_strand(const scene::Groom& groom, std::uint32_t strand, float eccentric
   }
   const std::size_t count = points.size();
   if (count < 2) return;
-  const std::vector<KnotFrame> frames = strand_frames(points, root_angle_rad, turn_rad_per_cm);
+  const std::vector<KnotFrame> frames = strand_frames(points, root_angle_rad, turn_rad_per_cm, curves.linear);
   // Reflected ends make the spline pass through root and tip. A reflected radius stops at 0.
   const auto reflect = [](const glm::vec3& end, float end_axis, const glm::vec3& next, float next_axis) {
     return glm::vec4(2.0f * end - next, std::max(0.0f, 2 * end_axis - next_axis));
   };
   const auto base = static_cast<std::uint32_t>(curves.control.size());
-  curves.control.push_back(reflect(points[0], axes[0], points[1], axes[1]));
-  curves.frames.push_back(frames[0]);
+  if (!curves.linear) {
+    curves.control.push_back(reflect(points[0], axes[0], points[1], axes[1]));
+    curves.frames.push_back(frames[0]);
+  }
   for (std::size_t i = 0; i < count; ++i) {
     curves.control.emplace_back(points[i], axes[i]);
     curves.frames.push_back(frames[i]);
   }
-  curves.control.push_back(reflect(points[count - 1], axes[count - 1], points[count - 2], axes[count - 2]));
-  curves.frames.push_back(frames[count - 1]);
+  if (!curves.linear) {
+    curves.control.push_back(reflect(points[count - 1], axes[count - 1], points[count - 2], axes[count - 2]));
+    curves.frames.push_back(frames[count - 1]);
+  }
   for (std::uint32_t i = 0; i + 1 < count; ++i) {
     curves.first_control.push_back(base + i);
     curves.strand.push_back(strand);
@@ -49,16 +54,38 @@ void add_strand(const scene::Groom& groom, std::uint32_t strand, float eccentric
 }  // namespace
 
 FiberFrame StrandCurves::frame(std::uint32_t segment, float t, const glm::vec3& tangent) const {
-  const std::uint32_t c = first_control[segment];
-  return frame_between(frames[c + 1], frames[c + 2], t, tangent);
+  const std::uint32_t knot = first_control[segment] + (linear ? 0 : 1);
+  return frame_between(frames[knot], frames[knot + 1], t, tangent);
 }
 
 float StrandCurves::semi_axis(std::uint32_t segment, float t) const {
   const glm::vec4* p = &control[first_control[segment]];
   const float s = 1 - t;
+  if (linear) return s * p[0].w + t * p[1].w;
   return (s * s * s * p[0].w + (4 - 3 * t * t * (2 - t)) * p[1].w + (4 - 3 * s * s * (2 - s)) * p[2].w +
           t * t * t * p[3].w) /
          6;
+}
+
+glm::vec3 StrandCurves::axis(std::uint32_t segment, float t) const {
+  const glm::vec4* p = &control[first_control[segment]];
+  return (1 - t) * glm::vec3(p[0]) + t * glm::vec3(p[1]);
+}
+
+bool StrandCurves::is_in_joint(std::uint32_t segment, float t, const glm::vec3& position,
+                               const glm::vec3& direction) const {
+  // The strand's next point beyond the joint. What the ray passes nearest to must not lie towards it.
+  const bool at_root = t < 0.5f;
+  if (at_root ? segment == 0 : segment + 1 == strand.size()) return false;
+  const std::uint32_t neighbour = at_root ? segment - 1 : segment + 1;
+  if (strand[neighbour] != strand[segment]) return false;
+  const glm::vec4& joint = control[first_control[at_root ? segment : neighbour]];
+  const glm::vec3 beyond = glm::vec3(control[first_control[neighbour] + (at_root ? 0 : 1)]) - glm::vec3(joint);
+  const float towards = glm::dot(position - glm::vec3(joint), beyond);
+  if (towards <= 0) return true;
+  // A thousandth of the semi-axis on the neighbour as the ray sees it: rounding must not open the seam.
+  const float along = glm::dot(beyond, direction), limit = 1e-3f * joint.w;
+  return towards * towards <= limit * limit * (glm::dot(beyond, beyond) - along * along);
 }
 
 std::size_t StrandCurves::bytes() const {
@@ -72,8 +99,9 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   const scene::Material& material = scene.materials[groom.material];
   StrandCurves curves;
   curves.groom = groom_index;
+  curves.linear = groom.linear;
   const std::uint32_t strands = groom.strand_count();
-  curves.control.reserve(groom.points.size() + 2 * std::size_t{strands});
+  curves.control.reserve(groom.points.size() + (groom.linear ? 0 : 2 * std::size_t{strands}));
   curves.frames.reserve(curves.control.capacity());
   for (std::uint32_t strand = 0; strand < strands; ++strand) {
     const double hashed = 2 * std::numbers::pi * RandomStream(groom_index, strand).next();

@@ -1,4 +1,4 @@
-// The strands of a groom as the control points of elliptical ribbons.
+// The strands of a groom as the control points, or the points, of elliptical ribbons.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,9 @@
 
 namespace tress::intersect {
 
-/// One groom as Embree sees it. Every strand of n points has n + 2 control points and n - 1 segments; segment with
-/// first control point c runs from knot c + 1 to knot c + 2. `frames` has the same indices as `control`.
+/// One groom as Embree sees it. Every strand of n points has n - 1 segments. As a B-spline it has n + 2 control points,
+/// and the segment with first control point c runs from knot c + 1 to knot c + 2; linear strands have their n points,
+/// and the segment runs from c to c + 1. `frames` has the same indices as `control`.
 struct StrandCurves {
   std::uint32_t groom = 0;         ///< index into Scene::grooms
   std::vector<glm::vec4> control;  ///< xyz, cm; w = major semi-axis, cm
@@ -22,11 +23,18 @@ struct StrandCurves {
   std::vector<std::uint32_t> strand;         ///< per segment
   std::vector<float> eccentricity;           ///< per segment
   bool elliptical = false;                   ///< some eccentricity is below 1
+  bool linear = false;                       ///< scene::Groom::linear
 
   /// t in [0, 1] along the segment; tangent: unit.
   FiberFrame frame(std::uint32_t segment, float t, const glm::vec3& tangent) const;
-  /// Major semi-axis on a segment, cm: the uniform cubic B-spline of the control values.
+  /// Major semi-axis on a segment, cm: interpolated as the strand is.
   float semi_axis(std::uint32_t segment, float t) const;
+  /// Linear strands: the point of the axis.
+  glm::vec3 axis(std::uint32_t segment, float t) const;
+  /// Linear strands, whose segments Embree ends in round caps. Of a ray with unit `direction` that passes nearest to
+  /// the segment's end t (0 or 1), at `position`: whether it goes through the wedge that the bend leaves open between
+  /// two ribbons. False at the root and the tip, which end flat.
+  bool is_in_joint(std::uint32_t segment, float t, const glm::vec3& position, const glm::vec3& direction) const;
   std::size_t bytes() const;
 };
 

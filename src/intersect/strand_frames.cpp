@@ -27,8 +27,15 @@ struct Knots {
   std::vector<glm::dvec3> position, tangent;  ///< tangents are unit
 };
 
-/// Knots of the uniform cubic B-spline: (p- + 4 p + p+)/6, tangent along p+ - p-.
-Knots spline_knots(std::span<const glm::vec3> points) {
+/// Unit, or 0.
+glm::dvec3 direction_of(const glm::dvec3& x) {
+  const double length = glm::length(x);
+  return length > 0 ? x / length : glm::dvec3(0);
+}
+
+/// Knots of the uniform cubic B-spline: (p- + 4 p + p+)/6, tangent along p+ - p-. Linear: p, tangent halfway between
+/// the directions of the two segments.
+Knots strand_knots(std::span<const glm::vec3> points, bool linear) {
   const std::size_t count = points.size();
   Knots knots;
   knots.position.resize(count);
@@ -37,10 +44,8 @@ Knots spline_knots(std::span<const glm::vec3> points) {
     const glm::dvec3 here = points[i];
     const glm::dvec3 before = i > 0 ? glm::dvec3(points[i - 1]) : 2.0 * here - glm::dvec3(points[i + 1]);
     const glm::dvec3 after = i + 1 < count ? glm::dvec3(points[i + 1]) : 2.0 * here - glm::dvec3(points[i - 1]);
-    knots.position[i] = (before + 4.0 * here + after) / 6.0;
-    const glm::dvec3 chord = after - before;
-    const double length = glm::length(chord);
-    if (length > 0) knots.tangent[i] = chord / length;
+    knots.position[i] = linear ? here : (before + 4.0 * here + after) / 6.0;
+    knots.tangent[i] = direction_of(linear ? direction_of(after - here) + direction_of(here - before) : after - before);
   }
   // Where points coincide the tangent is that of the neighbour, towards the tip first.
   for (std::size_t i = count - 1; i-- > 0;) {
@@ -57,11 +62,12 @@ Knots spline_knots(std::span<const glm::vec3> points) {
 
 glm::vec3 root_normal(const glm::vec3& tangent) { return least_aligned_normal(tangent); }
 
-std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm) {
+std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm,
+                                     bool linear) {
   std::vector<KnotFrame> frames;
   if (points.size() < 2) return frames;
   frames.reserve(points.size());
-  const Knots knots = spline_knots(points);
+  const Knots knots = strand_knots(points, linear);
   glm::dvec3 normal = least_aligned_normal(knots.tangent[0]);
   double length = 0;
   frames.push_back({normal, static_cast<float>(root_angle_rad)});

@@ -7,10 +7,10 @@
 
 namespace tress::intersect {
 
-/// The frame at a knot of the strand's uniform cubic B-spline, kept as a smooth normal and the turn from it to the
-/// major axis: the turn can then be interpolated over any number of revolutions between two knots.
+/// The frame at a knot of the strand, kept as a smooth normal and the turn from it to the major axis: the turn can then
+/// be interpolated over any number of revolutions between two knots.
 struct KnotFrame {
-  glm::vec3 normal;  ///< unit, orthogonal to the spline's tangent at the knot; rotation-minimising along the strand
+  glm::vec3 normal;  ///< unit, orthogonal to the strand's tangent at the knot; rotation-minimising along the strand
   float angle;       ///< radians about the tangent from `normal` to the major axis; not wrapped
 };
 
@@ -23,10 +23,13 @@ struct FiberFrame {
 /// before z), made orthogonal to it. tangent: unit.
 glm::vec3 root_normal(const glm::vec3& tangent);
 
-/// Frames at the knots of the B-spline through `points` (cm, root first; its ends continued by reflection), one per
-/// point, by double reflection (Wang et al. 2008). The major axis leaves the root at root_angle_rad from root_normal
-/// and turns by turn_rad_per_cm times the arc length. Points may coincide; all the same: an arbitrary frame.
-std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm);
+/// Frames at the knots of a strand, one per point (cm, root first), by double reflection (Wang et al. 2008). linear:
+/// the knots are the points, the tangent at one halves the bend; else those of the uniform cubic B-spline of the
+/// points, its ends continued by reflection. The major axis leaves the root at root_angle_rad from root_normal and
+/// turns by turn_rad_per_cm times the length of the polygon of knots. Points may coincide; all the same: an arbitrary
+/// frame.
+std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm,
+                                     bool linear = false);
 
 /// Frame between two consecutive knots, at t in [0, 1], for the unit tangent there. Orthonormal for every input.
 FiberFrame frame_between(const KnotFrame& a, const KnotFrame& b, float t, const glm::vec3& tangent);

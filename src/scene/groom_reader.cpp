@@ -68,8 +68,8 @@ std::uint32_t read_material_reference(const JsonReader& json, const std::vector<
 GroomDescription read_groom(const JsonReader& json, const std::vector<Material>& materials) {
   GroomDescription groom;
   const auto shapes = shape_keys();
-  std::vector<std::string> known{"file",  "generate", "strands",     "seed",    "radius_cm",
-                                 "taper", "up",       "cm_per_unit", "material"};
+  std::vector<std::string> known{"file",  "generate", "strands", "seed",        "radius_cm",
+                                 "taper", "basis",    "up",      "cm_per_unit", "material"};
   known.insert(known.end(), shapes.begin(), shapes.end());
   if (!json.object(known) || !json.at_most_one({"file", "generate"})) return groom;
   groom.file = json.text("file");
@@ -91,6 +91,7 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
     groom.placement.radius_cm = json.number("radius_cm", 1e-4, 1);
     groom.taper = read_taper(json, {});
   }
+  groom.linear = json.choice("basis", {"bspline", "linear"}).value_or("bspline") == "linear";
   groom.material = read_material_reference(json, materials);
   groom.placement.colors = groom.material < materials.size() && materials[groom.material].color_from_file;
   if (kind && groom.placement.colors)

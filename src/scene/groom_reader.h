@@ -19,6 +19,7 @@ struct GroomDescription {
   GroomPlacement placement;
   GroomRecipe recipe;
   Taper taper;
+  bool linear = false;  ///< Groom::linear
   std::uint32_t material = 0;
 };
 

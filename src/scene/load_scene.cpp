@@ -151,6 +151,7 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
     auto groom = make_groom(groom_description, folder, &scene);
     if (!groom) return groom.error();
     apply_taper(groom_description.taper, &*groom);
+    groom->linear = groom_description.linear;
     groom->material = groom_description.material;
     if (groom->strand_count() == 0)
       scene.warnings.push_back(groom->name + ": no strand is left to draw");

@@ -79,6 +79,7 @@ struct Groom {
   std::vector<float> radius_cm;            ///< per point: of the circle with the same mean projected width
   /// Per strand, multiple scattering albedo, linear RGB in [0, 1]; empty unless its material takes colors of the file.
   std::vector<glm::vec3> color;
+  bool linear = false;  ///< straight from point to point; else the uniform cubic B-spline that the points control
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
 };
 

@@ -26,7 +26,7 @@ scene::Groom straight_groom(const glm::vec3& root, const glm::vec3& tip, int poi
 }
 
 /// One fiber along z from -5 to 5 cm.
-scene::Scene one_fiber(float eccentricity, bool twist, double curl_diameter_cm, double root_angle_rad) {
+scene::Scene one_fiber(float eccentricity, bool twist, double curl_diameter_cm, double root_angle_rad, bool linear) {
   scene::Scene scene;
   scene.materials.resize(1);
   scene.materials[0].fiber.eccentricity = eccentricity;
@@ -34,9 +34,16 @@ scene::Scene one_fiber(float eccentricity, bool twist, double curl_diameter_cm, 
   scene.materials[0].curl_diameter_cm = curl_diameter_cm;
   scene.materials[0].root_angle_rad = root_angle_rad;
   scene.grooms.push_back(straight_groom({0, 0, -5}, {0, 0, 5}, 11));
+  scene.grooms[0].linear = linear;
   scene::assign_fibers(&scene);
   return scene;
 }
+
+/// By Groom::linear: straight strands are the same in either basis.
+class FiberSceneTest : public testing::TestWithParam<bool> {};
+
+INSTANTIATE_TEST_SUITE_P(Bases, FiberSceneTest, testing::Bool(),
+                         [](const auto& basis) { return basis.param ? "linear" : "bspline"; });
 
 /// Half width over the major semi-axis a of the fiber seen by rays at azimuth phi (towards the origin of the ray, from
 /// x), at height z: equally spaced lateral offsets, so the error is at most one spacing, 2.2 a / rays.
@@ -57,14 +64,14 @@ HitRate hit_rate(const FiberScene& fibers, float a, double phi, float z, float i
   return {1.1 * seen / rays, 1.1 * blocked / rays};
 }
 
-TEST(FiberScene, hit_rate_is_the_silhouette_of_the_ellipse) {
+TEST_P(FiberSceneTest, hit_rate_is_the_silhouette_of_the_ellipse) {
   constexpr int rays = 4000;
   // A spacing of the offsets, and the float error of Embree's lateral coordinate seen from 2 cm: 2 * 6e-8 / .01.
   constexpr double tolerance = 2.2 / rays + 1e-4;
   for (const float e : {1.0f, 0.85f, 0.6f}) {
     for (const bool twist : {false, true}) {
       const double root_angle = 0.3, curl = 1.5;
-      const scene::Scene scene = one_fiber(e, twist, curl, root_angle);
+      const scene::Scene scene = one_fiber(e, twist, curl, root_angle, GetParam());
       const FiberScene fibers(scene);
       const auto a = static_cast<float>(fiber::major_semi_axis(radius_cm, e));
       // Not at quarters of a segment: rays aimed at the very seam of two of Embree's quads can slip through (.3 %).
@@ -86,8 +93,8 @@ TEST(FiberScene, hit_rate_is_the_silhouette_of_the_ellipse) {
   }
 }
 
-TEST(FiberScene, mean_silhouette_is_that_of_the_circle) {
-  const scene::Scene scene = one_fiber(0.6f, false, 1, 0);
+TEST_P(FiberSceneTest, mean_silhouette_is_that_of_the_circle) {
+  const scene::Scene scene = one_fiber(0.6f, false, 1, 0, GetParam());
   const FiberScene fibers(scene);
   const auto a = static_cast<float>(fiber::major_semi_axis(radius_cm, 0.6));
   double mean = 0;
@@ -98,9 +105,9 @@ TEST(FiberScene, mean_silhouette_is_that_of_the_circle) {
   EXPECT_NEAR(mean, radius_cm, 2.3e-3 * a);
 }
 
-TEST(FiberScene, hit_carries_the_frame_that_the_root_angle_set) {
+TEST_P(FiberSceneTest, hit_carries_the_frame_that_the_root_angle_set) {
   const double root_angle = 0.8, curl = 2.5;
-  const scene::Scene scene = one_fiber(0.7f, true, curl, root_angle);
+  const scene::Scene scene = one_fiber(0.7f, true, curl, root_angle, GetParam());
   const FiberScene fibers(scene);
   for (float z = -4.9f; z < 5; z += 0.37f) {
     const std::optional<Hit> hit = fibers.intersect({{0.001f, -3, z}, {0, 1, 0}});
@@ -117,9 +124,10 @@ TEST(FiberScene, hit_carries_the_frame_that_the_root_angle_set) {
   }
 }
 
-TEST(FiberScene, curve_reaches_root_and_tip) {
-  scene::Scene scene = one_fiber(1, false, 1, 0);
+TEST_P(FiberSceneTest, curve_reaches_root_and_tip) {
+  scene::Scene scene = one_fiber(1, false, 1, 0, GetParam());
   scene.grooms[0] = straight_groom({0, 0, 0}, {0, 0, 1}, 2);
+  scene.grooms[0].linear = GetParam();
   scene::assign_fibers(&scene);
   const FiberScene fibers(scene);
   EXPECT_TRUE(fibers.occluded({{0, -3, 0.001f}, {0, 1, 0}}));
@@ -128,8 +136,8 @@ TEST(FiberScene, curve_reaches_root_and_tip) {
   EXPECT_FALSE(fibers.occluded({{0, -3, 1.001f}, {0, 1, 0}}));
 }
 
-TEST(FiberScene, rays_that_leave_from_the_axis_do_not_meet_a_straight_fiber_again) {
-  const scene::Scene scene = one_fiber(0.85f, true, 2, 0);
+TEST_P(FiberSceneTest, rays_that_leave_from_the_axis_do_not_meet_a_straight_fiber_again) {
+  const scene::Scene scene = one_fiber(0.85f, true, 2, 0, GetParam());
   const FiberScene fibers(scene);
   RandomStream random(1);
   int again = 0;
@@ -143,13 +151,14 @@ TEST(FiberScene, rays_that_leave_from_the_axis_do_not_meet_a_straight_fiber_agai
   EXPECT_EQ(again, 0);
 }
 
-TEST(FiberScene, names_groom_and_strand) {
-  scene::Scene scene = one_fiber(0.85f, false, 1, 0);
+TEST_P(FiberSceneTest, names_groom_and_strand) {
+  scene::Scene scene = one_fiber(0.85f, false, 1, 0, GetParam());
   scene::Groom two = straight_groom({1, 0, -1}, {1, 0, 1}, 4);
   const scene::Groom second = straight_groom({2, 0, -1}, {2, 0, 1}, 3);
   two.points.insert(two.points.end(), second.points.begin(), second.points.end());
   two.radius_cm.insert(two.radius_cm.end(), second.radius_cm.begin(), second.radius_cm.end());
   two.first_point.push_back(7);
+  two.linear = GetParam();
   scene.grooms.push_back(two);
   scene::assign_fibers(&scene);
   const FiberScene fibers(scene);
@@ -161,10 +170,11 @@ TEST(FiberScene, names_groom_and_strand) {
   EXPECT_GT(fibers.bytes(), 20 * sizeof(glm::vec3));
 }
 
-TEST(FiberScene, unset_root_angles_differ_between_strands) {
-  scene::Scene scene = one_fiber(0.85f, false, 1, 0);
+TEST_P(FiberSceneTest, unset_root_angles_differ_between_strands) {
+  scene::Scene scene = one_fiber(0.85f, false, 1, 0, GetParam());
   scene.materials[0].root_angle_rad.reset();
   scene.grooms.push_back(straight_groom({1, 0, -5}, {1, 0, 5}, 3));
+  scene.grooms[1].linear = GetParam();
   scene::assign_fibers(&scene);
   const FiberScene fibers(scene);
   const std::optional<Hit> a = fibers.intersect({{0, -3, 0.1f}, {0, 1, 0}});
@@ -173,8 +183,8 @@ TEST(FiberScene, unset_root_angles_differ_between_strands) {
   EXPECT_GT(glm::length(a->v - b->v), 0.01f);
 }
 
-TEST(FiberScene, survives_degenerate_input) {
-  scene::Scene scene = one_fiber(0.85f, true, 1, 0);
+TEST_P(FiberSceneTest, survives_degenerate_input) {
+  scene::Scene scene = one_fiber(0.85f, true, 1, 0, GetParam());
   scene::Groom empty;
   scene::Groom odd;
   odd.points = {{1, 0, 0}, {1, 0, 0}, {1, 0, 0},             // one point, thrice
@@ -185,6 +195,7 @@ TEST(FiberScene, survives_degenerate_input) {
   odd.radius_cm.assign(odd.points.size(), radius_cm);
   odd.radius_cm[11] = odd.radius_cm[12] = 0;
   odd.first_point = {0, 3, 7, 10, 11, 13};
+  odd.linear = GetParam();
   scene.grooms.push_back(empty);
   scene.grooms.push_back(odd);
   scene::assign_fibers(&scene);

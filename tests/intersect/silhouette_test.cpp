@@ -19,24 +19,31 @@ std::vector<StraightStrand> various_strands() {
   return strands;
 }
 
-/// Embree splits each of its quads, four to a segment, into two triangles: where the half width goes from r0 to r1
-/// between the ends of a quad, an edge at w (over the major semi-axis) is off by up to (1 - w) |r1 / r0 - 1|.
-double taper_error(const StraightStrand& strand, double w) {
+/// B-splines. Embree splits each of its quads, four to a segment, into two triangles: where the half width goes from r0
+/// to r1 between the ends of a quad, an edge at w (over the major semi-axis) is off by up to (1 - w) |r1 / r0 - 1|.
+double taper_error(const StraightStrand& strand, bool linear, double w) {
+  if (linear) return 0;
   const double step = std::abs(strand.tip_radius_cm - strand.root_radius_cm) / 16;
   return (1 - w) * step / std::min(strand.tip_radius_cm, strand.root_radius_cm);
 }
 
 /// Whether rounding may turn the decision: coordinates of less than 1 cm and some ten float operations leave 1e-6 cm,
 /// 1e-4 of the smallest semi-axis here.
-bool is_undecided(const StraightStrand& strand, const ExactMeeting& meeting) {
-  return meeting.margin < 3e-4 + taper_error(strand, strand.eccentricity);
+bool is_undecided(const StraightStrand& strand, bool linear, const ExactMeeting& meeting) {
+  return meeting.margin < 3e-4 + taper_error(strand, linear, strand.eccentricity);
 }
+
+/// By Groom::linear: straight strands are the same in either basis.
+class Silhouette : public testing::TestWithParam<bool> {};
+
+INSTANTIATE_TEST_SUITE_P(Bases, Silhouette, testing::Bool(),
+                         [](const auto& basis) { return basis.param ? "linear" : "bspline"; });
 
 /// Parallel rays at equal spacing across a strand: the share that meets it is its width, to one spacing. Camera and
 /// shadow rays; from every side; inclined to the strand by up to 70 degrees; at any point along it.
-TEST(Silhouette, share_of_parallel_rays_that_meet_a_strand_is_its_width) {
+TEST_P(Silhouette, share_of_parallel_rays_that_meet_a_strand_is_its_width) {
   const std::vector<StraightStrand> strands = various_strands();
-  const scene::Scene scene = straight_scene(strands);
+  const scene::Scene scene = straight_scene(strands, GetParam());
   const FiberScene fibers(scene);
   RandomStream random(22);
   constexpr int rays = 1000;
@@ -61,7 +68,7 @@ TEST(Silhouette, share_of_parallel_rays_that_meet_a_strand_is_its_width) {
       const double major = straight_root_angle + 2 * part / straight_curl_cm;
       const double expected = fiber::projected_half_width(static_cast<float>(phi - major), strand.eccentricity);
       // One spacing of the offsets, and 5e-7 cm, a few units in the last place of 12 cm, on either edge.
-      const double tolerance = 2.2 / rays + 1e-6 / a + taper_error(strand, expected);
+      const double tolerance = 2.2 / rays + 1e-6 / a + taper_error(strand, GetParam(), expected);
       EXPECT_NEAR(1.1 * seen / rays, expected, tolerance) << "e " << strand.eccentricity << " phi " << phi - major;
       EXPECT_EQ(seen, blocked);
     }
@@ -75,8 +82,9 @@ struct Agreement {
 };
 
 /// Rays from the axes of strands against the exact answer of all other strands.
-Agreement agreement(const std::vector<StraightStrand>& strands, std::uint32_t starts, int rays, std::uint64_t seed) {
-  const scene::Scene scene = straight_scene(strands);
+Agreement agreement(const std::vector<StraightStrand>& strands, bool linear, std::uint32_t starts, int rays,
+                    std::uint64_t seed) {
+  const scene::Scene scene = straight_scene(strands, linear);
   const FiberScene fibers(scene);
   RandomStream random(seed);
   Agreement result;
@@ -90,7 +98,7 @@ Agreement agreement(const std::vector<StraightStrand>& strands, std::uint32_t st
     for (std::uint32_t other = 0; other < strands.size(); ++other) {
       if (other == own) continue;
       const ExactMeeting meeting = exact_meeting(strands[other], ray);
-      undecided = undecided || is_undecided(strands[other], meeting);
+      undecided = undecided || is_undecided(strands[other], linear, meeting);
       if (meeting.met && meeting.distance < nearest.distance) nearest = meeting;
     }
     if (undecided) continue;
@@ -104,7 +112,7 @@ Agreement agreement(const std::vector<StraightStrand>& strands, std::uint32_t st
   return result;
 }
 
-TEST(Silhouette, rays_that_leave_a_strand_meet_its_neighbours_however_near) {
+TEST_P(Silhouette, rays_that_leave_a_strand_meet_its_neighbours_however_near) {
   for (const float spacing : {2.0f, 2.1f, 3.0f, 6.0f}) {
     // 7 x 7 parallel strands; those of the middle first.
     std::vector<StraightStrand> strands;
@@ -118,7 +126,7 @@ TEST(Silhouette, rays_that_leave_a_strand_meet_its_neighbours_however_near) {
         }
       }
     }
-    const Agreement found = agreement(strands, 9, 10000, 31);
+    const Agreement found = agreement(strands, GetParam(), 9, 10000, 31);
     EXPECT_EQ(found.wrong, 0) << spacing;
     EXPECT_EQ(found.split, 0) << spacing;
     EXPECT_GT(found.rays, 9000);
@@ -131,7 +139,7 @@ TEST(Silhouette, rays_that_leave_a_strand_meet_its_neighbours_however_near) {
                     half = 0.5f * glm::normalize(glm::vec3(0, 0, 1) + 0.3f * random_direction(random));
     tuft.push_back({at - half, at + half, 0.01f, 0.006f, 0.6f + 0.4f * random.next()});
   }
-  const Agreement found = agreement(tuft, 60, 10000, 33);
+  const Agreement found = agreement(tuft, GetParam(), 60, 10000, 33);
   EXPECT_EQ(found.wrong, 0);
   EXPECT_EQ(found.split, 0);
   EXPECT_GT(found.near, 100);  // hidden by Embree's own rule
@@ -144,7 +152,7 @@ struct Exchange {
 };
 
 /// Segments past two strands, from either end.
-Exchange exchange(float root_radius_cm, float tip_radius_cm) {
+Exchange exchange(float root_radius_cm, float tip_radius_cm, bool linear) {
   Exchange result;
   for (std::uint64_t layout = 0; layout < 20; ++layout) {
     RandomStream random(41, layout);
@@ -153,7 +161,7 @@ Exchange exchange(float root_radius_cm, float tip_radius_cm) {
       const glm::vec3 at = random_point(random, 0.01f), half = 0.5f * random_direction(random);
       strands.push_back({at - half, at + half, root_radius_cm, tip_radius_cm, 0.5f + 0.45f * random.next()});
     }
-    const scene::Scene scene = straight_scene(strands);
+    const scene::Scene scene = straight_scene(strands, linear);
     const FiberScene fibers(scene);
     for (int i = 0; i < 5000; ++i) {
       const glm::vec3 a = random_point(random, 0.5f), through = random_point(random, 0.04f);
@@ -166,17 +174,17 @@ Exchange exchange(float root_radius_cm, float tip_radius_cm) {
       result.blocked += from_a;
       result.differ += from_a != from_b;
       result.split += from_a != (hit && hit->distance_cm < length);
-      result.wrong += from_a != from_b && !is_undecided(strands[0], exact_meeting(strands[0], there, length)) &&
-                      !is_undecided(strands[1], exact_meeting(strands[1], there, length));
+      result.wrong += from_a != from_b && !is_undecided(strands[0], linear, exact_meeting(strands[0], there, length)) &&
+                      !is_undecided(strands[1], linear, exact_meeting(strands[1], there, length));
     }
   }
   return result;
 }
 
-/// A camera and a light exchanged. The exact answer is symmetric; only rounding and, where strands taper, Embree's
+/// A camera and a light exchanged. The exact answer is symmetric; only rounding and, where B-splines taper, Embree's
 /// triangles, whose diagonal lies differently seen from either end, may tell the ends apart.
-TEST(Silhouette, a_segment_is_blocked_the_same_from_both_ends) {
-  const Exchange even = exchange(0.015f, 0.015f), tapered = exchange(0.02f, 0.01f);
+TEST_P(Silhouette, a_segment_is_blocked_the_same_from_both_ends) {
+  const Exchange even = exchange(0.015f, 0.015f, GetParam()), tapered = exchange(0.02f, 0.01f, GetParam());
   for (const Exchange& found : {even, tapered}) {
     EXPECT_GT(found.blocked, found.pairs / 4);
     EXPECT_LT(found.blocked, found.pairs * 3 / 4);
@@ -185,9 +193,9 @@ TEST(Silhouette, a_segment_is_blocked_the_same_from_both_ends) {
   }
   // Four edges, each uncertain by 1e-6 cm of the .08 cm that the segments are spread over: 5e-5 of 100,000, 5.
   EXPECT_LE(even.differ, 15);
-  // The edges are off by up to taper_error, .3 * .0625 on average, in half a quad at most, so by some .005 of .015 cm:
-  // .4 % of the pairs.
-  EXPECT_LE(tapered.differ, 400);
+  // Linear strands have no such edges. Those of B-splines are off by up to taper_error, .3 * .0625 on average, in half
+  // a quad at most, so by some .005 of .015 cm: .4 % of the pairs.
+  EXPECT_LE(tapered.differ, GetParam() ? 15 : 400);
 }
 
 }  // namespace

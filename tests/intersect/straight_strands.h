@@ -33,12 +33,13 @@ struct StraightStrand {
 inline constexpr double straight_root_angle = 0.3, straight_curl_cm = 0.9;
 
 /// All in one groom, twisted: the major axis turns by 2/0.9 rad a centimetre.
-inline scene::Scene straight_scene(const std::vector<StraightStrand>& strands, int points_each = 5) {
+inline scene::Scene straight_scene(const std::vector<StraightStrand>& strands, bool linear, int points_each = 5) {
   scene::Scene scene;
   scene.materials.resize(1);
   scene.materials[0].root_angle_rad = straight_root_angle;
   scene.materials[0].curl_diameter_cm = straight_curl_cm;
   scene::Groom groom;
+  groom.linear = linear;
   groom.first_point = {0};
   for (const StraightStrand& strand : strands) {
     for (int i = 0; i < points_each; ++i) {

@@ -43,6 +43,9 @@ TEST(SceneFile, NamesThePathAndTheExpectation) {
       {R"({"grooms": [{"generate": "straight", "length_cm": 1e999}]})", "s.json"},
       {R"({"grooms": [{"generate": "straight", "file": "a.hair"}]})", "/grooms/0"},
       {R"({"grooms": [{"generate": "straight", "material": "x"}]})", "/grooms/0/material"},
+      {R"({"grooms": [{"generate": "straight", "basis": "cubic"}]})",
+       "s.json: /grooms/0/basis: expected one of bspline, linear, found \"cubic\""},
+      {R"({"grooms": [{"generate": "straight", "basis": true}]})", "/grooms/0/basis"},
       {R"({"image": {"width": 0}, )" + groom + "}", "/image/width"},
       {R"({"image": {"width": 65536, "height": 65536}, )" + groom + "}", "/image"},
       {R"({"camera": {"eye": [0, 0, null]}, )" + groom + "}", "/camera/eye/2"},
@@ -136,6 +139,14 @@ TEST(SceneFile, ReadsSkies) {
             std::string::npos);
 }
 
+TEST(SceneFile, ReadsTheBasisOfFilesAndOfGeneratedGrooms) {
+  const SceneDescription scene = parsed(R"({"grooms": [{"generate": "single_fiber"}, {"file": "a.hair"},
+      {"generate": "single_fiber", "basis": "linear"}, {"file": "a.hair", "basis": "linear"},
+      {"generate": "single_fiber", "basis": "bspline"}]})");
+  ASSERT_EQ(scene.grooms.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(scene.grooms[i].linear, i == 2 || i == 3) << i;
+}
+
 TEST(SceneFile, SurvivesDeepNestingAndEveryTruncation) {
   EXPECT_NE(message(std::string(100000, '[')), "");
   const std::string whole = R"({"camera": {"frame": true}, "materials": [{"name": "a", "eta": 1.5}], )" + groom + "}";
@@ -167,6 +178,17 @@ TEST(LoadScene, LoadsTheScenesOfTheProject) {
     EXPECT_LT(distance, 300) << name;
   }
   EXPECT_GE(scenes, 4);
+}
+
+TEST(LoadScene, HandsOnTheBasis) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "tress_basis.json";
+  std::ofstream(file)
+      << R"({"grooms": [{"generate": "single_fiber", "basis": "linear"}, {"generate": "single_fiber"}]})";
+  const auto scene = load_scene(file);
+  std::filesystem::remove(file);
+  ASSERT_TRUE(scene) << scene.error().message();
+  EXPECT_TRUE(scene->grooms[0].linear);
+  EXPECT_FALSE(scene->grooms[1].linear);
 }
 
 TEST(Overrides, ReachTheScene) {
