@@ -94,6 +94,8 @@ double p_value_of(const LearnedModel& model, const FiberEvent& event, std::uint6
 }
 
 TEST(evidence, samples_follow_the_density_over_all_parameters_and_states) {
+  const std::size_t whole_tests = std::size(cases) + static_cast<std::size_t>(std::ranges::count_if(
+                                                         cases, [](const Case& c) { return !narrow(c); }));
   std::size_t tests = 0;
   double smallest = 1;
   for (const Case& c : cases) {
@@ -102,12 +104,51 @@ TEST(evidence, samples_follow_the_density_over_all_parameters_and_states) {
       if (rows == Rows::converged && narrow(c)) continue;
       const auto model = model_in(rows, parameters_of(c), known_of(c));
       const double p = p_value_of(*model, model->begin(known_of(c)), 71 + tests++);
-      EXPECT_GT(p, test::sidak_level(family_level, 2 * std::size(cases)))
+      EXPECT_GT(p, test::sidak_level(family_level, whole_tests))
           << test::name_of(rows) << " e " << c.e << " roughness " << c.roughness << " theta_r " << c.theta_deg;
       smallest = std::min(smallest, p);
     }
   }
+  EXPECT_EQ(tests, whole_tests);
   std::printf("smallest p value of %zu: %.3g\n", tests, smallest);
+}
+
+// One lobe at a time: the gains of all others are 0, so that the whole density is that of the lobe.
+TEST(evidence, samples_of_every_lobe_alone_follow_its_density) {
+  constexpr Case places[] = {cases[0], cases[3], cases[6], {0.70f, 0.20f, 3, 35, 60, 5}};
+  constexpr std::size_t family = std::size(places) * fiber::lobe_count * 2;
+  std::size_t tests = 0;
+  double smallest = 1;
+  for (const Case& c : places) {
+    for (std::size_t lobe = 0; lobe < fiber::lobe_count; ++lobe) {
+      FiberParameters parameters = parameters_of(c);
+      parameters.split_glint = true;
+      parameters.gain.fill(glm::vec3(0.0f));
+      parameters.gain[lobe] = glm::vec3(1.0f);
+      for (const Rows rows : {Rows::open, Rows::converged}) {
+        const auto model = model_in(rows, parameters, known_of(c));
+        const double p = p_value_of(*model, model->begin(known_of(c)), 171 + tests++);
+        EXPECT_GT(p, test::sidak_level(family_level, family))
+            << fiber::lobe_names[lobe] << ' ' << test::name_of(rows) << " e " << c.e << " theta_r " << c.theta_deg;
+        smallest = std::min(smallest, p);
+      }
+    }
+  }
+  EXPECT_EQ(tests, family);
+  std::printf("smallest p value of %zu: %.3g\n", tests, smallest);
+}
+
+TEST(evidence, samples_of_exact_follow_its_density_over_all_parameters) {
+  double smallest = 1;
+  std::uint64_t seed = 271;
+  constexpr Case places[] = {cases[0], cases[3], cases[6]};  // a narrow blur takes a minute
+  for (const Case& c : places) {
+    const auto model = model_in(Rows::traced_at_vertex, parameters_of(c), known_of(c));
+    const double p = p_value_of(*model, model->begin(known_of(c)), seed++);
+    EXPECT_GT(p, test::sidak_level(family_level, std::size(places))) << "e " << c.e << " theta_r " << c.theta_deg;
+    smallest = std::min(smallest, p);
+  }
+  std::printf("smallest p value of %zu: %.3g\n", std::size(places), smallest);
 }
 
 TEST(evidence, density_of_corrected_is_that_of_fitted_to_the_bit) {
