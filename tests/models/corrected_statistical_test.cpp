@@ -39,7 +39,6 @@ TEST(corrected, mean_over_directions_is_that_of_exact) {
     rows_of->read_by(Estimator::corrected);
     const LearnedModel exact(parameters, Estimator::exact);
     std::array<test::SampleMean, 3> difference, value;
-    int corrected = 0;
     RandomStream random(101);
     for (int i = 0; i < directions; ++i) {
       // Half the events at the direction that was taught, so that rows are what `rows` says.
@@ -49,7 +48,6 @@ TEST(corrected, mean_over_directions_is_that_of_exact) {
       const FiberEvent event = rows_of->begin(wr, xi1, xi2);
       const FiberDirection wi{2.6f * (random.next() - 0.5f), 2 * pi * (random.next() - 0.5f)};
       const FiberValue one = rows_of->model().evaluate(event, wi);
-      corrected += one.exact_queries > 0 ? 1 : 0;
       const FiberValue other = exact.model().evaluate(exact.begin(wr, xi1, xi2), wi);
       for (std::size_t p = 0; p < 3; ++p) {
         difference[p].add(static_cast<double>(one.s[p + 1].g - other.s[p + 1].g));
