@@ -161,8 +161,9 @@ TEST(Light, AzimuthStartsAtTheFrontAndTurnsCounterClockwise) {
 TEST(Light, IsFiniteForEveryInput) {
   RandomStream random(3);
   constexpr float infinity = std::numeric_limits<float>::infinity();
-  constexpr std::array<float, 12> special{0.0f,          -0.0f,  1.0f,    -1.0f,    infinity, -infinity,
-                                          std::nanf(""), 1e-45f, 3.4e38f, -3.4e38f, 1e-20f,   1e20f};
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  constexpr std::array<float, 12> special{0.0f, -0.0f,  1.0f,    -1.0f,    infinity, -infinity,
+                                          nan,  1e-45f, 3.4e38f, -3.4e38f, 1e-20f,   1e20f};
   const auto any = [&] {
     const auto bits = random.next_bits();
     if (bits % 3 == 0) return special[random.next_bits() % special.size()];
