@@ -42,10 +42,11 @@ float uniform_angle(double u) { return wrap_angle(static_cast<float>((2.0 * u - 
 
 }  // namespace
 
-float wrap_angle(float x) {
-  if (x >= -pi && x < pi) return x;
+float wrap_turns(float x) {
   constexpr double two_pi = 2.0 * std::numbers::pi;
-  const auto r = static_cast<float>(x - two_pi * std::floor((x + std::numbers::pi) / two_pi));
+  double turns = x < 0 ? -1 : 1;  // the usual case: a difference of two angles
+  if (!(std::abs(x) < 3 * pi)) turns = std::floor((x + std::numbers::pi) / two_pi);
+  const auto r = static_cast<float>(x - two_pi * turns);
   return r >= -pi && r < pi ? r : -pi;
 }
 

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "fiber/float4.h"
 #include "fiber/quarter_sine.h"
 #include "fiber/reflection.h"
 #include "fiber/row_axes.h"
@@ -42,8 +43,6 @@ float energy_of_reflection(const ClearEnergies& clear, const FiberParameters& fi
 
 }  // namespace
 
-float luminance(const glm::vec3& color) { return 0.2126f * color.r + 0.7152f * color.g + 0.0722f * color.b; }
-
 EnergyTable::EnergyTable(std::shared_ptr<const ClearEnergies> clear, const FiberParameters& fiber)
     : clear_(std::move(clear)), colored_(node_count) {
   assert(clear_->key() == energy_key(fiber));
@@ -67,28 +66,30 @@ LobeEnergies EnergyTable::interpolated(float phi_r, float theta) const {
   const float y = std::min(quarter_cosine(theta), 1.0f) * static_cast<float>(last);
   const int i = std::clamp(static_cast<int>(x), 0, last - 1), j = std::clamp(static_cast<int>(y), 0, last - 1);
   const float fx = std::clamp(x - static_cast<float>(i), 0.0f, 1.0f), fy = y - static_cast<float>(j);
-  const float weight[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
-  const int corner = j * (last + 1) + i;
-  const int corners[4] = {corner, corner + 1, corner + last + 1, corner + last + 2};
+  const int corner = j * (last + 1) + i, beyond = corner + last + 1;
+  const Float4 weight[4] = {splat((1 - fx) * (1 - fy)), splat(fx * (1 - fy)), splat((1 - fx) * fy), splat(fx * fy)};
+  const auto mix = [&](const auto& at_corner, auto& out, std::size_t first) {
+    store4(out, first,
+           (weight[0] * load4(at_corner(corner), first) + weight[1] * load4(at_corner(corner + 1), first)) +
+               (weight[2] * load4(at_corner(beyond), first) + weight[3] * load4(at_corner(beyond + 1), first)));
+  };
+  const auto clear = [&](int node) -> const auto& { return clear_->clear(node); };
+  const auto colored = [&](int node) -> const auto& { return colored_[static_cast<std::size_t>(node)]; };
+  static_assert(sizeof(LobeColors) == 18 * sizeof(float) && lobe_count == 6);
   LobeEnergies energies;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const std::array<float, lobe_count>& clear = clear_->clear(corners[k]);
-    const LobeColors& colored = colored_[static_cast<std::size_t>(corners[k])];
-    for (std::size_t lobe = 0; lobe < lobe_count; ++lobe) {
-      energies.clear[lobe] += weight[k] * clear[lobe];
-      energies.colored[lobe] += weight[k] * colored[lobe];
-    }
-  }
+  for (const std::size_t first : {0, 4, 8, 12, 14}) mix(colored, energies.colored, first);  // the last two overlap
+  for (const std::size_t first : {0, 2}) mix(clear, energies.clear, first);
   return energies;
 }
 
 LobeEnergies EnergyTable::at(float phi_r, float theta) const {
   LobeEnergies energies = interpolated(phi_r, theta);
+  std::array<float, lobe_count> share;
   float total = 0;
-  for (const glm::vec3& color : energies.colored) total += luminance(color);
+  for (std::size_t lobe = 0; lobe < lobe_count; ++lobe) total += share[lobe] = luminance(energies.colored[lobe]);
   for (std::size_t lobe = 1; lobe < lobe_count; ++lobe) {
     if (lobe == residual) continue;
-    if (energies.clear[lobe] >= least_energy && luminance(energies.colored[lobe]) >= least_energy * total) continue;
+    if (energies.clear[lobe] >= least_energy && share[lobe] >= least_energy * total) continue;
     energies.clear[residual] += energies.clear[lobe];
     energies.colored[residual] += energies.colored[lobe];
     energies.clear[lobe] = 0;

@@ -19,8 +19,12 @@ struct LobeEnergies {
   std::array<float, lobe_count> clear{};  ///< E_p of clear hair, exact Fresnel, without gain; sums to 1
 };
 
-/// Relative luminance of linear RGB (Rec. 709).
-float luminance(const glm::vec3& color);
+/// Relative luminance of linear RGB (Rec. 709), and what each channel adds to it.
+inline glm::vec3 luminance_terms(const glm::vec3& color) { return color * glm::vec3(0.2126f, 0.7152f, 0.0722f); }
+inline float luminance(const glm::vec3& color) {
+  const glm::vec3 terms = luminance_terms(color);
+  return terms.r + terms.g + terms.b;
+}
 
 /// E_p(phi_r, theta), bilinear between the nodes of ClearEnergies, which are colored by their rules. Immutable after
 /// construction; any thread.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
@@ -12,10 +13,16 @@ using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 
 inline Float4 splat(float x) { return Float4{x, x, x, x}; }
-inline Float4 load4(const float* from) {
+/// Floats first to first + 3 of an object that is nothing but floats.
+template <class Floats>
+Float4 load4(const Floats& from, std::size_t first) {
   Float4 x;
-  std::memcpy(&x, from, sizeof(x));
+  std::memcpy(&x, reinterpret_cast<const std::byte*>(&from) + first * sizeof(float), sizeof(x));
   return x;
+}
+template <class Floats>
+void store4(Floats& to, std::size_t first, Float4 x) {
+  std::memcpy(reinterpret_cast<std::byte*>(&to) + first * sizeof(float), &x, sizeof(x));
 }
 inline Float4 max4(Float4 a, Float4 b) { return a > b ? a : b; }
 inline Float4 abs4(Float4 x) { return std::bit_cast<Float4>(std::bit_cast<Int4>(x) & 0x7fffffff); }

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "fiber/quarter_sine.h"
+#include "fiber/lobe_widths.h"
 
 namespace tress::fiber {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-constexpr float smallest_lambda = static_cast<float>(0.25 * degree);
 constexpr float largest_width = static_cast<float>(45 * degree);
 
 }  // namespace
@@ -25,26 +24,13 @@ std::array<float, 3> azimuthal_sigmas(const FiberParameters& fiber) {
 }
 
 float longitudinal_lambda(const FiberParameters& fiber, int p, float theta_r) {
-  constexpr std::array<float, 4> per_alpha{0.390f, 0.196f, 0.66f, 0.9f};
-  const auto lobe = static_cast<std::size_t>(p);
-  float lambda = per_alpha[lobe] * fiber.roughness;
-  if (p == 1) lambda /= std::max(quarter_cosine(theta_r), 1e-3f);
-  return std::clamp(fiber.longitudinal_lambda[lobe].value_or(lambda), smallest_lambda, largest_width);
+  return LobeWidths(fiber).at(theta_r).lambda[LobeWidths::lane_of(p)];
 }
 
-float lobe_tilt(const FiberParameters& fiber, int p) {
-  constexpr std::array<float, 4> factor{-1.0f, 0.5f, 1.5f, 2.5f};
-  return factor[static_cast<std::size_t>(p)] * fiber.tilt;
-}
+float lobe_tilt(const FiberParameters& fiber, int p) { return LobeWidths(fiber).at(0).tilt[LobeWidths::lane_of(p)]; }
 
 float roughness_shift(const FiberParameters& fiber, int p, float theta_r) {
-  if ((p != 1 && p != 2) || fiber.longitudinal_lambda[static_cast<std::size_t>(p)]) return 0;
-  const float t = std::abs(theta_r);
-  const float cosine = std::max(quarter_cosine(t), 1e-3f);
-  const float tangent = quarter_sine(t) / cosine;
-  const float alpha_squared = fiber.roughness * fiber.roughness;
-  const float x = alpha_squared * tangent * (p == 1 ? 0.3f / (cosine * cosine) : 3.0f);
-  return std::copysign(x * t / (t + 4 * x + 1e-12f), theta_r);
+  return LobeWidths(fiber).at(theta_r).shift[LobeWidths::lane_of(p)];
 }
 
 glm::vec3 sigma_a_from_color(const glm::vec3& color) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "fiber/quarter_sine.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/fiber/elliptical_model.h"
 
@@ -77,7 +78,7 @@ std::uint32_t RowGrid::choose_azimuth(float folded_phi, float xi1) const {
 }
 
 std::uint32_t RowGrid::choose_inclination(float theta_d, float xi2) const {
-  const float c = std::cos(theta_d);
+  const float c = quarter_cosine(theta_d);
   const auto last = static_cast<std::uint32_t>(cosine_.size() - 1);
   // The last node whose cosine is larger than c (0 if none is): a guess by the even part of the axis, then steps.
   const float guess = (1 - c) * first_gap_inverse_;

@@ -40,21 +40,17 @@ std::uint64_t hash_of(float a, float b, std::uint64_t before) {
 /// What depends on the known direction only: computed once per event, used by every direction of it.
 struct EventConstants {
   ReflectionLobe reflection;
-  LongitudinalLobes longitudinal;  ///< by order p - 1: TT, TRT (and GLINT), TRRT (and the residual); the last is spare
+  LongitudinalLobes longitudinal;  ///< by order p - 1: TT, TRT (and GLINT), TRRT (and the residual); R's last, unused
   FoldedAzimuth fold;
   std::array<std::uint32_t, 4> first_node{};  ///< of the row of nodes that xi1 chose, by row lobe
   std::array<glm::vec3, 4> channel_weights;   ///< shares of the channels in the luminance of the lobe's energy
-  std::uint64_t hash;                         ///< of xi and the known direction
+  std::uint64_t hash;                         ///< of xi and the known direction; for `corrected`
 };
 static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
 static_assert(alignof(EventConstants) <= 16 && std::is_trivially_copyable_v<EventConstants>);
 
 const EventConstants& constants_of(const FiberEvent& event) {
   return *std::launder(reinterpret_cast<const EventConstants*>(event.model_constants.data()));
-}
-
-glm::vec3 luminance_terms(const glm::vec3& color) {
-  return {luminance({color.r, 0, 0}), luminance({0, color.g, 0}), luminance({0, 0, color.b})};
 }
 
 class EllipticalModel final : public FiberModel {
@@ -86,12 +82,21 @@ class EllipticalModel final : public FiberModel {
       sum += event.selection[p] = terms[p].x + terms[p].y + terms[p].z;
     }
     const FoldedAzimuth fold = fold_azimuth(event.wr.phi);
+    const FiberParameters& parameters = fiber.parameters;
+    const LobeWidths::At widths = fiber.widths.at(event.wr.theta);
     EventConstants* constants = new (event.model_constants.data()) EventConstants{
-        make_reflection(fiber, event, energies.clear[0]),           make_longitudinal(fiber, event), fold, {}, {},
-        hash_of(event.wr.theta, event.wr.phi, hash_of(xi1, xi2, 0))};
+        {parameters.eta, parameters.eccentricity, event.wr.theta, event.wr.phi, energies.clear[0],
+         widths.tilt[LobeWidths::lane_of(0)], widths.lambda[LobeWidths::lane_of(0)], parameters.reflection_fresnel,
+         parameters.longitudinal_shape},
+        {event.wr.theta, widths.tilt + widths.shift, widths.lambda, parameters.longitudinal_shape},
+        fold,
+        {},
+        {},
+        estimator_ == Estimator::corrected ? hash_of(event.wr.theta, event.wr.phi, hash_of(xi1, xi2, 0)) : 0};
     for (std::size_t i = 0; i < row_lobes.size(); ++i) {
       const auto lobe = static_cast<std::size_t>(row_lobes[i]);
-      constants->channel_weights[i] = terms[lobe] / event.selection[lobe];  // read only where the lobe is selected
+      constants->channel_weights[i] =
+          terms[lobe] * (1 / event.selection[lobe]);  // read only where the lobe is selected
       if (!fiber.rows[i]) continue;
       const PageRows& page = fiber.rows[i]->page();
       constants->first_node[i] = page.grid.choose_azimuth(fold.phi, xi1) * page.width;
@@ -100,7 +105,8 @@ class EllipticalModel final : public FiberModel {
       event.selection = {};
       event.selection[0] = sum = 1;
     }
-    for (float& probability : event.selection) probability /= sum;
+    const float inverse_sum = 1 / sum;
+    for (float& probability : event.selection) probability *= inverse_sum;
     return event;
   }
 
@@ -179,28 +185,6 @@ class EllipticalModel final : public FiberModel {
 
   static float difference_angle(const FiberDirection& wr, const FiberDirection& wi) {
     return 0.5f * std::fabs(wr.theta - wi.theta);
-  }
-
-  static ReflectionLobe make_reflection(const FiberRecord& fiber, const FiberEvent& event, float energy) {
-    const FiberParameters& parameters = fiber.parameters;
-    return {parameters.eta,
-            parameters.eccentricity,
-            event.wr.theta,
-            event.wr.phi,
-            energy,
-            lobe_tilt(parameters, 0),
-            longitudinal_lambda(parameters, 0, event.wr.theta),
-            parameters.reflection_fresnel,
-            parameters.longitudinal_shape};
-  }
-
-  static LongitudinalLobes make_longitudinal(const FiberRecord& fiber, const FiberEvent& event) {
-    Float4 tilt{}, lambda{};
-    for (int p = 1; p < 4; ++p) {
-      tilt[p - 1] = lobe_tilt(fiber.parameters, p) + roughness_shift(fiber.parameters, p, event.wr.theta);
-      lambda[p - 1] = longitudinal_lambda(fiber.parameters, p, event.wr.theta);
-    }
-    return {event.wr.theta, tilt, lambda, fiber.parameters.longitudinal_shape};
   }
 
   /// S and Q at wi. drawn: the lobe that drew wi, whose query (if it makes any) is then `known`.

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "fiber/energy_table.h"
+#include "fiber/lobe_widths.h"
 #include "models/colored_rows.h"
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
@@ -20,6 +21,7 @@ constexpr std::array<int, 4> row_orders{1, 2, 3, 2};
 /// Plain data and shared parts; written between passes only.
 struct FiberRecord {
   FiberParameters parameters;
+  LobeWidths widths;
   std::array<float, 4> sigma{};         ///< blur of each of row_lobes, radians
   std::array<bool, 4> proposes_only{};  ///< their rows are of smallest_grid_sigma and answer nothing
   int vertex_rays = 256;

@@ -41,6 +41,7 @@ FiberId FiberStore::add(const FiberParameters& parameters) {
 
   FiberRecord fiber;
   fiber.parameters = parameters;
+  fiber.widths = LobeWidths(parameters);
   const std::array<float, 3> sigmas = azimuthal_sigmas(parameters);
   fiber.sigma = {sigmas[0], sigmas[1], sigmas[2], sigmas[1]};
   fiber.energies = energies_of(parameters);

@@ -3,12 +3,18 @@
 
 #include <array>
 #include <cstdint>
+#include <numbers>
 #include <span>
 
 namespace tress::adaptive {
 
+/// wrap_angle() of an angle that is out of range.
+float wrap_turns(float x);
 /// Wraps an angle into [-pi, pi).
-float wrap_angle(float x);
+inline float wrap_angle(float x) {
+  constexpr float pi = std::numbers::pi_v<float>;
+  return x >= -pi && x < pi ? x : wrap_turns(x);
+}
 
 /// One circular skew logistic (ESTIMATOR.md, E1): with x = wrap(phi - mu), s = s_left for x < 0 else s_right,
 /// E = exp(-|x|/s):  p = E/(1+E)^2 / Z,  Z = (s_l T(s_l) + s_r T(s_r))/2,  T(s) = tanh(pi/(2s)). Mass 1 on the circle.

@@ -1,0 +1,57 @@
+// Tilts and widths of the longitudinal lobes of one fiber, with what does not depend on the direction taken out.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
+
+#include "fiber/float4.h"
+#include "fiber/longitudinal.h"
+#include "fiber/quarter_sine.h"
+#include "tress/fiber/parameters.h"
+
+namespace tress::fiber {
+
+/// Lanes are TT, TRT, TRRT, R: order p is lane_of(p). Immutable plain data; any thread.
+class LobeWidths {
+ public:
+  LobeWidths() = default;
+  explicit LobeWidths(const FiberParameters& fiber) {
+    constexpr std::array<float, 4> per_alpha{0.390f, 0.196f, 0.66f, 0.9f}, tilts{-1.0f, 0.5f, 1.5f, 2.5f};
+    const float alpha2 = fiber.roughness * fiber.roughness;
+    for (int p = 0; p < 4; ++p) {
+      const auto lobe = static_cast<std::size_t>(p);
+      const std::optional<float>& given = fiber.longitudinal_lambda[lobe];
+      lambda_[lane_of(p)] = given.value_or(per_alpha[lobe] * fiber.roughness);
+      tilt_[lane_of(p)] = tilts[lobe] * fiber.tilt;
+      if (given) continue;
+      if (p == 1) by_cosine_ = true;
+      if (p == 1 || p == 2) shift_[lane_of(p)] = (p == 1 ? 0.3f : 3.0f) * alpha2;
+    }
+  }
+
+  static constexpr int lane_of(int p) { return p == 0 ? 3 : p - 1; }
+
+  struct At {
+    Float4 tilt;    ///< lobe_tilt()
+    Float4 shift;   ///< roughness_shift()
+    Float4 lambda;  ///< longitudinal_lambda()
+  };
+  At at(float theta_r) const {
+    const float t = theta_r < 0 ? -theta_r : theta_r;
+    const float inverse_cosine = 1 / std::max(quarter_cosine(t), 1e-3f), tangent = quarter_sine(t) * inverse_cosine;
+    const float of_tt = by_cosine_ ? inverse_cosine : 1;
+    const Float4 x = shift_ * tangent * Float4{inverse_cosine * inverse_cosine, 1, 1, 1};
+    const Float4 lambda = max4(lambda_ * Float4{of_tt, 1, 1, 1}, splat(smallest_lambda)), most = splat(largest_lambda);
+    return {tilt_, (theta_r < 0 ? -1.0f : 1.0f) * x * t / (t + 4 * x + 1e-12f), lambda < most ? lambda : most};
+  }
+
+ private:
+  static constexpr float largest_lambda = 0.785398163f;  ///< 45 degrees
+  Float4 tilt_ = splat(0), lambda_ = splat(0);
+  Float4 shift_ = splat(0);  ///< of roughness_shift(): its x at tan = cos = 1
+  bool by_cosine_ = false;   ///< lambda of TT goes with 1/cos theta_r
+};
+
+}  // namespace tress::fiber
