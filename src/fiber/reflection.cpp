@@ -28,7 +28,8 @@ ReflectionLobe::At ReflectionLobe::at(float phi_i) const {
   // The ellipse parameter of the point with normal nu has cosine cos nu / s and sine e sin nu / s, that of the ray
   // with h = 0 has e cos phi_r / w and sin phi_r / w; h is the sine of their difference, dt/dnu = e / s^2.
   const float half = 0.5f * adaptive::wrap_angle(phi_i - phi_r_);
-  const float sin_half = quarter_sine(half), cos_half = quarter_cosine(half);
+  const Float4 sines = quarter_sine(Float4{half, from_quarter(half), 0, 0});
+  const float sin_half = sines[0], cos_half = sines[1];
   const float cos_nu = cos_phi_ * cos_half - sin_phi_ * sin_half;
   const float sin_nu = eccentricity_ * (sin_phi_ * cos_half + cos_phi_ * sin_half);
   const float inverse_s2 = 1 / (cos_nu * cos_nu + sin_nu * sin_nu);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 
 #include "fiber/quarter_sine.h"
@@ -66,8 +67,9 @@ adaptive::PageDescription elliptical_page(int page_lobe, float eta, float eccent
 
 RowGrid::RowGrid(const adaptive::PageDescription& page)
     : last_a_(static_cast<std::uint32_t>(page.axis_a.size() - 1)),
+      last_b_(static_cast<std::uint32_t>(page.axis_b.size() - 1)),
       steps_per_radian_(static_cast<float>(last_a_ / quarter_turn)) {
-  for (const float theta : page.axis_b) cosine_.push_back(std::cos(theta));
+  for (const float theta : page.axis_b) cosine_.push_back(quarter_cosine(theta));
   for (std::size_t i = 0; i + 1 < cosine_.size(); ++i) inverse_gap_.push_back(1 / (cosine_[i] - cosine_[i + 1]));
   first_gap_inverse_ = inverse_gap_.empty() ? 0.0f : inverse_gap_.front();
 }
@@ -79,14 +81,14 @@ std::uint32_t RowGrid::choose_azimuth(float folded_phi, float xi1) const {
 
 std::uint32_t RowGrid::choose_inclination(float theta_d, float xi2) const {
   const float c = quarter_cosine(theta_d);
-  const auto last = static_cast<std::uint32_t>(cosine_.size() - 1);
   // The last node whose cosine is larger than c (0 if none is): a guess by the even part of the axis, then steps.
+  const float* cosine = cosine_.data();
   const float guess = (1 - c) * first_gap_inverse_;
-  std::uint32_t b = guess > 0 ? std::min(static_cast<std::uint32_t>(guess), last) : 0;
-  while (b < last && cosine_[b + 1] > c) ++b;
-  while (b > 0 && !(cosine_[b] > c)) --b;
-  if (b == last) return last;
-  const float fraction = std::min((cosine_[b] - c) * inverse_gap_[b], 1.0f);
+  std::uint32_t b = guess > 0 ? std::min(static_cast<std::uint32_t>(static_cast<std::int32_t>(guess)), last_b_) : 0;
+  while (b < last_b_ && cosine[b + 1] > c) ++b;
+  while (b > 0 && !(cosine[b] > c)) --b;
+  if (b == last_b_) return last_b_;
+  const float fraction = std::min((cosine[b] - c) * inverse_gap_[b], 1.0f);
   return b + (fraction + xi2 >= 1 ? 1 : 0);
 }
 

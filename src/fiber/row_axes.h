@@ -51,7 +51,7 @@ class RowGrid {
   std::uint32_t choose_inclination(float theta_d, float xi2) const;
 
  private:
-  std::uint32_t last_a_;
+  std::uint32_t last_a_, last_b_;
   float steps_per_radian_;
   std::vector<float> cosine_;       ///< of axis_b, descending
   std::vector<float> inverse_gap_;  ///< 1/(cosine[i] - cosine[i + 1])

@@ -136,27 +136,30 @@ class EllipticalModel final : public FiberModel {
       sample.wi.theta = constants.longitudinal.lane(width).sample(u[1]);
       if (has_rows) {
         const float spare = std::clamp((u[0] - below) / chosen, 0.0f, 0.99999994f);
-        const float theta_d = difference_angle(event.wr, sample.wi);
+        const Inclination at = inclination_of(fiber, event, sample.wi);
         const RowReader reader = reader_of(fiber, constants, i);
         std::uint32_t node = 0;
         RowQuery query;
         if (service_ != nullptr) {
-          node = constants.first_node[i] + fiber.rows[0]->page().grid.choose_inclination(theta_d, event.xi2);
+          node = constants.first_node[i] + at.node;
           query.row = fiber.rows[i]->find(node);
           if (query.row == nullptr) query = reader.ask(node);
         }
-        sample.wi.phi = constants.fold.absolute(reader.sample(query, node, theta_d, spare, u[2], u[3]), event.wr.phi);
-        sample.value = value_at(event, constants, sample.wi, p, &query);
+        sample.wi.phi =
+            constants.fold.absolute(reader.sample(query, node, at.theta_d, spare, u[2], u[3]), event.wr.phi);
+        sample.value = value_at(event, constants, sample.wi, at, p, &query);
         return sample;
       }
       sample.wi.phi = constants.fold.absolute(pi * (2 * u[2] - 1), event.wr.phi);
     }
-    sample.value = value_at(event, constants, sample.wi, p, nullptr);
+    sample.value = value_at(event, constants, sample.wi, inclination_of(fiber, event, sample.wi), p, nullptr);
     return sample;
   }
 
   FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
-    return value_at(event, constants_of(event), clamped(wi), nothing_drawn, nullptr);
+    const FiberDirection at = clamped(wi);
+    return value_at(event, constants_of(event), at, inclination_of(fibers_[event.fiber], event, at), nothing_drawn,
+                    nullptr);
   }
 
  private:
@@ -183,58 +186,61 @@ class EllipticalModel final : public FiberModel {
     return {std::clamp(w.theta, -half_pi, half_pi), adaptive::wrap_angle(w.phi)};
   }
 
-  static float difference_angle(const FiberDirection& wr, const FiberDirection& wi) {
-    return 0.5f * std::fabs(wr.theta - wi.theta);
+  /// What all rows of one direction have in common.
+  struct Inclination {
+    float theta_d;           ///< |theta_d|
+    std::uint32_t node = 0;  ///< that xi2 chose
+  };
+  Inclination inclination_of(const FiberRecord& fiber, const FiberEvent& event, const FiberDirection& wi) const {
+    const float theta_d = 0.5f * std::fabs(event.wr.theta - wi.theta);
+    if (service_ == nullptr) return {theta_d};
+    return {theta_d, fiber.rows[0]->page().grid.choose_inclination(theta_d, event.xi2)};
   }
 
   /// S and Q at wi. drawn: the lobe that drew wi, whose query (if it makes any) is then `known`.
-  FiberValue value_at(const FiberEvent& event, const EventConstants& constants, const FiberDirection& wi, int drawn,
-                      const RowQuery* known) const {
+  FiberValue value_at(const FiberEvent& event, const EventConstants& constants, const FiberDirection& wi,
+                      const Inclination& at, int drawn, const RowQuery* known) const {
     const FiberRecord& fiber = fibers_[event.fiber];
     FiberValue value;
     if (event.selection[0] > 0) {
-      const ReflectionLobe::At at = constants.reflection.at(wi.phi);
-      const float m = constants.reflection.longitudinal_density(at, wi.theta);
-      value.s[0] = fiber.parameters.gain[0] * (at.energy_density * m);
-      value.pdf += event.selection[0] * at.azimuth_pdf * m;
+      const ReflectionLobe::At r = constants.reflection.at(wi.phi);
+      const float m = constants.reflection.longitudinal_density(r, wi.theta);
+      value.s[0] = fiber.parameters.gain[0] * (r.energy_density * m);
+      value.pdf += event.selection[0] * r.azimuth_pdf * m;
     }
     const float x = constants.fold.relative(wi.phi, event.wr.phi);
-    const float theta_d = difference_angle(event.wr, wi);
-    const std::uint32_t b = service_ == nullptr ? 0 : fiber.rows[0]->page().grid.choose_inclination(theta_d, event.xi2);
     const std::optional<float> correct = correction(constants, wi);
+    const int counted = known != nullptr && known->counted ? drawn : nothing_drawn;
     std::uint32_t from_copies = 0;
     const Float4 widths = constants.longitudinal.density(wi.theta);
     for (std::size_t i = 0; i < row_lobes.size(); ++i) {
       const auto lobe = static_cast<std::size_t>(row_lobes[i]);
       if (!(event.selection[lobe] > 0)) continue;
       const float m = widths[row_orders[i] - 1];
+      const TintedRow* row = service_ != nullptr && static_cast<int>(lobe) != counted
+                                 ? fiber.rows[i]->find(constants.first_node[i] + at.node)
+                                 : nullptr;
       RowValue azimuthal;
       bool asks = true, exact = false;
-      if (service_ == nullptr) {
-        azimuthal = reader_of(fiber, constants, i).evaluate_at_vertex(theta_d, x);
-        exact = true;
+      if (row != nullptr) [[likely]] {
+        azimuthal = row->evaluate(x, constants.channel_weights[i], uniform_share_);
+        asks = row->has_row;
+        from_copies += asks ? 1 : 0;
+        value.objective += row->objective;
       } else {
-        const std::uint32_t node = constants.first_node[i] + b;
-        const TintedRow* row = static_cast<int>(lobe) == drawn && known->counted ? nullptr : fiber.rows[i]->find(node);
-        if (row != nullptr) [[likely]] {
-          azimuthal = row->evaluate(x, constants.channel_weights[i], uniform_share_);
-          asks = row->has_row;
-          from_copies += asks ? 1 : 0;
-          value.objective += row->objective;
-        } else {
-          azimuthal = ask_and_evaluate(event, constants, i, node, x, static_cast<int>(lobe) == drawn ? known : nullptr,
-                                       value, asks, exact);
-        }
-        if (fiber.proposes_only[i]) {
-          azimuthal.shape = reader_of(fiber, constants, i).evaluate_at_vertex(theta_d, x).shape;
-          exact = true;
-        } else if (correct) {
-          azimuthal.shape +=
-              correction_factor * reader_of(fiber, constants, i).correction(azimuthal.shape, theta_d, x, *correct);
-          exact = true;
-        }
+        azimuthal = trace_or_ask(event, constants, i, at, x, static_cast<int>(lobe) == drawn ? known : nullptr, value,
+                                 asks, exact);
       }
       value.queries += asks ? 1 : 0;
+      if ((correct || fiber.proposes_only[i]) && service_ != nullptr) [[unlikely]] {
+        const RowReader reader = reader_of(fiber, constants, i);
+        if (fiber.proposes_only[i]) {
+          azimuthal.shape = reader.evaluate_at_vertex(at.theta_d, x).shape;
+        } else {
+          azimuthal.shape += correction_factor * reader.correction(azimuthal.shape, at.theta_d, x, *correct);
+        }
+        exact = true;
+      }
       value.exact_queries += asks && exact ? 1 : 0;
       value.s[lobe] = event.energy[lobe] * azimuthal.shape * m;
       value.pdf += event.selection[lobe] * azimuthal.proposal * m;
@@ -249,19 +255,22 @@ class EllipticalModel final : public FiberModel {
     return value;
   }
 
-  /// A node that has no copy, or that sample() has just asked for: `known`.
-  [[gnu::noinline]] RowValue ask_and_evaluate(const FiberEvent& event, const EventConstants& constants, std::size_t i,
-                                              std::uint32_t node, float x, const RowQuery* known, FiberValue& value,
-                                              bool& asks, bool& exact) const {
+  /// A node that has no copy, or that sample() has just asked for: `known`; without a service, the trace at the vertex.
+  [[gnu::noinline]] RowValue trace_or_ask(const FiberEvent& event, const EventConstants& constants, std::size_t i,
+                                          const Inclination& at, float x, const RowQuery* known, FiberValue& value,
+                                          bool& asks, bool& exact) const {
     const RowReader reader = reader_of(fibers_[event.fiber], constants, i);
+    exact = true;
+    if (service_ == nullptr) return reader.evaluate_at_vertex(at.theta_d, x);
+    const std::uint32_t node = constants.first_node[i] + at.node;
     const RowQuery asked = known == nullptr ? reader.ask(node) : RowQuery{};
     const RowQuery& query = known == nullptr ? asked : *known;
     if (query.row != nullptr) {
       asks = query.row->has_row;
+      exact = false;
       value.objective += query.row->objective;
       return query.row->evaluate(x, constants.channel_weights[i], uniform_share_);
     }
-    exact = true;
     value.objective += query.view.objective;
     return reader.evaluate_open(query, node, x, known != nullptr);
   }

@@ -47,17 +47,19 @@ RowValue TintedRow::evaluate(float x, const glm::vec3& channel_weights, float u_
   Float4 red = splat(0), green = red, blue = red;
   const TintedParts* part = parts();
   for (std::uint32_t d = 0; d < count; d += lanes, ++part) {
-    Float4 offset = x - part->mu;
-    offset = offset >= pi ? offset - 2 * pi : offset;
-    offset = offset < -pi ? offset + 2 * pi : offset;
-    const Float4 e = exp_of_negative(offset < 0.0f ? offset * part->inverse_left : -offset * part->inverse_right);
+    // The way round the circle that is shorter, negated, and whether it leads to the left.
+    const Float4 offset = x - part->mu, straight = -abs4(offset), round = -2 * pi - straight;
+    const Int4 is_left = (offset < 0.0f) ^ (straight < round);
+    const Float4 e = exp_of_negative(max4(straight, round) * (is_left ? part->inverse_left : part->inverse_right));
     const Float4 bell = e / ((1 + e) * (1 + e));
     red += bell * part->amplitude[0];
     green += bell * part->amplitude[1];
     blue += bell * part->amplitude[2];
   }
+  const Float4 shape =
+      sums4(red, green, blue) + inverse_two_pi * Float4{uniform_share.x, uniform_share.y, uniform_share.z, 0};
   RowValue value;
-  value.shape = uniform_share * inverse_two_pi + glm::vec3(sum4(red), sum4(green), sum4(blue));
+  value.shape = {shape[0], shape[1], shape[2]};
   value.proposal = (1 - u_share) * glm::dot(channel_weights, value.shape) + u_share * inverse_two_pi;
   return value;
 }
