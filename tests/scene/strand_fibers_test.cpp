@@ -99,7 +99,7 @@ TEST(StrandFibers, AreTheMaterialWhereNothingVaries) {
 TEST(StrandFibers, KeepTheMeanOfWhatVaries) {
   Scene scene = varied_scene({.eccentricity = 0.1f});
   ASSERT_FALSE(assign_fibers(&scene));
-  const auto& given = scene.materials[0].fiber;
+  const auto given = scene.materials[0].fiber;
   EXPECT_LT(std::abs(z_of_mean(scene, given.eccentricity, [](const auto& f) { return f.eccentricity; })), largest_z);
 
   scene = varied_scene({.width = 0.25f});
