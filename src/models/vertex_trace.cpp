@@ -11,7 +11,7 @@
 
 namespace tress::fiber {
 
-const VertexTrace& VertexTrace::at(const VertexKey& key) {
+const VertexTrace& VertexTrace::at(VertexKey key) {
   thread_local VertexTrace last;
   if (last.key_ != key) last.trace(key);
   return last;

@@ -24,7 +24,7 @@ class VertexTrace {
  public:
   /// The trace for `key`: this thread's last one if it is the same, else a new one in its place. A pure function of the
   /// key; valid until this thread's next call.
-  static const VertexTrace& at(const VertexKey& key);
+  static const VertexTrace& at(VertexKey key);
 
   /// TT, TRT (or its rest), TRRT, GLINT: azimuths relative to phi_r, in [-pi, pi).
   RayShape shape(std::size_t row_lobe, float blur_rad) const;
