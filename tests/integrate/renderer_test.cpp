@@ -22,8 +22,8 @@ RenderOptions few_samples(int samples) {
   return options;
 }
 
-const std::vector<float>& channel(const RenderResult& result, const std::string& name) {
-  const image::Channel* found = result.picture.find(name);
+const std::vector<float>& channel(const RenderResult& result, std::string_view name) {
+  const image::Channel* found = result.picture.find(std::string(name));
   EXPECT_TRUE(found) << name;
   return found->pixels;
 }
