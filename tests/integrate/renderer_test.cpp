@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <string>
+#include <string_view>
 
 #include "integrate/film.h"
 #include "integrate/pass_order.h"
