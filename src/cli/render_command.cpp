@@ -18,6 +18,7 @@
 #include "cli/output_path.h"
 #include "cli/progress.h"
 #include "intersect/fiber_scene.h"
+#include "models/registry.h"
 #include "tress/adaptive/telemetry.h"
 
 namespace tress::cli {
@@ -64,13 +65,10 @@ class RenderJob {
  public:
   RenderJob(const RenderSettings& settings, const scene::Scene& scene, int threads, Clock::time_point start,
             std::unique_ptr<adaptive::TelemetryWriter> telemetry)
-      : settings_(settings),
-        scene_(scene),
-        threads_(threads),
-        start_(start),
-        target_(fiber::make_elliptical_target()),
-        telemetry_(std::move(telemetry)) {
-    if (settings.estimator != fiber::Estimator::exact) {
+      : settings_(settings), scene_(scene), threads_(threads), start_(start), telemetry_(std::move(telemetry)) {
+    const fiber::ModelInfo& info = *fiber::find_model(settings.model);
+    if (info.make_target != nullptr) target_ = info.make_target();
+    if (target_ && settings.estimator != fiber::Estimator::exact) {
       adaptive::Options options = settings.table;
       options.seed = settings.render.seed;
       service_ = std::make_unique<adaptive::Service>(options, *target_);
@@ -78,7 +76,7 @@ class RenderJob {
     if (settings.warm_cache && service_) {
       cache_.emplace(*settings.warm_cache, settings.cache_mode, target_->model_name());
     }
-    model_ = fiber::make_elliptical_model(settings.estimator, service_.get());
+    model_ = info.make({settings.estimator, service_.get(), settings.quadrature_points.value_or(0)});
   }
 
   /// Inside the arena.
@@ -90,6 +88,11 @@ class RenderJob {
 
     integrate::RenderOptions options = settings_.render;
     options.samples = settings_.stop.samples(scene_.image.samples);
+    if (!model_->evaluates()) {
+      options.light_samples = 0;
+      note(fmt::format("model {} can only be sampled: light is met by chance, and small lights make noise",
+                       model_->name()));
+    }
     Progress progress;
     integrate::RenderResult result =
         integrate::render(scene_, fibers, *model_, fiber_ids_, service_.get(), options, interrupt.requested(),
@@ -148,6 +151,11 @@ class RenderJob {
     return 1;
   }
 
+  /// A model without rows is what it is at every vertex.
+  const char* estimator_name() const {
+    return fiber::estimator_name(target_ ? settings_.estimator : fiber::Estimator::exact);
+  }
+
   Extra cache_fields() const {
     if (!settings_.warm_cache) return {};
     nlohmann::ordered_json cache = {{"file", settings_.warm_cache->string()},
@@ -167,7 +175,7 @@ class RenderJob {
   void told_header() {
     Extra fields{{"scene", json_text(scene_.source)},
                  {"model", json_text(model_->name())},
-                 {"estimator", json_text(fiber::estimator_name(settings_.estimator))},
+                 {"estimator", json_text(estimator_name())},
                  {"learner", json_text("sketch")},
                  {"epsilon", json_text(settings_.table.epsilon)},
                  {"seed", json_text(settings_.render.seed)},
@@ -226,7 +234,7 @@ class RenderJob {
     picture.metadata["stopped_by"] = stopped_by_;
     picture.metadata["time"] = fmt::format("{:.3f} s", seconds);
     picture.metadata["model"] = model_->name();
-    picture.metadata["estimator"] = fiber::estimator_name(settings_.estimator);
+    picture.metadata["estimator"] = estimator_name();
     picture.metadata["epsilon"] = fmt::format("{}", settings_.table.epsilon);
     picture.metadata["cache_hash"] = hash;
     const std::optional<Error> unwritten = image::write_exr(settings_.output, picture);

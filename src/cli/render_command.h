@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "cli/stop_rule.h"
 #include "cli/warm_cache_session.h"
@@ -17,9 +18,11 @@ namespace tress::cli {
 struct RenderSettings {
   std::filesystem::path scene, output;  ///< output ends in .exr; a .png is written beside it
   scene::Overrides overrides;
-  integrate::RenderOptions render;  ///< samples come from the scene and its overrides
-  StopRule stop;                    ///< instead of those samples
-  std::optional<int> threads;       ///< unset: one per hardware thread that the process may use
+  integrate::RenderOptions render;       ///< samples come from the scene and its overrides
+  StopRule stop;                         ///< instead of those samples
+  std::optional<int> threads;            ///< unset: one per hardware thread that the process may use
+  std::string model = "elliptical";      ///< of fiber::models()
+  std::optional<int> quadrature_points;  ///< of models that have them
   fiber::Estimator estimator = fiber::Estimator::fitted;
   adaptive::Options table;
   std::optional<std::filesystem::path> warm_cache;

@@ -11,6 +11,7 @@
 
 #include "cli/argument.h"
 #include "cli/option_types.h"
+#include "models/registry.h"
 
 namespace tress::cli {
 namespace {
@@ -51,13 +52,27 @@ void add_appearance(CLI::App* app, scene::Overrides& o) {
       app, "--cm-per-unit", {0, 1e6, true}, [&o](double x) { o.cm_per_unit = x; }, "length of a unit of the hair file");
 }
 
+std::vector<std::string> model_words() {
+  std::vector<std::string> words;
+  for (const fiber::ModelInfo& model : fiber::models()) words.emplace_back(model.name);
+  words.emplace_back("exact");
+  return words;
+}
+
 void add_learning(CLI::App* app, RenderSettings& s) {
   add_choice(
-      app, "--model", {"elliptical", "exact"},
+      app, "--model", model_words(),
       [&s](const std::string& name) {
-        if (name == "exact") s.estimator = fiber::Estimator::exact;
+        if (name == "exact") {
+          s.estimator = fiber::Estimator::exact;
+        } else {
+          s.model = name;
+        }
       },
       "fiber model; exact is elliptical with --estimator exact");
+  add_integer(
+      app, "--quadrature-points", 1, 65536, [&s](int n) { s.quadrature_points = n; },
+      "over the width of the fiber, for models that integrate at every vertex");
   add_choice(
       app, "--estimator", {"fitted", "corrected", "exact"},
       [&s](const std::string& name) {
@@ -187,6 +202,15 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   if (render.count("--model") && given("--model") == "exact" && render.count("--estimator") &&
       given("--estimator") != "exact") {
     return "--estimator: expected exact with --model exact, found " + given("--estimator");
+  }
+  const fiber::ModelInfo& model = *fiber::find_model(s.model);
+  if (model.make_target == nullptr) {
+    for (const char* option : {"--estimator", "--learner", "--epsilon", "--table-memory", "--warm-cache"}) {
+      if (render.count(option)) return fmt::format("{}: expected a model with rows, found --model {}", option, s.model);
+    }
+  }
+  if (s.quadrature_points && !model.has_quadrature) {
+    return fmt::format("--quadrature-points: expected a model that integrates, found --model {}", s.model);
   }
   std::filesystem::path preview = s.output;
   std::vector<std::filesystem::path> files{s.scene, s.output, preview.replace_extension(".png")};

@@ -28,6 +28,14 @@ inline LocalDirection to_local(const intersect::Hit& hit, const glm::vec3& direc
   return {{std::asin(std::clamp(along_u, -1.0f, 1.0f)), phi}, std::sqrt(along_v * along_v + along_w * along_w)};
 }
 
+/// Where a ray of this direction (unit, of either sign) met a fiber, over its projected half width, towards
+/// rising azimuth. In [-1, 1].
+inline float offset_of(const intersect::Hit& hit, const glm::vec3& direction, float eccentricity) {
+  const float along_v = eccentricity * glm::dot(direction, hit.v), along_w = glm::dot(direction, hit.w);
+  const float across = std::hypot(glm::dot(direction, hit.v), along_w), half_width = std::hypot(along_v, along_w);
+  return half_width > 0 ? std::clamp(hit.lateral * across / half_width, -1.0f, 1.0f) : 0.0f;
+}
+
 inline float cos_theta(const fiber::FiberDirection& direction) { return std::max(0.0f, std::cos(direction.theta)); }
 
 inline glm::vec3 to_world(const intersect::Hit& hit, const fiber::FiberDirection& direction) {

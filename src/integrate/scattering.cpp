@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <glm/geometric.hpp>
 #include <numbers>
 
@@ -41,8 +42,9 @@ Vertex Scattering::begin(const intersect::Hit& hit, const glm::vec3& ray_directi
     vertex.albedo = scene_.meshes[hit.mesh].albedo;
     return vertex;
   }
-  const fiber::FiberId fiber = fiber_ids_[scene_.grooms[hit.groom].fiber[hit.strand]];
-  vertex.event = model_.begin(fiber, to_local(hit, -ray_direction).direction, xi[0], xi[1]);
+  const std::uint32_t fiber = scene_.grooms[hit.groom].fiber[hit.strand];
+  const float h = offset_of(hit, ray_direction, scene_.fibers[fiber].eccentricity);
+  vertex.event = model_.begin(fiber_ids_[fiber], to_local(hit, -ray_direction).direction, xi[0], xi[1], h);
   for (const glm::vec3& lobe : vertex.event.energy) vertex.albedo += lobe;
   return vertex;
 }

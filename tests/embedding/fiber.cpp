@@ -27,8 +27,8 @@ int main() {
     double sum = 0, squares = 0, lamps = 0;
     for (std::uint64_t i = 0; i < events; ++i) {  // any number of threads may do this
       RandomStream random(7, pass, i);
-      const float xi1 = random.next(), xi2 = random.next();
-      const FiberEvent event = model->begin(id, camera, xi1, xi2);
+      const float xi1 = random.next(), xi2 = random.next(), h = 2 * random.next() - 1;
+      const FiberEvent event = model->begin(id, camera, xi1, xi2, h);
       const FiberSample drawn = model->sample(event, {random.next(), random.next(), random.next(), random.next()});
       const double weight = drawn.value.pdf > 0 ? drawn.value.total().y / drawn.value.pdf : 0;
       sum += weight;

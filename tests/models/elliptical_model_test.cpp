@@ -269,7 +269,7 @@ TEST(elliptical_model, equal_parameters_are_one_fiber_and_narrow_lobes_are_answe
   const auto exact = fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
   const fiber::FiberId exact_id = exact->add_fiber(narrow);
   const FiberDirection wr{0.2f, 0.5f};
-  const FiberEvent event = model->begin(id, wr, 0.5f, 0.5f), exact_event = exact->begin(exact_id, wr, 0.5f, 0.5f);
+  const FiberEvent event = model->begin(id, wr, 0.5f, 0.5f, 0), exact_event = exact->begin(exact_id, wr, 0.5f, 0.5f, 0);
   for (const float phi : {-3.0f, -2.0f, -1.0f, 2.6f}) {
     const FiberDirection wi{-0.1f, phi};
     EXPECT_EQ(model->evaluate(event, wi).s[1], exact->evaluate(exact_event, wi).s[1]);

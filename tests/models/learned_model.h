@@ -37,7 +37,7 @@ class LearnedModel {
   }
 
   fiber::FiberEvent begin(const fiber::FiberDirection& wr, float xi1 = 0.37f, float xi2 = 0.61f) const {
-    return model_->begin(fiber_, wr, xi1, xi2);
+    return model_->begin(fiber_, wr, xi1, xi2, 0);
   }
 
   void teach(const fiber::FiberDirection& wr, int passes, int events, std::uint64_t seed, bool fixed_xi) {

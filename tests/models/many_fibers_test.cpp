@@ -68,8 +68,8 @@ TEST(many_fibers, of_one_color_read_the_same_rows_and_of_another_their_own) {
   red.sigma_a = {0.1f, 1.0f, 2.0f};
   const FiberId same = model->model().add_fiber(tilted), other = model->model().add_fiber(red);
   const FiberDirection wi{0.2f, 2.9f};
-  const FiberEvent first = model->begin(known), second = model->model().begin(same, known, first.xi1, first.xi2),
-                   third = model->model().begin(other, known, first.xi1, first.xi2);
+  const FiberEvent first = model->begin(known), second = model->model().begin(same, known, first.xi1, first.xi2, 0),
+                   third = model->model().begin(other, known, first.xi1, first.xi2, 0);
   const auto shape = [&](const FiberEvent& event) {
     const FiberValue value = model->model().evaluate(event, wi);
     EXPECT_EQ(value.exact_queries, 0);  // the rows converged for the first fiber, and serve all
@@ -119,7 +119,7 @@ TEST(many_fibers, rows_that_cease_to_be_converged_are_asked_again) {
   for (int pass = 0; pass < 4; ++pass) {
     exact = 0;
     for (float theta = -1.2f; theta < 1.2f; theta += 0.05f) {
-      exact += model->evaluate(model->begin(id, known, 0.37f, 0.61f), {theta, 2.9f}).exact_queries;
+      exact += model->evaluate(model->begin(id, known, 0.37f, 0.61f, 0), {theta, 2.9f}).exact_queries;
     }
     if (pass == 0) {
       EXPECT_EQ(exact, 0) << "a cache answers until it is found wrong";

@@ -57,10 +57,15 @@ class FiberModel {
   virtual std::string name() const = 0;
   /// Makes a fiber usable; equal parameters give the same id. Ranges are asserted (the scene checks them).
   virtual FiberId add_fiber(const FiberParameters& parameters) = 0;
-  virtual FiberEvent begin(FiberId fiber, const FiberDirection& wr, float xi1, float xi2) const = 0;
+  /// h in [-1, 1]: where the ray of wr meets the fiber, over its projected half width, towards rising azimuth. Uniform
+  /// over all rays; near-field models depend on it, far-field ones (all but chiang2016) have the mean over it.
+  virtual FiberEvent begin(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const = 0;
   /// u: four independent uniforms in [0,1): lobe, theta, phi, spare. Cannot fail; finite for every input.
   virtual FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const = 0;
   virtual FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const = 0;
+  /// False: the model can only be sampled. sample() then gives its weight as total() over a pdf of 1, evaluate() gives
+  /// 0, and no light may be sampled: light is met by sampled directions alone.
+  virtual bool evaluates() const { return true; }
   /// After the service has published or loaded: takes over what changed.
   virtual void rows_changed() {}
   /// Memory of fibers, energies and copies of rows, without the service's own; 0 if not known.

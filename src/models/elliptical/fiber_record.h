@@ -6,7 +6,7 @@
 
 #include "fiber/energy_table.h"
 #include "fiber/lobe_widths.h"
-#include "models/colored_rows.h"
+#include "models/elliptical/colored_rows.h"
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 

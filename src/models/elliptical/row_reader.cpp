@@ -1,4 +1,4 @@
-#include "models/row_reader.h"
+#include "models/elliptical/row_reader.h"
 
 #include <glm/geometric.hpp>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "models/ray_shape.h"
+#include "models/elliptical/ray_shape.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "models/vertex_trace.h"
+#include "models/elliptical/vertex_trace.h"
 
 #include <algorithm>
 #include <bit>

@@ -8,7 +8,7 @@
 
 #include "fiber/energy_table.h"
 #include "fiber/row_axes.h"
-#include "models/tinted_row.h"
+#include "models/elliptical/tinted_row.h"
 #include "tress/adaptive/service.h"
 
 namespace tress::fiber {

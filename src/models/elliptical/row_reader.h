@@ -2,8 +2,8 @@
 // vertex.
 #pragma once
 
-#include "models/fiber_record.h"
-#include "models/vertex_trace.h"
+#include "models/elliptical/fiber_record.h"
+#include "models/elliptical/vertex_trace.h"
 
 namespace tress::fiber {
 

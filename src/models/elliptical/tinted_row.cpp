@@ -1,4 +1,4 @@
-#include "models/tinted_row.h"
+#include "models/elliptical/tinted_row.h"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
-#include "models/colored_rows.h"
+#include "models/elliptical/colored_rows.h"
 
 #include <utility>
 
-#include "models/ray_shape.h"
+#include "models/elliptical/ray_shape.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress::fiber {

@@ -14,9 +14,9 @@
 
 #include "fiber/longitudinal.h"
 #include "fiber/reflection.h"
-#include "models/fiber_store.h"
-#include "models/row_reader.h"
-#include "models/tinted_row.h"
+#include "models/elliptical/fiber_store.h"
+#include "models/elliptical/row_reader.h"
+#include "models/elliptical/tinted_row.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/random.h"
 
@@ -66,7 +66,7 @@ class EllipticalModel final : public FiberModel {
   void rows_changed() override { fibers_.rows_changed(); }
   std::size_t bytes() const override { return fibers_.bytes(); }
 
-  FiberEvent begin(FiberId id, const FiberDirection& wr, float xi1, float xi2) const override {
+  FiberEvent begin(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
     const FiberRecord& fiber = fibers_[id];
     FiberEvent event;
     event.fiber = id;

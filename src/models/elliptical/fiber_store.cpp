@@ -1,4 +1,4 @@
-#include "models/fiber_store.h"
+#include "models/elliptical/fiber_store.h"
 
 #include <algorithm>
 #include <bit>
@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "models/vertex_trace.h"
+#include "models/elliptical/vertex_trace.h"
 #include "tress/adaptive/random.h"
 #include "tress/fiber/elliptical_model.h"
 

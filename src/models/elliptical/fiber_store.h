@@ -8,7 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "models/fiber_record.h"
+#include "models/elliptical/fiber_record.h"
 #include "tress/adaptive/service.h"
 #include "tress/fiber/fiber_model.h"
 

@@ -5,7 +5,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "models/ray_shape.h"
+#include "models/elliptical/ray_shape.h"
 
 namespace tress::fiber {
 

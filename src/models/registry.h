@@ -1,0 +1,38 @@
+// Every fiber model by its name: what it needs, and how it is made.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "tress/adaptive/service.h"
+#include "tress/adaptive/target.h"
+#include "tress/fiber/elliptical_model.h"
+#include "tress/fiber/fiber_model.h"
+
+namespace tress::fiber {
+
+/// What a model is made with. A model reads what it has a use for.
+struct ModelSettings {
+  Estimator estimator = Estimator::fitted;
+  adaptive::Service* service = nullptr;  ///< must outlive the model; null for models that do not learn, and for `exact`
+  /// Points of the quadrature over the fiber's width, of models that do one at every vertex; 0: the model's own.
+  int quadrature_points = 0;
+};
+
+struct ModelInfo {
+  const char* name;    ///< as the command line, telemetry, pictures and charts call it
+  const char* source;  ///< the publication that it implements
+  const char* summary;
+  /// What its rows are learned from; null for a model without rows.
+  std::unique_ptr<adaptive::Target> (*make_target)();
+  std::unique_ptr<FiberModel> (*make)(const ModelSettings& settings);
+  bool has_quadrature = false;  ///< reads ModelSettings::quadrature_points
+};
+
+/// All models, ours first.
+std::span<const ModelInfo> models();
+/// Null if there is none of that name.
+const ModelInfo* find_model(const std::string& name);
+
+}  // namespace tress::fiber
