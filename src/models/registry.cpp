@@ -11,7 +11,8 @@ constexpr std::array<ModelInfo, 1> all_models{{
      .source = "Pekelis, Hery, Villemin, Ling 2015, appendix; adaptive/ESTIMATOR.md",
      .summary = "elliptical fibers, traced exactly and learned while rendering",
      .make_target = make_elliptical_target,
-     .make = [](const ModelSettings& s) { return make_elliptical_model(s.estimator, s.service); }},
+     .make = [](const ModelSettings& s) { return make_elliptical_model(s.estimator, s.service); },
+     .conserves_energy = true},
 }};
 
 }  // namespace

@@ -27,6 +27,9 @@ struct ModelInfo {
   /// What its rows are learned from; null for a model without rows.
   std::unique_ptr<adaptive::Target> (*make_target)();
   std::unique_ptr<FiberModel> (*make)(const ModelSettings& settings);
+  /// In clear hair without gains it returns what it receives, whatever the known direction: the white furnace is 1. The
+  /// generic tests hold it to that.
+  bool conserves_energy = false;
   bool has_quadrature = false;  ///< reads ModelSettings::quadrature_points
 };
 

@@ -1,13 +1,10 @@
 #include "models/elliptical/fiber_store.h"
 
 #include <algorithm>
-#include <bit>
-#include <cstdint>
 #include <set>
 #include <utility>
 
 #include "models/elliptical/vertex_trace.h"
-#include "tress/adaptive/random.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress::fiber {
@@ -15,29 +12,11 @@ namespace {
 
 std::array<float, 3> values_of(const glm::vec3& color) { return {color.r, color.g, color.b}; }
 
-// Of what mostly tells fibers apart; operator== decides. 0 and -0 are equal and hash alike.
-std::size_t hash_of(const FiberParameters& fiber) {
-  std::uint64_t hash = 0;
-  const auto add = [&](float value) { hash = mix_bits(hash + std::bit_cast<std::uint32_t>(value + 0.0f)); };
-  for (const float value : {fiber.eta, fiber.eccentricity, fiber.roughness, fiber.tilt}) add(value);
-  for (const float value : values_of(fiber.sigma_a)) add(value);
-  for (const auto& sigma : fiber.azimuthal_sigma) add(sigma.value_or(-1.0f));
-  for (const auto& lambda : fiber.longitudinal_lambda) add(lambda.value_or(-1.0f));
-  add(fiber.split_glint ? 1.0f : 0.0f);
-  for (const glm::vec3& gain : fiber.gain) {
-    for (const float value : values_of(gain)) add(value);
-  }
-  return static_cast<std::size_t>(hash);
-}
-
 }  // namespace
 
 FiberId FiberStore::add(const FiberParameters& parameters) {
-  const std::size_t hash = hash_of(parameters);
-  const auto [first, last] = id_of_hash_.equal_range(hash);
-  const auto found =
-      std::find_if(first, last, [&](const auto& e) { return fibers_[e.second].parameters == parameters; });
-  if (found != last) return found->second;
+  const auto [id, is_new] = ids_.find_or_add(parameters);
+  if (!is_new) return id;
 
   FiberRecord fiber;
   fiber.parameters = parameters;
@@ -53,9 +32,7 @@ FiberId FiberStore::add(const FiberParameters& parameters) {
     if (service_ == nullptr || (row_lobes[i] == Lobe::glint && !parameters.split_glint)) continue;
     fiber.rows[i] = rows_of(page_lobes[i], std::max(fiber.sigma[i], smallest_grid_sigma), parameters, *fiber.energies);
   }
-  const auto id = static_cast<FiberId>(fibers_.size());
   fibers_.push_back(std::move(fiber));
-  id_of_hash_.emplace(hash, id);
   return id;
 }
 

@@ -5,10 +5,10 @@
 #include <map>
 #include <memory>
 #include <tuple>
-#include <unordered_map>
 #include <vector>
 
 #include "models/elliptical/fiber_record.h"
+#include "models/fiber_ids.h"
 #include "tress/adaptive/service.h"
 #include "tress/fiber/fiber_model.h"
 
@@ -22,7 +22,7 @@ class FiberStore {
   /// service null: fibers have no rows.
   explicit FiberStore(adaptive::Service* service) : service_(service) {}
 
-  /// Equal parameters give the same id, found by hashing.
+  /// Equal parameters give the same id.
   FiberId add(const FiberParameters& parameters);
   const FiberRecord& operator[](FiberId id) const { return fibers_[id]; }
 
@@ -47,8 +47,8 @@ class FiberStore {
                                              const EnergyTable& energies);
 
   adaptive::Service* service_;
-  std::vector<FiberRecord> fibers_;
-  std::unordered_multimap<std::size_t, FiberId> id_of_hash_;
+  FiberIds ids_;
+  std::vector<FiberRecord> fibers_;  ///< by id
   SharedEnergies clear_;
   std::map<EnergyTableKey, std::shared_ptr<const EnergyTable>> colored_energies_;
   std::map<adaptive::PageId, PageEntry> pages_;
