@@ -1,28 +1,36 @@
 #include "models/registry.h"
 
 #include <algorithm>
-#include <array>
+#include <iterator>
+
+#include "models/chiang2016.h"
 
 namespace tress::fiber {
 namespace {
 
-constexpr std::array<ModelInfo, 1> all_models{{
+constexpr ModelInfo all_models[] = {
     {.name = "elliptical",
      .source = "Pekelis, Hery, Villemin, Ling 2015, appendix; adaptive/ESTIMATOR.md",
      .summary = "elliptical fibers, traced exactly and learned while rendering",
      .make_target = make_elliptical_target,
      .make = [](const ModelSettings& s) { return make_elliptical_model(s.estimator, s.service); },
      .conserves_energy = true},
-}};
+    {.name = "chiang2016",
+     .source = "Chiang, Bitterli, Tappan, Burley 2016",
+     .summary = "near field, trimmed logistics and a geometric series: what today's renderers ship",
+     .make_target = nullptr,
+     .make = make_chiang2016,
+     .conserves_energy = true},
+};
 
 }  // namespace
 
 std::span<const ModelInfo> models() { return all_models; }
 
 const ModelInfo* find_model(const std::string& name) {
-  const auto found =
-      std::find_if(all_models.begin(), all_models.end(), [&](const ModelInfo& model) { return model.name == name; });
-  return found == all_models.end() ? nullptr : &*found;
+  const auto found = std::find_if(std::begin(all_models), std::end(all_models),
+                                  [&](const ModelInfo& model) { return model.name == name; });
+  return found == std::end(all_models) ? nullptr : found;
 }
 
 }  // namespace tress::fiber
