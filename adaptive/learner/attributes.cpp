@@ -5,8 +5,8 @@
 #include <numbers>
 #include <vector>
 
+#include "learner/fit_mixture.h"
 #include "learner/kernels.h"
-#include "learner/learner.h"
 
 namespace tress::adaptive {
 namespace {

@@ -30,7 +30,7 @@ std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   const Page& page = *pages_[candidate.page];
   const auto found = page.dormant.find(candidate.node);
   const bool keeps_earlier = found != page.dormant.end() && found->second.state == RowState::converged;
-  return sizeof(Row) + Learning::bytes_before_nodes(page.description.blur_rad) +
+  return sizeof(Row) + Learning::bytes_before_nodes(page.description.blur_rad, learner_bytes_) +
          (keeps_earlier ? sizeof(CachedRow) : 0) + (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
 }
 
@@ -75,13 +75,7 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
     ++row.generation;
     outcome.reopened = true;
   }
-  if (row.learning->sketch.occupied() == 0) outcome.g_evaluations = cover(row);
-  if (row.has_fit) {
-    row.learning->bins_at_fit = row.learning->sketch.occupied();
-    row.learning->count_at_fit = row.count;
-  } else {
-    refit(row, outcome);
-  }
+  begin(row, outcome);
   return outcome;
 }
 
@@ -105,6 +99,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       }
     });
     const std::size_t first = rows_.size();
+    std::vector<std::size_t> sizes;
     for (std::size_t i = start; i < traced_end; ++i) {
       Candidate& one = candidates[i];
       const std::size_t size = bytes_needed(one);
@@ -113,9 +108,10 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
         break;
       }
       bytes_ += size;
+      sizes.push_back(size);
       auto row = std::make_unique<Row>(one.page, one.node);
       if (needs_nodes(one)) {
-        row->learning = std::make_unique<Learning>(std::move(one.nodes));
+        row->learning = std::make_unique<Learning>(std::move(one.nodes), options_.learner);
         row->learning->born_pass = pass_;
         row->learning->touches_at_birth = one.touches;
       }
@@ -127,10 +123,12 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
       const Row& row = *rows_[first + i];
       pages_[row.page]->dormant.erase(row.node);
+      bytes_ = bytes_ - sizes[i] + row.bytes();  // its learner may be done with it already
       show(static_cast<std::uint32_t>(first + i));
       changes_.push_back({row.page, row.node, row.state});
       report.g_evaluations += outcomes[i].g_evaluations;
       report.refits += outcomes[i].refits;
+      report.newly_converged += outcomes[i].converged ? 1 : 0;
       reopened_ += outcomes[i].reopened ? 1 : 0;
     }
     report.births += outcomes.size();

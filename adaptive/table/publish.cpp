@@ -49,11 +49,12 @@ void Service::Table::update_rows(PassReport& report) {
     Outcome& outcome = outcomes[i];
     if (outcome.audit_failed) {
       const std::size_t wanted =
-          Learning::bytes_before_nodes(pages_[row.page]->description.blur_rad) + outcome.nodes->bytes();
+          Learning::bytes_before_nodes(pages_[row.page]->description.blur_rad, learner_bytes_) + outcome.nodes->bytes();
       if (bytes_ + wanted <= options_.memory_bytes) {
         const Outcome again = reopen(row, std::move(outcome.nodes));
         report.g_evaluations += again.g_evaluations;
         report.refits += again.refits;
+        report.newly_converged += again.converged ? 1 : 0;
         ++reopened_;
         changes_.push_back({row.page, row.node, row.state});
       } else {

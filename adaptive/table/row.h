@@ -7,8 +7,9 @@
 #include <memory>
 #include <utility>
 
+#include "learner/row_learner.h"
+#include "sketch/fixed_moments.h"
 #include "sketch/sketch.h"
-#include "table/fixed_moments.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/traced_nodes.h"
@@ -22,34 +23,35 @@ enum class Audit : std::uint8_t {
   due,       ///< from a cache; checked when it is next asked
 };
 
-/// What an open or refused row needs beside what is published of it. During a pass only `sketch`, `observed`, `scores`
-/// and `weights` are written, all by atomics whose result does not depend on the order.
+/// What an open or refused row needs beside what is published of it. During a pass only `sketch`, `observed`, `weights`
+/// and the scores of `stop` are written, all by atomics whose result does not depend on the order.
 struct Learning {
-  explicit Learning(std::unique_ptr<const TracedNodes> traced)
-      : nodes(std::move(traced)), sketch(Sketch::bin_count(nodes->blur_rad())) {}
+  /// failed: tests that the row has failed before.
+  Learning(std::unique_ptr<const TracedNodes> traced, Learner method, std::uint32_t failed = 0)
+      : nodes(std::move(traced)),
+        sketch(Sketch::bin_count(nodes->blur_rad())),
+        learner(make_row_learner(method)),
+        stop(failed) {}
 
   std::unique_ptr<const TracedNodes> nodes;
   Sketch sketch;
+  std::unique_ptr<RowLearner> learner;
+  StopTest stop;
   /// Set while a row that a cache held as converged, at a larger epsilon, is open: what a snapshot goes on saving.
   std::unique_ptr<const CachedRow> earlier;
 
   std::uint32_t born_pass = 0;  ///< number of the publish() that made it; 0 if a cache did
   std::uint32_t touches_at_birth = 0;
-  std::uint32_t bins_at_fit = 0;
-  std::uint64_t count_at_fit = 0;
-  float largest_passed = 0;  ///< largest bound of the present run of passed tests
-  std::uint32_t passed = 0;  ///< length of that run
-  bool last_test_failed = false;
 
   std::atomic<std::uint64_t> observed{0};  ///< g evaluations told by the host since the last publish()
-  FixedMoments<2> scores;                  ///< of x = min(4, r^2/(q L)), since the last test
   FixedMoments<14> weights;                ///< of g/(q energy), since the last publish()
 
-  static std::size_t bytes_before_nodes(float blur_rad) {
-    return sizeof(Learning) + sizeof(std::uint64_t) * Sketch::bin_count(blur_rad);
+  /// learner_bytes: RowLearner::bytes() of the method.
+  static std::size_t bytes_before_nodes(float blur_rad, std::size_t learner_bytes) {
+    return sizeof(Learning) + learner_bytes + sizeof(std::uint64_t) * Sketch::bin_count(blur_rad);
   }
   std::size_t bytes() const {
-    return bytes_before_nodes(nodes->blur_rad()) + nodes->bytes() + (earlier ? sizeof(CachedRow) : 0);
+    return bytes_before_nodes(nodes->blur_rad(), learner->bytes()) + nodes->bytes() + (earlier ? sizeof(CachedRow) : 0);
   }
 };
 
@@ -74,8 +76,7 @@ struct Row {
 
   /// Scores the published fit at x, whose g was drawn with density q (1/rad). Open rows; any thread.
   void add_score(float x, float g, float q) {
-    const double r = static_cast<double>(g) - fit.density(x);
-    learning->scores.add(r * r / (static_cast<double>(q) * learning->nodes->variation()));
+    learning->stop.add(static_cast<double>(g) - fit.density(x), q, learning->nodes->variation());
     if (energy > 0) learning->weights.add(static_cast<double>(g) / (static_cast<double>(q) * energy));
   }
 };

@@ -1,11 +1,11 @@
-// The end of a pass for one row: coverage, top-up, test, refit.
+// The end of a pass for one row: what its learner asks, top-up, test, what its learner makes of it.
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <memory>
 #include <utility>
-#include <vector>
 
+#include "learner/fit_mixture.h"
 #include "table/table.h"
 #include "tress/adaptive/random.h"
 
@@ -14,11 +14,9 @@ namespace {
 
 constexpr std::uint64_t top_up_purpose = 0;
 constexpr std::uint64_t audit_purpose = 0x6175646974ull;
+constexpr std::uint64_t learner_purpose = 0x6c6561726e6572ull;
 constexpr std::uint32_t queries_before_top_up = 8;
-constexpr std::uint64_t count_before_restart = 64;
 constexpr int audit_draws = 64;
-
-double standard_error(const Moments& m) { return std::sqrt(m.variance() / static_cast<double>(m.count)); }
 
 }  // namespace
 
@@ -29,18 +27,28 @@ RandomStream Service::Table::stream_of(const Row& row, std::uint64_t purpose) co
   return RandomStream(mixed, row.node, pass_);
 }
 
-std::uint64_t Service::Table::cover(Row& row) const {
-  const std::vector<float> missing =
-      coverage_azimuths(row.learning->sketch.pairs(), pages_[row.page]->description.blur_rad);
-  for (const float x : missing) row.learning->sketch.offer(x, row.learning->nodes->density(x));
-  row.count += missing.size();
-  return missing.size();
+Lesson Service::Table::lesson_of(Row& row) const {
+  Learning& learning = *row.learning;
+  return Lesson{.options = options_,
+                .nodes = *learning.nodes,
+                .sketch = learning.sketch,
+                .stop = learning.stop,
+                .random = stream_of(row, learner_purpose),
+                .fit = row.fit,
+                .has_fit = row.has_fit,
+                .count = row.count};
+}
+
+void Service::Table::begin(Row& row, Outcome& outcome) const {
+  Lesson lesson = lesson_of(row);
+  row.learning->learner->begin(lesson);
+  conclude(row, lesson, outcome);
 }
 
 std::uint64_t Service::Table::top_up(Row& row) const {
   const std::uint32_t touches = pages_[row.page]->slots[row.node].touches.load(std::memory_order_relaxed);
   const std::uint64_t wanted = options_.scores_per_test();
-  const std::uint64_t have = row.learning->scores.count();
+  const std::uint64_t have = row.learning->stop.scores();
   if (row.learning->born_pass >= pass_ || !row.has_fit ||
       touches - row.learning->touches_at_birth < queries_before_top_up)
     return 0;
@@ -57,51 +65,23 @@ std::uint64_t Service::Table::top_up(Row& row) const {
   return wanted - have;
 }
 
-void Service::Table::test(Row& row, Outcome& outcome) const {
-  const Moments scores = row.learning->scores.moments();
-  if (!row.has_fit || scores.count < options_.scores_per_test()) return;
-  row.learning->scores.clear();
-  // Rounded to what a cache stores, so that the stored bound passes wherever this one does.
-  row.objective = static_cast<float>(scores.mean + 2 * standard_error(scores));
-  row.learning->last_test_failed = !(row.objective <= options_.epsilon);
-  if (row.learning->last_test_failed) {
-    row.learning->passed = 0;
-    row.learning->largest_passed = 0;
-    if (++row.failed >= options_.tests_before_refusal) {
-      row.state = RowState::refused;
-      outcome.changed = true;
-    }
+void Service::Table::conclude(Row& row, const Lesson& lesson, Outcome& outcome) const {
+  outcome.g_evaluations += lesson.g_evaluations;
+  outcome.refits += lesson.fits;
+  outcome.changed = outcome.changed || lesson.fits > 0;
+  const StopTest& stop = row.learning->stop;
+  if (stop.bound() >= 0) row.objective = stop.bound();
+  row.failed = stop.failed();
+  if (stop.verdict() == StopTest::Verdict::undecided) return;
+  outcome.changed = true;
+  if (stop.verdict() == StopTest::Verdict::refused) {
+    row.state = RowState::refused;
     return;
   }
-  row.learning->largest_passed = std::max(row.learning->largest_passed, row.objective);
-  if (++row.learning->passed < options_.tests_to_converge()) return;
   row.state = RowState::converged;
-  row.objective = row.learning->largest_passed;
   assign_attributes(row.fit, *row.learning->nodes);
   row.learning.reset();
-  outcome.converged = outcome.changed = true;
-}
-
-bool Service::Table::refit_due(const Row& row, std::uint32_t occupied) const {
-  if (!row.has_fit) return true;
-  return occupied * 20ull >= row.learning->bins_at_fit * 21ull || row.count >= 2 * row.learning->count_at_fit;
-}
-
-void Service::Table::refit(Row& row, Outcome& outcome) const {
-  const std::vector<ObservedPair> pairs = row.learning->sketch.pairs();
-  const auto occupied = static_cast<std::uint32_t>(pairs.size());
-  if (pairs.empty() || !refit_due(row, occupied)) return;
-  const auto components = std::min<std::uint32_t>(options_.max_components, Mixture::max_components);
-  const bool restart = row.count >= count_before_restart && row.learning->last_test_failed;
-  const LearnerSettings settings{options_.epsilon, static_cast<int>(components), restart};
-  row.fit = fit_mixture(pairs, row.learning->nodes->energy(), row.learning->nodes->variation(),
-                        row.has_fit ? &row.fit : nullptr, settings)
-                .mixture;
-  row.has_fit = true;
-  row.learning->bins_at_fit = occupied;
-  row.learning->count_at_fit = row.count;
-  ++outcome.refits;
-  outcome.changed = true;
+  outcome.converged = true;
 }
 
 Service::Table::Outcome Service::Table::update(Row& row) const {
@@ -109,13 +89,16 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
   Outcome outcome;
   outcome.g_evaluations = row.learning->observed.exchange(0, std::memory_order_relaxed);
   row.count += outcome.g_evaluations;
-  outcome.g_evaluations += cover(row);
+  Lesson lesson = lesson_of(row);
+  row.learning->learner->before_test(lesson);
   outcome.top_ups = top_up(row);
   outcome.g_evaluations += outcome.top_ups;
   outcome.weights = row.learning->weights.moments();
   row.learning->weights.clear();
-  test(row, outcome);
-  if (row.state == RowState::open) refit(row, outcome);
+  lesson.own_draws = outcome.weights.count;
+  if (row.has_fit) row.learning->stop.run(options_);
+  if (row.learning->stop.verdict() == StopTest::Verdict::undecided) row.learning->learner->learn(lesson);
+  conclude(row, lesson, outcome);
   return outcome;
 }
 
@@ -142,7 +125,7 @@ Service::Table::Outcome Service::Table::audit(Row& row) const {
 
 Service::Table::Outcome Service::Table::reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const {
   Outcome outcome;
-  row.learning = std::make_unique<Learning>(std::move(nodes));
+  row.learning = std::make_unique<Learning>(std::move(nodes), options_.learner, row.failed);
   row.state = RowState::open;
   ++row.generation;
   row.energy = row.learning->nodes->energy();
@@ -151,8 +134,7 @@ Service::Table::Outcome Service::Table::reopen(Row& row, std::unique_ptr<const T
   row.objective = -1;
   row.learning->born_pass = pass_;
   row.learning->touches_at_birth = pages_[row.page]->slots[row.node].touches.load(std::memory_order_relaxed);
-  outcome.g_evaluations = cover(row);
-  refit(row, outcome);
+  begin(row, outcome);
   return outcome;
 }
 

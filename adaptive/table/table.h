@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "learner/learner.h"
 #include "table/page.h"
 #include "table/row.h"
 #include "table/striped_counter.h"
@@ -21,7 +20,8 @@ namespace tress::adaptive {
 /// Reader methods (look_up, count_converged, observe, score): any thread. All else: one thread, no reader.
 class Service::Table {
  public:
-  Table(const Options& options, const Target& target) : options_(options), target_(target) {}
+  Table(const Options& options, const Target& target)
+      : options_(options), target_(target), learner_bytes_(make_row_learner(options.learner)->bytes()) {}
 
   // service.cpp: what readers do
   RowView look_up(PageId page, std::uint32_t a, std::uint32_t b);
@@ -64,7 +64,7 @@ class Service::Table {
   // births.cpp
   /// Makes rows of the candidates, in their order, until the ceiling. Appends to changes_. True if all had room.
   bool admit(std::vector<Candidate>& candidates, PassReport& report);
-  /// Fills a new row: from the cache if that has it, else by coverage; and fits it.
+  /// Fills a new row: from the cache if that has it; and opens it.
   Outcome settle(Row& row) const;
   std::size_t bytes_needed(const Candidate& candidate) const;
   bool needs_nodes(const Candidate& candidate) const;
@@ -79,11 +79,12 @@ class Service::Table {
   Outcome audit(Row& row) const;
   /// Starts anew a row that failed its audit.
   Outcome reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const;
-  std::uint64_t cover(Row& row) const;
+  /// Opens the row: what its learner does before the first pass of it.
+  void begin(Row& row, Outcome& outcome) const;
   std::uint64_t top_up(Row& row) const;
-  void test(Row& row, Outcome& outcome) const;
-  bool refit_due(const Row& row, std::uint32_t occupied) const;
-  void refit(Row& row, Outcome& outcome) const;
+  Lesson lesson_of(Row& row) const;
+  /// Takes over what a lesson and the stop test have come to.
+  void conclude(Row& row, const Lesson& lesson, Outcome& outcome) const;
   RandomStream stream_of(const Row& row, std::uint64_t purpose) const;
 
   // publish.cpp
@@ -101,6 +102,7 @@ class Service::Table {
 
   Options options_;
   const Target& target_;
+  std::size_t learner_bytes_;  ///< of each open row
   std::vector<std::unique_ptr<Page>> pages_;
   std::map<PageKey, PageId, KeyLess> page_of_key_;
   std::map<PageKey, CachedPage, KeyLess> unused_;  ///< cached pages that no add_page() asked for

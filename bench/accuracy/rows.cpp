@@ -2,7 +2,7 @@
 // random set is asked as a render asks it, some vertices a pass, until it converges. Prints a table; JSON with --json.
 //
 //   bench_rows [--rows N] [--seed N] [--epsilon E] [--domain wide|hard|narrow] [--vertices N] [--foreign N]
-//              [--passes N] [--sigma-a S] [--trt whole|split] [--json FILE]
+//              [--passes N] [--sigma-a S] [--trt whole|split] [--learner NAME] [--components N] [--json FILE]
 //
 // Domains: wide, sigma 5..25 degrees; hard, sigma 1..10 on the grid sigma of the program (at least 4 degrees); narrow,
 // sigma 1..10 as it is. e .7..1, eta 1.55, lobes and nodes of the page uniform, E_p >= .001 (less is uniform in the
@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "fiber/row_axes.h"
-#include "learner/learner.h"
+#include "learner/fit_mixture.h"
 #include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
 #include "tress/fiber/elliptical_model.h"
@@ -40,6 +40,8 @@ struct Setting {
   std::uint64_t seed = 1;
   double epsilon = 0.01, sigma_a = 0;
   std::string domain = "wide", trt = "whole", json;
+  adaptive::Learner learner = adaptive::Learner::sketch;
+  std::uint32_t components = adaptive::Options{}.max_components;
 };
 
 struct Row {
@@ -147,6 +149,8 @@ nlohmann::json study(const Setting& setting) {
   options.epsilon = setting.epsilon;
   options.memory_bytes = std::size_t{4} << 30;
   options.seed = setting.seed;
+  options.learner = setting.learner;
+  options.max_components = setting.components;
   adaptive::Service service(options, *target);
   std::vector<Row> rows = draw_rows(setting, *target, service);
 
@@ -204,6 +208,8 @@ nlohmann::json study(const Setting& setting) {
   nlohmann::json lobes;
   for (const auto& [lobe, values] : errors_of_lobe) lobes[lobe] = spread(values);
   return {{"domain", setting.domain},
+          {"learner", adaptive::learner_name(setting.learner)},
+          {"most_components", setting.components},
           {"trt", setting.trt},
           {"epsilon", setting.epsilon},
           {"rows", setting.rows},
@@ -235,9 +241,9 @@ void print(const nlohmann::json& r) {
     fmt::print("{:<28}{:>10.3g}{:>10.3g}{:>10.3g}{:>10.3g}\n", what, s["p50"].get<double>(), s["p90"].get<double>(),
                s["p99"].get<double>(), s["max"].get<double>());
   };
-  fmt::print("{} epsilon {} sigma_a {}: {} rows, seed {}, {} vertices a pass\n", r["domain"].get<std::string>(),
-             r["epsilon"].get<double>(), r["sigma_a"].get<double>(), r["rows"].get<int>(), r["seed"].get<int>(),
-             r["vertices_a_pass"].get<int>());
+  fmt::print("{} {} epsilon {} sigma_a {}: {} rows, seed {}, {} vertices a pass\n", r["learner"].get<std::string>(),
+             r["domain"].get<std::string>(), r["epsilon"].get<double>(), r["sigma_a"].get<double>(),
+             r["rows"].get<int>(), r["seed"].get<int>(), r["vertices_a_pass"].get<int>());
   fmt::print("{:<28}{:>10}{:>10}{:>10}{:>10}\n", "", "median", "90 %", "99 %", "max");
   line("own samples to converge", "own_samples");
   line("vertices to converge", "vertices");
@@ -253,7 +259,8 @@ void print(const nlohmann::json& r) {
 int usage() {
   fmt::print(stderr,
              "usage: bench_rows [--rows N] [--seed N] [--epsilon E] [--domain wide|hard|narrow] [--vertices N]\n"
-             "                  [--foreign N] [--passes N] [--sigma-a S] [--trt whole|split] [--json FILE]\n");
+             "                  [--foreign N] [--passes N] [--sigma-a S] [--trt whole|split]\n"
+             "                  [--learner NAME] [--components N] [--json FILE]\n");
   return 2;
 }
 
@@ -284,6 +291,12 @@ int main(int argc, char** argv) {
       setting.sigma_a = number;
     else if (name == "--trt")
       setting.trt = value;
+    else if (name == "--learner") {
+      const auto learner = adaptive::find_learner(value);
+      if (!learner) return usage();
+      setting.learner = *learner;
+    } else if (name == "--components")
+      setting.components = static_cast<std::uint32_t>(number);
     else if (name == "--json")
       setting.json = value;
     else
@@ -291,7 +304,9 @@ int main(int argc, char** argv) {
   }
   const bool known = setting.domain == "wide" || setting.domain == "hard" || setting.domain == "narrow";
   const bool known_trt = setting.trt == "whole" || setting.trt == "split";
-  if (!known || !known_trt || setting.rows < 1 || !(setting.epsilon > 0) || setting.vertices < 1) return usage();
+  if (!known || !known_trt || setting.rows < 1 || !(setting.epsilon > 0) || setting.vertices < 1 ||
+      setting.components < 1 || setting.components > adaptive::Mixture::max_components)
+    return usage();
   const nlohmann::json result = study(setting);
   print(result);
   if (!setting.json.empty()) {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "learner/learner.h"
+#include "learner/fit_mixture.h"
 #include "sketch/sketch.h"
 #include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
@@ -69,7 +69,7 @@ void fit(benchmark::State& state) {
     sketch.offer(x, nodes.density(x));
   }
   const std::vector<ObservedPair> pairs = sketch.pairs();
-  const LearnerSettings settings{1.0 / static_cast<double>(state.range(1)), 8};
+  const FitSettings settings{1.0 / static_cast<double>(state.range(1)), 8};
   Fit result;
   for (auto _ : state) {
     benchmark::DoNotOptimize(result = fit_mixture(pairs, nodes.energy(), nodes.variation(), nullptr, settings));

@@ -176,7 +176,7 @@ class RenderJob {
     Extra fields{{"scene", json_text(scene_.source)},
                  {"model", json_text(model_->name())},
                  {"estimator", json_text(estimator_name())},
-                 {"learner", json_text("sketch")},
+                 {"learner", json_text(adaptive::learner_name(settings_.table.learner))},
                  {"epsilon", json_text(settings_.table.epsilon)},
                  {"seed", json_text(settings_.render.seed)},
                  {"samples", json_text(settings_.stop.samples(scene_.image.samples))},

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/argument.h"
+#include "cli/learner_options.h"
 #include "cli/option_types.h"
 #include "models/registry.h"
 
@@ -83,13 +84,7 @@ void add_learning(CLI::App* app, RenderSettings& s) {
       "fitted: converged rows answer; corrected: they do, and one vertex in 16 is traced to mend the bias; exact: "
       "traced at "
       "every vertex");
-  add_choice(app, "--learner", {"sketch"}, [](const std::string&) {}, "how rows are learned");
-  add_number(
-      app, "--epsilon", {0, 1, true}, [&s](double x) { s.table.epsilon = x; },
-      "relative squared error under which a row is converged, default .01");
-  add_number(
-      app, "--table-memory", {0, 1 << 20}, [&s](double x) { s.table.memory_bytes = std::size_t(x * double(1 << 20)); },
-      "ceiling of the table in MB (2^20 bytes), fractions too, default 256");
+  add_learner(app, s.table);
   auto* cache = app->add_option_function<std::string>(
       "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; }, "table to start from and to save");
   cache->type_name("FILE");
@@ -205,7 +200,8 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   }
   const fiber::ModelInfo& model = *fiber::find_model(s.model);
   if (model.make_target == nullptr) {
-    for (const char* option : {"--estimator", "--learner", "--epsilon", "--table-memory", "--warm-cache"}) {
+    for (const char* option :
+         {"--estimator", "--learner", "--components", "--epsilon", "--table-memory", "--warm-cache"}) {
       if (render.count(option)) return fmt::format("{}: expected a model with rows, found --model {}", option, s.model);
     }
   }

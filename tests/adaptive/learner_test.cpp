@@ -1,6 +1,4 @@
 // The learner on targets made here: blurred rays with folds (caustics), and on junk.
-#include "learner/learner.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "learner/fit_mixture.h"
 #include "tress/adaptive/random.h"
 
 namespace tress::adaptive {
@@ -121,7 +120,7 @@ TEST(Learner, WarmStartIsNoWorseThanCold) {
       const float x = -3.14f + 0.1046f * static_cast<float>(i);
       sketch.offer(x, nodes.density(x));
     }
-    const LearnerSettings settings{0.001, 8};
+    const FitSettings settings{0.001, 8};
     const Fit cold = fit_mixture(sketch.pairs(), nodes.energy(), nodes.variation(), nullptr, settings);
     const Fit warm = fit_mixture(sketch.pairs(), nodes.energy(), nodes.variation(), &off, settings);
     EXPECT_LE(warm.objective, std::max(settings.epsilon / 4, cold.objective) * 1.05) << seed;  // rescaling to E

@@ -5,7 +5,7 @@
 
 #include "adaptive/drive_service.h"
 #include "adaptive/toy_target.h"
-#include "table/fixed_moments.h"
+#include "sketch/fixed_moments.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "tress/adaptive/learner.h"
+
 namespace tress::adaptive {
 
 struct Options {
@@ -19,6 +21,9 @@ struct Options {
   float uniform_share_open = 0.05f;
   /// Tests a row may fail before it is refused and answered at the node for good.
   std::uint32_t tests_before_refusal = 32;
+  /// How rows are fitted.
+  Learner learner = Learner::sketch;
+  /// D: the most components of a fit, at most Mixture::max_components. Methods of a fixed number have this many.
   std::uint32_t max_components = 8;
   std::uint64_t seed = 0;
 

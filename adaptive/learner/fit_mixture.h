@@ -11,7 +11,7 @@
 
 namespace tress::adaptive {
 
-struct LearnerSettings {
+struct FitSettings {
   double epsilon = 0.01;
   int max_components = 8;
   /// A warm fit that stays above epsilon/4 is fitted once more from D = 0, and the better one kept.
@@ -27,7 +27,7 @@ struct Fit {
 /// warm: the fit to start from, null for a cold one. Pure and deterministic; never fails: a flat mixture of the right
 /// energy is the worst answer. Every result is within the constraints (weights >= 0, s in [.004, .5], mu in [-pi, pi)).
 Fit fit_mixture(std::span<const ObservedPair> pairs, double energy, double variation, const Mixture* warm,
-                const LearnerSettings& settings);
+                const FitSettings& settings);
 
 /// Gives each component (and the uniform part) the responsibility-weighted mean and variance of the attribute over the
 /// traced rays: responsibility of component d at azimuth x is weight_d p_d(x)/f(x), blurred as g is.

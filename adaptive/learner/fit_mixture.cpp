@@ -1,4 +1,4 @@
-#include "learner/learner.h"
+#include "learner/fit_mixture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -61,9 +61,9 @@ struct State {
   double o = 0;
 };
 
-class Learner {
+class MixtureFitter {
  public:
-  Learner(const Problem& problem, double variation, const LearnerSettings& settings)
+  MixtureFitter(const Problem& problem, double variation, const FitSettings& settings)
       : problem_(problem),
         variation_(std::max(std::isfinite(variation) ? variation : 0.0, 1e-3 / (2 * pi))),
         settings_(settings),
@@ -228,7 +228,7 @@ class Learner {
 
   const Problem& problem_;
   double variation_;
-  LearnerSettings settings_;
+  FitSettings settings_;
   int most_components_;
   std::vector<double> f_, p_;
   Problem::Linearisation work_;
@@ -238,16 +238,16 @@ class Learner {
 }  // namespace
 
 Fit fit_mixture(std::span<const ObservedPair> pairs, double energy, double variation, const Mixture* warm,
-                const LearnerSettings& settings) {
+                const FitSettings& settings) {
   const Problem problem(pairs, energy);
-  Learner learner(problem, variation, settings);
-  State state = learner.run(warm);
-  if (warm != nullptr && settings.restart && !learner.reached(state)) {
-    State cold = learner.run(nullptr);
-    if (learner.relative(cold) < learner.relative(state)) state = std::move(cold);
+  MixtureFitter fitter(problem, variation, settings);
+  State state = fitter.run(warm);
+  if (warm != nullptr && settings.restart && !fitter.reached(state)) {
+    State cold = fitter.run(nullptr);
+    if (fitter.relative(cold) < fitter.relative(state)) state = std::move(cold);
   }
-  learner.finish(state);
-  return {to_mixture(state.parameters), learner.relative(state)};
+  fitter.finish(state);
+  return {to_mixture(state.parameters), fitter.relative(state)};
 }
 
 }  // namespace tress::adaptive

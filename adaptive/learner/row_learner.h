@@ -1,0 +1,69 @@
+// What a fitting method is to the table: one object a row, told when the row opens and when a pass ends.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "learner/stop_test.h"
+#include "sketch/sketch.h"
+#include "tress/adaptive/learner.h"
+#include "tress/adaptive/mixture.h"
+#include "tress/adaptive/options.h"
+#include "tress/adaptive/random.h"
+#include "tress/adaptive/traced_nodes.h"
+
+namespace tress::adaptive {
+
+/// A row as its learner meets it, for one call. What is written here is the row's; nothing else may be touched.
+struct Lesson {
+  const Options& options;
+  const TracedNodes& nodes;  ///< the target; ask it by g()
+  Sketch& sketch;            ///< exact pairs: what the host told, and what learners offer
+  StopTest& stop;            ///< the learner's own draws score here too (draw_own)
+  RandomStream random;       ///< of this row and pass
+
+  Mixture& fit;          ///< published: the proposal of the next pass
+  bool& has_fit;         ///< whether `fit` is one
+  std::uint64_t& count;  ///< g evaluations that taught the row, the host's included
+  /// Azimuths that were drawn from `fit` and scored since it was published. The host's are gone: a learner that wants
+  /// them one by one draws as many anew (replay), so that nothing depends on the order in which threads brought them.
+  std::uint64_t own_draws = 0;
+
+  // What the call did, for the report.
+  std::uint64_t g_evaluations = 0;
+  std::uint64_t fits = 0;
+
+  /// g(x), counted.
+  float g(float x);
+  /// Takes over a new fit. Its weights sum to nodes.energy(); within the constraints of SkewLogistic.
+  void publish(const Mixture& mixture);
+  /// An azimuth drawn from the proposal of `fit`, with its g, counted and scored. The learner may use the pair after
+  /// stop.run(), never for the fit that it scored. Needs has_fit.
+  ObservedPair draw_own();
+};
+
+/// The method of one row, from its opening until it converges or is refused. Rows run in parallel, each on one thread.
+/// Two families: methods that go on per pass (learn), and methods that run to the end when a row is born (begin draws,
+/// runs the stop test and repeats until it has a verdict). None decides that it has converged: StopTest does.
+/// Deterministic: a pure function of the lessons.
+class RowLearner {
+ public:
+  virtual ~RowLearner() = default;
+
+  /// A row opens: born, reopened (empty sketch), or brought by a cache, open (a sketch) or converged at a larger
+  /// epsilon (has_fit). Afterwards has_fit should hold.
+  virtual void begin(Lesson& lesson) = 0;
+  /// A pass has ended, before the row's test: what the learner must ask whatever the test says.
+  virtual void before_test(Lesson& lesson);
+  /// After the test, if the row is still open.
+  virtual void learn(Lesson& lesson) = 0;
+
+  /// Memory of the object, constant: the table's ceiling counts it before a row is born.
+  virtual std::size_t bytes() const = 0;
+};
+
+/// learner/registry.cpp has them all, one line each.
+std::unique_ptr<RowLearner> make_row_learner(Learner learner);
+
+}  // namespace tress::adaptive

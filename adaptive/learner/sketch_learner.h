@@ -1,0 +1,38 @@
+// Ours: Levenberg-Marquardt on the sketch, refitted when the sketch has grown (ESTIMATOR.md, E3 and E6).
+#pragma once
+
+#include "learner/row_learner.h"
+
+namespace tress::adaptive {
+
+/// After each pass, on the pairs that the render left and those of the coverage rule.
+class SketchLearner : public RowLearner {
+ public:
+  void begin(Lesson& lesson) override;
+  void before_test(Lesson& lesson) override;
+  void learn(Lesson& lesson) override;
+  std::size_t bytes() const override { return sizeof(*this); }
+
+ protected:
+  /// Asks g where the sketch leaves gaps.
+  static void cover(Lesson& lesson);
+  /// Fits anew if the sketch has grown enough since the last fit.
+  void refit(Lesson& lesson);
+
+ private:
+  bool refit_due(const Lesson& lesson, std::uint32_t occupied) const;
+
+  std::uint32_t bins_at_fit_ = 0;
+  std::uint64_t count_at_fit_ = 0;
+};
+
+/// The same run to the end when a row opens: cover, fit, draw as many of its own azimuths as a test wants, test,
+/// repeat. The honest rival wherever g is closed form: a render then teaches nothing that asking does not.
+class EagerLearner final : public SketchLearner {
+ public:
+  void begin(Lesson& lesson) override;
+  void before_test(Lesson&) override {}
+  void learn(Lesson&) override {}
+};
+
+}  // namespace tress::adaptive

@@ -1,0 +1,30 @@
+#include "learner/stop_test.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tress::adaptive {
+
+double standard_error(const Moments& m) { return std::sqrt(m.variance() / static_cast<double>(m.count)); }
+
+bool StopTest::run(const Options& options) {
+  const Moments scores = scores_.moments();
+  if (scores.count < options.scores_per_test()) return false;
+  scores_.clear();
+  // Rounded to what a cache stores, so that the stored bound passes wherever this one does.
+  bound_ = static_cast<float>(scores.mean + 2 * standard_error(scores));
+  last_failed_ = !(bound_ <= options.epsilon);
+  if (last_failed_) {
+    passed_ = 0;
+    largest_passed_ = 0;
+    if (++failed_ >= options.tests_before_refusal) verdict_ = Verdict::refused;
+    return true;
+  }
+  largest_passed_ = std::max(largest_passed_, bound_);
+  if (++passed_ < options.tests_to_converge()) return true;
+  verdict_ = Verdict::converged;
+  bound_ = largest_passed_;
+  return true;
+}
+
+}  // namespace tress::adaptive

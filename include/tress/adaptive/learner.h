@@ -1,0 +1,29 @@
+// Which method fits the rows of a table. The methods: adaptive/ESTIMATOR.md, E6.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace tress::adaptive {
+
+/// All write the same table, and every row of it has passed the same test; the cache does not know them apart.
+enum class Learner : std::uint8_t {
+  sketch,  ///< least squares on the exact pairs that the render leaves, after each pass
+  eager,   ///< the same on pairs of its own, to the end when a row is born
+};
+
+struct LearnerInfo {
+  Learner learner;
+  const char* name;     ///< as the command line, telemetry and charts call it
+  const char* summary;  ///< half a line for help
+};
+
+/// All learners, the default first.
+std::span<const LearnerInfo> learners();
+const char* learner_name(Learner learner);
+/// Empty if there is none of that name.
+std::optional<Learner> find_learner(std::string_view name);
+
+}  // namespace tress::adaptive
