@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "models/chiang2016.h"
+#include "models/marschner2003.h"
 
 namespace tress::fiber {
 namespace {
@@ -21,6 +22,11 @@ constexpr ModelInfo all_models[] = {
      .make_target = nullptr,
      .make = make_chiang2016,
      .conserves_energy = true},
+    {.name = "marschner2003",
+     .source = "Marschner, Jensen, Cammarano, Worley, Hanrahan 2003",
+     .summary = "the cubic approximation with eta*(phi_h) and its caustics smoothed; a reference, not normalised",
+     .make_target = nullptr,
+     .make = make_marschner2003},
 };
 
 }  // namespace

@@ -1,0 +1,42 @@
+#include "models/marschner_lobes.h"
+
+#include "fiber/energy_table.h"
+#include "tress/fiber/parameters.h"
+
+namespace tress::fiber {
+namespace {
+
+constexpr float share_of_all = 0.02f;
+
+}  // namespace
+
+glm::vec3 sigma_a_per_radius(const FiberParameters& fiber) {
+  return fiber.sigma_a * static_cast<float>(1 / major_semi_axis(1, static_cast<double>(fiber.eccentricity)));
+}
+
+void select_lobes(const FiberParameters& fiber, const std::array<float, marschner_lobes>& bright, FiberEvent& event) {
+  event.selection = {};
+  float all = 0, sum = 0;
+  for (const float b : bright) all += b;
+  for (std::size_t l = 0; l < marschner_lobes; ++l) {
+    if (!(luminance(gain_of(fiber, l)) > 0) || !(all > 0)) continue;
+    sum += event.selection[static_cast<std::size_t>(own_lobes[l])] = bright[l] + share_of_all * all;
+  }
+  if (!(sum > 0)) event.selection[0] = sum = 1;
+  for (float& probability : event.selection) probability /= sum;
+}
+
+std::size_t draw_lobe(const FiberEvent& event, float u) {
+  std::size_t drawn = 0;
+  float below = 0;
+  for (std::size_t l = 0; l < marschner_lobes; ++l) {
+    const float probability = selection_of(event, l);
+    if (!(probability > 0)) continue;
+    drawn = l;
+    if (u < below + probability) break;
+    below += probability;
+  }
+  return drawn;
+}
+
+}  // namespace tress::fiber
