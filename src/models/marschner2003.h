@@ -5,9 +5,9 @@
 // f = sum_p M_p(theta_h) N_p(eta'(theta_d); phi)/cos^2 theta_d, p in {R, TT, TRT, GLINT}, and here S = f cos^2 theta_i.
 // M_p = 1/2 g(beta_p, theta_h - alpha_p): g, printed without the 1/2, is of mass 1 in theta_h; it stands for the
 // delta(theta_i + theta_r) of the smooth fiber, and theta_i + theta_r = 2 theta_h (as printed all is twice as bright).
-// It is not normalised over the hemisphere, nor does cos^2 theta_i/cos^2 theta_d integrate to 1: clear fibers return
-// about .9 of what meets them in the normal plane and less than half at grazing inclinations
-// (tests/models/marschner2003_test.cpp pins the figures).
+// It is not normalised over the hemisphere, cos^2 theta_i/cos^2 theta_d does not integrate to 1, and what is put back
+// of the caustics is not what was taken out: clear fibers return .94 to 1.17 of what meets them, most at grazing
+// inclinations (alpha = .2; tests/models/marschner2003_test.cpp has the figures).
 //
 // FiberParameters: alpha_p = lobe_tilt(), beta_p = pi/sqrt(3) longitudinal_lambda() (the standard deviation of that
 // logistic), always Gaussian; w_c = azimuthal sigma of TRT, within [2, 45] degrees; eta, e (TRT and GLINT only).

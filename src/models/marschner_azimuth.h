@@ -5,12 +5,12 @@
 // As in the paper, and kept with its faults since this is a reference:
 // - phi(h) is a cubic in the angle of incidence; where light of order p leaves at phi is found from its roots.
 // - Fresnel by two indices in two dimensions, eta' and eta'' (Bravais), exact for one polarisation only.
-// - The ellipse is known to TRT alone, by an index eta*(phi_h) with a = e. Its axes are swapped: for the known
-// direction
-//   along the minor axis of e = .85 the caustic stands where the traced ellipse has it for the major one.
+// - The ellipse is known to TRT alone, by an index eta*(phi_h) with a = e. Its axes are swapped: for e = .85 and the
+//   known direction along the major axis it puts the caustic at 57 degrees, along the minor axis at .2; of the traced
+//   ellipse the second is the wide one.
 // - Nothing is normalised: caustics are taken out and put back with another energy.
 // Where the printed reading is not finite it is bounded: eta* is at least smallest_index, the rate of the cubic at
-// least smallest_rate. The caustic is taken out where the cubic has it (the exact caustic stands up to 2 degrees off,
+// least smallest_rate. The caustic is taken out where the cubic has it (the exact caustic stands up to 3 degrees off,
 // and would leave a singularity); its attenuation is that at the exact one. The fade beyond eta' = 2 is 1 at 2 and 0 at
 // 2 + fade_range (printed as a smoothstep that rises). The path inside is 2 cos gamma_t (printed as its square).
 #pragma once
