@@ -75,6 +75,37 @@ def render(options, scene, name, *flags):
     return out
 
 
+def variant(options, scene, name, change):
+    """FOLDER/name.json: the scene after change(its JSON), which works in place. Files it names stay where they are."""
+    source = scene_path(scene)
+    with open(source) as file:
+        content = json.load(file)
+    content.pop("$schema", None)
+
+    def absolute(value):
+        if isinstance(value, list):
+            return [absolute(entry) for entry in value]
+        if not isinstance(value, dict):
+            return value
+        return {key: os.path.join(os.path.dirname(source), entry) if key == "file" else absolute(entry)
+                for key, entry in value.items()}
+
+    content = absolute(content)
+    change(content)
+    out = path(options, name + ".json")
+    with open(out, "w") as file:
+        json.dump(content, file, indent=1)
+    return out
+
+
+def materials(**changes):
+    """A change for variant(): sets these keys of every material."""
+    def change(scene):
+        for material in scene["materials"]:
+            material.update(changes)
+    return change
+
+
 def read(exr, layer="", behind=0.0):
     """Linear RGB of a picture or of one of its layers ("TRT"), float32 of height x width x 3. behind: radiance that is
     put behind what does not cover a pixel (beauty with an alpha only)."""
