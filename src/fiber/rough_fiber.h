@@ -1,0 +1,75 @@
+// One rough elliptical dielectric fiber, traced in three dimensions: the definition that
+// ../shared/reference/fiber3d.csv was made by, with a tilted cuticle. Light enters along a known direction and is
+// followed through every order until it leaves, is absorbed or masked.
+#pragma once
+
+#include <array>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "fiber/beckmann.h"
+#include "tress/adaptive/random.h"
+#include "tress/fiber/lobes.h"
+#include "tress/fiber/parameters.h"
+
+namespace tress::fiber {
+
+/// Where a ray meets the fiber. In the fiber's frame (u, v, w); major semi-axis 1.
+struct RoughEntry {
+  glm::vec3 direction;  ///< unit, away from the fiber
+  glm::vec2 point;      ///< (x, y/e) of the cross-section, on the unit circle
+};
+
+/// How a path ended.
+struct RoughExit {
+  int order = 0;                  ///< how often it was inside before it left: 0 R, 1 TT, 2 TRT, ...
+  glm::vec3 direction{0, 1, 0};   ///< unit, away from the fiber
+  glm::vec3 throughput{0.0f};     ///< linear RGB, of unit flux; 0: absorbed or masked
+  FiberDirection angles() const;  ///< of `direction`
+};
+
+/// At every hit one event: a microfacet's normal m by Beckmann's visible ones, exact unpolarised Fresnel at m, which
+/// chooses between reflection and refraction, and the weight G1 of the direction it leaves by (separable Smith). What
+/// leaves on the wrong side of the surface is lost, as masked. Inside, light travels in straight lines and is absorbed
+/// by exp(-sigma_a l), l the way in three dimensions. Paths that keep less than `roulette_below` of their flux in every
+/// channel survive with the probability of what they keep; there is no last order.
+///
+/// The cuticle's tilt tau turns the normal that the microfacets are about towards the root, n cos tau - u sin tau (the
+/// surface rises towards the tip), inside and out. A ray that comes from behind a tilted surface meets it untilted.
+///
+/// Left out: multiple microfacet scattering (masked light is lost), diffraction, polarisation between events, the
+/// displacement along the fiber between entry and exit, medulla.
+///
+/// Immutable plain data; any thread.
+class RoughFiber {
+ public:
+  static constexpr float roulette_below = 0.02f;
+
+  /// Reads eta, eccentricity, roughness (alpha of every event), tilt and sigma_a.
+  explicit RoughFiber(const FiberParameters& parameters);
+
+  /// wr: theta within +-pi/2. h in [-1, 1]: the offset over the projected half width, towards rising azimuth.
+  RoughEntry entry(const FiberDirection& wr, float h) const;
+
+  /// The path that these uniforms make: the facet and the choice where it enters and the first choice inside are by u,
+  /// the rest by `random`. Ends with probability 1; finite for every input.
+  RoughExit trace(const RoughEntry& entry, const std::array<float, 4>& u, RandomStream& random) const;
+
+ private:
+  struct Event {
+    glm::vec3 direction;  ///< unit, that light leaves in
+    bool refracted;
+    float weight;  ///< 0: masked
+  };
+  /// Light meets the surface that has `outward` as its normal from w, a unit direction that points back to where the
+  /// light is from.
+  Event scatter(const glm::vec3& w, const glm::vec3& outward, bool from_inside, const std::array<float, 2>& u_facet,
+                float u_choice, RandomStream& random) const;
+  glm::vec3 outward_normal(const glm::vec2& point) const;
+
+  Beckmann facets_;
+  float eta_, eccentricity_, sin_tilt_, cos_tilt_;
+  glm::vec3 sigma_a_;
+};
+
+}  // namespace tress::fiber
