@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "models/chiang2016.h"
+#include "models/fiber3d.h"
 #include "models/marschner2003.h"
 
 namespace tress::fiber {
@@ -27,6 +28,11 @@ constexpr ModelInfo all_models[] = {
      .summary = "the cubic approximation with eta*(phi_h) and its caustics smoothed; a reference, not normalised",
      .make_target = nullptr,
      .make = make_marschner2003},
+    {.name = "fiber3d",
+     .source = "Beckmann facets on a traced fiber, with visible normals (Heitz and d'Eon 2014)",
+     .summary = "the ground truth: a rough elliptical fiber, path traced at every hit; no light sampling",
+     .make_target = nullptr,
+     .make = make_fiber3d},
 };
 
 }  // namespace
