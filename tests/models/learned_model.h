@@ -1,10 +1,11 @@
-// A fitted model taught by shading events at one known direction, for tests of every state of its rows.
+// A model with rows taught by shading events at one known direction, for tests of every state of its rows.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <memory>
 
+#include "models/registry.h"
 #include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
 #include "tress/fiber/elliptical_model.h"
@@ -22,17 +23,19 @@ inline const char* name_of(Rows rows) {
 /// A model with one fiber. teach() draws `events` at wr (xi at random unless fixed), with one light sample each.
 class LearnedModel {
  public:
-  LearnedModel(const fiber::FiberParameters& parameters, fiber::Estimator estimator, adaptive::Options options = {})
-      : parameters_(parameters), target_(fiber::make_elliptical_target()), service_(options, *target_) {
-    model_ = fiber::make_elliptical_model(estimator, estimator == fiber::Estimator::exact ? nullptr : &service_);
-    fiber_ = model_->add_fiber(parameters);
+  /// info: of a model with rows.
+  LearnedModel(const fiber::FiberParameters& parameters, fiber::Estimator estimator, adaptive::Options options = {},
+               const fiber::ModelInfo& info = *fiber::find_model("elliptical"))
+      : info_(info), parameters_(parameters), target_(info.make_target()), service_(options, *target_) {
+    read_by(estimator);
   }
   LearnedModel(const fiber::FiberParameters& parameters, bool exact, adaptive::Options options = {})
       : LearnedModel(parameters, exact ? fiber::Estimator::exact : fiber::Estimator::fitted, options) {}
 
   /// Another estimator on the same rows, whatever they have become.
   void read_by(fiber::Estimator estimator) {
-    model_ = fiber::make_elliptical_model(estimator, estimator == fiber::Estimator::exact ? nullptr : &service_);
+    model_ =
+        info_.make({.estimator = estimator, .service = estimator == fiber::Estimator::exact ? nullptr : &service_});
     fiber_ = model_->add_fiber(parameters_);
   }
 
@@ -66,6 +69,7 @@ class LearnedModel {
   const adaptive::PassReport& report() const { return report_; }
 
  private:
+  const fiber::ModelInfo& info_;
   fiber::FiberParameters parameters_;
   std::unique_ptr<adaptive::Target> target_;
   adaptive::Service service_;
