@@ -7,6 +7,7 @@
 #endif
 
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -33,6 +34,13 @@ inline Float4 max4(Float4 a, Float4 b) {
   return _mm_max_ps(a, b);  // the same; g++ makes four instructions of the line below
 #else
   return a > b ? a : b;
+#endif
+}
+inline Float4 sqrt4(Float4 x) {
+#ifdef __SSE2__
+  return _mm_sqrt_ps(x);
+#else
+  return {std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
 #endif
 }
 inline Float4 abs4(Float4 x) { return std::bit_cast<Float4>(std::bit_cast<Int4>(x) & 0x7fffffff); }

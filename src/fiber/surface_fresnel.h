@@ -34,6 +34,15 @@ class SurfaceFresnel {
     return 1;
   }
 
+  /// Exact Fresnel of a float or of lanes: cosine of the angle of incidence in the normal plane, inside = eta' times
+  /// that of refraction. eta' cos gamma_t = sqrt(eta'^2 - sin^2 gamma), over one common denominator.
+  template <class Float>
+  static Float reflectance(float eta2, Float cosine, Float inside) {
+    const Float scaled = eta2 * cosine, a = cosine + inside, b = scaled + inside;
+    const Float s = (cosine - inside) * b, p = (scaled - inside) * a, both = a * b;
+    return 0.5f * (s * s + p * p) / (both * both);
+  }
+
   /// Sine of the angle of incidence at which F has a kink, since p is reflected totally from there on: eta'' of
   /// `bravais`, 1 or more where there is none.
   float total_reflection() const { return kind_ == ReflectionFresnel::bravais ? eta2_ / std::sqrt(eta_prime2_) : 1; }
@@ -41,12 +50,7 @@ class SurfaceFresnel {
  private:
   static float square(float x) { return x * x; }
 
-  /// fresnel_entering(): eta' cos gamma_t = sqrt(eta'^2 - sin^2 gamma), over one common denominator.
-  float exact(float cosine) const {
-    const float inside = std::sqrt(eta_prime2_ - 1 + cosine * cosine), scaled = eta2_ * cosine;
-    const float a = cosine + inside, b = scaled + inside;
-    return 0.5f * (square((cosine - inside) * b) + square((scaled - inside) * a)) / square(a * b);
-  }
+  float exact(float cosine) const { return reflectance(eta2_, cosine, std::sqrt(eta_prime2_ - 1 + cosine * cosine)); }
 
   /// Marschner et al. 2003: two-dimensional, eta' for s, eta'' = eta^2/eta' for p, which is below 1 at steep
   /// inclinations and then reflects totally.

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "models/chiang2016.h"
+#include "models/deon2011.h"
 #include "models/fiber3d.h"
 #include "models/marschner2003.h"
 
@@ -23,6 +24,13 @@ constexpr ModelInfo all_models[] = {
      .make_target = nullptr,
      .make = make_chiang2016,
      .conserves_energy = true},
+    {.name = "deon2011",
+     .source = "d'Eon, Francois, Hill, Letteri, Aubry 2011; sampling of d'Eon, Marschner, Hanika 2013",
+     .summary = "circular fibers, a Gaussian detector by quadrature over the width, energy-conserving lobes",
+     .make_target = nullptr,
+     .make = make_deon2011,
+     .conserves_energy = true,
+     .has_quadrature = true},
     {.name = "marschner2003",
      .source = "Marschner, Jensen, Cammarano, Worley, Hanrahan 2003",
      .summary = "the cubic approximation with eta*(phi_h) and its caustics smoothed; a reference, not normalised",
