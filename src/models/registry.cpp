@@ -7,6 +7,7 @@
 #include "models/deon2011.h"
 #include "models/fiber3d.h"
 #include "models/marschner2003.h"
+#include "models/ou2012.h"
 
 namespace tress::fiber {
 namespace {
@@ -31,6 +32,11 @@ constexpr ModelInfo all_models[] = {
      .make = make_deon2011,
      .conserves_energy = true,
      .has_quadrature = true},
+    {.name = "ou2012",
+     .source = "Ou, Xie, Krishnamachari, Pellacini 2012; Sadeghi, Pritchett, Jensen, Tamstorf 2010",
+     .summary = "artist-friendly lobes, not normalised, with a Fresnel term in R",
+     .make_target = nullptr,
+     .make = make_ou2012},
     {.name = "marschner2003",
      .source = "Marschner, Jensen, Cammarano, Worley, Hanrahan 2003",
      .summary = "the cubic approximation with eta*(phi_h) and its caustics smoothed; a reference, not normalised",
