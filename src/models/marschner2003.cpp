@@ -42,7 +42,7 @@ struct FiberRecord {
   LobeWidths widths;
   glm::vec3 sigma_a{0.0f};  ///< per radius of the circle
   std::shared_ptr<const MarschnerTable> table;
-  std::array<std::vector<glm::vec3>, marschner_lobes> energy;  ///< by node of the table, under sigma_a and gain
+  MarschnerEnergies energy;
 };
 
 struct EventConstants {
@@ -69,17 +69,13 @@ class Marschner2003 final : public FiberModel {
     fiber.widths = LobeWidths(parameters);
     fiber.sigma_a = sigma_a_per_radius(parameters);
     fiber.table = tables_.find(fiber.shape);
-    for (std::size_t l = 0; l < marschner_lobes; ++l) {
-      fiber.energy[l] = fiber.table->energies(static_cast<MarschnerLobe>(l), fiber.sigma_a);
-      for (glm::vec3& energy : fiber.energy[l]) energy *= gain_of(parameters, l);
-    }
+    fiber.energy = marschner_energies(*fiber.table, parameters);
     fibers_.push_back(std::move(fiber));
     return id;
   }
 
   FiberEvent begin(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
     const FiberRecord& fiber = fibers_[id];
-    const FiberParameters& parameters = ids_[id];
     FiberEvent event;
     event.fiber = id;
     event.wr = {std::clamp(wr.theta, -half_pi, half_pi), adaptive::wrap_angle(wr.phi)};
@@ -92,17 +88,7 @@ class Marschner2003 final : public FiberModel {
         max4(logistic_deviation * by_marschner_lobe(widths.lambda), splat(smallest_lambda / scale_of_unit_gaussian));
     new (event.model_constants.data()) EventConstants{
         {event.wr.theta, alpha, beta * scale_of_unit_gaussian, LongitudinalShape::gaussian}, beta, alpha, fold};
-
-    std::array<float, marschner_lobes> bright{};
-    for (std::size_t l = 0; l < marschner_lobes; ++l) {
-      const auto lobe = static_cast<MarschnerLobe>(l);
-      const MarschnerTable::Place place = fiber.table->place(lobe, fold.phi, event.wr.theta);
-      glm::vec3 energy(0.0f);
-      for (std::size_t k = 0; k < 4; ++k) energy += place.share[k] * fiber.energy[l][place.node[k]];
-      bright[l] = luminance(energy);
-      event.energy[static_cast<std::size_t>(layer_of(parameters, l))] += energy;
-    }
-    select_lobes(parameters, bright, event);
+    begin_lobes(ids_[id], *fiber.table, fiber.energy, fold.phi, event);
     return event;
   }
 

@@ -105,7 +105,8 @@ MarschnerPaths MarschnerCircle::paths(int p, double phi) const {
       const double gamma = root[k];
       if (!(std::abs(gamma) <= 0.5 * pi) || found.count == found.path.size()) continue;
       const double rate = std::max(std::abs(cubic_rate(p, gamma)), smallest_rate);
-      found.path[found.count++] = {0.5 * std::cos(gamma) / rate, attenuation(p, gamma), length(p, gamma)};
+      found.path[found.count++] = {0.5 * std::cos(gamma) / rate, attenuation(p, gamma), length(p, gamma),
+                                   std::cos(gamma)};
     }
   }
   return found;

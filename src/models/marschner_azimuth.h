@@ -37,6 +37,7 @@ struct MarschnerPath {
   double density = 0;      ///< |2 dphi/dh|^-1, 1/rad
   double attenuation = 0;  ///< A(p, h) of clear hair, in [0, 1]
   double length = 0;       ///< inside, in radii, in three dimensions
+  double cos_gamma = 1;    ///< of the angle of incidence
 };
 
 /// The paths of one azimuth.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <glm/vec3.hpp>
+#include <vector>
 
 #include "fiber/float4.h"
 #include "fiber/lobe_widths.h"
@@ -33,9 +34,14 @@ inline Float4 by_marschner_lobe(Float4 lanes) { return Float4{lanes[3], lanes[0]
 /// sigma_a per radius of the circle that has the mean projected width of the ellipse.
 glm::vec3 sigma_a_per_radius(const FiberParameters& fiber);
 
-/// Fills event.selection: each lobe in proportion to `bright`, its luminance, and a fiftieth of their sum; lobes
-/// without gain, never. Sums to 1.
-void select_lobes(const FiberParameters& fiber, const std::array<float, marschner_lobes>& bright, FiberEvent& event);
+/// Energies by MarschnerLobe and node of a table, under absorption and gain.
+using MarschnerEnergies = std::array<std::vector<glm::vec3>, marschner_lobes>;
+MarschnerEnergies marschner_energies(const MarschnerTable& table, const FiberParameters& fiber);
+
+/// Fills event.energy for the known direction, and event.selection: each lobe in proportion to its luminance and a
+/// fiftieth of their sum; lobes without gain, never. Sums to 1.
+void begin_lobes(const FiberParameters& fiber, const MarschnerTable& table, const MarschnerEnergies& energies,
+                 float folded_phi_r, FiberEvent& event);
 /// The lobe that u in [0, 1) selects, by MarschnerLobe.
 std::size_t draw_lobe(const FiberEvent& event, float u);
 inline float selection_of(const FiberEvent& event, std::size_t lobe) {

@@ -24,7 +24,8 @@ MarschnerPaths marschner_paths(const MarschnerShape& shape, MarschnerLobe lobe, 
   const MarschnerGlint glint = circle.glint(shape.caustics);
   MarschnerPaths paths;
   if (lobe == MarschnerLobe::glint) {
-    paths.path[0] = {glint.density(phi, shape.caustics.width), glint.attenuation, glint.length};
+    paths.path[0] = {glint.density(phi, shape.caustics.width), glint.attenuation, glint.length,
+                     std::sqrt(std::max(1 - circle.caustic_offset() * circle.caustic_offset(), 0.0))};
     paths.count = 1;
     return paths;
   }
@@ -73,7 +74,7 @@ void MarschnerTable::fill_node(const MarschnerShape& shape, MarschnerLobe lobe, 
       value[k] += density;
       moments.mass += density * step;
       moments.mean += density * step * path.length;
-      light.push_back({density * step, 1, path.length});
+      light.push_back({density * step, 1, path.length, path.cos_gamma});
     }
   }
   value[knots_] = value[0];

@@ -8,6 +8,7 @@
 #include "models/fiber3d.h"
 #include "models/marschner2003.h"
 #include "models/ou2012.h"
+#include "models/pekelis2015.h"
 
 namespace tress::fiber {
 namespace {
@@ -47,6 +48,11 @@ constexpr ModelInfo all_models[] = {
      .summary = "the ground truth: a rough elliptical fiber, path traced at every hit; no light sampling",
      .make_target = nullptr,
      .make = make_fiber3d},
+    {.name = "pekelis2015",
+     .source = "Pekelis, Hery, Villemin, Ling 2015, sections 3 to 6",
+     .summary = "the paper's own model: Marschner's TRT and GLINT as fitted mixtures, nearest row, not normalised",
+     .make_target = make_pekelis2015_target,
+     .make = [](const ModelSettings& s) { return make_pekelis2015(s, PekelisReading::corrected); }},
 };
 
 }  // namespace
