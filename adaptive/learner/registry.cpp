@@ -3,6 +3,7 @@
 #include <array>
 #include <cassert>
 
+#include "learner/ais_learner.h"
 #include "learner/row_learner.h"
 #include "learner/sketch_learner.h"
 
@@ -22,6 +23,7 @@ struct Entry {
 constexpr std::array entries{
     Entry{{Learner::sketch, "sketch", "least squares on what the render leaves, after each pass"}, make<SketchLearner>},
     Entry{{Learner::eager, "eager", "the same on samples of its own, when a row is born"}, make<EagerLearner>},
+    Entry{{Learner::ais, "ais", "the paper's adaptive importance sampling, when a row is born"}, make<AisLearner>},
 };
 
 constexpr auto infos = [] {

@@ -21,11 +21,10 @@
 #include <string>
 #include <vector>
 
-#include "fiber/row_axes.h"
 #include "learner/fit_mixture.h"
+#include "random_rows.h"
 #include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
-#include "tress/fiber/elliptical_model.h"
 
 namespace {
 
@@ -33,7 +32,6 @@ using namespace tress;
 
 constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180;
-constexpr double least_energy = 1e-3;
 
 struct Setting {
   int rows = 2000, vertices = 16, foreign = 0, passes = 64;
@@ -52,30 +50,11 @@ struct Row {
 };
 
 std::vector<Row> draw_rows(const Setting& setting, const adaptive::Target& target, adaptive::Service& service) {
-  RandomStream random(setting.seed, 2000);
-  const auto between = [&](double low, double high) { return low + (high - low) * static_cast<double>(random.next()); };
+  bench::RandomRows random(setting.seed, setting.domain, setting.trt == "split");
   std::vector<Row> rows;
-  std::vector<adaptive::TracedRay> rays;
   while (rows.size() < static_cast<std::size_t>(setting.rows)) {
-    const bool split = setting.trt == "split";
-    const int page =
-        split ? (random.next() < 0.5f ? fiber::glint_page : fiber::trt_rest_page) : 1 + static_cast<int>(between(0, 3));
-    const auto e = static_cast<float>(between(0.7, 1));
-    auto sigma = static_cast<float>((setting.domain == "wide" ? between(5, 25) : between(1, 10)) * degree);
-    if (setting.domain == "hard") sigma = std::max(sigma, fiber::smallest_grid_sigma);
     Row row;
-    row.description = fiber::elliptical_page(page, 1.55f, e, sigma);
-    // One node a page: publish() then walks over no others. The key, and so the target, is the program's.
-    const auto pick = [&](std::vector<float>& axis) {
-      axis = {axis[static_cast<std::size_t>(between(0, static_cast<double>(axis.size())))]};
-    };
-    pick(row.description.axis_a);
-    pick(row.description.axis_b);
-    rays.clear();
-    target.trace(row.description, row.description.axis_a[0], row.description.axis_b[0], rays);
-    double energy = 0;
-    for (const adaptive::TracedRay& ray : rays) energy += ray.weight;
-    if (energy < least_energy) continue;
+    row.description = random.next(target).description;
     row.page = service.add_page(row.description);
     if (row.page != rows.size()) continue;  // drawn before
     rows.push_back(std::move(row));
@@ -115,32 +94,6 @@ void ask(const Setting& setting, const adaptive::Service& service, Row& row, Ran
     service.score(view, x, view.nodes->density(x), proposal.proposal_density(x, share));
     ++row.own;
   }
-}
-
-/// Integral of (g - f)^2 over what the objective is relative to, by the trapezoid rule, a sixth of sigma apart.
-double true_objective(const adaptive::Mixture& fit, const adaptive::TracedNodes& nodes) {
-  const auto points = static_cast<int>(std::max(720.0, std::ceil(12 * pi / static_cast<double>(nodes.blur_rad()))));
-  double sum = 0;
-  for (int i = 0; i < points; ++i) {
-    const auto x = static_cast<float>(-pi + 2 * pi * i / points);
-    const double r = static_cast<double>(nodes.density(x)) - static_cast<double>(fit.density(x));
-    sum += r * r * 2 * pi / points;
-  }
-  return sum / static_cast<double>(nodes.variation());
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  std::ranges::sort(values);
-  const double rank = std::ceil(share * static_cast<double>(values.size()));
-  return values[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
-}
-
-nlohmann::json spread(const std::vector<double>& values) {
-  return {{"p50", quantile(values, .5)},
-          {"p90", quantile(values, .9)},
-          {"p99", quantile(values, .99)},
-          {"max", quantile(values, 1)}};
 }
 
 nlohmann::json study(const Setting& setting) {
@@ -186,7 +139,7 @@ nlohmann::json study(const Setting& setting) {
     if (view.fit == nullptr) continue;
     std::vector<adaptive::TracedRay> rays;
     target->trace(row.description, row.description.axis_a[0], row.description.axis_b[0], rays);
-    const double error = true_objective(*view.fit, adaptive::TracedNodes(rays, row.description.blur_rad));
+    const double error = bench::true_objective(*view.fit, adaptive::TracedNodes(rays, row.description.blur_rad));
     below_a_tenth += error < 0.1 ? 1 : 0;
     if (!row.converged) continue;
     own.push_back(static_cast<double>(row.own));
@@ -206,7 +159,7 @@ nlohmann::json study(const Setting& setting) {
   const auto n = static_cast<double>(rows.size());
   std::vector<std::uint64_t> components(report.components.begin(), report.components.end());
   nlohmann::json lobes;
-  for (const auto& [lobe, values] : errors_of_lobe) lobes[lobe] = spread(values);
+  for (const auto& [lobe, values] : errors_of_lobe) lobes[lobe] = bench::spread(values);
   return {{"domain", setting.domain},
           {"learner", adaptive::learner_name(setting.learner)},
           {"most_components", setting.components},
@@ -221,12 +174,12 @@ nlohmann::json study(const Setting& setting) {
           {"below_a_tenth_share", below_a_tenth / n},
           {"refused", report.rows_refused},
           {"false", falsely},
-          {"own_samples", spread(own)},
-          {"vertices", spread(vertices)},
-          {"relative_l2", spread(errors)},
+          {"own_samples", bench::spread(own)},
+          {"vertices", bench::spread(vertices)},
+          {"relative_l2", bench::spread(errors)},
           {"relative_l2_of_lobe", lobes},
           {"worst_row", worst_row},
-          {"bound_over_error_p50", quantile(slack, .5)},
+          {"bound_over_error_p50", bench::quantile(slack, .5)},
           {"components", components},
           {"g_evaluations_a_row", static_cast<double>(evaluations) / n},
           {"top_ups_a_row", static_cast<double>(top_ups) / n},

@@ -12,6 +12,7 @@ namespace tress::adaptive {
 enum class Learner : std::uint8_t {
   sketch,  ///< least squares on the exact pairs that the render leaves, after each pass
   eager,   ///< the same on pairs of its own, to the end when a row is born
+  ais,     ///< the paper's adaptive importance sampling (section 5), to the end when a row is born
 };
 
 struct LearnerInfo {
