@@ -66,7 +66,9 @@ def render(options, scene, name, *flags):
     if options.reuse and os.path.exists(out):
         return out
     print(f"rendering {name}", file=sys.stderr, flush=True)
-    command = [options.tress, "render", scene_path(scene), "-o", out, "--quiet", "--seed", str(options.seed)]
+    command = [options.tress, "render", scene_path(scene), "-o", out, "--quiet"]
+    if "--seed" not in flags:
+        command += ["--seed", str(options.seed)]
     if not {"--spp", "--time", "--noise"} & set(flags):
         command += ["--spp", str(options.samples)]
     if options.size and "--resolution" not in flags:
@@ -121,6 +123,20 @@ def read(exr, layer="", behind=0.0):
     if behind and not layer and "A" in names:
         rgb = rgb + behind * (1 - numpy.clip(pixels[:, :, [names.index("A")]], 0, 1))
     return rgb
+
+
+def coverage(exr):
+    """A of a picture, in [0, 1], height x width."""
+    picture = OpenImageIO.ImageBuf(exr)
+    names = list(picture.spec().channelnames)
+    return numpy.clip(picture.get_pixels(OpenImageIO.FLOAT)[:, :, names.index("A")], 0, 1)
+
+
+def blocks(pixels, side=8):
+    """Means of side x side pixels: noise falls by `side`, what a model makes brighter or darker stays."""
+    height, width = (size // side * side for size in pixels.shape[:2])
+    shape = (height // side, side, width // side, side) + pixels.shape[2:]
+    return pixels[:height, :width].reshape(shape).mean(axis=(1, 3))
 
 
 def tone_map(linear, exposure=0.0):
