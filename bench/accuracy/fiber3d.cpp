@@ -9,16 +9,15 @@
 #include <cmath>
 #include <complex>
 #include <cstdio>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "fiber/cross_section.h"
+#include "fiber/fiber3d_reference.h"
 #include "fiber/longitudinal.h"
 #include "fiber/reflection.h"
 #include "tress/fiber/parameters.h"
@@ -27,8 +26,9 @@ namespace tress {
 namespace {
 
 constexpr double pi = std::numbers::pi, degree = pi / 180;
-constexpr int theta_bins = 36, phi_bins = 36, theta_points = 8, harmonics = 320, rays = 2048;
-using Bins = std::array<double, theta_bins * phi_bins>;
+constexpr int theta_bins = test::flux_bins_a_side, phi_bins = test::flux_bins_a_side, theta_points = 8, harmonics = 320,
+              rays = 2048;
+using Bins = test::FluxBins;
 using Widths = std::array<double, 3>;  ///< lambda, sigma and shift of theta_h (towards the normal), radians
 
 struct Configuration {
@@ -37,25 +37,19 @@ struct Configuration {
 };
 
 std::map<int, Configuration> read(const std::string& file) {
-  std::ifstream stream(file);
   std::map<int, Configuration> all;
-  for (std::string line; std::getline(stream, line);) {
-    if (line.empty() || line[0] < '0' || line[0] > '9') continue;
-    std::vector<std::string> field;
-    std::stringstream fields(line);
-    for (std::string text; std::getline(fields, text, ',');) field.push_back(text);
-    if (field[8] != "E") continue;
-    Configuration& c = all[std::stoi(field[0])];
-    c.eta = std::stod(field[1]);
-    c.e = std::stod(field[2]);
-    c.alpha = std::stod(field[3]);
-    c.theta_r = std::stod(field[4]) * degree;
-    c.phi_r = std::stod(field[5]) * degree;
-    c.sigma_a = std::stod(field[6]);
-    Bins& bins = c.lobes[field[7]];
-    for (int j = 0; j < phi_bins; ++j)
-      bins[static_cast<std::size_t>(std::stoi(field[9]) * phi_bins + j)] =
-          std::stod(field[static_cast<std::size_t>(10 + j)]);
+  for (const auto& [id, reference] : test::read_fiber3d_reference(file)) {
+    const fiber::FiberParameters& fiber = reference.parameters;
+    Configuration& c = all[id];
+    c.eta = static_cast<double>(fiber.eta);
+    c.e = static_cast<double>(fiber.eccentricity);
+    c.alpha = static_cast<double>(fiber.roughness);
+    c.theta_r = static_cast<double>(reference.wr.theta);
+    c.phi_r = static_cast<double>(reference.wr.phi);
+    c.sigma_a = static_cast<double>(fiber.sigma_a.r);
+    for (std::size_t lobe = 0; lobe < test::flux_lobes.size(); ++lobe) {
+      c.lobes[test::flux_lobes[lobe]] = reference.flux[lobe];
+    }
   }
   return all;
 }
