@@ -1,0 +1,142 @@
+// What a vertex costs under every model of the registry: begin, sample with S and Q there, S and Q for one light.
+// Known directions all over the sphere, brown hair. Models with rows have learned them before, and are measured once
+// more tracing every vertex (`exact`); models that integrate with 10, 35 and 100 points.
+//   vertex/NAME    all of it        sample/NAME   begin and sample        light/NAME   the evaluation for the light
+//   alone
+// Models that can only be sampled have no light.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "models/learned_model.h"
+#include "models/registry.h"
+
+namespace tress {
+namespace {
+
+using fiber::FiberDirection;
+using fiber::FiberEvent;
+using fiber::FiberModel;
+
+const glm::vec3 brown(0.545f, 0.906f, 1.781f);
+
+/// A model with one fiber, however it is kept.
+struct Measured {
+  std::shared_ptr<const void> owner;
+  const FiberModel* model = nullptr;
+  fiber::FiberId fiber = 0;
+};
+
+std::vector<FiberDirection> known_directions() {
+  constexpr int count = 48;
+  RandomStream random(1);
+  std::vector<FiberDirection> known;
+  for (int i = 0; i < count; ++i) {
+    known.push_back({std::asin(1.9f * (random.next() - 0.5f)), 6.28f * (random.next() - 0.5f)});
+  }
+  return known;
+}
+
+fiber::FiberParameters brown_fiber() {
+  fiber::FiberParameters parameters;
+  parameters.sigma_a = brown;
+  return parameters;
+}
+
+Measured made(const fiber::ModelInfo& info, const fiber::ModelSettings& settings) {
+  std::shared_ptr<FiberModel> model = info.make(settings);
+  const fiber::FiberId id = model->add_fiber(brown_fiber());
+  return {model, model.get(), id};
+}
+
+Measured taught(const fiber::ModelInfo& info) {
+  auto learned =
+      std::make_shared<test::LearnedModel>(brown_fiber(), fiber::Estimator::fitted, adaptive::Options{}, info);
+  for (int round = 0; round < 10; ++round) {
+    for (const FiberDirection& wr : known_directions()) {
+      learned->teach(wr, 1, 1000, static_cast<std::uint64_t>(round), false);
+    }
+  }
+  return {learned, &learned->model(), 0};
+}
+
+enum class Part { vertex, sample, light };
+
+void measure(benchmark::State& state, const Measured& measured, Part part) {
+  const std::vector<FiberDirection> known = known_directions();
+  const FiberModel& model = *measured.model;
+  RandomStream random(1);
+  const auto begin = [&](const FiberDirection& wr) {
+    const float xi1 = random.next(), xi2 = random.next(), h = 2 * random.next() - 1;
+    return model.begin(measured.fiber, wr, xi1, xi2, h);
+  };
+  std::vector<FiberEvent> events;
+  for (const FiberDirection& wr : known) events.push_back(begin(wr));
+  std::size_t next = 0;
+  double queries = 0, exact = 0;
+  const auto count = [&](const fiber::FiberValue& value) {
+    queries += value.queries;
+    exact += value.exact_queries;
+  };
+  for (auto _ : state) {
+    const std::size_t i = next++ % known.size();
+    const FiberEvent event = part == Part::light ? events[i] : begin(known[i]);
+    if (part != Part::light) {
+      const auto sample = model.sample(event, {random.next(), random.next(), random.next(), random.next()});
+      benchmark::DoNotOptimize(sample);
+      count(sample.value);
+    }
+    if (part != Part::sample && model.evaluates()) {
+      const auto light = model.evaluate(event, {2.5f * (random.next() - 0.5f), 6.28f * (random.next() - 0.5f)});
+      benchmark::DoNotOptimize(light);
+      count(light);
+    }
+  }
+  if (queries > 0) state.counters["exact_share"] = exact / queries;
+}
+
+/// Made when first measured: a filter spares the others' teaching.
+void add(const std::string& name, const std::function<Measured()>& make) {
+  const auto shared = std::make_shared<Measured>();
+  for (const auto& [part, prefix] :
+       {std::pair{Part::vertex, "vertex/"}, {Part::sample, "sample/"}, {Part::light, "light/"}}) {
+    benchmark::RegisterBenchmark((prefix + name).c_str(), [shared, make, part = part](benchmark::State& state) {
+      if (shared->model == nullptr) *shared = make();
+      if (part == Part::light && !shared->model->evaluates()) {
+        state.SkipWithError("cannot be evaluated");
+        return;
+      }
+      measure(state, *shared, part);
+    });
+  }
+}
+
+}  // namespace
+}  // namespace tress
+
+int main(int argc, char** argv) {
+  using namespace tress;
+  for (const fiber::ModelInfo& info : fiber::models()) {
+    const std::string name = info.name;
+    if (info.make_target != nullptr) {
+      add(name + "/learned", [&info] { return taught(info); });
+      add(name + "/exact", [&info] { return made(info, {.estimator = fiber::Estimator::exact}); });
+    } else if (info.has_quadrature) {
+      for (const int points : {10, 35, 100}) {
+        add(name + "/" + std::to_string(points), [&info, points] { return made(info, {.quadrature_points = points}); });
+      }
+    } else {
+      add(name, [&info] { return made(info, {}); });
+    }
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
