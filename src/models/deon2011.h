@@ -12,7 +12,7 @@
 // TRRT.
 //
 // With n points N^_p is a sum of n Gaussians. Where they are narrower than their distances, the azimuth has a spike for
-// each: 10 points at a blur under some 15 degrees (figure 8 of Pekelis et al. 2015). That is kept; it is the model.
+// each: with 10 points under some 7 degrees (figure 8 of Pekelis et al. 2015). That is kept; it is the model.
 //
 // What differs from the publication:
 // - There A_p is taken whole at theta_d, E_p N^_p with E_p(theta_d): reciprocal, but its furnace of clear hair is 1 for
