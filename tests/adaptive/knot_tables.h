@@ -1,0 +1,29 @@
+// Knot tables for tests.
+#pragma once
+
+#include <cstddef>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "tress/adaptive/knot_table.h"
+#include "tress/adaptive/random.h"
+
+namespace tress::adaptive {
+
+/// `count` knots of mass `energy`: most of them small, some of them 0, neighbouring peaks among them.
+inline KnotTable rough_table(std::size_t count, float energy, std::uint64_t seed) {
+  RandomStream random(seed, count);
+  std::vector<Knot> knots(count);
+  double sum = 0;
+  for (Knot& knot : knots) {
+    const float u = random.next();
+    knot = {u < 0.2f ? 0.0f : u * u * u * 10, 1 + random.next(), 0.25f * random.next()};
+    sum += static_cast<double>(knot.density);
+  }
+  const double scale = energy * static_cast<double>(count) / (2 * std::numbers::pi) / sum;
+  for (Knot& knot : knots) knot.density = static_cast<float>(knot.density * scale);
+  return KnotTable(std::move(knots));
+}
+
+}  // namespace tress::adaptive
