@@ -1,8 +1,11 @@
 // Reads a cache from bytes that may hold anything. Nothing is believed before it is checked: each section against its
 // checksum, each count against the bytes that remain, each value against its range.
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "cache/format.h"
 #include "sketch/sketch.h"
@@ -61,10 +64,12 @@ class Decoder {
                   "the end of the file");
     }
     if (in.text(format::magic.size()) != format::magic) return fail(byte(0), "the magic of a tress cache", "another");
-    const std::uint32_t version = in.u32();
-    if (version != format::version) {
-      return fail(byte(8), "format version " + std::to_string(format::version),
-                  (version > format::version ? "later version " : "version ") + std::to_string(version));
+    version_ = in.u32();
+    if (version_ != format::version_of_mixtures && version_ != format::version_of_knots) {
+      return fail(byte(8),
+                  "format version " + std::to_string(format::version_of_mixtures) + " or " +
+                      std::to_string(format::version_of_knots),
+                  (version_ > format::version_of_knots ? "later version " : "version ") + std::to_string(version_));
     }
     const std::uint32_t sections = in.u32();
     if (sections != format::section_count) {
@@ -216,7 +221,11 @@ class Decoder {
         if (!row(in, least, nodes, &page.rows[i])) return false;
       }
     }
-    return true;
+    const std::uint32_t needed = has_knots_ ? format::version_of_knots : format::version_of_mixtures;
+    if (version_ == needed) return true;
+    return fail(byte(8),
+                "format version " + std::to_string(needed) + (has_knots_ ? " with" : " without") + " knot rows",
+                std::to_string(version_));
   }
 
   bool row(ByteReader& in, std::uint32_t least_node, std::uint32_t nodes, CachedRow* row) {
@@ -234,18 +243,50 @@ class Decoder {
     row->state = static_cast<RowState>(state);
     const bool converged = row->state == RowState::converged;
     const std::uint32_t parts = in.u8();
+    const std::uint32_t kind = in.u8();
+    const bool knots = kind == static_cast<std::uint32_t>(format::Kind::knots);
+    if (kind > (converged ? static_cast<std::uint32_t>(format::Kind::knots) : 0)) {
+      return fail(here(in, 1), converged ? "kind 0 (mixture) or 1 (knots)" : "kind 0 of an open row",
+                  std::to_string(kind));
+    }
     const std::uint32_t most = converged ? Mixture::max_components : 0;
-    if (parts > most)
-      return fail(here(in, 1), "at most " + std::to_string(most) + " components", std::to_string(parts));
-    row->fit.component_count = parts;
-    if (const std::uint32_t zero = in.u16(); zero != 0) return fail(here(in, 2), "0", std::to_string(zero));
+    if (knots && !KnotTable::is_size(parts)) return fail(here(in, 2), "32, 64 or 128 knots", std::to_string(parts));
+    if (!knots && parts > most) {
+      return fail(here(in, 2), "at most " + std::to_string(most) + " components", std::to_string(parts));
+    }
+    if (const std::uint32_t zero = in.u8(); zero != 0) return fail(here(in, 1), "0", std::to_string(zero));
     row->generation = in.u32();
     if (!not_negative(in, "energy", &row->energy) ||
         !number(in, "objective", 0, converged ? huge : 0, &row->objective)) {
       return false;
     }
     row->count = in.u64();
+    if (knots) return knot_table(in, parts, row);
+    row->fit.component_count = parts;
     return !converged || mixture(in, &row->fit);
+  }
+
+  bool knot_table(ByteReader& in, std::uint32_t number_of_knots, CachedRow* row) {
+    has_knots_ = true;
+    const std::string start = here(in);
+    if (number_of_knots > in.remaining() / format::knot_bytes) {
+      return fail(start, "at most " + std::to_string(in.remaining() / format::knot_bytes) + " knots",
+                  std::to_string(number_of_knots));
+    }
+    std::vector<Knot> knots(number_of_knots);
+    double mass = 0;
+    for (Knot& knot : knots) {
+      if (!not_negative(in, "density", &knot.density) || !not_negative(in, "attribute", &knot.attribute_mean) ||
+          !not_negative(in, "variance of the attribute", &knot.attribute_variance)) {
+        return false;
+      }
+      mass += static_cast<double>(knot.density) * 2 * std::numbers::pi / number_of_knots;
+    }
+    if (!(std::abs(mass - row->energy) <= format::energy_slack * static_cast<double>(row->energy))) {
+      return fail(start, "knots of mass " + std::to_string(row->energy), std::to_string(mass));
+    }
+    row->knots = KnotTable(std::move(knots));
+    return true;
   }
 
   bool mixture(ByteReader& in, Mixture* fit) {
@@ -301,6 +342,8 @@ class Decoder {
   const std::string& bytes_;
   std::string file_;
   std::string where_;
+  std::uint32_t version_ = 0;
+  bool has_knots_ = false;
 };
 
 }  // namespace

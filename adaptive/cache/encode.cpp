@@ -27,13 +27,22 @@ void write_row(ByteWriter& out, const CachedRow& row) {
   const bool converged = row.state == RowState::converged;
   out.u32(row.node);
   out.u8(static_cast<std::uint8_t>(converged ? RowState::converged : RowState::open));
-  out.u8(converged ? static_cast<std::uint8_t>(row.fit.component_count) : 0);
-  out.u16(0);
+  const Kind kind = kind_of(row);
+  const std::size_t parts = kind == Kind::knots ? row.knots.knots().size() : row.fit.component_count;
+  out.u8(converged ? static_cast<std::uint8_t>(parts) : 0);
+  out.u8(static_cast<std::uint8_t>(kind));
+  out.u8(0);
   out.u32(row.generation);
   out.f32(row.energy);
   out.f32(converged ? row.objective : 0.0f);
   out.u64(row.count);
   if (!converged) return;
+  for (const Knot& knot : row.knots.knots()) {
+    out.f32(knot.density);
+    out.f32(knot.attribute_mean);
+    out.f32(knot.attribute_variance);
+  }
+  if (kind == Kind::knots) return;
   out.f32(row.fit.uniform_weight);
   out.f32(row.fit.uniform_attribute_mean);
   out.f32(row.fit.uniform_attribute_variance);
@@ -75,6 +84,7 @@ std::uint64_t model_hash(const std::string& model) {
 
 std::string encode_cache(const TableImage& image) {
   ByteWriter model, pages, rows, sketches;
+  std::uint32_t version = format::version_of_mixtures;
   model.u32(static_cast<std::uint32_t>(image.model.size()));
   model.text(image.model);
   pages.u32(static_cast<std::uint32_t>(image.pages.size()));
@@ -83,6 +93,7 @@ std::string encode_cache(const TableImage& image) {
     rows.u32(static_cast<std::uint32_t>(page.rows.size()));
     for (const CachedRow& row : page.rows) {
       format::write_row(rows, row);
+      if (format::kind_of(row) == format::Kind::knots) version = format::version_of_knots;
       if (row.state == RowState::converged) continue;
       sketches.u32(static_cast<std::uint32_t>(row.sketch.size()));
       for (const SketchBin& bin : row.sketch) {
@@ -93,7 +104,7 @@ std::string encode_cache(const TableImage& image) {
   }
   ByteWriter out;
   out.text(format::magic);
-  out.u32(format::version);
+  out.u32(version);
   out.u32(format::section_count);
   out.u64(model_hash(image.model));
   write_section(out, format::Section::model, model.bytes());

@@ -11,7 +11,8 @@
 namespace tress::adaptive::format {
 
 constexpr std::string_view magic{"\x89TRESS\r\n", 8};  // as PNG's: text-mode transfers break it
-constexpr std::uint32_t version = 1;
+/// A file is of the first version that can hold it: 1 without knot rows, 2 with them.
+constexpr std::uint32_t version_of_mixtures = 1, version_of_knots = 2;
 constexpr std::size_t header_bytes = 24;
 constexpr std::size_t section_header_bytes = 24;
 
@@ -23,6 +24,7 @@ constexpr std::size_t page_bytes = 28;
 constexpr std::size_t row_bytes = 28;
 constexpr std::size_t mixture_bytes = 12;
 constexpr std::size_t component_bytes = 24;
+constexpr std::size_t knot_bytes = 12;
 constexpr std::size_t bin_bytes = 12;
 
 constexpr std::size_t longest_model_name = 256;
@@ -30,6 +32,14 @@ constexpr std::uint64_t most_nodes_of_page = std::uint64_t{1} << 20;
 constexpr float least_blur_rad = 1e-4f, largest_blur_rad = 3.1415927f;
 // Scales are kept in [.004, .5]; the slack is for the last bits of a float.
 constexpr float least_scale = 0.004f * 0.9999f, largest_scale = 0.5f * 1.0001f;
+// The knots of a row have its energy as their mass; the slack is for the last bits of their densities.
+constexpr float energy_slack = 1e-4f;
+
+/// What a converged row is: byte 6 of a row.
+enum class Kind : std::uint8_t { mixture = 0, knots = 1 };
+inline Kind kind_of(const CachedRow& row) {
+  return row.state == RowState::converged && !row.knots.empty() ? Kind::knots : Kind::mixture;
+}
 
 /// XXH3, 64 bits, seed 0.
 std::uint64_t checksum(std::string_view bytes);

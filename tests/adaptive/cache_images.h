@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "adaptive/knot_tables.h"
 #include "sketch/sketch.h"
 #include "tress/adaptive/cache.h"
 
@@ -27,6 +28,19 @@ inline CachedRow converged_row(std::uint32_t node, float objective) {
   row.fit.uniform_weight = 0.05f;
   row.fit.uniform_attribute_mean = 2.5f;
   row.fit.uniform_attribute_variance = 0.5f;
+  return row;
+}
+
+/// `seed`: of its densities and moments.
+inline CachedRow knot_row(std::uint32_t node, float objective, std::size_t knots = 32, std::uint64_t seed = 1) {
+  CachedRow row;
+  row.node = node;
+  row.state = RowState::converged;
+  row.generation = 1;
+  row.energy = 0.75f;
+  row.objective = objective;
+  row.count = 4 * knots;
+  row.knots = rough_table(knots, row.energy, seed);
   return row;
 }
 
@@ -51,6 +65,13 @@ inline TableImage small_image() {
   return {"elliptical-test", {first, second}};
 }
 
+/// As small_image(), with a knot table at a node of its own.
+inline TableImage knot_image() {
+  TableImage image = small_image();
+  image.pages[0].rows.insert(image.pages[0].rows.begin() + 1, knot_row(2, 0.002f));
+  return image;
+}
+
 /// Few distinct values, so that merges meet ties in every field.
 inline rc::Gen<CachedRow> arbitrary_row(std::uint32_t node) {
   return rc::gen::exec([node] {
@@ -63,6 +84,10 @@ inline rc::Gen<CachedRow> arbitrary_row(std::uint32_t node) {
     if (*rc::gen::arbitrary<bool>()) {
       row.state = RowState::converged;
       row.objective = pick({0.0f, 0.001f, 0.01f});
+      if (*rc::gen::inRange(0, 3) == 0) {
+        row.knots = rough_table(std::size_t{32} << *rc::gen::inRange(0, 3), row.energy, *rc::gen::inRange(0u, 2u));
+        return row;
+      }
       row.fit.component_count = *rc::gen::inRange(0u, 9u);
       for (std::uint32_t d = 0; d < row.fit.component_count; ++d) {
         row.fit.components[d] = {{pick({-3.0f, 0.0f, 1.5f}), pick({0.004f, 0.1f}), pick({0.2f, 0.5f})},

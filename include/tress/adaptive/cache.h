@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tress/adaptive/error.h"
+#include "tress/adaptive/knot_table.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
 
@@ -16,7 +17,7 @@ namespace tress::adaptive {
 enum class RowState : std::uint8_t {
   unborn = 0,     ///< only counted; answered by tracing the node
   open = 1,       ///< being learned; answered by g at the node
-  converged = 2,  ///< answered by its fit
+  converged = 2,  ///< answered by its fit, a mixture or a knot table
   refused = 3,    ///< failed too many tests; answered by g at the node for good
 };
 
@@ -31,7 +32,8 @@ struct CachedRow {
   std::uint32_t node = 0;           ///< a * axis_b.size() + b
   RowState state = RowState::open;  ///< open or converged
   std::uint32_t generation = 0;     ///< raised each time the row is reopened
-  Mixture fit;                      ///< converged rows; empty for open ones
+  Mixture fit;                      ///< converged rows without knots; empty for open ones
+  KnotTable knots;                  ///< converged rows that are a knot table, of mass `energy`; empty for all others
   float energy = 0;
   float objective = 0;            ///< bound that passed the test, relative squared L2; 0 for open rows
   std::uint64_t count = 0;        ///< g evaluations that taught it
