@@ -6,6 +6,7 @@
 #include "learner/ais_learner.h"
 #include "learner/row_learner.h"
 #include "learner/sketch_learner.h"
+#include "learner/table_learner.h"
 
 namespace tress::adaptive {
 namespace {
@@ -24,6 +25,7 @@ constexpr std::array entries{
     Entry{{Learner::sketch, "sketch", "least squares on what the render leaves, after each pass"}, make<SketchLearner>},
     Entry{{Learner::eager, "eager", "the same on samples of its own, when a row is born"}, make<EagerLearner>},
     Entry{{Learner::ais, "ais", "the paper's adaptive importance sampling, when a row is born"}, make<AisLearner>},
+    Entry{{Learner::table, "table", "no mixture: 32 to 128 linear knots, on first touch"}, make<TableLearner>},
 };
 
 constexpr auto infos = [] {

@@ -1,5 +1,8 @@
 #include "learner/row_learner.h"
 
+#include <memory>
+#include <utility>
+
 namespace tress::adaptive {
 
 float Lesson::g(float x) {
@@ -12,6 +15,13 @@ void Lesson::publish(const Mixture& mixture) {
   fit = mixture;
   has_fit = true;
   ++fits;
+}
+
+void Lesson::close(KnotTable table, double objective) {
+  ++fits;
+  has_fit = false;
+  stop.judge(objective, options);
+  if (stop.verdict() == StopTest::Verdict::converged) knots = std::make_unique<const KnotTable>(std::move(table));
 }
 
 ObservedPair Lesson::draw_own() {

@@ -7,6 +7,7 @@
 
 #include "learner/stop_test.h"
 #include "sketch/sketch.h"
+#include "tress/adaptive/knot_table.h"
 #include "tress/adaptive/learner.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/options.h"
@@ -23,9 +24,10 @@ struct Lesson {
   StopTest& stop;            ///< the learner's own draws score here too (draw_own)
   RandomStream random;       ///< of this row and pass
 
-  Mixture& fit;          ///< published: the proposal of the next pass
-  bool& has_fit;         ///< whether `fit` is one
-  std::uint64_t& count;  ///< g evaluations that taught the row, the host's included
+  Mixture& fit;                             ///< published: the proposal of the next pass
+  bool& has_fit;                            ///< whether `fit` is one
+  std::unique_ptr<const KnotTable>& knots;  ///< what close() has put in its place
+  std::uint64_t& count;                     ///< g evaluations that taught the row, the host's included
   /// Azimuths that were drawn from `fit` and scored since it was published. The host's are gone: a learner that wants
   /// them one by one draws as many anew (replay), so that nothing depends on the order in which threads brought them.
   std::uint64_t own_draws = 0;
@@ -38,6 +40,9 @@ struct Lesson {
   float g(float x);
   /// Takes over a new fit. Its weights sum to nodes.energy(); within the constraints of SkewLogistic.
   void publish(const Mixture& mixture);
+  /// Ends the row with a knot table of known relative squared L2 error: converged if that is at most epsilon, else
+  /// refused, and then nothing is published. `table` is of mass nodes.energy().
+  void close(KnotTable table, double objective);
   /// An azimuth drawn from the proposal of `fit`, with its g, counted and scored. The learner may use the pair after
   /// stop.run(), never for the fit that it scored. Needs has_fit.
   ObservedPair draw_own();
@@ -45,7 +50,8 @@ struct Lesson {
 
 /// The method of one row, from its opening until it converges or is refused. Rows run in parallel, each on one thread.
 /// Two families: methods that go on per pass (learn), and methods that run to the end when a row is born (begin draws,
-/// runs the stop test and repeats until it has a verdict). None decides that it has converged: StopTest does.
+/// runs the stop test and repeats until it has a verdict). None decides that it has converged: StopTest does,
+/// and where the error is known rather than sampled (close) by that alone.
 /// Deterministic: a pure function of the lessons.
 class RowLearner {
  public:

@@ -27,4 +27,11 @@ bool StopTest::run(const Options& options) {
   return true;
 }
 
+void StopTest::judge(double objective, const Options& options) {
+  bound_ = static_cast<float>(objective);
+  last_failed_ = !(bound_ <= options.epsilon);
+  failed_ += last_failed_ ? 1 : 0;
+  verdict_ = last_failed_ ? Verdict::refused : Verdict::converged;
+}
+
 }  // namespace tress::adaptive

@@ -27,6 +27,10 @@ class StopTest {
   /// Tests and clears the scores. False, and nothing done, while there are too few. Not beside add().
   bool run(const Options& options);
 
+  /// The verdict on an error that is known, as relative squared L2, not sampled: converged if it is at most epsilon,
+  /// else refused, which counts as one failed test. Not beside add().
+  void judge(double objective, const Options& options);
+
   Verdict verdict() const { return verdict_; }
   /// Of the last test, as a cache stores it; once converged, the largest of the tests that were passed. Relative
   /// squared L2; negative before the first test.

@@ -26,12 +26,15 @@ bool Service::Table::needs_nodes(const Candidate& candidate) const {
 }
 
 std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
-  if (!needs_nodes(candidate)) return sizeof(Row);
   const Page& page = *pages_[candidate.page];
   const auto found = page.dormant.find(candidate.node);
+  if (!needs_nodes(candidate)) {
+    return sizeof(Row) + (found->second.knots.empty() ? 0 : Row::bytes_of(found->second.knots));
+  }
   const bool keeps_earlier = found != page.dormant.end() && found->second.state == RowState::converged;
   return sizeof(Row) + Learning::bytes_before_nodes(page.description.blur_rad, learner_bytes_) +
-         (keeps_earlier ? sizeof(CachedRow) : 0) + (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
+         (keeps_earlier ? Learning::bytes_of(found->second) : 0) +
+         (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
 }
 
 bool Service::Table::outdated(const Row& row) const {
@@ -57,10 +60,12 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
     row.energy = cached->energy;
   }
   if (cached != nullptr && cached->state == RowState::converged) {
+    const bool is_knots = !cached->knots.empty();
     row.fit = cached->fit;
-    row.has_fit = true;
+    row.has_fit = !is_knots;
     row.objective = cached->objective;
     if (answers(*cached)) {
+      if (is_knots) row.knots = std::make_unique<const KnotTable>(cached->knots);
       row.state = RowState::converged;
       row.audit = stream_of(row, 0).next_bits() % audit_one_in == 0 ? Audit::due : Audit::possible;
       return outcome;

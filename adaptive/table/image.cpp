@@ -44,7 +44,11 @@ CachedRow cached_form(const Row& row) {
   cached.count = row.count;
   if (row.state == RowState::converged) {
     cached.state = RowState::converged;
-    cached.fit = row.fit;
+    if (row.knots) {
+      cached.knots = *row.knots;
+    } else {
+      cached.fit = row.fit;
+    }
     cached.objective = row.objective;
   } else {
     cached.sketch = row.learning->sketch.bins();

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "tress/adaptive/cache.h"
-#include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/traced_nodes.h"
 
@@ -36,9 +35,10 @@ struct alignas(32) Slot {
   std::atomic<std::uint32_t> touches{0};           ///< look-ups over all passes (modulo 2^32)
   std::uint32_t row = no_row;                      ///< index into the table's rows; changes between passes
   std::atomic<const TracedNodes*> nodes{nullptr};  ///< the row's; unborn: this pass's trace, owned
-  const Mixture* fit = nullptr;                    ///< null before the first fit
+  const void* answer = nullptr;                    ///< the row's Mixture, or KnotTable; null before the first fit
   float objective = 1;
   RowState state = RowState::unborn;
+  bool is_knots = false;  ///< what `answer` is
 
   /// Of an unborn node.
   std::unique_ptr<const TracedNodes> take_memo() {

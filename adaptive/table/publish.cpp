@@ -2,6 +2,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <ctime>
 #include <set>
@@ -103,7 +104,7 @@ PassReport Service::Table::publish() {
       report.queries += queries;
       if (slot.row != Slot::no_row) {
         if (rows_[slot.row]->state == RowState::converged) report.converged_queries += queries;
-      } else if (learns_ && touches >= options_.birth_touches && touches > 0) {
+      } else if (learns_ && touches >= options_.touches_to_birth() && touches > 0) {
         candidates.push_back({p, n, touches, slot.take_memo()});
       } else {
         slot.take_memo();
@@ -139,7 +140,11 @@ void Service::Table::fill_totals(PassReport& report) const {
     report.rows_refused += row->state == RowState::refused ? 1 : 0;
     if (row->state == RowState::converged) {
       ++report.rows_converged;
-      ++report.components[row->fit.component_count];
+      if (row->knots) {
+        ++report.knots[static_cast<std::size_t>(std::countr_zero(row->knots->knots().size() / KnotTable::fewest))];
+      } else {
+        ++report.components[row->fit.component_count];
+      }
     }
     if (row->objective >= 0) objectives.push_back(row->objective);
   }
@@ -167,6 +172,7 @@ void Service::Table::announce() {
     report.objective = row.objective;
     report.count = row.count;
     report.components = row.has_fit ? row.fit.component_count : 0;
+    report.knots = row.knots ? static_cast<std::uint32_t>(row.knots->knots().size()) : 0;
     report.failed_tests = row.failed;
     listener_(report);
   }

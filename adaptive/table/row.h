@@ -11,6 +11,7 @@
 #include "sketch/fixed_moments.h"
 #include "sketch/sketch.h"
 #include "tress/adaptive/cache.h"
+#include "tress/adaptive/knot_table.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/traced_nodes.h"
 
@@ -51,8 +52,11 @@ struct Learning {
     return sizeof(Learning) + learner_bytes + sizeof(std::uint64_t) * Sketch::bin_count(blur_rad);
   }
   std::size_t bytes() const {
-    return bytes_before_nodes(nodes->blur_rad(), learner->bytes()) + nodes->bytes() + (earlier ? sizeof(CachedRow) : 0);
+    return bytes_before_nodes(nodes->blur_rad(), learner->bytes()) + nodes->bytes() +
+           (earlier ? bytes_of(*earlier) : 0);
   }
+  /// Of a cached row that is kept.
+  static std::size_t bytes_of(const CachedRow& row) { return sizeof(CachedRow) + row.knots.bytes(); }
 };
 
 /// Changes between passes, by one thread a row.
@@ -66,13 +70,24 @@ struct Row {
   Audit audit = Audit::none;
   float objective = -1;  ///< bound of the last test, negative before the first; once converged, the stored bound
   float energy = 0;      ///< mass of g
-  std::uint32_t generation = 0;        ///< raised by each reopening
-  std::uint32_t failed = 0;            ///< tests failed, in all
-  std::uint64_t count = 0;             ///< g evaluations that taught it, those of the running pass not yet in
-  std::unique_ptr<Learning> learning;  ///< null once converged
-  Mixture fit;                         ///< published; the answer of a converged row, the proposal of an open one
+  std::uint32_t generation = 0;            ///< raised by each reopening
+  std::uint32_t failed = 0;                ///< tests failed, in all
+  std::uint64_t count = 0;                 ///< g evaluations that taught it, those of the running pass not yet in
+  std::unique_ptr<Learning> learning;      ///< null once converged
+  Mixture fit;                             ///< published; the answer of a converged row, the proposal of an open one
+  std::unique_ptr<const KnotTable> knots;  ///< the answer of a converged row in place of `fit`; null for all others
 
-  std::size_t bytes() const { return sizeof(Row) + (learning ? learning->bytes() : 0); }
+  std::size_t bytes() const {
+    return sizeof(Row) + (knots ? bytes_of(*knots) : 0) + (learning ? learning->bytes() : 0);
+  }
+  static std::size_t bytes_of(const KnotTable& table) { return sizeof(KnotTable) + table.bytes(); }
+
+  // What is published, of either kind.
+  float density(float x) const { return knots ? knots->density(x) : fit.density(x); }
+  float proposal_density(float x, float share) const {
+    return knots ? knots->proposal_density(x, share) : fit.proposal_density(x, share);
+  }
+  float sample(float u, float share) const { return knots ? knots->sample(u, share) : fit.sample(u, share); }
 
   /// Scores the published fit at x, whose g was drawn with density q (1/rad). Open rows; any thread.
   void add_score(float x, float g, float q) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "knots/fit_knots.h"
 #include "learner/fit_mixture.h"
 #include "table/table.h"
 #include "tress/adaptive/random.h"
@@ -36,6 +37,7 @@ Lesson Service::Table::lesson_of(Row& row) const {
                 .random = stream_of(row, learner_purpose),
                 .fit = row.fit,
                 .has_fit = row.has_fit,
+                .knots = row.knots,
                 .count = row.count};
 }
 
@@ -79,7 +81,11 @@ void Service::Table::conclude(Row& row, const Lesson& lesson, Outcome& outcome) 
     return;
   }
   row.state = RowState::converged;
-  assign_attributes(row.fit, *row.learning->nodes);
+  if (row.knots) {
+    row.knots = std::make_unique<const KnotTable>(with_attributes(*row.knots, *row.learning->nodes));
+  } else {
+    assign_attributes(row.fit, *row.learning->nodes);
+  }
   row.learning.reset();
   outcome.converged = true;
 }
@@ -109,9 +115,9 @@ Service::Table::Outcome Service::Table::audit(Row& row) const {
   RandomStream random = stream_of(row, audit_purpose);
   FixedMoments<2> scores;
   for (int i = 0; i < audit_draws; ++i) {
-    const float x = row.fit.sample(random.next(), options_.uniform_share_open);
-    const double q = row.fit.proposal_density(x, options_.uniform_share_open);
-    const double r = static_cast<double>(nodes->density(x)) - row.fit.density(x);
+    const float x = row.sample(random.next(), options_.uniform_share_open);
+    const double q = row.proposal_density(x, options_.uniform_share_open);
+    const double r = static_cast<double>(nodes->density(x)) - row.density(x);
     scores.add(r * r / (q * nodes->variation()));
   }
   outcome.traces = 1;
@@ -130,6 +136,7 @@ Service::Table::Outcome Service::Table::reopen(Row& row, std::unique_ptr<const T
   ++row.generation;
   row.energy = row.learning->nodes->energy();
   row.has_fit = false;
+  row.knots.reset();
   row.count = 0;
   row.objective = -1;
   row.learning->born_pass = pass_;

@@ -12,7 +12,11 @@ namespace {
 RowView view_of(const Slot& slot) {
   RowView view;
   view.state = slot.state;
-  view.fit = slot.fit;
+  if (slot.is_knots) {
+    view.knots = static_cast<const KnotTable*>(slot.answer);
+  } else {
+    view.fit = static_cast<const Mixture*>(slot.answer);
+  }
   view.nodes = slot.nodes.load(std::memory_order_relaxed);
   view.row = slot.row;
   view.objective = slot.objective;
@@ -33,7 +37,8 @@ void Service::Table::show(std::uint32_t index) const {
   const Row& row = *rows_[index];
   Slot& slot = pages_[row.page]->slots[row.node];
   slot.state = row.state;
-  slot.fit = row.has_fit ? &row.fit : nullptr;
+  slot.is_knots = row.knots != nullptr;
+  slot.answer = row.knots ? static_cast<const void*>(row.knots.get()) : row.has_fit ? &row.fit : nullptr;
   slot.objective = row.objective >= 0 ? row.objective : 1.0f;
   slot.nodes.store(row.learning ? row.learning->nodes.get() : nullptr, std::memory_order_relaxed);
 }

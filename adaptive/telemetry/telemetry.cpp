@@ -52,6 +52,7 @@ Json pass_fields(const PassReport& report) {
             {"p99", report.objective_p99},
             {"max", report.objective_max}}},
           {"components", report.components},
+          {"knots", report.knots},
           {"bytes", report.bytes},
           {"at_ceiling", report.at_ceiling},
           {"effective_sample_size", report.effective_sample_size},
@@ -66,6 +67,7 @@ Json row_fields(const RowReport& report) {
           {"objective", report.objective < 0 ? Json(nullptr) : Json(report.objective)},
           {"count", report.count},
           {"components", report.components},
+          {"knots", report.knots},
           {"failed_tests", report.failed_tests}};
 }
 

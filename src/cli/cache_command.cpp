@@ -30,7 +30,8 @@ double as_typed(float x) { return std::stod(fmt::format("{}", x)); }
 struct PageSummary {
   std::string lobe;
   std::uint64_t nodes = 0, open = 0, converged = 0, components = 0;
-  std::size_t bytes = 0;  ///< in the file
+  std::uint64_t knot_tables = 0, knots = 0;  ///< rows that are knot tables, and the knots in them
+  std::size_t bytes = 0;                     ///< in the file
 };
 
 PageSummary summarise(const adaptive::TableImage& image, const adaptive::CachedPage& page) {
@@ -43,7 +44,13 @@ PageSummary summarise(const adaptive::TableImage& image, const adaptive::CachedP
   for (const adaptive::CachedRow& row : page.rows) {
     const bool converged = row.state == adaptive::RowState::converged;
     ++(converged ? summary.converged : summary.open);
-    if (converged) summary.components += row.fit.component_count;
+    if (!converged) continue;
+    if (row.knots.empty()) {
+      summary.components += row.fit.component_count;
+    } else {
+      ++summary.knot_tables;
+      summary.knots += row.knots.knots().size();
+    }
   }
   summary.bytes =
       adaptive::encode_cache({image.model, {page}}).size() - adaptive::encode_cache({image.model, {}}).size();
@@ -61,13 +68,14 @@ int run_cache_info(const CacheSettings& settings) {
   // What was read, not what a session may have put in its place since: equal tables are equal files.
   const std::string bytes = adaptive::encode_cache(*image);
   const std::string hash = adaptive::cache_hash(*image);
-  std::uint64_t open = 0, converged = 0;
+  std::uint64_t open = 0, converged = 0, knot_tables = 0;
   nlohmann::ordered_json pages = nlohmann::ordered_json::array();
   std::string text;
   for (const adaptive::CachedPage& page : image->pages) {
     const PageSummary s = summarise(*image, page);
     open += s.open;
     converged += s.converged;
+    knot_tables += s.knot_tables;
     const auto& parameters = page.description.key.parameters;
     const double sigma_deg = double(parameters[2]) * 180 / std::numbers::pi;
     pages.push_back({{"key",
@@ -78,9 +86,11 @@ int run_cache_info(const CacheSettings& settings) {
                      {"nodes", s.nodes},
                      {"rows", {{"open", s.open}, {"converged", s.converged}}},
                      {"components", s.components},
+                     {"knot_tables", s.knot_tables},
+                     {"knots", s.knots},
                      {"bytes", s.bytes}});
-    text += fmt::format("  {:5} {:5.3f} {:5.3f} {:6.2f} {:7} {:7} {:9} {:10} {:10}\n", s.lobe, parameters[0],
-                        parameters[1], sigma_deg, s.nodes, s.open, s.converged, s.components, s.bytes);
+    text += fmt::format("  {:5} {:5.3f} {:5.3f} {:6.2f} {:7} {:7} {:9} {:10} {:7} {:10}\n", s.lobe, parameters[0],
+                        parameters[1], sigma_deg, s.nodes, s.open, s.converged, s.components, s.knots, s.bytes);
   }
   if (settings.json) {
     const nlohmann::ordered_json json = {{"model", image->model},
@@ -88,15 +98,18 @@ int run_cache_info(const CacheSettings& settings) {
                                          {"hash", hash},
                                          {"bytes", bytes.size()},
                                          {"rows", {{"open", open}, {"converged", converged}}},
+                                         {"knot_tables", knot_tables},
                                          {"pages", pages}};
     fmt::print("{}\n", json.dump());
     return 0;
   }
-  fmt::print("model   {}\nformat  {}\nhash    {}\nbytes   {}\nrows    {} open, {} converged\npages   {}\n",
-             image->model, format_version(bytes), hash, bytes.size(), open, converged, image->pages.size());
+  fmt::print(
+      "model   {}\nformat  {}\nhash    {}\nbytes   {}\nrows    {} open, {} converged\nknots   {} of the converged\n"
+      "pages   {}\n",
+      image->model, format_version(bytes), hash, bytes.size(), open, converged, knot_tables, image->pages.size());
   if (!text.empty()) {
-    fmt::print("  {:5} {:>5} {:>5} {:>6} {:>7} {:>7} {:>9} {:>10} {:>10}\n{}", "lobe", "eta", "e", "sigma", "nodes",
-               "open", "converged", "components", "bytes", text);
+    fmt::print("  {:5} {:>5} {:>5} {:>6} {:>7} {:>7} {:>9} {:>10} {:>7} {:>10}\n{}", "lobe", "eta", "e", "sigma",
+               "nodes", "open", "converged", "components", "knots", "bytes", text);
   }
   return 0;
 }

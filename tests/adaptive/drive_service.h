@@ -24,12 +24,12 @@ inline float ask(const adaptive::Service& service, std::uint32_t pages, std::uin
   const auto b = static_cast<std::uint32_t>(t * static_cast<float>(d.axis_b.size()));
   const RowView row = service.look_up(page, a, b);
   const bool foreign = index % 4 == 3;
-  const Mixture flat;
-  const Mixture& proposal = row.fit != nullptr && !foreign ? *row.fit : flat;
+  const RowView flat;
+  const RowView& proposal = foreign ? flat : row;
   const float u = row.state == RowState::converged ? service.options().uniform_share_converged
                                                    : service.options().uniform_share_open;
   const float x = proposal.sample(random.next(), u);
-  if (row.state == RowState::converged) return row.fit->density(x);
+  if (row.state == RowState::converged) return row.density(x);
   const float g = row.nodes->density(x);
   if (foreign) {
     service.observe(row, x, g);

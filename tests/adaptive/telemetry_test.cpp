@@ -126,6 +126,7 @@ TEST_F(Telemetry, LinesSatisfyTheSchemaAndAreThereAtOnce) {
   report.rows_open = 7;
   report.objective_p99 = 0.02;
   report.components[8] = 5;
+  report.knots[1] = 4;
   RowReport row;
   row.page = {2, {1.55f, 0.85f, 0.2f}};
   row.objective = -1;
@@ -147,6 +148,7 @@ TEST_F(Telemetry, LinesSatisfyTheSchemaAndAreThereAtOnce) {
   EXPECT_EQ(told[1]["rows"]["open"], 7);
   EXPECT_EQ(told[1]["objective"]["p99"], 0.02);
   EXPECT_EQ(told[1]["components"], json({0, 0, 0, 0, 0, 0, 0, 0, 5}));
+  EXPECT_EQ(told[1]["knots"], json({0, 4, 0}));
   EXPECT_EQ(told[1]["seconds"], 0.25);
   EXPECT_TRUE(told[2]["objective"].is_null());
   EXPECT_EQ(told[3]["state"], "converged");

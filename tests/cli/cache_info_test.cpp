@@ -43,9 +43,22 @@ TEST_F(CacheInfo, TellsTheTableThatIsInTheFile) {
   EXPECT_EQ(page.at("nodes"), 6);
   EXPECT_EQ(page.at("rows"), (nlohmann::json{{"open", 1}, {"converged", 1}}));
   EXPECT_EQ(page.at("components"), 2);
+  EXPECT_EQ(page.at("knot_tables"), 0);
   const Outcome text = run({"cache", "info", path("t.cache")});
   EXPECT_THAT(text.out, HasSubstr("rows    2 open, 1 converged\n"));
   EXPECT_THAT(text.out, HasSubstr(info.at("hash").get<std::string>()));
+}
+
+TEST_F(CacheInfo, TellsKnotTablesFromMixtures) {
+  write_text(path("k.cache"), adaptive::encode_cache(adaptive::knot_image()));
+  const nlohmann::json info = json("info", "k.cache", 0);
+  EXPECT_EQ(info.at("format"), 2);
+  EXPECT_EQ(info.at("rows"), (nlohmann::json{{"open", 2}, {"converged", 2}}));
+  EXPECT_EQ(info.at("knot_tables"), 1);
+  EXPECT_EQ(info.at("pages")[0].at("knot_tables"), 1);
+  EXPECT_EQ(info.at("pages")[0].at("knots"), 32);
+  EXPECT_EQ(info.at("pages")[0].at("components"), 2);
+  EXPECT_THAT(run({"cache", "info", path("k.cache")}).out, HasSubstr("knots   1 of the converged\n"));
 }
 
 TEST_F(CacheInfo, VerifySaysWhichByteIsWrong) {

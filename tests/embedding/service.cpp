@@ -28,11 +28,9 @@ static float sample_row(const Service& service, PageId page, std::uint32_t a, st
   const RowView row = service.look_up(page, a, b);
   const bool converged = row.state == RowState::converged;
   const float u = converged ? service.options().uniform_share_converged : service.options().uniform_share_open;
-  const Mixture flat;  // draws uniformly: the proposal before the first fit
-  const Mixture& proposal = row.fit != nullptr ? *row.fit : flat;
-  const float x = proposal.sample(random.next(), u);
-  const float q = proposal.proposal_density(x, u);
-  if (converged) return row.fit->density(x) / q;
+  const float x = row.sample(random.next(), u);  // uniformly before the first fit
+  const float q = row.proposal_density(x, u);
+  if (converged) return row.density(x) / q;
   const float g = row.nodes->density(x);
   service.score(row, x, g, q);  // x was drawn from this very row
   return g / q;

@@ -14,7 +14,8 @@ struct Options {
   double epsilon = 0.01;
   /// Ceiling for rows, sketches, traced nodes and their memo, bytes. Past it no row is born.
   std::size_t memory_bytes = std::size_t{256} << 20;
-  /// Touches of an unborn row, over all passes, before it is born.
+  /// Touches of an unborn row, over all passes, before it is born: at the end of the pass of the last of them, since
+  /// the published table does not change during one. For learners that wait for them: see touches_to_birth().
   std::uint32_t birth_touches = 8;
   /// Share of the proposal that stays uniform for ever, converged and open rows (bounds the weight by 1/(1-u)).
   float uniform_share_converged = 0.02f;
@@ -26,6 +27,9 @@ struct Options {
   /// D: the most components of a fit, at most Mixture::max_components. Methods of a fixed number have this many.
   std::uint32_t max_components = 8;
   std::uint64_t seed = 0;
+
+  /// The rule of births: `table` builds a row at the end of the pass of its first touch.
+  std::uint32_t touches_to_birth() const { return learner == Learner::table && birth_touches > 1 ? 1 : birth_touches; }
 
   /// Scores needed for a test, and tests in a row that must pass (more below epsilon .01).
   std::uint32_t scores_per_test() const { return epsilon < 0.01 ? 24 : 16; }

@@ -5,7 +5,7 @@
 //   for (each pass) {
 //     // any number of threads:
 //     RowView row = service.look_up(page, a, b);
-//     if (row.state == converged) { use row.fit }            // weight 1
+//     if (row.state == converged) { use row.density(x) }     // weight 1; row.fit or row.knots
 //     else { g = row.nodes->density(x); service.observe(row, x, g); or service.score(row, x, g, q); }
 //     // one thread, no reader left:
 //     PassReport report = service.publish();
@@ -19,6 +19,7 @@
 #include <optional>
 
 #include "tress/adaptive/cache.h"
+#include "tress/adaptive/knot_table.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/options.h"
 #include "tress/adaptive/target.h"
@@ -32,8 +33,12 @@ using PageId = std::uint32_t;
 /// What a reader sees of a row during one pass. Cheap to copy; valid until publish().
 struct RowView {
   RowState state = RowState::unborn;
-  /// The published fit: for converged rows the answer, for open rows the proposal; null before the first fit.
+  /// The published fit: for converged rows the answer, for open rows the proposal; null before the first fit, and for
+  /// converged rows that are answered by knots.
   const Mixture* fit = nullptr;
+  /// The answer of a converged row that is a knot table; null for all others. A converged row has one of the two,
+  /// whatever the learner of this session: a cache may bring both kinds.
+  const KnotTable* knots = nullptr;
   /// g, for every state but converged. Null for converged rows. Owned by the service, or by `kept` past the ceiling.
   const TracedNodes* nodes = nullptr;
   /// Index among the rows ever born, for observe() and score(); no_row if unborn.
@@ -45,6 +50,16 @@ struct RowView {
   std::shared_ptr<const TracedNodes> kept;
 
   static constexpr std::uint32_t no_row = ~0u;
+
+  /// What is published, of either kind: the answer of a converged row, the proposal of an open one; uniform if there is
+  /// nothing yet. As Mixture::density() and so on.
+  float density(float x) const { return knots ? knots->density(x) : fit ? fit->density(x) : 0; }
+  float proposal_density(float x, float u_share) const {
+    return knots ? knots->proposal_density(x, u_share) : (fit ? *fit : Mixture{}).proposal_density(x, u_share);
+  }
+  float sample(float u, float u_share) const {
+    return knots ? knots->sample(u, u_share) : (fit ? *fit : Mixture{}).sample(u, u_share);
+  }
 };
 
 /// Thread-safety: look_up, count_converged, observe, score: any thread, wait-free but for the trace of an unborn node's

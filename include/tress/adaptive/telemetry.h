@@ -12,6 +12,7 @@
 
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/error.h"
+#include "tress/adaptive/knot_table.h"
 
 namespace tress::adaptive {
 
@@ -34,7 +35,8 @@ struct PassReport {
   std::uint64_t bytes = 0;
   bool at_ceiling = false;  ///< a birth was put off for want of memory
   double objective_p50 = 0, objective_p90 = 0, objective_p99 = 0, objective_max = 0;  ///< running, of tested rows
-  std::array<std::uint64_t, Mixture::max_components + 1> components{};  ///< converged rows by number of components
+  std::array<std::uint64_t, Mixture::max_components + 1> components{};  ///< converged mixtures by number of components
+  std::array<std::uint64_t, KnotTable::sizes> knots{};  ///< converged knot tables by number of knots: 32, 64, 128
   double effective_sample_size = 0;  ///< mean over scored samples of (sum w)^2/(n sum w^2), w = g/q; 0 if none
   double learning_cpu_seconds = 0;   ///< CPU time inside publish()
 };
@@ -46,7 +48,8 @@ struct RowReport {
   RowState state = RowState::open;
   double objective = 0;  ///< bound of the last test; negative before the first
   std::uint64_t count = 0;
-  std::uint32_t components = 0;
+  std::uint32_t components = 0;  ///< 0 for a knot table
+  std::uint32_t knots = 0;       ///< 0 for a mixture
   std::uint32_t failed_tests = 0;
 };
 

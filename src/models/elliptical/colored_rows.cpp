@@ -46,7 +46,8 @@ ColoredRows::ColoredRows(std::shared_ptr<const PageRows> page, const glm::vec3& 
 }
 
 const TintedRow* ColoredRows::put(std::uint32_t node, const adaptive::RowView& view, TintedRowPool& pool) const {
-  const TintedRow* row = pool.make(*view.fit, view.objective, sigma_a_);
+  const TintedRow* row = view.knots != nullptr ? pool.make(*view.knots, view.objective, sigma_a_)
+                                               : pool.make(*view.fit, view.objective, sigma_a_);
   rows_[node].store(row, std::memory_order_release);
   return row;
 }

@@ -44,6 +44,7 @@ double absorbed_share(double sigma_a, double path_mean, double path_variance) {
 }
 
 RowValue TintedRow::evaluate(float x, const glm::vec3& channel_weights, float u_share) const {
+  if (knot_count != 0) return evaluate_knots(x, channel_weights, u_share);
   Float4 red = splat(0), green = red, blue = red;
   const TintedParts* part = parts();
   for (std::uint32_t d = 0; d < count; d += lanes, ++part) {
@@ -65,6 +66,7 @@ RowValue TintedRow::evaluate(float x, const glm::vec3& channel_weights, float u_
 }
 
 float TintedRow::sample(float u, const glm::vec3& channel_weights, float u_share) const {
+  if (knot_count != 0) return sample_knots(u, channel_weights, u_share);
   float below = 0;  // probability of the components already passed
   const glm::vec3 mix = (1 - u_share) * channel_weights;
   const TintedParts* part = parts();
@@ -84,9 +86,8 @@ float TintedRow::sample(float u, const glm::vec3& channel_weights, float u_share
   return -pi + 2 * pi * std::clamp((u - below) / rest, 0.0f, 0.9999999f);
 }
 
-TintedRow* TintedRowPool::allocate(std::uint32_t components) {
-  const std::size_t parts = (components + lanes - 1) / lanes;
-  const std::size_t lines = (sizeof(TintedRow) + parts * sizeof(TintedParts)) / sizeof(Line);
+TintedRow* TintedRowPool::allocate(std::size_t bytes_behind) {
+  const std::size_t lines = (sizeof(TintedRow) + bytes_behind) / sizeof(Line);
   const std::scoped_lock lock(mutex_);
   if (used_lines_ + lines > chunk_lines) {
     chunks_.push_back(std::make_unique<Line[]>(chunk_lines));
@@ -94,9 +95,7 @@ TintedRow* TintedRowPool::allocate(std::uint32_t components) {
   }
   Line* block = chunks_.back().get() + used_lines_;
   used_lines_ += lines;
-  TintedRow* row = new (block) TintedRow;
-  std::uninitialized_fill_n(row->parts(), parts, TintedParts{});
-  return row;
+  return new (block) TintedRow;
 }
 
 std::size_t TintedRowPool::bytes() const {
@@ -105,7 +104,9 @@ std::size_t TintedRowPool::bytes() const {
 }
 
 const TintedRow* TintedRowPool::make(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a) {
-  TintedRow* row = allocate(fit.component_count);
+  const std::size_t blocks = (fit.component_count + lanes - 1) / lanes;
+  TintedRow* row = allocate(blocks * sizeof(TintedParts));
+  std::uninitialized_fill_n(row->parts(), blocks, TintedParts{});
   row->count = fit.component_count;
   row->objective = objective;
   std::array<double, 3> mass{};

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "fiber/float4.h"
+#include "tress/adaptive/knot_table.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::fiber {
@@ -32,33 +33,49 @@ struct TintedParts {
   std::array<Float4, 3> amplitude{splat(0), splat(0), splat(0)};  ///< mass by channel over Z; the whole row's mass is 1
 };
 
-/// The head of a block; `parts` follow in memory, four components in each.
+/// Four knots of a table, 64 bytes. Lanes 0 to 2 of each: the density of the channels, 1/rad, each channel of mass 1.
+/// Lane 3 of knot c, c < 3: the mass of channel c between -pi and the first knot.
+struct TintedKnots {
+  std::array<Float4, 4> knot{splat(0), splat(0), splat(0), splat(0)};
+};
+
+/// The head of a block; what a row is made of follows in memory, four to a part: components, or knots.
 struct alignas(16) TintedRow {
-  std::uint32_t count = 0;        ///< of components
+  std::uint32_t count = 0;        ///< of components; 0 where the row is a knot table
+  std::uint32_t knot_count = 0;   ///< a power of two; 0 where the row is a mixture
   float objective = 0;            ///< adaptive::RowView::objective
   bool has_row = true;            ///< false: the node is uniform, no row of the service's stands behind it
-  glm::vec3 uniform_share{1.0f};  ///< per channel; 1 where no light is left and the shape does not matter
+  glm::vec3 uniform_share{1.0f};  ///< of a mixture, per channel; 1 where no light is left and the shape does not matter
 
   const TintedParts* parts() const { return reinterpret_cast<const TintedParts*>(this + 1); }
   TintedParts* parts() { return reinterpret_cast<TintedParts*>(this + 1); }
+  const TintedKnots* knots() const { return reinterpret_cast<const TintedKnots*>(this + 1); }
+  TintedKnots* knots() { return reinterpret_cast<TintedKnots*>(this + 1); }
 
   /// channel_weights: mix of the channels that is sampled, >= 0, sum 1. The proposal is
   /// (1 - u) sum_c weight_c shape_c + u / 2 pi, so a weight in that mix is at most 1/(1 - u). x in [-pi, pi).
   RowValue evaluate(float x, const glm::vec3& channel_weights, float uniform_share) const;
   /// Draws from that proposal. u in [0, 1), used up whole. Radians in [-pi, pi).
   float sample(float u, const glm::vec3& channel_weights, float uniform_share) const;
+
+ private:
+  // tinted_knots.cpp: the same of a knot table.
+  RowValue evaluate_knots(float x, const glm::vec3& channel_weights, float uniform_share) const;
+  float sample_knots(float u, const glm::vec3& channel_weights, float uniform_share) const;
 };
-static_assert(sizeof(TintedRow) == 32 && sizeof(TintedParts) == 112);
+static_assert(sizeof(TintedRow) == 32 && sizeof(TintedParts) == 112 && sizeof(TintedKnots) == 64);
 
 /// Owns blocks until it is destroyed. Any thread.
 class TintedRowPool {
  public:
   /// A row's fit under one absorption.
   const TintedRow* make(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a);
+  const TintedRow* make(const adaptive::KnotTable& table, float objective, const glm::vec3& sigma_a);
   std::size_t bytes() const;
 
  private:
-  TintedRow* allocate(std::uint32_t components);
+  /// A row with this much memory behind it, a multiple of 16 bytes.
+  TintedRow* allocate(std::size_t bytes_behind);
   struct alignas(16) Line {
     std::byte bytes[16];
   };
