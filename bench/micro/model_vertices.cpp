@@ -1,9 +1,8 @@
-// What a vertex costs under every model of the registry: begin, sample with S and Q there, S and Q for one light.
+// What a vertex costs under every model of the registry, all in one run.
+//   vertex/NAME: begin, sample with S and Q there, S and Q for one light; sample/NAME: without the light;
+//   light/NAME: the light alone, which models that can only be sampled have not.
 // Known directions all over the sphere, brown hair. Models with rows have learned them before, and are measured once
 // more tracing every vertex (`exact`); models that integrate with 10, 35 and 100 points.
-//   vertex/NAME    all of it        sample/NAME   begin and sample        light/NAME   the evaluation for the light
-//   alone
-// Models that can only be sampled have no light.
 #include <benchmark/benchmark.h>
 
 #include <cmath>

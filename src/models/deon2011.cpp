@@ -167,17 +167,19 @@ class Deon2011 final : public FiberModel {
                              const FiberDirection& wi) {
     FiberValue value;
     const float phi = adaptive::wrap_angle(wi.phi - event.wr.phi);
+    float m = 0;
     for (std::size_t p = 0; p < detected_orders; ++p) {
       if (!(event.selection[p] > 0)) continue;
       const glm::vec3 shape = trace.shape(static_cast<int>(p), phi);
-      const float m = constants.longitudinal[p].density(wi.theta);
+      m = constants.longitudinal[p].density(wi.theta);
       value.s[p] = event.energy[p] * shape * m;
       value.pdf += event.selection[p] * glm::dot(constants.channel_weights[p], shape) * m;
     }
     if (event.selection[residual] > 0) {
-      const float m = constants.longitudinal[width_of(residual)].density(wi.theta) * inverse_two_pi;
-      value.s[residual] = event.energy[residual] * m;
-      value.pdf += event.selection[residual] * m;
+      constexpr std::size_t trrt = detected_orders - 1;  // its M is the residual's, and the last one above
+      if (!(event.selection[trrt] > 0)) m = constants.longitudinal[trrt].density(wi.theta);
+      value.s[residual] = event.energy[residual] * (m * inverse_two_pi);
+      value.pdf += event.selection[residual] * m * inverse_two_pi;
     }
     value.pdf = std::max(value.pdf, smallest_pdf);
     return value;
