@@ -77,6 +77,8 @@ TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--cache-mode", "frozen"}, "--warm-cache");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--rotate", "10"}, "--environment");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--model", "exact", "--estimator", "fitted"}, "--model exact");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--quadrature-points", "10"}, "--quadrature-points");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--model", "deon2011", "--quadrature-points", "0"}, "1 to 65536");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--telemetry", "a.exr"}, "different files");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "a.exr"}, "different files");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "heat.png"}, ".exr");
