@@ -6,8 +6,8 @@
 // M_p = 1/2 g(beta_p, theta_h - alpha_p): g, printed without the 1/2, is of mass 1 in theta_h; it stands for the
 // delta(theta_i + theta_r) of the smooth fiber, and theta_i + theta_r = 2 theta_h (as printed all is twice as bright).
 // It is not normalised over the hemisphere, cos^2 theta_i/cos^2 theta_d does not integrate to 1, and what is put back
-// of the caustics is not what was taken out: clear fibers return .94 to 1.17 of what meets them, most at grazing
-// inclinations (alpha = .2; tests/models/marschner2003_test.cpp has the figures).
+// of the caustics is not what was taken out: clear fibers return .94 to 1.17 of what meets them for theta_r from 0 to
+// 85 degrees, 1.37 at -83, where the tilts help (alpha = .2; tests/models/marschner2003_test.cpp, every_model_*).
 //
 // FiberParameters: alpha_p = lobe_tilt(), beta_p = pi/sqrt(3) longitudinal_lambda() (the standard deviation of that
 // logistic), always Gaussian; w_c = azimuthal sigma of TRT, within [2, 45] degrees; eta, e (TRT and GLINT only).

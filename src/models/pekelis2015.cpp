@@ -236,6 +236,8 @@ class Pekelis2015 final : public FiberModel {
       attenuated = attenuation(2, static_cast<float>(std::sqrt(std::max(1 - offset * offset, 0.0))));
     }
     if (service_ == nullptr) {
+      ++value.queries;
+      ++value.exact_queries;
       const auto l = static_cast<MarschnerLobe>(lobe);
       proposal = fiber.table->density(l, fiber.table->place(l, phi_r, theta_d), x);
       return attenuated *

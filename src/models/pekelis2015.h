@@ -8,15 +8,15 @@
 //   N_TRT, N_GLINT  mixtures of skew logistics fitted to the functions of Marschner et al. 2003, in rows that the
 //          adaptive service learns; a ray is answered by the nearest row, not by interpolation. Until a row has
 //          converged its target is the answer. The paper's monomials are left out: they buy nothing. At most 5
-//          components, as the paper's TRT; all rows converge with them at epsilon .01, and all but .2 % of GLINT with
-//          the paper's 3 (bench_pekelis_rows).
+//          components, as the paper's TRT (ModelInfo::max_components, else 18 % of TRT take more): all rows converge
+//          with them at epsilon .01, and all but .2 % of GLINT need no more than the paper's 3 (bench_pekelis_rows).
 //   A_p = F_p T_p.  F_R by the angle between the light and the half vector (or as FiberParameters says: figure 5).
 //          F_TT, F_TRT by the angle of incidence in three dimensions; gamma(phi) from the cubic's roots, for TRT their
 //          mean weighted with their densities, none where no light leaves. F_GLINT at the exact singularity. T by
 //          eq. 5.
 // Kept of its sources' faults: the targets are Marschner's, with the axes of the ellipse swapped (marschner_azimuth.h);
-// R and TT know no ellipse; the furnace is not 1, because energies are taken at the
-// theta_d of each pair: .96 to 1.01 up to 75 degrees, 1.27 at 85 (alpha = .2; tests/models/pekelis2015_test.cpp).
+// R and TT know no ellipse; the furnace is not 1, because energies are taken at the theta_d of each pair:
+// .96 to 1.01 up to 75 degrees, 1.27 at 85 (alpha = .2; tests/models/pekelis2015_test.cpp).
 //
 // FiberParameters: alpha_p = lobe_tilt(), lambda_p = longitudinal_lambda(), always logistic. sigma_TRT = sigma_GLINT =
 // the nearest of 10, 15, 20, 25 degrees to the azimuthal sigma of TRT, e the nearest of .85, .9, .95, 1. sigma_R = 1;

@@ -52,7 +52,8 @@ constexpr ModelInfo all_models[] = {
      .source = "Pekelis, Hery, Villemin, Ling 2015, sections 3 to 6",
      .summary = "the paper's own model: Marschner's TRT and GLINT as fitted mixtures, nearest row, not normalised",
      .make_target = make_pekelis2015_target,
-     .make = [](const ModelSettings& s) { return make_pekelis2015(s, PekelisReading::corrected); }},
+     .make = [](const ModelSettings& s) { return make_pekelis2015(s, PekelisReading::corrected); },
+     .max_components = 5},
 };
 
 }  // namespace

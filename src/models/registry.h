@@ -1,10 +1,12 @@
 // Every fiber model by its name: what it needs, and how it is made.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
 
+#include "tress/adaptive/mixture.h"
 #include "tress/adaptive/service.h"
 #include "tress/adaptive/target.h"
 #include "tress/fiber/elliptical_model.h"
@@ -31,6 +33,9 @@ struct ModelInfo {
   /// generic tests hold it to that.
   bool conserves_energy = false;
   bool has_quadrature = false;  ///< reads ModelSettings::quadrature_points
+  /// The most components that the publication gives a row: a host takes the smaller of this and its own
+  /// Options::max_components.
+  std::uint32_t max_components = adaptive::Mixture::max_components;
 };
 
 /// All models, ours first.

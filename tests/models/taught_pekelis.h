@@ -14,7 +14,7 @@ namespace tress::test {
 class TaughtPekelis {
  public:
   TaughtPekelis(const fiber::FiberParameters& parameters, fiber::PekelisReading reading)
-      : target_(fiber::make_pekelis2015_target()), service_({}, *target_) {
+      : target_(fiber::make_pekelis2015_target()), service_(options(), *target_) {
     model_ = fiber::make_pekelis2015({.service = &service_}, reading);
     fiber_ = model_->add_fiber(parameters);
   }
@@ -38,6 +38,12 @@ class TaughtPekelis {
   const adaptive::PassReport& report() const { return report_; }
 
  private:
+  static adaptive::Options options() {
+    adaptive::Options options;
+    options.max_components = fiber::find_model("pekelis2015")->max_components;
+    return options;
+  }
+
   std::unique_ptr<adaptive::Target> target_;
   adaptive::Service service_;
   std::unique_ptr<fiber::FiberModel> model_;
