@@ -176,7 +176,8 @@ class Pekelis2015 final : public FiberModel {
     }
     const adaptive::RowView view = row_of(fiber, lobe, phi_r, theta_d);
     const adaptive::Options& options = service_->options();
-    if (view.fit != nullptr) return view.fit->sample(u[2], uniform_share(view));
+    if (view.state == adaptive::RowState::converged || view.fit != nullptr)
+      return view.sample(u[2], uniform_share(view));
     const adaptive::TracedNodes& nodes = *view.nodes;
     const float share = options.uniform_share_open;
     if (u[3] < share || nodes.energy() < least_mass) return -pi + 2 * pi * u[2];
@@ -196,7 +197,7 @@ class Pekelis2015 final : public FiberModel {
     value.objective += view.objective;
     const float share = uniform_share(view);
     if (view.state == adaptive::RowState::converged) {
-      return {view.fit->density(x), view.fit->proposal_density(x, share)};
+      return {view.density(x), view.proposal_density(x, share)};
     }
     ++value.exact_queries;
     const adaptive::TracedNodes& nodes = *view.nodes;

@@ -13,8 +13,9 @@ namespace tress::test {
 
 class TaughtPekelis {
  public:
-  TaughtPekelis(const fiber::FiberParameters& parameters, fiber::PekelisReading reading)
-      : target_(fiber::make_pekelis2015_target()), service_(options(), *target_) {
+  TaughtPekelis(const fiber::FiberParameters& parameters, fiber::PekelisReading reading,
+                adaptive::Learner learner = adaptive::Learner::sketch)
+      : target_(fiber::make_pekelis2015_target()), service_(options(learner), *target_) {
     model_ = fiber::make_pekelis2015({.service = &service_}, reading);
     fiber_ = model_->add_fiber(parameters);
   }
@@ -38,8 +39,9 @@ class TaughtPekelis {
   const adaptive::PassReport& report() const { return report_; }
 
  private:
-  static adaptive::Options options() {
+  static adaptive::Options options(adaptive::Learner learner) {
     adaptive::Options options;
+    options.learner = learner;
     options.max_components = fiber::find_model("pekelis2015")->max_components;
     return options;
   }
