@@ -134,6 +134,8 @@ class AisLoop {
       parts_.a.push_back(1 / (static_cast<double>(components_) * parts_.shapes[d].mass(settings_.basis)));
     }
     rescale();
+    const AisProposal proposal(parts_, settings_.basis, settings_.uniform_share);
+    for (std::size_t i = 0; i < samples_; ++i) f_[i] = proposal.mixture(static_cast<float>(azimuth_[i]));
   }
 
   // Systematic resampling by g: mode d is at the (d + 1/2)/D quantile of the first sample.
