@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "fiber/row_axes.h"
-#include "tress/adaptive/mixture.h"
 #include "tress/adaptive/random.h"
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/traced_nodes.h"
@@ -63,8 +62,10 @@ class RandomRows {
   bool split_;
 };
 
-/// Integral of (g - f)^2 over what the objective is relative to, by the trapezoid rule, a sixth of sigma apart.
-inline double true_objective(const adaptive::Mixture& fit, const adaptive::TracedNodes& nodes) {
+/// Integral of (g - f)^2 over what the objective is relative to, by the trapezoid rule, a sixth of sigma apart. `fit`:
+/// whatever has a density.
+template <class Fit>
+double true_objective(const Fit& fit, const adaptive::TracedNodes& nodes) {
   constexpr double pi = std::numbers::pi;
   const auto points = static_cast<int>(std::max(720.0, std::ceil(12 * pi / static_cast<double>(nodes.blur_rad()))));
   double sum = 0;

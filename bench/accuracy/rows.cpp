@@ -136,10 +136,10 @@ nlohmann::json study(const Setting& setting) {
   std::vector<double> slack;  // stored bound over true error
   for (const Row& row : rows) {
     const adaptive::RowView view = service.peek(row.page, 0, 0);
-    if (view.fit == nullptr) continue;
+    if (view.fit == nullptr && view.knots == nullptr) continue;
     std::vector<adaptive::TracedRay> rays;
     target->trace(row.description, row.description.axis_a[0], row.description.axis_b[0], rays);
-    const double error = bench::true_objective(*view.fit, adaptive::TracedNodes(rays, row.description.blur_rad));
+    const double error = bench::true_objective(view, adaptive::TracedNodes(rays, row.description.blur_rad));
     below_a_tenth += error < 0.1 ? 1 : 0;
     if (!row.converged) continue;
     own.push_back(static_cast<double>(row.own));
@@ -158,6 +158,14 @@ nlohmann::json study(const Setting& setting) {
   }
   const auto n = static_cast<double>(rows.size());
   std::vector<std::uint64_t> components(report.components.begin(), report.components.end());
+  double cache_row_bytes = 0;  // of the rows alone: a page has many, here each has one
+  const adaptive::TableImage image = service.snapshot();
+  for (const adaptive::CachedPage& page : image.pages) {
+    for (const adaptive::CachedRow& row : page.rows) {
+      const std::size_t parts = row.knots.empty() ? 12 + 24 * row.fit.component_count : 12 * row.knots.knots().size();
+      cache_row_bytes += static_cast<double>(28 + (row.state == adaptive::RowState::converged ? parts : 0));
+    }
+  }
   nlohmann::json lobes;
   for (const auto& [lobe, values] : errors_of_lobe) lobes[lobe] = bench::spread(values);
   return {{"domain", setting.domain},
@@ -181,10 +189,12 @@ nlohmann::json study(const Setting& setting) {
           {"worst_row", worst_row},
           {"bound_over_error_p50", bench::quantile(slack, .5)},
           {"components", components},
+          {"knots", report.knots},
           {"g_evaluations_a_row", static_cast<double>(evaluations) / n},
           {"top_ups_a_row", static_cast<double>(top_ups) / n},
           {"refits_a_row", static_cast<double>(refits) / n},
           {"bytes_a_row", static_cast<double>(report.bytes) / n},
+          {"cache_row_bytes", cache_row_bytes / n},
           {"learning_cpu_us_a_row", 1e6 * cpu / n}};
 }
 
@@ -204,6 +214,7 @@ void print(const nlohmann::json& r) {
   fmt::print("converged {:.2f} %, below .1 {:.2f} %, refused {}, false {} (worst: {})\n",
              100 * r["converged_share"].get<double>(), 100 * r["below_a_tenth_share"].get<double>(),
              r["refused"].get<int>(), r["false"].get<int>(), r["worst_row"].get<std::string>());
+  fmt::print("knots {}, in a cache {:.0f} bytes a row\n", r["knots"].dump(), r["cache_row_bytes"].get<double>());
   fmt::print("components {}; a row: g {:.1f} (top-up {:.2f}), refits {:.2f}, bytes {:.0f}, learning {:.0f} us\n",
              r["components"].dump(), r["g_evaluations_a_row"].get<double>(), r["top_ups_a_row"].get<double>(),
              r["refits_a_row"].get<double>(), r["bytes_a_row"].get<double>(), r["learning_cpu_us_a_row"].get<double>());
