@@ -10,6 +10,7 @@
 namespace tress::fiber {
 namespace {
 
+constexpr float largest_tilt = 1.5f;
 constexpr float least_cosine = 1e-6f;  // to the normal, of light that grazes a surface or was rounded past it
 
 /// One Newton step onto the unit sphere: rounding cannot build up.
@@ -30,8 +31,7 @@ RoughFiber::RoughFiber(const FiberParameters& parameters)
     : facets_(parameters.roughness),
       eta_(parameters.eta),
       eccentricity_(parameters.eccentricity),
-      sin_tilt_(std::sin(parameters.tilt)),
-      cos_tilt_(std::cos(parameters.tilt)),
+      tan_tilt_(std::tan(std::clamp(parameters.tilt, 0.0f, largest_tilt))),
       sigma_a_(parameters.sigma_a) {}
 
 RoughEntry RoughFiber::entry(const FiberDirection& wr, float h) const {
@@ -47,17 +47,19 @@ glm::vec3 RoughFiber::outward_normal(const glm::vec2& point) const {
   return {0, normal.x, normal.y};
 }
 
+glm::vec3 RoughFiber::face(const glm::vec3& w, const glm::vec3& outward, float side, RandomStream& random) const {
+  if (!(tan_tilt_ > 0)) return side * outward;
+  const glm::vec3 step(side, 0, 0), slope = side * (outward - tan_tilt_ * glm::vec3(1, 0, 0));
+  const float seen_step = tan_tilt_ * std::max(glm::dot(w, step), 0.0f),
+              seen_slope = std::max(glm::dot(w, slope), 0.0f);
+  return random.next() * (seen_step + seen_slope) < seen_step ? step : glm::normalize(slope);
+}
+
 RoughFiber::Event RoughFiber::scatter(const glm::vec3& w, const glm::vec3& outward, bool from_inside,
                                       const std::array<float, 2>& u_facet, float u_choice, RandomStream& random) const {
-  const glm::vec3 normal = from_inside ? -outward : outward;
-  const glm::vec3 tilted = cos_tilt_ * outward - glm::vec3(sin_tilt_, 0, 0);
-  glm::vec3 facing = from_inside ? -tilted : tilted, toward = w;
-  float cosine = glm::dot(toward, facing);
-  if (cosine < least_cosine) {
-    facing = normal;
-    cosine = glm::dot(toward, facing);
-    if (cosine < least_cosine) toward = glm::normalize(toward + (least_cosine - cosine) * facing);
-  }
+  const glm::vec3 facing = face(w, outward, from_inside ? -1.0f : 1.0f, random);
+  const float cosine = glm::dot(w, facing);
+  const glm::vec3 toward = cosine < least_cosine ? glm::normalize(w + (least_cosine - cosine) * facing) : w;
   const glm::vec3 m = facets_.visible_normal(toward, facing, u_facet, random);
   const double cos_i = std::clamp(static_cast<double>(glm::dot(toward, m)), 0.0, 1.0), eta = eta_;
   double cos_t;
@@ -74,36 +76,39 @@ RoughFiber::Event RoughFiber::scatter(const glm::vec3& w, const glm::vec3& outwa
     event.direction = static_cast<float>(2 * cos_i) * m - toward;
   }
   event.direction = onto_unit(event.direction);
-  event.weight =
-      side * glm::dot(event.direction, normal) > 0 ? facets_.unmasked(side * glm::dot(event.direction, facing)) : 0;
+  event.weight = facets_.unmasked(side * glm::dot(event.direction, facing));
   return event;
 }
 
 RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>& u, RandomStream& random) const {
   RoughExit exit;
   glm::vec2 point = entry.point;
-  Event event = scatter(entry.direction, outward_normal(point), false, {u[0], u[1]}, u[2], random);
-  glm::vec3 throughput(event.weight);
-  if (event.refracted) {
-    for (float u_choice = u[3];; u_choice = random.next()) {
+  glm::vec3 outward = outward_normal(point), throughput(1.0f);
+  bool inside = false;
+  Event event = scatter(entry.direction, outward, inside, {u[0], u[1]}, u[2], random);
+  for (float u_choice = u[3];; u_choice = random.next()) {
+    throughput *= event.weight;
+    if (!(largest(throughput) > 0)) return exit;
+    inside = inside != event.refracted;
+    const float away = glm::dot(event.direction, outward);
+    if (!inside && away > 0) break;
+    if (inside && away < 0) {
       ++exit.order;
       const glm::vec2 across(event.direction.y, event.direction.z / eccentricity_);
       const float length = std::max(-2 * glm::dot(point, across), 0.0f) / std::max(glm::dot(across, across), 1e-12f);
       point = onto_unit(point + length * across);
+      outward = outward_normal(point);
       throughput *= glm::exp(-sigma_a_ * length);
-      const float kept = largest(throughput);
-      if (!(kept > 0)) return exit;
-      if (kept < roulette_below) {
-        if ((1 - random.next()) * roulette_below > kept) return exit;
-        throughput *= roulette_below / kept;
-      }
-      const std::array<float, 2> u_facet{random.next(), random.next()};
-      event = scatter(-event.direction, outward_normal(point), true, u_facet, u_choice, random);
-      throughput *= event.weight;
-      if (event.refracted) break;
+    }  // else it meets another face of the cuticle on the same side
+    const float kept = largest(throughput);
+    if (!(kept > 0)) return exit;
+    if (kept < roulette_below) {
+      if ((1 - random.next()) * roulette_below > kept) return exit;
+      throughput *= roulette_below / kept;
     }
+    const std::array<float, 2> u_facet{random.next(), random.next()};
+    event = scatter(-event.direction, outward, inside, u_facet, u_choice, random);
   }
-  if (!(largest(throughput) > 0)) return exit;
   exit.direction = event.direction;
   exit.throughput = throughput;
   return exit;

@@ -34,8 +34,11 @@ struct RoughExit {
 /// by exp(-sigma_a l), l the way in three dimensions. Paths that keep less than `roulette_below` of their flux in every
 /// channel survive with the probability of what they keep; there is no last order.
 ///
-/// The cuticle's tilt tau turns the normal that the microfacets are about towards the root, n cos tau - u sin tau (the
-/// surface rises towards the tip), inside and out. A ray that comes from behind a tilted surface meets it untilted.
+/// The cuticle of tilt tau is made of scales whose faces rise towards the tip, with the normal n cos tau - u sin tau,
+/// and of the steps where they end, with the normal u and the area tan tau; both are rough. Light meets one of them in
+/// proportion to the area that it sees, inside and out, and what then goes on towards the surface meets it again: a
+/// tilted normal alone would lose half the light at 60 degrees, that which the rising faces guide along the fiber. (The
+/// idea of the second face: Schuessler et al. 2017.) Without a tilt it is the fiber of the file.
 ///
 /// Left out: multiple microfacet scattering (masked light is lost), diffraction, polarisation between events, the
 /// displacement along the fiber between entry and exit, medulla.
@@ -65,10 +68,12 @@ class RoughFiber {
   /// light is from.
   Event scatter(const glm::vec3& w, const glm::vec3& outward, bool from_inside, const std::array<float, 2>& u_facet,
                 float u_choice, RandomStream& random) const;
+  /// The normal, to the side that light from w arrives on, of the face of the cuticle that it meets; side: -1 inside.
+  glm::vec3 face(const glm::vec3& w, const glm::vec3& outward, float side, RandomStream& random) const;
   glm::vec3 outward_normal(const glm::vec2& point) const;
 
   Beckmann facets_;
-  float eta_, eccentricity_, sin_tilt_, cos_tilt_;
+  float eta_, eccentricity_, tan_tilt_;
   glm::vec3 sigma_a_;
 };
 
