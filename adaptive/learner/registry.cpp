@@ -4,6 +4,8 @@
 #include <cassert>
 
 #include "learner/ais_learner.h"
+#include "learner/appendix_learner.h"
+#include "learner/em_learner.h"
 #include "learner/row_learner.h"
 #include "learner/sketch_learner.h"
 #include "learner/table_learner.h"
@@ -26,6 +28,11 @@ constexpr std::array entries{
     Entry{{Learner::eager, "eager", "the same on samples of its own, when a row is born"}, make<EagerLearner>},
     Entry{{Learner::ais, "ais", "the paper's adaptive importance sampling, when a row is born"}, make<AisLearner>},
     Entry{{Learner::table, "table", "no mixture: 32 to 128 linear knots, on first touch"}, make<TableLearner>},
+    Entry{{Learner::em, "em", "stepwise expectation maximisation, after each pass"}, make<EmLearner>},
+    Entry{{Learner::appendix, "appendix", "one sample at a time, the nearest to the paper's 9.1 that converges"},
+          make<AppendixLearner>},
+    Entry{{Learner::appendix_literal, "appendix-literal", "the paper's 9.1 as printed: it does not converge"},
+          make<LiteralAppendixLearner>},
 };
 
 constexpr auto infos = [] {

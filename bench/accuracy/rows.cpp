@@ -2,7 +2,8 @@
 // random set is asked as a render asks it, some vertices a pass, until it converges. Prints a table; JSON with --json.
 //
 //   bench_rows [--rows N] [--seed N] [--epsilon E] [--domain wide|hard|narrow] [--vertices N] [--foreign N]
-//              [--passes N] [--sigma-a S] [--trt whole|split] [--learner NAME] [--components N] [--json FILE]
+//              [--passes N] [--sigma-a S] [--trt whole|split] [--learner NAME] [--components N] [--tests N]
+//              [--json FILE]
 //
 // Domains: wide, sigma 5..25 degrees; hard, sigma 1..10 on the grid sigma of the program (at least 4 degrees); narrow,
 // sigma 1..10 as it is. e .7..1, eta 1.55, lobes and nodes of the page uniform, E_p >= .001 (less is uniform in the
@@ -40,6 +41,7 @@ struct Setting {
   std::string domain = "wide", trt = "whole", json;
   adaptive::Learner learner = adaptive::Learner::sketch;
   std::uint32_t components = adaptive::Options{}.max_components;
+  std::uint32_t tests = adaptive::Options{}.tests_before_refusal;
 };
 
 struct Row {
@@ -104,6 +106,7 @@ nlohmann::json study(const Setting& setting) {
   options.seed = setting.seed;
   options.learner = setting.learner;
   options.max_components = setting.components;
+  options.tests_before_refusal = setting.tests;
   adaptive::Service service(options, *target);
   std::vector<Row> rows = draw_rows(setting, *target, service);
 
@@ -128,7 +131,7 @@ nlohmann::json study(const Setting& setting) {
     if (report.rows_converged == rows.size()) break;
   }
 
-  std::vector<double> errors, own, vertices;
+  std::vector<double> errors, all_errors, own, vertices;
   std::map<std::string, std::vector<double>> errors_of_lobe;
   double worst = -1;
   std::string worst_row;
@@ -141,6 +144,7 @@ nlohmann::json study(const Setting& setting) {
     target->trace(row.description, row.description.axis_a[0], row.description.axis_b[0], rays);
     const double error = bench::true_objective(view, adaptive::TracedNodes(rays, row.description.blur_rad));
     below_a_tenth += error < 0.1 ? 1 : 0;
+    all_errors.push_back(error);
     if (!row.converged) continue;
     own.push_back(static_cast<double>(row.own));
     vertices.push_back(static_cast<double>(row.vertices));
@@ -171,6 +175,7 @@ nlohmann::json study(const Setting& setting) {
   return {{"domain", setting.domain},
           {"learner", adaptive::learner_name(setting.learner)},
           {"most_components", setting.components},
+          {"tests_before_refusal", setting.tests},
           {"trt", setting.trt},
           {"epsilon", setting.epsilon},
           {"rows", setting.rows},
@@ -185,6 +190,7 @@ nlohmann::json study(const Setting& setting) {
           {"own_samples", bench::spread(own)},
           {"vertices", bench::spread(vertices)},
           {"relative_l2", bench::spread(errors)},
+          {"relative_l2_of_all", bench::spread(all_errors)},
           {"relative_l2_of_lobe", lobes},
           {"worst_row", worst_row},
           {"bound_over_error_p50", bench::quantile(slack, .5)},
@@ -211,6 +217,7 @@ void print(const nlohmann::json& r) {
   line("own samples to converge", "own_samples");
   line("vertices to converge", "vertices");
   line("relative squared L2", "relative_l2");
+  line("... of all rows", "relative_l2_of_all");
   fmt::print("converged {:.2f} %, below .1 {:.2f} %, refused {}, false {} (worst: {})\n",
              100 * r["converged_share"].get<double>(), 100 * r["below_a_tenth_share"].get<double>(),
              r["refused"].get<int>(), r["false"].get<int>(), r["worst_row"].get<std::string>());
@@ -224,7 +231,7 @@ int usage() {
   fmt::print(stderr,
              "usage: bench_rows [--rows N] [--seed N] [--epsilon E] [--domain wide|hard|narrow] [--vertices N]\n"
              "                  [--foreign N] [--passes N] [--sigma-a S] [--trt whole|split]\n"
-             "                  [--learner NAME] [--components N] [--json FILE]\n");
+             "                  [--learner NAME] [--components N] [--tests N] [--json FILE]\n");
   return 2;
 }
 
@@ -261,6 +268,8 @@ int main(int argc, char** argv) {
       setting.learner = *learner;
     } else if (name == "--components")
       setting.components = static_cast<std::uint32_t>(number);
+    else if (name == "--tests")
+      setting.tests = static_cast<std::uint32_t>(number);
     else if (name == "--json")
       setting.json = value;
     else

@@ -11,10 +11,13 @@ namespace tress::adaptive {
 /// All write the same table. Every mixture of it has passed the same test, and the cache does not know the methods
 /// apart; rows of `table` are of a kind of their own.
 enum class Learner : std::uint8_t {
-  sketch,  ///< least squares on the exact pairs that the render leaves, after each pass
-  eager,   ///< the same on pairs of its own, to the end when a row is born
-  ais,     ///< the paper's adaptive importance sampling (section 5), to the end when a row is born
-  table,   ///< no mixture: a linear knot table, built at the end of the pass of the first touch
+  sketch,            ///< least squares on the exact pairs that the render leaves, after each pass
+  eager,             ///< the same on pairs of its own, to the end when a row is born
+  ais,               ///< the paper's adaptive importance sampling (section 5), to the end when a row is born
+  table,             ///< no mixture: a linear knot table, built at the end of the pass of the first touch
+  em,                ///< stepwise expectation maximisation, after each pass
+  appendix,          ///< one sample at a time, the nearest to the paper's 9.1 that converges
+  appendix_literal,  ///< the paper's 9.1 as printed; a reference, which does not converge
 };
 
 struct LearnerInfo {
