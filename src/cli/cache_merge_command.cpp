@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "cli/cache_output.h"
 #include "cli/console.h"
 #include "cli/output_path.h"
 #include "tress/adaptive/cache.h"
@@ -55,14 +56,7 @@ Result<adaptive::TableImage> write(const CacheMergeSettings& settings, adaptive:
     if (update->refusal) return *update->refusal;
     return std::move(update->image);
   }
-  std::error_code ignored;
-  if (std::filesystem::exists(settings.output, ignored)) {
-    if (const auto there = adaptive::load_cache(settings.output, ""); !there) {
-      Error error = there.error();
-      error.expected = "a new name, or a warm cache to replace: " + error.expected;
-      return error;
-    }
-  }
+  if (std::optional<Error> error = check_cache_output(settings.output)) return *error;
   if (std::optional<Error> error = adaptive::save_cache(settings.output, merged)) return *error;
   return merged;
 }

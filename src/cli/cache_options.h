@@ -2,9 +2,11 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <string>
 
 #include "cli/cache_command.h"
 #include "cli/cache_merge_command.h"
+#include "cli/prebake_command.h"
 
 namespace tress::cli {
 
@@ -12,10 +14,14 @@ namespace tress::cli {
 struct CacheOptions {
   CacheSettings look;
   CacheMergeSettings merge;
+  PrebakeSettings prebake;
 };
 
-/// Adds the command; parsing fills `options`, which must outlive it.
-CLI::App* add_cache(CLI::App& app, CacheOptions& options);
+/// Adds the command; parsing fills `options` and `quiet`, which must outlive it.
+CLI::App* add_cache(CLI::App& app, CacheOptions& options, bool& quiet);
+
+/// Empty if what was parsed of `cache` makes sense; else what contradicts what: wrong usage.
+std::string contradiction(const CLI::App& cache, const CacheOptions& options);
 
 /// Runs the command of `cache` that was parsed. Exit status.
 int run_cache(const CLI::App& cache, const CacheOptions& options);

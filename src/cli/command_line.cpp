@@ -42,7 +42,7 @@ int run_checked(int argc, char** argv) {
   diff->add_flag("--json", diff_settings.json, "print JSON");
 
   CacheOptions cache_options;
-  CLI::App* cache = add_cache(app, cache_options);
+  CLI::App* cache = add_cache(app, cache_options, quiet);
 
   const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (const std::string message = unknown_word(app, words); !message.empty()) return wrong_usage(message);
@@ -67,6 +67,7 @@ int run_checked(int argc, char** argv) {
   }
   if (fit->parsed()) return run_fit(fit_settings);
   if (diff->parsed()) return run_diff(diff_settings);
+  if (const std::string message = contradiction(*cache, cache_options); !message.empty()) return wrong_usage(message);
   return run_cache(*cache, cache_options);
 }
 

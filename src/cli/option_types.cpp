@@ -50,6 +50,20 @@ CLI::Option* add_integer(CLI::App* app, const std::string& name, int low, int hi
       ->type_name("N");
 }
 
+CLI::Option* add_unsigned(CLI::App* app, const std::string& name, std::function<void(std::uint64_t)> set,
+                          const std::string& help) {
+  return app
+      ->add_option_function<std::string>(
+          name,
+          [=](const std::string& text) {
+            const std::optional<std::uint64_t> value = parse_unsigned(text);
+            if (!value) refuse(name, "a whole number from 0 to 2^64 - 1", text);
+            set(*value);
+          },
+          help)
+      ->type_name("N");
+}
+
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,
                          const Range& range, std::function<void(const std::vector<double>&)> set,
                          const std::string& help) {

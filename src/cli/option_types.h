@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -20,6 +21,10 @@ CLI::Option* add_number(CLI::App* app, const std::string& name, const Range& ran
 
 CLI::Option* add_integer(CLI::App* app, const std::string& name, int low, int high, std::function<void(int)> set,
                          const std::string& help);
+
+/// From 0 to 2^64 - 1.
+CLI::Option* add_unsigned(CLI::App* app, const std::string& name, std::function<void(std::uint64_t)> set,
+                          const std::string& help);
 
 /// `least` to `most` numbers in range, separated by commas.
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,

@@ -16,8 +16,10 @@
 
 #include "cli/console.h"
 #include "cli/interrupt.h"
+#include "cli/json_text.h"
 #include "cli/output_path.h"
 #include "cli/progress.h"
+#include "cli/telemetry_lines.h"
 #include "intersect/fiber_scene.h"
 #include "models/registry.h"
 #include "tress/adaptive/telemetry.h"
@@ -28,44 +30,16 @@ namespace {
 using Extra = adaptive::TelemetryWriter::Extra;
 using Clock = std::chrono::steady_clock;
 
-template <class T>
-std::string json_text(const T& value) {
-  // A path need not be UTF-8; a line of telemetry must be.
-  return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
 /// X0, Y0, X1, Y1 as on the command line.
 std::array<int, 4> edges_of(const image::Window& window) {
   return {window.left, window.top, window.left + window.width, window.top + window.height};
 }
 
-/// Telemetry that never stops a render: the first error is told, then it is silent.
-class Telemetry {
- public:
-  explicit Telemetry(std::unique_ptr<adaptive::TelemetryWriter> writer) : writer_(std::move(writer)) {}
-
-  template <class Write>
-  void write(Write&& line) {
-    if (!writer_) return;
-    if (const std::optional<Error> error = line(*writer_)) {
-      warn("telemetry stops: " + error->message());
-      writer_.reset();
-      failed_ = true;
-    }
-  }
-  bool wanted() const { return writer_ != nullptr; }
-  bool failed() const { return failed_; }
-
- private:
-  std::unique_ptr<adaptive::TelemetryWriter> writer_;
-  bool failed_ = false;
-};
-
 /// One render, from the loaded scene to the saved files.
 class RenderJob {
  public:
   RenderJob(const RenderSettings& settings, const scene::Scene& scene, int threads, Clock::time_point start,
-            std::unique_ptr<adaptive::TelemetryWriter> telemetry)
+            TelemetryLines telemetry)
       : settings_(settings), scene_(scene), threads_(threads), start_(start), telemetry_(std::move(telemetry)) {
     const fiber::ModelInfo& info = *fiber::find_model(settings.model);
     if (info.make_target != nullptr) target_ = info.make_target();
@@ -274,7 +248,7 @@ class RenderJob {
   std::unique_ptr<fiber::FiberModel> model_;
   std::optional<WarmCacheSession> cache_;
   std::vector<fiber::FiberId> fiber_ids_;
-  Telemetry telemetry_;
+  TelemetryLines telemetry_;
   int passes_told_ = 0;
   const char* stopped_by_ = "signal";
   double noise_ = 0;  ///< after the last pass
@@ -318,25 +292,17 @@ int run_render(const RenderSettings& settings) {
     fail(error->message());
     return 1;
   }
-  std::unique_ptr<adaptive::TelemetryWriter> telemetry;
-  if (settings.telemetry) {
-    if (const std::optional<Error> error = check_output(*settings.telemetry)) {
-      fail(error->message());
-      return 1;
-    }
-    auto writer = adaptive::TelemetryWriter::create(*settings.telemetry);
-    if (!writer) {
-      fail(writer.error().message());
-      return 1;
-    }
-    telemetry = std::move(*writer);
+  Result<TelemetryLines> telemetry = TelemetryLines::open(settings.telemetry);
+  if (!telemetry) {
+    fail(telemetry.error().message());
+    return 1;
   }
 
   const int threads = settings.threads.value_or(tbb::info::default_concurrency());
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
   tbb::task_arena arena(threads);
   return arena.execute([&] {
-    RenderJob job(settings, *scene, threads, start, std::move(telemetry));
+    RenderJob job(settings, *scene, threads, start, std::move(*telemetry));
     return job.run();
   });
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "cli/argument.h"
+#include "cli/fiber_options.h"
 #include "cli/learner_options.h"
 #include "cli/option_types.h"
 #include "models/registry.h"
@@ -32,12 +34,7 @@ void add_appearance(CLI::App* app, scene::Overrides& o) {
       "absorption R,G,B per major semi-axis");
   color->excludes(melanin)->excludes(sigma_a);
   melanin->excludes(sigma_a);
-  add_number(
-      app, "--eccentricity", {0.5, 1}, [&o](double x) { o.eccentricity = float(x); },
-      "minor over major semi-axis of the cross-section, .5 to 1");
-  add_number(
-      app, "--roughness", {0.01, 1}, [&o](double x) { o.roughness = float(x); },
-      "Beckmann roughness of the fiber surface, .01 to 1");
+  add_fiber_shape(app, o);
   auto* environment = app->add_option_function<std::string>(
       "--environment", [&o](const std::string& file) { o.environment_file = file; },
       "latitude-longitude picture that lights the scene");
@@ -161,16 +158,9 @@ CLI::App* add_render(CLI::App& app, RenderSettings& s, bool& quiet) {
           "render only these pixels, X1 and Y1 excluded, of the same picture")
       ->type_name("X0,Y0,X1,Y1");
   add_integer(render, "--threads", 1, 1024, [&s](int n) { s.threads = n; }, "default: one per hardware thread");
-  render
-      ->add_option_function<std::string>(
-          "--seed",
-          [&s](const std::string& text) {
-            const auto seed = parse_unsigned(text);
-            if (!seed) refuse("--seed", "a whole number from 0 to 2^64 - 1", text);
-            s.render.seed = *seed;
-          },
-          "same seed, same picture, for any number of threads")
-      ->type_name("N");
+  add_unsigned(
+      render, "--seed", [&s](std::uint64_t seed) { s.render.seed = seed; },
+      "same seed, same picture, for any number of threads");
   add_integer(
       render, "--light-samples", 1, 4096, [&s](int n) { s.render.light_samples = n; }, "at the first hit, default 1");
   add_integer(

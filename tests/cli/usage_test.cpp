@@ -85,7 +85,11 @@ TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"render", "a.json", "-o", "a.png"}, ".exr");
   expect_wrong({"render", "a.json"}, "--output is required");
   expect_wrong({}, "render|fit|diff|cache");
-  expect_wrong({"cache"}, "info|verify|merge");
+  expect_wrong({"cache"}, "info|verify|merge|prebake");
+  expect_wrong({"cache", "prebake", "a.json"}, "--output is required");
+  expect_wrong({"cache", "prebake", "a.json", "-o", "a", "--learner", "sketchy"}, "nearest: sketch");
+  expect_wrong({"cache", "prebake", "a.json", "-o", "a", "--telemetry", "a"}, "different files");
+  expect_wrong({"cache", "prebake", "a.json", "-o", "a", "--model", "deon2011"}, "expected a model with rows");
   expect_wrong({"cache", "merge", "a", "b"}, "--output is required");
   expect_wrong({"cache", "merge", "-o", "a"}, "FILES is required");
 }

@@ -1,0 +1,32 @@
+// Learns a whole table without rendering: every node of every page is asked until its row is decided.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "tress/adaptive/service.h"
+
+namespace tress::cli {
+
+struct BakeProgress {
+  std::uint64_t nodes = 0;      ///< of all pages
+  std::uint64_t converged = 0;  ///< rows of them
+  std::uint64_t refused = 0;
+  std::uint64_t passes = 0;
+  std::uint64_t g_evaluations = 0;  ///< the learners', those asked here, and the tests'
+  adaptive::PassReport last;
+  double seconds = 0;  ///< wall time of the last pass
+
+  std::uint64_t decided() const { return converged + refused; }
+};
+
+/// Options that a table is baked with: births at the first touch.
+adaptive::Options baking(adaptive::Options options);
+
+/// Asks every node, a few pages at a time so that few rows are open at once. A pass brings an open row as many draws
+/// from its own proposal as a test wants. Parallel inside (oneTBB); the same table for any number of threads. Ends when
+/// every row has converged or is refused; when memory lets no more be born; after 4096 passes over one group of pages;
+/// or when `told`, called after each pass, says false.
+BakeProgress bake_table(adaptive::Service& service, const std::function<bool(const BakeProgress&)>& told);
+
+}  // namespace tress::cli

@@ -1,0 +1,189 @@
+#include "cli/prebake_command.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <system_error>
+
+#include "cli/bake_table.h"
+#include "cli/cache_output.h"
+#include "cli/console.h"
+#include "cli/interrupt.h"
+#include "cli/json_text.h"
+#include "cli/telemetry_lines.h"
+#include "models/registry.h"
+#include "scene/scene.h"
+#include "tress/adaptive/cache.h"
+#include "tress/adaptive/service.h"
+
+namespace tress::cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// A line now and then; a line that is redrawn on a terminal.
+class BakeNotes {
+ public:
+  void tell(const BakeProgress& progress) {
+    const std::string text =
+        fmt::format("{:3.0f} %, pass {}, {} of {} rows converged{}",
+                    100.0 * double(progress.decided()) / double(progress.nodes), progress.passes, progress.converged,
+                    progress.nodes, progress.refused > 0 ? fmt::format(", {} refused", progress.refused) : "");
+    if (console_is_terminal()) return draw_bar(text);
+    if (seconds_since(last_) < 10) return;
+    last_ = Clock::now();
+    note(text);
+  }
+
+ private:
+  Clock::time_point last_ = Clock::now();
+};
+
+class PrebakeJob {
+ public:
+  PrebakeJob(const PrebakeSettings& settings, const scene::Scene& scene, TelemetryLines& telemetry, int threads)
+      : settings_(settings), telemetry_(telemetry), threads_(threads) {
+    const fiber::ModelInfo& info = *fiber::find_model(settings.model);
+    target_ = info.make_target();
+    service_ = std::make_unique<adaptive::Service>(baking(settings.table), *target_);
+    fiber::ModelSettings model;
+    model.service = service_.get();
+    const std::unique_ptr<fiber::FiberModel> pages = info.make(model);
+    for (const fiber::FiberParameters& fiber : scene.fibers) (void)pages->add_fiber(fiber);
+    tell_header(scene);
+  }
+
+  /// Inside the arena.
+  int run() {
+    const InterruptGuard interrupt;
+    const Clock::time_point start = Clock::now();
+    note(fmt::format("{} pages, learner {}, epsilon {}", service_->page_count(),
+                     adaptive::learner_name(settings_.table.learner), settings_.table.epsilon));
+    BakeNotes notes;
+    const BakeProgress baked = bake_table(*service_, [&](const BakeProgress& progress) {
+      notes.tell(progress);
+      tell_pass(progress);
+      return !interrupt.requested();
+    });
+    draw_bar("");
+    const int status = save(baked, interrupt.exit_status());
+    tell_summary(baked, status, seconds_since(start));
+    return status == 0 && telemetry_.failed() ? 1 : status;
+  }
+
+ private:
+  int save(const BakeProgress& baked, int signal_status) {
+    const adaptive::TableImage image = service_->snapshot();
+    hash_ = adaptive::cache_hash(image);
+    if (const std::optional<Error> error = adaptive::save_cache(settings_.output, image)) {
+      fail(error->message());
+      return 1;
+    }
+    const std::uint64_t left = baked.nodes - baked.decided();
+    if (baked.refused > 0) {
+      warn(fmt::format("{} of {} rows did not converge in {} tests; renders answer them by g at the node",
+                       baked.refused, baked.nodes, settings_.table.tests_before_refusal));
+    }
+    if (left > 0) {
+      warn(fmt::format("{} of {} rows were not learned: {}", left, baked.nodes,
+                       signal_status != 0      ? "interrupted"
+                       : baked.last.at_ceiling ? "the table is full, see --table-memory"
+                                               : "they were still open after 4096 passes"));
+    }
+    fmt::print("{}: {} pages, {} rows, {} of them converged, {} refused, hash {}\n", settings_.output.string(),
+               service_->page_count(), baked.nodes - left, baked.converged, baked.refused, hash_);
+    return signal_status;
+  }
+
+  void tell_header(const scene::Scene& scene) {
+    telemetry_.write([&](adaptive::TelemetryWriter& writer) {
+      return writer.header({{"scene", json_text(scene.source)},
+                            {"model", json_text(settings_.model)},
+                            {"learner", json_text(adaptive::learner_name(settings_.table.learner))},
+                            {"epsilon", json_text(settings_.table.epsilon)},
+                            {"seed", json_text(settings_.table.seed)},
+                            {"threads", json_text(threads_)},
+                            {"pages", json_text(service_->page_count())},
+                            {"memory_limit", json_text(settings_.table.memory_bytes)}});
+    });
+  }
+
+  void tell_pass(const BakeProgress& progress) {
+    telemetry_.write([&](adaptive::TelemetryWriter& writer) {
+      return writer.pass(progress.last, {{"pass", json_text(progress.passes - 1)},
+                                         {"pixels", "0"},
+                                         {"samples", "0"},
+                                         {"seconds", json_text(progress.seconds)}});
+    });
+  }
+
+  void tell_summary(const BakeProgress& baked, int status, double seconds) {
+    telemetry_.write([&](adaptive::TelemetryWriter& writer) {
+      return writer.summary({{"status", json_text(status == 0   ? "done"
+                                                  : status == 1 ? "failed"
+                                                                : "interrupted")},
+                             {"passes", json_text(baked.passes)},
+                             {"seconds", json_text(seconds)},
+                             {"nodes", json_text(baked.nodes)},
+                             {"rows_converged", json_text(baked.converged)},
+                             {"rows_refused", json_text(baked.refused)},
+                             {"g_evaluations", json_text(baked.g_evaluations)},
+                             {"cache_hash", json_text(hash_)},
+                             {"cache", json_text(settings_.output.string())}});
+    });
+  }
+
+  const PrebakeSettings& settings_;
+  TelemetryLines& telemetry_;
+  int threads_;
+  std::unique_ptr<adaptive::Target> target_;
+  std::unique_ptr<adaptive::Service> service_;
+  std::string hash_;
+};
+
+}  // namespace
+
+std::string contradiction(const PrebakeSettings& settings) {
+  if (fiber::find_model(settings.model)->make_target == nullptr) {
+    return fmt::format("cache prebake: expected a model with rows, found --model {}", settings.model);
+  }
+  if (settings.telemetry) {
+    std::error_code a, b;
+    if (std::filesystem::weakly_canonical(*settings.telemetry, a) ==
+        std::filesystem::weakly_canonical(settings.output, b)) {
+      return fmt::format("{}: expected different files for cache and telemetry", settings.output.string());
+    }
+  }
+  return {};
+}
+
+int run_prebake(const PrebakeSettings& settings) {
+  if (const std::optional<Error> error = check_cache_output(settings.output)) {
+    fail(error->message());
+    return 1;
+  }
+  const Result<scene::Scene> scene = scene::load_scene(settings.scene, settings.overrides);
+  if (!scene) {
+    fail(scene.error().message());
+    return 1;
+  }
+  for (const std::string& text : scene->warnings) warn(text);
+  Result<TelemetryLines> telemetry = TelemetryLines::open(settings.telemetry);
+  if (!telemetry) {
+    fail(telemetry.error().message());
+    return 1;
+  }
+  const int threads = settings.threads.value_or(tbb::info::default_concurrency());
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+  tbb::task_arena arena(threads);
+  return arena.execute([&] { return PrebakeJob(settings, *scene, *telemetry, threads).run(); });
+}
+
+}  // namespace tress::cli

@@ -1,0 +1,46 @@
+// Telemetry of a command: it never stops the work, the first error is told, then it is silent.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "cli/console.h"
+#include "cli/output_path.h"
+#include "tress/adaptive/telemetry.h"
+
+namespace tress::cli {
+
+class TelemetryLines {
+ public:
+  /// Without a file nothing is written. Error if the file cannot be.
+  static Result<TelemetryLines> open(const std::optional<std::filesystem::path>& file) {
+    if (!file) return TelemetryLines(nullptr);
+    if (std::optional<Error> error = check_output(*file)) return *error;
+    auto writer = adaptive::TelemetryWriter::create(*file);
+    if (!writer) return writer.error();
+    return TelemetryLines(std::move(*writer));
+  }
+
+  /// line: takes the writer and returns its error.
+  template <class Write>
+  void write(Write&& line) {
+    if (!writer_) return;
+    if (const std::optional<Error> error = line(*writer_)) {
+      warn("telemetry stops: " + error->message());
+      writer_.reset();
+      failed_ = true;
+    }
+  }
+  bool wanted() const { return writer_ != nullptr; }
+  bool failed() const { return failed_; }
+
+ private:
+  explicit TelemetryLines(std::unique_ptr<adaptive::TelemetryWriter> writer) : writer_(std::move(writer)) {}
+
+  std::unique_ptr<adaptive::TelemetryWriter> writer_;
+  bool failed_ = false;
+};
+
+}  // namespace tress::cli
