@@ -335,6 +335,7 @@ int run(const Setting& setting) {
     fmt::print(stderr, "no model of that name that can be evaluated\n");
     return 2;
   }
+  const std::string commit = output_of("git rev-parse --short HEAD 2>/dev/null");
   const std::vector<Cell> cells = all_cells();
   Gathered gathered;
   double truth_seconds = 0;
@@ -387,7 +388,7 @@ int run(const Setting& setting) {
   if (setting.json.empty()) return 0;
   std::array<double, 1> load{};
   (void)getloadavg(load.data(), 1);
-  const nlohmann::ordered_json context{{"commit", output_of("git rev-parse --short HEAD 2>/dev/null")},
+  const nlohmann::ordered_json context{{"commit", commit},
                                        {"compiler", __VERSION__},
                                        {"paths_a_cell", setting.paths},
                                        {"seed", setting.seed},
