@@ -25,7 +25,7 @@ double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC
 /// Calls visit(exit) for `paths` paths stratified in h. Returns nanoseconds a path.
 template <class Visit>
 double trace(const fiber::FiberParameters& parameters, double theta_deg, double phi_deg, int paths, Visit&& visit) {
-  const fiber::RoughFiber rough(parameters);
+  const fiber::RoughFiber rough(parameters, fiber::Masked::is_lost);
   const fiber::FiberDirection wr{static_cast<float>(theta_deg * degree), static_cast<float>(phi_deg * degree)};
   RandomStream random(11);
   const double start = cpu_seconds();

@@ -45,6 +45,15 @@ class Beckmann {
     }
   }
 
+  /// The same for w of any inclination: light on its way through the microsurface may come from below the horizon. For
+  /// c < 0 the slope along w is c - y, y > 0, with the density y e^{-(y^2 + 2|c|y)}.
+  glm::vec3 visible_normal_within(const glm::vec3& w, const glm::vec3& normal, std::array<float, 2> u,
+                                  RandomStream& random) const;
+
+  /// Smith's Lambda of a direction of either side: above the horizon G1 = 1/(1 + Lambda); below it Lambda <= -1.
+  /// Of a level direction, +-infinity.
+  float lambda(float cosine) const;
+
   /// Smith's G1: the share of the facets facing a direction that nothing masks. cosine: of its angle to the normal; 0
   /// or less: 0. 1 + erf and the exponential are within 1e-8 of their limits from c = 4 on.
   float unmasked(float cosine) const {

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "fiber/fresnel.h"
+#include "fiber/microsurface_walk.h"
 
 namespace tress::fiber {
 namespace {
@@ -27,8 +28,9 @@ FiberDirection RoughExit::angles() const {
   return {std::asin(std::clamp(direction.x, -1.0f, 1.0f)), std::atan2(direction.z, direction.y)};
 }
 
-RoughFiber::RoughFiber(const FiberParameters& parameters)
-    : facets_(parameters.roughness),
+RoughFiber::RoughFiber(const FiberParameters& parameters, Masked masked)
+    : masked_(masked),
+      facets_(parameters.roughness),
       eta_(parameters.eta),
       eccentricity_(parameters.eccentricity),
       tan_tilt_(std::tan(std::clamp(parameters.tilt, 0.0f, largest_tilt))),
@@ -60,6 +62,11 @@ RoughFiber::Event RoughFiber::scatter(const glm::vec3& w, const glm::vec3& outwa
   const glm::vec3 facing = face(w, outward, from_inside ? -1.0f : 1.0f, random);
   const float cosine = glm::dot(w, facing);
   const glm::vec3 toward = cosine < least_cosine ? glm::normalize(w + (least_cosine - cosine) * facing) : w;
+  if (masked_ == Masked::meets_others) {
+    const float index = from_inside ? 1 / eta_ : eta_;
+    const Departure leaves = walk_microsurface(facets_, index, toward, facing, u_facet, u_choice, random);
+    return {onto_unit(leaves.direction), leaves.refracted, 1};
+  }
   const glm::vec3 m = facets_.visible_normal(toward, facing, u_facet, random);
   const double cos_i = std::clamp(static_cast<double>(glm::dot(toward, m)), 0.0, 1.0), eta = eta_;
   double cos_t;
@@ -86,12 +93,17 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
   glm::vec3 outward = outward_normal(point), throughput(1.0f);
   bool inside = false;
   Event event = scatter(entry.direction, outward, inside, {u[0], u[1]}, u[2], random);
-  for (float u_choice = u[3];; u_choice = random.next()) {
+  float u_choice = u[3];
+  for (int events = 1; events < most_events; ++events, u_choice = random.next()) {
     throughput *= event.weight;
     if (!(largest(throughput) > 0)) return exit;
     inside = inside != event.refracted;
     const float away = glm::dot(event.direction, outward);
-    if (!inside && away > 0) break;
+    if (!inside && away > 0) {
+      exit.direction = event.direction;
+      exit.throughput = throughput;
+      return exit;
+    }
     if (inside && away < 0) {
       ++exit.order;
       const glm::vec2 across(event.direction.y, event.direction.z / eccentricity_);
@@ -109,8 +121,6 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
     const std::array<float, 2> u_facet{random.next(), random.next()};
     event = scatter(-event.direction, outward, inside, u_facet, u_choice, random);
   }
-  exit.direction = event.direction;
-  exit.throughput = throughput;
   return exit;
 }
 

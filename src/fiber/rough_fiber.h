@@ -28,11 +28,17 @@ struct RoughExit {
   FiberDirection angles() const;  ///< of `direction`
 };
 
-/// At every hit one event: a microfacet's normal m by Beckmann's visible ones, exact unpolarised Fresnel at m, which
-/// chooses between reflection and refraction, and the weight G1 of the direction it leaves by (separable Smith). What
-/// leaves on the wrong side of the surface is lost, as masked. Inside, light travels in straight lines and is absorbed
-/// by exp(-sigma_a l), l the way in three dimensions. Paths that keep less than `roulette_below` of their flux in every
-/// channel survive with the probability of what they keep; there is no last order.
+/// What becomes of light that a microfacet sends against another one.
+enum class Masked {
+  meets_others,  ///< it goes on until it leaves: a clear fiber returns all light (microsurface_walk.h)
+  is_lost,       ///< one facet a hit, separable Smith: how ../shared/reference/fiber3d.csv was made
+};
+
+/// At every hit a microfacet's normal m by Beckmann's visible ones and exact unpolarised Fresnel at m, which chooses
+/// between reflection and refraction; then the next facet, or, if masked light is lost, the weight G1 of the direction
+/// it leaves by, 0 on the wrong side. Inside, light travels in straight lines and is absorbed by exp(-sigma_a l), l the
+/// way in three dimensions. Paths that keep less than `roulette_below` of their flux in every channel survive with the
+/// probability of what they keep.
 ///
 /// The cuticle of tilt tau is made of scales whose faces rise towards the tip, with the normal n cos tau - u sin tau,
 /// and of the steps where they end, with the normal u and the area tan tau; both are rough. Light meets one of them in
@@ -40,16 +46,17 @@ struct RoughExit {
 /// tilted normal alone would lose half the light at 60 degrees, that which the rising faces guide along the fiber. (The
 /// idea of the second face: Schuessler et al. 2017.) Without a tilt it is the fiber of the file.
 ///
-/// Left out: multiple microfacet scattering (masked light is lost), diffraction, polarisation between events, the
-/// displacement along the fiber between entry and exit, medulla.
+/// Left out: diffraction, polarisation between events, the displacement along the fiber between entry and exit,
+/// medulla.
 ///
 /// Immutable plain data; any thread.
 class RoughFiber {
  public:
   static constexpr float roulette_below = 0.02f;
+  static constexpr int most_events = 1 << 16;  ///< a path that meets more surfaces counts as absorbed
 
   /// Reads eta, eccentricity, roughness (alpha of every event), tilt and sigma_a.
-  explicit RoughFiber(const FiberParameters& parameters);
+  explicit RoughFiber(const FiberParameters& parameters, Masked masked = Masked::meets_others);
 
   /// wr: theta within +-pi/2. h in [-1, 1]: the offset over the projected half width, towards rising azimuth.
   RoughEntry entry(const FiberDirection& wr, float h) const;
@@ -72,6 +79,7 @@ class RoughFiber {
   glm::vec3 face(const glm::vec3& w, const glm::vec3& outward, float side, RandomStream& random) const;
   glm::vec3 outward_normal(const glm::vec2& point) const;
 
+  Masked masked_;
   Beckmann facets_;
   float eta_, eccentricity_, tan_tilt_;
   glm::vec3 sigma_a_;

@@ -9,14 +9,14 @@
 namespace tress::fiber {
 
 /// The path of fiber/rough_fiber.h at every sample, whose definition and limits it has: Beckmann facets on a cuticle of
-/// tilted scales, one event a hit, Smith's masking, exact Fresnel, absorption along the way in three dimensions. It
-/// leaves out multiple microfacet scattering (what is masked, 0 to 18 % of the light of clear fibers up to alpha .2 and
-/// 80 degrees, is lost: so much below 1 is its furnace), diffraction, and polarisation between events.
+/// tilted scales, exact Fresnel, absorption along the way in three dimensions. Light that a facet sends against another
+/// one meets that one too, so that a clear fiber returns all light. (With one facet a hit, as ../shared/reference has
+/// it, up to 18 % of the light is lost at alpha .2.) It leaves out diffraction, and polarisation between events.
 ///
 /// Near field: light enters at the offset h of begin(), and its mean over h is the far field that the other models
 /// have; light leaves from the point that was hit. It can only be sampled: sample() gives one path, its throughput as S
 /// in the lobe of its order (R, TT, TRT, TRRT, the residual from p = 4 on) over a pdf of 1; evaluate() gives 0. A path
-/// that was absorbed or masked has the weight 0.
+/// that was absorbed has the weight 0.
 ///
 /// Of FiberParameters it reads eta, eccentricity, roughness (alpha, of every event), tilt, sigma_a and gain. What has
 /// no meaning for it is ignored: azimuthal_sigma, longitudinal_lambda, longitudinal_shape, reflection_fresnel. A fiber

@@ -76,7 +76,7 @@ struct TracedFlux {
 /// `paths` paths, stratified in h.
 inline TracedFlux trace_flux(const fiber::FiberParameters& parameters, const fiber::FiberDirection& wr, int paths,
                              std::uint64_t seed) {
-  const fiber::RoughFiber rough(parameters);
+  const fiber::RoughFiber rough(parameters, fiber::Masked::is_lost);
   RandomStream random(seed);
   TracedFlux traced;
   for (int i = 0; i < paths; ++i) {

@@ -33,8 +33,9 @@ FiberParameters clear_fiber(float eccentricity, float alpha) {
 
 /// Calls visit(exit) for `paths` paths stratified in h.
 template <class Visit>
-void trace(const FiberParameters& parameters, const FiberDirection& wr, int paths, std::uint64_t seed, Visit&& visit) {
-  const RoughFiber rough(parameters);
+void trace(const FiberParameters& parameters, const FiberDirection& wr, int paths, std::uint64_t seed, Visit&& visit,
+           fiber::Masked masked = fiber::Masked::meets_others) {
+  const RoughFiber rough(parameters, masked);
   RandomStream random(seed);
   for (int i = 0; i < paths; ++i) {
     const float h = 2 * (static_cast<float>(i) + random.next()) / static_cast<float>(paths) - 1;
@@ -111,11 +112,13 @@ TEST(rough_fiber_statistics, furnace_is_one_but_for_masking) {
                            Cell{0.2f, 30, 0.055}, Cell{0.2f, 60, 0.142}, Cell{0.3f, 0, 0.087}}) {
     test::SampleMean furnace;
     float most = 0;
-    trace(clear_fiber(0.85f, cell.alpha), {static_cast<float>(cell.theta * degree), 0.6f}, 200000, 5,
-          [&](const RoughExit& exit) {
-            furnace.add(static_cast<double>(exit.throughput.g));
-            most = std::max(most, exit.throughput.g);
-          });
+    trace(
+        clear_fiber(0.85f, cell.alpha), {static_cast<float>(cell.theta * degree), 0.6f}, 200000, 5,
+        [&](const RoughExit& exit) {
+          furnace.add(static_cast<double>(exit.throughput.g));
+          most = std::max(most, exit.throughput.g);
+        },
+        fiber::Masked::is_lost);
     std::printf("alpha %.2f theta %2.0f: furnace %.5f +- %.5f\n", static_cast<double>(cell.alpha), cell.theta,
                 furnace.mean(), furnace.standard_error());
     EXPECT_LE(most, 1);
@@ -134,12 +137,27 @@ TEST(rough_fiber_statistics, tilted_furnace_is_one_but_for_masking) {
     std::array<test::SampleMean, 2> furnace;
     for (std::size_t tilted = 0; tilted < 2; ++tilted) {
       parameters.tilt = tilted == 1 ? static_cast<float>(3 * degree) : 0;
-      trace(parameters, wr, 50000, 9,
-            [&](const RoughExit& exit) { furnace[tilted].add(static_cast<double>(exit.throughput.g)); });
+      trace(
+          parameters, wr, 50000, 9,
+          [&](const RoughExit& exit) { furnace[tilted].add(static_cast<double>(exit.throughput.g)); },
+          fiber::Masked::is_lost);
     }
     std::printf("theta %3.0f: furnace %.5f, untilted %.5f\n", theta, furnace[1].mean(), furnace[0].mean());
     EXPECT_LT(furnace[1].mean(), 1);
     EXPECT_GT(furnace[1].mean(), 1 - 5 * (1 - furnace[0].mean()) - 5e-4);
+  }
+}
+
+// Where masked light meets the next facet, every path of a clear fiber gives back what it brought, tilted or not.
+TEST(rough_fiber_statistics, nothing_is_lost_where_masked_light_goes_on) {
+  for (const float alpha : {0.01f, 0.2f, 1.0f}) {
+    for (const double theta : {-60.0, 0.0, 60.0, 89.0}) {
+      FiberParameters parameters = clear_fiber(0.7f, alpha);
+      parameters.tilt = 0.05f;
+      trace(parameters, {static_cast<float>(theta * degree), 0.6f}, 2000, 6, [&](const RoughExit& exit) {
+        EXPECT_FLOAT_EQ(exit.throughput.g, 1) << "alpha " << alpha << " theta " << theta << " order " << exit.order;
+      });
+    }
   }
 }
 
