@@ -161,6 +161,7 @@ class RenderJob {
                  {"threads", json_text(threads_)},
                  {"pages", json_text(service_ ? service_->page_count() : 0)},
                  {"memory_limit", json_text(settings_.table.memory_bytes)}};
+    if (settings_.quadrature_points) fields.emplace("quadrature_points", json_text(*settings_.quadrature_points));
     if (settings_.stop.seconds) fields.emplace("time_limit", json_text(*settings_.stop.seconds));
     if (settings_.stop.noise) fields.emplace("noise_target", json_text(*settings_.stop.noise));
     if (const auto& crop = settings_.render.crop) fields.emplace("crop", json_text(edges_of(*crop)));
@@ -210,6 +211,8 @@ class RenderJob {
     picture.metadata["stopped_by"] = stopped_by_;
     picture.metadata["time"] = fmt::format("{:.3f} s", seconds);
     picture.metadata["model"] = model_->name();
+    if (settings_.quadrature_points)
+      picture.metadata["quadrature_points"] = std::to_string(*settings_.quadrature_points);
     picture.metadata["estimator"] = estimator_name();
     picture.metadata["epsilon"] = fmt::format("{}", settings_.table.epsilon);
     picture.metadata["cache_hash"] = hash;

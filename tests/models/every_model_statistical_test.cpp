@@ -63,7 +63,7 @@ TEST_P(every_model_statistics, samples_follow_the_density) {
 }
 
 // The mean weight at one xi and h is the integral of S, to 4.5 standard errors (7e-6 each) and 3e-3 for the rule. A
-// model that is only sampled returns no more than it receives.
+// model that is only sampled returns no more than it receives, to the rounding of 10,000 sums.
 TEST_P(every_model_statistics, mean_weight_is_the_integral) {
   for (const Case& k : cases) {
     const OneFiber fiber(info(), fiber_of(k));
@@ -79,7 +79,7 @@ TEST_P(every_model_statistics, mean_weight_is_the_integral) {
       const double expected = test::masses(fiber.model(), event, 14, 9).s;
       EXPECT_NEAR(mean.mean(), expected, 3e-3 + 4.5 * mean.standard_error()) << "theta_r " << k.theta_deg;
     } else {
-      EXPECT_LT(mean.mean(), 1 + 4.5 * mean.standard_error());
+      EXPECT_LT(mean.mean(), 1 + 1e-5 + 4.5 * mean.standard_error());
       EXPECT_GT(mean.mean(), 0);
     }
     std::printf("%s theta_r %.0f: mean weight %.4f +- %.4f\n", info().name, static_cast<double>(k.theta_deg),

@@ -58,7 +58,7 @@ class FiberModel {
   /// Makes a fiber usable; equal parameters give the same id. Ranges are asserted (the scene checks them).
   virtual FiberId add_fiber(const FiberParameters& parameters) = 0;
   /// h in [-1, 1]: where the ray of wr meets the fiber, over its projected half width, towards rising azimuth. Uniform
-  /// over all rays; near-field models depend on it, far-field ones (all but chiang2016) have the mean over it.
+  /// over all rays; near-field models (chiang2016, fiber3d) depend on it, far-field ones have the mean over it.
   virtual FiberEvent begin(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const = 0;
   /// u: four independent uniforms in [0,1): lobe, theta, phi, spare. Cannot fail; finite for every input.
   virtual FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const = 0;
