@@ -12,7 +12,7 @@ constexpr int most_fits = 4;
 // A fit of its own stream; g is counted by the lesson.
 AisFit fit_of(Lesson& lesson) {
   AisSettings settings;
-  settings.components = static_cast<int>(lesson.options.max_components);
+  settings.components = lesson.components;
   settings.threshold = lesson.options.epsilon / 4;
   const AisTarget target{[&lesson](float x) { return static_cast<double>(lesson.g(x)); }, lesson.nodes.energy(),
                          lesson.nodes.variation()};

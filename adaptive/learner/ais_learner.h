@@ -5,7 +5,7 @@
 
 namespace tress::adaptive {
 
-/// Fits by fit_ais with its default settings but D, which is Options::max_components, and the threshold, a quarter of
+/// Fits by fit_ais with its default settings but D, which is Lesson::components, and the threshold, a quarter of
 /// Options::epsilon, as for ours: the row's own test has far fewer draws. A fit that fails that test is made anew from
 /// another stream, a few times, and the better one kept; a row that has none is refused in the end and answered by g.
 class AisLearner final : public RowLearner {

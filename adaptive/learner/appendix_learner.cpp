@@ -17,14 +17,10 @@ constexpr double damping = 0.01;        // times energy^2 q, beside the sample's
 // never forgets the start, 74 % of rows pass where 95 % do.
 constexpr double head_start = 8;
 
-int components_of(const Options& options) {
-  return static_cast<int>(std::min<std::uint32_t>(options.max_components, Mixture::max_components));
-}
-
 }  // namespace
 
 void LiteralAppendixLearner::begin(Lesson& lesson) {
-  entry_ = starting_parameters(lesson, components_of(lesson.options), lesson.has_fit ? &lesson.fit : nullptr);
+  entry_ = starting_parameters(lesson, lesson.components, lesson.has_fit ? &lesson.fit : nullptr);
   lesson.publish(mixture_of(entry_, lesson.nodes.energy()));
 }
 
@@ -61,7 +57,7 @@ void LiteralAppendixLearner::take_one(Lesson& lesson) {
 }
 
 void AppendixLearner::begin(Lesson& lesson) {
-  entry_ = starting_parameters(lesson, components_of(lesson.options), lesson.has_fit ? &lesson.fit : nullptr);
+  entry_ = starting_parameters(lesson, lesson.components, lesson.has_fit ? &lesson.fit : nullptr);
   average_ = entry_;
   lesson.publish(mixture_of(entry_, lesson.nodes.energy()));
 }

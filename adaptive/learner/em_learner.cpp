@@ -63,8 +63,7 @@ std::size_t EmLearner::bytes() const {
 }
 
 void EmLearner::begin(Lesson& lesson) {
-  const int components =
-      static_cast<int>(std::min<std::uint32_t>(lesson.options.max_components, Mixture::max_components));
+  const int components = lesson.components;
   bins_ = std::min<int>(static_cast<int>(Sketch::bin_count(lesson.nodes.blur_rad())), most_bins);
   parameters_ = starting_parameters(lesson, components, lesson.has_fit ? &lesson.fit : nullptr);
   statistics_.assign(static_cast<std::size_t>(components + 1) * static_cast<std::size_t>(bins_), 0.0f);

@@ -23,6 +23,7 @@ struct Lesson {
   Sketch& sketch;            ///< exact pairs: what the host told, and what learners offer
   StopTest& stop;            ///< the learner's own draws score here too (draw_own)
   RandomStream random;       ///< of this row and pass
+  int components;            ///< D: the most of a fit, what methods of a fixed number have; 1..Mixture::max_components
 
   Mixture& fit;                             ///< published: the proposal of the next pass
   bool& has_fit;                            ///< whether `fit` is one

@@ -1,6 +1,5 @@
 #include "learner/sketch_learner.h"
 
-#include <algorithm>
 #include <vector>
 
 #include "learner/fit_mixture.h"
@@ -27,9 +26,8 @@ void SketchLearner::refit(Lesson& lesson) {
   const std::vector<ObservedPair> pairs = lesson.sketch.pairs();
   const auto occupied = static_cast<std::uint32_t>(pairs.size());
   if (pairs.empty() || !refit_due(lesson, occupied)) return;
-  const auto components = std::min<std::uint32_t>(lesson.options.max_components, Mixture::max_components);
   const bool restart = lesson.count >= count_before_restart && lesson.stop.last_failed();
-  const FitSettings settings{lesson.options.epsilon, static_cast<int>(components), restart};
+  const FitSettings settings{lesson.options.epsilon, lesson.components, restart};
   lesson.publish(fit_mixture(pairs, lesson.nodes.energy(), lesson.nodes.variation(),
                              lesson.has_fit ? &lesson.fit : nullptr, settings)
                      .mixture);

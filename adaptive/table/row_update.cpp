@@ -30,15 +30,18 @@ RandomStream Service::Table::stream_of(const Row& row, std::uint64_t purpose) co
 
 Lesson Service::Table::lesson_of(Row& row) const {
   Learning& learning = *row.learning;
-  return Lesson{.options = options_,
-                .nodes = *learning.nodes,
-                .sketch = learning.sketch,
-                .stop = learning.stop,
-                .random = stream_of(row, learner_purpose),
-                .fit = row.fit,
-                .has_fit = row.has_fit,
-                .knots = row.knots,
-                .count = row.count};
+  return Lesson{
+      .options = options_,
+      .nodes = *learning.nodes,
+      .sketch = learning.sketch,
+      .stop = learning.stop,
+      .random = stream_of(row, learner_purpose),
+      .components = static_cast<int>(std::clamp<std::uint32_t>(
+          std::min(options_.max_components, pages_[row.page]->description.max_components), 1, Mixture::max_components)),
+      .fit = row.fit,
+      .has_fit = row.has_fit,
+      .knots = row.knots,
+      .count = row.count};
 }
 
 void Service::Table::begin(Row& row, Outcome& outcome) const {

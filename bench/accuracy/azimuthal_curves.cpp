@@ -4,7 +4,6 @@
 //
 //   bench_azimuthal_curves [--theta DEG] [--phi DEG] [--sigma DEG]     prints JSON
 //     -> {"phi_deg": [...], "curves": [{"model", "e", "TRT": [...], "GLINT": [...]}, ...]}, 1/rad
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -34,9 +33,7 @@ nlohmann::json curve(const char* name, const char* label, fiber::Estimator estim
   std::unique_ptr<adaptive::Service> service;
   if (info.make_target != nullptr && estimator != fiber::Estimator::exact) {
     target = info.make_target();
-    adaptive::Options options;
-    options.max_components = std::min(options.max_components, info.max_components);
-    service = std::make_unique<adaptive::Service>(options, *target);
+    service = std::make_unique<adaptive::Service>(adaptive::Options{}, *target);
   }
   const auto model = info.make({.estimator = estimator, .service = service.get()});
   const fiber::FiberId id = model->add_fiber(parameters);

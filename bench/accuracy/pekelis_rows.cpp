@@ -99,6 +99,7 @@ void report(const char* name, const std::vector<Row>& rows, const adaptive::Serv
 int main(int argc, char** argv) {
   int count = 1000;
   double blur = 0;
+  std::uint32_t components = 0;  // 0: the paper's, 5 and 3
   std::uint64_t seed = 1;
   adaptive::Options options;
   options.memory_bytes = std::size_t{4} << 30;
@@ -107,7 +108,7 @@ int main(int argc, char** argv) {
     if (name == "--rows") count = std::atoi(value.c_str());
     if (name == "--seed") seed = std::strtoull(value.c_str(), nullptr, 10);
     if (name == "--epsilon") options.epsilon = std::atof(value.c_str());
-    if (name == "--components") options.max_components = static_cast<std::uint32_t>(std::atoi(value.c_str()));
+    if (name == "--components") components = static_cast<std::uint32_t>(std::atoi(value.c_str()));
     if (name == "--blur") blur = std::atof(value.c_str()) * degree;
     if (name == "--learner") options.learner = adaptive::find_learner(value).value_or(options.learner);
   }
@@ -120,6 +121,7 @@ int main(int argc, char** argv) {
     for (const float e : {0.85f, 0.9f, 0.95f, 1.0f}) {
       for (const double sigma : {10.0, 15.0, 20.0, 25.0}) {
         adaptive::PageDescription page = fiber::pekelis_page(lobe, 1.55f, e, static_cast<float>(sigma * degree));
+        if (components > 0) page.max_components = components;
         if (blur > 0) page.blur_rad = static_cast<float>(blur);
         pages.push_back(service.add_page(page));
         share.push_back(all += page.node_count());

@@ -5,7 +5,6 @@
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <memory>
@@ -53,9 +52,7 @@ class PrebakeJob {
       : settings_(settings), telemetry_(telemetry), threads_(threads) {
     const fiber::ModelInfo& info = *fiber::find_model(settings.model);
     target_ = info.make_target();
-    adaptive::Options options = baking(settings.table);
-    options.max_components = std::min(options.max_components, info.max_components);
-    service_ = std::make_unique<adaptive::Service>(options, *target_);
+    service_ = std::make_unique<adaptive::Service>(baking(settings.table), *target_);
     fiber::ModelSettings model;
     model.service = service_.get();
     const std::unique_ptr<fiber::FiberModel> pages = info.make(model);

@@ -5,7 +5,6 @@
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
 
-#include <algorithm>
 #include <array>
 #include <chrono>
 #include <memory>
@@ -46,7 +45,6 @@ class RenderJob {
     if (target_ && settings.estimator != fiber::Estimator::exact) {
       adaptive::Options options = settings.table;
       options.seed = settings.render.seed;
-      options.max_components = std::min(options.max_components, info.max_components);
       service_ = std::make_unique<adaptive::Service>(options, *target_);
     }
     if (settings.warm_cache && service_) {

@@ -71,7 +71,9 @@ class Pekelis2015 final : public FiberModel {
   Pekelis2015(const ModelSettings& settings, PekelisReading reading)
       : service_(settings.estimator == Estimator::exact ? nullptr : settings.service), reading_(reading) {}
 
-  std::string name() const override { return "pekelis2015"; }
+  std::string name() const override {
+    return reading_ == PekelisReading::as_printed ? "pekelis2015-printed" : "pekelis2015";
+  }
 
   FiberId add_fiber(const FiberParameters& parameters) override {
     const auto [id, is_new] = ids_.find_or_add(parameters);

@@ -8,8 +8,7 @@
 //   N_TRT, N_GLINT  mixtures of skew logistics fitted to the functions of Marschner et al. 2003, in rows that the
 //          adaptive service learns; a ray is answered by the nearest row, not by interpolation. Until a row has
 //          converged its target is the answer. The paper's monomials are left out: they buy nothing. At most 5
-//          components, as the paper's TRT (ModelInfo::max_components, else 18 % of TRT take more): all rows converge
-//          with them at epsilon .01, and all but .2 % of GLINT need no more than the paper's 3 (bench_pekelis_rows).
+//          components for TRT and 3 for GLINT, as the paper (without the limits 18 % of TRT take more, .2 % of GLINT).
 //   A_p = F_p T_p.  F_R by the angle between the light and the half vector (or as FiberParameters says: figure 5).
 //          F_TT, F_TRT by the angle of incidence in three dimensions; gamma(phi) from the cubic's roots, for TRT their
 //          mean weighted with their densities, none where no light leaves. F_GLINT at the exact singularity. T by

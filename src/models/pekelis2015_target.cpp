@@ -37,6 +37,7 @@ adaptive::PageDescription pekelis_page(MarschnerLobe lobe, float eta, float ecce
     page.axis_b.push_back(static_cast<float>(i * angle_step));
   }
   page.blur_rad = blur;
+  page.max_components = lobe == MarschnerLobe::glint ? 3 : 5;
   return page;
 }
 

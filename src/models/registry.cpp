@@ -53,8 +53,12 @@ constexpr ModelInfo all_models[] = {
      .source = "Pekelis, Hery, Villemin, Ling 2015, sections 3 to 6",
      .summary = "the paper's own model: Marschner's TRT and GLINT as fitted mixtures, nearest row, not normalised",
      .make_target = make_pekelis2015_target,
-     .make = [](const ModelSettings& s) { return make_pekelis2015(s, PekelisReading::corrected); },
-     .max_components = 5},
+     .make = [](const ModelSettings& s) { return make_pekelis2015(s, PekelisReading::corrected); }},
+    {.name = "pekelis2015-printed",
+     .source = "Pekelis, Hery, Villemin, Ling 2015, equations 2, 3 and 5 and s(theta_D) as printed",
+     .summary = "the same with the equations as printed, to see what they do: far too bright at grazing angles",
+     .make_target = make_pekelis2015_target,
+     .make = [](const ModelSettings& s) { return make_pekelis2015(s, PekelisReading::as_printed); }},
 };
 
 }  // namespace

@@ -33,9 +33,6 @@ struct ModelInfo {
   /// generic tests hold it to that.
   bool conserves_energy = false;
   bool has_quadrature = false;  ///< reads ModelSettings::quadrature_points
-  /// The most components that the publication gives a row: a host takes the smaller of this and its own
-  /// Options::max_components.
-  std::uint32_t max_components = adaptive::Mixture::max_components;
 };
 
 /// All models, ours first.

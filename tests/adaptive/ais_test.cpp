@@ -20,8 +20,6 @@ using tress::testing::relative_l2;
 using tress::testing::target_of;
 using tress::testing::two_lobes;
 
-constexpr double pi = std::numbers::pi;
-
 void expect_constraints(const Mixture& fit) {
   EXPECT_LE(fit.component_count, 8u);
   EXPECT_GE(fit.uniform_weight, 0.0f);

@@ -2,6 +2,7 @@
 // family's false-alarm rate is 1e-4.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -27,7 +28,11 @@ class every_model_statistics : public testing::TestWithParam<std::size_t> {
   bool is_slow() const { return info().make_target != nullptr || info().has_quadrature; }
 };
 
-std::string name_of(const testing::TestParamInfo<std::size_t>& index) { return fiber::models()[index.param].name; }
+std::string name_of(const testing::TestParamInfo<std::size_t>& index) {
+  std::string name = fiber::models()[index.param].name;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
 
 INSTANTIATE_TEST_SUITE_P(models, every_model_statistics, testing::Range(std::size_t{0}, fiber::models().size()),
                          name_of);

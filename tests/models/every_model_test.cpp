@@ -35,7 +35,11 @@ class every_model : public testing::TestWithParam<std::size_t> {
   bool is_slow() const { return info().make_target != nullptr || info().has_quadrature; }
 };
 
-std::string name_of(const testing::TestParamInfo<std::size_t>& index) { return fiber::models()[index.param].name; }
+std::string name_of(const testing::TestParamInfo<std::size_t>& index) {
+  std::string name = fiber::models()[index.param].name;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
 
 INSTANTIATE_TEST_SUITE_P(models, every_model, testing::Range(std::size_t{0}, fiber::models().size()), name_of);
 

@@ -42,7 +42,6 @@ class TaughtPekelis {
   static adaptive::Options options(adaptive::Learner learner) {
     adaptive::Options options;
     options.learner = learner;
-    options.max_components = fiber::find_model("pekelis2015")->max_components;
     return options;
   }
 

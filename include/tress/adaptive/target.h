@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tress/adaptive/mixture.h"
+
 namespace tress::adaptive {
 
 /// Names a page: which lobe, and the parameters that the target at its nodes depends on.
@@ -26,6 +28,8 @@ struct PageDescription {
   std::vector<float> axis_a;  ///< node coordinates, ascending, at least one
   std::vector<float> axis_b;
   float blur_rad = 0.2f;  ///< standard deviation of the wrapped Gaussian kernel, radians, > 0
+  /// D: the most components that a fit of this page may have; Options::max_components is a limit too. Not saved.
+  std::uint32_t max_components = Mixture::max_components;
 
   std::uint32_t node_count() const { return static_cast<std::uint32_t>(axis_a.size() * axis_b.size()); }
 };
