@@ -39,20 +39,7 @@ Vector without_component(const Vector& v, Eigen::Index at) {
 }
 
 Mixture to_mixture(const Vector& v) {
-  Mixture mixture;
-  const auto weight = [](double a) { return static_cast<float>(std::clamp(a, 0.0, 1e30)); };
-  const auto scale = [](double log_s) {
-    return std::clamp(static_cast<float>(std::exp(log_s)), static_cast<float>(scale_min),
-                      static_cast<float>(scale_max));
-  };
-  for (Eigen::Index at = 0; at + 1 < v.size(); at += per_component) {
-    Component& part = mixture.components[mixture.component_count++];
-    part.weight = weight(v[at + offset_weight]);
-    part.shape = {wrap_angle(static_cast<float>(v[at + offset_mu])), scale(v[at + offset_log_left]),
-                  scale(v[at + offset_log_right])};
-  }
-  mixture.uniform_weight = weight(v[v.size() - 1]);
-  return mixture;
+  return mixture_from(v, [](double a) { return static_cast<float>(std::clamp(a, 0.0, 1e30)); });
 }
 
 // A fit on its way: the parameters and their objective o.

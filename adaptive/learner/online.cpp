@@ -37,24 +37,12 @@ Mixture mixture_of(const Vector& v, double energy) {
   double sum = 0;
   for (Eigen::Index at = 0; at < v.size(); at += per_component)
     sum += std::max(v[at], 0.0);  // a_0 is at a multiple too
-  Mixture mixture;
   if (!(sum > 0) || !std::isfinite(sum)) {
-    mixture.uniform_weight = static_cast<float>(energy);
-    return mixture;
+    Mixture flat;
+    flat.uniform_weight = static_cast<float>(energy);
+    return flat;
   }
-  const auto weight = [&](double a) { return static_cast<float>(std::max(a, 0.0) * energy / sum); };
-  const auto scale = [](double log_s) {
-    return std::clamp(static_cast<float>(std::exp(log_s)), static_cast<float>(scale_min),
-                      static_cast<float>(scale_max));
-  };
-  for (Eigen::Index at = 0; at + 1 < v.size(); at += per_component) {
-    Component& part = mixture.components[mixture.component_count++];
-    part.weight = weight(v[at + offset_weight]);
-    part.shape = {wrap_angle(static_cast<float>(v[at + offset_mu])), scale(v[at + offset_log_left]),
-                  scale(v[at + offset_log_right])};
-  }
-  mixture.uniform_weight = weight(v[v.size() - 1]);
-  return mixture;
+  return mixture_from(v, [&](double a) { return static_cast<float>(std::max(a, 0.0) * energy / sum); });
 }
 
 std::vector<WeightedDraw> replay(Lesson& lesson, const Mixture& fit, std::uint64_t draws) {

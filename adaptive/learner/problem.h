@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -28,6 +30,24 @@ double wrap_near(double x);
 
 /// The component whose parameters start at `at`.
 Shape shape_at(const Vector& parameters, Eigen::Index at);
+
+/// The mixture of these parameters, its scales within bounds; weight(a): the mass that is published for a parameter a.
+template <class Weight>
+Mixture mixture_from(const Vector& parameters, const Weight& weight) {
+  const auto scale = [](double log_s) {
+    return std::clamp(static_cast<float>(std::exp(log_s)), static_cast<float>(scale_min),
+                      static_cast<float>(scale_max));
+  };
+  Mixture mixture;
+  for (Eigen::Index at = 0; at + 1 < parameters.size(); at += per_component) {
+    Component& part = mixture.components[mixture.component_count++];
+    part.weight = weight(parameters[at + offset_weight]);
+    part.shape = {wrap_angle(static_cast<float>(parameters[at + offset_mu])), scale(parameters[at + offset_log_left]),
+                  scale(parameters[at + offset_log_right])};
+  }
+  mixture.uniform_weight = weight(parameters[parameters.size() - 1]);
+  return mixture;
+}
 
 /// The pairs with their cell weights, half the distance between their neighbours on the circle, and the known energy.
 class Problem {

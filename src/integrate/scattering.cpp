@@ -43,8 +43,9 @@ Vertex Scattering::begin(const intersect::Hit& hit, const glm::vec3& ray_directi
     return vertex;
   }
   const std::uint32_t fiber = scene_.grooms[hit.groom].fiber[hit.strand];
-  const float h = offset_of(hit, ray_direction, scene_.fibers[fiber].eccentricity);
-  vertex.event = model_.begin(fiber_ids_[fiber], to_local(hit, -ray_direction).direction, xi[0], xi[1], h);
+  const LocalDirection known = to_local(hit, -ray_direction);
+  const float h = offset_of(hit, known, scene_.fibers[fiber].eccentricity);
+  vertex.event = model_.begin(fiber_ids_[fiber], known.direction, xi[0], xi[1], h);
   for (const glm::vec3& lobe : vertex.event.energy) vertex.albedo += lobe;
   return vertex;
 }

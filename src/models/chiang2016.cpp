@@ -5,13 +5,13 @@
 #include <cmath>
 #include <new>
 #include <numbers>
-#include <type_traits>
 #include <vector>
 
 #include "fiber/circle_ray.h"
 #include "fiber/energy_conserving_lobe.h"
 #include "fiber/energy_table.h"
 #include "fiber/lobe_widths.h"
+#include "models/event_constants.h"
 #include "models/fiber_ids.h"
 #include "tress/adaptive/exp_of_negative.h"
 #include "tress/adaptive/mixture.h"
@@ -44,12 +44,6 @@ struct EventConstants {
   std::array<EnergyConservingLobe, 4> longitudinal;
   std::array<TrimmedLogistic, 3> azimuthal;
 };
-static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
-static_assert(alignof(EventConstants) <= 16 && std::is_trivially_copyable_v<EventConstants>);
-
-const EventConstants& constants_of(const FiberEvent& event) {
-  return *std::launder(reinterpret_cast<const EventConstants*>(event.model_constants.data()));
-}
 
 /// What does not depend on the direction.
 struct Fiber {
@@ -57,10 +51,6 @@ struct Fiber {
   glm::vec3 sigma_a;  ///< per radius of the circle
   std::array<TrimmedLogistic, 3> azimuthal;
 };
-
-FiberDirection clamped(const FiberDirection& w) {
-  return {std::clamp(w.theta, -half_pi, half_pi), adaptive::wrap_angle(w.phi)};
-}
 
 class Chiang2016 final : public FiberModel {
  public:
@@ -114,7 +104,7 @@ class Chiang2016 final : public FiberModel {
       return EnergyConservingLobe(event.wr.theta, widths.tilt[lane],
                                   EnergyConservingLobe::variance_of(widths.lambda[lane]));
     };
-    auto* constants = new (event.model_constants.data())
+    auto* constants = new (place_of<EventConstants>(event))
         EventConstants{{longitudinal(0), longitudinal(1), longitudinal(2), longitudinal(3)}, fiber.azimuthal};
     for (int p = 0; p < 3; ++p)
       constants->azimuthal[static_cast<std::size_t>(p)].mu = adaptive::wrap_angle(event.wr.phi + ray.exit_azimuth(p));
@@ -122,7 +112,7 @@ class Chiang2016 final : public FiberModel {
   }
 
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
-    const EventConstants& constants = constants_of(event);
+    const EventConstants& constants = constants_in<EventConstants>(event);
     std::size_t p = 0;
     float below = 0;
     for (std::size_t k = 0; k < lobes.size(); ++k) {
@@ -150,7 +140,7 @@ class Chiang2016 final : public FiberModel {
 
  private:
   static FiberValue value_at(const FiberEvent& event, const FiberDirection& wi) {
-    const EventConstants& constants = constants_of(event);
+    const EventConstants& constants = constants_in<EventConstants>(event);
     FiberValue value;
     for (std::size_t p = 0; p < lobes.size(); ++p) {
       const auto lobe = static_cast<std::size_t>(lobes[p]);

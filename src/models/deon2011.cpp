@@ -10,7 +10,6 @@
 #include <new>
 #include <numbers>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "fiber/energy_table.h"
 #include "fiber/lobe_widths.h"
 #include "models/deon2011_azimuth.h"
+#include "models/event_constants.h"
 #include "models/fiber_ids.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/random.h"
@@ -54,16 +54,6 @@ struct EventConstants {
   std::array<EnergyConservingLobe, detected_orders> longitudinal;
   std::array<glm::vec3, detected_orders> channel_weights;  ///< shares of the channels in the luminance of E_p
 };
-static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
-static_assert(alignof(EventConstants) <= 16 && std::is_trivially_copyable_v<EventConstants>);
-
-const EventConstants& constants_of(const FiberEvent& event) {
-  return *std::launder(reinterpret_cast<const EventConstants*>(event.model_constants.data()));
-}
-
-FiberDirection clamped(const FiberDirection& w) {
-  return {std::clamp(w.theta, -half_pi, half_pi), adaptive::wrap_angle(w.phi)};
-}
 
 class Deon2011 final : public FiberModel {
  public:
@@ -95,7 +85,7 @@ class Deon2011 final : public FiberModel {
       return EnergyConservingLobe(event.wr.theta, widths.tilt[lane],
                                   EnergyConservingLobe::variance_of(widths.lambda[lane]));
     };
-    auto* constants = new (event.model_constants.data()) EventConstants{{lobe(0), lobe(1), lobe(2), lobe(3)}, {}};
+    auto* constants = new (place_of<EventConstants>(event)) EventConstants{{lobe(0), lobe(1), lobe(2), lobe(3)}, {}};
     const auto energies = circle_energies(quadrature_, fiber.circle, event.wr.theta);
     float sum = 0;
     for (std::size_t p = 0; p < energies.size(); ++p) {
@@ -115,7 +105,7 @@ class Deon2011 final : public FiberModel {
   }
 
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
-    const EventConstants& constants = constants_of(event);
+    const EventConstants& constants = constants_in<EventConstants>(event);
     FiberSample sample;
     std::size_t lobe = 0;
     float below = 0;
@@ -141,7 +131,7 @@ class Deon2011 final : public FiberModel {
 
   FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
     const FiberDirection at = clamped(wi);
-    return value_at(event, constants_of(event), trace_at(event, at.theta), at);
+    return value_at(event, constants_in<EventConstants>(event), trace_at(event, at.theta), at);
   }
 
  private:

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <new>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "fiber/cross_section.h"
@@ -16,6 +15,7 @@
 #include "fiber/longitudinal.h"
 #include "fiber/rough_fiber.h"
 #include "models/elliptical/fiber_store.h"
+#include "models/event_constants.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/random.h"
 
@@ -27,8 +27,6 @@ struct EventConstants {
   float glint_share;   ///< of TRT
   std::uint64_t seed;  ///< by all numbers of the event
 };
-static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
-static_assert(alignof(EventConstants) <= 16 && std::is_trivially_copyable_v<EventConstants>);
 
 std::uint64_t bits_of(float a, float b) {
   return (std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b);
@@ -52,7 +50,7 @@ class Fiber3d final : public FiberModel {
     const FiberRecord& fiber = store_[id];
     FiberEvent event;
     event.fiber = id;
-    event.wr = {std::clamp(wr.theta, -half_pi, half_pi), adaptive::wrap_angle(wr.phi)};
+    event.wr = clamped(wr);
     event.xi1 = xi1;
     event.xi2 = xi2;
     event.energy = fiber.energies->at(event.wr.phi, event.wr.theta).colored;
@@ -61,7 +59,7 @@ class Fiber3d final : public FiberModel {
     if (!(sum > 0)) event.selection[0] = sum = 1;
     for (float& probability : event.selection) probability /= sum;
     const float offset = std::clamp(h, -1.0f, 1.0f);
-    new (event.model_constants.data()) EventConstants{
+    new (place_of<EventConstants>(event)) EventConstants{
         traced_[id].entry(event.wr, offset), glint_share(fiber, event.wr, offset),
         RandomStream(bits_of(xi1, xi2), bits_of(event.wr.theta, event.wr.phi), std::bit_cast<std::uint32_t>(offset))
             .next_bits()};
@@ -69,7 +67,7 @@ class Fiber3d final : public FiberModel {
   }
 
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
-    const auto& constants = *std::launder(reinterpret_cast<const EventConstants*>(event.model_constants.data()));
+    const auto& constants = constants_in<EventConstants>(event);
     RandomStream random(bits_of(u[0], u[1]), bits_of(u[2], u[3]), constants.seed);
     const RoughExit exit = traced_[event.fiber].trace(constants.entry, u, random);
     FiberSample sample;

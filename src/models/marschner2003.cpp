@@ -5,7 +5,6 @@
 #include <cmath>
 #include <new>
 #include <numbers>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "fiber/lobe_widths.h"
 #include "fiber/longitudinal.h"
 #include "fiber/row_axes.h"
+#include "models/event_constants.h"
 #include "models/fiber_ids.h"
 #include "models/marschner_lobes.h"
 #include "models/marschner_table.h"
@@ -50,12 +50,6 @@ struct EventConstants {
   Float4 beta, alpha;              ///< likewise
   FoldedAzimuth fold;
 };
-static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
-static_assert(std::is_trivially_copyable_v<EventConstants>);
-
-const EventConstants& constants_of(const FiberEvent& event) {
-  return *std::launder(reinterpret_cast<const EventConstants*>(event.model_constants.data()));
-}
 
 class Marschner2003 final : public FiberModel {
  public:
@@ -78,7 +72,7 @@ class Marschner2003 final : public FiberModel {
     const FiberRecord& fiber = fibers_[id];
     FiberEvent event;
     event.fiber = id;
-    event.wr = {std::clamp(wr.theta, -half_pi, half_pi), adaptive::wrap_angle(wr.phi)};
+    event.wr = clamped(wr);
     event.xi1 = xi1;
     event.xi2 = xi2;
     const FoldedAzimuth fold = fold_azimuth(event.wr.phi);
@@ -86,7 +80,7 @@ class Marschner2003 final : public FiberModel {
     const Float4 alpha = by_marschner_lobe(widths.tilt);
     const Float4 beta =
         max4(logistic_deviation * by_marschner_lobe(widths.lambda), splat(smallest_lambda / scale_of_unit_gaussian));
-    new (event.model_constants.data()) EventConstants{
+    new (place_of<EventConstants>(event)) EventConstants{
         {event.wr.theta, alpha, beta * scale_of_unit_gaussian, LongitudinalShape::gaussian}, beta, alpha, fold};
     begin_lobes(ids_[id], *fiber.table, fiber.energy, fold.phi, event);
     return event;
@@ -94,7 +88,7 @@ class Marschner2003 final : public FiberModel {
 
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
     const FiberRecord& fiber = fibers_[event.fiber];
-    const EventConstants& constants = constants_of(event);
+    const EventConstants& constants = constants_in<EventConstants>(event);
     FiberSample sample;
     const std::size_t l = draw_lobe(event, u[0]);
     const auto lobe = static_cast<MarschnerLobe>(l);
@@ -110,8 +104,8 @@ class Marschner2003 final : public FiberModel {
   FiberValue evaluate(const FiberEvent& event, const FiberDirection& direction) const override {
     const FiberRecord& fiber = fibers_[event.fiber];
     const FiberParameters& parameters = ids_[event.fiber];
-    const EventConstants& constants = constants_of(event);
-    const FiberDirection wi{std::clamp(direction.theta, -half_pi, half_pi), adaptive::wrap_angle(direction.phi)};
+    const EventConstants& constants = constants_in<EventConstants>(event);
+    const FiberDirection wi = clamped(direction);
     const float theta_d = 0.5f * (event.wr.theta - wi.theta), theta_h = 0.5f * (event.wr.theta + wi.theta);
     const float x = constants.fold.relative(wi.phi, event.wr.phi);
     // At most 2, and 1 to rounding where both vanish.

@@ -7,7 +7,6 @@
 #include <memory>
 #include <new>
 #include <numbers>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -16,6 +15,7 @@
 #include "fiber/longitudinal.h"
 #include "fiber/reflection.h"
 #include "fiber/surface_fresnel.h"
+#include "models/event_constants.h"
 #include "models/fiber_ids.h"
 #include "models/ou2012_lobes.h"
 #include "tress/adaptive/mixture.h"
@@ -68,16 +68,6 @@ struct EventConstants {
   SurfaceFresnel fresnel;
   std::array<float, 4> selection;
 };
-static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
-static_assert(alignof(EventConstants) <= 16 && std::is_trivially_copyable_v<EventConstants>);
-
-const EventConstants& constants_of(const FiberEvent& event) {
-  return *std::launder(reinterpret_cast<const EventConstants*>(event.model_constants.data()));
-}
-
-FiberDirection clamped(const FiberDirection& w) {
-  return {std::clamp(w.theta, -half_pi, half_pi), adaptive::wrap_angle(w.phi)};
-}
 
 class Ou2012 final : public FiberModel {
  public:
@@ -127,7 +117,7 @@ class Ou2012 final : public FiberModel {
       const LongitudinalBump& bump = fiber.longitudinal[p];
       return LongitudinalLobe(theta_r, bump.tilt, bump.beta * lambda_of_cauchy, LongitudinalShape::cauchy);
     };
-    auto* constants = new (event.model_constants.data())
+    auto* constants = new (place_of<EventConstants>(event))
         EventConstants{{proposal(0), proposal(1), proposal(2)},
                        SurfaceFresnel(parameters.eta, theta_r, parameters.reflection_fresnel),
                        {}};
@@ -146,7 +136,7 @@ class Ou2012 final : public FiberModel {
   }
 
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
-    const EventConstants& constants = constants_of(event);
+    const EventConstants& constants = constants_in<EventConstants>(event);
     const Fiber& fiber = fibers_[event.fiber];
     std::size_t p = 0;
     float below = 0;
@@ -181,7 +171,7 @@ class Ou2012 final : public FiberModel {
   }
 
   FiberValue value_at(const FiberEvent& event, const FiberDirection& wi) const {
-    const EventConstants& constants = constants_of(event);
+    const EventConstants& constants = constants_in<EventConstants>(event);
     const Fiber& fiber = fibers_[event.fiber];
     const FiberParameters& parameters = ids_[event.fiber];
     const float phi = adaptive::wrap_angle(wi.phi - event.wr.phi), cosine = half_cosine(phi);

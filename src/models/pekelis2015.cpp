@@ -8,7 +8,6 @@
 #include <new>
 #include <numbers>
 #include <tuple>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -17,6 +16,7 @@
 #include "fiber/row_axes.h"
 #include "fiber/surface_fresnel.h"
 #include "models/elliptical/ray_shape.h"
+#include "models/event_constants.h"
 #include "models/fiber_ids.h"
 #include "models/marschner_lobes.h"
 #include "models/pekelis2015_target.h"
@@ -54,12 +54,6 @@ struct EventConstants {
   Float4 lambda, tilt;             ///< likewise
   FoldedAzimuth fold;
 };
-static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
-static_assert(std::is_trivially_copyable_v<EventConstants>);
-
-const EventConstants& constants_of(const FiberEvent& event) {
-  return *std::launder(reinterpret_cast<const EventConstants*>(event.model_constants.data()));
-}
 
 /// N and its proposal at one azimuth.
 struct RowAnswer {
@@ -105,13 +99,13 @@ class Pekelis2015 final : public FiberModel {
     const FiberRecord& fiber = fibers_[id];
     FiberEvent event;
     event.fiber = id;
-    event.wr = {std::clamp(wr.theta, -half_pi, half_pi), adaptive::wrap_angle(wr.phi)};
+    event.wr = clamped(wr);
     event.xi1 = xi1;
     event.xi2 = xi2;
     const FoldedAzimuth fold = fold_azimuth(event.wr.phi);
     const LobeWidths::At widths = fiber.widths.at(event.wr.theta);
     const Float4 lambda = by_marschner_lobe(widths.lambda), tilt = by_marschner_lobe(widths.tilt);
-    new (event.model_constants.data())
+    new (place_of<EventConstants>(event))
         EventConstants{{event.wr.theta, tilt, lambda, LongitudinalShape::logistic}, lambda, tilt, fold};
     begin_lobes(ids_[id], *fiber.table, fiber.energy, fold.phi, event);
     return event;
@@ -119,7 +113,7 @@ class Pekelis2015 final : public FiberModel {
 
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
     const FiberRecord& fiber = fibers_[event.fiber];
-    const EventConstants& constants = constants_of(event);
+    const EventConstants& constants = constants_in<EventConstants>(event);
     FiberSample sample;
     const std::size_t l = draw_lobe(event, u[0]);
     sample.lobe = layer_of(ids_[event.fiber], l);
@@ -139,7 +133,7 @@ class Pekelis2015 final : public FiberModel {
   }
 
   FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
-    return value_at(event, {std::clamp(wi.theta, -half_pi, half_pi), adaptive::wrap_angle(wi.phi)}, nothing_drawn);
+    return value_at(event, clamped(wi), nothing_drawn);
   }
 
   std::size_t bytes() const override {
@@ -254,7 +248,7 @@ class Pekelis2015 final : public FiberModel {
   FiberValue value_at(const FiberEvent& event, const FiberDirection& wi, std::size_t drawn) const {
     const FiberRecord& fiber = fibers_[event.fiber];
     const FiberParameters& parameters = ids_[event.fiber];
-    const EventConstants& constants = constants_of(event);
+    const EventConstants& constants = constants_in<EventConstants>(event);
     const float theta_d = 0.5f * (event.wr.theta - wi.theta);
     const float x = constants.fold.relative(wi.phi, event.wr.phi);
     const Float4 m = constants.longitudinal.density(wi.theta), seen = longitudinal_as_read(event, constants, wi, m);

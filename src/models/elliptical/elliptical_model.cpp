@@ -10,13 +10,13 @@
 #include <new>
 #include <numbers>
 #include <optional>
-#include <type_traits>
 
 #include "fiber/longitudinal.h"
 #include "fiber/reflection.h"
 #include "models/elliptical/fiber_store.h"
 #include "models/elliptical/row_reader.h"
 #include "models/elliptical/tinted_row.h"
+#include "models/event_constants.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/random.h"
 
@@ -46,12 +46,6 @@ struct EventConstants {
   std::array<glm::vec3, 4> channel_weights;   ///< shares of the channels in the luminance of the lobe's energy
   std::uint64_t hash;                         ///< of xi and the known direction; for `corrected`
 };
-static_assert(sizeof(EventConstants) <= sizeof(FiberEvent::model_constants));
-static_assert(alignof(EventConstants) <= 16 && std::is_trivially_copyable_v<EventConstants>);
-
-const EventConstants& constants_of(const FiberEvent& event) {
-  return *std::launder(reinterpret_cast<const EventConstants*>(event.model_constants.data()));
-}
 
 class EllipticalModel final : public FiberModel {
  public:
@@ -84,7 +78,7 @@ class EllipticalModel final : public FiberModel {
     const FoldedAzimuth fold = fold_azimuth(event.wr.phi);
     const FiberParameters& parameters = fiber.parameters;
     const LobeWidths::At widths = fiber.widths.at(event.wr.theta);
-    EventConstants* constants = new (event.model_constants.data()) EventConstants{
+    EventConstants* constants = new (place_of<EventConstants>(event)) EventConstants{
         {parameters.eta, parameters.eccentricity, event.wr.theta, event.wr.phi, energies.clear[0],
          widths.tilt[LobeWidths::lane_of(0)], widths.lambda[LobeWidths::lane_of(0)], parameters.reflection_fresnel,
          parameters.longitudinal_shape},
@@ -112,7 +106,7 @@ class EllipticalModel final : public FiberModel {
 
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
     const FiberRecord& fiber = fibers_[event.fiber];
-    const EventConstants& constants = constants_of(event);
+    const EventConstants& constants = constants_in<EventConstants>(event);
     FiberSample sample;
     int p = 0;
     float below = 0, chosen = 0;
@@ -158,8 +152,8 @@ class EllipticalModel final : public FiberModel {
 
   FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
     const FiberDirection at = clamped(wi);
-    return value_at(event, constants_of(event), at, inclination_of(fibers_[event.fiber], event, at), nothing_drawn,
-                    nullptr);
+    return value_at(event, constants_in<EventConstants>(event), at, inclination_of(fibers_[event.fiber], event, at),
+                    nothing_drawn, nullptr);
   }
 
  private:
@@ -180,10 +174,6 @@ class EllipticalModel final : public FiberModel {
     const std::uint64_t hash = hash_of(wi.theta, wi.phi, constants.hash);
     if (hash >> (64 - correction_bits) != 0) return {};
     return static_cast<float>(hash & 0xffffff) * 0x1p-24f;
-  }
-
-  static FiberDirection clamped(const FiberDirection& w) {
-    return {std::clamp(w.theta, -half_pi, half_pi), adaptive::wrap_angle(w.phi)};
   }
 
   /// What all rows of one direction have in common.
