@@ -6,7 +6,6 @@ Three panels, polar, the angle being the azimuth from the known direction, the r
 multiplies. Clear hair, one known direction. Needs bench_azimuthal_curves beside tress (target `bench_azimuthal_curves`).
 """
 import json
-import os
 
 import numpy
 
@@ -23,7 +22,7 @@ def main():
         parser.add_argument("--sigma", default="15", help="azimuthal width, degrees (%(default)s)")
 
     options = figures.parse(__doc__, add=add)
-    program = os.path.join(os.path.dirname(options.tress), "bench", "bench_azimuthal_curves")
+    program = figures.bench(options, "azimuthal_curves")
     curves = json.loads(figures.run([program, "--theta", options.theta, "--phi", options.phi, "--sigma", options.sigma]))
     azimuth = numpy.radians(curves["phi_deg"])
     figure, axes = figures.pyplot.subplots(1, 3, figsize=(13, 5), subplot_kw={"projection": "polar"})

@@ -6,11 +6,10 @@ figure8.png shows a lock of blond hair under two small lights (figure8.json, det
 100 points: beauty, TRT and TT. figure8_curves.png and .svg show N of TT and TRT against the azimuth with 10, 35 and 100
 points beside the exact reference of `tress fit`, and tell the relative L2 error of each. With ten points the Gaussians do
 not overlap, so that the azimuth has one spike for each: hair glints in stripes and is dark between them.
-The curves come from the program bench_azimuth (`cmake --build build/release --target bench_azimuth`).
+The curves come from the program bench_azimuth beside tress (`cmake --build build/release --target bench_azimuth`).
 """
 import json
 import math
-import os
 
 import figures
 from figures import pyplot
@@ -31,7 +30,7 @@ def pictures(options):
 
 
 def curve(options, lobe, points, sigma):
-    text = figures.run([options.azimuth, "deon2011", lobe, str(THETA_DEG), str(sigma), str(points)])
+    text = figures.run([figures.bench(options, "azimuth"), "deon2011", lobe, str(THETA_DEG), str(sigma), str(points)])
     return json.loads(text)
 
 
@@ -65,9 +64,7 @@ def curves(options):
 
 
 def main():
-    default = os.path.join(figures.ROOT, "build", "release", "bench", "bench_azimuth")
-    options = figures.parse(__doc__, samples=64, size="300x400",
-                            add=lambda parser: parser.add_argument("--azimuth", default=default, help="bench_azimuth"))
+    options = figures.parse(__doc__, samples=64, size="300x400")
     curves(options)
     pictures(options)
 

@@ -60,6 +60,11 @@ def run(command):
     return done.stdout
 
 
+def bench(options, name):
+    """The program bench_NAME that was built with options.tress, beside it."""
+    return os.path.join(os.path.dirname(options.tress), "bench", "bench_" + name)
+
+
 def render(options, scene, name, *flags):
     """Renders scene with tress's `flags` into FOLDER/name.exr and returns that path."""
     out = path(options, name + ".exr")
