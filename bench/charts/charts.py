@@ -1,0 +1,347 @@
+"""What all charts share: running programs and counting their CPU time, converged references, intervals, JSON, drawing.
+
+A chart is a module bench/charts/NN_name.py (NN its number) with
+
+    TITLE = "..."                          # of the chart
+    def measure(run): return {...}         # plain data for JSON, with the settings it was made by
+    def draw(data, path): ...              # from that data alone: Chart(...).save(path), which adds .png and .svg
+    def references(run): ...               # if it has any: run.reference(...) at the samples that full runs want
+
+and bench/charts/run.py finds it by its number. Everything of one chart is measured in one run on one machine. Two errors
+are never mixed: *noise* is against the same model converged (all equal-error times), *model error* is the converged picture
+against that of `fiber3d`. Timings are CPU time, ratios of them rather than seconds, of rounds in which the rivals take turns.
+"""
+import hashlib
+import itertools
+import json
+import os
+import platform
+import random
+import resource
+import statistics
+import subprocess
+import sys
+import threading
+import time
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "figures"))
+import figures  # noqa: E402
+import matplotlib  # noqa: E402
+import numpy  # noqa: E402
+import OpenImageIO  # noqa: E402
+
+matplotlib.rcParams["svg.hashsalt"] = "tress"  # the same SVG of the same JSON
+import matplotlib.pyplot as pyplot  # noqa: E402
+
+ROOT = figures.ROOT
+SHARED = os.path.join(os.path.dirname(ROOT), "shared")
+reference_chunk = 32  # samples of one picture of a reference
+PICTURE_FOLDERS = ("include", "adaptive", "src/fiber", "src/models", "src/scene", "src/intersect", "src/integrate")
+
+
+# ---- programs -------------------------------------------------------------------------------------------------------
+
+class Done:
+    """A program that has ended: its standard output, CPU seconds of all its threads, wall seconds, peak memory."""
+
+    def __init__(self, command, environment=None):
+        start = time.monotonic()
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   env={**os.environ, **(environment or {})})
+        # Both pipes are read before wait4, which alone tells what this very child used.
+        errors = []
+        reader = threading.Thread(target=lambda: errors.append(process.stderr.read()))
+        reader.start()
+        self.stdout = process.stdout.read().decode()
+        reader.join()
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        self.stderr = errors[0].decode()
+        self.wall = time.monotonic() - start
+        self.cpu = usage.ru_utime + usage.ru_stime
+        self.peak_bytes = usage.ru_maxrss * 1024
+        if process.returncode != 0:
+            raise RuntimeError(f"{' '.join(command)}\nexit {process.returncode}\n{self.stderr}")
+
+
+class Rendered(Done):
+    """A render: its picture and what its telemetry says."""
+
+    def __init__(self, command, picture, telemetry):
+        super().__init__(command)
+        self.picture = picture
+        with open(telemetry) as lines:
+            self.events = [json.loads(line) for line in lines]
+        self.passes = [event for event in self.events if event["type"] == "pass"]
+        self.summary = [event for event in self.events if event["type"] == "summary"][-1]
+        self.pass_cpu = sum(event["cpu_seconds"] for event in self.passes)  # without start-up
+        self.noise = self.summary["noise"]  # relative, as the program estimates it
+
+
+class Run:
+    """What a measurement may use. quick: all charts together in five minutes; then a chart takes what it can."""
+
+    def __init__(self, tress, folder, quick=False, seed=0):
+        self.tress, self.folder, self.quick, self.seed = os.path.abspath(tress), folder, quick, seed
+        self.reference_folder = os.environ.get("TRESS_REFERENCES", os.path.join(ROOT, "build", "references"))
+        os.makedirs(folder, exist_ok=True)
+        os.makedirs(self.reference_folder, exist_ok=True)
+        self.inputs = {}
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def say(self, text):
+        print(f"  {text}", file=sys.stderr, flush=True)
+
+    def bench(self, name, *arguments, environment=None):
+        """Runs build/.../bench/bench_NAME."""
+        program = os.path.join(os.path.dirname(self.tress), "bench", "bench_" + name)
+        return Done([program, *map(str, arguments)], environment)
+
+    def google_benchmark(self, name, pattern=".", min_time=0.05, repetitions=1):
+        """bench_NAME's JSON: a list of {name, cpu_time (ns), ...}, one a repetition, taken in random order."""
+        out = self.bench(name, f"--benchmark_filter={pattern}", f"--benchmark_min_time={min_time}",
+                         f"--benchmark_repetitions={repetitions}", "--benchmark_enable_random_interleaving=true",
+                         "--benchmark_format=json")
+        found = json.loads(out.stdout)["benchmarks"]
+        return [one for one in found if one.get("run_type", "iteration") == "iteration"]
+
+    def scene(self, name):
+        """The path of a scene of the project, or of ../shared/data (None where that is absent); noted with its hash."""
+        for top in (ROOT, os.path.join(SHARED, "data"), SHARED):
+            found = os.path.join(top, name)
+            if os.path.exists(found):
+                self.inputs[name] = content_hash(found)
+                return found
+        self.say(f"{name}: absent, left out")
+        return None
+
+    def variant(self, scene, name, change):
+        """A scene in this run's folder: `scene` after change(its JSON)."""
+        options = type("Options", (), {"output": self.folder})
+        return figures.variant(options, scene, name, change)
+
+    def render(self, scene, name, *flags, seed=None, threads=None):
+        picture, telemetry = self.path(name + ".exr"), self.path(name + ".jsonl")
+        command = [self.tress, "render", scene, "-o", picture, "--telemetry", telemetry, "--quiet", *map(str, flags)]
+        command += ["--seed", str(self.seed if seed is None else seed)]
+        if threads:
+            command += ["--threads", str(threads)]
+        return Rendered(command, picture, telemetry)
+
+    def reference(self, scene, *flags, samples):
+        """The mean of renders of `reference_chunk` samples under seeds of their own, `samples` at least. They are kept in the
+        folder of references under a hash of the scene, its files, the flags and the code that makes pictures: what is there
+        is used, all of it, and what is missing is made, so that an interrupted run goes on where it was."""
+        folder = os.path.join(self.reference_folder, reference_key(scene, flags))
+        os.makedirs(folder, exist_ok=True)
+        wanted = -(-samples // reference_chunk)
+        parts = []
+        for part in itertools.count():
+            out = os.path.join(folder, f"{part}.exr")
+            if not os.path.exists(out):
+                if part >= wanted:
+                    break
+                self.say(f"reference {os.path.basename(scene)} {' '.join(map(str, flags))}: {part + 1} of {wanted}")
+                unfinished = os.path.join(folder, f"unfinished_{os.getpid()}.exr")
+                Done([self.tress, "render", scene, "-o", unfinished, "--quiet", "--spp", str(reference_chunk), "--seed",
+                      str(1_000_000 + part), *map(str, flags)])
+                os.replace(unfinished, out)
+                os.remove(unfinished.replace(".exr", ".png"))
+            parts.append(out)
+        return Reference(parts)
+
+
+class Reference:
+    """The mean of independent pictures, and how noisy it still is."""
+
+    def __init__(self, parts):
+        pictures = [figures.read(part) for part in parts]
+        self.pixels = numpy.mean(pictures, axis=0, dtype=numpy.float64)
+        self.samples = reference_chunk * len(parts)
+        self.hair = figures.coverage(parts[0]) > 0.5
+        # Variance of the mean, per pixel and channel, from how the parts differ.
+        many = len(pictures)
+        self.variance = numpy.var(pictures, axis=0, ddof=1, dtype=numpy.float64) / many if many > 1 else None
+
+    def mean(self):
+        return float(self.pixels[self.hair].mean())
+
+    def noise_of(self, picture):
+        """Root mean square difference where there is hair over the reference's mean there; the reference's own noise is
+        taken out by squares."""
+        difference = (figures.read(picture).astype(numpy.float64) - self.pixels)[self.hair]
+        own = self.variance[self.hair].mean() if self.variance is not None else 0.0
+        return float(max(0.0, (difference ** 2).mean() - own) ** 0.5 / self.mean())
+
+    def bias_of(self, picture):
+        """Mean of picture - reference where there is hair, over the reference's mean there."""
+        return float((figures.read(picture).astype(numpy.float64) - self.pixels)[self.hair].mean() / self.mean())
+
+    def model_error(self, other, side=8):
+        """How far this converged picture is from `other`, the truth: root mean square difference of means of side x side
+        pixels over the truth's mean, the noise of both taken out by squares."""
+        hair = figures.blocks(other.hair.astype(float)[..., None], side)[..., 0] > 0.5
+        off = (figures.blocks(self.pixels, side) - figures.blocks(other.pixels, side))[hair]
+        noise = sum((figures.blocks(one.variance, side)[hair].mean() / side ** 2) for one in (self, other)
+                    if one.variance is not None)
+        truth = figures.blocks(other.pixels, side)[hair].mean()
+        return float(max(0.0, (off ** 2).mean() - noise) ** 0.5 / truth)
+
+
+def content_hash(path):
+    with open(path, "rb") as file:
+        return hashlib.sha256(file.read()).hexdigest()[:16]
+
+
+def reference_key(scene, flags):
+    """Of everything that makes the picture: the scene and the files it names, the flags, the sources."""
+    total = hashlib.sha256()
+
+    def add(path):
+        with open(path, "rb") as file:
+            total.update(file.read())
+
+    add(scene)
+    if scene.endswith(".json"):
+        with open(scene) as file:
+            content = json.load(file)
+        stack = [content]
+        while stack:
+            value = stack.pop()
+            if isinstance(value, dict):
+                stack += value.values()
+                name = value.get("file")
+                if isinstance(name, str):
+                    add(os.path.join(os.path.dirname(scene), name))
+            elif isinstance(value, list):
+                stack += value
+    for flag in map(str, flags):
+        total.update(flag.encode() + b"\0")
+        if os.path.isfile(flag):
+            add(flag)
+    for folder in PICTURE_FOLDERS:
+        for top, folders, files in os.walk(os.path.join(ROOT, folder)):
+            folders.sort()
+            for name in sorted(files):
+                if name.endswith((".cpp", ".h")):
+                    add(os.path.join(top, name))
+    return total.hexdigest()[:20]
+
+
+# ---- statistics -----------------------------------------------------------------------------------------------------
+
+def interval(values):
+    """{median, low, high, values}: low and high hold the median of such values at 95 % or better by order statistics, and
+    are the least and the greatest where there are fewer than nine."""
+    values = sorted(values)
+    many = len(values)
+    below = 0
+    if many >= 9:
+        # P(the median lies below the k-th smallest) = sum of binomials; take the largest k that keeps 2.5 % a side.
+        chance, term = 0.0, 0.5 ** many
+        for k in range(many // 2):
+            chance += term
+            if chance > 0.025:
+                break
+            below = k + 1
+            term = term * (many - k) / (k + 1)
+        below = max(0, below - 1)
+    return {"median": statistics.median(values), "low": values[below], "high": values[many - 1 - below],
+            "values": values}
+
+
+def interleaved(rivals, rounds, seed=0):
+    """rivals: {name: function(round) -> {quantity: number}}. Every round asks all of them, in an order of its own.
+    {name: {quantity: interval}}."""
+    order, shuffle = list(rivals), random.Random(seed)
+    found = {name: {} for name in rivals}
+    for turn in range(rounds):
+        shuffle.shuffle(order)
+        for name in order:
+            for quantity, value in rivals[name](turn).items():
+                found[name].setdefault(quantity, []).append(value)
+    return {name: {quantity: interval(values) for quantity, values in quantities.items()}
+            for name, quantities in found.items()}
+
+
+def fit_growth(xs, ys):
+    """Least squares of ln y = ln a + b ln x: {"factor", "exponent", "error"} with the standard error of b."""
+    x, y = numpy.log(numpy.asarray(xs, float)), numpy.log(numpy.asarray(ys, float))
+    slope, level = numpy.polyfit(x, y, 1)
+    rest = y - (level + slope * x)
+    error = 0.0
+    if len(x) > 2:
+        error = float(numpy.sqrt((rest ** 2).sum() / (len(x) - 2) / ((x - x.mean()) ** 2).sum()))
+    return {"factor": float(numpy.exp(level)), "exponent": float(slope), "error": error}
+
+
+# ---- results --------------------------------------------------------------------------------------------------------
+
+def context(run):
+    """What a result was made by and on."""
+    def git(*words):
+        done = subprocess.run(["git", "-C", ROOT, *words], capture_output=True, text=True)
+        return done.stdout.strip() if done.returncode == 0 else "unknown"
+
+    cpu = "unknown"
+    if os.path.exists("/proc/cpuinfo"):
+        with open("/proc/cpuinfo") as lines:
+            cpu = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), cpu)
+    compiler = "unknown"
+    cache = os.path.join(os.path.dirname(run.tress), "CMakeCache.txt")
+    if os.path.exists(cache):
+        with open(cache) as lines:
+            name = next((line.split("=")[1].strip() for line in lines if line.startswith("CMAKE_CXX_COMPILER:")), "")
+        if name:
+            compiler = subprocess.run([name, "--version"], capture_output=True, text=True).stdout.splitlines()[0]
+    return {"commit": git("rev-parse", "HEAD"), "changed_files": len(git("status", "--porcelain").splitlines()),
+            "compiler": compiler, "cpu": cpu, "cores": os.cpu_count(), "system": platform.platform(),
+            "load": os.getloadavg()[0], "seed": run.seed, "quick": run.quick}
+
+
+def save(path, content):
+    """JSON, whole or not at all."""
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    with open(path + ".tmp", "w") as file:
+        json.dump(content, file, indent=1)
+        file.write("\n")
+    os.replace(path + ".tmp", path)
+
+
+# ---- drawing --------------------------------------------------------------------------------------------------------
+
+# One color and mark a rival on every chart.
+STYLES = {
+    "elliptical": ("#d62728", "o"), "fitted": ("#d62728", "o"), "sketch": ("#d62728", "o"),
+    "corrected": ("#ff7f0e", "s"), "exact": ("#7f7f7f", "D"), "fiber3d": ("#000000", "*"),
+    "deon2011": ("#1f77b4", "v"), "chiang2016": ("#2ca02c", "^"), "marschner2003": ("#9467bd", "<"),
+    "ou2012": ("#8c564b", ">"), "pekelis2015": ("#e377c2", "P"), "pekelis2015-printed": ("#f7b6d2", "X"),
+    "eager": ("#ff9896", "s"), "em": ("#17becf", "^"), "appendix": ("#bcbd22", "v"),
+    "appendix-literal": ("#dbdb8d", "x"), "ais": ("#1f77b4", "D"), "table": ("#2ca02c", "P"), "cycles": ("#393b79", "h"),
+    "cold": ("#d62728", "o"), "warm": ("#ff7f0e", "s"), "prebaked": ("#1f77b4", "D"),
+    "quadrature": ("#aec7e8", "v"),
+}
+
+
+def style(name):
+    """{"color", "marker"} of a rival; of one with settings ("deon2011 35", "deon2011/35") that of its first word."""
+    color, marker = STYLES.get(name) or STYLES.get(name.replace("/", " ").split()[0], ("#444444", "."))
+    return {"color": color, "marker": marker}
+
+
+class Chart:
+    """Where a chart is drawn to: a grid of axes, saved as PNG and SVG."""
+
+    def __init__(self, title, columns=1, rows=1, width=5.2, height=4.0):
+        self.figure, axes = pyplot.subplots(rows, columns, figsize=(width * columns, height * rows), squeeze=False)
+        self.axes = [axis for row in axes for axis in row]
+        self.figure.suptitle(title, fontsize=11)
+
+    def save(self, path_without_suffix):
+        self.figure.tight_layout()
+        for suffix in (".svg", ".png"):
+            self.figure.savefig(path_without_suffix + suffix, dpi=110,
+                                metadata={"Date": None} if suffix == ".svg" else None)
+        pyplot.close(self.figure)
