@@ -17,7 +17,7 @@ import json
 import os
 import platform
 import random
-import resource
+import re
 import statistics
 import subprocess
 import sys
@@ -195,8 +195,35 @@ def content_hash(path):
         return hashlib.sha256(file.read()).hexdigest()[:16]
 
 
+def picture_sources(flags):
+    """Paths of the sources that make the picture of these flags: all of PICTURE_FOLDERS for models that learn; for the others
+    what makes a picture of a model, and what that model includes, so that work on ours leaves their references as they are."""
+    words = list(map(str, flags))
+    model = words[words.index("--model") + 1] if "--model" in words else "elliptical"
+    learns = model in ("elliptical", "exact") or model.startswith("pekelis2015")
+    files = [os.path.join(top, name) for folder in PICTURE_FOLDERS for top, _, names in os.walk(os.path.join(ROOT, folder))
+             for name in names if name.endswith((".cpp", ".h"))]
+    if learns:
+        return sorted(files)
+    # The registry names every model; what the others are does not matter here.
+    known, found = {path for path in files if not path.endswith("registry.cpp")}, set()
+    stack = [path for path in files if os.path.relpath(path, ROOT).split(os.sep)[1] in ("scene", "intersect", "integrate")]
+    stack.append(os.path.join(ROOT, "src", "models", model + ".cpp"))
+    while stack:
+        path = stack.pop()
+        if path in found:
+            continue
+        found.add(path)
+        with open(path) as file:
+            named = re.findall(r'^#include "(.*)"', file.read(), re.MULTILINE)
+        for name in named:
+            stack += [option for folder in ("src", "include") for end in (".h", ".cpp")
+                      if (option := os.path.join(ROOT, folder, name[:-2] + end)) in known]
+    return sorted(found)
+
+
 def reference_key(scene, flags):
-    """Of everything that makes the picture: the scene and the files it names, the flags, the sources."""
+    """Of everything that makes the picture: the scene and the files it names, the flags, the sources that they reach."""
     total = hashlib.sha256()
 
     def add(path):
@@ -221,12 +248,8 @@ def reference_key(scene, flags):
         total.update(flag.encode() + b"\0")
         if os.path.isfile(flag):
             add(flag)
-    for folder in PICTURE_FOLDERS:
-        for top, folders, files in os.walk(os.path.join(ROOT, folder)):
-            folders.sort()
-            for name in sorted(files):
-                if name.endswith((".cpp", ".h")):
-                    add(os.path.join(top, name))
+    for path in picture_sources(flags):
+        add(path)
     return total.hexdigest()[:20]
 
 
@@ -234,9 +257,9 @@ def reference_key(scene, flags):
 
 def interval(values):
     """{median, low, high, values}: low and high hold the median of such values at 95 % or better by order statistics, and
-    are the least and the greatest where there are fewer than nine."""
-    values = sorted(values)
-    many = len(values)
+    are the least and the greatest where there are fewer than nine. The values stay in the order of the rounds."""
+    ordered = sorted(values)
+    many = len(ordered)
     below = 0
     if many >= 9:
         # P(the median lies below the k-th smallest) = sum of binomials; take the largest k that keeps 2.5 % a side.
@@ -248,8 +271,8 @@ def interval(values):
             below = k + 1
             term = term * (many - k) / (k + 1)
         below = max(0, below - 1)
-    return {"median": statistics.median(values), "low": values[below], "high": values[many - 1 - below],
-            "values": values}
+    return {"median": statistics.median(ordered), "low": ordered[below], "high": ordered[many - 1 - below],
+            "values": list(values)}
 
 
 def interleaved(rivals, rounds, seed=0):
