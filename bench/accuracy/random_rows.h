@@ -20,8 +20,9 @@
 namespace tress::bench {
 
 /// Domains: wide, sigma 5..25 degrees; hard, sigma 1..10 on the grid sigma of the program (at least 4 degrees); narrow,
-/// sigma 1..10 as it is. e .7..1, eta 1.55, lobes and nodes of the page uniform, E_p >= .001 (less is uniform in the
-/// program). `split`: GLINT and the rest of TRT instead of TT, TRT and TRRT.
+/// sigma 1..10 as it is; e .7..1. whole: sigma 1..45, e .5..1, all that the program has grids for. eta 1.55, lobes and
+/// nodes of the page uniform, E_p >= .001 (less is uniform in the program). `split`: GLINT and the rest of TRT instead
+/// of TT, TRT and TRRT.
 class RandomRows {
  public:
   RandomRows(std::uint64_t seed, std::string domain, bool split)
@@ -37,8 +38,12 @@ class RandomRows {
     for (;;) {
       const int page = split_ ? (random_.next() < 0.5f ? fiber::glint_page : fiber::trt_rest_page)
                               : 1 + static_cast<int>(between(0, 3));
-      const auto e = static_cast<float>(between(0.7, 1));
-      auto sigma = static_cast<float>((domain_ == "wide" ? between(5, 25) : between(1, 10)) * degree);
+      const bool whole = domain_ == "whole";
+      const auto e = static_cast<float>(between(whole ? 0.5 : 0.7, 1));
+      auto sigma = static_cast<float>((whole               ? between(1, 45)
+                                       : domain_ == "wide" ? between(5, 25)
+                                                           : between(1, 10)) *
+                                      degree);
       if (domain_ == "hard") sigma = std::max(sigma, fiber::smallest_grid_sigma);
       // The key, and so the target, is the program's.
       Row row{fiber::elliptical_page(page, 1.55f, e, sigma), {}};

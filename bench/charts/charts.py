@@ -12,6 +12,7 @@ are never mixed: *noise* is against the same model converged (all equal-error ti
 against that of `fiber3d`. Timings are CPU time, ratios of them rather than seconds, of rounds in which the rivals take turns.
 """
 import hashlib
+import io
 import itertools
 import json
 import os
@@ -29,6 +30,7 @@ import figures  # noqa: E402
 import matplotlib  # noqa: E402
 import numpy  # noqa: E402
 import OpenImageIO  # noqa: E402
+import PIL.Image  # noqa: E402
 
 matplotlib.rcParams["svg.hashsalt"] = "tress"  # the same SVG of the same JSON
 import matplotlib.pyplot as pyplot  # noqa: E402
@@ -99,11 +101,12 @@ class Run:
         program = os.path.join(os.path.dirname(self.tress), "bench", "bench_" + name)
         return Done([program, *map(str, arguments)], environment)
 
-    def google_benchmark(self, name, pattern=".", min_time=0.05, repetitions=1):
-        """bench_NAME's JSON: a list of {name, cpu_time (ns), ...}, one a repetition, taken in random order."""
+    def google_benchmark(self, name, pattern=".", min_time=0.05, repetitions=1, environment=None):
+        """bench_NAME's JSON: a list of {name, cpu_time (ns), ...}, one a repetition, taken in random order; counters are
+        beside cpu_time under their own names."""
         out = self.bench(name, f"--benchmark_filter={pattern}", f"--benchmark_min_time={min_time}",
                          f"--benchmark_repetitions={repetitions}", "--benchmark_enable_random_interleaving=true",
-                         "--benchmark_format=json")
+                         "--benchmark_format=json", environment=environment)
         found = json.loads(out.stdout)["benchmarks"]
         return [one for one in found if one.get("run_type", "iteration") == "iteration"]
 
@@ -275,6 +278,14 @@ def interval(values):
             "values": list(values)}
 
 
+def by_name(measured, quantity="cpu_time"):
+    """{name: interval} of what google_benchmark() found."""
+    found = {}
+    for one in measured:
+        found.setdefault(one["run_name"], []).append(one[quantity])
+    return {name: interval(values) for name, values in found.items()}
+
+
 def interleaved(rivals, rounds, seed=0):
     """rivals: {name: function(round) -> {quantity: number}}. Every round asks all of them, in an order of its own.
     {name: {quantity: interval}}."""
@@ -342,9 +353,9 @@ STYLES = {
     "deon2011": ("#1f77b4", "v"), "chiang2016": ("#2ca02c", "^"), "marschner2003": ("#9467bd", "<"),
     "ou2012": ("#8c564b", ">"), "pekelis2015": ("#e377c2", "P"), "pekelis2015-printed": ("#f7b6d2", "X"),
     "eager": ("#ff9896", "s"), "em": ("#17becf", "^"), "appendix": ("#bcbd22", "v"),
-    "appendix-literal": ("#dbdb8d", "x"), "ais": ("#1f77b4", "D"), "table": ("#2ca02c", "P"), "cycles": ("#393b79", "h"),
+    "appendix-literal": ("#dbdb8d", "x"), "ais": ("#08306b", "D"), "table": ("#5f0f40", "P"), "cycles": ("#393b79", "h"),
     "cold": ("#d62728", "o"), "warm": ("#ff7f0e", "s"), "prebaked": ("#1f77b4", "D"),
-    "quadrature": ("#aec7e8", "v"),
+    "quadrature": ("#7fa8d9", "d"),
 }
 
 
@@ -364,7 +375,10 @@ class Chart:
 
     def save(self, path_without_suffix):
         self.figure.tight_layout()
-        for suffix in (".svg", ".png"):
-            self.figure.savefig(path_without_suffix + suffix, dpi=110,
-                                metadata={"Date": None} if suffix == ".svg" else None)
+        self.figure.savefig(path_without_suffix + ".svg", metadata={"Date": None})
+        pixels = io.BytesIO()
+        self.figure.savefig(pixels, format="png", dpi=110)
         pyplot.close(self.figure)
+        # 256 colors: a third of the bytes, and these pictures are in the repository.
+        picture = PIL.Image.open(pixels).convert("RGB").quantize(256, dither=PIL.Image.Dither.NONE)
+        picture.save(path_without_suffix + ".png", optimize=True)

@@ -2,6 +2,7 @@
 #include <benchmark/benchmark.h>
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -48,6 +49,70 @@ void longitudinal_sample(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(lobe.sample(u[i++ % inputs]));
 }
 BENCHMARK(longitudinal_sample);
+
+// The shapes of the paper's figure 4: a lobe of its own for each sample, and further samples of one lobe, with density.
+void shape_first(benchmark::State& state, fiber::LongitudinalShape shape) {
+  const auto known = uniform(-1.5f, 1.5f, 1), u = uniform(0, 1, 2);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const fiber::LongitudinalLobe lobe(known[i % inputs], 0.0262f, 0.08f, shape);
+    benchmark::DoNotOptimize(lobe.density(lobe.sample(u[i % inputs])));
+    ++i;
+  }
+}
+
+void shape_next(benchmark::State& state, fiber::LongitudinalShape shape) {
+  const auto u = uniform(0, 1, 2);
+  const fiber::LongitudinalLobe lobe(0.3f, 0.0262f, 0.08f, shape);
+  std::size_t i = 0;
+  for (auto _ : state) benchmark::DoNotOptimize(lobe.density(lobe.sample(u[i++ % inputs])));
+}
+
+void shape_evaluate(benchmark::State& state, fiber::LongitudinalShape shape) {
+  const auto known = uniform(-1.5f, 1.5f, 1), sampled = uniform(-1.5f, 1.5f, 2);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const fiber::LongitudinalLobe lobe(known[i % inputs], 0.0262f, 0.08f, shape);
+    benchmark::DoNotOptimize(lobe.density(sampled[i % inputs]));
+    ++i;
+  }
+}
+// The Gaussian as the paper draws it: Box and Muller, again until it falls into the hemisphere. First and next alike,
+// but for what a lobe takes to be made.
+float box_and_muller(RandomStream& random, float theta_r) {
+  constexpr float width = 1.497f * 0.08f, tilt = 0.0262f, two_pi = 6.2831853f;
+  for (;;) {
+    const float z = std::sqrt(-2 * std::log1p(-random.next())) * std::cos(two_pi * random.next());
+    const float theta = 2 * (tilt + width * z) - theta_r;
+    if (std::abs(theta) < fiber::half_pi) return theta;
+  }
+}
+void shape_first_box_muller(benchmark::State& state) {
+  const auto known = uniform(-1.5f, 1.5f, 1);
+  RandomStream random(2);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const float theta_r = known[i++ % inputs];
+    const fiber::LongitudinalLobe lobe(theta_r, 0.0262f, 0.08f, fiber::LongitudinalShape::gaussian);
+    benchmark::DoNotOptimize(lobe.density(box_and_muller(random, theta_r)));
+  }
+}
+BENCHMARK(shape_first_box_muller);
+void shape_next_box_muller(benchmark::State& state) {
+  RandomStream random(2);
+  const fiber::LongitudinalLobe lobe(0.3f, 0.0262f, 0.08f, fiber::LongitudinalShape::gaussian);
+  for (auto _ : state) benchmark::DoNotOptimize(lobe.density(box_and_muller(random, 0.3f)));
+}
+BENCHMARK(shape_next_box_muller);
+BENCHMARK_CAPTURE(shape_first, logistic, fiber::LongitudinalShape::logistic);
+BENCHMARK_CAPTURE(shape_first, gaussian, fiber::LongitudinalShape::gaussian);
+BENCHMARK_CAPTURE(shape_first, cauchy, fiber::LongitudinalShape::cauchy);
+BENCHMARK_CAPTURE(shape_next, logistic, fiber::LongitudinalShape::logistic);
+BENCHMARK_CAPTURE(shape_next, gaussian, fiber::LongitudinalShape::gaussian);
+BENCHMARK_CAPTURE(shape_next, cauchy, fiber::LongitudinalShape::cauchy);
+BENCHMARK_CAPTURE(shape_evaluate, logistic, fiber::LongitudinalShape::logistic);
+BENCHMARK_CAPTURE(shape_evaluate, gaussian, fiber::LongitudinalShape::gaussian);
+BENCHMARK_CAPTURE(shape_evaluate, cauchy, fiber::LongitudinalShape::cauchy);
 
 void reflection_construct(benchmark::State& state) {
   const auto known = uniform(-1.5f, 1.5f, 1), azimuth = uniform(-3.1f, 3.1f, 3);
