@@ -82,10 +82,10 @@ def draw_to_fiber(axis, found, kind):
                 axis.plot([at], [statistics.median(values)], linestyle="", markersize=4,
                           label=shape if i + j == 0 else None, **STYLES[shape])
         axis.text(i * (len(alphas) + 1) + 1.5, 2.2, lobe, ha="center", fontsize=9)
-    axis.set(yscale="log", ylim=(8e-5, 4), xlabel="roughness alpha (lines: over theta_r 0, 30, 60, 80)", ylabel="distance")
+    axis.set(yscale="log", ylim=(2e-5, 4), xlabel="roughness alpha (lines: over theta_r 0, 30, 60, 80)", ylabel="distance")
     axis.set_xticks([x for x, _ in ticks], [text for _, text in ticks], fontsize=7)
     axis.grid(True, axis="y", linewidth=0.3)
-    axis.legend(fontsize=7, loc="lower right")
+    axis.legend(fontsize=7, loc="lower center", ncol=3)
 
 
 def draw_lobe(axis, found, lobe):
