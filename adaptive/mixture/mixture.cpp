@@ -1,7 +1,10 @@
 #include "tress/adaptive/mixture.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <new>
 #include <numbers>
 
 #include "tress/adaptive/exp_of_negative.h"
@@ -40,6 +43,52 @@ float sample_shape(const SkewLogistic& shape, double u) {
 
 float uniform_angle(double u) { return wrap_angle(static_cast<float>((2.0 * u - 1.0) * std::numbers::pi)); }
 
+template <class Parts>
+float energy_of(const Parts& parts, float uniform_weight) {
+  float sum = uniform_weight;
+  for (const auto& part : parts) sum += part.weight;
+  return sum;
+}
+
+template <class Parts>
+float density_of(const Parts& parts, float uniform_weight, float phi) {
+  float sum = uniform_weight * inverse_two_pi;
+  for (const auto& part : parts) sum += part.weight * part.shape.density(phi);
+  return sum;
+}
+
+template <class Parts>
+float proposal_density_of(const Parts& parts, float uniform_weight, float phi, float u_share) {
+  const float mass = energy_of(parts, uniform_weight);
+  if (!(mass > 0.0f)) return inverse_two_pi;
+  return (1.0f - u_share) * density_of(parts, uniform_weight, phi) / mass + u_share * inverse_two_pi;
+}
+
+template <class Parts>
+float sample_of(const Parts& parts, float uniform_weight, float u, float u_share) {
+  const double share = u_share;
+  const double mass = energy_of(parts, uniform_weight);
+  if (!(mass > 0.0)) return uniform_angle(u);
+  if (u < share) return uniform_angle(u / share);
+  double left = (u - share) / (1.0 - share) * mass;  // of the mass that is still to be passed over
+  for (const auto& part : parts) {
+    const double weight = part.weight;
+    if (left < weight) return sample_shape(part.shape, left / weight);
+    left -= weight;
+  }
+  if (uniform_weight > 0.0f) return uniform_angle(std::min(left / uniform_weight, 1.0));
+  // Rounding of the sum passed over the last component: its end.
+  return parts.empty() ? uniform_angle(u) : sample_shape(parts.back().shape, 1.0);
+}
+
+// A float >= 0 to the nearest of those of 8 bits behind the point: what is left of it without the sign and the last 15.
+std::uint16_t upper_bits(float x) {
+  const auto bits = std::bit_cast<std::uint32_t>(x > 0 ? x : 0.0f);
+  return static_cast<std::uint16_t>(std::min((bits + 0x4000u) >> 15, 0xfeffu));  // the largest finite one
+}
+
+float float_of(std::uint16_t upper) { return std::bit_cast<float>(static_cast<std::uint32_t>(upper) << 15); }
+
 }  // namespace
 
 float wrap_turns(float x) {
@@ -60,38 +109,49 @@ float SkewLogistic::density(float phi) const {
 
 float SkewLogistic::sample(float u) const { return sample_shape(*this, u); }
 
-float Mixture::energy() const {
-  float sum = uniform_weight;
-  for (const Component& part : parts()) sum += part.weight;
-  return sum;
-}
-
-float Mixture::density(float phi) const {
-  float sum = uniform_weight * inverse_two_pi;
-  for (const Component& part : parts()) sum += part.weight * part.shape.density(phi);
-  return sum;
-}
-
+float Mixture::energy() const { return energy_of(parts(), uniform_weight); }
+float Mixture::density(float phi) const { return density_of(parts(), uniform_weight, phi); }
 float Mixture::proposal_density(float phi, float u_share) const {
-  const float mass = energy();
-  if (!(mass > 0.0f)) return inverse_two_pi;
-  return (1.0f - u_share) * density(phi) / mass + u_share * inverse_two_pi;
+  return proposal_density_of(parts(), uniform_weight, phi, u_share);
+}
+float Mixture::sample(float u, float u_share) const { return sample_of(parts(), uniform_weight, u, u_share); }
+
+float PackedMixture::energy() const { return energy_of(parts(), uniform_weight); }
+float PackedMixture::density(float phi) const { return density_of(parts(), uniform_weight, phi); }
+float PackedMixture::proposal_density(float phi, float u_share) const {
+  return proposal_density_of(parts(), uniform_weight, phi, u_share);
+}
+float PackedMixture::sample(float u, float u_share) const { return sample_of(parts(), uniform_weight, u, u_share); }
+
+PackedMixture::Attribute PackedMixture::rounded(float mean, float variance) {
+  return {upper_bits(mean), upper_bits(variance)};
 }
 
-float Mixture::sample(float u, float u_share) const {
-  const double share = u_share;
-  const double mass = energy();
-  if (!(mass > 0.0)) return uniform_angle(u);
-  if (u < share) return uniform_angle(u / share);
-  double left = (u - share) / (1.0 - share) * mass;  // of the mass that is still to be passed over
-  for (const Component& part : parts()) {
-    const double weight = part.weight;
-    if (left < weight) return sample_shape(part.shape, left / weight);
-    left -= weight;
+PackedMixture::PackedMixture(const Mixture& fit, float known_objective)
+    : objective(known_objective),
+      uniform_weight(fit.uniform_weight),
+      component_count(fit.component_count),
+      uniform_attribute_(rounded(fit.uniform_attribute_mean, fit.uniform_attribute_variance)) {}
+
+PackedMixture* PackedMixture::put(void* memory, const Mixture& fit, float objective) {
+  auto* packed = new (memory) PackedMixture(fit, objective);
+  auto* next = reinterpret_cast<Part*>(packed + 1);
+  for (const Component& part : fit.parts()) {
+    new (next++) Part{part.shape, part.weight, rounded(part.attribute_mean, part.attribute_variance)};
   }
-  if (uniform_weight > 0.0f) return uniform_angle(std::min(left / uniform_weight, 1.0));
-  // Rounding of the sum passed over the last component: its end.
-  return component_count > 0 ? sample_shape(components[component_count - 1].shape, 1.0) : uniform_angle(u);
+  return packed;
+}
+
+PackedMixture::operator Mixture() const {
+  Mixture fit;
+  for (const Part& part : parts()) {
+    fit.components[fit.component_count++] = {part.shape, part.weight, float_of(part.attribute.mean),
+                                             float_of(part.attribute.variance)};
+  }
+  fit.uniform_weight = uniform_weight;
+  fit.uniform_attribute_mean = float_of(uniform_attribute_.mean);
+  fit.uniform_attribute_variance = float_of(uniform_attribute_.variance);
+  return fit;
 }
 
 }  // namespace tress::adaptive

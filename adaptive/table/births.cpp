@@ -29,7 +29,9 @@ std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   const Page& page = *pages_[candidate.page];
   const auto found = page.dormant.find(candidate.node);
   if (!needs_nodes(candidate)) {
-    return sizeof(Row) + (found->second.knots.empty() ? 0 : Row::bytes_of(found->second.knots));
+    const CachedRow& row = found->second;
+    return sizeof(Row) +
+           (row.knots.empty() ? PackedMixture::bytes_of(row.fit.component_count) : sizeof(KnotRow) + row.knots.bytes());
   }
   const bool keeps_earlier = found != page.dormant.end() && found->second.state == RowState::converged;
   return sizeof(Row) + Learning::bytes_before_nodes(page.description.blur_rad, learner_bytes_) +
@@ -56,27 +58,26 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
   const CachedRow* cached = found == page.dormant.end() ? nullptr : &found->second;
   if (cached != nullptr) {
     row.generation = cached->generation;
-    row.count = cached->count;
-    row.energy = cached->energy;
-  }
-  if (cached != nullptr && cached->state == RowState::converged) {
-    const bool is_knots = !cached->knots.empty();
-    row.fit = cached->fit;
-    row.has_fit = !is_knots;
-    row.objective = cached->objective;
     if (answers(*cached)) {
-      if (is_knots) row.knots = std::make_unique<const KnotTable>(cached->knots);
-      row.state = RowState::converged;
+      row.set_count(cached->count);
+      row.energy = cached->energy;
       row.audit = stream_of(row, 0).next_bits() % audit_one_in == 0 ? Audit::due : Audit::possible;
+      outcome.cached = cached;
       return outcome;
     }
+    row.learning->count = cached->count;
+  }
+  if (cached != nullptr && cached->state == RowState::converged) {
+    row.learning->fit = cached->fit;
+    row.learning->has_fit = cached->knots.empty();
+    row.learning->objective = cached->objective;
     row.learning->earlier = std::make_unique<const CachedRow>(*cached);
   }
   row.energy = row.learning->nodes->energy();
   if (cached != nullptr) row.learning->sketch.merge(cached->sketch);
   if (cached != nullptr && outdated(row)) {
     row.learning->sketch.clear();
-    row.count = 0;
+    row.learning->count = 0;
     ++row.generation;
     outcome.reopened = true;
   }
@@ -114,23 +115,26 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       }
       bytes_ += size;
       sizes.push_back(size);
-      auto row = std::make_unique<Row>(one.page, one.node);
-      if (needs_nodes(one)) {
-        row->learning = std::make_unique<Learning>(std::move(one.nodes), options_.learner);
-        row->learning->born_pass = pass_;
-        row->learning->touches_at_birth = one.touches;
-      }
       pages_[one.page]->slots[one.node].row = static_cast<std::uint32_t>(rows_.size());
-      rows_.push_back(std::move(row));
+      Row& row = rows_.emplace_back(one.page, one.node);
+      if (needs_nodes(one)) {
+        row.learning = std::make_unique<Learning>(std::move(one.nodes), options_.learner);
+        row.learning->born_pass = pass_;
+        row.learning->touches_at_birth = one.touches;
+      }
     }
     std::vector<Outcome> outcomes(rows_.size() - first);
-    tbb::parallel_for(std::size_t{0}, outcomes.size(), [&](std::size_t i) { outcomes[i] = settle(*rows_[first + i]); });
+    tbb::parallel_for(std::size_t{0}, outcomes.size(), [&](std::size_t i) { outcomes[i] = settle(rows_[first + i]); });
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
-      const Row& row = *rows_[first + i];
+      Row& row = rows_[first + i];
+      if (outcomes[i].cached != nullptr) {
+        show(row, *outcomes[i].cached);
+      } else {
+        show(row, outcomes[i].converged);
+      }
       pages_[row.page]->dormant.erase(row.node);
-      bytes_ = bytes_ - sizes[i] + row.bytes();  // its learner may be done with it already
-      show(static_cast<std::uint32_t>(first + i));
-      changes_.push_back({row.page, row.node, row.state});
+      bytes_ = bytes_ - sizes[i] + bytes_of(row);  // its learner may be done with it already
+      changes_.push_back({row.page, row.node, row.state()});
       report.g_evaluations += outcomes[i].g_evaluations;
       report.refits += outcomes[i].refits;
       report.newly_converged += outcomes[i].converged ? 1 : 0;

@@ -35,23 +35,24 @@ void keep_dormant(Page& page, CachedPage&& cached) {
   }
 }
 
-CachedRow cached_form(const Row& row) {
+CachedRow cached_form(const Row& row, const Slot& slot) {
   if (row.learning && row.learning->earlier) return *row.learning->earlier;
   CachedRow cached;
   cached.node = row.node;
   cached.generation = row.generation;
   cached.energy = row.energy;
-  cached.count = row.count;
-  if (row.state == RowState::converged) {
-    cached.state = RowState::converged;
-    if (row.knots) {
-      cached.knots = *row.knots;
-    } else {
-      cached.fit = row.fit;
-    }
-    cached.objective = row.objective;
-  } else {
+  cached.count = row.taught();
+  if (row.learning) {
     cached.sketch = row.learning->sketch.bins();
+    return cached;
+  }
+  cached.state = RowState::converged;
+  if (const KnotRow* knots = slot.knots()) {
+    cached.knots = knots->table;
+    cached.objective = knots->objective;
+  } else {
+    cached.fit = *slot.mixture();
+    cached.objective = slot.mixture()->objective;
   }
   return cached;
 }
@@ -135,7 +136,7 @@ TableImage Service::Table::snapshot() const {
     CachedPage cached{page.description, {}};
     for (std::uint32_t n = 0; n < page.description.node_count(); ++n) {
       if (page.slots[n].row != Slot::no_row) {
-        cached.rows.push_back(cached_form(*rows_[page.slots[n].row]));
+        cached.rows.push_back(cached_form(rows_[page.slots[n].row], page.slots[n]));
       } else if (const auto dormant = page.dormant.find(n); dormant != page.dormant.end()) {
         cached.rows.push_back(dormant->second);
       }

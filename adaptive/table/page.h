@@ -4,12 +4,15 @@
 #include <atomic>
 #include <bit>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <vector>
 
 #include "tress/adaptive/cache.h"
+#include "tress/adaptive/knot_table.h"
+#include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/traced_nodes.h"
 
@@ -29,31 +32,70 @@ struct KeyLess {
   bool operator()(const PageKey& a, const PageKey& b) const { return compare_keys(a, b) < 0; }
 };
 
-/// A node, and all that a look-up reads: half a cache line. Of a row that is born it repeats what the row publishes.
-struct alignas(32) Slot {
-  static constexpr std::uint32_t no_row = ~0u;
-  std::atomic<std::uint32_t> touches{0};           ///< look-ups over all passes (modulo 2^32)
-  std::uint32_t row = no_row;                      ///< index into the table's rows; changes between passes
-  std::atomic<const TracedNodes*> nodes{nullptr};  ///< the row's; unborn: this pass's trace, owned
-  const void* answer = nullptr;                    ///< the row's Mixture, or KnotTable; null before the first fit
-  float objective = 1;
-  RowState state = RowState::unborn;
-  bool is_knots = false;  ///< what `answer` is
+struct Learning;
 
-  /// Of an unborn node.
+/// The answer of a converged row that is a knot table.
+struct KnotRow {
+  KnotTable table;
+  float objective;  ///< known error, as RowView::objective
+  std::size_t bytes() const { return sizeof(KnotRow) + table.bytes(); }
+};
+
+/// A node, and what answers for it.
+struct alignas(16) Slot {
+  static constexpr std::uint32_t no_row = ~0u;
+  /// What the word points to, in its lowest bits.
+  enum class Kind : std::uintptr_t {
+    traced,    ///< TracedNodes of an unborn node, of this pass, owned; or null
+    learning,  ///< Learning of an open or refused row
+    mixture,   ///< PackedMixture of a converged row
+    knots,     ///< KnotRow of a converged row, owned
+  };
+
+  std::atomic<std::uint32_t> touches{0};  ///< look-ups over all passes (modulo 2^32)
+  std::uint32_t row = no_row;             ///< index into the table's rows; changes between passes
+  std::atomic<std::uintptr_t> word{0};
+
+  static Kind kind_of(std::uintptr_t word) { return static_cast<Kind>(word & 3); }
+  template <class T>
+  static const T* target_of(std::uintptr_t word) {
+    return reinterpret_cast<const T*>(word & ~std::uintptr_t{3});
+  }
+  template <class T>
+  static std::uintptr_t word_of(const T* target, Kind kind) {
+    return reinterpret_cast<std::uintptr_t>(target) | static_cast<std::uintptr_t>(kind);
+  }
+
+  /// Null if that is not what answers. Between passes.
+  template <class T>
+  const T* get(Kind kind) const {
+    const std::uintptr_t now = word.load(std::memory_order_relaxed);
+    return kind_of(now) == kind ? target_of<T>(now) : nullptr;
+  }
+  const PackedMixture* mixture() const { return get<PackedMixture>(Kind::mixture); }
+  const KnotRow* knots() const { return get<KnotRow>(Kind::knots); }
+
+  /// Puts it in the place of what answered, which is let go if it was owned. Between passes.
+  template <class T>
+  void set(const T* target, Kind kind) {
+    delete knots();
+    delete get<TracedNodes>(Kind::traced);
+    word.store(word_of(target, kind), std::memory_order_relaxed);
+  }
+  /// The memo of an unborn node, if there is one.
   std::unique_ptr<const TracedNodes> take_memo() {
-    return std::unique_ptr<const TracedNodes>(nodes.exchange(nullptr, std::memory_order_relaxed));
+    std::unique_ptr<const TracedNodes> memo(get<TracedNodes>(Kind::traced));
+    if (memo) word.store(0, std::memory_order_relaxed);
+    return memo;
   }
 };
-static_assert(sizeof(Slot) == 32);
+static_assert(sizeof(Slot) == 16);
 
 struct Page {
   explicit Page(const PageDescription& d)
       : description(d), slots(std::make_unique<Slot[]>(d.node_count())), touches_before(d.node_count(), 0) {}
   ~Page() {
-    for (std::uint32_t n = 0; n < description.node_count(); ++n) {
-      if (slots[n].row == Slot::no_row) slots[n].take_memo();
-    }
+    for (std::uint32_t n = 0; n < description.node_count(); ++n) slots[n].set<TracedNodes>(nullptr, Slot::Kind::traced);
   }
   Page(const Page&) = delete;
   Page& operator=(const Page&) = delete;

@@ -26,59 +26,61 @@ void Service::Table::update_rows(PassReport& report) {
   double weighted_samples = 0;
   std::uint64_t scored = 0;
   for (std::uint32_t i = 0; i < rows_.size(); ++i) {
-    Row& row = *rows_[i];
+    Row& row = rows_[i];
     Page& page = *pages_[row.page];
     const bool asked = page.slots[row.node].touches.load(std::memory_order_relaxed) != page.touches_before[row.node];
     const bool told = row.learning && row.learning->observed.load(std::memory_order_relaxed) != 0;
     // The first cached row that is asked is checked for its page, beside those chosen by key.
     const bool audits = row.audit == Audit::due || (row.audit == Audit::possible && !page.audited);
-    if (row.state == RowState::open ? asked || told : row.state == RowState::converged && audits && asked) {
+    const RowState state = row.state();
+    if (state == RowState::open ? asked || told : state == RowState::converged && audits && asked) {
       dirty.push_back(i);
-      page.audited = page.audited || row.state == RowState::converged;
+      page.audited = page.audited || state == RowState::converged;
     }
   }
   std::vector<Outcome> outcomes(dirty.size());
   std::vector<std::size_t> sizes(dirty.size());
   std::set<PageId> suspect;  // pages with a row that no longer fits
   tbb::parallel_for(std::size_t{0}, dirty.size(), [&](std::size_t i) {
-    Row& row = *rows_[dirty[i]];
-    sizes[i] = row.bytes();
+    Row& row = rows_[dirty[i]];
+    sizes[i] = bytes_of(row);
     outcomes[i] = update(row);
   });
   for (std::size_t i = 0; i < dirty.size(); ++i) {
-    Row& row = *rows_[dirty[i]];
+    Row& row = rows_[dirty[i]];
     Outcome& outcome = outcomes[i];
+    if (row.learning) show(row, outcome.converged);
     if (outcome.audit_failed) {
       const std::size_t wanted =
           Learning::bytes_before_nodes(pages_[row.page]->description.blur_rad, learner_bytes_) + outcome.nodes->bytes();
       if (bytes_ + wanted <= options_.memory_bytes) {
         const Outcome again = reopen(row, std::move(outcome.nodes));
+        show(row, again.converged);
         report.g_evaluations += again.g_evaluations;
         report.refits += again.refits;
         report.newly_converged += again.converged ? 1 : 0;
         ++reopened_;
-        changes_.push_back({row.page, row.node, row.state});
+        changes_.push_back({row.page, row.node, row.state()});
       } else {
         row.audit = Audit::due;  // looked at again when there is room
       }
       suspect.insert(row.page);
     }
-    bytes_ = bytes_ - sizes[i] + row.bytes();
-    show(dirty[i]);
+    bytes_ = bytes_ - sizes[i] + bytes_of(row);
     report.g_evaluations += outcome.g_evaluations;
     report.top_ups += outcome.top_ups;
     report.refits += outcome.refits;
     report.traces += outcome.traces;
     report.newly_converged += outcome.converged ? 1 : 0;
-    if (outcome.changed) changes_.push_back({row.page, row.node, row.state});
+    if (outcome.changed) changes_.push_back({row.page, row.node, row.state()});
     if (outcome.weights.count > 0 && outcome.weights.mean_square > 0) {
       const Moments& w = outcome.weights;
       weighted_samples += static_cast<double>(w.count) * w.mean * w.mean / w.mean_square;
       scored += w.count;
     }
   }
-  for (const std::unique_ptr<Row>& row : rows_) {
-    if (row->audit == Audit::possible && suspect.contains(row->page)) row->audit = Audit::due;
+  for (Row& row : rows_) {
+    if (row.audit == Audit::possible && suspect.contains(row.page)) row.audit = Audit::due;
   }
   if (scored > 0) report.effective_sample_size = weighted_samples / static_cast<double>(scored);
 }
@@ -103,7 +105,7 @@ PassReport Service::Table::publish() {
       const std::uint32_t queries = touches - page.touches_before[n];
       report.queries += queries;
       if (slot.row != Slot::no_row) {
-        if (rows_[slot.row]->state == RowState::converged) report.converged_queries += queries;
+        if (rows_[slot.row].state() == RowState::converged) report.converged_queries += queries;
       } else if (learns_ && touches >= options_.touches_to_birth() && touches > 0) {
         candidates.push_back({p, n, touches, slot.take_memo()});
       } else {
@@ -135,18 +137,22 @@ PassReport Service::Table::publish() {
 
 void Service::Table::fill_totals(PassReport& report) const {
   std::vector<float> objectives;
-  for (const std::unique_ptr<Row>& row : rows_) {
-    report.rows_open += row->state == RowState::open ? 1 : 0;
-    report.rows_refused += row->state == RowState::refused ? 1 : 0;
-    if (row->state == RowState::converged) {
+  for (const Row& row : rows_) {
+    const Slot& slot = slot_of(row);
+    float objective = 0;
+    if (row.learning) {
+      ++(row.state() == RowState::refused ? report.rows_refused : report.rows_open);
+      objective = row.learning->objective;
+    } else if (const KnotRow* knots = slot.knots()) {
       ++report.rows_converged;
-      if (row->knots) {
-        ++report.knots[static_cast<std::size_t>(std::countr_zero(row->knots->knots().size() / KnotTable::fewest))];
-      } else {
-        ++report.components[row->fit.component_count];
-      }
+      ++report.knots[static_cast<std::size_t>(std::countr_zero(knots->table.knots().size() / KnotTable::fewest))];
+      objective = knots->objective;
+    } else {
+      ++report.rows_converged;
+      ++report.components[slot.mixture()->component_count];
+      objective = slot.mixture()->objective;
     }
-    if (row->objective >= 0) objectives.push_back(row->objective);
+    if (objective >= 0) objectives.push_back(objective);
   }
   report.rows_reopened = reopened_;
   report.bytes = bytes_;
@@ -164,16 +170,24 @@ void Service::Table::announce() {
   if (!listener_) return;
   for (const RowChange& change : changes_) {
     const Page& page = *pages_[change.page];
-    const Row& row = *rows_[page.slots[change.node].row];
+    const Slot& slot = page.slots[change.node];
+    const Row& row = rows_[slot.row];
     RowReport report;
     report.page = page.description.key;
     report.node = change.node;
-    report.state = row.state;
-    report.objective = row.objective;
-    report.count = row.count;
-    report.components = row.has_fit ? row.fit.component_count : 0;
-    report.knots = row.knots ? static_cast<std::uint32_t>(row.knots->knots().size()) : 0;
-    report.failed_tests = row.failed;
+    report.state = row.state();
+    report.count = row.taught();
+    report.failed_tests = row.failed_tests();
+    if (row.learning) {
+      report.objective = row.learning->objective;
+      report.components = row.learning->has_fit ? row.learning->fit.component_count : 0;
+    } else if (const KnotRow* knots = slot.knots()) {
+      report.objective = knots->objective;
+      report.knots = static_cast<std::uint32_t>(knots->table.knots().size());
+    } else {
+      report.objective = slot.mixture()->objective;
+      report.components = slot.mixture()->component_count;
+    }
     listener_(report);
   }
 }

@@ -1,6 +1,7 @@
 // One row of the table: what is published of it, what teaches it, and how its tests stand.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -24,8 +25,8 @@ enum class Audit : std::uint8_t {
   due,       ///< from a cache; checked when it is next asked
 };
 
-/// What an open or refused row needs beside what is published of it. During a pass only `sketch`, `observed`, `weights`
-/// and the scores of `stop` are written, all by atomics whose result does not depend on the order.
+/// What an open or refused row is, beyond its Row. During a pass only `sketch`, `observed`, `weights` and the scores of
+/// `stop` are written, all by atomics whose result does not depend on the order.
 struct Learning {
   /// failed: tests that the row has failed before.
   Learning(std::unique_ptr<const TracedNodes> traced, Learner method, std::uint32_t failed = 0)
@@ -38,6 +39,14 @@ struct Learning {
   Sketch sketch;
   std::unique_ptr<RowLearner> learner;
   StopTest stop;
+
+  Mixture fit;  ///< the proposal
+  bool has_fit = false;
+  std::unique_ptr<const KnotTable> knots;  ///< what the row is to be answered by in place of `fit`
+  float objective = -1;                    ///< bound of the last test, negative before the first
+  std::uint64_t count = 0;                 ///< g evaluations that taught it, those of the running pass not yet in
+  /// `fit` as readers see it, in the table's store; null before the first one.
+  const PackedMixture* published = nullptr;
   /// Set while a row that a cache held as converged, at a larger epsilon, is open: what a snapshot goes on saving.
   std::unique_ptr<const CachedRow> earlier;
 
@@ -47,9 +56,10 @@ struct Learning {
   std::atomic<std::uint64_t> observed{0};  ///< g evaluations told by the host since the last publish()
   FixedMoments<14> weights;                ///< of g/(q energy), since the last publish()
 
-  /// learner_bytes: RowLearner::bytes() of the method.
+  /// learner_bytes: RowLearner::bytes() of the method. What is published counts as if it were of the largest size.
   static std::size_t bytes_before_nodes(float blur_rad, std::size_t learner_bytes) {
-    return sizeof(Learning) + learner_bytes + sizeof(std::uint64_t) * Sketch::bin_count(blur_rad);
+    return sizeof(Learning) + learner_bytes + sizeof(std::uint64_t) * Sketch::bin_count(blur_rad) +
+           PackedMixture::bytes_of(Mixture::max_components);
   }
   std::size_t bytes() const {
     return bytes_before_nodes(nodes->blur_rad(), learner->bytes()) + nodes->bytes() +
@@ -57,43 +67,36 @@ struct Learning {
   }
   /// Of a cached row that is kept.
   static std::size_t bytes_of(const CachedRow& row) { return sizeof(CachedRow) + row.knots.bytes(); }
+
+  RowState state() const { return stop.verdict() == StopTest::Verdict::refused ? RowState::refused : RowState::open; }
+
+  /// Scores the published fit at x, whose g was drawn with density q (1/rad). Any thread.
+  void add_score(float x, float g, float q) {
+    stop.add(static_cast<double>(g) - fit.density(x), q, nodes->variation());
+    if (nodes->energy() > 0) weights.add(static_cast<double>(g) / (static_cast<double>(q) * nodes->energy()));
+  }
 };
 
-/// Changes between passes, by one thread a row.
+/// Changes between passes, by one thread a row. What answers for it is in its Slot.
 struct Row {
   Row(std::uint32_t page_index, std::uint32_t node_index) : page(page_index), node(node_index) {}
 
   std::uint32_t page;
   std::uint32_t node;
-  RowState state = RowState::open;
-  bool has_fit = false;
-  Audit audit = Audit::none;
-  float objective = -1;  ///< bound of the last test, negative before the first; once converged, the stored bound
-  float energy = 0;      ///< mass of g
-  std::uint32_t generation = 0;            ///< raised by each reopening
-  std::uint32_t failed = 0;                ///< tests failed, in all
-  std::uint64_t count = 0;                 ///< g evaluations that taught it, those of the running pass not yet in
-  std::unique_ptr<Learning> learning;      ///< null once converged
-  Mixture fit;                             ///< published; the answer of a converged row, the proposal of an open one
-  std::unique_ptr<const KnotTable> knots;  ///< the answer of a converged row in place of `fit`; null for all others
+  float energy = 0;              ///< mass of g
+  std::uint32_t generation = 0;  ///< raised by each reopening
+  // Of a row that has converged; while it is open these are in `learning`.
+  std::uint64_t count : 48 = 0;  ///< g evaluations that taught it
+  std::uint64_t failed : 8 = 0;  ///< tests failed, in all; 255: or more
+  Audit audit : 8 = Audit::none;
+  std::unique_ptr<Learning> learning;  ///< null once converged
 
-  std::size_t bytes() const {
-    return sizeof(Row) + (knots ? bytes_of(*knots) : 0) + (learning ? learning->bytes() : 0);
-  }
-  static std::size_t bytes_of(const KnotTable& table) { return sizeof(KnotTable) + table.bytes(); }
-
-  // What is published, of either kind.
-  float density(float x) const { return knots ? knots->density(x) : fit.density(x); }
-  float proposal_density(float x, float share) const {
-    return knots ? knots->proposal_density(x, share) : fit.proposal_density(x, share);
-  }
-  float sample(float u, float share) const { return knots ? knots->sample(u, share) : fit.sample(u, share); }
-
-  /// Scores the published fit at x, whose g was drawn with density q (1/rad). Open rows; any thread.
-  void add_score(float x, float g, float q) {
-    learning->stop.add(static_cast<double>(g) - fit.density(x), q, learning->nodes->variation());
-    if (energy > 0) learning->weights.add(static_cast<double>(g) / (static_cast<double>(q) * energy));
-  }
+  RowState state() const { return learning ? learning->state() : RowState::converged; }
+  std::uint64_t taught() const { return learning ? learning->count : count; }
+  std::uint32_t failed_tests() const { return learning ? learning->stop.failed() : failed; }
+  void set_count(std::uint64_t n) { count = std::min(n, (std::uint64_t{1} << 48) - 1); }
+  void set_failed(std::uint32_t n) { failed = std::min(n, 255u); }
 };
+static_assert(sizeof(Row) <= 32);
 
 }  // namespace tress::adaptive

@@ -38,10 +38,10 @@ Lesson Service::Table::lesson_of(Row& row) const {
       .random = stream_of(row, learner_purpose),
       .components = static_cast<int>(std::clamp<std::uint32_t>(
           std::min(options_.max_components, pages_[row.page]->description.max_components), 1, Mixture::max_components)),
-      .fit = row.fit,
-      .has_fit = row.has_fit,
-      .knots = row.knots,
-      .count = row.count};
+      .fit = learning.fit,
+      .has_fit = learning.has_fit,
+      .knots = learning.knots,
+      .count = learning.count};
 }
 
 void Service::Table::begin(Row& row, Outcome& outcome) const {
@@ -51,22 +51,22 @@ void Service::Table::begin(Row& row, Outcome& outcome) const {
 }
 
 std::uint64_t Service::Table::top_up(Row& row) const {
-  const std::uint32_t touches = pages_[row.page]->slots[row.node].touches.load(std::memory_order_relaxed);
+  Learning& learning = *row.learning;
+  const std::uint32_t touches = slot_of(row).touches.load(std::memory_order_relaxed);
   const std::uint64_t wanted = options_.scores_per_test();
-  const std::uint64_t have = row.learning->stop.scores();
-  if (row.learning->born_pass >= pass_ || !row.has_fit ||
-      touches - row.learning->touches_at_birth < queries_before_top_up)
+  const std::uint64_t have = learning.stop.scores();
+  if (learning.born_pass >= pass_ || !learning.has_fit || touches - learning.touches_at_birth < queries_before_top_up)
     return 0;
   if (have >= wanted) return 0;
   RandomStream random = stream_of(row, top_up_purpose);
   for (std::uint64_t i = have; i < wanted; ++i) {
-    const float x = row.fit.sample(random.next(), options_.uniform_share_open);
-    const float q = row.fit.proposal_density(x, options_.uniform_share_open);
-    const float g = row.learning->nodes->density(x);
-    row.add_score(x, g, q);
-    row.learning->sketch.offer(x, g);
+    const float x = learning.fit.sample(random.next(), options_.uniform_share_open);
+    const float q = learning.fit.proposal_density(x, options_.uniform_share_open);
+    const float g = learning.nodes->density(x);
+    learning.add_score(x, g, q);
+    learning.sketch.offer(x, g);
   }
-  row.count += wanted - have;
+  learning.count += wanted - have;
   return wanted - have;
 }
 
@@ -74,30 +74,24 @@ void Service::Table::conclude(Row& row, const Lesson& lesson, Outcome& outcome) 
   outcome.g_evaluations += lesson.g_evaluations;
   outcome.refits += lesson.fits;
   outcome.changed = outcome.changed || lesson.fits > 0;
-  const StopTest& stop = row.learning->stop;
-  if (stop.bound() >= 0) row.objective = stop.bound();
-  row.failed = stop.failed();
-  if (stop.verdict() == StopTest::Verdict::undecided) return;
+  Learning& learning = *row.learning;
+  if (learning.stop.bound() >= 0) learning.objective = learning.stop.bound();
+  if (learning.stop.verdict() == StopTest::Verdict::undecided) return;
   outcome.changed = true;
-  if (stop.verdict() == StopTest::Verdict::refused) {
-    row.state = RowState::refused;
-    return;
-  }
-  row.state = RowState::converged;
-  if (row.knots) {
-    row.knots = std::make_unique<const KnotTable>(with_attributes(*row.knots, *row.learning->nodes));
+  if (learning.stop.verdict() == StopTest::Verdict::refused) return;
+  if (learning.knots) {
+    learning.knots = std::make_unique<const KnotTable>(with_attributes(*learning.knots, *learning.nodes));
   } else {
-    assign_attributes(row.fit, *row.learning->nodes);
+    assign_attributes(learning.fit, *learning.nodes);
   }
-  row.learning.reset();
   outcome.converged = true;
 }
 
 Service::Table::Outcome Service::Table::update(Row& row) const {
-  if (row.state == RowState::converged) return audit(row);
+  if (!row.learning) return audit(row);
   Outcome outcome;
   outcome.g_evaluations = row.learning->observed.exchange(0, std::memory_order_relaxed);
-  row.count += outcome.g_evaluations;
+  row.learning->count += outcome.g_evaluations;
   Lesson lesson = lesson_of(row);
   row.learning->learner->before_test(lesson);
   outcome.top_ups = top_up(row);
@@ -105,7 +99,7 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
   outcome.weights = row.learning->weights.moments();
   row.learning->weights.clear();
   lesson.own_draws = outcome.weights.count;
-  if (row.has_fit) row.learning->stop.run(options_);
+  if (row.learning->has_fit) row.learning->stop.run(options_);
   if (row.learning->stop.verdict() == StopTest::Verdict::undecided) row.learning->learner->learn(lesson);
   conclude(row, lesson, outcome);
   return outcome;
@@ -114,13 +108,14 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
 Service::Table::Outcome Service::Table::audit(Row& row) const {
   Outcome outcome;
   row.audit = Audit::none;
+  const RowView view = view_of(slot_of(row));
   std::unique_ptr<const TracedNodes> nodes = trace(row.page, row.node);
   RandomStream random = stream_of(row, audit_purpose);
   FixedMoments<2> scores;
   for (int i = 0; i < audit_draws; ++i) {
-    const float x = row.sample(random.next(), options_.uniform_share_open);
-    const double q = row.proposal_density(x, options_.uniform_share_open);
-    const double r = static_cast<double>(nodes->density(x)) - row.density(x);
+    const float x = view.sample(random.next(), options_.uniform_share_open);
+    const double q = view.proposal_density(x, options_.uniform_share_open);
+    const double r = static_cast<double>(nodes->density(x)) - view.density(x);
     scores.add(r * r / (q * nodes->variation()));
   }
   outcome.traces = 1;
@@ -134,16 +129,11 @@ Service::Table::Outcome Service::Table::audit(Row& row) const {
 
 Service::Table::Outcome Service::Table::reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const {
   Outcome outcome;
-  row.learning = std::make_unique<Learning>(std::move(nodes), options_.learner, row.failed);
-  row.state = RowState::open;
+  row.learning = std::make_unique<Learning>(std::move(nodes), options_.learner, row.failed_tests());
   ++row.generation;
   row.energy = row.learning->nodes->energy();
-  row.has_fit = false;
-  row.knots.reset();
-  row.count = 0;
-  row.objective = -1;
   row.learning->born_pass = pass_;
-  row.learning->touches_at_birth = pages_[row.page]->slots[row.node].touches.load(std::memory_order_relaxed);
+  row.learning->touches_at_birth = slot_of(row).touches.load(std::memory_order_relaxed);
   begin(row, outcome);
   return outcome;
 }

@@ -7,23 +7,35 @@
 #include "table/table.h"
 
 namespace tress::adaptive {
-namespace {
-
 RowView view_of(const Slot& slot) {
   RowView view;
-  view.state = slot.state;
-  if (slot.is_knots) {
-    view.knots = static_cast<const KnotTable*>(slot.answer);
-  } else {
-    view.fit = static_cast<const Mixture*>(slot.answer);
-  }
-  view.nodes = slot.nodes.load(std::memory_order_relaxed);
   view.row = slot.row;
-  view.objective = slot.objective;
+  const std::uintptr_t word = slot.word.load(std::memory_order_relaxed);
+  switch (Slot::kind_of(word)) {
+    case Slot::Kind::traced:
+      view.nodes = Slot::target_of<TracedNodes>(word);
+      break;
+    case Slot::Kind::learning: {
+      const auto* learning = Slot::target_of<Learning>(word);
+      view.state = learning->state();
+      view.fit = learning->published;
+      view.nodes = learning->nodes.get();
+      if (learning->objective >= 0) view.objective = learning->objective;
+      break;
+    }
+    case Slot::Kind::mixture:
+      view.state = RowState::converged;
+      view.fit = Slot::target_of<PackedMixture>(word);
+      view.objective = view.fit->objective;
+      break;
+    case Slot::Kind::knots:
+      view.state = RowState::converged;
+      view.knots = &Slot::target_of<KnotRow>(word)->table;
+      view.objective = Slot::target_of<KnotRow>(word)->objective;
+      break;
+  }
   return view;
 }
-
-}  // namespace
 
 std::unique_ptr<const TracedNodes> Service::Table::trace(PageId page, std::uint32_t node) const {
   const PageDescription& d = pages_[page]->description;
@@ -33,14 +45,38 @@ std::unique_ptr<const TracedNodes> Service::Table::trace(PageId page, std::uint3
   return std::make_unique<const TracedNodes>(rays, d.blur_rad);
 }
 
-void Service::Table::show(std::uint32_t index) const {
-  const Row& row = *rows_[index];
-  Slot& slot = pages_[row.page]->slots[row.node];
-  slot.state = row.state;
-  slot.is_knots = row.knots != nullptr;
-  slot.answer = row.knots ? static_cast<const void*>(row.knots.get()) : row.has_fit ? &row.fit : nullptr;
-  slot.objective = row.objective >= 0 ? row.objective : 1.0f;
-  slot.nodes.store(row.learning ? row.learning->nodes.get() : nullptr, std::memory_order_relaxed);
+std::size_t Service::Table::bytes_of(const Row& row) const {
+  if (row.learning) return sizeof(Row) + row.learning->bytes();
+  const Slot& slot = slot_of(row);
+  return sizeof(Row) + (slot.knots() != nullptr ? slot.knots()->bytes() : slot.mixture()->bytes());
+}
+
+void Service::Table::show(Row& row, bool converged) {
+  Learning& learning = *row.learning;
+  Slot& slot = slot_of(row);
+  mixtures_.give_back(slot.mixture());  // of a row that is reopened
+  mixtures_.give_back(learning.published);
+  learning.published = learning.has_fit ? mixtures_.put(learning.fit, learning.objective) : nullptr;
+  if (!converged) {
+    slot.set(&learning, Slot::Kind::learning);
+    return;
+  }
+  if (learning.knots) {
+    slot.set(new KnotRow{*learning.knots, learning.objective}, Slot::Kind::knots);
+  } else {
+    slot.set(learning.published, Slot::Kind::mixture);
+  }
+  row.set_count(learning.count);
+  row.set_failed(learning.stop.failed());
+  row.learning.reset();
+}
+
+void Service::Table::show(Row& row, const CachedRow& cached) {
+  if (cached.knots.empty()) {
+    slot_of(row).set(mixtures_.put(cached.fit, cached.objective), Slot::Kind::mixture);
+  } else {
+    slot_of(row).set(new KnotRow{cached.knots, cached.objective}, Slot::Kind::knots);
+  }
 }
 
 RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b) {
@@ -52,7 +88,7 @@ RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b
   if (slot.row != Slot::no_row) return view_of(slot);
 
   RowView view;
-  view.nodes = slot.nodes.load(std::memory_order_acquire);
+  view.nodes = Slot::target_of<TracedNodes>(slot.word.load(std::memory_order_acquire));
   if (view.nodes != nullptr) return view;
   std::unique_ptr<const TracedNodes> traced = trace(page_id, node);
   const std::size_t size = traced->bytes();
@@ -64,13 +100,14 @@ RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b
     view.nodes = view.kept.get();
     return view;
   }
-  const TracedNodes* seen = nullptr;
-  if (slot.nodes.compare_exchange_strong(seen, traced.get(), std::memory_order_acq_rel, std::memory_order_acquire)) {
+  std::uintptr_t seen = 0;
+  if (slot.word.compare_exchange_strong(seen, Slot::word_of(traced.get(), Slot::Kind::traced),
+                                        std::memory_order_acq_rel, std::memory_order_acquire)) {
     traces_.fetch_add(1, std::memory_order_relaxed);
     view.nodes = traced.release();
   } else {
     memo_bytes_.fetch_sub(size, std::memory_order_relaxed);
-    view.nodes = seen;  // another thread was first: the same values
+    view.nodes = Slot::target_of<TracedNodes>(seen);  // another thread was first: the same values
   }
   return view;
 }
@@ -83,8 +120,8 @@ RowView Service::Table::peek(PageId page_id, std::uint32_t a, std::uint32_t b) c
 
 void Service::Table::observe(const RowView& view, float x, float g) {
   if (view.row == RowView::no_row || !learns_) return;
-  Row& row = *rows_[view.row];
-  if (row.state != RowState::open) return;
+  Row& row = rows_[view.row];
+  if (row.state() != RowState::open) return;
   row.learning->sketch.offer(x, g);
   row.learning->observed.fetch_add(1, std::memory_order_relaxed);
 }
@@ -92,9 +129,9 @@ void Service::Table::observe(const RowView& view, float x, float g) {
 void Service::Table::score(const RowView& view, float x, float g, float q) {
   observe(view, x, g);
   if (view.row == RowView::no_row || !learns_) return;
-  Row& row = *rows_[view.row];
-  if (row.state != RowState::open || !row.has_fit) return;
-  if (q > 0 && std::isfinite(q) && std::isfinite(g)) row.add_score(x, g, q);
+  Row& row = rows_[view.row];
+  if (row.state() != RowState::open || !row.learning->has_fit) return;
+  if (q > 0 && std::isfinite(q) && std::isfinite(g)) row.learning->add_score(x, g, q);
 }
 
 Service::Service(const Options& options, const Target& target) : table_(std::make_unique<Table>(options, target)) {}

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "table/mixture_store.h"
 #include "table/page.h"
 #include "table/row.h"
 #include "table/striped_counter.h"
@@ -16,6 +18,9 @@
 #include "tress/adaptive/service.h"
 
 namespace tress::adaptive {
+
+/// What a reader sees of a node that has a row.
+RowView view_of(const Slot& slot);
 
 /// Reader methods (look_up, count_converged, observe, score): any thread. All else: one thread, no reader.
 class Service::Table {
@@ -57,6 +62,7 @@ class Service::Table {
   struct Outcome {
     std::uint64_t g_evaluations = 0, top_ups = 0, refits = 0, traces = 0;
     bool changed = false, converged = false, audit_failed = false, reopened = false;
+    const CachedRow* cached = nullptr;         ///< what a row is to be answered by from now on, without learning
     Moments weights;                           ///< g/(q energy) of what was scored
     std::unique_ptr<const TracedNodes> nodes;  ///< of a row that failed its audit
   };
@@ -64,7 +70,7 @@ class Service::Table {
   // births.cpp
   /// Makes rows of the candidates, in their order, until the ceiling. Appends to changes_. True if all had room.
   bool admit(std::vector<Candidate>& candidates, PassReport& report);
-  /// Fills a new row: from the cache if that has it; and opens it.
+  /// Fills a new row: from the cache if that has it, and then it may have converged; else opens it.
   Outcome settle(Row& row) const;
   std::size_t bytes_needed(const Candidate& candidate) const;
   bool needs_nodes(const Candidate& candidate) const;
@@ -97,8 +103,14 @@ class Service::Table {
   void wake(const std::vector<PageId>& pages);
 
   std::unique_ptr<const TracedNodes> trace(PageId page, std::uint32_t node) const;
-  /// Puts into its slot what readers may see of a row. After every change of it.
-  void show(std::uint32_t index) const;
+  Slot& slot_of(const Row& row) const { return pages_[row.page]->slots[row.node]; }
+  /// Memory of the row and of what answers for it.
+  std::size_t bytes_of(const Row& row) const;
+  /// Puts into its slot what readers may see of a row that its learning has changed; where that is at its end, what it
+  /// has come to, and it goes. One row at a time.
+  void show(Row& row, bool converged);
+  /// Answers a row without learning by what a cache has.
+  void show(Row& row, const CachedRow& cached);
 
   Options options_;
   const Target& target_;
@@ -106,7 +118,8 @@ class Service::Table {
   std::vector<std::unique_ptr<Page>> pages_;
   std::map<PageKey, PageId, KeyLess> page_of_key_;
   std::map<PageKey, CachedPage, KeyLess> unused_;  ///< cached pages that no add_page() asked for
-  std::vector<std::unique_ptr<Row>> rows_;         ///< in order of birth
+  std::deque<Row> rows_;                           ///< in order of birth
+  MixtureStore mixtures_;                          ///< what is published
   std::vector<RowChange> changes_;
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <vector>
 
 #include "support/quadrature.h"
 #include "tress/adaptive/exp_of_negative.h"
@@ -106,6 +108,45 @@ TEST(Mixture, SampleUsesTheWholeOfU) {
     const float x = two_parts().sample(u, 0.02f);
     EXPECT_GE(x, -std::numbers::pi_v<float>);
     EXPECT_LT(x, std::numbers::pi_v<float>);
+  }
+}
+
+// What a table publishes is a packed copy: the stop test judges the one, readers draw from the other.
+TEST(Mixture, PackedAnswersToTheBit) {
+  for (std::uint32_t count = 0; count <= Mixture::max_components; ++count) {
+    Mixture mixture;
+    mixture.component_count = count;
+    mixture.uniform_weight = 0.05f * static_cast<float>(count % 3);
+    for (std::uint32_t d = 0; d < count; ++d) {
+      const auto i = static_cast<float>(d);
+      mixture.components[d] = {{0.7f * i - 2.5f, 0.05f + 0.05f * i, 0.3f - 0.03f * i}, 0.1f + 0.01f * i, 0, 0};
+    }
+    std::vector<float> memory(PackedMixture::bytes_of(count) / sizeof(float));
+    const PackedMixture& packed = *PackedMixture::put(memory.data(), mixture, 0.25f);
+    EXPECT_EQ(packed.objective, 0.25f);
+    EXPECT_EQ(packed.energy(), mixture.energy());
+    for (float x = -3.1f; x < 3.1f; x += 0.173f) {
+      ASSERT_EQ(packed.density(x), mixture.density(x));
+      ASSERT_EQ(packed.proposal_density(x, 0.02f), mixture.proposal_density(x, 0.02f));
+      ASSERT_EQ(Mixture(packed).density(x), mixture.density(x));
+    }
+    for (float u = 0; u < 1; u += 0.0371f) ASSERT_EQ(packed.sample(u, 0.02f), mixture.sample(u, 0.02f));
+  }
+}
+
+// 8 bits behind the point, to the nearest: within 2^-9; and what has been rounded stays.
+TEST(Mixture, PackedAttributesAreRoundedOnce) {
+  for (const float attribute : {0.0f, 1e-37f, 0.001f, 0.9999f, 1.0f, 2.0f, 2.71828f, 1e6f, 3.4e38f}) {
+    Mixture mixture;
+    mixture.component_count = 1;
+    mixture.components[0].attribute_mean = mixture.uniform_attribute_variance = attribute;
+    std::vector<float> memory(PackedMixture::bytes_of(1) / sizeof(float));
+    const Mixture once = *PackedMixture::put(memory.data(), mixture, 0);
+    EXPECT_NEAR(once.components[0].attribute_mean, attribute, attribute * 0x1p-9f);
+    EXPECT_EQ(once.uniform_attribute_variance, once.components[0].attribute_mean);
+    EXPECT_EQ(once.components[0].attribute_variance, 0);
+    const Mixture twice = *PackedMixture::put(memory.data(), once, 0);
+    EXPECT_EQ(twice.components[0].attribute_mean, once.components[0].attribute_mean);
   }
 }
 

@@ -130,7 +130,8 @@ TEST(Service, AConvergedRowDropsItsNodesAndEvaluatesNothing) {
   EXPECT_EQ(report.queries, report.converged_queries);
   EXPECT_TRUE(service.last_changes().empty());
   // Attributes: every ray has 1 or 3, so every mean lies between.
-  for (const Component& part : row.fit->parts()) {
+  const Mixture fit = *row.fit;
+  for (const Component& part : fit.parts()) {
     EXPECT_GE(part.attribute_mean, 1 - 1e-4f);
     EXPECT_LE(part.attribute_mean, 3 + 1e-4f);
   }

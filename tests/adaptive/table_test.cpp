@@ -127,7 +127,7 @@ TEST(Table, ACacheLargerThanMemoryIsKeptWhole) {
   const TableImage image = learned_image();
   const MovingPeaks target;
   Options options;
-  options.memory_bytes = 10000;
+  options.memory_bytes = 4000;
   Service service(options, target);
   for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, 6));
   EXPECT_FALSE(service.load(image));

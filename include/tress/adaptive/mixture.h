@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
 #include <span>
@@ -57,5 +58,53 @@ struct Mixture {
   /// Draws from proposal_density(., u_share). u in [0,1) is used up whole. Radians in [-pi, pi). Cannot fail.
   float sample(float u, float u_share) const;
 };
+
+/// A mixture in no more memory than its components take: what a table keeps of a row. Its densities are those of the
+/// mixture that it was made of, to the bit; attributes are rounded to 8 bits behind the point (by .2 % at most). Lives
+/// where it was put, since the components follow it in memory.
+class PackedMixture {
+ public:
+  static constexpr std::size_t bytes_of(std::uint32_t components) {
+    return sizeof(PackedMixture) + components * sizeof(Part);
+  }
+  /// memory: bytes_of(fit.component_count) bytes, aligned as a float is. Attributes finite, >= 0.
+  /// objective: how far the fit is known to be from its target, as RowView::objective.
+  static PackedMixture* put(void* memory, const Mixture& fit, float objective);
+  PackedMixture(const PackedMixture&) = delete;
+  PackedMixture& operator=(const PackedMixture&) = delete;
+
+  operator Mixture() const;
+
+  float objective;
+  float uniform_weight;
+  std::uint32_t component_count;
+
+  // As of Mixture.
+  float energy() const;
+  float density(float phi) const;
+  float proposal_density(float phi, float u_share) const;
+  float sample(float u, float u_share) const;
+
+  std::size_t bytes() const { return bytes_of(component_count); }
+
+ private:
+  /// The attribute's mean and variance as the upper 16 bits of a float without its sign.
+  struct Attribute {
+    std::uint16_t mean, variance;
+  };
+  struct Part {
+    SkewLogistic shape;
+    float weight;
+    Attribute attribute;
+  };
+  static_assert(sizeof(Part) == 20);
+
+  explicit PackedMixture(const Mixture& fit, float known_objective);
+  static Attribute rounded(float mean, float variance);
+  std::span<const Part> parts() const { return {reinterpret_cast<const Part*>(this + 1), component_count}; }
+
+  Attribute uniform_attribute_;
+};
+static_assert(sizeof(PackedMixture) == 16);
 
 }  // namespace tress::adaptive

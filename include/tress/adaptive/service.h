@@ -34,8 +34,8 @@ using PageId = std::uint32_t;
 struct RowView {
   RowState state = RowState::unborn;
   /// The published fit: for converged rows the answer, for open rows the proposal; null before the first fit, and for
-  /// converged rows that are answered by knots.
-  const Mixture* fit = nullptr;
+  /// converged rows that are answered by knots. Converts to Mixture.
+  const PackedMixture* fit = nullptr;
   /// The answer of a converged row that is a knot table; null for all others. A converged row has one of the two,
   /// whatever the learner of this session: a cache may bring both kinds.
   const KnotTable* knots = nullptr;
@@ -55,10 +55,12 @@ struct RowView {
   /// nothing yet. As Mixture::density() and so on.
   float density(float x) const { return knots ? knots->density(x) : fit ? fit->density(x) : 0; }
   float proposal_density(float x, float u_share) const {
-    return knots ? knots->proposal_density(x, u_share) : (fit ? *fit : Mixture{}).proposal_density(x, u_share);
+    if (knots) return knots->proposal_density(x, u_share);
+    return fit ? fit->proposal_density(x, u_share) : Mixture{}.proposal_density(x, u_share);
   }
   float sample(float u, float u_share) const {
-    return knots ? knots->sample(u, u_share) : (fit ? *fit : Mixture{}).sample(u, u_share);
+    if (knots) return knots->sample(u, u_share);
+    return fit ? fit->sample(u, u_share) : Mixture{}.sample(u, u_share);
   }
 };
 
