@@ -1,7 +1,7 @@
 // Where the time of a render goes: the renderer's own paths are recorded, then each of its parts is run alone on them.
 //
 //   bench_replay SCENE [--up y] [--environment FILE] [--melanin M] [--width N] [--height N] [--model NAME]
-//                [--epsilon E] [--teach SAMPLES] [--repeat N] [--seed N] [--json FILE]
+//                [--epsilon E] [--teach SAMPLES] [--repeat N] [--inside SECONDS] [--seed N] [--json FILE]
 //
 // A table is taught by a cold render of SAMPLES a pixel and frozen; the same render then shows what learning cost. One
 // further sample a pixel is traced (`whole`), recorded, and its rays, shading events and draws of lights are replayed
@@ -44,6 +44,7 @@ struct Setting {
   scene::Overrides overrides;
   adaptive::Options table;
   int teach = 16, repeat = 7;
+  double inside = 1;  ///< seconds of every look at the program counter
   std::uint64_t seed = 1;
 };
 
@@ -299,7 +300,7 @@ class Workbench {
     const auto look = [&](const char* name, const std::function<void()>& work) {
       const LibraryShare share = library_share("libembree", [&] {
         const double start = process_seconds();
-        while (process_seconds() - start < 1) work();
+        while (process_seconds() - start < setting_.inside) work();
       });
       if (share.samples > 0)
         inside[name] = {{"samples", share.samples},
@@ -332,7 +333,8 @@ class Workbench {
 int usage() {
   fmt::print(stderr,
              "usage: bench_replay SCENE [--up y] [--environment FILE] [--melanin M] [--width N] [--height N]\n"
-             "  [--model NAME] [--epsilon E] [--teach SAMPLES] [--repeat N] [--seed N] [--json FILE]\n");
+             "  [--model NAME] [--epsilon E] [--teach SAMPLES] [--repeat N] [--inside SECONDS] [--seed N]\n"
+             "  [--json FILE]\n");
   return 2;
 }
 
@@ -360,6 +362,8 @@ bool read(int argc, char** argv, Setting* setting) {
       setting->teach = static_cast<int>(number);
     else if (name == "--repeat")
       setting->repeat = static_cast<int>(number);
+    else if (name == "--inside")
+      setting->inside = number;
     else if (name == "--seed")
       setting->seed = static_cast<std::uint64_t>(number);
     else if (name == "--json")
