@@ -335,11 +335,20 @@ def context(run):
             "load": os.getloadavg()[0], "seed": run.seed, "quick": run.quick}
 
 
+def shortened(content):
+    """The same with six digits a number: more are not known."""
+    if isinstance(content, dict):
+        return {key: shortened(value) for key, value in content.items()}
+    if isinstance(content, (list, tuple)):
+        return [shortened(value) for value in content]
+    return float(f"{content:.6g}") if isinstance(content, float) else content
+
+
 def save(path, content):
     """JSON, whole or not at all."""
     os.makedirs(os.path.dirname(path), exist_ok=True)
     with open(path + ".tmp", "w") as file:
-        json.dump(content, file, indent=1)
+        json.dump(shortened(content), file, indent=1)
         file.write("\n")
     os.replace(path + ".tmp", path)
 
