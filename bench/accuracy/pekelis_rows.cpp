@@ -1,17 +1,26 @@
-// How well the rows of pekelis2015 are fitted: random rows of the paper's grid (section 6), learned through the service
-// with learners of choice, against Marschner's functions as they are (not blurred), by the error of the paper's section
-// 7.1 at its 3601 azimuths, the mean of N being its integral over 2 pi. Rows of mass below 1e-3 are counted apart:
-// their GLINT has no caustic.
+// How well the rows of pekelis2015 are fitted: rows of the paper's grid (section 6), learned through the service with a
+// learner of choice, against Marschner's functions as they are (not blurred), by the error of the paper's section 7.1
+// at its 3601 azimuths, the mean of N being its integral over 2 pi. Rows of mass below 1e-3 are counted apart: their
+// GLINT has no caustic.
 //
-//   bench_pekelis_rows [--rows N] [--seed N] [--epsilon E] [--learner NAME] [--components N] [--blur DEG]
+//   bench_pekelis_rows [--rows N | --grid all|hardest] [--stride N] [--lobe TRT|GLINT] [--seed N] [--epsilon E]
+//                      [--learner NAME] [--components N] [--blur DEG] [--json FILE]
+//
+// N rows at random of both lobes, or of the one that is named; --grid all: every one of the 25,572; hardest: those of e
+// .85 and sigma 10 (the paper's figure 9); --stride takes every Nth node of each axis. The JSON has a histogram of the
+// errors and, of whole pages, every error: 100 log10 of it, a line for each phi_r, "-" where there is no light; and
+// four rows of the hardest page: the best, the quartiles and the worst, with what they were fitted to.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,129 +35,313 @@ using fiber::MarschnerLobe;
 
 constexpr double pi = std::numbers::pi, degree = pi / 180;
 constexpr int azimuths = 3601, passes = 80, asked_a_pass = 16;
+constexpr double least_mass = 1e-3;
 
-struct Row {
-  adaptive::PageId page;
-  std::uint32_t a, b;
-  std::vector<double> curve;  ///< at the 3601 azimuths
-  double variation = 0, mass = 0;
+struct Setting {
+  int rows = 1000, stride = 1;
+  std::string grid, lobe, json;
+  double blur = 0;
+  std::uint32_t components = 0;  ///< 0: the paper's, 5 and 3
+  std::uint64_t seed = 1;
+  adaptive::Options options;
 };
 
-Row make_row(adaptive::Service& service, adaptive::PageId page, RandomStream& random) {
-  const adaptive::PageDescription& description = service.page(page);
-  const auto index = [&](std::size_t size) {
-    return static_cast<std::uint32_t>(random.next() * static_cast<float>(size));
-  };
-  Row row{page, index(description.axis_a.size()), index(description.axis_b.size()), {}};
-  const double step = 2 * pi / (azimuths - 1);
+struct Row {
+  std::uint32_t a = 0, b = 0;
+  bool lit = false, converged = false, fitted = false;
+  double error = 1;
+  std::uint32_t components = 0;
+};
+
+struct Page {
+  double e = 0, sigma_deg = 0;
+  adaptive::PageDescription description;
+  std::vector<Row> rows;
+  bool hardest() const { return e < 0.86 && sigma_deg < 10.5; }
+};
+
+/// At the 3601 azimuths.
+std::vector<double> curve_of(const Page& page, const Row& row) {
+  std::vector<double> curve;
   for (int i = 0; i < azimuths; ++i) {
-    row.curve.push_back(fiber::pekelis_curve(description.key, static_cast<double>(description.axis_a[row.a]),
-                                             static_cast<double>(description.axis_b[row.b]), -pi + i * step));
-    if (i > 0) row.mass += row.curve.back() * step;
+    curve.push_back(fiber::pekelis_curve(page.description.key, static_cast<double>(page.description.axis_a[row.a]),
+                                         static_cast<double>(page.description.axis_b[row.b]),
+                                         -pi + i * 2 * pi / (azimuths - 1)));
   }
-  for (const double n : row.curve) row.variation += (n - row.mass / (2 * pi)) * (n - row.mass / (2 * pi)) * step;
-  return row;
+  return curve;
 }
 
-double error_of(const Row& row, const adaptive::Mixture& fit) {
-  const double step = 2 * pi / (azimuths - 1);
-  double sum = 0;
+void measure(const Page& page, const adaptive::RowView& view, Row& row) {
+  const std::vector<double> curve = curve_of(page, row);
+  constexpr double step = 2 * pi / (azimuths - 1);
+  double mass = 0, variation = 0, sum = 0;
+  for (int i = 1; i < azimuths; ++i) mass += curve[static_cast<std::size_t>(i)] * step;
+  row.lit = mass >= least_mass;
+  row.converged = view.state == adaptive::RowState::converged;
+  row.fitted = view.fit != nullptr || view.knots != nullptr;
+  row.components = view.fit ? view.fit->component_count : 0;
+  if (!row.lit || !row.fitted) return;
   for (int i = 0; i < azimuths; ++i) {
-    const double d =
-        row.curve[static_cast<std::size_t>(i)] - static_cast<double>(fit.density(static_cast<float>(-pi + i * step)));
+    const double n = curve[static_cast<std::size_t>(i)];
+    const double d = n - static_cast<double>(view.density(static_cast<float>(-pi + i * step)));
+    variation += (n - mass / (2 * pi)) * (n - mass / (2 * pi)) * step;
     sum += d * d * step;
   }
-  return sum / std::max(row.variation, 1e-3 / (2 * pi));
+  row.error = sum / std::max(variation, least_mass / (2 * pi));
+}
+
+/// The curves of a row and its fit, at every 10th azimuth.
+nlohmann::json drawn(const Page& page, const Row& row, const adaptive::RowView& view) {
+  const std::vector<double> curve = curve_of(page, row);
+  nlohmann::json json{
+      {"error", row.error}, {"phi_r_deg", 2 * row.a}, {"theta_d_deg", 2 * row.b}, {"components", row.components}};
+  std::string truth, fit;
+  for (int i = 0; i < azimuths; i += 10) {
+    const auto x = static_cast<float>(-pi + i * 2 * pi / (azimuths - 1));
+    truth += fmt::format("{:.4g} ", curve[static_cast<std::size_t>(i)]);
+    fit += fmt::format("{:.4g} ", view.density(x));
+  }
+  json["truth"] = truth;
+  json["fit"] = fit;
+  return json;
+}
+
+struct Learned {
+  double cpu_seconds = 0;
+  std::uint64_t g_evaluations = 0;
+};
+
+/// The rows of one page, by a service of its own: no more than a page is in memory.
+Learned learn(const Setting& setting, const adaptive::Target& target, Page& page, nlohmann::json& curves) {
+  adaptive::Service service(setting.options, target);
+  const adaptive::PageId id = service.add_page(page.description);
+  RandomStream random(setting.seed, 7);
+  const float share = setting.options.uniform_share_open;
+  Learned learned;
+  for (int pass = 0; pass < passes; ++pass) {
+    bool waiting = false;
+    for (const Row& row : page.rows) {
+      for (int i = 0; i < asked_a_pass; ++i) {
+        const adaptive::RowView view = service.look_up(id, row.a, row.b);
+        if (view.state == adaptive::RowState::converged || view.state == adaptive::RowState::refused) break;
+        waiting = true;
+        if (view.fit == nullptr) continue;
+        const float x = view.fit->sample(random.next(), share);
+        service.score(view, x, view.nodes->density(x), view.fit->proposal_density(x, share));
+      }
+    }
+    if (!waiting) break;
+    const adaptive::PassReport report = service.publish();
+    learned.cpu_seconds += report.learning_cpu_seconds;
+    learned.g_evaluations += report.g_evaluations;
+  }
+  std::vector<const Row*> order;
+  for (Row& row : page.rows) {
+    measure(page, service.peek(id, row.a, row.b), row);
+    if (row.lit && row.fitted) order.push_back(&row);
+  }
+  if (!page.hardest() || order.empty()) return learned;
+  std::ranges::sort(order, {}, [](const Row* row) { return row->error; });
+  for (const double rank : {0.0, 0.25, 0.75, 1.0}) {
+    const Row& row = *order[static_cast<std::size_t>(rank * static_cast<double>(order.size() - 1))];
+    curves.push_back(drawn(page, row, service.peek(id, row.a, row.b)));
+  }
+  return learned;
+}
+
+std::vector<Page> draw_pages(const Setting& setting, MarschnerLobe lobe) {
+  std::vector<Page> pages;
+  std::vector<double> below;  // rows of the pages so far
+  for (const double e : {0.85, 0.9, 0.95, 1.0}) {
+    for (const double sigma : {10.0, 15.0, 20.0, 25.0}) {
+      Page page{
+          e, sigma, fiber::pekelis_page(lobe, 1.55f, static_cast<float>(e), static_cast<float>(sigma * degree)), {}};
+      if (setting.components > 0) page.description.max_components = setting.components;
+      if (setting.blur > 0) page.description.blur_rad = static_cast<float>(setting.blur);
+      below.push_back((below.empty() ? 0 : below.back()) + page.description.node_count());
+      pages.push_back(std::move(page));
+    }
+  }
+  if (!setting.grid.empty()) {
+    for (Page& page : pages) {
+      if (setting.grid == "hardest" && !page.hardest()) continue;
+      const auto step = static_cast<std::uint32_t>(setting.stride);
+      for (std::uint32_t a = 0; a < page.description.axis_a.size(); a += step) {
+        for (std::uint32_t b = 0; b < page.description.axis_b.size(); b += step) page.rows.push_back({a, b});
+      }
+    }
+    return pages;
+  }
+  RandomStream random(setting.seed, 25572);
+  for (int i = 0; i < setting.rows; ++i) {
+    const double u = static_cast<double>(random.next()) * below.back();
+    Page& page = pages[static_cast<std::size_t>(std::upper_bound(below.begin(), below.end(), u) - below.begin())];
+    const auto index = [&](std::size_t size) {
+      return static_cast<std::uint32_t>(random.next() * static_cast<float>(size));
+    };
+    const std::uint32_t a = index(page.description.axis_a.size());
+    page.rows.push_back({a, index(page.description.axis_b.size())});
+  }
+  return pages;
 }
 
 double quantile(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
 }
 
-void report(const char* name, const std::vector<Row>& rows, const adaptive::Service& service, std::uint32_t paper_d) {
+nlohmann::json map_of(const Page& page) {
+  nlohmann::json lines = nlohmann::json::array();
+  std::optional<std::uint32_t> a;
+  std::string line;
+  const auto end_line = [&] {
+    if (a) lines.push_back(line);
+    line.clear();
+  };
+  for (const Row& row : page.rows) {
+    if (a != row.a) end_line(), a = row.a;
+    const bool told = row.lit && row.fitted;
+    if (!line.empty()) line += ' ';
+    if (told)
+      line += fmt::format("{:.0f}", 100 * std::log10(std::max(row.error, 1e-9)));
+    else
+      line += '-';
+  }
+  end_line();
+  return {{"e", page.e}, {"sigma_deg", page.sigma_deg}, {"log10_error_x100", lines}};
+}
+
+nlohmann::json study(const Setting& setting, MarschnerLobe lobe) {
+  const fiber::PekelisTarget target;
+  std::vector<Page> pages = draw_pages(setting, lobe);
+  Learned learned;
+  nlohmann::json curves = nlohmann::json::array(), maps = nlohmann::json::array();
+  for (Page& page : pages) {
+    if (page.rows.empty()) continue;
+    const Learned of_page = learn(setting, target, page, curves);
+    learned.cpu_seconds += of_page.cpu_seconds;
+    learned.g_evaluations += of_page.g_evaluations;
+    if (!setting.grid.empty()) maps.push_back(map_of(page));
+  }
   std::vector<double> errors;
   std::array<int, adaptive::Mixture::max_components + 1> components{};
-  int converged = 0, empty = 0, more = 0;
-  for (const Row& row : rows) {
-    if (row.mass < 1e-3) {
-      ++empty;
-      continue;
+  int converged = 0, without_light = 0, without_fit = 0;
+  for (const Page& page : pages) {
+    for (const Row& row : page.rows) {
+      if (!row.lit) {
+        ++without_light;
+        continue;
+      }
+      converged += row.converged ? 1 : 0;
+      without_fit += row.fitted ? 0 : 1;
+      if (!row.fitted) continue;
+      errors.push_back(row.error);
+      ++components[row.components];
     }
-    const adaptive::RowView view = service.peek(row.page, row.a, row.b);
-    converged += view.state == adaptive::RowState::converged ? 1 : 0;
-    if (view.fit == nullptr) continue;
-    errors.push_back(error_of(row, *view.fit));
-    ++components[view.fit->component_count];
-    more += view.fit->component_count > paper_d ? 1 : 0;
   }
-  std::sort(errors.begin(), errors.end());
-  if (errors.empty()) return;
-  const auto below = std::lower_bound(errors.begin(), errors.end(), 0.1) - errors.begin();
-  const double n = static_cast<double>(errors.size());
+  std::ranges::sort(errors);
+  if (errors.empty()) errors.push_back(1);
+  const auto below = [&](double threshold) {
+    return static_cast<double>(std::ranges::lower_bound(errors, threshold) - errors.begin()) /
+           static_cast<double>(errors.size());
+  };
+  // Ten bins a decade from 1e-7 to 10.
+  std::vector<int> histogram(80);
+  for (const double error : errors) {
+    ++histogram[static_cast<std::size_t>(std::clamp(10 * (std::log10(std::max(error, 1e-9)) + 7), 0.0, 79.0))];
+  }
+  const auto n = static_cast<double>(errors.size() + static_cast<std::size_t>(without_fit));
+  return {{"lobe", lobe == MarschnerLobe::trt ? "TRT" : "GLINT"},
+          {"learner", adaptive::learner_name(setting.options.learner)},
+          {"epsilon", setting.options.epsilon},
+          {"most_components", pages.front().description.max_components},
+          {"seed", setting.seed},
+          {"stride", setting.stride},
+          {"rows", n},
+          {"without_light", without_light},
+          {"without_fit", without_fit},
+          {"converged_share", converged / n},
+          {"error",
+           {{"p50", quantile(errors, 0.5)},
+            {"p90", quantile(errors, 0.9)},
+            {"p99", quantile(errors, 0.99)},
+            {"max", errors.back()}}},
+          {"below_a_tenth_share", below(0.1)},
+          {"below_a_hundredth_share", below(0.01)},
+          {"histogram_from_1e-7_ten_a_decade", histogram},
+          {"components", components},
+          {"learning_cpu_us_a_row", 1e6 * learned.cpu_seconds / (n + without_light)},
+          {"g_evaluations_a_row", static_cast<double>(learned.g_evaluations) / (n + without_light)},
+          {"curves", curves},
+          {"maps", maps}};
+}
+
+void print(const nlohmann::json& r) {
   fmt::print(
-      "{}: {} rows ({} more without light), converged {:.1f} %, error median {:.2g}, 90 % {:.2g}, 99 % {:.2g}, "
-      "largest {:.2g}, below .1 {:.1f} %\n  components",
-      name, errors.size(), empty, 100 * converged / n, quantile(errors, 0.5), quantile(errors, 0.9),
-      quantile(errors, 0.99), errors.back(), 100 * static_cast<double>(below) / n);
-  for (std::size_t d = 0; d < components.size(); ++d) fmt::print(" {}:{:.1f}%", d, 100 * components[d] / n);
-  fmt::print(", more than the paper's {}: {:.1f} %\n", paper_d, 100 * more / n);
+      "{} {}: {:.0f} rows ({} more without light), converged {:.1f} %, error median {:.2g}, 90 % {:.2g}, 99 % {:.2g}, "
+      "largest {:.2g}, below .1 {:.1f} %\n  components {}, learning {:.0f} us a row\n",
+      r["lobe"].get<std::string>(), r["learner"].get<std::string>(), r["rows"].get<double>(),
+      r["without_light"].get<int>(), 100 * r["converged_share"].get<double>(), r["error"]["p50"].get<double>(),
+      r["error"]["p90"].get<double>(), r["error"]["p99"].get<double>(), r["error"]["max"].get<double>(),
+      100 * r["below_a_tenth_share"].get<double>(), r["components"].dump(), r["learning_cpu_us_a_row"].get<double>());
+}
+
+int usage() {
+  fmt::print(stderr,
+             "usage: bench_pekelis_rows [--rows N | --grid all|hardest] [--stride N] [--lobe TRT|GLINT] [--seed N]\n"
+             "                          [--epsilon E] [--learner NAME] [--components N] [--blur DEG] [--json FILE]\n");
+  return 2;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  int count = 1000;
-  double blur = 0;
-  std::uint32_t components = 0;  // 0: the paper's, 5 and 3
-  std::uint64_t seed = 1;
-  adaptive::Options options;
-  options.memory_bytes = std::size_t{4} << 30;
-  for (int i = 1; i + 1 < argc; i += 2) {
-    const std::string name = argv[i], value = argv[i + 1];
-    if (name == "--rows") count = std::atoi(value.c_str());
-    if (name == "--seed") seed = std::strtoull(value.c_str(), nullptr, 10);
-    if (name == "--epsilon") options.epsilon = std::atof(value.c_str());
-    if (name == "--components") components = static_cast<std::uint32_t>(std::atoi(value.c_str()));
-    if (name == "--blur") blur = std::atof(value.c_str()) * degree;
-    if (name == "--learner") options.learner = adaptive::find_learner(value).value_or(options.learner);
+  Setting setting;
+  setting.options.memory_bytes = std::size_t{4} << 30;
+  for (int i = 1; i < argc; i += 2) {
+    const std::string name = argv[i];
+    if (i + 1 >= argc) return usage();
+    const std::string value = argv[i + 1];
+    if (name == "--rows")
+      setting.rows = std::atoi(value.c_str());
+    else if (name == "--grid")
+      setting.grid = value;
+    else if (name == "--stride")
+      setting.stride = std::atoi(value.c_str());
+    else if (name == "--lobe")
+      setting.lobe = value;
+    else if (name == "--seed")
+      setting.seed = std::strtoull(value.c_str(), nullptr, 10);
+    else if (name == "--epsilon")
+      setting.options.epsilon = std::atof(value.c_str());
+    else if (name == "--components")
+      setting.components = static_cast<std::uint32_t>(std::atoi(value.c_str()));
+    else if (name == "--blur")
+      setting.blur = std::atof(value.c_str()) * degree;
+    else if (name == "--json")
+      setting.json = value;
+    else if (name == "--learner") {
+      const auto learner = adaptive::find_learner(value);
+      if (!learner) return usage();
+      setting.options.learner = *learner;
+    } else
+      return usage();
   }
-  const fiber::PekelisTarget target;
+  const bool known_grid = setting.grid.empty() || setting.grid == "all" || setting.grid == "hardest";
+  const bool known_lobe = setting.lobe.empty() || setting.lobe == "TRT" || setting.lobe == "GLINT";
+  if (!known_grid || !known_lobe || setting.rows < 1 || setting.stride < 1 || !(setting.options.epsilon > 0) ||
+      setting.components > adaptive::Mixture::max_components)
+    return usage();
+  setting.options.seed = setting.seed;
+  nlohmann::json all = nlohmann::json::array();
   for (const MarschnerLobe lobe : {MarschnerLobe::trt, MarschnerLobe::glint}) {
-    adaptive::Service service(options, target);
-    std::vector<adaptive::PageId> pages;
-    std::vector<double> share;  // by the rows of each page
-    double all = 0;
-    for (const float e : {0.85f, 0.9f, 0.95f, 1.0f}) {
-      for (const double sigma : {10.0, 15.0, 20.0, 25.0}) {
-        adaptive::PageDescription page = fiber::pekelis_page(lobe, 1.55f, e, static_cast<float>(sigma * degree));
-        if (components > 0) page.max_components = components;
-        if (blur > 0) page.blur_rad = static_cast<float>(blur);
-        pages.push_back(service.add_page(page));
-        share.push_back(all += page.node_count());
-      }
-    }
-    RandomStream random(seed, 25572);
-    std::vector<Row> rows;
-    for (int i = 0; i < count; ++i) {
-      const double u = static_cast<double>(random.next()) * all;
-      const auto page = static_cast<std::size_t>(std::upper_bound(share.begin(), share.end(), u) - share.begin());
-      rows.push_back(make_row(service, pages[page], random));
-    }
-    const auto start = std::chrono::steady_clock::now();
-    for (int pass = 0; pass < passes; ++pass) {
-      for (const Row& row : rows) {
-        for (int i = 0; i < asked_a_pass; ++i) {
-          const adaptive::RowView view = service.look_up(row.page, row.a, row.b);
-          if (view.state == adaptive::RowState::converged) break;
-          if (view.fit == nullptr) continue;
-          const float x = view.fit->sample(random.next(), options.uniform_share_open);
-          service.score(view, x, view.nodes->density(x), view.fit->proposal_density(x, options.uniform_share_open));
-        }
-      }
-      (void)service.publish();
-    }
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    report(lobe == MarschnerLobe::trt ? "TRT" : "GLINT", rows, service, lobe == MarschnerLobe::trt ? 5 : 3);
-    fmt::print("  {:.1f} s in all\n", seconds);
+    if (!setting.lobe.empty() && (setting.lobe == "TRT") != (lobe == MarschnerLobe::trt)) continue;
+    all.push_back(study(setting, lobe));
+    print(all.back());
   }
+  if (setting.json.empty()) return 0;
+  std::ofstream file(setting.json);
+  file << all.dump(1) << '\n';
+  if (file) return 0;
+  fmt::print(stderr, "{}: cannot be written\n", setting.json);
+  return 1;
 }

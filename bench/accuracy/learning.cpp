@@ -1,0 +1,157 @@
+// How the error of rows falls while they are learned: after each pass, what it has cost and how far the published fits
+// of all rows are from their g. JSON on stdout.
+//
+//   bench_learning [--rows N] [--seed N] [--domain wide|hard|narrow|whole] [--learner NAME] [--epsilon E]
+//                  [--vertices N] [--passes N]
+//
+// Rows of random_rows.h, asked --vertices look-ups a pass each until they converge, or for --passes. Per row and in sum
+// from the start: `vertices` that a row which has not converged has been asked for; `own` azimuths scored, the mean;
+// `g` evaluations of all kinds; `cpu_us` of publish(). Errors are relative squared L2 of every row's fit, converged or
+// not, those without a fit 1.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "learned_rows.h"
+#include "random_rows.h"
+
+namespace {
+
+using namespace tress;
+
+constexpr double pi = std::numbers::pi;
+
+struct Setting {
+  int rows = 500, vertices = 8, passes = 96;
+  std::string domain = "wide";
+  adaptive::Options options;
+};
+
+/// g of one row at equal steps, so that a fit is compared with it again and again.
+struct Truth {
+  std::vector<float> g;
+  double variation = 1;
+
+  explicit Truth(const adaptive::TracedNodes& nodes) : variation(nodes.variation()) {
+    const auto n = static_cast<int>(std::max(180.0, std::ceil(4 * pi / static_cast<double>(nodes.blur_rad()))));
+    for (int i = 0; i < n; ++i) g.push_back(nodes.density(static_cast<float>(-pi + 2 * pi * i / n)));
+  }
+  double error(const adaptive::RowView& view) const {
+    const double step = 2 * pi / static_cast<double>(g.size());
+    double sum = 0;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+      const double off =
+          static_cast<double>(g[i] - view.density(static_cast<float>(-pi + step * static_cast<double>(i))));
+      sum += off * off * step;
+    }
+    return sum / variation;
+  }
+};
+
+nlohmann::json study(const Setting& setting) {
+  const auto target = fiber::make_elliptical_target();
+  bench::RandomRows random(setting.options.seed, setting.domain, false);
+  std::vector<adaptive::PageDescription> pages;
+  std::vector<Truth> truths;
+  for (int i = 0; i < setting.rows; ++i) {
+    const bench::RandomRows::Row row = random.next(*target);
+    pages.push_back(row.description);
+    truths.emplace_back(adaptive::TracedNodes(row.rays, row.description.blur_rad));
+  }
+  bench::LearnedRows rows(setting.options, *target, pages);
+  const auto n = static_cast<double>(setting.rows);
+  std::vector<double> errors(truths.size(), 1.0);
+  double cpu = 0, g = 0;
+  nlohmann::json told = nlohmann::json::array();
+  adaptive::PassReport report;
+  for (int pass = 1; pass <= setting.passes; ++pass) {
+    report = rows.pass(setting.vertices);
+    cpu += report.learning_cpu_seconds;
+    g += static_cast<double>(report.g_evaluations);
+    const bool last = pass == setting.passes || report.rows_converged + report.rows_refused == pages.size();
+    // Every pass at first, then a tenth apart.
+    if (!last && pass > 12 && pass % std::max(1, pass / 10) != 0) continue;
+    double own = 0;
+    for (std::size_t i = 0; i < truths.size(); ++i) {
+      own += static_cast<double>(rows.rows()[i].own);
+      const adaptive::RowView view = rows.view(i);
+      if (view.fit != nullptr || view.knots != nullptr) errors[i] = truths[i].error(view);
+    }
+    const nlohmann::json spread = bench::spread(errors);
+    told.push_back({{"vertices", pass * setting.vertices},
+                    {"own", own / n},
+                    {"g", g / n},
+                    {"cpu_us", 1e6 * cpu / n},
+                    {"converged", static_cast<double>(report.rows_converged) / n},
+                    {"refused", static_cast<double>(report.rows_refused) / n},
+                    {"error", spread}});
+    if (last) break;
+  }
+  int falsely = 0, below_hundredth = 0;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    below_hundredth += errors[i] < 0.01 ? 1 : 0;
+    falsely += rows.rows()[i].state == adaptive::RowState::converged && errors[i] > setting.options.epsilon ? 1 : 0;
+  }
+  return {{"domain", setting.domain},
+          {"learner", adaptive::learner_name(setting.options.learner)},
+          {"epsilon", setting.options.epsilon},
+          {"rows", setting.rows},
+          {"seed", setting.options.seed},
+          {"vertices_a_pass", setting.vertices},
+          {"passes", told},
+          {"below_a_hundredth_share", below_hundredth / n},
+          {"false", falsely}};
+}
+
+int usage() {
+  fmt::print(stderr,
+             "usage: bench_learning [--rows N] [--seed N] [--domain wide|hard|narrow|whole] [--learner NAME]\n"
+             "                      [--epsilon E] [--vertices N] [--passes N]\n");
+  return 2;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Setting setting;
+  setting.options.memory_bytes = std::size_t{4} << 30;
+  setting.options.seed = 1;
+  for (int i = 1; i < argc; i += 2) {
+    const std::string name = argv[i];
+    if (i + 1 >= argc) return usage();
+    const std::string value = argv[i + 1];
+    if (name == "--rows")
+      setting.rows = std::atoi(value.c_str());
+    else if (name == "--seed")
+      setting.options.seed = std::strtoull(value.c_str(), nullptr, 10);
+    else if (name == "--domain")
+      setting.domain = value;
+    else if (name == "--epsilon")
+      setting.options.epsilon = std::atof(value.c_str());
+    else if (name == "--vertices")
+      setting.vertices = std::atoi(value.c_str());
+    else if (name == "--passes")
+      setting.passes = std::atoi(value.c_str());
+    else if (name == "--learner") {
+      const auto learner = adaptive::find_learner(value);
+      if (!learner) return usage();
+      setting.options.learner = *learner;
+    } else
+      return usage();
+  }
+  const bool known =
+      setting.domain == "wide" || setting.domain == "hard" || setting.domain == "narrow" || setting.domain == "whole";
+  if (!known || setting.rows < 1 || setting.vertices < 1 || setting.passes < 1 || !(setting.options.epsilon > 0))
+    return usage();
+  fmt::print("{}\n", study(setting).dump());
+  return 0;
+}
