@@ -146,23 +146,46 @@ Projection Project(const Shape& shape, const double* azimuth, const double* cell
   return {Total(explained), Total(power)};
 }
 
-// Whole vectors are updated, so that what stands above the diagonal is overwritten; it is never used.
+// Column by column, each in registers while all before it are taken off. Whole vectors are updated, so that what stands
+// above the diagonal is overwritten; it is never used.
 void SolveInPlace(double* matrix, std::size_t leading, std::size_t count, double* x) {
   const Doubles d;
   const std::size_t lanes = hn::Lanes(d);
-  for (std::size_t j = 0; j < count; ++j) {
-    double* column = matrix + j * leading;
-    const double inverse = column[j] > 0 ? 1 / column[j] : 0;
-    const double known = x[j] * inverse;
-    for (std::size_t k = j + 1; k < count; ++k) {
-      const V factor = hn::Set(d, column[k] * inverse);
-      double* target = matrix + k * leading;
-      for (std::size_t i = k / lanes * lanes; i < count; i += lanes) {
-        hn::StoreU(hn::NegMulAdd(factor, hn::LoadU(d, column + i), hn::LoadU(d, target + i)), d, target + i);
-      }
-      x[k] -= column[k] * known;
+  HWY_ALIGN double factors[most_solved], known[most_solved];
+  for (std::size_t k = 0; k < count; ++k) {
+    double* target = matrix + k * leading;
+    double rest = x[k];
+    for (std::size_t j = 0; j < k; ++j) {
+      const double* column = matrix + j * leading;
+      factors[j] = column[k] * column[j];  // on the diagonal stands the inverse
+      rest -= column[k] * known[j];
     }
-    column[j] = inverse;
+    std::size_t i = k / lanes * lanes;
+    for (; i + 3 * lanes < count + lanes; i += 3 * lanes) {
+      V a = hn::LoadU(d, target + i), b = hn::LoadU(d, target + i + lanes), c = hn::LoadU(d, target + i + 2 * lanes);
+      const double* column = matrix + i;
+      for (std::size_t j = 0; j < k; ++j, column += leading) {
+        const V factor = hn::Set(d, factors[j]);
+        a = hn::NegMulAdd(factor, hn::LoadU(d, column), a);
+        b = hn::NegMulAdd(factor, hn::LoadU(d, column + lanes), b);
+        c = hn::NegMulAdd(factor, hn::LoadU(d, column + 2 * lanes), c);
+      }
+      hn::StoreU(a, d, target + i);
+      hn::StoreU(b, d, target + i + lanes);
+      hn::StoreU(c, d, target + i + 2 * lanes);
+    }
+    for (; i < count; i += lanes) {
+      V a = hn::LoadU(d, target + i);
+      const double* column = matrix + i;
+      for (std::size_t j = 0; j < k; ++j, column += leading) {
+        a = hn::NegMulAdd(hn::Set(d, factors[j]), hn::LoadU(d, column), a);
+      }
+      hn::StoreU(a, d, target + i);
+    }
+    x[k] = rest;
+    const double inverse = target[k] > 0 ? 1 / target[k] : 0;
+    known[k] = rest * inverse;
+    target[k] = inverse;
   }
   for (std::size_t j = count; j-- > 0;) {
     const double* column = matrix + j * leading;
@@ -201,8 +224,12 @@ HWY_EXPORT(BlurRow);
 
 Shape::Shape(double mode, double scale_left, double scale_right) : mu(mode), left(scale_left), right(scale_right) {
   constexpr double pi = std::numbers::pi;
-  const double t_left = std::tanh(pi / (2 * left));
-  const double t_right = std::tanh(pi / (2 * right));
+  // T(s) = tanh(pi/2s) = (1 - e)/(1 + e), e = exp(-pi/s); 1 to the last bit below s = pi/40.
+  const auto e_of = [](double s) { return s < pi / 40 ? 0 : std::exp(-pi / s); };
+  const double e_left = e_of(left);
+  const double e_right = right == left ? e_left : e_of(right);
+  const double t_left = (1 - e_left) / (1 + e_left);
+  const double t_right = (1 - e_right) / (1 + e_right);
   const double twice_z = left * t_left + right * t_right;
   inverse_z = 2 / twice_z;
   log_z_left = (left * t_left - (1 - t_left * t_left) * pi / 2) / twice_z;

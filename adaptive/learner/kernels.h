@@ -42,9 +42,10 @@ struct Projection {
 Projection project(const Shape& shape, const double* azimuth, const double* cell, const double* f, const double* g,
                    std::size_t n);
 
+constexpr std::size_t most_solved = 64;
 /// Solves the positive definite `matrix` x = right in place, by L D L^T of the lower half without pivoting; what is in
-/// `x` before is the right side. Column major, columns `leading` apart, a multiple of kernel_lanes; x as long. Destroys
-/// the matrix. A pivot that rounding has made nothing leaves its entry 0.
+/// `x` before is the right side, at most most_solved long. Column major, columns `leading` apart, a multiple of
+/// kernel_lanes; x as long. Destroys the matrix. A pivot that rounding has made nothing leaves its entry 0.
 void solve_in_place(double* matrix, std::size_t leading, std::size_t count, double* x);
 
 /// out_i = sum over k < taps of kernel_k in_(i + k), i < n; `in` holds n + taps - 1.
