@@ -95,7 +95,8 @@ struct Reference {
                                          .theta_d = theta_d,
                                          .phi_r = phi_r,
                                          .sigma = sigma,
-                                         .p = p});
+                                         .p = p,
+                                         .nodes = 8192});
     const double mean = truth.energy() / (2 * pi);
     for (const double x : azimuths(sigma)) {
       density.push_back(truth.density(phi_r + x));

@@ -19,10 +19,12 @@
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
+#include <glm/vec3.hpp>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "fiber/circle_ray.h"

@@ -13,7 +13,7 @@ LEFT_OUT = {"fiber3d": "has no azimuthal density, it can only be sampled",
 
 
 def measure(run):
-    rows, repetitions, least = (40, 3, 0.005) if run.quick else (256, 7, 0.03)
+    rows, repetitions, least = (40, 3, 0.005) if run.quick else (256, 5, 0.02)
     pattern = "."
     if run.quick:  # ends and middle of the curves; appendix-literal is the same everywhere
         pattern = ("/(sketch|eager|ais|table|em|appendix) (0.1|0.01|0.001)/|literal 0.01/|/(one-channel|knots|quadrature|"
