@@ -160,7 +160,7 @@ BENCHMARK(energies_look_up);
 void energies_of_a_cross_section(benchmark::State& state) {
   const auto e = uniform(0.5f, 1, 4);
   std::size_t i = 0;
-  for (auto _ : state) benchmark::DoNotOptimize(fiber::ClearEnergies({1.55f, e[i++ % inputs]}));
+  for (auto _ : state) benchmark::DoNotOptimize(fiber::ClearEnergies({1.55f, e[i++ % inputs], 0.2f, 0.05f}));
 }
 BENCHMARK(energies_of_a_cross_section)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
 

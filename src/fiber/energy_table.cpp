@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "fiber/float4.h"
-#include "fiber/quarter_sine.h"
 #include "fiber/reflection.h"
 #include "fiber/row_axes.h"
+#include "fiber/surface_fresnel.h"
 #include "tress/adaptive/exp_of_negative.h"
 
 namespace tress::fiber {
@@ -31,21 +31,25 @@ void absorb(const ClearEnergies& clear, Lobe lobe, float sigma_a, float* out) {
   }
 }
 
-/// E_R at a node: that of the rays where Fresnel is exact.
+/// E_R of a smooth surface where an interpolated ClearEnergies::let_in is known.
+float smooth_reflection(float eta, float theta, float let_in) {
+  return 1 - (1 - SurfaceFresnel(eta, theta, ReflectionFresnel::exact)(1)) * let_in;
+}
+
+/// E_R at a node.
 float energy_of_reflection(const ClearEnergies& clear, const FiberParameters& fiber, int node) {
-  if (fiber.reflection_fresnel == ReflectionFresnel::exact) return clear.clear(node)[0];
-  constexpr int width = ClearEnergies::nodes_per_axis;
-  constexpr float last = width - 1;
-  const float phi_r = static_cast<float>(node % width) / last * half_pi;
-  const float theta = std::acos(static_cast<float>(node / width) / last);
-  return reflected_energy(fiber.reflection_fresnel, fiber.eta, fiber.eccentricity, theta, phi_r);
+  const float rough = clear.clear(node)[0];
+  if (fiber.reflection_fresnel == ReflectionFresnel::exact) return rough;
+  const float theta = ClearEnergies::theta_of(node);
+  return rough / smooth_reflection(fiber.eta, theta, clear.clear(node)[ClearEnergies::let_in]) *
+         reflected_energy(fiber.reflection_fresnel, fiber.eta, fiber.eccentricity, theta, ClearEnergies::phi_of(node));
 }
 
 }  // namespace
 
 EnergyTable::EnergyTable(std::shared_ptr<const ClearEnergies> clear, const FiberParameters& fiber)
     : clear_(std::move(clear)), colored_(node_count) {
-  assert(clear_->key() == energy_key(fiber));
+  assert(clear_->key().eta == fiber.eta && clear_->key().eccentricity == fiber.eccentricity);
   for (int node = 0; node < node_count; ++node) {
     colored_[static_cast<std::size_t>(node)][0] = energy_of_reflection(*clear_, fiber, node) * fiber.gain[0];
   }
@@ -61,12 +65,14 @@ EnergyTable::EnergyTable(std::shared_ptr<const ClearEnergies> clear, const Fiber
 }
 
 LobeEnergies EnergyTable::interpolated(float phi_r, float theta) const {
-  constexpr int last = ClearEnergies::nodes_per_axis - 1;
-  const float x = fold_azimuth(phi_r).phi * (static_cast<float>(last) * 2 / std::numbers::pi_v<float>);
-  const float y = std::min(quarter_cosine(theta), 1.0f) * static_cast<float>(last);
-  const int i = std::clamp(static_cast<int>(x), 0, last - 1), j = std::clamp(static_cast<int>(y), 0, last - 1);
+  constexpr int width = ClearEnergies::azimuths, last_i = width - 1, last_j = ClearEnergies::inclinations - 1;
+  constexpr float inverse_pi = std::numbers::inv_pi_v<float>;
+  const float x = fold_azimuth(phi_r).phi * (2 * inverse_pi * static_cast<float>(last_i));
+  const float y =
+      std::clamp((theta * inverse_pi + 0.5f) * static_cast<float>(last_j), 0.0f, static_cast<float>(last_j));
+  const int i = std::clamp(static_cast<int>(x), 0, last_i - 1), j = std::clamp(static_cast<int>(y), 0, last_j - 1);
   const float fx = std::clamp(x - static_cast<float>(i), 0.0f, 1.0f), fy = y - static_cast<float>(j);
-  const int corner = j * (last + 1) + i, beyond = corner + last + 1;
+  const int corner = j * width + i, beyond = corner + width;
   const Float4 weight[4] = {splat((1 - fx) * (1 - fy)), splat(fx * (1 - fy)), splat((1 - fx) * fy), splat(fx * fy)};
   const auto mix = [&](const auto& at_corner, auto& out, std::size_t first) {
     store4(out, first,
@@ -75,10 +81,13 @@ LobeEnergies EnergyTable::interpolated(float phi_r, float theta) const {
   };
   const auto clear = [&](int node) -> const auto& { return clear_->clear(node); };
   const auto colored = [&](int node) -> const auto& { return colored_[static_cast<std::size_t>(node)]; };
-  static_assert(sizeof(LobeColors) == 18 * sizeof(float) && lobe_count == 6);
+  static_assert(sizeof(LobeColors) == 18 * sizeof(float) && sizeof(ClearEnergies::Node) == 8 * sizeof(float));
   LobeEnergies energies;
+  ClearEnergies::Node node;
   for (const std::size_t first : {0, 4, 8, 12, 14}) mix(colored, energies.colored, first);  // the last two overlap
-  for (const std::size_t first : {0, 2}) mix(clear, energies.clear, first);
+  for (const std::size_t first : {0, 4}) mix(clear, node, first);
+  std::copy_n(node.begin(), lobe_count, energies.clear.begin());
+  energies.smooth_reflection = smooth_reflection(clear_->key().eta, theta, node[ClearEnergies::let_in]);
   return energies;
 }
 

@@ -1,4 +1,4 @@
-// The energies of a fiber's lobes over (phi_r, cos theta), under its color and gains: shared by all estimators.
+// The energies of a fiber's lobes over (phi_r, theta_r), under its color and gains: shared by all estimators.
 #pragma once
 
 #include <array>
@@ -17,6 +17,7 @@ namespace tress::fiber {
 struct LobeEnergies {
   LobeColors colored{};                   ///< E_p per channel under sigma_a, times the gain
   std::array<float, lobe_count> clear{};  ///< E_p of clear hair, exact Fresnel, without gain; sums to 1
+  float smooth_reflection = 0;  ///< E_R of a smooth surface, exact Fresnel: what R's closed form integrates to
 };
 
 /// Relative luminance of linear RGB (Rec. 709), and what each channel adds to it.
@@ -26,12 +27,12 @@ inline float luminance(const glm::vec3& color) {
   return terms.r + terms.g + terms.b;
 }
 
-/// E_p(phi_r, theta), bilinear between the nodes of ClearEnergies, which are colored by their rules. Immutable after
+/// E_p(phi_r, theta_r), bilinear between the nodes of ClearEnergies, which are colored by their rules. Immutable after
 /// construction; any thread.
 class EnergyTable {
  public:
   /// `clear` is of energy_key(fiber); many fibers share it. Takes sigma_a, gain and reflection_fresnel of the
-  /// fiber; E_R is of that kind of Fresnel.
+  /// fiber; E_R is of that kind of Fresnel, times the same share of the smooth one's.
   EnergyTable(std::shared_ptr<const ClearEnergies> clear, const FiberParameters& fiber);
 
   /// phi_r absolute, any turn; theta within +-pi/2. A lobe other than R whose energy here is below 1e-3, clear or as

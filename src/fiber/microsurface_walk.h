@@ -22,4 +22,14 @@ struct Departure {
 Departure walk_microsurface(const Beckmann& facets, float index, const glm::vec3& w, const glm::vec3& facing,
                             const std::array<float, 2>& u_facet, float u_choice, RandomStream& random);
 
+/// Both ways that light may go at its first facet, each followed until it leaves.
+struct SplitDeparture {
+  float share_reflected = 0;       ///< of the light, by the first facet
+  Departure reflected, refracted;  ///< what became of either; arbitrary where its share is 0
+};
+
+/// The same walk without a choice at the first facet: an expectation over it is taken exactly.
+SplitDeparture split_microsurface(const Beckmann& facets, float index, const glm::vec3& w, const glm::vec3& facing,
+                                  const std::array<float, 2>& u_facet, RandomStream& random);
+
 }  // namespace tress::fiber

@@ -12,6 +12,7 @@ namespace tress::fiber {
 namespace {
 
 constexpr float largest_tilt = 1.5f;
+constexpr int last_named_order = 3;
 constexpr float least_cosine = 1e-6f;  // to the normal, of light that grazes a surface or was rounded past it
 
 /// One Newton step onto the unit sphere: rounding cannot build up.
@@ -57,11 +58,22 @@ glm::vec3 RoughFiber::face(const glm::vec3& w, const glm::vec3& outward, float s
   return random.next() * (seen_step + seen_slope) < seen_step ? step : glm::normalize(slope);
 }
 
+glm::vec3 RoughFiber::toward_face(const glm::vec3& w, const glm::vec3& facing) {
+  const float cosine = glm::dot(w, facing);
+  return cosine < least_cosine ? glm::normalize(w + (least_cosine - cosine) * facing) : w;
+}
+
+float RoughFiber::cross(glm::vec2& point, const glm::vec3& direction) const {
+  const glm::vec2 across(direction.y, direction.z / eccentricity_);
+  const float length = std::max(-2 * glm::dot(point, across), 0.0f) / std::max(glm::dot(across, across), 1e-12f);
+  point = onto_unit(point + length * across);
+  return length;
+}
+
 RoughFiber::Event RoughFiber::scatter(const glm::vec3& w, const glm::vec3& outward, bool from_inside,
                                       const std::array<float, 2>& u_facet, float u_choice, RandomStream& random) const {
   const glm::vec3 facing = face(w, outward, from_inside ? -1.0f : 1.0f, random);
-  const float cosine = glm::dot(w, facing);
-  const glm::vec3 toward = cosine < least_cosine ? glm::normalize(w + (least_cosine - cosine) * facing) : w;
+  const glm::vec3 toward = toward_face(w, facing);
   if (masked_ == Masked::meets_others) {
     const float index = from_inside ? 1 / eta_ : eta_;
     const Departure leaves = walk_microsurface(facets_, index, toward, facing, u_facet, u_choice, random);
@@ -106,9 +118,7 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
     }
     if (inside && away < 0) {
       ++exit.order;
-      const glm::vec2 across(event.direction.y, event.direction.z / eccentricity_);
-      const float length = std::max(-2 * glm::dot(point, across), 0.0f) / std::max(glm::dot(across, across), 1e-12f);
-      point = onto_unit(point + length * across);
+      const float length = cross(point, event.direction);
       outward = outward_normal(point);
       throughput *= glm::exp(-sigma_a_ * length);
     }  // else it meets another face of the cuticle on the same side
@@ -122,6 +132,62 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
     event = scatter(-event.direction, outward, inside, u_facet, u_choice, random);
   }
   return exit;
+}
+
+void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, RandomStream& random,
+                             std::vector<SplitExit>& exits) const {
+  struct Part {
+    glm::vec3 direction;
+    float weight = 0;
+    bool inside = false, away = false;
+  };
+  glm::vec2 point = entry.point;
+  glm::vec3 outward = outward_normal(point), w = entry.direction;
+  bool inside = false;
+  float weight = 1, path = 0;
+  int order = 0;
+  for (int events = 0; events < most_events; ++events) {
+    const glm::vec3 facing = face(w, outward, inside ? -1.0f : 1.0f, random);
+    const std::array<float, 2> u_facet = static_cast<std::size_t>(events) < u.size()
+                                             ? u[static_cast<std::size_t>(events)]
+                                             : std::array<float, 2>{random.next(), random.next()};
+    const SplitDeparture split =
+        split_microsurface(facets_, inside ? 1 / eta_ : eta_, toward_face(w, facing), facing, u_facet, random);
+    float kept = 0;
+    std::array<Part, 2> parts;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Departure& leaves = i == 0 ? split.reflected : split.refracted;
+      const float share = i == 0 ? split.share_reflected : 1 - split.share_reflected;
+      if (!(share > 0)) continue;
+      Part part{onto_unit(leaves.direction), weight * share, inside != leaves.refracted};
+      part.away = glm::dot(part.direction, outward) > 0;
+      if (!part.inside && part.away) {
+        exits.push_back({order, part.weight, path});
+        continue;
+      }
+      parts[i] = part;
+      kept += part.weight;
+    }
+    if (!(kept > 0)) return;
+    const bool second = parts[1].weight > 0 && (!(parts[0].weight > 0) || random.next() * kept < parts[1].weight);
+    const Part& chosen = parts[second ? 1 : 0];
+    weight = kept;
+    inside = chosen.inside;
+    if (inside && !chosen.away) {
+      ++order;
+      path += cross(point, chosen.direction);
+      outward = outward_normal(point);
+      if (path > longest_way && order > last_named_order) {
+        exits.push_back({order, weight, path});
+        return;
+      }
+    }
+    if (weight < split_below) {
+      if ((1 - random.next()) * split_below > weight) return;
+      weight = split_below;
+    }
+    w = -chosen.direction;
+  }
 }
 
 }  // namespace tress::fiber

@@ -6,6 +6,7 @@
 #include <array>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <vector>
 
 #include "fiber/beckmann.h"
 #include "tress/adaptive/random.h"
@@ -26,6 +27,12 @@ struct RoughExit {
   glm::vec3 direction{0, 1, 0};   ///< unit, away from the fiber
   glm::vec3 throughput{0.0f};     ///< linear RGB, of unit flux; 0: absorbed or masked
   FiberDirection angles() const;  ///< of `direction`
+};
+
+/// A part of a path's light that left.
+struct SplitExit {
+  int order;
+  float weight, path;  ///< of unit flux, clear; way inside, major semi-axes
 };
 
 /// What becomes of light that a microfacet sends against another one.
@@ -53,6 +60,8 @@ enum class Masked {
 class RoughFiber {
  public:
   static constexpr float roulette_below = 0.02f;
+  static constexpr float split_below = 0.15f;  ///< where the roulette of trace_split() begins
+  static constexpr float longest_way = 200;    ///< of trace_split(), major semi-axes
   static constexpr int most_events = 1 << 16;  ///< a path that meets more surfaces counts as absorbed
 
   /// Reads eta, eccentricity, roughness (alpha of every event), tilt and sigma_a.
@@ -65,6 +74,15 @@ class RoughFiber {
   /// the rest by `random`. Ends with probability 1; finite for every input.
   RoughExit trace(const RoughEntry& entry, const std::array<float, 4>& u, RandomStream& random) const;
 
+  /// The facets where it enters and where it first and next meets the surface from inside.
+  using FacetNumbers = std::array<std::array<float, 2>, 3>;
+  /// All orders of a clear fiber from one path: at every facet what leaves is appended to `exits` and the rest goes on,
+  /// so that expectations over choices of reflection and refraction are exact. Weights sum to 1 on average. What is
+  /// still inside after a way of `longest_way`, and after TRRT, leaves there. sigma_a and Masked are not read: no light
+  /// is lost.
+  void trace_split(const RoughEntry& entry, const FacetNumbers& u, RandomStream& random,
+                   std::vector<SplitExit>& exits) const;
+
  private:
   struct Event {
     glm::vec3 direction;  ///< unit, that light leaves in
@@ -75,6 +93,10 @@ class RoughFiber {
   /// light is from.
   Event scatter(const glm::vec3& w, const glm::vec3& outward, bool from_inside, const std::array<float, 2>& u_facet,
                 float u_choice, RandomStream& random) const;
+  /// Where light that is inside and heads for the surface meets it: moves the point, tells the way.
+  float cross(glm::vec2& point, const glm::vec3& direction) const;
+  /// The direction as a surface sees it: not past its horizon.
+  static glm::vec3 toward_face(const glm::vec3& w, const glm::vec3& facing);
   /// The normal, to the side that light from w arrives on, of the face of the cuticle that it meets; side: -1 inside.
   glm::vec3 face(const glm::vec3& w, const glm::vec3& outward, float side, RandomStream& random) const;
   glm::vec3 outward_normal(const glm::vec2& point) const;

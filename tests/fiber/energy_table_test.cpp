@@ -1,16 +1,21 @@
 #include "fiber/energy_table.h"
 
 #include <gtest/gtest.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <numbers>
+#include <string>
 #include <vector>
 
+#include "fiber/cross_section.h"
 #include "fiber/direct_energies.h"
 #include "fiber/reflection.h"
+#include "fiber/rough_fiber.h"
 #include "tress/adaptive/random.h"
 
 namespace {
@@ -18,7 +23,7 @@ namespace {
 using namespace tress;
 constexpr float pi = std::numbers::pi_v<float>;
 
-/// One set of clear energies per cross-section for all tests.
+/// One set of clear energies per fiber for all tests.
 fiber::EnergyTable make_table(float eta, float eccentricity, const glm::vec3& sigma_a) {
   static fiber::SharedEnergies shared;
   fiber::FiberParameters fiber;
@@ -43,73 +48,128 @@ TEST(EnergyTable, ClearLobesSumToOne) {
   }
 }
 
-TEST(EnergyTable, AgreesWithDirectTraces) {
-  // Against 2048 rays (off by some 1e-4 at most) at 150 directions, uniform in phi and cos theta; the design has 4e-5
-  // median, 1.5e-3 at 99 %, .008 largest (absolute, one e).
-  RandomStream random(4);
-  std::vector<double> errors;
-  for (int i = 0; i < 150; ++i) {
-    const float phi = 2 * pi * random.next() - pi, theta = std::acos(random.next());
-    const auto table = brown().interpolated(phi, theta);
-    const auto direct = test::direct_energies(1.55, 0.85f, glm::vec3(0.545f, 0.906f, 1.781f), phi, theta, 2048, 300);
-    for (std::size_t p = 0; p < fiber::lobe_count - 1; ++p) {
-      errors.push_back(std::abs(table.clear[p] - direct.clear[p]));
-      for (int c = 0; c < 3; ++c) errors.push_back(std::abs(table.colored[p][c] - direct.colored[p][c]));
-    }
+/// Energies by paths of the rough fiber one by one: independent of what the table is traced by, but for the fiber.
+fiber::LobeEnergies traced_one_by_one(const fiber::FiberParameters& fiber, const fiber::FiberDirection& wr, int paths) {
+  fiber::LobeEnergies energies;
+  fiber::FiberParameters clear = fiber;
+  clear.sigma_a = glm::vec3(0);
+  const fiber::RoughFiber colored(fiber), uncolored(clear);
+  RandomStream random(91);
+  for (int i = 0; i < paths; ++i) {
+    const float h = 2 * (float(i) + random.next()) / float(paths) - 1;
+    const std::array<float, 4> u{random.next(), random.next(), random.next(), random.next()};
+    const auto add = [&](const fiber::RoughFiber& traced, auto&& to) {
+      RandomStream rest(92, std::uint64_t(i));
+      const fiber::RoughExit exit = traced.trace(traced.entry(wr, h), u, rest);
+      to(std::size_t(std::min(exit.order, 4)), exit.throughput / float(paths));
+    };
+    add(uncolored, [&](std::size_t lobe, const glm::vec3& w) { energies.clear[lobe] += w.g; });
+    add(colored, [&](std::size_t lobe, const glm::vec3& w) { energies.colored[lobe] += w; });
   }
-  std::sort(errors.begin(), errors.end());
-  const double median = errors[errors.size() / 2], most = errors[errors.size() * 99 / 100];
-  RecordProperty("median", std::to_string(median));
-  RecordProperty("most", std::to_string(most));
-  RecordProperty("largest", std::to_string(errors.back()));
-  EXPECT_LT(median, 1e-4);
-  EXPECT_LT(most, 3e-3);
-  EXPECT_LT(errors.back(), 0.015);
+  return energies;
 }
 
-TEST(EnergyTable, RulesGiveEveryAbsorptionAtTheNodes) {
-  // The same 512 rays, colored one by one: what differs is the three-point rule, 7e-6 at most at e .5 and sigma_a 3 to
-  // 10 (TT, over 100 nodes), 1e-6 else: the sixth derivative of e^(-sigma_a l) times the spread of l to the sixth.
-  constexpr int last = fiber::ClearEnergies::nodes_per_axis - 1;
-  for (const glm::vec3& sigma_a : {glm::vec3(0.1f, 0.4f, 1), glm::vec3(2, 3, 10)}) {
-    for (float e : {0.5f, 0.85f, 1.0f}) {
-      const fiber::EnergyTable table = make_table(1.55f, e, sigma_a);
-      for (int j = 0; j <= last; j += 21) {
-        for (int i = 0; i <= last; i += 21) {
-          const float phi = float(i) / last * pi / 2, theta = std::acos(float(j) / last);
-          const auto held = table.interpolated(phi, theta);
-          const auto direct = test::direct_energies(1.55, e, sigma_a, phi, theta, 512, 3);
-          for (std::size_t p = 1; p < 4; ++p) {
-            for (int c = 0; c < 3; ++c) {
-              EXPECT_NEAR(held.colored[p][c], direct.colored[p][c], c > 0 && sigma_a[c] > 2 ? 1e-5 : 2e-6)
-                  << e << ' ' << sigma_a[c] << ' ' << i << ' ' << j;
-            }
-          }
-        }
+fiber::EnergyTable make_table(const fiber::FiberParameters& fiber) {
+  return {std::make_shared<const fiber::ClearEnergies>(fiber::energy_key(fiber)), fiber};
+}
+
+// Over fibers from rough to nearly smooth, tilted or not, and 20 directions each, corners among them. The truth of 4000
+// paths has a standard error of at most .008, the table .012 (rms over lobes and directions; .0125 measured of TT at
+// roughness .5, .002 to .009 else). Bounds: on the rms, of 100 energies a fiber, .02 (hypot(.008, .012) = .0144); on
+// the largest, 5 times .0144 (a chance of 3e-4 of all 500 if both were normal); on the mean over 20 directions of any
+// lobe, 4 standard errors, 4 * .0144/sqrt(20) = .013. Colored: the same, since color only takes away.
+TEST(EnergyTable, AgreesWithPathsOneByOne) {
+  struct Case {
+    float roughness, eccentricity, tilt;
+  };
+  for (const Case& k : {Case{0.2f, 0.75f, 0.0523599f}, Case{0.2f, 0.5f, 0}, Case{0.05f, 0.85f, 0.0523599f},
+                        Case{0.02f, 0.75f, 0}, Case{1, 1, 0.0523599f}}) {
+    fiber::FiberParameters fiber;
+    fiber.roughness = k.roughness;
+    fiber.eccentricity = k.eccentricity;
+    fiber.tilt = k.tilt;
+    fiber.sigma_a = {0.1f, 0.5f, 2};
+    const fiber::EnergyTable table = make_table(fiber);
+    RandomStream random(4);
+    double squares = 0;
+    std::array<double, 5> bias{};
+    constexpr int directions = 20;
+    for (int i = 0; i < directions; ++i) {
+      fiber::FiberDirection wr{std::asin(2 * random.next() - 1), pi / 2 * random.next()};
+      if (i < 2) wr = {(i == 0 ? 89.9f : -89.9f) * pi / 180, i == 0 ? 0 : pi / 2};
+      const auto truth = traced_one_by_one(fiber, wr, 4000);
+      const auto held = table.interpolated(wr.phi, wr.theta);
+      for (std::size_t p = 0; p < 5; ++p) {
+        const double off = held.clear[p] - truth.clear[p];
+        squares += off * off;
+        bias[p] += off / directions;
+        EXPECT_NEAR(held.clear[p], truth.clear[p], 0.072)
+            << k.roughness << ' ' << wr.theta << ' ' << wr.phi << ' ' << p;
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(held.colored[p][c], truth.colored[p][c], 0.072);
       }
     }
+    const double rms = std::sqrt(squares / (5 * directions));
+    RecordProperty("rms at roughness " + std::to_string(k.roughness), std::to_string(rms));
+    EXPECT_LT(rms, 0.02) << k.roughness;
+    for (std::size_t p = 0; p < 5; ++p) EXPECT_NEAR(bias[p], 0, 0.013) << k.roughness << ' ' << p;
   }
 }
 
-TEST(EnergyTable, ResidualRulesGiveEveryAbsorptionAtTheNodes) {
-  // 64 rays across caustics, and a tail that goes on at a mean rate. 64 rays followed for 300 orders are off by 3e-3 of
-  // all light at most where sigma_a is .02 or .1, over all e; the tail adds 6e-3 at .02, where trapped light counts,
-  // and nothing from .1 on. Half of the room at e .85 and above, where less light is left after TRRT.
-  constexpr int last = fiber::ClearEnergies::nodes_per_axis - 1;
-  const glm::vec3 sigma_a(0.02f, 0.1f, 0.4f);
-  constexpr auto residual = std::size_t(fiber::Lobe::residual);
-  constexpr std::array tolerance{0.012f, 0.005f, 0.0015f};
-  for (float e : {0.5f, 0.85f, 1.0f}) {
-    const fiber::EnergyTable table = make_table(1.55f, e, sigma_a);
-    for (int j = 0; j <= last; j += 21) {
-      for (int i = 0; i <= last; i += 21) {
-        const float phi = float(i) / last * pi / 2, theta = std::acos(float(j) / last);
-        const auto held = table.interpolated(phi, theta);
-        const auto direct = test::direct_energies(1.55, e, sigma_a, phi, theta, 1024, 300);
-        for (int c = 0; c < 3; ++c) {
-          EXPECT_NEAR(held.colored[residual][c], direct.colored[residual][c], tolerance[c] * (e < 0.8f ? 1 : 0.5f))
-              << e << ' ' << sigma_a[c] << ' ' << i << ' ' << j;
-        }
+// Roughness .01 without a tilt is the smooth fiber but for 3 degrees at grazing and at the edges of total internal
+// reflection. Series of 12 x 24 orders do not follow its kinks: .02 rms over all lobes (.04 at e .5, where every lobe
+// ends somewhere).
+TEST(EnergyTable, GoesOverIntoTheSmoothFiber) {
+  for (const float e : {0.5f, 0.85f, 1.0f}) {
+    fiber::FiberParameters fiber;
+    fiber.roughness = 0.01f;
+    fiber.eccentricity = e;
+    fiber.tilt = 0;
+    fiber.sigma_a = glm::vec3(0.3f);
+    const fiber::EnergyTable table = make_table(fiber);
+    RandomStream random(14);
+    double clear = 0, colored = 0;
+    constexpr int directions = 200;
+    for (int i = 0; i < directions; ++i) {
+      const float theta = std::asin(1.9f * random.next() - 0.95f), phi = pi * random.next();
+      const auto held = table.interpolated(phi, theta);
+      const auto smooth = test::direct_energies(1.55, e, fiber.sigma_a, phi, theta, 256, 300);
+      for (std::size_t p = 0; p < 5; ++p) {
+        clear += std::pow(held.clear[p] - smooth.clear[p], 2) / (5 * directions);
+        colored += std::pow(held.colored[p].g - smooth.colored[p].g, 2) / (5 * directions);
+      }
+    }
+    RecordProperty("e " + std::to_string(e),
+                   std::to_string(std::sqrt(clear)) + ", colored " + std::to_string(std::sqrt(colored)));
+    EXPECT_LT(std::sqrt(clear), e < 0.8f ? 0.04 : 0.02) << e;
+    EXPECT_LT(std::sqrt(colored), e < 0.8f ? 0.03 : 0.015) << e;
+  }
+}
+
+TEST(EnergyTable, SmoothReflectionIsTheIntegralOfTheClosedForm) {
+  // Bilinear in what is let in, beside the quadrature: its second derivative is 1 at most, nodes are .05 and .07 apart.
+  const fiber::EnergyTable& table = brown();
+  RandomStream random(15);
+  for (int i = 0; i < 500; ++i) {
+    const float phi = 2 * pi * random.next() - pi, theta = pi * random.next() - pi / 2;
+    EXPECT_NEAR(table.interpolated(phi, theta).smooth_reflection,
+                fiber::reflected_energy(fiber::ReflectionFresnel::exact, 1.55f, 0.85f, theta, phi), 5e-4)
+        << theta << ' ' << phi;
+  }
+}
+
+TEST(EnergyTable, TheSameBitsOnAnyNumberOfThreads) {
+  const fiber::EnergyKey key{1.55f, 0.7f, 0.15f, 0.05f, 0.2f};
+  const auto made = [&](int threads) {
+    tbb::task_arena arena(threads);
+    return arena.execute([&] { return std::make_unique<fiber::ClearEnergies>(key); });
+  };
+  const auto one = made(1), several = made(4);
+  for (int node = 0; node < fiber::ClearEnergies::node_count; ++node) {
+    ASSERT_EQ(one->clear(node), several->clear(node));
+    for (const auto lobe : {fiber::Lobe::tt, fiber::Lobe::residual, fiber::Lobe::glint}) {
+      for (int k = 0; k < fiber::path_points; ++k) {
+        ASSERT_EQ(one->weights(lobe, k)[node], several->weights(lobe, k)[node]);
+        ASSERT_EQ(one->lengths(lobe, k)[node], several->lengths(lobe, k)[node]);
       }
     }
   }
@@ -147,8 +207,11 @@ TEST(EnergyTable, TheKindOfFresnelChangesTheEnergyOfReflectionOnly) {
     fiber.reflection_fresnel = kind;
     const fiber::EnergyTable table(shared.find(fiber::energy_key(fiber)), fiber);
     const auto a = exact.interpolated(0.7f, 0.9f), b = table.interpolated(0.7f, 0.9f);
-    // Interpolation between nodes is off by up to 1e-3 here, as it is for the exact one.
-    EXPECT_NEAR(b.colored[0].g, fiber::reflected_energy(kind, fiber.eta, fiber.eccentricity, 0.9f, 0.7f), 1e-3);
+    // Interpolation between nodes is off by up to 2e-3 here, as it is for the exact one.
+    EXPECT_NEAR(
+        b.colored[0].g,
+        fiber::reflected_energy(kind, fiber.eta, fiber.eccentricity, 0.9f, 0.7f) * a.clear[0] / a.smooth_reflection,
+        2e-3);
     for (std::size_t p = 1; p < fiber::lobe_count; ++p) EXPECT_EQ(a.colored[p], b.colored[p]);
     EXPECT_EQ(a.clear, b.clear);
   }
@@ -163,28 +226,40 @@ TEST(EnergyTable, GlintAndTheRestShareTheEnergyOfTrt) {
   fiber.azimuthal_sigma[1] = float(10 * pi / 180);
   const fiber::EnergyTable split(shared.find(fiber::energy_key(fiber)), fiber);
   RandomStream random(7);
-  double glint = 0, trt = 0;
+  const fiber::RoughFiber rough(fiber);
+  double glint = 0, trt = 0, traced_glint = 0, traced_trt = 0;
   for (int i = 0; i < 500; ++i) {
     const float phi = 2 * pi * random.next(), theta = std::acos(random.next());
     const auto a = whole.interpolated(phi, theta), b = split.interpolated(phi, theta);
     EXPECT_EQ(a.clear[5], 0);
-    EXPECT_NEAR(b.clear[2] + b.clear[5], a.clear[2], 1e-6f);
-    // Two rules in place of one: each is off by 1e-6 at most.
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(b.colored[2][c] + b.colored[5][c], a.colored[2][c], 3e-6f);
-    for (std::size_t p : {0u, 1u, 3u, 4u}) EXPECT_EQ(a.colored[p], b.colored[p]);
+    // The same paths; where a series is below 0 either part is taken for nothing by itself.
+    EXPECT_NEAR(b.clear[2] + b.clear[5], a.clear[2], 2e-3f);
+    // Two rules of three points in place of one.
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(b.colored[2][c] + b.colored[5][c], a.colored[2][c], 2e-3f);
+    for (std::size_t p : {0u, 1u, 3u}) EXPECT_EQ(a.colored[p], b.colored[p]);
     glint += b.clear[5];
     trt += a.clear[2];
+    const fiber::CrossSection section(fiber.eta, fiber.eccentricity, phi, theta);
+    for (int path = 0; path < 100; ++path) {
+      const float h = 2 * random.next() - 1;
+      const std::array<float, 4> u{random.next(), random.next(), random.next(), random.next()};
+      if (rough.trace(rough.entry({theta, phi}, h), u, random).order != 2) continue;
+      traced_trt += 0.01;
+      traced_glint += 0.01 * section.glint_share(h, fiber::azimuthal_sigmas(fiber)[1]);
+    }
   }
-  // The design's measure: about 55 : 45.
-  EXPECT_NEAR(glint / trt, 0.5, 0.1);
+  // Some 2600 paths of TRT: a share's standard error is at most .01, that of the table's energies half of it; 4 of
+  // them.
+  EXPECT_NEAR(glint / trt, traced_glint / traced_trt, 0.045);
   RecordProperty("glint_share", std::to_string(glint / trt));
 }
 
-TEST(EnergyTable, OneCrossSectionIsTracedOnce) {
+TEST(EnergyTable, OneFiberIsTracedOnce) {
   fiber::SharedEnergies shared;
-  const auto first = shared.find({1.55f, 0.85f}), again = shared.find({1.55f, 0.85f});
+  const auto first = shared.find({1.55f, 0.85f, 0.2f}), again = shared.find({1.55f, 0.85f, 0.2f});
   EXPECT_EQ(first, again);
-  EXPECT_NE(first, shared.find({1.55f, 0.86f}));
+  EXPECT_NE(first, shared.find({1.55f, 0.86f, 0.2f}));
+  EXPECT_NE(first, shared.find({1.55f, 0.85f, 0.21f}));
 }
 
 TEST(EnergyTable, WeakLobesGiveTheirEnergyToTheResidual) {
@@ -212,10 +287,15 @@ TEST(EnergyTable, WeakLobesGiveTheirEnergyToTheResidual) {
 }
 
 TEST(EnergyTable, FoldsAzimuthAndInclination) {
-  const auto at = [](float phi, float theta) { return brown().at(phi, theta).clear[2]; };
-  EXPECT_NEAR(at(0.4f, 0.7f), at(-0.4f, 0.7f), 1e-6f);
-  EXPECT_NEAR(at(0.4f, 0.7f), at(pi - 0.4f, -0.7f), 1e-6f);
-  EXPECT_NEAR(at(0.4f, 0.7f), at(0.4f - pi, -0.7f), 1e-6f);
+  fiber::FiberParameters fiber;
+  fiber.tilt = 0;
+  const fiber::EnergyTable level = make_table(fiber);
+  const auto at = [](const fiber::EnergyTable& table, float phi, float theta) { return table.at(phi, theta).clear[2]; };
+  EXPECT_NEAR(at(brown(), 0.4f, 0.7f), at(brown(), -0.4f, 0.7f), 1e-6f);
+  EXPECT_NEAR(at(brown(), 0.4f, 0.7f), at(brown(), pi - 0.4f, 0.7f), 1e-6f);
+  EXPECT_NEAR(at(brown(), 0.4f, 0.7f), at(brown(), 0.4f - pi, 0.7f), 1e-6f);
+  EXPECT_NEAR(at(level, 0.4f, 0.7f), at(level, 0.4f, -0.7f), 1e-6f);
+  EXPECT_LT(brown().at(0.4f, 1.5f).clear[0] + 0.1f, brown().at(0.4f, -1.5f).clear[0]);  // scales have a direction
 }
 
 TEST(EnergyTable, ExtremeFibersAreFinite) {
@@ -235,7 +315,6 @@ TEST(EnergyTable, ExtremeFibersAreFinite) {
         EXPECT_NEAR(sum, 1, 1e-6);
       }
     }
-    EXPECT_NEAR(table.at(0.3f, pi / 2).clear[0], 1, 1e-5);
   }
 }
 

@@ -27,11 +27,11 @@ std::vector<FiberParameters> thousand_fibers() {
   std::vector<FiberParameters> fibers;
   for (const float e : {0.85f, 0.7f}) {
     for (int color = 0; color < 5; ++color) {
-      for (int tilt = 0; tilt < 100; ++tilt) {
+      for (int width = 0; width < 100; ++width) {
         FiberParameters fiber;
         fiber.eccentricity = e;
         fiber.sigma_a = static_cast<float>(color) * glm::vec3(0.1f, 0.2f, 0.4f);
-        fiber.tilt = 0.001f * static_cast<float>(tilt);
+        fiber.longitudinal_lambda[0] = 0.1f + 0.001f * static_cast<float>(width);
         fibers.push_back(fiber);
       }
     }

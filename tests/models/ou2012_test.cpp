@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "fiber/clear_energies.h"
+#include "fiber/direct_energies.h"
 #include "models/model_measures.h"
 #include "models/ou2012_lobes.h"
 #include "support/quadrature.h"
@@ -82,8 +82,7 @@ TEST(ou2012, longitudinal_lobes_are_the_published_ones) {
 TEST(ou2012, returns_the_traced_energies_at_right_angles_and_not_elsewhere) {
   const OneFiber fiber(info(), clear_circle());
   const FiberEvent event = fiber.begin({0, 0.3f});
-  const fiber::ClearEnergies far({.eta = 1.55f, .eccentricity = 1});
-  const auto& expected = far.clear((fiber::ClearEnergies::nodes_per_axis - 1) * fiber::ClearEnergies::nodes_per_axis);
+  const auto expected = test::direct_energies(1.55, 1, glm::vec3(0), 0.3, 0, 512, 300).clear;
   for (std::size_t p = 0; p < 3; ++p) EXPECT_NEAR(event.energy[p].g, expected[p], 2e-4f) << fiber::lobe_names[p];
   const double all = test::masses(fiber.model(), event, 24, 16).s;
   EXPECT_NEAR(all, double{expected[0] + expected[1] + expected[2]}, 1e-3);

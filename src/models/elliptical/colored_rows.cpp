@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "fiber/elliptical_target.h"
 #include "models/elliptical/ray_shape.h"
 #include "tress/fiber/elliptical_model.h"
 
@@ -19,19 +20,22 @@ const TintedRow* uniform_row() {
 
 }  // namespace
 
-PageRows::PageRows(adaptive::Service& service, const adaptive::PageDescription& description,
-                   const EnergyTable& energies)
+PageRows::PageRows(adaptive::Service& service, const adaptive::PageDescription& description)
     : page(service.add_page(description)),
       grid(description),
       width(static_cast<std::uint32_t>(description.axis_b.size())),
       node_count(description.node_count()),
       uniform(node_count),
       converged(node_count) {
-  const auto lobe = static_cast<std::size_t>(lobe_of_page(static_cast<int>(description.key.lobe)));
+  const EllipticalTarget target;
+  std::vector<adaptive::TracedRay> rays;
   for (std::uint32_t node = 0; node < node_count; ++node) {
     const std::uint32_t a = node / width, b = node % width;
-    uniform[node] =
-        energies.interpolated(description.axis_a[a], description.axis_b[b]).clear[lobe] < smallest_row_energy;
+    rays.clear();
+    target.trace(description, description.axis_a[a], description.axis_b[b], rays);
+    float mass = 0;
+    for (const adaptive::TracedRay& ray : rays) mass += ray.weight;
+    uniform[node] = mass < smallest_row_energy;
     converged[node] = service.peek(page, a, b).state == adaptive::RowState::converged;
   }
 }

@@ -6,26 +6,25 @@
 #include <memory>
 #include <vector>
 
-#include "fiber/energy_table.h"
 #include "fiber/row_axes.h"
 #include "models/elliptical/tinted_row.h"
 #include "tress/adaptive/service.h"
 
 namespace tress::fiber {
 
-/// A node's energy below this is spread uniformly over the azimuth, without a row.
+/// Where the rays of a node have less mass, its light is spread uniformly over the azimuth, without a row.
 constexpr float smallest_row_energy = 1e-3f;
 
 /// One page, for all fibers and colors that have it. Written between passes only.
 struct PageRows {
-  /// energies: of any fiber of this page; only its clear part is read.
-  PageRows(adaptive::Service& service, const adaptive::PageDescription& description, const EnergyTable& energies);
+  /// Traces every node once: some milliseconds.
+  PageRows(adaptive::Service& service, const adaptive::PageDescription& description);
 
   adaptive::PageId page;
   RowGrid grid;
   std::uint32_t width;  ///< nodes of axis_b
   std::uint32_t node_count;
-  std::vector<bool> uniform;    ///< by node: clear energy below smallest_row_energy
+  std::vector<bool> uniform;    ///< by node: mass of its rays below smallest_row_energy
   std::vector<bool> converged;  ///< by node, as of the last change that was told
 };
 

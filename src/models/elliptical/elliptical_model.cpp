@@ -42,6 +42,7 @@ struct EventConstants {
   ReflectionLobe reflection;
   LongitudinalLobes longitudinal;  ///< by order p - 1: TT, TRT (and GLINT), TRRT (and the residual); R's last, unused
   FoldedAzimuth fold;
+  glm::vec3 reflection_gain;                  ///< of R, times what roughness leaves of its energy
   std::array<std::uint32_t, 4> first_node{};  ///< of the row of nodes that xi1 chose, by row lobe
   std::array<glm::vec3, 4> channel_weights;   ///< shares of the channels in the luminance of the lobe's energy
   std::uint64_t hash;                         ///< of xi and the known direction; for `corrected`
@@ -79,11 +80,12 @@ class EllipticalModel final : public FiberModel {
     const FiberParameters& parameters = fiber.parameters;
     const LobeWidths::At widths = fiber.widths.at(event.wr.theta);
     EventConstants* constants = new (place_of<EventConstants>(event)) EventConstants{
-        {parameters.eta, parameters.eccentricity, event.wr.theta, event.wr.phi, energies.clear[0],
+        {parameters.eta, parameters.eccentricity, event.wr.theta, event.wr.phi, energies.smooth_reflection,
          widths.tilt[LobeWidths::lane_of(0)], widths.lambda[LobeWidths::lane_of(0)], parameters.reflection_fresnel,
          parameters.longitudinal_shape},
         {event.wr.theta, widths.tilt + widths.shift, widths.lambda, parameters.longitudinal_shape},
         fold,
+        parameters.gain[0] * (energies.clear[0] / energies.smooth_reflection),
         {},
         {},
         estimator_ == Estimator::corrected ? hash_of(event.wr.theta, event.wr.phi, hash_of(xi1, xi2, 0)) : 0};
@@ -195,7 +197,7 @@ class EllipticalModel final : public FiberModel {
     if (event.selection[0] > 0) {
       const ReflectionLobe::At r = constants.reflection.at(wi.phi);
       const float m = constants.reflection.longitudinal_density(r, wi.theta);
-      value.s[0] = fiber.parameters.gain[0] * (r.energy_density * m);
+      value.s[0] = constants.reflection_gain * (r.energy_density * m);
       value.pdf += event.selection[0] * r.azimuth_pdf * m;
     }
     const float x = constants.fold.relative(wi.phi, event.wr.phi);

@@ -30,7 +30,7 @@ FiberId FiberStore::add(const FiberParameters& parameters) {
     // Four degrees turned into radians may round below the limit and are still on the grid.
     fiber.proposes_only[i] = fiber.sigma[i] < smallest_grid_sigma * (1 - 1e-5f);
     if (service_ == nullptr || (row_lobes[i] == Lobe::glint && !parameters.split_glint)) continue;
-    fiber.rows[i] = rows_of(page_lobes[i], std::max(fiber.sigma[i], smallest_grid_sigma), parameters, *fiber.energies);
+    fiber.rows[i] = rows_of(page_lobes[i], std::max(fiber.sigma[i], smallest_grid_sigma), parameters);
   }
   fibers_.push_back(std::move(fiber));
   return id;
@@ -46,13 +46,13 @@ std::shared_ptr<const EnergyTable> FiberStore::energies_of(const FiberParameters
 }
 
 std::shared_ptr<const ColoredRows> FiberStore::rows_of(int page_lobe, float sigma_rad,
-                                                       const FiberParameters& parameters, const EnergyTable& energies) {
+                                                       const FiberParameters& parameters) {
   const auto [named, unknown] =
       page_of_key_.try_emplace({page_lobe, parameters.eta, parameters.eccentricity, sigma_rad}, adaptive::PageId{0});
   if (unknown) {
     const adaptive::PageDescription description =
         elliptical_page(page_lobe, parameters.eta, parameters.eccentricity, sigma_rad);
-    auto page = std::make_shared<PageRows>(*service_, description, energies);
+    auto page = std::make_shared<PageRows>(*service_, description);
     named->second = page->page;
     pages_[page->page].page = std::move(page);
   }

@@ -14,9 +14,9 @@
 
 namespace tress::fiber {
 
-/// Shared: clear energies by (eta, e), colored ones by (eta, e, sigma_a, gain, Fresnel of R), the rows of a page by its
-/// key, and tinted by (page, sigma_a). Thread-safety: operator[] and pool(): any thread, during a pass; the rest: one
-/// thread, between passes.
+/// Shared: clear energies by their key, colored ones by that and (sigma_a, gain, Fresnel of R), the rows of a page by
+/// its key, and tinted by (page, sigma_a). Thread-safety: operator[] and pool(): any thread, during a pass; the rest:
+/// one thread, between passes.
 class FiberStore {
  public:
   /// service null: fibers have no rows.
@@ -43,8 +43,7 @@ class FiberStore {
   using EnergyTableKey = std::tuple<EnergyKey, Color, std::array<float, 3 * lobe_count>, ReflectionFresnel>;
 
   std::shared_ptr<const EnergyTable> energies_of(const FiberParameters& parameters);
-  std::shared_ptr<const ColoredRows> rows_of(int page_lobe, float sigma_rad, const FiberParameters& parameters,
-                                             const EnergyTable& energies);
+  std::shared_ptr<const ColoredRows> rows_of(int page_lobe, float sigma_rad, const FiberParameters& parameters);
 
   adaptive::Service* service_;
   FiberIds ids_;

@@ -1,0 +1,60 @@
+// What leaves a rough fiber, by lobe, traced over known directions and told as a series in them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "tress/fiber/lobes.h"
+#include "tress/fiber/parameters.h"
+
+namespace tress::fiber {
+
+/// What clear energies depend on. Angles in radians.
+struct EnergyKey {
+  float eta = 1.55f, eccentricity = 0.85f;
+  float roughness = 0.2f, tilt = 0;
+  float glint_sigma = 0;  ///< blur of TRT where it is split into GLINT and the rest; else 0
+  friend auto operator<=>(const EnergyKey&, const EnergyKey&) = default;
+};
+
+/// The roughness is that of the material, whatever widths of lobes are given beside it.
+EnergyKey energy_key(const FiberParameters& fiber);
+
+/// Moments 0 to 5, over the clear light of a lobe other than R, of y = e^(-decay l), l the way inside in major
+/// semi-axes. Bounded, unlike those of l: some light of a rough fiber runs along it.
+using LengthMoments = std::array<double, 6>;
+double length_decay(Lobe lobe);
+
+/// Clear light of unit flux by lobe. The residual is what leaves after TRRT.
+struct LobeMoments {
+  double reflected = 0;
+  std::array<LengthMoments, lobe_count> later{};  ///< by lobe; R's unused
+};
+
+/// Paths through the rough, tilted fiber (RoughFiber::trace_split) at the nodes of a cosine series in phi_r and a
+/// Chebyshev series in theta_r, which then gives the moments anywhere: what is noise between nodes, or finer than the
+/// roughness leaves it, is filtered out. Traces in parallel in the calling oneTBB arena; the same bits on any number of
+/// threads. Immutable after construction; any thread.
+class TracedEnergies {
+ public:
+  static constexpr std::size_t most_azimuths = 12, inclinations = 24;
+  static constexpr int paths_per_node = 320;
+
+  explicit TracedEnergies(const EnergyKey& key);
+
+  /// At all phi of one axis and theta of the other, [theta][phi]. phi in [0, pi/2], theta within +-pi/2, radians. A
+  /// series may be negative where there is little light.
+  std::vector<LobeMoments> at(const std::vector<double>& phi, const std::vector<double>& theta) const;
+
+ private:
+  static constexpr std::size_t fields = sizeof(LobeMoments) / sizeof(double);
+  using Fields = std::array<double, fields>;
+  Fields traced(const EnergyKey& key, std::size_t node) const;
+
+  std::size_t azimuths_;       ///< 1 for a round fiber, to which phi_r makes no difference
+  int paths_;                  ///< per node
+  std::vector<Fields> nodes_;  ///< [theta][phi]
+};
+
+}  // namespace tress::fiber
