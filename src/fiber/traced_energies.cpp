@@ -61,9 +61,9 @@ double length_decay(Lobe lobe) {
   return decay[static_cast<std::size_t>(lobe)];
 }
 
-TracedEnergies::TracedEnergies(const EnergyKey& key)
+TracedEnergies::TracedEnergies(const EnergyKey& key, int paths)
     : azimuths_(key.eccentricity < 1 ? most_azimuths : 1),
-      paths_(key.eccentricity < 1 ? paths_per_node : 4 * paths_per_node),
+      paths_(key.eccentricity < 1 ? paths : 4 * paths),
       nodes_(azimuths_ * inclinations) {
   const bool even = !(key.tilt > 0);  // theta and -theta are alike
   const std::size_t own = (even ? (inclinations + 1) / 2 : inclinations) * azimuths_;

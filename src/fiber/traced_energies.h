@@ -41,7 +41,8 @@ class TracedEnergies {
   static constexpr std::size_t most_azimuths = 12, inclinations = 24;
   static constexpr int paths_per_node = 320;
 
-  explicit TracedEnergies(const EnergyKey& key);
+  /// paths: per node, of an elliptical fiber; a round one has 12 times fewer nodes and 4 times the paths.
+  explicit TracedEnergies(const EnergyKey& key, int paths = paths_per_node);
 
   /// At all phi of one axis and theta of the other, [theta][phi]. phi in [0, pi/2], theta within +-pi/2, radians. A
   /// series may be negative where there is little light.

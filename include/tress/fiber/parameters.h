@@ -26,8 +26,10 @@ enum class ReflectionFresnel {
 struct FiberParameters {
   float eta = 1.55f;           ///< index of refraction, [1.05, 3]
   float eccentricity = 0.85f;  ///< minor over major semi-axis, [0.5, 1]
-  float roughness = 0.2f;      ///< alpha, Beckmann slope parameter, [0.01, 1]; gives the widths not set below
-  float tilt = 0.0523599f;     ///< cuticle tilt tau >= 0, scales rise towards the tip; 3 degrees
+  /// alpha, Beckmann slope parameter, [0.01, 1]. Gives the energies of the lobes, whatever their widths, and the widths
+  /// that are not set below.
+  float roughness = 0.2f;
+  float tilt = 0.0523599f;  ///< cuticle tilt tau >= 0, scales rise towards the tip; 3 degrees
   glm::vec3 sigma_a{1.3f * 0.419f, 1.3f * 0.697f, 1.3f * 1.37f};  ///< absorption per major semi-axis, >= 0, RGB
   /// Overrides by lobe, TT, TRT, TRRT: blur of the exit azimuth (standard deviation), [.5, 45] degrees ...
   std::array<std::optional<float>, 3> azimuthal_sigma{};
