@@ -26,7 +26,7 @@ struct RayQuery {
 /// the ray about the local frame. A ray along the tangent has no azimuth and is inside.
 bool is_outside(const StrandCurves& curves, std::uint32_t segment, float along, float lateral, const glm::vec3& slope,
                 const glm::vec3& direction) {
-  const float eccentricity = curves.eccentricity[segment];
+  const float eccentricity = curves.segments[segment].eccentricity;
   if (std::abs(lateral) <= eccentricity) return false;  // w >= e: inside from every side
   const FiberFrame frame = curves.frame(segment, along, glm::normalize(slope));
   // w^2 = (e^2 d_v^2 + d_w^2) / (d_v^2 + d_w^2)
@@ -73,7 +73,7 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
     if (arguments->valid[i] == 0) continue;
     const std::uint32_t segment = RTCHitN_primID(arguments->hit, n, i);
     const float along = RTCHitN_u(arguments->hit, n, i);
-    const bool is_own = curves.strand[segment] == query.start_strand && curves.groom == query.start_groom;
+    const bool is_own = curves.segments[segment].strand == query.start_strand && curves.groom == query.start_groom;
     if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < 2 * curves.semi_axis(segment, along)) {
       arguments->valid[i] = 0;
     } else if (curves.linear) {
@@ -139,7 +139,7 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
   hit.v = frame.v;
   hit.w = frame.w;
   hit.groom = curves.groom;
-  hit.strand = curves.strand[found.primID];
+  hit.strand = curves.segments[found.primID].strand;
   return hit;
 }
 

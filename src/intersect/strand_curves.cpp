@@ -34,36 +34,32 @@ void add_strand(const scene::Groom& groom, std::uint32_t strand, float eccentric
   const auto base = static_cast<std::uint32_t>(curves.control.size());
   if (!curves.linear) {
     curves.control.push_back(reflect(points[0], axes[0], points[1], axes[1]));
-    curves.frames.push_back(frames[0]);
   }
   for (std::size_t i = 0; i < count; ++i) {
     curves.control.emplace_back(points[i], axes[i]);
-    curves.frames.push_back(frames[i]);
   }
   if (!curves.linear) {
     curves.control.push_back(reflect(points[count - 1], axes[count - 1], points[count - 2], axes[count - 2]));
-    curves.frames.push_back(frames[count - 1]);
   }
   for (std::uint32_t i = 0; i + 1 < count; ++i) {
     curves.first_control.push_back(base + i);
-    curves.strand.push_back(strand);
-    curves.eccentricity.push_back(eccentricity);
+    StrandSegment segment{frames[i], frames[i + 1], {}, strand, eccentricity};
+    for (std::uint32_t c = 0; c < (curves.linear ? 2 : 4); ++c) segment.semi_axis[c] = curves.control[base + i + c].w;
+    curves.segments.push_back(segment);
   }
 }
 
 }  // namespace
 
 FiberFrame StrandCurves::frame(std::uint32_t segment, float t, const glm::vec3& tangent) const {
-  const std::uint32_t knot = first_control[segment] + (linear ? 0 : 1);
-  return frame_between(frames[knot], frames[knot + 1], t, tangent);
+  return frame_between(segments[segment].from, segments[segment].to, t, tangent);
 }
 
 float StrandCurves::semi_axis(std::uint32_t segment, float t) const {
-  const glm::vec4* p = &control[first_control[segment]];
+  const std::array<float, 4>& a = segments[segment].semi_axis;
   const float s = 1 - t;
-  if (linear) return s * p[0].w + t * p[1].w;
-  return (s * s * s * p[0].w + (4 - 3 * t * t * (2 - t)) * p[1].w + (4 - 3 * s * s * (2 - s)) * p[2].w +
-          t * t * t * p[3].w) /
+  if (linear) return s * a[0] + t * a[1];
+  return (s * s * s * a[0] + (4 - 3 * t * t * (2 - t)) * a[1] + (4 - 3 * s * s * (2 - s)) * a[2] + t * t * t * a[3]) /
          6;
 }
 
@@ -76,9 +72,9 @@ bool StrandCurves::is_in_joint(std::uint32_t segment, float t, const glm::vec3& 
                                const glm::vec3& direction) const {
   // The strand's next point beyond the joint. What the ray passes nearest to must not lie towards it.
   const bool at_root = t < 0.5f;
-  if (at_root ? segment == 0 : segment + 1 == strand.size()) return false;
+  if (at_root ? segment == 0 : segment + 1 == segments.size()) return false;
   const std::uint32_t neighbour = at_root ? segment - 1 : segment + 1;
-  if (strand[neighbour] != strand[segment]) return false;
+  if (segments[neighbour].strand != segments[segment].strand) return false;
   const glm::vec4& joint = control[first_control[at_root ? segment : neighbour]];
   const glm::vec3 beyond = glm::vec3(control[first_control[neighbour] + (at_root ? 0 : 1)]) - glm::vec3(joint);
   const float towards = glm::dot(position - glm::vec3(joint), beyond);
@@ -89,9 +85,8 @@ bool StrandCurves::is_in_joint(std::uint32_t segment, float t, const glm::vec3& 
 }
 
 std::size_t StrandCurves::bytes() const {
-  return control.capacity() * sizeof(glm::vec4) + frames.capacity() * sizeof(KnotFrame) +
-         (first_control.capacity() + strand.capacity()) * sizeof(std::uint32_t) +
-         eccentricity.capacity() * sizeof(float);
+  return control.capacity() * sizeof(glm::vec4) + first_control.capacity() * sizeof(std::uint32_t) +
+         segments.capacity() * sizeof(StrandSegment);
 }
 
 StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index) {
@@ -102,7 +97,9 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   curves.linear = groom.linear;
   const std::uint32_t strands = groom.strand_count();
   curves.control.reserve(groom.points.size() + (groom.linear ? 0 : 2 * std::size_t{strands}));
-  curves.frames.reserve(curves.control.capacity());
+  const std::size_t most_segments = groom.points.size() - std::min<std::size_t>(groom.points.size(), strands);
+  curves.first_control.reserve(most_segments);
+  curves.segments.reserve(most_segments);
   for (std::uint32_t strand = 0; strand < strands; ++strand) {
     const double hashed = 2 * std::numbers::pi * RandomStream(groom_index, strand).next();
     const double root_angle = material.root_angle_rad ? *material.root_angle_rad : hashed;

@@ -1,6 +1,7 @@
 // The strands of a groom as the control points, or the points, of elliptical ribbons.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -12,18 +13,25 @@
 
 namespace tress::intersect {
 
+/// What a ray that comes near a segment needs of it, in one line of the cache: most rays come near some twenty,
+/// anywhere in the groom.
+struct alignas(64) StrandSegment {
+  KnotFrame from, to;              ///< frames at its knots
+  std::array<float, 4> semi_axis;  ///< major, of its control points, cm; of linear strands the first two
+  std::uint32_t strand;
+  float eccentricity;
+};
+
 /// One groom as Embree sees it. Every strand of n points has n - 1 segments. As a B-spline it has n + 2 control points,
 /// and the segment with first control point c runs from knot c + 1 to knot c + 2; linear strands have their n points,
-/// and the segment runs from c to c + 1. `frames` has the same indices as `control`.
+/// and the segment runs from c to c + 1.
 struct StrandCurves {
-  std::uint32_t groom = 0;         ///< index into Scene::grooms
-  std::vector<glm::vec4> control;  ///< xyz, cm; w = major semi-axis, cm
-  std::vector<KnotFrame> frames;
+  std::uint32_t groom = 0;                   ///< index into Scene::grooms
+  std::vector<glm::vec4> control;            ///< xyz, cm; w = major semi-axis, cm
   std::vector<std::uint32_t> first_control;  ///< per segment
-  std::vector<std::uint32_t> strand;         ///< per segment
-  std::vector<float> eccentricity;           ///< per segment
-  bool elliptical = false;                   ///< some eccentricity is below 1
-  bool linear = false;                       ///< scene::Groom::linear
+  std::vector<StrandSegment> segments;
+  bool elliptical = false;  ///< some eccentricity is below 1
+  bool linear = false;      ///< scene::Groom::linear
 
   /// t in [0, 1] along the segment; tangent: unit.
   FiberFrame frame(std::uint32_t segment, float t, const glm::vec3& tangent) const;
