@@ -21,7 +21,10 @@ CASES = {
     "bear.hair, brown": ("grooms/bear.hair", ["--width", 200, "--height", 200, "--melanin", 1.3, "--up", "y"]),
     "bear.hair, blond": ("grooms/bear.hair", ["--width", 200, "--height", 200, "--melanin", 0.3, "--up", "y"]),
 }
-QUICK = ("curly_lock, blond", "straight.hair, blond")
+QUICK_CASES = ("curly_lock, blond", "straight.hair, blond")
+# Samples that teach the table, rounds, and seconds of every look at the program counter; pixels over those of CASES
+FULL = {"teach": 32, "repeat": 11, "inside": 2, "scale": 1}
+QUICK = {"teach": 4, "repeat": 3, "inside": 0.3, "scale": 0.5}
 
 # Parts of a bar, from the left: label, color
 PARTS = {
@@ -55,19 +58,21 @@ def learning_of(result):
 
 
 def measure(run):
-    settings = {"teach": 4, "repeat": 3, "inside": 0.3} if run.quick else {"teach": 32, "repeat": 11, "inside": 2}
+    settings = QUICK if run.quick else FULL
+    wanted = QUICK_CASES if run.quick else CASES
     found = {}
     for name, (file, flags) in CASES.items():
-        if run.quick and name not in QUICK:
+        if name not in wanted:
             continue
         scene = run.scene(file)
         if scene is None:
             continue
         run.say(name)
         out = run.path("replay.json")
-        size = ["--width", 96, "--height", 128] if run.quick else []
-        run.bench("replay", scene, *flags, *size, *[word for key, value in settings.items() for word in ("--" + key, value)],
-                  "--seed", run.seed, "--json", out)
+        flags = [round(word * settings["scale"]) if before in ("--width", "--height") else word
+                 for before, word in zip([None, *flags], flags)]
+        words = [word for key in ("teach", "repeat", "inside") for word in ("--" + key, settings[key])]
+        run.bench("replay", scene, *flags, *words, "--seed", run.seed, "--json", out)
         with open(out) as file:
             result = json.load(file)
         result["scene"] = name

@@ -28,6 +28,8 @@ GROOMS = {
     "bear": ("grooms/bear.hair", "hdri/studio.exr", {"up": "y", "melanin": 0.5, "turn": 30}),
     "ponytail": ("grooms/ponytail.hair", "hdri/courtyard.exr", {"up": "y", "melanin": 0.4, "turn": 60}),
 }
+FULL = {"resolution": 256, "samples": (8, 64), "rounds": 3, "threads": 2, "max_depth": 32}
+QUICK = {**FULL, "resolution": 80, "samples": (4, 16), "rounds": 1}
 RIVALS = {
     "tress": ["--model", "elliptical"],
     "tress, chiang2016": ["--model", "chiang2016"],
@@ -88,7 +90,8 @@ def measure(run):
     if blender is None or not os.path.exists(script):
         run.say("blender or ../shared/tools/cycles_peer is absent: left out")
         return {"left_out": "blender (Debian) or ../shared/tools/cycles_peer is absent", "grooms": {}}
-    resolution, samples, rounds, threads = (80, (4, 16), 1, 2) if run.quick else (256, (8, 64), 3, 2)
+    settings = QUICK if run.quick else FULL
+    resolution, samples, threads = (settings[name] for name in ("resolution", "samples", "threads"))
     rivals = ("tress", "cycles") if run.quick else tuple(RIVALS)
 
     def picture(rival, groom, environment, options, scenes, spp, seed):
@@ -96,13 +99,13 @@ def measure(run):
         out = run.path(f"{rival}_{spp}_{seed}.exr".replace(", ", "_"))
         if rival.startswith("tress"):
             done = run.render(scenes[rival], os.path.basename(out)[:-4], *RIVALS[rival], "--spp", spp, "--resolution",
-                              f"{resolution}x{resolution}", "--max-depth", 32, seed=seed, threads=threads)
+                              f"{resolution}x{resolution}", "--max-depth", settings["max_depth"], seed=seed, threads=threads)
             return out, done.cpu
         words = [word for key, value in options.items() for word in (f"--{key}", str(value))]
         done = charts.Done([blender, "-b", "--factory-startup", "-P",
                             os.path.join(os.path.dirname(os.path.abspath(__file__)), "cycles_settings.py"), "-P", script, "--",
-                            groom, environment, out, "--spp", str(spp), "--resolution", str(resolution), "--max-bounces", "32",
-                            "--threads", str(threads), *words], {**RIVALS[rival], "CYCLES_SEED": str(seed)})
+                            groom, environment, out, "--spp", str(spp), "--resolution", str(resolution), "--max-bounces",
+                            str(settings["max_depth"]), "--threads", str(threads), *words], {**RIVALS[rival], "CYCLES_SEED": str(seed)})
         if "cycles:" not in done.stdout:
             raise RuntimeError(f"blender rendered nothing\n{done.stdout[-2000:]}")
         return out, done.cpu
@@ -129,8 +132,8 @@ def measure(run):
                 values.update({f"noise_{spp}": noise, f"cpu_{spp}": 0.5 * (cpu_a + cpu_b), f"mean_{spp}": mean, "covered": covered})
             return values
 
-        found[name] = charts.interleaved({rival: (lambda turn, rival=rival: one(rival, turn)) for rival in rivals}, rounds,
-                                         run.seed)
+        found[name] = charts.interleaved({rival: (lambda turn, rival=rival: one(rival, turn)) for rival in rivals},
+                                         settings["rounds"], run.seed)
     few, many = samples
     for rivals_found in found.values():
         for values in rivals_found.values():
@@ -140,7 +143,7 @@ def measure(run):
             at_noise = slope * many * values[f"noise_{many}"]["median"] ** 2  # CPU seconds times squared noise
             values["cpu_to_noise"] = {str(noise): values["start_cpu"] + at_noise / noise ** 2 for noise in NOISES}
             values["cpu_times_noise_squared"] = at_noise
-    return {"settings": {"resolution": resolution, "samples": samples, "rounds": rounds, "threads": threads, "max_depth": 32,
+    return {"settings": {**settings,
                          "blender": charts.Done([blender, "--version"]).stdout.splitlines()[0]},
             "noises": NOISES, "grooms": found}
 
