@@ -123,7 +123,7 @@ def draw(data, path):
                   color="#ff9896", label="of it between passes (telemetry)")
     learning.axvline(100 * data["aims"]["learning"], color="black", linestyle="--", linewidth=0.8, label="aim")
     learning.set_xlabel("learning, per cent of a render of one CPU minute")
-    learning.legend(fontsize=7)
+    learning.legend(fontsize=7, ncol=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     for axis in chart.axes:
         axis.set_yticks(list(rows), names if axis is bars else [""] * len(names), fontsize=8)
         axis.set_ylim(len(names) - 0.4, -0.6)
