@@ -114,7 +114,7 @@ def draw(data, path):
     limits.set_xlabel("CPU time a path, microseconds")
     limits.set_xlim(0, 1.35 * max(cases[name]["parts"]["whole"]["ns_a_path"] for name in names) / 1000)
     limits.set_title(f"aim: scattering {100 * data['aims']['scattering']:.0f} % of the render", fontsize=9)
-    limits.legend(fontsize=7, loc="upper right")
+    limits.legend(fontsize=7, loc="lower right")
 
     learning.barh([row - 0.2 for row in rows], [100 * cases[name]["learning_share_of_a_minute"]["all"] for name in names],
                   height=0.38, color="#d62728", label="cold beyond warm (fits and traces)")
