@@ -21,7 +21,7 @@ MAIN_ONLY = (*pictures.LEARNERS, "warm", "deon2011 35")
 def sizes(run):
     """samples: of ours, cold; rivals take their part of them. budgets: on MAIN, of every rival's."""
     return {"samples": 8, "budgets": [1], "rounds": 1, "reference": 32, "truth": 64, "blocks": 8} if run.quick else \
-           {"samples": 64, "budgets": [0.125, 0.5, 2], "rounds": 2, "reference": 64, "truth": 256, "blocks": 4}
+           {"samples": 64, "budgets": [0.125, 0.375, 1], "rounds": 2, "reference": 64, "truth": 128, "blocks": 4}
 
 
 def name_of(groom, color):
@@ -54,7 +54,8 @@ def measured(run, scene, name, size, samples, settings, rivals, known):
         spp = max(4, int(samples * rival.part))
 
         def ask(turn):
-            done = pictures.render(run, scene, f"{name}_{rival.name.replace(' ', '_')}", rival, size, spp, run.seed + turn, made)
+            done = pictures.render(run, scene, f"{name}_{rival.name.replace(' ', '_')}_{turn}", rival, size, spp, run.seed + turn,
+                                   made)
             cost = pictures.costs(done, spp)
             noise = known[rival.name].noise_of(done.picture)
             time = pictures.time_to(pictures.TARGET, cost, spp, noise, rival.name in pictures.LEARNERS)
@@ -66,6 +67,12 @@ def measured(run, scene, name, size, samples, settings, rivals, known):
     found["cold"]["time"] = pictures.cold_times(found)
     found["cold"]["time_with_startup"] = charts.interval(
         [a + b for a, b in zip(found["cold"]["time"]["values"], found["cold"]["startup"]["values"])])
+    # The same seed and table: what is left is what the fit and the grid do.
+    pairs = [[figures.read(run.path(f"{name}_{one}_{turn}.exr")) for one in ("prebaked", "corrected")]
+             for turn in range(settings["rounds"])]
+    hair = known["cold"].hair
+    found["prebaked"]["bias_against_corrected"] = charts.interval(
+        [float((a - b)[hair].mean() / b[hair].mean()) for a, b in pairs])
     for rival in rivals:
         for quantity in ("time", "time_with_startup", "sample"):
             found[rival.name][quantity + "_over_ours"] = pictures.ratios(found, rival.name, quantity)
@@ -97,7 +104,8 @@ def measure(run):
         budgets = {}
         for part in settings["budgets"] if is_main else [1]:
             samples = int(settings["samples"] * part)
-            found, cost_of_tables = measured(run, scene, f"{name}_{samples}", size, samples, settings, rivals, known)
+            asked = rivals if part == 1 else [rival for rival in rivals if rival.name not in pictures.LEARNERS]
+            found, cost_of_tables = measured(run, scene, f"{name}_{samples}", size, samples, settings, asked, known)
             budgets[str(samples)] = {"rivals": found, "tables": cost_of_tables}
         noise = (figures.blocks(truth.variance, side)[hair].mean() / side ** 2) ** 0.5 / truth.mean()
         result["scenes"][label] = {"size": size, "models": models, "budgets": budgets, "hair_blocks": int(hair.sum()),
@@ -106,6 +114,8 @@ def measure(run):
     if len(main) > 2:  # does noise fall with the root of the samples?
         result["law"] = {}
         for rival in rivals_of(run, True):
+            if rival.name in pictures.LEARNERS:
+                continue
             points = [main[count]["rivals"][rival.name] for count in sorted(main, key=int)]
             result["law"][rival.name] = charts.fit_growth([p["samples"]["median"] for p in points],
                                                           [p["noise"]["median"] for p in points])
@@ -144,10 +154,9 @@ def draw_main(axis, data):
     errors = medians(data, lambda scene, rival: scene["models"][rival]["error"])
     rivals = [rival for rival in times if rival not in pictures.LEARNERS]
     for rival in rivals:
-        look = charts.style(rival)
-        axis.scatter(times[rival], errors[rival], s=12, alpha=0.45, linewidths=0, **look)
+        axis.scatter(times[rival], errors[rival], s=14, alpha=0.5, linewidths=0, **charts.style(rival))
         axis.scatter([middle(times[rival])], [middle(errors[rival])], s=110 if rival == "cold" else 70, edgecolors="black",
-                     linewidths=0.8, zorder=3, label=SHORT.get(rival, rival), **look)
+                     linewidths=0.8, zorder=3, label=SHORT.get(rival, rival), **charts.style(rival))
         if rival.startswith("deon2011"):
             axis.annotate(rival.split()[1], (middle(times[rival]), middle(errors[rival])), fontsize=7, ha="center",
                           va="bottom", xytext=(0, 6), textcoords="offset points")
@@ -198,12 +207,11 @@ def draw_budgets(axis, data):
     scene = data["scenes"][label]
     counts = sorted(scene["budgets"], key=int)
     for rival in scene["models"]:
-        if rival in pictures.LEARNERS and rival != "table":
+        if rival in pictures.LEARNERS:
             continue
         points = [scene["budgets"][count]["rivals"][rival] for count in counts]
-        look = charts.style(rival)
         axis.plot([p["passes"]["median"] for p in points], [100 * p["noise"]["median"] for p in points], linewidth=1,
-                  markersize=4, label=SHORT.get(rival, rival), alpha=0.85, **look)
+                  markersize=4, label=SHORT.get(rival, rival), alpha=0.85, **charts.style(rival))
     axis.set_xscale("log")
     axis.set_yscale("log")
     plain_log(axis.xaxis)
@@ -220,7 +228,7 @@ def draw_brightness(axis, data):
     for row, rival in enumerate(chosen):
         for label, scene in data["scenes"].items():
             axis.scatter([scene["models"][rival]["brightness"]], [row], s=26, marker=marks[label], alpha=0.85,
-                         color=charts.style("elliptical" if rival == "cold" else rival)["color"], linewidths=0)
+                         color=charts.style(rival)["color"], linewidths=0)
     for label, mark in marks.items():
         axis.scatter([], [], s=26, marker=mark, color="#555555", label=label)
     axis.axvline(1, color="#bbbbbb", linewidth=0.8, zorder=0)

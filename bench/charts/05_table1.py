@@ -22,7 +22,7 @@ FIRST_HIT = ("--light-samples", 64, "--bcsdf-samples", 256, "--max-depth", 1)
 
 def sizes(run):
     return {"grooms": [("curly lock", "light")], "rounds": 2, "paths": 12, "first hit": 1} if run.quick else \
-           {"grooms": [("curly lock", "light"), ("straight groom", "brown")], "rounds": 5, "paths": 48, "first hit": 2}
+           {"grooms": [("curly lock", "light"), ("straight groom", "brown")], "rounds": 3, "paths": 64, "first hit": 3}
 
 
 def spread(done):

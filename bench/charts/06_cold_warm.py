@@ -19,7 +19,7 @@ WAYS = ("cold", "warm", "prebaked")
 
 
 def sizes(run):
-    return {"samples": 16, "rounds": 1, "scenes": 2} if run.quick else {"samples": 64, "rounds": 5, "scenes": 4}
+    return {"samples": 16, "rounds": 1} if run.quick else {"samples": 64, "rounds": 3}
 
 
 def cache_info(run, path):

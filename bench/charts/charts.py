@@ -363,7 +363,7 @@ STYLES = {
     "ou2012": ("#8c564b", ">"), "pekelis2015": ("#e377c2", "P"), "pekelis2015-printed": ("#f7b6d2", "X"),
     "eager": ("#ff9896", "s"), "em": ("#17becf", "^"), "appendix": ("#bcbd22", "v"),
     "appendix-literal": ("#dbdb8d", "x"), "ais": ("#08306b", "D"), "table": ("#5f0f40", "P"), "cycles": ("#393b79", "h"),
-    "cold": ("#d62728", "o"), "warm": ("#ff7f0e", "s"), "prebaked": ("#1f77b4", "D"),
+    "cold": ("#d62728", "o"), "warm": ("#fb9a99", "o"), "prebaked": ("#a50f15", "D"),
     "quadrature": ("#7fa8d9", "d"),
 }
 
