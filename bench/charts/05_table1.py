@@ -21,8 +21,9 @@ FIRST_HIT = ("--light-samples", 64, "--bcsdf-samples", 256, "--max-depth", 1)
 
 
 def sizes(run):
-    return {"grooms": [("curly lock", "light")], "rounds": 2, "paths": 12, "first hit": 1} if run.quick else \
-           {"grooms": [("curly lock", "light"), ("straight groom", "brown")], "rounds": 3, "paths": 64, "first hit": 3}
+    if run.quick:
+        return {"grooms": [("curly lock", "light")], "rounds": run.rounds or 2, "paths": 12, "first hit": 1}
+    return {"grooms": [("curly lock", "light")], "rounds": run.rounds or 5, "paths": 32, "first hit": 2}
 
 
 def spread(done):

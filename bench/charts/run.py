@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Measures and draws the charts of speed against accuracy.
 
-usage: bench/charts/run.py [--quick] [--chart N ...] [--references] [--draw] [-o FOLDER] [--tress PROGRAM] [--seed N]
+usage: bench/charts/run.py [--quick] [--chart N ...] [--references] [--draw] [-o FOLDER] [--tress PROGRAM] [--seed N] [--rounds N]
 
     (nothing)      every chart in full, up to an hour each
     --quick        every chart in five minutes altogether: fewer rows, smaller pictures, more noise
     --chart N      these charts only, by number or name
     --references   makes the converged references that the charts compare with (hours; goes on where it was stopped)
+    --rounds N     of the charts of pictures (4, 5, 6): how often rivals take turns, in place of the chart's own number
     --draw         draws from the JSON that is there, measures nothing
 
 Writes NAME.json, NAME.png and NAME.svg into FOLDER (build/charts; of full runs bench/results/charts holds what the documents
@@ -58,6 +59,7 @@ def main():
     parser.add_argument("-o", "--output", default=os.path.join(charts.ROOT, "build", "charts"))
     parser.add_argument("--tress", default=os.path.join(charts.ROOT, "build", "release", "tress"))
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rounds", type=int)
     parser.add_argument("--check", action="store_true", help="only whether these are arguments")
     options = parser.parse_args()
     wanted = chosen(modules(), options.chart)
@@ -71,6 +73,7 @@ def main():
         if not options.draw:
             print(f"{name}: {module.TITLE}", file=sys.stderr, flush=True)
             run = charts.Run(options.tress, os.path.join(charts.ROOT, "build", "charts", name), options.quick, options.seed)
+            run.rounds = options.rounds
             if options.references:
                 if hasattr(module, "references"):
                     module.references(run)
