@@ -29,11 +29,26 @@ template <class Floats>
 void store4(Floats& to, std::size_t first, Float4 x) {
   std::memcpy(reinterpret_cast<std::byte*>(&to) + first * sizeof(float), &x, sizeof(x));
 }
+/// {a[0], a[1], b[0], b[1]}.
+inline Float4 pairs4(const float* a, const float* b) {
+  using Pairs = double __attribute__((vector_size(16)));
+  Pairs x;
+  std::memcpy(&x, a, sizeof(double));
+  std::memcpy(reinterpret_cast<std::byte*>(&x) + sizeof(double), b, sizeof(double));
+  return std::bit_cast<Float4>(x);
+}
 inline Float4 max4(Float4 a, Float4 b) {
 #ifdef __SSE2__
   return _mm_max_ps(a, b);  // the same; g++ makes four instructions of the line below
 #else
   return a > b ? a : b;
+#endif
+}
+inline Float4 min4(Float4 a, Float4 b) {
+#ifdef __SSE2__
+  return _mm_min_ps(a, b);
+#else
+  return a < b ? a : b;
 #endif
 }
 inline Float4 sqrt4(Float4 x) {

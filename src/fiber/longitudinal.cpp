@@ -44,17 +44,6 @@ double normal_quantile(double low, double high, double nearest, double v) {
   return std::clamp(x, low, high);
 }
 
-/// low <= 0, |low| >= |high|. In floats: sums of positive terms and one logarithm, exact to some 1e-7 widths.
-float logistic_quantile(float low, float high, float v) {
-  // F and its complement are both sums of positive terms; e^shift is taken out of F, so that it cannot vanish in a
-  // tail.
-  const float shift = std::min(high, 0.0f);
-  const Float4 e = fiber::exp_of_negative(Float4{low - shift, low, -std::abs(high), 0});
-  const float at_low = (1 - v) / (1 + e[1]), at_high = v / (1 + e[2]);
-  const float below = at_low * e[0] + at_high, above = at_low + at_high * (high > 0 ? e[2] : 1.0f);
-  return shift + std::log(below / above);
-}
-
 /// atan(high) - atan(low), without cancellation.
 double cauchy_mass(double low, double high) { return std::atan2(high - low, 1 + low * high); }
 
@@ -73,18 +62,8 @@ float LongitudinalLobe::density_of_shape(float x) const {
   return scale_ * adaptive::exp_of_negative(-0.5f * std::max(x - nearest_, 0.0f) * (x + nearest_));
 }
 
-float LongitudinalLobe::sample(float u) const {
-  if (shape_ != LongitudinalShape::logistic) return sample_of_shape(u);
-  const float first = scaled(-half_pi), last = scaled(half_pi);
-  // Solve F(x) = F(low) + u (F(high) - F(low)), mirrored so that |low| >= |high|: the tail is then taken from the side
-  // where it does not vanish.
-  const bool mirrored = first + last > 0;
-  const float x = mirrored ? -logistic_quantile(-last, -first, 1 - u) : logistic_quantile(first, last, u);
-  return std::clamp((std::clamp(x, first, last) - shift_) / slope_, -half_pi, half_pi);
-}
-
 float LongitudinalLobe::sample_of_shape(float u) const {
-  // The same in doubles; the Gaussian is mirrored so that |low| <= |high|.
+  // As the logistic's, in doubles; the Gaussian is mirrored so that |low| <= |high|.
   const double first = static_cast<double>(scaled(-half_pi)), last = static_cast<double>(scaled(half_pi));
   const double v = static_cast<double>(u);
   double x = 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fiber/float4.h"
+#include "fiber/logarithm.h"
 #include "tress/adaptive/exp_of_negative.h"
 #include "tress/fiber/parameters.h"
 
@@ -64,10 +65,36 @@ class LongitudinalLobe {
     return slope * (1 + e[0]) * (1 + e[1]) * e[3] / ((1 - e[2]) * tail * tail);
   }
   /// Inverse CDF of u in [0, 1]. theta_i in [-half_pi, half_pi].
-  float sample(float u) const;
+  float sample(float u) const {
+    if (shape_ != LongitudinalShape::logistic) return sample_of_shape(u);
+    const float low = scaled(-half_pi), high = scaled(half_pi);
+    const Float4 e = fiber::exp_of_negative(Float4{-std::abs(low), -std::abs(high), low - high, 0});
+    return theta_of(logistic_quantile({low, high, e[0], e[1], e[2]}, u), slope_, shift_);
+  }
 
  private:
   friend class LongitudinalLobes;
+  /// A range of the standard logistic law, low < high, and e^-|low|, e^-|high|, e^(low - high).
+  struct Range {
+    float low, high, e_low, e_high, e_span;
+  };
+  /// x in the range with a share u of its mass below it. Exact to some 1e-7 widths.
+  static float logistic_quantile(const Range& range, float u) {
+    // Solve F(x) = F(low) + u (F(high) - F(low)), mirrored so that |low| >= |high|: the tail is then taken from the
+    // side where it does not vanish. F and its complement are both sums of positive terms; e^shift is taken out of F,
+    // so that it cannot vanish in a tail.
+    const bool mirrored = range.low + range.high > 0;
+    const float high = mirrored ? -range.low : range.high, v = mirrored ? 1 - u : u;
+    const float e_far = mirrored ? range.e_high : range.e_low, e_near = mirrored ? range.e_low : range.e_high;
+    const float at_low = (1 - v) * (1 + e_near), at_high = v * (1 + e_far);
+    const float below = at_low * (high < 0 ? range.e_span : e_far) + at_high;
+    const float above = at_low + at_high * (high > 0 ? e_near : 1.0f);
+    const float x = std::min(high, 0.0f) + natural_log(below / above);
+    return std::clamp(mirrored ? -x : x, range.low, range.high);
+  }
+  static float theta_of(float x, float slope, float shift) {
+    return std::clamp((x - shift) / slope, -half_pi, half_pi);
+  }
   LongitudinalLobe(float slope, float shift, float nearest, float scale, LongitudinalShape shape)
       : slope_(slope), shift_(shift), nearest_(nearest), scale_(scale), shape_(shape) {}
   /// Logistic scale over the width of a law of the same half width.
@@ -101,7 +128,7 @@ class LongitudinalLobes {
         nearest_[k] = lobe.nearest_;
         scale_[k] = lobe.scale_;
       }
-      e_nearest_ = splat(0);
+      e_nearest_ = e_low_ = e_high_ = e_span_ = splat(0);
       return;
     }
     const Float4 inverse_width = 1 / max4(lambda, splat(smallest_lambda)), zero = splat(0);
@@ -109,9 +136,11 @@ class LongitudinalLobes {
     shift_ = (0.5f * std::clamp(theta_r, -half_pi, half_pi) - tilt) * inverse_width;
     const Float4 low = shift_ - half_pi * slope_, high = shift_ + half_pi * slope_;
     nearest_ = max4(max4(low, -high), zero);
-    const Float4 e_low = exp_of_negative(-abs4(low)), e_high = exp_of_negative(-abs4(high));
-    scale_ = slope_ * (1 + e_low) * (1 + e_high) / (1 - exp_of_negative(low - high));
-    e_nearest_ = nearest_ > zero ? max4(e_low, e_high) : splat(1);
+    e_low_ = exp_of_negative(-abs4(low));
+    e_high_ = exp_of_negative(-abs4(high));
+    e_span_ = exp_of_negative(low - high);
+    scale_ = slope_ * (1 + e_low_) * (1 + e_high_) / (1 - e_span_);
+    e_nearest_ = nearest_ > zero ? max4(e_low_, e_high_) : splat(1);
   }
 
   Float4 density(float theta_i) const {
@@ -124,10 +153,19 @@ class LongitudinalLobes {
     return scale_ * decay / (tail * tail);
   }
   LongitudinalLobe lane(int k) const { return {slope_[k], shift_[k], nearest_[k], scale_[k], shape_}; }
+  /// lane(k).sample(u).
+  float sample(int k, float u) const {
+    if (shape_ != LongitudinalShape::logistic) return lane(k).sample(u);
+    const float slope = slope_[k], shift = shift_[k], reach = half_pi * slope;
+    return LongitudinalLobe::theta_of(
+        LongitudinalLobe::logistic_quantile({shift - reach, shift + reach, e_low_[k], e_high_[k], e_span_[k]}, u),
+        slope, shift);
+  }
 
  private:
   Float4 slope_, shift_, nearest_, scale_;  ///< as of LongitudinalLobe
   Float4 e_nearest_;                        ///< e^-nearest
+  Float4 e_low_, e_high_, e_span_;          ///< as of LongitudinalLobe::Range
   LongitudinalShape shape_;
 };
 

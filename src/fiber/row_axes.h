@@ -1,9 +1,15 @@
 // The grid of a page's rows: its axes, the symmetries that fold onto it, the stochastic choice of a node.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
+#include "fiber/float4.h"
+#include "fiber/quarter_sine.h"
+#include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
 
 namespace tress::fiber {
@@ -15,13 +21,26 @@ struct FoldedAzimuth {
   float sign;  ///< +1, or -1 where folding flips the relative azimuth
 
   /// x = sign (phi_i - phi_r), the relative azimuth as rows store it; in [-pi, pi).
-  float relative(float phi_i, float phi_r) const;
+  float relative(float phi_i, float phi_r) const { return adaptive::wrap_angle(sign * (phi_i - phi_r)); }
   /// The inverse: phi_i of a row's azimuth x, in [-pi, pi).
-  float absolute(float x, float phi_r) const;
+  float absolute(float x, float phi_r) const { return adaptive::wrap_angle(phi_r + sign * x); }
 };
 
+/// Wraps an angle in [-3 pi, 3 pi) into [-pi, pi): sums and differences of two wrapped ones. Without branches.
+inline float wrap_once(float x) {
+  constexpr float pi = std::numbers::pi_v<float>;
+  x -= x >= pi ? 2 * pi : 0.0f;
+  x += x < -pi ? 2 * pi : 0.0f;
+  return x < pi ? x : -pi;  // rounding of the line above
+}
+
 /// phi_r: radians, any turn.
-FoldedAzimuth fold_azimuth(float phi_r);
+inline FoldedAzimuth fold_azimuth(float phi_r) {
+  constexpr float pi = std::numbers::pi_v<float>;
+  const float wrapped = adaptive::wrap_angle(phi_r), a = std::fabs(wrapped);
+  const bool beyond = a > pi / 2;
+  return {std::clamp(beyond ? pi - a : a, 0.0f, pi / 2), (wrapped < 0) != beyond ? -1.0f : 1.0f};
+}
 
 /// The blur whose grid a page uses: no finer than that of 4 degrees. Radians.
 constexpr float smallest_grid_sigma = 0.06981317f;
@@ -47,15 +66,23 @@ class RowGrid {
     return {choose_azimuth(folded_phi, xi1), choose_inclination(theta_d, xi2)};
   }
   /// Its two halves. All pages have the same inclinations: one choice of that axis serves every lobe.
-  std::uint32_t choose_azimuth(float folded_phi, float xi1) const;
-  std::uint32_t choose_inclination(float theta_d, float xi2) const;
+  std::uint32_t choose_azimuth(float folded_phi, float xi1) const {
+    const float at = std::max(folded_phi * steps_per_radian_ + xi1, 0.0f);
+    return std::min(static_cast<std::uint32_t>(static_cast<std::int32_t>(at)), last_a_);
+  }
+  std::uint32_t choose_inclination(float theta_d, float xi2) const {
+    const Float4 at = from_ + steps_ * (most_ - quarter_cosine(theta_d));
+    const float coordinate = std::max(std::max(at[0], at[1]), std::max(at[2], at[3]));
+    return std::min(static_cast<std::uint32_t>(static_cast<std::int32_t>(std::max(coordinate, 0.0f) + xi2)), last_b_);
+  }
 
  private:
   std::uint32_t last_a_, last_b_;
   float steps_per_radian_;
-  std::vector<float> cosine_;       ///< of axis_b, descending
-  std::vector<float> inverse_gap_;  ///< 1/(cosine[i] - cosine[i + 1])
-  float first_gap_inverse_ = 0;     ///< the first of them
+  float most_ = quarter_cosine(0);  ///< 1 but for rounding, so that the first node is at 0
+  /// The coordinate of axis_b over most_ - cos theta_d is the largest of these straight lines: nodes become closer
+  /// towards grazing, in at most four steps.
+  Float4 from_ = splat(0), steps_ = splat(0);
 };
 
 }  // namespace tress::fiber

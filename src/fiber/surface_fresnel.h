@@ -14,8 +14,8 @@ class SurfaceFresnel {
  public:
   /// theta_r within +-pi/2.
   SurfaceFresnel(float eta, float theta_r, ReflectionFresnel kind) : kind_(kind), eta2_(eta * eta) {
-    const float s = quarter_sine(theta_r), c = std::max(quarter_cosine(theta_r), 1e-6f);
-    eta_prime2_ = (eta2_ - s * s) / (c * c);
+    const float c = std::max(quarter_cosine(theta_r), 1e-6f);
+    eta_prime2_ = 1 + (eta2_ - 1) / (c * c);
     if (kind == ReflectionFresnel::longitudinal) at_normal_ = exact(1);
   }
 

@@ -1,5 +1,8 @@
 #include "models/elliptical/colored_rows.h"
 
+#include <array>
+#include <cassert>
+#include <numbers>
 #include <utility>
 
 #include "fiber/elliptical_target.h"
@@ -12,13 +15,32 @@ namespace {
 const TintedRow* uniform_row() {
   static const TintedRow row = [] {
     TintedRow uniform;
-    uniform.has_row = false;
+    uniform.uniform = glm::vec3(0.5f * std::numbers::inv_pi_v<float>);
+    uniform.tail = TintedRow::has_no_row;
     return uniform;
   }();
   return &row;
 }
 
+constexpr std::size_t most_inclinations = 32;
+
 }  // namespace
+
+const ColoredRows::Slot* rows_of_nothing() {
+  struct Slots {
+    Slots() {
+      for (ColoredRows::Slot& slot : all) slot.store(&row_of_nothing, std::memory_order_relaxed);
+    }
+    std::array<ColoredRows::Slot, most_inclinations> all;
+  };
+  static const Slots slots;
+  return slots.all.data();
+}
+
+const ColoredRows::Slot* no_rows() {
+  static const std::array<ColoredRows::Slot, most_inclinations> slots{};
+  return slots.data();
+}
 
 PageRows::PageRows(adaptive::Service& service, const adaptive::PageDescription& description)
     : page(service.add_page(description)),
@@ -27,6 +49,7 @@ PageRows::PageRows(adaptive::Service& service, const adaptive::PageDescription& 
       node_count(description.node_count()),
       uniform(node_count),
       converged(node_count) {
+  assert(width <= most_inclinations);
   const EllipticalTarget target;
   std::vector<adaptive::TracedRay> rays;
   for (std::uint32_t node = 0; node < node_count; ++node) {
@@ -43,7 +66,7 @@ PageRows::PageRows(adaptive::Service& service, const adaptive::PageDescription& 
 ColoredRows::ColoredRows(std::shared_ptr<const PageRows> page, const glm::vec3& sigma_a)
     : page_(std::move(page)),
       sigma_a_(sigma_a),
-      rows_(std::make_unique<std::atomic<const TintedRow*>[]>(page_->node_count)),
+      rows_(std::make_unique<Slot[]>(page_->node_count)),
       mass_memo_(std::make_unique<std::atomic<float>[]>(std::size_t{3} * page_->node_count)) {
   for (std::size_t k = 0; k < std::size_t{3} * page_->node_count; ++k)
     mass_memo_[k].store(-1, std::memory_order_relaxed);

@@ -38,7 +38,10 @@ class ColoredRows {
   const glm::vec3& sigma_a() const { return sigma_a_; }
 
   /// The converged row at a node, or the node without a row; null where neither has been put here.
+  using Slot = std::atomic<const TintedRow*>;
   const TintedRow* find(std::uint32_t node) const { return rows_[node].load(std::memory_order_acquire); }
+  /// The slots of `node` and those behind it.
+  const Slot* slots(std::uint32_t node) const { return rows_.get() + node; }
   /// Takes over a converged row. A pure function of its arguments: whichever thread comes first, the same values.
   const TintedRow* put(std::uint32_t node, const adaptive::RowView& view, TintedRowPool& pool) const;
   /// Takes over a node without a row.
@@ -54,8 +57,12 @@ class ColoredRows {
  private:
   std::shared_ptr<const PageRows> page_;
   glm::vec3 sigma_a_;
-  std::unique_ptr<std::atomic<const TintedRow*>[]> rows_;
+  std::unique_ptr<Slot[]> rows_;
   std::unique_ptr<std::atomic<float>[]> mass_memo_;  ///< 3 per node, negative while unknown
 };
+
+/// Slots for every node in |theta_d|: of a row of density 0 that is none of the service's, and empty ones.
+const ColoredRows::Slot* rows_of_nothing();
+const ColoredRows::Slot* no_rows();
 
 }  // namespace tress::fiber

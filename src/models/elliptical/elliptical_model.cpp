@@ -1,65 +1,41 @@
 // The assembled BCSDF of the elliptical fiber (ESTIMATOR.md, E5):
-//   S = sum_p E_p M_p N^_p,   Q = sum_p P_p M_p q_p,   both densities in dtheta_i dphi_i.
+//   S = sum_p E_p M_p N^_p,   Q = sum_p P_p M_p q_p,   both densities in dtheta_i dphi_i,
+// where all rows of a direction have converged: in lanes, compiled for several instruction sets.
 #include "tress/fiber/elliptical_model.h"
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cassert>
+#include <atomic>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
 #include <new>
 #include <numbers>
-#include <optional>
 
-#include "fiber/longitudinal.h"
-#include "fiber/reflection.h"
-#include "models/elliptical/fiber_store.h"
-#include "models/elliptical/row_reader.h"
-#include "models/elliptical/tinted_row.h"
+#include "fiber/energy_table.h"
+#include "fiber/float4.h"
+#include "models/elliptical/any_rows_model.h"
+#include "models/elliptical/tinted_lanes.h"
 #include "models/event_constants.h"
-#include "tress/adaptive/mixture.h"
-#include "tress/adaptive/random.h"
 
+// Of the instruction sets of x86-64, two: its own and AVX2 with FMA. What comes after that has nothing for lanes of
+// four. The headers above come before it: their functions are inlined, or of the first.
+#undef HWY_DISABLED_TARGETS
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | (HWY_AVX2 - 1))
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "models/elliptical/elliptical_model.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
 namespace tress::fiber {
-namespace {
+namespace HWY_NAMESPACE {
 
-constexpr float pi = std::numbers::pi_v<float>;
-constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
-constexpr float smallest_pdf = 1e-30f;  // where every lobe has underflowed; S is 0 there
-constexpr int nothing_drawn = -1;
-constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
-
-/// Probability that `corrected` traces a direction: 2^-4, decided by the leading bits of a hash.
-constexpr int correction_bits = 4;
-constexpr float correction_factor = 1 << correction_bits;
-
-std::uint64_t hash_of(float a, float b, std::uint64_t before) {
-  return mix_bits(before + ((std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b)));
-}
-
-/// What depends on the known direction only: computed once per event, used by every direction of it.
-struct EventConstants {
-  ReflectionLobe reflection;
-  LongitudinalLobes longitudinal;  ///< by order p - 1: TT, TRT (and GLINT), TRRT (and the residual); R's last, unused
-  FoldedAzimuth fold;
-  glm::vec3 reflection_gain;                  ///< of R, times what roughness leaves of its energy
-  std::array<std::uint32_t, 4> first_node{};  ///< of the row of nodes that xi1 chose, by row lobe
-  std::array<glm::vec3, 4> channel_weights;   ///< shares of the channels in the luminance of the lobe's energy
-  std::uint64_t hash;                         ///< of xi and the known direction; for `corrected`
-};
-
-class EllipticalModel final : public FiberModel {
+class EllipticalModel final : public AnyRowsModel {
  public:
-  EllipticalModel(Estimator estimator, adaptive::Service* service)
-      : estimator_(estimator), service_(estimator == Estimator::exact ? nullptr : service), fibers_(service_) {
-    assert(estimator == Estimator::exact || service != nullptr);
-    if (service_ != nullptr) uniform_share_ = service_->options().uniform_share_converged;
-  }
-
-  std::string name() const override { return "elliptical"; }
-  FiberId add_fiber(const FiberParameters& parameters) override { return fibers_.add(parameters); }
-  void rows_changed() override { fibers_.rows_changed(); }
-  std::size_t bytes() const override { return fibers_.bytes(); }
+  using AnyRowsModel::AnyRowsModel;
 
   FiberEvent begin(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
     const FiberRecord& fiber = fibers_[id];
@@ -70,225 +46,231 @@ class EllipticalModel final : public FiberModel {
     event.xi2 = xi2;
     const LobeEnergies energies = fiber.energies->at(event.wr.phi, event.wr.theta);
     event.energy = energies.colored;
-    std::array<glm::vec3, lobe_count> terms;
     float sum = 0;
-    for (std::size_t p = 0; p < lobe_count; ++p) {
-      terms[p] = luminance_terms(event.energy[p]);
-      sum += event.selection[p] = terms[p].x + terms[p].y + terms[p].z;
-    }
-    const FoldedAzimuth fold = fold_azimuth(event.wr.phi);
-    const FiberParameters& parameters = fiber.parameters;
-    const LobeWidths::At widths = fiber.widths.at(event.wr.theta);
-    EventConstants* constants = new (place_of<EventConstants>(event)) EventConstants{
-        {parameters.eta, parameters.eccentricity, event.wr.theta, event.wr.phi, energies.smooth_reflection,
-         widths.tilt[LobeWidths::lane_of(0)], widths.lambda[LobeWidths::lane_of(0)], parameters.reflection_fresnel,
-         parameters.longitudinal_shape},
-        {event.wr.theta, widths.tilt + widths.shift, widths.lambda, parameters.longitudinal_shape},
-        fold,
-        parameters.gain[0] * (energies.clear[0] / energies.smooth_reflection),
-        {},
-        {},
-        estimator_ == Estimator::corrected ? hash_of(event.wr.theta, event.wr.phi, hash_of(xi1, xi2, 0)) : 0};
-    for (std::size_t i = 0; i < row_lobes.size(); ++i) {
-      const auto lobe = static_cast<std::size_t>(row_lobes[i]);
-      constants->channel_weights[i] =
-          terms[lobe] * (1 / event.selection[lobe]);  // read only where the lobe is selected
-      if (!fiber.rows[i]) continue;
-      const PageRows& page = fiber.rows[i]->page();
-      constants->first_node[i] = page.grid.choose_azimuth(fold.phi, xi1) * page.width;
-    }
+    for (std::size_t p = 0; p < lobe_count; ++p) sum += event.selection[p] = luminance(event.energy[p]);
     if (!(sum > 0)) {
       event.selection = {};
       event.selection[0] = sum = 1;
     }
     const float inverse_sum = 1 / sum;
     for (float& probability : event.selection) probability *= inverse_sum;
+
+    const FoldedAzimuth fold = fold_azimuth(event.wr.phi);
+    const FiberParameters& parameters = fiber.parameters;
+    const LobeWidths::At widths = fiber.widths.at(event.wr.theta);
+    VertexConstants* constants = new (place_of<VertexConstants>(event)) VertexConstants{
+        {parameters.eta, parameters.eccentricity, event.wr.theta, event.wr.phi, energies.smooth_reflection,
+         widths.tilt[LobeWidths::lane_of(0)], widths.lambda[LobeWidths::lane_of(0)], parameters.reflection_fresnel,
+         parameters.longitudinal_shape},
+        {event.wr.theta, widths.tilt + widths.shift, widths.lambda, parameters.longitudinal_shape},
+        splat(0),
+        {},
+        {},
+        fold,
+        inverse_sum,
+        parameters.gain[0] * (energies.clear[0] / energies.smooth_reflection),
+        hash_of_event(event.wr, xi1, xi2)};
+    for (std::size_t i = 0; i < row_lobes.size(); ++i) {
+      const float selection = event.selection[static_cast<std::size_t>(row_lobes[i])];
+      const ColoredRows* rows = fiber.rows[i].get();
+      constants->uniform_pdf[static_cast<int>(i)] = selection * uniform_share_ * inverse_two_pi;
+      if (rows != nullptr) {
+        const PageRows& page = rows->page();
+        constants->first_node[i] = page.grid.choose_azimuth(fold.phi, xi1) * page.width;
+      }
+      constants->slots[i] = !fiber.answers_by_rows ? no_rows()
+                            : selection > 0        ? rows->slots(constants->first_node[i])
+                                                   : rows_of_nothing();
+    }
     return event;
   }
 
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
-    const FiberRecord& fiber = fibers_[event.fiber];
-    const EventConstants& constants = constants_in<EventConstants>(event);
+    const VertexConstants& constants = constants_in<VertexConstants>(event);
     FiberSample sample;
-    int p = 0;
-    float below = 0, chosen = 0;
-    for (int lobe = 0; lobe < lobe_count; ++lobe) {
-      const float probability = event.selection[static_cast<std::size_t>(lobe)];
-      if (!(probability > 0)) continue;
-      p = lobe;
-      chosen = probability;
-      if (u[0] < below + probability) break;
-      below += probability;
-    }
+    const std::size_t p = lobe_of(event, u[0]);
     sample.lobe = static_cast<Lobe>(p);
+    Inclination at;
+    std::uint32_t counted = 0;
     if (p == 0) {
       const ReflectionLobe& reflection = constants.reflection;
       sample.wi.phi = reflection.sample_azimuth(u[2]);
       sample.wi.theta = reflection.longitudinal(sample.wi.phi).sample(u[1]);
+      at = inclination_of(event, sample.wi.theta);
     } else {
-      const bool has_rows = p != static_cast<int>(residual);
-      const std::size_t i = has_rows ? row_lobe_of(p) : 0;
-      const int width = (has_rows ? row_orders[i] : 3) - 1;
-      sample.wi.theta = constants.longitudinal.lane(width).sample(u[1]);
+      const bool has_rows = p != residual;
+      const std::size_t i = has_rows ? row_lobe_of(static_cast<int>(p)) : 2;
+      sample.wi.theta = constants.longitudinal.sample(row_orders[i] - 1, u[1]);
+      at = inclination_of(event, sample.wi.theta);
+      float x = pi * (2 * u[2] - 1);
       if (has_rows) {
-        const float spare = std::clamp((u[0] - below) / chosen, 0.0f, 0.99999994f);
-        const Inclination at = inclination_of(fiber, event, sample.wi);
-        const RowReader reader = reader_of(fiber, constants, i);
-        std::uint32_t node = 0;
-        RowQuery query;
-        if (service_ != nullptr) {
-          node = constants.first_node[i] + at.node;
-          query.row = fiber.rows[i]->find(node);
-          if (query.row == nullptr) query = reader.ask(node);
+        const TintedRow* row = constants.slots[i][at.node].load(std::memory_order_acquire);
+        if (row == nullptr) [[unlikely]] {
+          counted = fetch(event, constants, i, at);
+          row = constants.slots[i][at.node].load(std::memory_order_acquire);
         }
-        sample.wi.phi =
-            constants.fold.absolute(reader.sample(query, node, at.theta_d, spare, u[2], u[3]), event.wr.phi);
-        sample.value = value_at(event, constants, sample.wi, at, p, &query);
-        return sample;
+        if (row == nullptr) [[unlikely]]
+          return sample_any(event, constants, static_cast<int>(p), sample.wi.theta, at,
+                            {spare_of(event, p, u[0]), u[2], u[3]});
+        const glm::vec3 weights = channel_weights(event, p);
+        x = (row->tail & TintedRow::has_knots) != 0 ? row->sample(u[2], weights, uniform_share_)
+                                                    : sample_mixture(*row, u[2], (1 - uniform_share_) * weights);
       }
-      sample.wi.phi = constants.fold.absolute(pi * (2 * u[2] - 1), event.wr.phi);
+      sample.wi.phi = wrap_once(event.wr.phi + constants.fold.sign * x);
     }
-    sample.value = value_at(event, constants, sample.wi, inclination_of(fiber, event, sample.wi), p, nullptr);
+    value_at(event, constants, sample.wi, at, counted, sample.value);
     return sample;
   }
 
   FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
     const FiberDirection at = clamped(wi);
-    return value_at(event, constants_in<EventConstants>(event), at, inclination_of(fibers_[event.fiber], event, at),
-                    nothing_drawn, nullptr);
-  }
-
- private:
-  /// Index into row_lobes of a lobe other than R and the residual.
-  static std::size_t row_lobe_of(int lobe) {
-    return lobe == static_cast<int>(Lobe::glint) ? 3 : static_cast<std::size_t>(lobe) - 1;
-  }
-
-  RowReader reader_of(const FiberRecord& fiber, const EventConstants& constants, std::size_t i) const {
-    return {fiber, service_, fibers_.pool(), i, constants.fold.phi, constants.channel_weights[i]};
-  }
-
-  /// Whether `corrected` traces this direction, for all lobes, and where its rays are placed, in [0, 1): pure functions
-  /// of the event and the direction, so that sample() and evaluate() agree. Any bit of xi or of a direction changes the
-  /// whole hash.
-  std::optional<float> correction(const EventConstants& constants, const FiberDirection& wi) const {
-    if (estimator_ != Estimator::corrected) return {};
-    const std::uint64_t hash = hash_of(wi.theta, wi.phi, constants.hash);
-    if (hash >> (64 - correction_bits) != 0) return {};
-    return static_cast<float>(hash & 0xffffff) * 0x1p-24f;
-  }
-
-  /// What all rows of one direction have in common.
-  struct Inclination {
-    float theta_d;           ///< |theta_d|
-    std::uint32_t node = 0;  ///< that xi2 chose
-  };
-  Inclination inclination_of(const FiberRecord& fiber, const FiberEvent& event, const FiberDirection& wi) const {
-    const float theta_d = 0.5f * std::fabs(event.wr.theta - wi.theta);
-    if (service_ == nullptr) return {theta_d};
-    return {theta_d, fiber.rows[0]->page().grid.choose_inclination(theta_d, event.xi2)};
-  }
-
-  /// S and Q at wi. drawn: the lobe that drew wi, whose query (if it makes any) is then `known`.
-  FiberValue value_at(const FiberEvent& event, const EventConstants& constants, const FiberDirection& wi,
-                      const Inclination& at, int drawn, const RowQuery* known) const {
-    const FiberRecord& fiber = fibers_[event.fiber];
     FiberValue value;
-    if (event.selection[0] > 0) {
-      const ReflectionLobe::At r = constants.reflection.at(wi.phi);
-      const float m = constants.reflection.longitudinal_density(r, wi.theta);
-      value.s[0] = constants.reflection_gain * (r.energy_density * m);
-      value.pdf += event.selection[0] * r.azimuth_pdf * m;
-    }
-    const float x = constants.fold.relative(wi.phi, event.wr.phi);
-    const std::optional<float> correct = correction(constants, wi);
-    const int counted = known != nullptr && known->counted ? drawn : nothing_drawn;
-    std::uint32_t from_copies = 0;
-    const Float4 widths = constants.longitudinal.density(wi.theta);
-    for (std::size_t i = 0; i < row_lobes.size(); ++i) {
-      const auto lobe = static_cast<std::size_t>(row_lobes[i]);
-      if (!(event.selection[lobe] > 0)) continue;
-      const float m = widths[row_orders[i] - 1];
-      const TintedRow* row = service_ != nullptr && static_cast<int>(lobe) != counted
-                                 ? fiber.rows[i]->find(constants.first_node[i] + at.node)
-                                 : nullptr;
-      RowValue azimuthal;
-      bool asks = true, exact = false;
-      if (row != nullptr) [[likely]] {
-        azimuthal = row->evaluate(x, constants.channel_weights[i], uniform_share_);
-        asks = row->has_row;
-        from_copies += asks ? 1 : 0;
-        value.objective += row->objective;
-      } else {
-        azimuthal = trace_or_ask(event, constants, i, at, x, static_cast<int>(lobe) == drawn ? known : nullptr, value,
-                                 asks, exact);
-      }
-      value.queries += asks ? 1 : 0;
-      if ((correct || fiber.proposes_only[i]) && service_ != nullptr) [[unlikely]] {
-        const RowReader reader = reader_of(fiber, constants, i);
-        if (fiber.proposes_only[i]) {
-          azimuthal.shape = reader.evaluate_at_vertex(at.theta_d, x).shape;
-        } else {
-          azimuthal.shape += correction_factor * reader.correction(azimuthal.shape, at.theta_d, x, *correct);
-        }
-        exact = true;
-      }
-      value.exact_queries += asks && exact ? 1 : 0;
-      value.s[lobe] = event.energy[lobe] * azimuthal.shape * m;
-      value.pdf += event.selection[lobe] * azimuthal.proposal * m;
-    }
-    if (event.selection[residual] > 0) {
-      const float m = widths[2];
-      value.s[residual] = event.energy[residual] * (inverse_two_pi * m);
-      value.pdf += event.selection[residual] * inverse_two_pi * m;
-    }
-    if (from_copies != 0) service_->count_converged(from_copies);
-    value.pdf = std::max(value.pdf, smallest_pdf);
+    value_at(event, constants_in<VertexConstants>(event), at, inclination_of(event, at.theta), 0, value);
     return value;
   }
 
-  /// A node that has no copy, or that sample() has just asked for: `known`; without a service, the trace at the vertex.
-  [[gnu::noinline]] RowValue trace_or_ask(const FiberEvent& event, const EventConstants& constants, std::size_t i,
-                                          const Inclination& at, float x, const RowQuery* known, FiberValue& value,
-                                          bool& asks, bool& exact) const {
-    const RowReader reader = reader_of(fibers_[event.fiber], constants, i);
-    exact = true;
-    if (service_ == nullptr) return reader.evaluate_at_vertex(at.theta_d, x);
-    const std::uint32_t node = constants.first_node[i] + at.node;
-    const RowQuery asked = known == nullptr ? reader.ask(node) : RowQuery{};
-    const RowQuery& query = known == nullptr ? asked : *known;
-    if (query.row != nullptr) {
-      asks = query.row->has_row;
-      exact = false;
-      value.objective += query.row->objective;
-      return query.row->evaluate(x, constants.channel_weights[i], uniform_share_);
+ private:
+  static constexpr float pi = std::numbers::pi_v<float>;
+  static constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
+
+  static constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
+
+  /// The lobe that u chooses: the first below whose end of the selections it is, without branches.
+  static std::size_t lobe_of(const FiberEvent& event, float u) {
+    std::size_t p = 0;
+    float below = 0;
+    for (const float probability : event.selection) {
+      below += probability;
+      p += u < below ? 0 : 1;
     }
-    value.objective += query.view.objective;
-    return reader.evaluate_open(query, node, x, known != nullptr);
+    if (p == lobe_count) [[unlikely]] {  // u is beyond the sum of all, by rounding: the last that can be drawn
+      do --p;
+      while (p > 0 && !(event.selection[p] > 0));
+    }
+    return p;
+  }
+  /// What is left of u within the share of the lobe that it chose, in [0, 1).
+  static float spare_of(const FiberEvent& event, std::size_t p, float u) {
+    float below = 0;
+    for (std::size_t lobe = 0; lobe < p; ++lobe) below += event.selection[lobe];
+    return std::clamp((u - below) / event.selection[p], 0.0f, 0.99999994f);
   }
 
-  Estimator estimator_;
-  adaptive::Service* service_;
-  float uniform_share_ = 0;
-  FiberStore fibers_;
+  /// A lobe's colors with what comes behind them in the object as the fourth lane.
+  static Float4 load_lobe(const FiberEvent& event, Lobe lobe) {
+    return load4(event, offsetof(FiberEvent, energy) / sizeof(float) + 3 * static_cast<std::size_t>(lobe));
+  }
+
+  /// counted: queries of these rows that the service has counted already. One function, not inlined: sample() and
+  /// evaluate() agree to the bit. S and Q at wi, theta in [-pi/2, pi/2], phi in [-pi, pi).
+  [[gnu::noinline]] void value_at(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,
+                                  const Inclination& at, std::uint32_t counted, FiberValue& value) const {
+    std::array<const TintedRow*, 4> row;
+    bool all = true;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      row[i] = constants.slots[i][at.node].load(std::memory_order_acquire);
+      all = all && row[i] != nullptr;
+    }
+    if (!all) [[unlikely]] {
+      all = true;
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        counted += fetch(event, constants, i, at);
+        row[i] = constants.slots[i][at.node].load(std::memory_order_acquire);
+        all = all && row[i] != nullptr;
+      }
+    }
+    if (!all || (estimator_ == Estimator::corrected && correction(constants, wi))) [[unlikely]] {
+      value = value_of_any(event, constants, wi, at);
+      return;
+    }
+
+    const float turn = wrap_once(wi.phi - event.wr.phi);
+    const ReflectionLobe::At r = constants.reflection.at_difference(turn);
+    const float m_r = constants.reflection.longitudinal_density(r, wi.theta);
+    const Float4 m = constants.longitudinal.density(wi.theta);
+    const float x = constants.fold.sign * turn;
+
+    std::array<Float4, 4> shape;
+    std::uint32_t tails = 0;
+    for (const TintedRow* one : row) tails |= one->tail;
+    if ((tails & TintedRow::has_knots) == 0) [[likely]] {
+      shapes_of_mixtures(row, x, shape);
+    } else {
+      for (std::size_t i = 0; i < shape.size(); ++i) {
+        const glm::vec3 colors = row[i]->evaluate(x, glm::vec3(0.0f), 0).shape;
+        shape[i] = Float4{colors.x, colors.y, colors.z, 0};
+      }
+    }
+
+    const std::array<Float4, 4> s{
+        load_lobe(event, Lobe::tt) * (m[0] * shape[0]), load_lobe(event, Lobe::trt) * (m[1] * shape[1]),
+        load_lobe(event, Lobe::trrt) * (m[2] * shape[2]), load_lobe(event, Lobe::glint) * (m[1] * shape[3])};
+    const Float4 s_residual = load_lobe(event, Lobe::residual) * (inverse_two_pi * m[2]);
+    // By selections and channels alike the proposals of converged rows are shares of the luminance of S.
+    const Float4 proposed = (1 - uniform_share_) * ((s[0] + s[1]) + (s[2] + s[3])) + s_residual;
+    const Float4 uniform = constants.uniform_pdf * Float4{m[0], m[1], m[2], m[1]};
+    const float pdf = constants.inverse_luminance * luminance({proposed[0], proposed[1], proposed[2]}) +
+                      event.selection[0] * r.azimuth_pdf * m_r + sum4(uniform);
+    const glm::vec3& gain = constants.reflection_gain;
+    const float s_r = r.energy_density * m_r;
+    const std::array<Float4, lobe_count> by_lobe{
+        Float4{gain.x, gain.y, gain.z, 0} * s_r, s[0], s[1], s[2], s_residual, s[3]};
+    std::uint32_t asked = 0;
+    float objective = 0;
+    for (const TintedRow* one : row) {
+      asked += one->has_row() ? 1 : 0;
+      objective += one->objective();
+    }
+    put(value, by_lobe, std::max(pdf, smallest_pdf));
+    value.queries = static_cast<std::uint16_t>(asked);
+    value.exact_queries = 0;
+    value.objective = objective;
+    if (asked > counted) service_->count_converged(asked - counted);
+  }
+
+  /// S and pdf, in whole vectors: what reads them back finds each number in one store.
+  static void put(FiberValue& value, const std::array<Float4, lobe_count>& s, float pdf) {
+    static_assert(offsetof(FiberValue, s) == 0 && offsetof(FiberValue, pdf) == 18 * sizeof(float));
+    store4(value, 0, Float4{s[0][0], s[0][1], s[0][2], s[1][0]});
+    store4(value, 4, Float4{s[1][1], s[1][2], s[2][0], s[2][1]});
+    store4(value, 8, Float4{s[2][2], s[3][0], s[3][1], s[3][2]});
+    store4(value, 12, Float4{s[4][0], s[4][1], s[4][2], s[5][0]});
+    store4(value, 16, Float4{s[5][1], s[5][2], pdf, 0});
+  }
+
+  /// TT has three or four components mostly, TRT and TRRT one or two, GLINT three where there is any.
+  static void shapes_of_mixtures(const std::array<const TintedRow*, 4>& row, float x, std::array<Float4, 4>& shape) {
+    const std::uint32_t behind[4] = {row[0]->lines_behind(), row[1]->lines_behind(), row[2]->lines_behind(),
+                                     row[3]->lines_behind()};
+    const TintedRow& tt_behind = behind[0] > 0 ? *(row[0] + 1) : row_of_nothing;
+    const Float4 tt = bells(x, *row[0], tt_behind), others = bells(x, *row[1], *row[2]);
+    shape[0] = uniform_of(*row[0]) + (components_of(*row[0], tt[0], tt[1]) + components_of(tt_behind, tt[2], tt[3]));
+    shape[1] = uniform_of(*row[1]) + components_of(*row[1], others[0], others[1]);
+    shape[2] = uniform_of(*row[2]) + components_of(*row[2], others[2], others[3]);
+    shape[3] = splat(0);
+    if (row[3] != &row_of_nothing) shape[3] = uniform_of(*row[3]) + components_behind(*row[3], 0, x);
+    if (behind[0] > 1) shape[0] += components_behind(*row[0], 2, x);
+    if (behind[1] > 0) shape[1] += components_behind(*row[1], 1, x);
+    if (behind[2] > 0) shape[2] += components_behind(*row[2], 1, x);
+  }
 };
 
-}  // namespace
-
-const char* estimator_name(Estimator estimator) {
-  switch (estimator) {
-    case Estimator::fitted:
-      return "fitted";
-    case Estimator::exact:
-      return "exact";
-    case Estimator::corrected:
-      break;
-  }
-  return "corrected";
-}
-
-std::unique_ptr<FiberModel> make_elliptical_model(Estimator estimator, adaptive::Service* service) {
+std::unique_ptr<FiberModel> Make(Estimator estimator, adaptive::Service* service) {
   return std::make_unique<EllipticalModel>(estimator, service);
 }
 
+}  // namespace HWY_NAMESPACE
 }  // namespace tress::fiber
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tress::fiber {
+
+HWY_EXPORT(Make);
+
+std::unique_ptr<FiberModel> make_elliptical_model(Estimator estimator, adaptive::Service* service) {
+  return HWY_DYNAMIC_DISPATCH(Make)(estimator, service);
+}
+
+}  // namespace tress::fiber
+#endif

@@ -24,6 +24,8 @@ struct FiberRecord {
   LobeWidths widths;
   std::array<float, 4> sigma{};         ///< blur of each of row_lobes, radians
   std::array<bool, 4> proposes_only{};  ///< their rows are of smallest_grid_sigma and answer nothing
+  /// Converged rows answer without anything else: there is a service, and no lobe only proposes.
+  bool answers_by_rows = false;
   int vertex_rays = 256;
   std::shared_ptr<const EnergyTable> energies;
   std::array<std::shared_ptr<const ColoredRows>, 4> rows;  ///< of row_lobes; null without a service

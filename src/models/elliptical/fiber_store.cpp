@@ -24,11 +24,13 @@ FiberId FiberStore::add(const FiberParameters& parameters) {
   const std::array<float, 3> sigmas = azimuthal_sigmas(parameters);
   fiber.sigma = {sigmas[0], sigmas[1], sigmas[2], sigmas[1]};
   fiber.energies = energies_of(parameters);
+  fiber.answers_by_rows = service_ != nullptr;
   const std::array<int, 4> page_lobes{1, parameters.split_glint ? trt_rest_page : 2, 3, glint_page};
   for (std::size_t i = 0; i < row_lobes.size(); ++i) {
     fiber.vertex_rays = std::max(fiber.vertex_rays, vertex_ray_count(fiber.sigma[i]));
     // Four degrees turned into radians may round below the limit and are still on the grid.
     fiber.proposes_only[i] = fiber.sigma[i] < smallest_grid_sigma * (1 - 1e-5f);
+    fiber.answers_by_rows = fiber.answers_by_rows && !fiber.proposes_only[i];
     if (service_ == nullptr || (row_lobes[i] == Lobe::glint && !parameters.split_glint)) continue;
     fiber.rows[i] = rows_of(page_lobes[i], std::max(fiber.sigma[i], smallest_grid_sigma), parameters);
   }

@@ -1,11 +1,12 @@
 // A knot table as one color sees it: straight lines between knots of three channels, inverted under any mix of them.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <glm/geometric.hpp>
-#include <memory>
+#include <new>
 #include <numbers>
 #include <span>
 
@@ -27,10 +28,11 @@ const Float4* knot_lanes(const TintedRow& row) { return reinterpret_cast<const F
 }  // namespace
 
 RowValue TintedRow::evaluate_knots(float x, const glm::vec3& channel_weights, float u_share) const {
-  const float at = std::max((x + pi) * (static_cast<float>(knot_count) * inverse_two_pi), 0.0f);
-  const std::uint32_t k = std::min(static_cast<std::uint32_t>(at), knot_count - 1);
+  const std::uint32_t count = knot_count();
+  const float at = std::max((x + pi) * (static_cast<float>(count) * inverse_two_pi), 0.0f);
+  const std::uint32_t k = std::min(static_cast<std::uint32_t>(at), count - 1);
   const Float4* knot = knot_lanes(*this);
-  const Float4 from = knot[k], to = knot[(k + 1) & (knot_count - 1)];
+  const Float4 from = knot[k], to = knot[(k + 1) & (count - 1)];
   const Float4 shape = from + (at - static_cast<float>(k)) * (to - from);
   RowValue value;
   value.shape = {shape[0], shape[1], shape[2]};
@@ -48,18 +50,19 @@ float TintedRow::sample_knots(float u, const glm::vec3& channel_weights, float u
     return channel_weights.x * block.knot[0][3] + channel_weights.y * block.knot[1][3] +
            channel_weights.z * block.knot[2][3];
   };
+  const std::uint32_t count = knot_count();
   const TintedKnots* block = knots();
-  for (std::uint32_t step = knot_count / block_size / 2; step != 0; step /= 2) {
+  for (std::uint32_t step = count / block_size / 2; step != 0; step /= 2) {
     if (below(block[step]) <= v) block += step;
   }
   const auto first = static_cast<std::uint32_t>(block - knots()) * static_cast<std::uint32_t>(block_size);
   const Float4* knot = knot_lanes(*this);
-  const float h = 2 * pi / static_cast<float>(knot_count);
+  const float h = 2 * pi / static_cast<float>(count);
   float left = (v - below(*block)) * (2 / h);  // twice the mass still to be passed over, in densities
   float from = mixed(knot[first]);
   std::uint32_t k = first;
   for (;; ++k) {
-    const float to = mixed(knot[(k + 1) & (knot_count - 1)]);
+    const float to = mixed(knot[(k + 1) & (count - 1)]);
     if (left < from + to || k + 1 == first + block_size) {
       const float r = from + to > 0 ? std::clamp(left / (from + to), 0.0f, below_one) : 0.5f;
       return adaptive::wrap_angle(-pi + h * (static_cast<float>(k) + adaptive::invert_line(from, to, r)));
@@ -72,11 +75,10 @@ float TintedRow::sample_knots(float u, const glm::vec3& channel_weights, float u
 const TintedRow* TintedRowPool::make(const adaptive::KnotTable& table, float objective, const glm::vec3& sigma_a) {
   const std::span<const adaptive::Knot> knots = table.knots();
   const std::size_t count = knots.size();
-  TintedRow* row = allocate(count / block_size * sizeof(TintedKnots));
-  std::uninitialized_fill_n(row->knots(), count / block_size, TintedKnots{});
-  row->knot_count = static_cast<std::uint32_t>(count);
-  row->objective = objective;
-  row->uniform_share = glm::vec3(0.0f);
+  const std::size_t blocks = count / block_size;
+  TintedRow* row =
+      allocate(blocks, objective, TintedRow::has_knots | static_cast<std::uint32_t>(std::countr_zero(count)));
+  for (std::size_t k = 0; k < blocks; ++k) new (row + 1 + k) TintedKnots;
   const double h = 2 * std::numbers::pi / static_cast<double>(count);
   std::array<double, adaptive::KnotTable::most> density{};
   for (std::size_t c = 0; c < 3; ++c) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -25,30 +26,30 @@ struct RowValue {
 /// (1 + sigma_a v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. In [0, 1].
 double absorbed_share(double sigma_a, double path_mean, double path_variance);
 
-/// Four circular skew logistics ready for evaluation, in lanes: one exp, no division by Z. Lanes beyond a row's count
-/// have no amplitude.
-struct TintedParts {
-  Float4 mu = splat(0), inverse_left = splat(1), inverse_right = splat(1);
-  Float4 norm = splat(1);                                         ///< Z
-  std::array<Float4, 3> amplitude{splat(0), splat(0), splat(0)};  ///< mass by channel over Z; the whole row's mass is 1
-};
-
 /// Four knots of a table, 64 bytes. Lanes 0 to 2 of each: the density of the channels, 1/rad, each channel of mass 1.
 /// Lane 3 of knot c, c < 3: the mass of channel c between -pi and the first knot.
 struct TintedKnots {
   std::array<Float4, 4> knot{splat(0), splat(0), splat(0), splat(0)};
 };
 
-/// The head of a block; what a row is made of follows in memory, four to a part: components, or knots.
-struct alignas(16) TintedRow {
-  std::uint32_t count = 0;        ///< of components; 0 where the row is a knot table
-  std::uint32_t knot_count = 0;   ///< a power of two; 0 where the row is a mixture
-  float objective = 0;            ///< adaptive::RowView::objective
-  bool has_row = true;            ///< false: the node is uniform, no row of the service's stands behind it
-  glm::vec3 uniform_share{1.0f};  ///< of a mixture, per channel; 1 where no light is left and the shape does not matter
+/// Two circular skew logistics and what belongs to all of a row, in one line of the cache. A row is its first line and,
+/// behind it, one line for each further pair of components, whose uniform part is 0, or its knots. Parts that a row
+/// does not have are of amplitude 0. Densities are 1/rad; the row's mass is 1 in each channel.
+struct alignas(64) TintedRow {
+  std::array<float, 2> mu{}, inverse_left{1, 1}, inverse_right{1, 1};
+  glm::vec3 amplitude[2]{glm::vec3(0.0f), glm::vec3(0.0f)};  ///< mass by channel over Z: of E/(1 + E)^2
+  glm::vec3 uniform{0.0f};                                   ///< density of the uniform part by channel
 
-  const TintedParts* parts() const { return reinterpret_cast<const TintedParts*>(this + 1); }
-  TintedParts* parts() { return reinterpret_cast<TintedParts*>(this + 1); }
+  std::uint32_t tail = 0;                            ///< objective, but for its lowest byte: these
+  static constexpr std::uint32_t has_no_row = 0x80;  ///< the node is uniform, no row of the service's stands behind it
+  static constexpr std::uint32_t has_knots = 0x40;
+  static constexpr std::uint32_t size_bits = 0x3f;  ///< lines of components behind this, or log2 of the number of knots
+
+  bool has_row() const { return (tail & has_no_row) == 0; }
+  /// adaptive::RowView::objective, to 2^-15 of it.
+  float objective() const { return std::bit_cast<float>(tail & ~0xffu); }
+  std::uint32_t lines_behind() const { return (tail & has_knots) != 0 ? 0 : tail & size_bits; }
+  std::uint32_t knot_count() const { return (tail & has_knots) != 0 ? 1u << (tail & size_bits) : 0; }
   const TintedKnots* knots() const { return reinterpret_cast<const TintedKnots*>(this + 1); }
   TintedKnots* knots() { return reinterpret_cast<TintedKnots*>(this + 1); }
 
@@ -63,7 +64,10 @@ struct alignas(16) TintedRow {
   RowValue evaluate_knots(float x, const glm::vec3& channel_weights, float uniform_share) const;
   float sample_knots(float u, const glm::vec3& channel_weights, float uniform_share) const;
 };
-static_assert(sizeof(TintedRow) == 32 && sizeof(TintedParts) == 112 && sizeof(TintedKnots) == 64);
+static_assert(sizeof(TintedRow) == 64 && sizeof(TintedKnots) == 64);
+
+/// A row of density 0 that is none of the service's.
+inline constexpr TintedRow row_of_nothing{.tail = TintedRow::has_no_row};
 
 /// Owns blocks until it is destroyed. Any thread.
 class TintedRowPool {
@@ -74,14 +78,11 @@ class TintedRowPool {
   std::size_t bytes() const;
 
  private:
-  /// A row with this much memory behind it, a multiple of 16 bytes.
-  TintedRow* allocate(std::size_t bytes_behind);
-  struct alignas(16) Line {
-    std::byte bytes[16];
-  };
-  static constexpr std::size_t chunk_lines = 2048;
+  /// A row with this many lines of 64 bytes behind it, all of them constructed as rows.
+  TintedRow* allocate(std::size_t lines_behind, float objective, std::uint32_t tags);
+  static constexpr std::size_t chunk_lines = 512;
   mutable std::mutex mutex_;
-  std::vector<std::unique_ptr<Line[]>> chunks_;
+  std::vector<std::unique_ptr<TintedRow[]>> chunks_;
   std::size_t used_lines_ = chunk_lines;  ///< of the last chunk
 };
 

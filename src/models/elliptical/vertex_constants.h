@@ -1,0 +1,32 @@
+// What the elliptical model keeps with an event: all that depends on the known direction only.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+#include "fiber/float4.h"
+#include "fiber/longitudinal.h"
+#include "fiber/reflection.h"
+#include "fiber/row_axes.h"
+#include "models/elliptical/colored_rows.h"
+#include "models/elliptical/fiber_record.h"
+
+namespace tress::fiber {
+
+/// Computed once per event, used by every direction of it. Lanes are row_lobes where nothing else is said.
+struct VertexConstants {
+  ReflectionLobe reflection;
+  LongitudinalLobes longitudinal;  ///< by order p - 1: TT, TRT (and GLINT), TRRT (and the residual); R's last, unused
+  Float4 uniform_pdf;              ///< of each lobe: its selection times the uniform share of its proposal, 1/rad
+  /// Rows of the nodes that xi1 chose, by the node in |theta_d|. Of lobes that are not selected a row of nothing; all
+  /// slots are empty where rows do not answer by themselves.
+  std::array<const ColoredRows::Slot*, 4> slots;
+  std::array<std::uint32_t, 4> first_node{};  ///< of those rows, of lobes that have any
+  FoldedAzimuth fold;
+  float inverse_luminance;    ///< 1 over the luminance of all lobes: makes their selections
+  glm::vec3 reflection_gain;  ///< of R, times what roughness leaves of its energy
+  std::uint64_t hash;         ///< of xi and the known direction; for `corrected`
+};
+
+}  // namespace tress::fiber
