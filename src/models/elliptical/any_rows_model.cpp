@@ -80,13 +80,13 @@ FiberSample AnyRowsModel::sample_any(const FiberEvent& event, const VertexConsta
   sample.lobe = static_cast<Lobe>(p);
   sample.wi.theta = theta_i;
   sample.wi.phi = constants.fold.absolute(reader.sample(query, node, at.theta_d, u[0], u[1], u[2]), event.wr.phi);
-  sample.value = value_of_any(event, constants, sample.wi, at, p, &query);
+  sample.value = value_of_any(event, constants, sample.wi, at, p, &query, 0);
   return sample;
 }
 
 FiberValue AnyRowsModel::value_of_any(const FiberEvent& event, const VertexConstants& constants,
-                                      const FiberDirection& wi, const Inclination& at, int drawn,
-                                      const RowQuery* known) const {
+                                      const FiberDirection& wi, const Inclination& at, int drawn, const RowQuery* known,
+                                      std::uint32_t fetched) const {
   const FiberRecord& fiber = fibers_[event.fiber];
   FiberValue value;
   if (event.selection[0] > 0) {
@@ -137,7 +137,7 @@ FiberValue AnyRowsModel::value_of_any(const FiberEvent& event, const VertexConst
     value.s[residual] = event.energy[residual] * (inverse_two_pi * m);
     value.pdf += event.selection[residual] * inverse_two_pi * m;
   }
-  if (from_copies != 0) service_->count_converged(from_copies);
+  if (from_copies > fetched) service_->count_converged(from_copies - fetched);
   value.pdf = std::max(value.pdf, smallest_pdf);
   return value;
 }

@@ -51,10 +51,10 @@ class AnyRowsModel : public FiberModel {
   /// vertex. u: for the channel, the ray and the blur.
   FiberSample sample_any(const FiberEvent& event, const VertexConstants& constants, int p, float theta_i,
                          const Inclination& at, const std::array<float, 3>& u) const;
-  /// S and Q at wi, whatever answers for each row.
+  /// S and Q at wi, whatever answers for each row. fetched: queries of these rows that fetch() had counted.
   FiberValue value_of_any(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,
-                          const Inclination& at) const {
-    return value_of_any(event, constants, wi, at, nothing_drawn, nullptr);
+                          const Inclination& at, std::uint32_t fetched) const {
+    return value_of_any(event, constants, wi, at, nothing_drawn, nullptr, fetched);
   }
 
   /// Whether `corrected` traces this direction, for all lobes, and where its rays are placed, in [0, 1): pure functions
@@ -75,7 +75,7 @@ class AnyRowsModel : public FiberModel {
   static constexpr int nothing_drawn = -1;
   /// drawn: the lobe that drew wi, whose query (if it makes any) is then `known`.
   FiberValue value_of_any(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,
-                          const Inclination& at, int drawn, const RowQuery* known) const;
+                          const Inclination& at, int drawn, const RowQuery* known, std::uint32_t fetched) const;
   RowReader reader_of(const FiberEvent& event, const VertexConstants& constants, std::size_t i) const;
   /// A node that has no copy, or that sample_any() has just asked for: `known`; without a service, the trace at the
   /// vertex.

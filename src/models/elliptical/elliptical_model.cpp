@@ -180,7 +180,7 @@ class EllipticalModel final : public AnyRowsModel {
       }
     }
     if (!all || (estimator_ == Estimator::corrected && correction(constants, wi))) [[unlikely]] {
-      value = value_of_any(event, constants, wi, at);
+      value = value_of_any(event, constants, wi, at, counted);
       return;
     }
 
