@@ -15,14 +15,16 @@ constexpr std::uint32_t audit_one_in = 8;  // of the converged rows of a cache, 
 
 }  // namespace
 
-bool Service::Table::answers(const CachedRow& cached) const {
-  return cached.state == RowState::converged && static_cast<double>(cached.objective) <= options_.epsilon;
+bool Service::Table::answers(PageId page, const CachedRow& cached) const {
+  if (cached.state != RowState::converged) return false;
+  const double objective = cached.objective;
+  return objective <= options_.epsilon || (paths_ > 0 && objective <= epsilon_of(page, cached.node, cached.energy));
 }
 
 bool Service::Table::needs_nodes(const Candidate& candidate) const {
   const auto& dormant = pages_[candidate.page]->dormant;
   const auto found = dormant.find(candidate.node);
-  return found == dormant.end() || !answers(found->second);
+  return found == dormant.end() || !answers(candidate.page, found->second);
 }
 
 std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
@@ -48,7 +50,7 @@ bool Service::Table::outdated(const Row& row) const {
   }
   const double objective =
       pairs.empty() ? 0 : sum * two_pi / (static_cast<double>(pairs.size()) * row.learning->nodes->variation());
-  return objective > options_.epsilon / 4;  // what a fit is to reach on its pairs
+  return objective > epsilon_of(row.page, row.node, row.energy) / 4;  // what a fit is to reach on its pairs
 }
 
 Service::Table::Outcome Service::Table::settle(Row& row) const {
@@ -58,7 +60,7 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
   const CachedRow* cached = found == page.dormant.end() ? nullptr : &found->second;
   if (cached != nullptr) {
     row.generation = cached->generation;
-    if (answers(*cached)) {
+    if (answers(row.page, *cached)) {
       row.set_count(cached->count);
       row.energy = cached->energy;
       row.audit = stream_of(row, 0).next_bits() % audit_one_in == 0 ? Audit::due : Audit::possible;

@@ -85,7 +85,9 @@ void Service::Table::wake(const std::vector<PageId>& pages) {
   std::vector<Candidate> candidates;
   for (const PageId p : pages) {
     for (const auto& [node, cached] : pages_[p]->dormant) {
-      candidates.push_back({p, node, pages_[p]->slots[node].touches.load(std::memory_order_relaxed), nullptr});
+      // What a coarse row is good for is not known before the light of its node is.
+      if (is_light_driven() && !answers(p, cached)) continue;
+      candidates.push_back({p, node, pages_[p]->slots[node].touches.load(std::memory_order_relaxed), 0, nullptr});
     }
   }
   std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {

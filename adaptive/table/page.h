@@ -1,6 +1,7 @@
 // The flat index of a page: one slot per node, found by arithmetic, never by a hash.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <compare>
@@ -91,9 +92,17 @@ struct alignas(16) Slot {
 };
 static_assert(sizeof(Slot) == 16);
 
+/// Light in fixed point, so that its sum does not depend on the order: 2^-20 steps, one query at most 2^12.
+inline std::uint64_t fixed_light(float light) {
+  return static_cast<std::uint64_t>(std::min(light, 4096.0f) * 1048576.0f);
+}
+
 struct Page {
   explicit Page(const PageDescription& d)
-      : description(d), slots(std::make_unique<Slot[]>(d.node_count())), touches_before(d.node_count(), 0) {}
+      : description(d),
+        slots(std::make_unique<Slot[]>(d.node_count())),
+        light(std::make_unique<std::atomic<std::uint64_t>[]>(d.node_count())),
+        touches_before(d.node_count(), 0) {}
   ~Page() {
     for (std::uint32_t n = 0; n < description.node_count(); ++n) slots[n].set<TracedNodes>(nullptr, Slot::Kind::traced);
   }
@@ -102,6 +111,8 @@ struct Page {
 
   PageDescription description;
   std::unique_ptr<Slot[]> slots;
+  /// Carried by each node over all passes, fixed_light(). Apart from the slots: converged rows add to it now and then.
+  std::unique_ptr<std::atomic<std::uint64_t>[]> light;
   std::vector<std::uint32_t> touches_before;   ///< touches at the last publish()
   bool audited = false;                        ///< a row of a cache was checked
   std::map<std::uint32_t, CachedRow> dormant;  ///< cached rows that memory had no room for, by node

@@ -85,12 +85,13 @@ void Service::Table::update_rows(PassReport& report) {
   if (scored > 0) report.effective_sample_size = weighted_samples / static_cast<double>(scored);
 }
 
-PassReport Service::Table::publish() {
+PassReport Service::Table::publish(std::uint64_t paths) {
   const std::clock_t start = std::clock();
   PassReport report = between_passes_;
   between_passes_ = PassReport{};
   changes_.clear();
   ++pass_;
+  paths_ += paths;
   report.traces += traces_.exchange(0, std::memory_order_relaxed);
   report.converged_queries += converged_queries_.take();
   report.queries += report.converged_queries;
@@ -107,17 +108,19 @@ PassReport Service::Table::publish() {
       if (slot.row != Slot::no_row) {
         if (rows_[slot.row].state() == RowState::converged) report.converged_queries += queries;
       } else if (learns_ && touches >= options_.touches_to_birth() && touches > 0) {
-        candidates.push_back({p, n, touches, slot.take_memo()});
+        candidates.push_back({p, n, touches, page.light[n].load(std::memory_order_relaxed), slot.take_memo()});
       } else {
         slot.take_memo();
       }
     }
   }
   memo_bytes_.store(0, std::memory_order_relaxed);
+  touched_ = report.rows_touched;
 
   if (learns_) update_rows(report);
 
   std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {
+    if (x.light != y.light) return x.light > y.light;
     if (x.touches != y.touches) return x.touches > y.touches;
     const auto order = compare_keys(pages_[x.page]->description.key, pages_[y.page]->description.key);
     return order != 0 ? order < 0 : x.node < y.node;
@@ -156,6 +159,7 @@ void Service::Table::fill_totals(PassReport& report) const {
   }
   report.rows_reopened = reopened_;
   report.bytes = bytes_;
+  report.bias_bound = bias_bound();
   std::ranges::sort(objectives);
   report.objective_p50 = quantile(objectives, 0.50);
   report.objective_p90 = quantile(objectives, 0.90);

@@ -28,10 +28,16 @@ RandomStream Service::Table::stream_of(const Row& row, std::uint64_t purpose) co
   return RandomStream(mixed, row.node, pass_);
 }
 
-Lesson Service::Table::lesson_of(Row& row) const {
+Options Service::Table::options_of(const Row& row) const {
+  Options options = options_;
+  options.epsilon = epsilon_of(row.page, row.node, row.energy);
+  return options;
+}
+
+Lesson Service::Table::lesson_of(Row& row, const Options& options) const {
   Learning& learning = *row.learning;
   return Lesson{
-      .options = options_,
+      .options = options,
       .nodes = *learning.nodes,
       .sketch = learning.sketch,
       .stop = learning.stop,
@@ -44,16 +50,31 @@ Lesson Service::Table::lesson_of(Row& row) const {
       .count = learning.count};
 }
 
+void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {
+  Learning& learning = *row.learning;
+  learning.fit = Mixture{};
+  learning.fit.uniform_weight = row.energy;
+  assign_attributes(learning.fit, *learning.nodes);
+  learning.has_fit = true;
+  learning.objective = 1;  // integral (g - mean)^2 / L, or less
+  outcome.changed = outcome.converged = true;
+}
+
 void Service::Table::begin(Row& row, Outcome& outcome) const {
-  Lesson lesson = lesson_of(row);
+  const Options options = options_of(row);
+  if (is_light_driven() && options.epsilon >= 1) {
+    leave_unfitted(row, outcome);
+    return;
+  }
+  Lesson lesson = lesson_of(row, options);
   row.learning->learner->begin(lesson);
   conclude(row, lesson, outcome);
 }
 
-std::uint64_t Service::Table::top_up(Row& row) const {
+std::uint64_t Service::Table::top_up(Row& row, const Options& options) const {
   Learning& learning = *row.learning;
   const std::uint32_t touches = slot_of(row).touches.load(std::memory_order_relaxed);
-  const std::uint64_t wanted = options_.scores_per_test();
+  const std::uint64_t wanted = options.scores_per_test();
   const std::uint64_t have = learning.stop.scores();
   if (learning.born_pass >= pass_ || !learning.has_fit || touches - learning.touches_at_birth < queries_before_top_up)
     return 0;
@@ -92,14 +113,15 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
   Outcome outcome;
   outcome.g_evaluations = row.learning->observed.exchange(0, std::memory_order_relaxed);
   row.learning->count += outcome.g_evaluations;
-  Lesson lesson = lesson_of(row);
+  const Options options = options_of(row);
+  Lesson lesson = lesson_of(row, options);
   row.learning->learner->before_test(lesson);
-  outcome.top_ups = top_up(row);
+  outcome.top_ups = top_up(row, options);
   outcome.g_evaluations += outcome.top_ups;
   outcome.weights = row.learning->weights.moments();
   row.learning->weights.clear();
   lesson.own_draws = outcome.weights.count;
-  if (row.learning->has_fit) row.learning->stop.run(options_);
+  if (row.learning->has_fit) row.learning->stop.run(options);
   if (row.learning->stop.verdict() == StopTest::Verdict::undecided) row.learning->learner->learn(lesson);
   conclude(row, lesson, outcome);
   return outcome;
@@ -121,7 +143,9 @@ Service::Table::Outcome Service::Table::audit(Row& row) const {
   outcome.traces = 1;
   outcome.g_evaluations = audit_draws;
   const Moments moments = scores.moments();
-  if (moments.mean - 2 * standard_error(moments) <= options_.epsilon) return outcome;
+  // What it was taken for: within epsilon, or, of a row that carries little light, within its own bound.
+  const double claimed = std::max(options_.epsilon, static_cast<double>(view.objective));
+  if (moments.mean - 2 * standard_error(moments) <= claimed) return outcome;
   outcome.nodes = std::move(nodes);
   outcome.audit_failed = true;
   return outcome;

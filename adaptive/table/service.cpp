@@ -118,6 +118,10 @@ RowView Service::Table::peek(PageId page_id, std::uint32_t a, std::uint32_t b) c
   return slot.row == Slot::no_row ? RowView{} : view_of(slot);
 }
 
+void Service::Table::carry(PageId page, std::uint32_t node, float light) {
+  if (light > 0) pages_[page]->light[node].fetch_add(fixed_light(light), std::memory_order_relaxed);
+}
+
 void Service::Table::observe(const RowView& view, float x, float g) {
   if (view.row == RowView::no_row || !learns_) return;
   Row& row = rows_[view.row];
@@ -144,10 +148,11 @@ std::optional<Error> Service::load(TableImage image) { return table_->load(std::
 TableImage Service::snapshot() const { return table_->snapshot(); }
 RowView Service::look_up(PageId page, std::uint32_t a, std::uint32_t b) const { return table_->look_up(page, a, b); }
 void Service::count_converged(std::uint32_t queries) const { table_->count_converged(queries); }
+void Service::carry(PageId page, std::uint32_t node, float light) const { table_->carry(page, node, light); }
 void Service::observe(const RowView& row, float x, float g) const { table_->observe(row, x, g); }
 void Service::score(const RowView& row, float x, float g, float q) const { table_->score(row, x, g, q); }
 void Service::set_learning(bool on) { table_->set_learning(on); }
-PassReport Service::publish() { return table_->publish(); }
+PassReport Service::publish(std::uint64_t paths) { return table_->publish(paths); }
 const std::vector<Service::RowChange>& Service::last_changes() const { return table_->changes(); }
 RowView Service::peek(PageId page, std::uint32_t a, std::uint32_t b) const { return table_->peek(page, a, b); }
 const std::vector<Error>& Service::refusals() const { return table_->refusals(); }

@@ -22,7 +22,7 @@ namespace tress::adaptive {
 /// What a reader sees of a node that has a row.
 RowView view_of(const Slot& slot);
 
-/// Reader methods (look_up, count_converged, observe, score): any thread. All else: one thread, no reader.
+/// Reader methods (look_up, count_converged, carry, observe, score): any thread. All else: one thread, no reader.
 class Service::Table {
  public:
   Table(const Options& options, const Target& target)
@@ -32,6 +32,7 @@ class Service::Table {
   RowView look_up(PageId page, std::uint32_t a, std::uint32_t b);
   RowView peek(PageId page, std::uint32_t a, std::uint32_t b) const;
   void count_converged(std::uint32_t queries) { converged_queries_.add(queries); }
+  void carry(PageId page, std::uint32_t node, float light);
   void observe(const RowView& view, float x, float g);
   void score(const RowView& view, float x, float g, float q);
 
@@ -41,7 +42,7 @@ class Service::Table {
   TableImage snapshot() const;
 
   // publish.cpp
-  PassReport publish();
+  PassReport publish(std::uint64_t paths);
 
   const Options& options() const { return options_; }
   const std::vector<std::unique_ptr<Page>>& pages() const { return pages_; }
@@ -56,6 +57,7 @@ class Service::Table {
     PageId page;
     std::uint32_t node;
     std::uint32_t touches;
+    std::uint64_t light;
     std::unique_ptr<const TracedNodes> nodes;
   };
   /// What one row did in a pass.
@@ -67,6 +69,17 @@ class Service::Table {
     std::unique_ptr<const TracedNodes> nodes;  ///< of a row that failed its audit
   };
 
+  // light.cpp
+  /// What the node carried of the light of the paths so far: >= 0, of all rows together about the hits of a path.
+  /// unseen: light that is added to it.
+  double light_share(PageId page, std::uint32_t node, double unseen) const;
+  /// What the row at a node has to reach, from the light that it carries; `epsilon` for all without `picture_error`.
+  /// energy: of g there.
+  double epsilon_of(PageId page, std::uint32_t node, float energy) const;
+  /// PassReport::bias_bound.
+  double bias_bound() const;
+  bool is_light_driven() const { return options_.picture_error > 0 && options_.learner != Learner::table; }
+
   // births.cpp
   /// Makes rows of the candidates, in their order, until the ceiling. Appends to changes_. True if all had room.
   bool admit(std::vector<Candidate>& candidates, PassReport& report);
@@ -74,7 +87,8 @@ class Service::Table {
   Outcome settle(Row& row) const;
   std::size_t bytes_needed(const Candidate& candidate) const;
   bool needs_nodes(const Candidate& candidate) const;
-  bool answers(const CachedRow& cached) const;
+  /// Whether a cached row is good enough for the light that its node is known to carry.
+  bool answers(PageId page, const CachedRow& cached) const;
   /// True if the pairs of the row's sketch, which a cache brought, are not what its nodes say.
   bool outdated(const Row& row) const;
 
@@ -87,8 +101,13 @@ class Service::Table {
   Outcome reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const;
   /// Opens the row: what its learner does before the first pass of it.
   void begin(Row& row, Outcome& outcome) const;
-  std::uint64_t top_up(Row& row) const;
-  Lesson lesson_of(Row& row) const;
+  std::uint64_t top_up(Row& row, const Options& options) const;
+  /// Answers the row by its mean for good: its error cannot be seen. No g is asked.
+  void leave_unfitted(Row& row, Outcome& outcome) const;
+  /// The settings of the service with the row's own epsilon.
+  Options options_of(const Row& row) const;
+  /// options: options_of(row), which must outlive the lesson.
+  Lesson lesson_of(Row& row, const Options& options) const;
   /// Takes over what a lesson and the stop test have come to.
   void conclude(Row& row, const Lesson& lesson, Outcome& outcome) const;
   RandomStream stream_of(const Row& row, std::uint64_t purpose) const;
@@ -127,6 +146,8 @@ class Service::Table {
   std::uint32_t pass_ = 0;      ///< number of the publish() that runs or ran last
   std::size_t bytes_ = 0;       ///< of all rows
   std::uint64_t reopened_ = 0;  ///< in this session
+  std::uint64_t paths_ = 0;     ///< told to publish() so far
+  std::uint64_t touched_ = 0;   ///< nodes ever asked for, as of the last publish()
   PassReport between_passes_;   ///< work of load() and add_page(), told by the next publish()
   std::atomic<std::size_t> memo_bytes_{0};
   std::atomic<std::uint64_t> traces_{0};  ///< by readers, in the running pass

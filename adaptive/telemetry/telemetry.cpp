@@ -56,6 +56,7 @@ Json pass_fields(const PassReport& report) {
           {"bytes", report.bytes},
           {"at_ceiling", report.at_ceiling},
           {"effective_sample_size", report.effective_sample_size},
+          {"bias_bound", report.bias_bound},
           {"learning_cpu_seconds", report.learning_cpu_seconds}};
 }
 

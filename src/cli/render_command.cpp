@@ -45,6 +45,8 @@ class RenderJob {
     if (target_ && settings.estimator != fiber::Estimator::exact) {
       adaptive::Options options = settings.table;
       options.seed = settings.render.seed;
+      // A frozen table is used as it is: it learns nothing, the light of its rows neither.
+      if (settings.cache_mode == CacheMode::frozen && options.picture_error > 0) options.epsilon = 1;
       service_ = std::make_unique<adaptive::Service>(options, *target_);
     }
     if (settings.warm_cache && service_) {
@@ -78,6 +80,7 @@ class RenderJob {
                             if (cache_) cache_->save_if_due(*service_);
                             if (ahead.reason != nullptr) stopped_by_ = ahead.reason;
                             noise_ = pass.noise;
+                            bias_bound_ = pass.table.bias_bound;
                             return ahead.reason == nullptr && !interrupt.requested();
                           });
     progress.finish();
@@ -163,6 +166,7 @@ class RenderJob {
     if (settings_.stop.seconds) fields.emplace("time_limit", json_text(*settings_.stop.seconds));
     if (settings_.stop.noise) fields.emplace("noise_target", json_text(*settings_.stop.noise));
     if (const auto& crop = settings_.render.crop) fields.emplace("crop", json_text(edges_of(*crop)));
+    if (settings_.table.picture_error > 0) fields.emplace("picture_error", json_text(settings_.table.picture_error));
     fields.merge(cache_fields());
     telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.header(fields); });
     if (!settings_.telemetry_rows || !service_ || !telemetry_.wanted()) return;
@@ -228,6 +232,7 @@ class RenderJob {
                   {"seconds", json_text(seconds)},
                   {"stopped_by", json_text(stopped_by_)},
                   {"noise", json_text(noise_)},
+                  {"bias_bound", json_text(bias_bound_)},
                   {"queries", json_text(result.queries)},
                   {"exact_queries", json_text(result.exact_queries)},
                   {"cache_hash", json_text(hash)},
@@ -252,7 +257,7 @@ class RenderJob {
   TelemetryLines telemetry_;
   int passes_told_ = 0;
   const char* stopped_by_ = "signal";
-  double noise_ = 0;  ///< after the last pass
+  double noise_ = 0, bias_bound_ = 0;  ///< after the last pass
 };
 
 /// What must be writable, checked before anything is rendered.

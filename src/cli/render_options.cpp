@@ -82,6 +82,11 @@ void add_learning(CLI::App* app, RenderSettings& s) {
       "traced at "
       "every vertex");
   add_learner(app, s.table);
+  add_number(
+      app, "--picture-error", {0, 1, true}, [&s](double x) { s.table.picture_error = x; },
+      "in place of --epsilon: the relative error that fits may make in the picture; each row is then learned as well "
+      "as the light it carries asks for")
+      ->excludes(app->get_option("--epsilon"));
   auto* cache = app->add_option_function<std::string>(
       "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; }, "table to start from and to save");
   cache->type_name("FILE");
@@ -190,10 +195,13 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   }
   const fiber::ModelInfo& model = *fiber::find_model(s.model);
   if (model.make_target == nullptr) {
-    for (const char* option :
-         {"--estimator", "--learner", "--components", "--epsilon", "--table-memory", "--warm-cache"}) {
+    for (const char* option : {"--estimator", "--learner", "--components", "--epsilon", "--picture-error",
+                               "--table-memory", "--warm-cache"}) {
       if (render.count(option)) return fmt::format("{}: expected a model with rows, found --model {}", option, s.model);
     }
+  }
+  if (s.table.picture_error > 0 && s.table.learner == adaptive::Learner::table) {
+    return "--picture-error: expected a learner that fits mixtures, found --learner table";
   }
   if (s.quadrature_points && !model.has_quadrature) {
     return fmt::format("--quadrature-points: expected a model that integrates, found --model {}", s.model);

@@ -32,6 +32,10 @@ float largest_channel(const glm::vec3& color) {
   return std::max({std::abs(color.x), std::abs(color.y), std::abs(color.z)});
 }
 
+float luminance_of(const glm::vec3& color) {
+  return std::max(0.0f, 0.2126f * color.x + 0.7152f * color.y + 0.0722f * color.z);
+}
+
 glm::vec3 total_of(const ScatteredLayers& layers) {
   glm::vec3 total(0.0f);
   for (const glm::vec3& layer : layers) total += layer;
@@ -82,6 +86,7 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
   for (glm::vec3& layer : first_weight) layer /= sample.value.pdf * static_cast<float>(vertex.bcsdf_samples);
   const glm::vec3 first_total = sample.value.total() / sample.value.pdf;
   glm::vec3 throughput(1.0f), radiance(0.0f);
+  const int first_samples = vertex.bcsdf_samples;
   for (int depth = 2;; ++depth) {  // of the hit that the ray may find
     const float largest = largest_channel(first_total * throughput);
     if (!(largest > 0)) break;
@@ -97,6 +102,7 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
     const float xi1 = random.next(), xi2 = random.next();
     vertex = scattering_.begin(*hit, ray.direction, {xi1, xi2});
     vertex.light_samples = std::min(1, options_.light_samples);
+    vertex.event.importance = luminance_of(first_total * throughput) / static_cast<float>(first_samples);
     ++sums.vertices;
     if (vertex.light_samples > 0) {
       const float u_light = random.next(), u1 = random.next(), u2 = random.next();
@@ -128,6 +134,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(sample, grid_node));
   vertex.light_samples = options_.light_samples;
   vertex.bcsdf_samples = options_.bcsdf_samples;
+  vertex.event.importance = 1 / static_cast<float>(options_.bcsdf_samples);
   sums.vertices = 1;
   sums.coverage = 1;
   sums.albedo = vertex.albedo;

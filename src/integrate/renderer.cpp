@@ -29,8 +29,13 @@ double process_cpu_seconds() {
 /// Number of blocks along a side of `length` pixels.
 int blocks_along(int length) { return (length + block_size - 1) / block_size; }
 
+struct PathCount {
+  std::uint64_t pixels = 0;   ///< sampled, a path each
+  std::uint64_t covered = 0;  ///< of them, paths that met something
+};
+
 /// Samples the pixels of a pass that lie in one block, in order.
-std::uint64_t render_block(const PathTracer& tracer, int block, int pass, Film& film) {
+PathCount render_block(const PathTracer& tracer, int block, int pass, Film& film) {
   const FlushDenormals flush;
   const image::Window& window = film.window();
   const int blocks_across = blocks_along(window.width);
@@ -38,30 +43,35 @@ std::uint64_t render_block(const PathTracer& tracer, int block, int pass, Film& 
   const int top = window.top + block / blocks_across * block_size;
   const int right = std::min(left + block_size, window.left + window.width);
   const int bottom = std::min(top + block_size, window.top + window.height);
-  std::uint64_t pixels = 0;
+  PathCount count;
   double time = film.timed() ? thread_cpu_seconds() : 0;
   for (int y = top; y < bottom; ++y) {
     for (int x = left; x < right; ++x) {
       if (!in_pass(pass, x, y)) continue;
-      film.pixel(x, y).add(tracer.trace(x, y, sample_of_pass(pass)));
-      ++pixels;
+      const PathSums path = tracer.trace(x, y, sample_of_pass(pass));
+      film.pixel(x, y).add(path);
+      ++count.pixels;
+      count.covered += path.coverage > 0 ? 1 : 0;
       if (!film.timed()) continue;
       const double start = std::exchange(time, thread_cpu_seconds());
       film.add_time(x, y, time - start);
     }
   }
-  return pixels;
+  return count;
 }
 
 /// Every pixel of a block belongs to one task, and a pass ends before the next begins: sums are added in the order of
-/// the samples whatever the number of threads. Returns the number of pixels sampled.
-std::uint64_t render_pass(const PathTracer& tracer, int pass, const std::atomic<bool>& stop, Film& film) {
+/// the samples whatever the number of threads.
+PathCount render_pass(const PathTracer& tracer, int pass, const std::atomic<bool>& stop, Film& film) {
   const int blocks = blocks_along(film.window().width) * blocks_along(film.window().height);
-  std::atomic<std::uint64_t> pixels{0};
+  std::atomic<std::uint64_t> pixels{0}, covered{0};
   tbb::parallel_for(0, blocks, [&](int block) {
-    if (!stop.load(std::memory_order_relaxed)) pixels += render_block(tracer, block, pass, film);
+    if (stop.load(std::memory_order_relaxed)) return;
+    const PathCount count = render_block(tracer, block, pass, film);
+    pixels += count.pixels;
+    covered += count.covered;
   });
-  return pixels;
+  return {pixels, covered};
 }
 
 bool splits_glint(const scene::Scene& scene) {
@@ -95,10 +105,11 @@ RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibe
     const auto start = std::chrono::steady_clock::now();
     const double cpu_start = process_cpu_seconds();
     progress.pass = pass;
-    progress.pixels = render_pass(tracer, pass, stop, film);
+    const PathCount paths = render_pass(tracer, pass, stop, film);
+    progress.pixels = paths.pixels;
     progress.paths_so_far += progress.pixels;
     if (service) {
-      progress.table = service->publish();
+      progress.table = service->publish(paths.covered);
       model.rows_changed();
     }
     progress.cpu_seconds = process_cpu_seconds() - cpu_start;

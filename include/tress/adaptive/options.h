@@ -12,6 +12,11 @@ struct Options {
   /// Relative squared L2 error below which a row counts as converged: the objective
   /// integral (g - f)^2 / max(integral (g - mean g)^2, 1e-3 / 2 pi).
   double epsilon = 0.01;
+  /// In place of an epsilon for all rows alike: the relative error that the fits may make in the light of the picture,
+  /// under light as of a sky; PassReport::bias_bound is at most ten times it. Each row then has an epsilon of its own by
+  /// the light that it carries (Service::carry), and one that carries next to none is never fitted; epsilon is what
+  /// rows of a cache are taken at before their light is known. 0: off. For learners that fit mixtures.
+  double picture_error = 0;
   /// Ceiling for rows, sketches, traced nodes and their memo, bytes. Past it no row is born.
   std::size_t memory_bytes = std::size_t{256} << 20;
   /// Touches of an unborn row, over all passes, before it is born: at the end of the pass of the last of them, since

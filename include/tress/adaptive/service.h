@@ -64,9 +64,9 @@ struct RowView {
   }
 };
 
-/// Thread-safety: look_up, count_converged, observe, score: any thread, wait-free but for the trace of an unborn node's
-/// first touch. All else: one thread, while no reader is left. Same calls between two publishes, in any order and from
-/// any number of threads: the same table, to the bit.
+/// Thread-safety: look_up, count_converged, carry, observe, score: any thread, wait-free but for the trace of an unborn
+/// node's first touch. All else: one thread, while no reader is left. Same calls between two publishes, in any order
+/// and from any number of threads: the same table, to the bit.
 class Service {
  public:
   /// `target` must outlive the service.
@@ -101,6 +101,10 @@ class Service {
   /// good until the row is among last_changes(); where one of a page has ceased to be converged, all rows of the page
   /// are to be looked up again, because the service then checks those that are asked.
   void count_converged(std::uint32_t queries) const;
+  /// Tells how much of the picture's light a query of the row at a node stood for: throughput of its path times the
+  /// row's share of what is scattered there, >= 0, so that the sum over a pass, over the paths told to publish(), is
+  /// the row's share of the picture. Any state. Rows are born in the order of it, and `picture_error` divides by it.
+  void carry(PageId page, std::uint32_t node, float light) const;
   /// Tells an open row its g at azimuth x, whatever drew x. No effect on other states.
   void observe(const RowView& row, float x, float g) const;
   /// As observe, and scores the published fit: x must have been drawn from this row's own proposal, whose density
@@ -113,7 +117,8 @@ class Service {
   void set_learning(bool on);
 
   /// Ends a pass: births, coverage, top-up, tests, refits, publication. Parallel inside (oneTBB), deterministic.
-  PassReport publish();
+  /// paths: how many of the pass the light of carry() came from.
+  PassReport publish(std::uint64_t paths = 0);
   /// Rows whose published fit or state changed in the last publish() or load, ascending (page, node).
   struct RowChange {
     PageId page;

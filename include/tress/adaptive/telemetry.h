@@ -38,7 +38,10 @@ struct PassReport {
   std::array<std::uint64_t, Mixture::max_components + 1> components{};  ///< converged mixtures by number of components
   std::array<std::uint64_t, KnotTable::sizes> knots{};  ///< converged knot tables by number of knots: 32, 64, 128
   double effective_sample_size = 0;  ///< mean over scored samples of (sum w)^2/(n sum w^2), w = g/q; 0 if none
-  double learning_cpu_seconds = 0;   ///< CPU time inside publish()
+  /// What the converged rows may do to the mean radiance of the picture, relative: E8 of ESTIMATOR.md has what it rests
+  /// on. 0 without light told (Service::carry).
+  double bias_bound = 0;
+  double learning_cpu_seconds = 0;  ///< CPU time inside publish()
 };
 
 /// One row as it stands after a publish().

@@ -22,8 +22,10 @@ using FiberId = std::uint32_t;
 struct FiberEvent {
   FiberId fiber = 0;
   FiberDirection wr;
-  float xi1 = 0, xi2 = 0;                     ///< uniform in [0, 1)
-  LobeColors energy{};                        ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
+  float xi1 = 0, xi2 = 0;  ///< uniform in [0, 1)
+  float importance = 0;    ///< set after begin(): luminance of what a unit of light scattered here is
+                           ///< worth to the picture; 0: models with rows count no light
+  LobeColors energy{};     ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
   std::array<float, lobe_count> selection{};  ///< probability of each lobe, sums to 1
   /// What the model that began the event keeps with it (constants of its lobes for wr). Nobody else reads it.
   alignas(16) std::array<std::byte, 320> model_constants;

@@ -174,4 +174,18 @@ const char* estimator_name(Estimator estimator) {
   return "corrected";
 }
 
+void AnyRowsModel::tell_light(const FiberEvent& event, const VertexConstants& constants, const Inclination& at,
+                              const FiberValue& value, bool tells_all) const {
+  if (service_ == nullptr) return;
+  const FiberRecord& fiber = fibers_[event.fiber];
+  for (std::size_t i = 0; i < row_lobes.size(); ++i) {
+    // By now every row that has converged is copied, whichever thread did it.
+    const TintedRow* row = constants.slots[i][at.node].load(std::memory_order_acquire);
+    if (!fiber.rows[i] || (row != nullptr && !(tells_all && row->has_row()))) continue;
+    const float light = event.importance * luminance(value.s[static_cast<std::size_t>(row_lobes[i])]) / value.pdf;
+    service_->carry(fiber.rows[i]->page().page, constants.first_node[i] + at.node,
+                    row == nullptr ? light : light * static_cast<float>(light_interval));
+  }
+}
+
 }  // namespace tress::fiber

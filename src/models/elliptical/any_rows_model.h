@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -57,6 +58,16 @@ class AnyRowsModel : public FiberModel {
     return value_of_any(event, constants, wi, at, nothing_drawn, nullptr, fetched);
   }
 
+  /// Tells the service what light a drawn direction brings by each row, in proportion to the importance of the event:
+  /// S/Q of its lobe, whose mean over directions is the lobe's energy. Always of rows that have not converged; of those
+  /// that have at one event in light_interval, as many times.
+  void tell_light(const FiberEvent& event, const VertexConstants& constants, const Inclination& at,
+                  const FiberValue& value) const {
+    const bool tells_all = static_cast<std::uint32_t>(event.xi1 * 0x1p24f) % light_interval == 0;
+    if (tells_all || value.exact_queries != 0) [[unlikely]]
+      tell_light(event, constants, at, value, tells_all);
+  }
+
   /// Whether `corrected` traces this direction, for all lobes, and where its rays are placed, in [0, 1): pure functions
   /// of the event and the direction, so that sample() and evaluate() agree. Any bit of xi or of a direction changes the
   /// whole hash.
@@ -72,6 +83,9 @@ class AnyRowsModel : public FiberModel {
   FiberStore fibers_;
 
  private:
+  static constexpr std::uint32_t light_interval = 16;  ///< decided by the last bits of xi1, which choose no node
+  void tell_light(const FiberEvent& event, const VertexConstants& constants, const Inclination& at,
+                  const FiberValue& value, bool tells_all) const;
   static constexpr int nothing_drawn = -1;
   /// drawn: the lobe that drew wi, whose query (if it makes any) is then `known`.
   FiberValue value_of_any(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,

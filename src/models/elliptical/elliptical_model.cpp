@@ -109,9 +109,12 @@ class EllipticalModel final : public AnyRowsModel {
           counted = fetch(event, constants, i, at);
           row = constants.slots[i][at.node].load(std::memory_order_acquire);
         }
-        if (row == nullptr) [[unlikely]]
-          return sample_any(event, constants, static_cast<int>(p), sample.wi.theta, at,
-                            {spare_of(event, p, u[0]), u[2], u[3]});
+        if (row == nullptr) [[unlikely]] {
+          sample = sample_any(event, constants, static_cast<int>(p), sample.wi.theta, at,
+                              {spare_of(event, p, u[0]), u[2], u[3]});
+          tell_light(event, constants, at, sample.value);
+          return sample;
+        }
         const glm::vec3 weights = channel_weights(event, p);
         x = (row->tail & TintedRow::has_knots) != 0 ? row->sample(u[2], weights, uniform_share_)
                                                     : sample_mixture(*row, u[2], (1 - uniform_share_) * weights);
@@ -119,6 +122,7 @@ class EllipticalModel final : public AnyRowsModel {
       sample.wi.phi = wrap_once(event.wr.phi + constants.fold.sign * x);
     }
     value_at(event, constants, sample.wi, at, counted, sample.value);
+    tell_light(event, constants, at, sample.value);
     return sample;
   }
 
