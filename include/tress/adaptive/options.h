@@ -13,8 +13,8 @@ struct Options {
   /// integral (g - f)^2 / max(integral (g - mean g)^2, 1e-3 / 2 pi).
   double epsilon = 0.01;
   /// In place of an epsilon for all rows alike: the relative error that the fits may make in the light of the picture,
-  /// under light as of a sky; PassReport::bias_bound is at most ten times it. Each row then has an epsilon of its own by
-  /// the light that it carries (Service::carry), and one that carries next to none is never fitted; epsilon is what
+  /// under light as of a sky; PassReport::bias_bound is at most ten times it. Each row then has an epsilon of its own
+  /// by the light that it carries (Service::carry), and one that carries next to none is never fitted; epsilon is what
   /// rows of a cache are taken at before their light is known. 0: off. For learners that fit mixtures.
   double picture_error = 0;
   /// Ceiling for rows, sketches, traced nodes and their memo, bytes. Past it no row is born.
