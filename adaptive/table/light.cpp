@@ -10,7 +10,7 @@ namespace tress::adaptive {
 namespace {
 
 /// How much of a row's L2 error the light of a picture sees, v of E8: in the bound, and in the share of picture_error
-/// that a row may take. Under sky and studio light it was .04 at most, under a small bright window .4 (E8).
+/// that a row may take. Where rows are fitted it was .17 at most, under a small bright window .4 (E8).
 constexpr double bound_sees = 1, share_sees = 0.1;
 constexpr double least_epsilon = 1e-3;  // below it rows begin to be refused
 
