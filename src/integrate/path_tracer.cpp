@@ -95,8 +95,8 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
     radiance += throughput * met_light(vertex, sample, hit ? hit->distance_cm : nowhere);
     if (!hit || depth > options_.max_depth) break;
     if (depth >= options_.roulette_depth) {
-      // The root of the throughput, from early on: variance times time is .78 to .91 of that of the throughput itself from
-      // the sixth hit on (bench/README.md, chart 7).
+      // The root of the throughput, from early on: variance times time is .78 to .91 of that of the throughput itself
+      // from the sixth hit on (bench/README.md, chart 7).
       const float survival = std::clamp(std::sqrt(largest), least_survival, greatest_survival);
       if (random.next() >= survival) break;
       throughput /= survival;

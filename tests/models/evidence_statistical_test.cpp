@@ -151,8 +151,9 @@ TEST(evidence, samples_of_exact_follow_its_density_over_all_parameters) {
   std::printf("smallest p value of %zu: %.3g\n", std::size(places), smallest);
 }
 
-// Two ways of adding up the same densities: fitted takes all rows in lanes, corrected one after another. An exponent of a
-// lobe is at most 87 and is rounded to 2^-24 of that, so that no term is off by more than 6e-6 of itself; the sums add 1e-6.
+// Two ways of adding up the same densities: fitted takes all rows in lanes, corrected one after another. An exponent of
+// a lobe is at most 87 and is rounded to 2^-24 of that, so that no term is off by more than 6e-6 of itself; the sums
+// add 1e-6.
 TEST(evidence, density_of_corrected_is_that_of_fitted_to_rounding) {
   for (const Case& c : {cases[0], cases[3]}) {
     const auto model = model_in(Rows::converged, parameters_of(c), known_of(c));
