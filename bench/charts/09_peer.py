@@ -133,7 +133,7 @@ def measure(run):
             return values
 
         found[name] = charts.interleaved({rival: (lambda turn, rival=rival: one(rival, turn)) for rival in rivals},
-                                         settings["rounds"], run.seed)
+                                         run.rounds or settings["rounds"], run.seed)
     few, many = samples
     for rivals_found in found.values():
         for values in rivals_found.values():

@@ -7,7 +7,7 @@ usage: bench/charts/run.py [--quick] [--chart N ...] [--references] [--draw] [-o
     --quick        every chart in five minutes altogether: fewer rows, smaller pictures, more noise
     --chart N      these charts only, by number or name
     --references   makes the converged references that the charts compare with (hours; goes on where it was stopped)
-    --rounds N     of the charts of pictures (4, 5, 6): how often rivals take turns, in place of the chart's own number
+    --rounds N     of the charts of pictures (4, 5, 6, 9): how often rivals take turns, in place of the chart's own number
     --draw         draws from the JSON that is there, measures nothing
 
 Writes NAME.json, NAME.png and NAME.svg into FOLDER (build/charts; of full runs bench/results/charts holds what the documents
