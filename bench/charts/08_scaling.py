@@ -116,7 +116,7 @@ def measure(run):
 QUANTITIES = {
     "ns_a_path": ("a path", "us", 1e-3, "#d62728", "o"), "pass_cpu": ("all passes", "s", 1, "#d62728", "o"),
     "start_cpu": ("start-up", "s", 1, "#1f77b4", "s"), "learning_cpu": ("learning between passes", "s", 1, "#ff9896", "^"),
-    "peak_bytes": ("peak memory, or the driver's", "MB", 1e-6, "#7f7f7f", "D"),
+    "peak_bytes": ("peak memory", "MB", 1e-6, "#7f7f7f", "D"),
 }
 
 

@@ -22,7 +22,6 @@ import re
 import statistics
 import subprocess
 import sys
-import threading
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "figures"))
@@ -43,27 +42,33 @@ PICTURE_FOLDERS = ("include", "adaptive", "src/fiber", "src/models", "src/scene"
 
 # ---- programs -------------------------------------------------------------------------------------------------------
 
+# A small process between, which forks: a child's peak memory is counted from the process that it is forked from, and this one
+# has numpy. Writes the wait status, CPU seconds and kilobytes of the child to the file descriptor it is told.
+LAUNCHER = """import os, sys
+child = os.fork()
+if child == 0:
+    os.execvp(sys.argv[2], sys.argv[2:])
+_, status, usage = os.wait4(child, 0)
+os.write(int(sys.argv[1]), f"{status} {usage.ru_utime + usage.ru_stime} {usage.ru_maxrss}".encode())"""
+
+
 class Done:
     """A program that has ended: its standard output, CPU seconds of all its threads, wall seconds, peak memory."""
 
     def __init__(self, command, environment=None):
         start = time.monotonic()
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                   env={**os.environ, **(environment or {})})
-        # Both pipes are read before wait4, which alone tells what this very child used.
-        errors = []
-        reader = threading.Thread(target=lambda: errors.append(process.stderr.read()))
-        reader.start()
-        self.stdout = process.stdout.read().decode()
-        reader.join()
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        self.stderr = errors[0].decode()
+        told, tell = os.pipe()
+        done = subprocess.run([sys.executable, "-S", "-E", "-c", LAUNCHER, str(tell), *command], capture_output=True,
+                              text=True, pass_fds=[tell], env={**os.environ, **(environment or {})})
         self.wall = time.monotonic() - start
-        self.cpu = usage.ru_utime + usage.ru_stime
-        self.peak_bytes = usage.ru_maxrss * 1024
-        if process.returncode != 0:
-            raise RuntimeError(f"{' '.join(command)}\nexit {process.returncode}\n{self.stderr}")
+        os.close(tell)
+        with os.fdopen(told) as pipe:
+            words = pipe.read().split()
+        self.stdout, self.stderr = done.stdout, done.stderr
+        code = os.waitstatus_to_exitcode(int(words[0])) if words else done.returncode
+        if code != 0 or not words:
+            raise RuntimeError(f"{' '.join(command)}\nexit {code}\n{self.stderr}")
+        self.cpu, self.peak_bytes = float(words[1]), int(words[2]) * 1024
 
 
 class Rendered(Done):
