@@ -232,8 +232,9 @@ TEST(EnergyTable, GlintAndTheRestShareTheEnergyOfTrt) {
     const float phi = 2 * pi * random.next(), theta = std::acos(random.next());
     const auto a = whole.interpolated(phi, theta), b = split.interpolated(phi, theta);
     EXPECT_EQ(a.clear[5], 0);
-    // The same paths. But where the series of a part is below 0 by its noise, the part is taken for nothing by itself: off
-    // by no more than the noise of a lobe, .006 of all light (bench/README.md, energies of rough fibers), and seldom.
+    // The same paths. But where the series of a part is below 0 by its noise, the part is taken for nothing by itself:
+    // off by no more than the noise of a lobe, .006 of all light (bench/README.md, energies of rough fibers), and
+    // seldom.
     EXPECT_NEAR(b.clear[2] + b.clear[5], a.clear[2], 6e-3f);
     off += std::abs(static_cast<double>(b.clear[2] + b.clear[5] - a.clear[2]));
     // Two rules of three points in place of one.
