@@ -73,7 +73,14 @@ void ClearEnergies::set(int node, const LobeMoments& moments) {
   constexpr std::array named{Lobe::tt, Lobe::trt, Lobe::trrt, Lobe::glint};
   Node& clear = clear_[static_cast<std::size_t>(node)];
   const double reflected = std::clamp(moments.reflected, 0.0, 1.0);
-  const auto mass_of = [&](Lobe lobe) { return std::max(moments.later[static_cast<std::size_t>(lobe)][0], 0.0); };
+  const auto series_of = [&](Lobe lobe) { return moments.later[static_cast<std::size_t>(lobe)][0]; };
+  // GLINT is a part of TRT: what noise takes from one, the other has, so that a split leaves all other lobes as they
+  // are.
+  const double trt = std::max(series_of(Lobe::trt) + series_of(Lobe::glint), 0.0);
+  const double glint = std::clamp(series_of(Lobe::glint), 0.0, trt);
+  const auto mass_of = [&](Lobe lobe) {
+    return lobe == Lobe::glint ? glint : lobe == Lobe::trt ? trt - glint : std::max(series_of(lobe), 0.0);
+  };
   double sum = reflected;
   for (const Lobe lobe : named) sum += mass_of(lobe);
   const double share = std::min(1 / sum, 1.0);  // a series may overshoot

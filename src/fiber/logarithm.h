@@ -6,8 +6,7 @@
 
 namespace tress::fiber {
 
-/// ln x of a normal x > 0. Error below 2e-7 times the larger of |ln x| and |x - 1| (Cephes, logf): exact to rounding
-/// about 1 too.
+/// ln x of a normal x > 0. Relative error below 2e-7, about 1 too (Cephes, logf).
 inline float natural_log(float x) {
   // x = m 2^k, m in [sqrt 1/2, sqrt 2)
   const auto bits = std::bit_cast<std::int32_t>(x) - 0x3f3504f3;

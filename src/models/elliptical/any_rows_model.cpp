@@ -162,18 +162,6 @@ RowValue AnyRowsModel::trace_or_ask(const FiberEvent& event, const VertexConstan
   return reader.evaluate_open(query, node, x, known != nullptr);
 }
 
-const char* estimator_name(Estimator estimator) {
-  switch (estimator) {
-    case Estimator::fitted:
-      return "fitted";
-    case Estimator::exact:
-      return "exact";
-    case Estimator::corrected:
-      break;
-  }
-  return "corrected";
-}
-
 void AnyRowsModel::tell_light(const FiberEvent& event, const VertexConstants& constants, const Inclination& at,
                               const FiberValue& value, bool tells_all) const {
   if (service_ == nullptr) return;
@@ -186,6 +174,18 @@ void AnyRowsModel::tell_light(const FiberEvent& event, const VertexConstants& co
     service_->carry(fiber.rows[i]->page().page, constants.first_node[i] + at.node,
                     row == nullptr ? light : light * static_cast<float>(light_interval));
   }
+}
+
+const char* estimator_name(Estimator estimator) {
+  switch (estimator) {
+    case Estimator::fitted:
+      return "fitted";
+    case Estimator::exact:
+      return "exact";
+    case Estimator::corrected:
+      break;
+  }
+  return "corrected";
 }
 
 }  // namespace tress::fiber
