@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "known_learner.h"
 #include "learned_rows.h"
 #include "random_rows.h"
 
@@ -112,46 +113,23 @@ nlohmann::json study(const Setting& setting) {
           {"false", falsely}};
 }
 
-int usage() {
-  fmt::print(stderr,
-             "usage: bench_learning [--rows N] [--seed N] [--domain wide|hard|narrow|whole] [--learner NAME]\n"
-             "                      [--epsilon E] [--vertices N] [--passes N]\n");
-  return 2;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   Setting setting;
   setting.options.memory_bytes = std::size_t{4} << 30;
   setting.options.seed = 1;
-  for (int i = 1; i < argc; i += 2) {
-    const std::string name = argv[i];
-    if (i + 1 >= argc) return usage();
-    const std::string value = argv[i + 1];
-    if (name == "--rows")
-      setting.rows = std::atoi(value.c_str());
-    else if (name == "--seed")
-      setting.options.seed = std::strtoull(value.c_str(), nullptr, 10);
-    else if (name == "--domain")
-      setting.domain = value;
-    else if (name == "--epsilon")
-      setting.options.epsilon = std::atof(value.c_str());
-    else if (name == "--vertices")
-      setting.vertices = std::atoi(value.c_str());
-    else if (name == "--passes")
-      setting.passes = std::atoi(value.c_str());
-    else if (name == "--learner") {
-      const auto learner = adaptive::find_learner(value);
-      if (!learner) return usage();
-      setting.options.learner = *learner;
-    } else
-      return usage();
-  }
-  const bool known =
-      setting.domain == "wide" || setting.domain == "hard" || setting.domain == "narrow" || setting.domain == "whole";
-  if (!known || setting.rows < 1 || setting.vertices < 1 || setting.passes < 1 || !(setting.options.epsilon > 0))
-    return usage();
+  std::string learner = adaptive::learner_name(setting.options.learner);
+  CLI::App app("how random rows are learned, pass by pass, as JSON");
+  app.add_option("--rows", setting.rows)->check(CLI::PositiveNumber);
+  app.add_option("--seed", setting.options.seed);
+  app.add_option("--domain", setting.domain)->check(CLI::IsMember({"wide", "hard", "narrow", "whole"}));
+  app.add_option("--learner", learner)->check(bench::known_learner);
+  app.add_option("--epsilon", setting.options.epsilon)->check(CLI::PositiveNumber);
+  app.add_option("--vertices", setting.vertices)->check(CLI::PositiveNumber);
+  app.add_option("--passes", setting.passes)->check(CLI::PositiveNumber);
+  CLI11_PARSE(app, argc, argv);
+  setting.options.learner = *adaptive::find_learner(learner);
   fmt::print("{}\n", study(setting).dump());
   return 0;
 }

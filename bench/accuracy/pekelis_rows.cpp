@@ -25,6 +25,7 @@
 #include <string>
 #include <vector>
 
+#include "known_learner.h"
 #include "models/pekelis2015_target.h"
 #include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
@@ -286,52 +287,28 @@ void print(const nlohmann::json& r) {
       100 * r["below_a_tenth_share"].get<double>(), r["components"].dump(), r["learning_cpu_us_a_row"].get<double>());
 }
 
-int usage() {
-  fmt::print(stderr,
-             "usage: bench_pekelis_rows [--rows N | --grid all|hardest] [--stride N] [--lobe TRT|GLINT] [--seed N]\n"
-             "                          [--epsilon E] [--learner NAME] [--components N] [--blur DEG] [--json FILE]\n");
-  return 2;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   Setting setting;
   setting.options.memory_bytes = std::size_t{4} << 30;
-  for (int i = 1; i < argc; i += 2) {
-    const std::string name = argv[i];
-    if (i + 1 >= argc) return usage();
-    const std::string value = argv[i + 1];
-    if (name == "--rows")
-      setting.rows = std::atoi(value.c_str());
-    else if (name == "--grid")
-      setting.grid = value;
-    else if (name == "--stride")
-      setting.stride = std::atoi(value.c_str());
-    else if (name == "--lobe")
-      setting.lobe = value;
-    else if (name == "--seed")
-      setting.seed = std::strtoull(value.c_str(), nullptr, 10);
-    else if (name == "--epsilon")
-      setting.options.epsilon = std::atof(value.c_str());
-    else if (name == "--components")
-      setting.components = static_cast<std::uint32_t>(std::atoi(value.c_str()));
-    else if (name == "--blur")
-      setting.blur = std::atof(value.c_str()) * degree;
-    else if (name == "--json")
-      setting.json = value;
-    else if (name == "--learner") {
-      const auto learner = adaptive::find_learner(value);
-      if (!learner) return usage();
-      setting.options.learner = *learner;
-    } else
-      return usage();
-  }
-  const bool known_grid = setting.grid.empty() || setting.grid == "all" || setting.grid == "hardest";
-  const bool known_lobe = setting.lobe.empty() || setting.lobe == "TRT" || setting.lobe == "GLINT";
-  if (!known_grid || !known_lobe || setting.rows < 1 || setting.stride < 1 || !(setting.options.epsilon > 0) ||
-      setting.components > adaptive::Mixture::max_components)
-    return usage();
+  double blur_deg = 0;
+  std::string learner = adaptive::learner_name(setting.options.learner);
+  CLI::App app("rows of the paper's grid fitted to Marschner's TRT and GLINT");
+  CLI::Option* rows = app.add_option("--rows", setting.rows, "at random")->check(CLI::PositiveNumber);
+  app.add_option("--grid", setting.grid)->check(CLI::IsMember({"all", "hardest"}))->excludes(rows);
+  app.add_option("--stride", setting.stride)->check(CLI::PositiveNumber);
+  app.add_option("--lobe", setting.lobe)->check(CLI::IsMember({"TRT", "GLINT"}));
+  app.add_option("--seed", setting.seed);
+  app.add_option("--epsilon", setting.options.epsilon)->check(CLI::PositiveNumber);
+  app.add_option("--learner", learner)->check(bench::known_learner);
+  app.add_option("--components", setting.components, "0: the paper's, 5 and 3")
+      ->check(CLI::Range(0, int{adaptive::Mixture::max_components}));
+  app.add_option("--blur", blur_deg, "degrees");
+  app.add_option("--json", setting.json);
+  CLI11_PARSE(app, argc, argv);
+  setting.blur = blur_deg * degree;
+  setting.options.learner = *adaptive::find_learner(learner);
   setting.options.seed = setting.seed;
   nlohmann::json all = nlohmann::json::array();
   for (const MarschnerLobe lobe : {MarschnerLobe::trt, MarschnerLobe::glint}) {
