@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
-"""Measures and draws the charts of speed against accuracy.
+"""Measures and draws the charts of speed against accuracy, or the atlas of where methods fail.
 
-usage: bench/charts/run.py [--quick] [--chart N ...] [--references] [--draw] [-o FOLDER] [--tress PROGRAM] [--seed N] [--rounds N]
+usage: bench/charts/run.py [--atlas] [--quick] [--chart N ...] [--references] [--draw] [-o FOLDER] [--tress PROGRAM] [--seed N] [--rounds N]
 
     (nothing)      every chart in full, up to an hour each
+    --atlas        the studies of bench/atlas in place of the charts; what follows holds for both
     --quick        every chart in five minutes altogether: fewer rows, smaller pictures, more noise
     --chart N      these charts only, by number or name
     --references   makes the converged references that the charts compare with (hours; goes on where it was stopped)
     --rounds N     of the charts of pictures (4, 5, 6, 9): how often rivals take turns, in place of the chart's own number
     --draw         draws from the JSON that is there, measures nothing
 
-Writes NAME.json, NAME.png and NAME.svg into FOLDER (build/charts; of full runs bench/results/charts holds what the documents
-tell). References are kept in build/references, or in the folder that TRESS_REFERENCES names. Needs Debian's
+Writes NAME.json, NAME.png and NAME.svg into FOLDER (build/charts or build/atlas; of full runs bench/results/charts and
+bench/results/atlas hold what the documents tell). References are kept in build/references, or in the folder that TRESS_REFERENCES names. Needs Debian's
 python3-openimageio, python3-matplotlib and python3-numpy (/usr/bin/python3), and tress and the target `benches`, built.
 """
 import argparse
@@ -25,10 +26,10 @@ import time
 import charts
 
 
-def modules():
-    """{number and name: module} of every chart, in order."""
+def modules(folder):
+    """{number and name: module} of every chart in this folder of bench/, in order."""
     found = {}
-    for path in sorted(glob.glob(os.path.join(os.path.dirname(os.path.abspath(__file__)), "[0-9][0-9]_*.py"))):
+    for path in sorted(glob.glob(os.path.join(charts.ROOT, "bench", folder, "[0-9][0-9]_*.py"))):
         name = os.path.basename(path)[:-3]
         spec = importlib.util.spec_from_file_location("chart_" + name, path)
         module = importlib.util.module_from_spec(spec)
@@ -52,27 +53,30 @@ def chosen(found, wanted):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--atlas", dest="folder", action="store_const", const="atlas", default="charts")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--chart", action="append", default=[], metavar="N")
     parser.add_argument("--references", action="store_true")
     parser.add_argument("--draw", action="store_true")
-    parser.add_argument("-o", "--output", default=os.path.join(charts.ROOT, "build", "charts"))
+    parser.add_argument("-o", "--output")
     parser.add_argument("--tress", default=os.path.join(charts.ROOT, "build", "release", "tress"))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rounds", type=int)
     parser.add_argument("--check", action="store_true", help="only whether these are arguments")
     options = parser.parse_args()
-    wanted = chosen(modules(), options.chart)
+    wanted = chosen(modules(options.folder), options.chart)
     if options.check:
         return
-    os.makedirs(options.output, exist_ok=True)
+    work = os.path.join(charts.ROOT, "build", options.folder)
+    output = options.output or work
+    os.makedirs(output, exist_ok=True)
     failed = []
     for name, module in wanted.items():
-        target = os.path.join(options.output, name + ".json")
+        target = os.path.join(output, name + ".json")
         start = time.monotonic()
         if not options.draw:
             print(f"{name}: {module.TITLE}", file=sys.stderr, flush=True)
-            run = charts.Run(options.tress, os.path.join(charts.ROOT, "build", "charts", name), options.quick, options.seed)
+            run = charts.Run(options.tress, os.path.join(work, name), options.quick, options.seed)
             run.rounds = options.rounds
             if options.references:
                 if hasattr(module, "references"):
@@ -93,8 +97,8 @@ def main():
             continue
         with open(target) as file:
             stored = json.load(file)
-        module.draw(stored["data"], os.path.join(options.output, name))
-        print(os.path.join(options.output, name + ".png"))
+        module.draw(stored["data"], os.path.join(output, name))
+        print(os.path.join(output, name + ".png"))
     if failed:
         sys.exit("not measured: " + ", ".join(failed))
 
