@@ -14,18 +14,32 @@ constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
 }  // namespace
 
 void PixelSums::add(const PathSums& path) {
-  const glm::vec3 value = path.beauty();
-  const glm::vec3 before = samples > 0 ? paths.beauty() / static_cast<float>(samples) : glm::vec3(0.0f);
-  paths += path;
+  const glm::dvec3 value(path.beauty());
+  const glm::dvec3 before = samples > 0 ? beauty() / static_cast<double>(samples) : glm::dvec3(0.0);
+  for (std::size_t layer = 0; layer < layers.size(); ++layer) layers[layer] += glm::dvec3(path.layers[layer]);
+  albedo += glm::dvec3(path.albedo);
+  normal += glm::dvec3(path.normal);
+  coverage += static_cast<double>(path.coverage);
+  distance_cm += static_cast<double>(path.distance_cm);
+  objective += static_cast<double>(path.objective);
+  vertices += path.vertices;
+  queries += path.queries;
+  exact_queries += path.exact_queries;
   ++samples;
-  const glm::vec3 after = paths.beauty() / static_cast<float>(samples);
-  if (samples > 1) squared_deviations += glm::max((value - before) * (value - after), glm::vec3(0.0f));
+  const glm::dvec3 after = beauty() / static_cast<double>(samples);
+  if (samples > 1) squared_deviations += glm::max((value - before) * (value - after), glm::dvec3(0.0));
 }
 
-glm::vec3 PixelSums::variance_of_mean() const {
-  if (samples < 2) return glm::vec3(0.0f);
-  const auto n = static_cast<float>(samples);
-  return glm::min(squared_deviations / (n * (n - 1)), glm::vec3(std::numeric_limits<float>::max()));
+glm::dvec3 PixelSums::beauty() const {
+  glm::dvec3 sum(0.0);
+  for (const glm::dvec3& layer : layers) sum += layer;
+  return sum;
+}
+
+glm::dvec3 PixelSums::variance_of_mean() const {
+  if (samples < 2) return glm::dvec3(0.0);
+  const auto n = static_cast<double>(samples);
+  return glm::min(squared_deviations / (n * (n - 1)), glm::dvec3(std::numeric_limits<float>::max()));
 }
 
 Film::Film(const image::Window& window, bool glint, bool timed)
@@ -77,44 +91,46 @@ image::Picture Film::picture() const {
   };
   /// The same for three: a prefix with its dot, or none.
   const auto add_three = [&](const std::string& prefix, const char* const(&suffixes)[3], auto&& value) {
-    for (int i = 0; i < 3; ++i) add(prefix + suffixes[i], [&](const PixelSums& pixel) { return value(pixel)[i]; });
+    for (int i = 0; i < 3; ++i) {
+      add(prefix + suffixes[i], [&](const PixelSums& pixel) { return static_cast<float>(value(pixel)[i]); });
+    }
   };
   const char* const rgb[] = {"R", "G", "B"};
   const char* const xyz[] = {"X", "Y", "Z"};
-  const auto samples = [](const PixelSums& pixel) { return static_cast<float>(pixel.samples); };
+  const auto samples = [](const PixelSums& pixel) { return static_cast<double>(pixel.samples); };
 
   add_three("", rgb, [&](const PixelSums& pixel) {
-    glm::vec3 sum(0.0f);
-    for (const glm::vec3& layer : pixel.paths.layers) sum += layer / samples(pixel);
+    glm::vec3 sum(0.0f);  // of the layers as they are in the file
+    for (const glm::dvec3& layer : pixel.layers) sum += glm::vec3(layer / samples(pixel));
     return sum;
   });
-  add("A", [&](const PixelSums& pixel) { return pixel.paths.coverage / samples(pixel); });
+  add("A", [&](const PixelSums& pixel) { return static_cast<float>(pixel.coverage / samples(pixel)); });
   for (std::size_t layer = 0; layer < layer_count; ++layer) {
     if (layer == static_cast<std::size_t>(fiber::Lobe::glint) && !glint_) continue;
     add_three(std::string(layer_name(layer)) + ".", rgb,
-              [&](const PixelSums& pixel) { return pixel.paths.layers[layer] / samples(pixel); });
+              [&](const PixelSums& pixel) { return pixel.layers[layer] / samples(pixel); });
   }
   const auto over_covered = [](const PixelSums& pixel, const auto& sum) {
-    return pixel.paths.coverage > 0 ? sum / pixel.paths.coverage : 0.0f * sum;
+    return pixel.coverage > 0 ? sum / pixel.coverage : 0.0 * sum;
   };
-  add_three("albedo.", rgb, [&](const PixelSums& pixel) { return pixel.paths.albedo / samples(pixel); });
-  add_three("N.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.paths.normal); });
-  add("Z", [&](const PixelSums& pixel) { return over_covered(pixel, pixel.paths.distance_cm); });
+  add_three("albedo.", rgb, [&](const PixelSums& pixel) { return pixel.albedo / samples(pixel); });
+  add_three("N.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.normal); });
+  add("Z", [&](const PixelSums& pixel) { return static_cast<float>(over_covered(pixel, pixel.distance_cm)); });
   add_three("variance.", rgb, [](const PixelSums& pixel) { return pixel.variance_of_mean(); });
-  const auto over_queries = [](const PixelSums& pixel, float sum) {
-    return pixel.paths.queries > 0 ? sum / static_cast<float>(pixel.paths.queries) : 0.0f;
+  const auto over_queries = [](const PixelSums& pixel, double sum) {
+    return pixel.queries > 0 ? static_cast<float>(sum / static_cast<double>(pixel.queries)) : 0.0f;
   };
   add("ais.exact",
-      [&](const PixelSums& pixel) { return over_queries(pixel, static_cast<float>(pixel.paths.exact_queries)); });
-  add("ais.objective", [&](const PixelSums& pixel) { return over_queries(pixel, pixel.paths.objective); });
+      [&](const PixelSums& pixel) { return over_queries(pixel, static_cast<double>(pixel.exact_queries)); });
+  add("ais.objective", [&](const PixelSums& pixel) { return over_queries(pixel, pixel.objective); });
   return picture;
 }
 
 std::vector<PixelCost> Film::costs() const {
   std::vector<PixelCost> costs(pixels_.size());
   for (std::size_t i = 0; i < costs.size(); ++i) {
-    const PathSums& paths = pixels_[i].paths;
-    costs[i] = {timed() ? cpu_seconds_[i] : 0, pixels_[i].samples, paths.vertices, paths.queries, paths.exact_queries};
+    const PixelSums& sums = pixels_[i];
+    costs[i] = {timed() ? cpu_seconds_[i] : 0, sums.samples, sums.vertices, sums.queries, sums.exact_queries};
   }
   return costs;
 }
@@ -123,8 +139,8 @@ double Film::relative_noise() const {
   double variance = 0, brightness = 0;
   std::uint64_t covered = 0;
   for (const PixelSums& pixel : pixels_) {
-    if (!(pixel.paths.coverage > 0)) continue;
-    const glm::vec3 of_mean = pixel.variance_of_mean(), mean = pixel.paths.beauty() / static_cast<float>(pixel.samples);
+    if (!(pixel.coverage > 0)) continue;
+    const glm::dvec3 of_mean = pixel.variance_of_mean(), mean = pixel.beauty() / static_cast<double>(pixel.samples);
     for (int c = 0; c < 3; ++c) {
       variance += of_mean[c];
       brightness += mean[c];
@@ -143,13 +159,13 @@ double Film::samples_per_pixel() const {
 
 std::uint64_t Film::queries() const {
   std::uint64_t total = 0;
-  for (const PixelSums& pixel : pixels_) total += pixel.paths.queries;
+  for (const PixelSums& pixel : pixels_) total += pixel.queries;
   return total;
 }
 
 std::uint64_t Film::exact_queries() const {
   std::uint64_t total = 0;
-  for (const PixelSums& pixel : pixels_) total += pixel.paths.exact_queries;
+  for (const PixelSums& pixel : pixels_) total += pixel.exact_queries;
   return total;
 }
 

@@ -42,7 +42,9 @@ image::Picture heatmap(const std::vector<PixelCost>& pixels, const image::Window
     }
     picture.channels.push_back({name, std::move(values)});
   };
-  const auto per_path = [](const PixelCost& pixel, double total) { return total / static_cast<double>(pixel.paths); };
+  const auto per_path = [](const PixelCost& pixel, auto total) {
+    return static_cast<double>(total) / static_cast<double>(pixel.paths);
+  };
   add("cpu_ns", [&](const PixelCost& pixel) { return per_path(pixel, 1e9 * pixel.cpu_seconds); });
   add("vertices", [&](const PixelCost& pixel) { return per_path(pixel, pixel.vertices); });
   add("queries", [&](const PixelCost& pixel) { return per_path(pixel, pixel.queries); });

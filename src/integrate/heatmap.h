@@ -14,7 +14,7 @@ double thread_cpu_seconds();
 /// The cost of one pixel's paths.
 struct PixelCost {
   double cpu_seconds = 0;
-  std::uint32_t paths = 0, vertices = 0, queries = 0, exact_queries = 0;
+  std::uint64_t paths = 0, vertices = 0, queries = 0, exact_queries = 0;
 };
 
 /// Channels, each a mean over the pixel's paths: `cpu_ns` (CPU time of the path itself, without learning; depends on

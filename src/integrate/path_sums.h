@@ -1,4 +1,4 @@
-// What the paths of a pixel bring: radiance by layer, what the first hit is like, queries of the table.
+// What a path brings: radiance by layer, what the first hit is like, queries of the table.
 #pragma once
 
 #include <array>
@@ -17,10 +17,10 @@ constexpr const char* layer_name(std::size_t layer) {
   return layer == surface_layer ? "surface" : layer == background_layer ? "background" : fiber::lobe_names[layer];
 }
 
-/// Sums over paths; one path's are its values.
+/// What one path brings: sums over its hits.
 struct PathSums {
   std::array<glm::vec3, layer_count> layers{};  ///< radiance, linear RGB
-  float coverage = 0;                           ///< paths that met a fiber or a surface; the next three are over these
+  float coverage = 0;                           ///< 1: met a fiber or a surface; else this and the next three are 0
   glm::vec3 albedo{0.0f};      ///< of one scattering: sum of the lobes' energies, or the surface's albedo
   glm::vec3 normal{0.0f};      ///< unit: tangent of a fiber, normal of a surface towards the camera
   float distance_cm = 0;       ///< from the camera
@@ -33,19 +33,6 @@ struct PathSums {
     glm::vec3 sum(0.0f);
     for (const glm::vec3& layer : layers) sum += layer;
     return sum;
-  }
-
-  PathSums& operator+=(const PathSums& other) {
-    for (std::size_t layer = 0; layer < layer_count; ++layer) layers[layer] += other.layers[layer];
-    coverage += other.coverage;
-    albedo += other.albedo;
-    normal += other.normal;
-    distance_cm += other.distance_cm;
-    vertices += other.vertices;
-    queries += other.queries;
-    exact_queries += other.exact_queries;
-    objective += other.objective;
-    return *this;
   }
 };
 

@@ -98,6 +98,7 @@ RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibe
   assert(is_within(film.window(), whole));
   RenderResult result;
   PassProgress progress;
+  progress.film = &film;
   progress.pass_count = pass_count(options.samples);
   progress.paths_total = static_cast<std::uint64_t>(film.window().width) *
                          static_cast<std::uint64_t>(film.window().height) * static_cast<std::uint64_t>(options.samples);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "image/picture.h"
+#include "integrate/film.h"
 #include "intersect/fiber_scene.h"
 #include "scene/scene.h"
 #include "tress/adaptive/service.h"
@@ -37,6 +38,7 @@ struct PassProgress {
   double seconds = 0;          ///< wall time of the pass
   double cpu_seconds = 0;      ///< CPU time of the pass, all threads, learning included
   adaptive::PassReport table;  ///< empty without a service
+  const Film* film = nullptr;  ///< what the paths have brought so far; valid during the call
 };
 
 struct RenderResult {
