@@ -19,6 +19,7 @@
 #include <set>
 
 #include "image/atomic_file.h"
+#include "image/exr_header.h"
 #include "image/picture.h"
 
 namespace tress::image {
@@ -121,6 +122,8 @@ Result<Picture> read_exr(const std::filesystem::path& file) {
 
   static std::once_flag limits_set;
   std::call_once(limits_set, [] { Imf::Header::setMaxImageSize(longest_side, longest_side); });
+
+  if (auto claim = check_exr_header(file, most_pixels)) return *claim;
 
   int first_row_not_read = 0;
   try {

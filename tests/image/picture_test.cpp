@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <string>
+#include <utility>
 
 namespace tress::image {
 namespace {
@@ -92,6 +94,38 @@ TEST(Exr, RefusesAPictureLargerThanItsFileCanHold) {
   const auto read = read_exr(file);
   ASSERT_FALSE(read);
   EXPECT_NE(read.error().message().find("65317 x 300"), std::string::npos) << read.error().message();
+}
+
+// OpenEXR allocates what a header claims before it looks at the file: 1.6 GB for an attribute, 137 GB for blocks.
+TEST(Exr, RefusesHeadersThatAskForMoreThanTheFileHas) {
+  const auto file = temporary("claims.exr");
+  Picture small = gradient();
+  small.channels.resize(1);
+  ASSERT_FALSE(write_exr(file, small));
+  const std::string whole = bytes_of(file);
+  const auto attribute = [](const std::string& name, const std::string& type, std::uint32_t size, std::string value) {
+    std::string text = name + '\0' + type + '\0';
+    for (int i = 0; i < 4; ++i) text += static_cast<char>(size >> 8 * i);
+    return text + value;
+  };
+  const std::string zero(4, '\0'), one("\1\0\0\0", 4), many("\0\0\1\0", 4), far("\xff\x3f\0\0", 4);
+  const std::pair<std::string, std::string> claims[] = {
+      {attribute("extra", "opaque", 0x61643131, ""), "header extra: expected a value of at most"},
+      {attribute("tiles", "tiledesc", 9, many + many + '\0'), "header tiles: expected 1 to"},
+      {attribute("tiles", "tiledesc", 9, one + zero + '\0'), "header tiles: expected 1 to"},
+      {attribute("dataWindow", "box2i", 16, zero + zero + far + far) +
+           attribute("tiles", "tiledesc", 9, one + one + '\0'),
+       "header dataWindow: expected a picture of at most"}};
+  for (const auto& [claim, reason] : claims) {
+    std::string bytes = whole;
+    // Before the attributes that are there; the last of a name counts, so its own data window is renamed.
+    if (claim.starts_with("dataWindow")) bytes[bytes.find("dataWindow")] = 'D';
+    bytes.insert(8, claim);
+    std::ofstream(file, std::ios::binary) << bytes;
+    const auto read = read_exr(file);
+    ASSERT_FALSE(read);
+    EXPECT_NE(read.error().message().find(reason), std::string::npos) << read.error().message();
+  }
 }
 
 TEST(Exr, RefusesNaNByChannelAndPixelAndLeavesTheFile) {
