@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cstdint>
 #include <glm/vec3.hpp>
 
 #include "tress/adaptive/random.h"
+#include "tress/fiber/parameter_ranges.h"
 
 namespace tress::fiber {
 namespace {
@@ -29,6 +31,7 @@ std::size_t hash_of(const FiberParameters& fiber) {
 }  // namespace
 
 std::pair<FiberId, bool> FiberIds::find_or_add(const FiberParameters& parameters) {
+  assert(out_of_range(parameters) == nullptr);
   const std::size_t hash = hash_of(parameters);
   const auto [first, last] = id_of_hash_.equal_range(hash);
   const auto found = std::find_if(first, last, [&](const auto& entry) { return fibers_[entry.second] == parameters; });

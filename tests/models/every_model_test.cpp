@@ -211,6 +211,13 @@ TEST_P(every_model, gives_equal_fibers_one_id) {
   EXPECT_EQ(model->name(), info().name);
 }
 
+#ifndef NDEBUG
+TEST_P(every_model, asserts_the_ranges_of_a_fiber) {
+  const auto model = info().make({.estimator = fiber::Estimator::exact, .service = nullptr});
+  EXPECT_DEATH(model->add_fiber(FiberParameters{.eccentricity = 0.4f}), "out_of_range");
+}
+#endif
+
 // A model that learns, before it has: its rows are open, and it still owes what it owes.
 TEST_P(every_model, learns_from_a_service) {
   if (info().make_target == nullptr) return;

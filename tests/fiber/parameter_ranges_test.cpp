@@ -1,0 +1,58 @@
+#include "tress/fiber/parameter_ranges.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+namespace tress {
+namespace {
+
+using fiber::FiberParameters;
+
+constexpr float degree = std::numbers::pi_v<float> / 180;
+constexpr float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+
+TEST(ParameterRanges, TakeTheirEnds) {
+  EXPECT_EQ(fiber::out_of_range(FiberParameters{}), nullptr);
+  for (const bool low : {false, true}) {
+    FiberParameters fiber;
+    fiber.eta = low ? 1.05f : 3.0f;
+    fiber.eccentricity = low ? 0.5f : 1.0f;
+    fiber.roughness = low ? 0.01f : 1.0f;
+    fiber.tilt = low ? 0 : 15 * degree;
+    fiber.sigma_a = glm::vec3(low ? 0.0f : 1e4f);
+    fiber.azimuthal_sigma.fill((low ? 0.5f : 45.0f) * degree);
+    fiber.longitudinal_lambda.fill((low ? 0.25f : 45.0f) * degree);
+    fiber.gain.fill(glm::vec3(low ? 0.0f : 100.0f));
+    EXPECT_EQ(fiber::out_of_range(fiber), nullptr);
+  }
+}
+
+TEST(ParameterRanges, NameWhatIsOutOfThem) {
+  const std::vector<std::pair<const char*, std::function<void(FiberParameters&, float)>>> members{
+      {"eta", [](auto& f, float x) { f.eta = x; }},
+      {"eccentricity", [](auto& f, float x) { f.eccentricity = x; }},
+      {"roughness", [](auto& f, float x) { f.roughness = x; }},
+      {"tilt", [](auto& f, float x) { f.tilt = x; }},
+      {"sigma_a", [](auto& f, float x) { f.sigma_a.y = x; }},
+      {"azimuthal_sigma", [](auto& f, float x) { f.azimuthal_sigma[1] = x; }},
+      {"longitudinal_lambda", [](auto& f, float x) { f.longitudinal_lambda[3] = x; }},
+      {"gain", [](auto& f, float x) { f.gain[5].z = x; }}};
+  for (const auto& [name, set] : members) {
+    for (const float x : {nan, infinity, -infinity, -1e-3f}) {
+      FiberParameters fiber;
+      set(fiber, x);
+      EXPECT_STREQ(fiber::out_of_range(fiber), name) << x;
+    }
+  }
+  FiberParameters fiber;
+  fiber.eccentricity = 1.000001f;  // the axes would swap
+  EXPECT_STREQ(fiber::out_of_range(fiber), "eccentricity");
+}
+
+}  // namespace
+}  // namespace tress
