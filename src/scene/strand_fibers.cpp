@@ -137,6 +137,15 @@ std::optional<Error> check(const Scene& scene, std::size_t index) {
                  fmt::format("{:.4g}..{:.4g}", narrowest, std::max(widest, narrowest)));
   if (fiber.roughness * (1 + variation.width) > 57 * degree)
     return wrong("width", "roughness of at most 0.99", fmt::format("{:.4g}", fiber.roughness * (1 + variation.width)));
+  // Lambdas follow the roughness, which is rounded to whole degrees.
+  const double alpha = fiber.roughness / degree, least = std::floor(alpha * (1 - variation.width) + rounding) / alpha,
+               most = std::ceil(alpha * (1 + variation.width) - rounding) / alpha;
+  for (const auto& lambda : fiber.longitudinal_lambda) {
+    if (!lambda || (*lambda * least >= (0.25 - rounding) * degree && *lambda * most <= (45 + rounding) * degree))
+      continue;
+    return wrong("width", "longitudinal lambdas within 0.25..45 degrees",
+                 fmt::format("{:.4g}..{:.4g}", *lambda * least / degree, *lambda * most / degree));
+  }
   return std::nullopt;
 }
 

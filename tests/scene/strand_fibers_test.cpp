@@ -245,6 +245,12 @@ TEST(StrandFibers, RefuseVariationsThatLeaveTheRange) {
   Scene wide = varied_scene({.width = 0.5f}, 1);
   wide.materials[0].fiber.azimuthal_sigma[2] = static_cast<float>(40 * degree);
   EXPECT_NE(message(wide).find("/materials/0/variation/width: expected azimuthal sigmas"), std::string::npos);
+  for (const double lambda_deg : {0.25, 45.0}) {
+    Scene varied = varied_scene({.width = 0.2f}, 1);
+    varied.materials[0].fiber.longitudinal_lambda[2] = static_cast<float>(lambda_deg * degree);
+    EXPECT_NE(message(varied).find("/materials/0/variation/width: expected longitudinal lambdas"), std::string::npos)
+        << lambda_deg;
+  }
 }
 
 }  // namespace
