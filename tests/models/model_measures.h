@@ -77,9 +77,7 @@ struct Weights {
   double largest = 0;
 };
 
-/// Fiber: OneFiber, or another with its model() and begin(wr, random).
-template <class Fiber>
-Weights weights(const Fiber& fiber, const fiber::FiberDirection& wr, int samples, std::uint64_t seed) {
+inline Weights weights(const OneFiber& fiber, const fiber::FiberDirection& wr, int samples, std::uint64_t seed) {
   SampleMean mean;
   Weights result;
   RandomStream random(seed);
