@@ -11,6 +11,7 @@
 // .1; it has no shape where the model has none of it.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -51,19 +52,22 @@ struct Setting {
   double tilt_deg = 0;
   std::array<float, channels> sigma_a{0.0f, 0.25f, 1.0f};
   std::string model, json;
+  std::vector<double> e{1.0, 0.85, 0.7}, alpha{0.05, 0.1, 0.2}, theta_deg{0.0, 30.0, 60.0, 80.0},
+      phi_deg{10.0, 45.0, 80.0};
 };
 
 struct Cell {
   double e, alpha, theta_deg, phi_deg;
 };
 
-std::vector<Cell> all_cells() {
+/// Of a circle one phi_r alone: they are all alike.
+std::vector<Cell> all_cells(const Setting& setting) {
   std::vector<Cell> cells;
-  for (const double e : {1.0, 0.85, 0.7}) {
-    for (const double alpha : {0.05, 0.1, 0.2}) {
-      for (const double theta : {0.0, 30.0, 60.0, 80.0}) {
-        for (const double phi : {10.0, 45.0, 80.0}) {
-          if (e < 1 || phi == 45) cells.push_back({e, alpha, theta, phi});
+  for (const double e : setting.e) {
+    for (const double alpha : setting.alpha) {
+      for (const double theta : setting.theta_deg) {
+        for (const double phi : setting.phi_deg) {
+          if (e < 1 || phi == setting.phi_deg[setting.phi_deg.size() / 2]) cells.push_back({e, alpha, theta, phi});
         }
       }
     }
@@ -288,7 +292,7 @@ std::string key_of(const std::string& model, const char* axis, double value) {
   return fmt::format("{} {} {}", model, axis, value);
 }
 
-void print_tables(const std::vector<std::string>& models, Gathered& gathered) {
+void print_tables(const std::vector<std::string>& models, const Setting& setting, Gathered& gathered) {
   fmt::print(
       "Medians over cells and absorptions.\n\n| model | shape: R | TT | TRT | rest | whole | whole, not "
       "normalised | energy off: R | TT | TRT | rest | whole |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
@@ -301,17 +305,23 @@ void print_tables(const std::vector<std::string>& models, Gathered& gathered) {
   }
   fmt::print("| noise of the truth |");
   for (std::size_t p = 0; p < parts; ++p) fmt::print(" {} |", gathered.median(key_of("", "floor", p)));
-  fmt::print(
-      " | | | | | |\n\nThe whole, not normalised, by e, alpha, theta_r and sigma_a.\n\n| model | e 1 | .85 | .7 | "
-      "alpha "
-      ".05 | .1 | .2 | theta_r 0 | 30 | 60 | 80 | sigma_a: first | second | third "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  fmt::print(" | | | | | |\n\nThe whole, not normalised, by e, alpha, theta_r and sigma_a.\n\n| model |");
+  const auto head = [](const char* name, const auto& values) {
+    for (const auto value : values) fmt::print(" {} {} |", name, value);
+  };
+  head("e", setting.e);
+  head("alpha", setting.alpha);
+  head("theta_r", setting.theta_deg);
+  head("sigma_a", setting.sigma_a);
+  const std::size_t columns = setting.e.size() + setting.alpha.size() + setting.theta_deg.size() + channels;
+  fmt::print("\n|---|");
+  for (std::size_t i = 0; i < columns; ++i) fmt::print("---|");
+  fmt::print("\n");
   for (const std::string& model : models) {
     fmt::print("| {} |", model);
-    for (const double e : {1.0, 0.85, 0.7}) fmt::print(" {} |", gathered.median(key_of(model, "e", e)));
-    for (const double alpha : {0.05, 0.1, 0.2}) fmt::print(" {} |", gathered.median(key_of(model, "alpha", alpha)));
-    for (const double theta : {0.0, 30.0, 60.0, 80.0})
-      fmt::print(" {} |", gathered.median(key_of(model, "theta", theta)));
+    for (const double e : setting.e) fmt::print(" {} |", gathered.median(key_of(model, "e", e)));
+    for (const double alpha : setting.alpha) fmt::print(" {} |", gathered.median(key_of(model, "alpha", alpha)));
+    for (const double theta : setting.theta_deg) fmt::print(" {} |", gathered.median(key_of(model, "theta", theta)));
     for (std::size_t c = 0; c < channels; ++c)
       fmt::print(" {} |", gathered.median(key_of(model, "channel", double(c))));
     fmt::print("\n");
@@ -336,7 +346,7 @@ int run(const Setting& setting) {
     return 2;
   }
   const std::string commit = output_of("git rev-parse --short HEAD 2>/dev/null");
-  const std::vector<Cell> cells = all_cells();
+  const std::vector<Cell> cells = all_cells(setting);
   Gathered gathered;
   double truth_seconds = 0;
   std::vector<std::string> lines;
@@ -384,7 +394,7 @@ int run(const Setting& setting) {
     names.push_back(rival.name);
     times[rival.name] = rounded(1e9 * rival.seconds / double(rival.evaluations));
   }
-  print_tables(names, gathered);
+  print_tables(names, setting, gathered);
   if (setting.json.empty()) return 0;
   std::array<double, 1> load{};
   (void)getloadavg(load.data(), 1);
@@ -408,33 +418,21 @@ int run(const Setting& setting) {
   return file ? 0 : 1;
 }
 
-int usage() {
-  fmt::print(stderr, "usage: bench_far_field [--paths N] [--seed N] [--tilt DEG] [--model NAME] [--json FILE]\n");
-  return 2;
-}
-
 }  // namespace
 }  // namespace tress
 
 int main(int argc, char** argv) {
   tress::Setting setting;
-  for (int i = 1; i < argc; i += 2) {
-    const std::string name = argv[i];
-    if (i + 1 >= argc) return tress::usage();
-    const std::string value = argv[i + 1];
-    if (name == "--paths") {
-      setting.paths = std::atoi(value.c_str());
-    } else if (name == "--seed") {
-      setting.seed = std::strtoull(value.c_str(), nullptr, 10);
-    } else if (name == "--tilt") {
-      setting.tilt_deg = std::atof(value.c_str());
-    } else if (name == "--model") {
-      setting.model = value;
-    } else if (name == "--json") {
-      setting.json = value;
-    } else {
-      return tress::usage();
-    }
-  }
-  return setting.paths < 2 ? tress::usage() : tress::run(setting);
+  CLI::App app("The far field of every model against the traced rough fiber");
+  app.add_option("--paths", setting.paths, "a cell")->check(CLI::Range(2, 2000000000));
+  app.add_option("--seed", setting.seed);
+  app.add_option("--tilt", setting.tilt_deg, "degrees");
+  app.add_option("--model", setting.model, "this one alone");
+  app.add_option("--json", setting.json, "file to write");
+  app.add_option("--e", setting.e)->delimiter(',')->check(CLI::Range(0.5, 1.0));
+  app.add_option("--alpha", setting.alpha)->delimiter(',')->check(CLI::Range(0.01, 1.0));
+  app.add_option("--theta", setting.theta_deg, "degrees")->delimiter(',')->check(CLI::Range(-90.0, 90.0));
+  app.add_option("--phi", setting.phi_deg, "degrees")->delimiter(',');
+  CLI11_PARSE(app, argc, argv);
+  return tress::run(setting);
 }

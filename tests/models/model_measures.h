@@ -77,7 +77,9 @@ struct Weights {
   double largest = 0;
 };
 
-inline Weights weights(const OneFiber& fiber, const fiber::FiberDirection& wr, int samples, std::uint64_t seed) {
+/// Fiber: OneFiber, or another with its model() and begin(wr, random).
+template <class Fiber>
+Weights weights(const Fiber& fiber, const fiber::FiberDirection& wr, int samples, std::uint64_t seed) {
   SampleMean mean;
   Weights result;
   RandomStream random(seed);
