@@ -3,12 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "integrate/picture_mean.h"
 #include "integrate/white_fiber.h"
+#include "tress/adaptive/service.h"
+#include "tress/fiber/elliptical_model.h"
 
 namespace tress::integrate {
 namespace {
@@ -99,6 +103,27 @@ TEST(CoincidentGrooms, give_the_same_bits_for_any_number_of_threads) {
   const std::vector<float> one = render(1);
   EXPECT_EQ(render(2), one);
   EXPECT_EQ(render(8), one);
+}
+
+// 1 of 16 directions corrected sixteenfold made samples of -1,613 times the mean in a furnace of such fibers.
+TEST(Corrected, is_exact_where_a_lobe_is_traced_at_every_vertex) {
+  fiber::FiberParameters fiber;
+  fiber.eccentricity = 0.5f;
+  fiber.roughness = 0.05f;  // TT is 1.4 degrees wide, below the narrowest grid; TRT and TRRT have rows that answer
+  const std::unique_ptr<adaptive::Target> target = fiber::make_elliptical_target();
+  adaptive::Service service(adaptive::Options{}, *target);
+  const auto corrected = fiber::make_elliptical_model(fiber::Estimator::corrected, &service);
+  const auto exact = fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
+  const fiber::FiberId id = corrected->add_fiber(fiber), exact_id = exact->add_fiber(fiber);
+  RandomStream random(54);
+  for (int i = 0; i < 300; ++i) {
+    const fiber::FiberDirection wr{3.1f * (random.next() - 0.5f), 6.28f * (random.next() - 0.5f)};
+    const fiber::FiberDirection wi{3.1f * (random.next() - 0.5f), 6.28f * (random.next() - 0.5f)};
+    const float xi1 = random.next(), xi2 = random.next();
+    const glm::vec3 a = corrected->evaluate(corrected->begin(id, wr, xi1, xi2, 0), wi).total();
+    const glm::vec3 b = exact->evaluate(exact->begin(exact_id, wr, xi1, xi2, 0), wi).total();
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-5f * b[c] + 1e-9f) << i;  // rounding
+  }
 }
 
 }  // namespace
