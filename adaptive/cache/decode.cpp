@@ -58,6 +58,10 @@ class Decoder {
     return false;
   }
 
+  static bool is_known(std::uint32_t version) {
+    return version == format::version_of_mixtures || version == format::version_of_knots;
+  }
+
   bool header(ByteReader& in, std::uint64_t* hash) {
     if (bytes_.size() < format::header_bytes) {
       return fail(byte(bytes_.size()), "a header of " + std::to_string(format::header_bytes) + " bytes",
@@ -65,11 +69,15 @@ class Decoder {
     }
     if (in.text(format::magic.size()) != format::magic) return fail(byte(0), "the magic of a tress cache", "another");
     version_ = in.u32();
-    if (version_ != format::version_of_mixtures && version_ != format::version_of_knots) {
+    if (!is_known(version_)) {
+      const std::uint32_t turned =
+          version_ >> 24 | (version_ >> 8 & 0xff00u) | (version_ << 8 & 0xff0000u) | version_ << 24;
       return fail(byte(8),
                   "format version " + std::to_string(format::version_of_mixtures) + " or " +
                       std::to_string(format::version_of_knots),
-                  (version_ > format::version_of_knots ? "later version " : "version ") + std::to_string(version_));
+                  is_known(turned) ? "version " + std::to_string(turned) + " with its highest byte first"
+                                   : (version_ > format::version_of_knots ? "later version " : "version ") +
+                                         std::to_string(version_));
     }
     const std::uint32_t sections = in.u32();
     if (sections != format::section_count) {

@@ -118,7 +118,7 @@ TEST(CacheFormat, EqualTablesAreEqualFiles) {
 TEST(CacheFormat, RefusesEveryFlippedByte) {
   const std::string bytes = encode_cache(small_image());
   for (std::size_t i = 0; i < bytes.size(); ++i) {
-    for (const int mask : {0x01, 0x80, 0xff}) {
+    for (int mask = 1; mask < 256; ++mask) {
       std::string flipped = bytes;
       flipped[i] = static_cast<char>(flipped[i] ^ mask);
       expect_refused(flipped, "byte " + std::to_string(i) + " xor " + std::to_string(mask));
@@ -249,6 +249,12 @@ TEST(CacheFormat, RefusesForeignAndLaterFilesByName) {
   put(&later, 8, format::version_of_knots + 1, 4);
   const Error version = decode_cache(later, model, "hair.cache").error();
   EXPECT_EQ(version.message(), "hair.cache: byte 8: expected format version 1 or 2, found later version 3");
+
+  // As a machine that writes the highest byte first would have it.
+  std::string turned = bytes;
+  put(&turned, 8, std::uint32_t{1} << 24, 4);
+  EXPECT_EQ(decode_cache(turned, model, "hair.cache").error().message(),
+            "hair.cache: byte 8: expected format version 1 or 2, found version 1 with its highest byte first");
 
   const Error other = decode_cache(bytes, "elliptical-2", "hair.cache").error();
   EXPECT_EQ(other.place, "byte 16");
