@@ -10,12 +10,13 @@
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "cache/descriptor.h"
 #include "cache/format.h"
-#include "cache/replace_file.h"
 #include "cache/save_lock.h"
 #include "tress/adaptive/cache.h"
+#include "tress/adaptive/replace_file.h"
 
 namespace tress::adaptive {
 namespace {
@@ -72,25 +73,14 @@ Result<TableImage> load_cache(const fs::path& file, const std::string& model) {
   return decode_cache(bytes, model, file.string());
 }
 
-fs::path behind_links(const fs::path& file) {
-  constexpr int most_links = 40;  // as the kernel
-  fs::path path = file;
-  for (int i = 0; i < most_links; ++i) {
-    std::error_code error;
-    if (!fs::is_symlink(path, error) || error) return path;
-    const fs::path next = fs::read_symlink(path, error);
-    if (error) return path;
-    path = next.is_absolute() ? next : path.parent_path() / next;
-  }
-  return path;
-}
-
-std::optional<Error> save_cache(const fs::path& file, const TableImage& image) {
+std::optional<Error> save_cache(const fs::path& file, const TableImage& image, std::vector<fs::path>* removed) {
   const fs::path target = behind_links(file);
   SaveLock lock;
   if (std::optional<Error> error = lock.acquire(target, file.string())) return error;
   if (std::optional<Error> error = replace(target, file, image)) return error;
-  if (lock.held()) remove_leftovers(target);
+  std::vector<fs::path> leftovers;
+  if (lock.held()) leftovers = remove_leftovers(target);
+  if (removed != nullptr) *removed = std::move(leftovers);
   return std::nullopt;
 }
 

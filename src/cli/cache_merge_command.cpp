@@ -7,6 +7,7 @@
 #include <optional>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "cli/cache_output.h"
 #include "cli/console.h"
@@ -54,17 +55,20 @@ Result<adaptive::TableImage> write(const CacheMergeSettings& settings, adaptive:
     Result<adaptive::CacheUpdate> update = adaptive::merge_into_cache(settings.output, std::move(merged));
     if (!update) return update.error();
     if (update->refusal) return *update->refusal;
+    tell_removed(settings.output, update->removed);
     return std::move(update->image);
   }
   if (std::optional<Error> error = check_cache_output(settings.output)) return *error;
-  if (std::optional<Error> error = adaptive::save_cache(settings.output, merged)) return *error;
+  std::vector<std::filesystem::path> removed;
+  if (std::optional<Error> error = adaptive::save_cache(settings.output, merged, &removed)) return *error;
+  tell_removed(settings.output, removed);
   return merged;
 }
 
 }  // namespace
 
 int run_cache_merge(const CacheMergeSettings& settings) {
-  if (const auto error = check_output(adaptive::behind_links(settings.output))) {
+  if (const auto error = check_output(settings.output)) {
     fail(error->message());
     return 1;
   }

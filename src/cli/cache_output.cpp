@@ -8,7 +8,7 @@
 namespace tress::cli {
 
 std::optional<Error> check_cache_output(const std::filesystem::path& file) {
-  if (auto error = check_output(adaptive::behind_links(file))) return error;
+  if (auto error = check_output(file)) return error;
   std::error_code ignored;
   if (!std::filesystem::exists(file, ignored)) return std::nullopt;
   const auto there = adaptive::load_cache(file, "");

@@ -128,6 +128,7 @@ int draw(const std::filesystem::path& file, const std::vector<double>& target, c
     fail(error->message());
     return 1;
   }
+  remove_leftovers(file);
   note(fmt::format("{}: reference black, fit red, azimuth -180 to 180 degrees", file.string()));
   return 0;
 }

@@ -3,13 +3,19 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "tress/adaptive/error.h"
 
 namespace tress::cli {
 
-/// Tries a temporary file in the folder of `file` and removes it. Error if the folder is missing or cannot be written,
-/// or `file` is a folder. `file` itself is not touched.
+/// Tries a temporary file beside what `file` ends in and removes it. Error if the folder is missing or cannot be
+/// written, if `file` is a folder or device, or its name too long. `file` itself is not touched.
 std::optional<Error> check_output(const std::filesystem::path& file);
+
+/// Removes what killed saves left beside `file`, just written, and says so.
+void remove_leftovers(const std::filesystem::path& file);
+/// Says what has been removed.
+void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers);
 
 }  // namespace tress::cli

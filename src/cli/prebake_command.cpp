@@ -9,12 +9,14 @@
 #include <cstddef>
 #include <memory>
 #include <system_error>
+#include <vector>
 
 #include "cli/bake_table.h"
 #include "cli/cache_output.h"
 #include "cli/console.h"
 #include "cli/interrupt.h"
 #include "cli/json_text.h"
+#include "cli/output_path.h"
 #include "cli/telemetry_lines.h"
 #include "models/registry.h"
 #include "scene/scene.h"
@@ -75,17 +77,19 @@ class PrebakeJob {
     draw_bar("");
     const int status = save(baked, interrupt.exit_status());
     tell_summary(baked, status, seconds_since(start));
-    return status == 0 && telemetry_.failed() ? 1 : status;
+    return telemetry_.failed() ? 1 : status;
   }
 
  private:
   int save(const BakeProgress& baked, int signal_status) {
     const adaptive::TableImage image = service_->snapshot();
     hash_ = adaptive::cache_hash(image);
-    if (const std::optional<Error> error = adaptive::save_cache(settings_.output, image)) {
+    std::vector<std::filesystem::path> removed;
+    if (const std::optional<Error> error = adaptive::save_cache(settings_.output, image, &removed)) {
       fail(error->message());
       return 1;
     }
+    tell_removed(settings_.output, removed);
     const std::uint64_t left = baked.nodes - baked.decided();
     if (baked.refused > 0) {
       warn(fmt::format("{} of {} rows did not converge in {} tests; renders answer them by g at the node",

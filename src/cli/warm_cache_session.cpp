@@ -4,8 +4,10 @@
 
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "cli/console.h"
+#include "cli/output_path.h"
 #include "tress/adaptive/cache.h"
 
 namespace tress::cli {
@@ -114,7 +116,9 @@ std::optional<Error> WarmCacheSession::save(const adaptive::Service& service) {
 
 std::optional<Error> WarmCacheSession::replace(const adaptive::Service& service) {
   const adaptive::TableImage image = service.snapshot();
-  if (std::optional<Error> error = adaptive::save_cache(file_, image)) return error;
+  std::vector<std::filesystem::path> removed;
+  if (std::optional<Error> error = adaptive::save_cache(file_, image, &removed)) return error;
+  tell_removed(file_, removed);
   tell_saved("saved", "saved", image);
   return std::nullopt;
 }
@@ -122,9 +126,7 @@ std::optional<Error> WarmCacheSession::replace(const adaptive::Service& service)
 std::optional<Error> WarmCacheSession::merge(const adaptive::Service& service) {
   const Result<adaptive::CacheUpdate> update = adaptive::merge_into_cache(file_, service.snapshot());
   if (!update) return update.error();
-  for (const std::filesystem::path& leftover : update->removed) {
-    said(fmt::format("warm cache {}: removed {}, left by a save that was killed", file_.string(), leftover.string()));
-  }
+  tell_removed(file_, update->removed);
   switch (update->outcome) {
     case adaptive::CacheUpdate::Outcome::refused:
       saved_ = "refused";

@@ -4,6 +4,7 @@
 #include <ImfCompression.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
 #include <ImfStringAttribute.h>
@@ -12,15 +13,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
 #include <mutex>
 #include <set>
+#include <string>
 
-#include "image/atomic_file.h"
 #include "image/exr_header.h"
 #include "image/picture.h"
+#include "tress/adaptive/replace_file.h"
 
 namespace tress::image {
 namespace {
@@ -82,11 +85,31 @@ Imf::Slice slice(float* rows, int left, std::int64_t top, int width) {
   return Imf::Slice(Imf::FLOAT, base, sizeof(float), static_cast<std::size_t>(row_bytes));
 }
 
+/// A file in memory: OpenEXR's own stream loses the errors of its last buffer, and its destructors lose all.
+class MemoryStream : public Imf::OStream {
+ public:
+  MemoryStream() : Imf::OStream("picture") {}
+
+  void write(const char bytes[], int size) override {
+    const auto count = static_cast<std::size_t>(size);
+    if (bytes_.size() < position_ + count) bytes_.resize(position_ + count);
+    std::copy_n(bytes, count, bytes_.begin() + static_cast<std::ptrdiff_t>(position_));
+    position_ += count;
+  }
+  std::uint64_t tellp() override { return position_; }
+  void seekp(std::uint64_t position) override { position_ = static_cast<std::size_t>(position); }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  std::string bytes_;
+  std::size_t position_ = 0;
+};
+
 }  // namespace
 
 std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture) {
   if (auto error = check_layout(file, picture)) return error;
-  const auto temporary = temporary_beside(file);
+  MemoryStream stream;
   try {
     const Window part = picture.window(), whole = picture.whole();
     const Imath::Box2i display({0, 0}, {whole.width - 1, whole.height - 1});
@@ -99,15 +122,13 @@ std::optional<Error> write_exr(const std::filesystem::path& file, const Picture&
       header.channels().insert(channel.name, Imf::Channel(Imf::FLOAT));
       frame.insert(channel.name, slice(const_cast<float*>(channel.pixels.data()), part.left, part.top, part.width));
     }
-    Imf::OutputFile out(temporary.c_str(), header);
+    Imf::OutputFile out(stream, header);
     out.setFrameBuffer(frame);
     out.writePixels(picture.height);
   } catch (const std::exception& exception) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    return Error{file.string(), "", "a file that can be written", exception.what()};
+    return Error{file.string(), "", "a picture that can be encoded", exception.what()};
   }
-  return publish_file(temporary, file);
+  return adaptive::replace_file(file, stream.bytes());
 }
 
 Result<Picture> read_exr(const std::filesystem::path& file) {

@@ -1,10 +1,17 @@
 #include "image/picture.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -139,6 +146,57 @@ TEST(Exr, RefusesNaNByChannelAndPixelAndLeavesTheFile) {
   EXPECT_NE(error->message().find("channel R, pixel (5, 2)"), std::string::npos) << error->message();
   EXPECT_EQ(bytes_of(file), before);
   EXPECT_TRUE(write_exr(temporary("no_folder") / "x.exr", gradient()));
+}
+
+// A disk that fills up anywhere in the file, its last bytes included, by a limit on file sizes in a child of its own:
+// never a picture without its end, which is where the offsets of its rows stand.
+TEST(Picture, IsTheOldOneWhereTheNewOneHasNoRoom) {
+  const auto folder = temporary("room");
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directory(folder);
+  const std::filesystem::path exr = folder / "a.exr", png = folder / "a.png";
+  for (const auto& file : {exr, png}) std::ofstream(file) << "old";
+  const auto save = [](const std::filesystem::path& file) {
+    return file.extension() == ".exr" ? write_exr(file, gradient()) : write_png(file, gradient());
+  };
+  for (const auto& file : {exr, png}) {
+    ASSERT_FALSE(save(folder / ("whole" + file.extension().string())));
+    const std::uintmax_t size = std::filesystem::file_size(folder / ("whole" + file.extension().string()));
+    std::filesystem::remove(folder / ("whole" + file.extension().string()));
+    for (const std::uintmax_t room : {std::uintmax_t{0}, size / 3, size - 8191, size - 300, size - 1}) {
+      if (room >= size) continue;
+      const pid_t child = fork();
+      ASSERT_GE(child, 0);
+      if (child == 0) {
+        std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit limit{room, room};
+        if (setrlimit(RLIMIT_FSIZE, &limit) != 0) _exit(2);
+        const std::optional<Error> error = save(file);
+        _exit(error && error->file == file.string() && !error->found.empty() ? 0 : 1);
+      }
+      int status = 0;
+      ASSERT_EQ(waitpid(child, &status, 0), child);
+      ASSERT_TRUE(WIFEXITED(status));
+      EXPECT_EQ(WEXITSTATUS(status), 0) << file << ", room for " << room << " of " << size;
+      EXPECT_EQ(bytes_of(file), "old") << file << ", room for " << room << " of " << size;
+    }
+  }
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 2) << "nothing else is left";
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Picture, ReplacesWhatALinkPointsToAndNoDevice) {
+  const auto folder = temporary("links");
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directory(folder);
+  std::filesystem::create_symlink("real.exr", folder / "link.exr");
+  ASSERT_FALSE(write_exr(folder / "link.exr", gradient()));
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link.exr"));
+  EXPECT_TRUE(read_exr(folder / "real.exr"));
+  std::filesystem::create_symlink("/dev/null", folder / "null.png");
+  EXPECT_TRUE(write_png(folder / "null.png", gradient()));
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Png, HasSignatureAndSize) {

@@ -10,6 +10,7 @@
 #include "tress/adaptive/error.h"
 #include "tress/adaptive/knot_table.h"
 #include "tress/adaptive/mixture.h"
+#include "tress/adaptive/replace_file.h"
 #include "tress/adaptive/target.h"
 
 namespace tress::adaptive {
@@ -59,7 +60,9 @@ std::uint64_t model_hash(const std::string& model);
 Result<TableImage> load_cache(const std::filesystem::path& file, const std::string& model);
 /// Puts the image in the place of the file, whatever it holds. Temporary file beside it, flushed, renamed, folder
 /// flushed: the old file is there until the new one is whole. Links stay links. Under the lock of merge_into_cache.
-std::optional<Error> save_cache(const std::filesystem::path& file, const TableImage& image);
+/// `removed`, if asked for: the temporary files that killed saves had left.
+std::optional<Error> save_cache(const std::filesystem::path& file, const TableImage& image,
+                                std::vector<std::filesystem::path>* removed = nullptr);
 
 /// What merge_into_cache found and did.
 struct CacheUpdate {
@@ -79,9 +82,6 @@ struct CacheUpdate {
 /// (where the file system has no locks, each save is still whole, but may miss another of the same moment). Blocks
 /// meanwhile. Error if the file could not be written; it is then as it was.
 Result<CacheUpdate> merge_into_cache(const std::filesystem::path& file, TableImage image);
-
-/// The path that a save replaces: `file`, or what a chain of links from it ends in, there or not.
-std::filesystem::path behind_links(const std::filesystem::path& file);
 
 /// The bytes that save_cache writes.
 std::string encode_cache(const TableImage& image);
