@@ -1,7 +1,12 @@
 #include "tress/adaptive/telemetry.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -92,29 +97,44 @@ std::optional<Error> add(const TelemetryWriter::Extra& extra, const std::string&
 }
 
 /// One line; text that is not UTF-8 gets U+FFFD, numbers that are not finite become null.
-std::string to_line(const Json& fields) { return fields.dump(-1, ' ', false, Json::error_handler_t::replace); }
+std::string to_line(const Json& fields) { return fields.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 }  // namespace
 
-TelemetryWriter::TelemetryWriter(std::filesystem::path file, std::FILE* stream)
-    : file_(std::move(file)), stream_(stream) {}
+TelemetryWriter::TelemetryWriter(std::filesystem::path file, int descriptor)
+    : file_(std::move(file)), descriptor_(descriptor) {}
 
-TelemetryWriter::~TelemetryWriter() { std::fclose(stream_); }
+TelemetryWriter::~TelemetryWriter() { ::close(descriptor_); }
 
 Result<std::unique_ptr<TelemetryWriter>> TelemetryWriter::create(const std::filesystem::path& file) {
-  std::FILE* stream = std::fopen(file.c_str(), "wb");
-  if (stream == nullptr) return Error{file.string(), "", "a file that can be written", std::strerror(errno)};
-  return std::unique_ptr<TelemetryWriter>(new TelemetryWriter(file, stream));
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);
+  if (descriptor < 0) return Error{file.string(), "", "a file that can be written", std::strerror(errno)};
+  return std::unique_ptr<TelemetryWriter>(new TelemetryWriter(file, descriptor));
 }
 
 std::optional<Error> TelemetryWriter::write_line(const std::string& line) {
-  // The stream remembers a failure: a file with a line lost in the middle would tell a false story.
-  if (std::ferror(stream_) != 0) return Error{file_.string(), "", "room for a line", "an earlier write that failed"};
-  errno = 0;
-  if (std::fputs((line + "\n").c_str(), stream_) < 0 || std::fflush(stream_) != 0) {
-    return Error{file_.string(), "", "room for a line", std::strerror(errno)};
+  // A file with a line lost in the middle would tell a false story.
+  if (failed_) return Error{file_.string(), "", "room for a line", "an earlier write that failed"};
+  std::size_t written = 0;
+  while (written < line.size()) {
+    const ssize_t step = ::write(descriptor_, line.data() + written, line.size() - written);
+    if (step < 0 && errno == EINTR) continue;
+    if (step < 0) {
+      const Error error{file_.string(), "", "room for a line", std::strerror(errno)};
+      failed_ = true;
+      take_back(written);
+      return error;
+    }
+    written += static_cast<std::size_t>(step);
   }
   return std::nullopt;
+}
+
+void TelemetryWriter::take_back(std::size_t written) {
+  struct stat status{};
+  const off_t end = ::lseek(descriptor_, 0, SEEK_CUR);  // fails for pipes
+  if (written == 0 || end < 0 || ::fstat(descriptor_, &status) != 0 || status.st_size != end) return;
+  (void)!::ftruncate(descriptor_, end - static_cast<off_t>(written));
 }
 
 std::optional<Error> TelemetryWriter::header(const Extra& fields) {

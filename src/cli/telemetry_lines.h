@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "cli/console.h"
-#include "cli/output_path.h"
 #include "tress/adaptive/telemetry.h"
 
 namespace tress::cli {
@@ -17,7 +16,6 @@ class TelemetryLines {
   /// Without a file nothing is written. Error if the file cannot be.
   static Result<TelemetryLines> open(const std::optional<std::filesystem::path>& file) {
     if (!file) return TelemetryLines(nullptr);
-    if (std::optional<Error> error = check_output(*file)) return *error;
     auto writer = adaptive::TelemetryWriter::create(*file);
     if (!writer) return writer.error();
     return TelemetryLines(std::move(*writer));

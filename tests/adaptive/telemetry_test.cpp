@@ -1,10 +1,16 @@
 // Every line that is written satisfies the published schema, and no field of the host can break one.
 #include "tress/adaptive/telemetry.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
+#include <cstdint>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -205,6 +211,47 @@ TEST_F(Telemetry, TellsThatTheDiskIsFull) {
   ASSERT_TRUE(again);
   EXPECT_EQ(again->file, "/dev/full");
   EXPECT_FALSE(TelemetryWriter::create(folder_ / "missing" / "run.jsonl").has_value());
+}
+
+// By a limit on file sizes in a child of its own, at every size from nothing to two lines.
+TEST_F(Telemetry, LeavesNoPartOfALineThatFoundNoRoom) {
+  ASSERT_FALSE(writer_->header({}));
+  const std::uintmax_t line = fs::file_size(file_);
+  for (std::uintmax_t room = 0; room < 2 * line; room += 3) {
+    const pid_t child = ::fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      std::signal(SIGXFSZ, SIG_IGN);
+      const rlimit limit{room, room};
+      if (::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(2);
+      auto writer = TelemetryWriter::create(file_);
+      if (!writer) ::_exit(3);
+      bool told = false;
+      for (int i = 0; i < 2; ++i) told = (*writer)->header({}).has_value() || told;
+      ::_exit(told ? 0 : 1);
+    }
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 0) << room;
+    EXPECT_EQ(fs::file_size(file_), room / line * line);
+  }
+}
+
+TEST_F(Telemetry, APipeWhoseReaderHasGoneIsAnError) {
+  const fs::path pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = ::open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  const auto former = std::signal(SIGPIPE, SIG_IGN);
+  auto writer = TelemetryWriter::create(pipe);
+  ASSERT_TRUE(writer);
+  EXPECT_FALSE((*writer)->header({}));
+  ::close(reader);
+  const std::optional<Error> error = (*writer)->summary({});
+  std::signal(SIGPIPE, former);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->file, pipe.string());
+  EXPECT_FALSE(error->found.empty());
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -56,7 +56,9 @@ struct RowReport {
   std::uint32_t failed_tests = 0;
 };
 
-/// Writes JSON Lines, one flushed line an event: a killed run has told what it knew. One thread at a time.
+/// Writes JSON Lines, one write of a whole line an event: a killed run has told what it knew. Of a line that finds no
+/// room nothing stays in a file, and none follows. A pipe whose reader has gone is an error where the host ignores
+/// SIGPIPE. One thread at a time.
 class TelemetryWriter {
  public:
   /// Fields of a line beyond those of the reports; values are JSON texts ("3", "\"a\"").
@@ -74,10 +76,12 @@ class TelemetryWriter {
   std::optional<Error> summary(const Extra& fields);
 
  private:
-  TelemetryWriter(std::filesystem::path file, std::FILE* stream);
+  TelemetryWriter(std::filesystem::path file, int descriptor);
   std::optional<Error> write_line(const std::string& line);
+  void take_back(std::size_t written);
   std::filesystem::path file_;
-  std::FILE* stream_;
+  int descriptor_;
+  bool failed_ = false;
 };
 
 }  // namespace tress::adaptive
