@@ -6,6 +6,9 @@
 #include <cstring>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <new>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "intersect/embree_compat.h"
@@ -166,9 +169,18 @@ Hit surface_hit(const Surface& surface, const Ray& ray, float distance_cm, const
   return hit;
 }
 
+/// Embree says that something failed, most of all for want of memory, only when asked. `made`: what it handed back.
+void check(RTCDevice device, const void* made) {
+  const RTCError error = rtcGetDeviceError(device);  // without a device: of this thread
+  if (made != nullptr && error == RTC_ERROR_NONE) return;
+  if (device == nullptr || error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  throw std::runtime_error("Embree: error " + std::to_string(static_cast<int>(error)));
+}
+
 RTCGeometry ribbons(RTCDevice device, StrandCurves* curves) {
   RTCGeometry geometry = rtcNewGeometry(
       device, curves->linear ? RTC_GEOMETRY_TYPE_FLAT_LINEAR_CURVE : RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
+  check(device, geometry);
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, curves->control.data(), 0,
                              sizeof(glm::vec4), curves->control.size());
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, curves->first_control.data(), 0,
@@ -181,13 +193,16 @@ RTCGeometry ribbons(RTCDevice device, StrandCurves* curves) {
 
 RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  check(device, geometry);
   // Embree reads 16 bytes at every corner: buffers of its own are padded.
-  std::memcpy(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(glm::vec3),
-                                      mesh.positions.size()),
-              mesh.positions.data(), mesh.positions.size() * sizeof(glm::vec3));
-  std::memcpy(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(glm::uvec3),
-                                      mesh.triangles.size()),
-              mesh.triangles.data(), mesh.triangles.size() * sizeof(glm::uvec3));
+  const auto copy = [&](RTCBufferType type, RTCFormat format, const auto& items) {
+    const std::size_t size = sizeof(items.front());
+    void* buffer = rtcSetNewGeometryBuffer(geometry, type, 0, format, size, items.size());
+    check(device, buffer);
+    std::memcpy(buffer, items.data(), items.size() * size);
+  };
+  copy(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions);
+  copy(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles);
   return geometry;
 }
 
@@ -202,6 +217,14 @@ void attach(RTCScene scene, RTCGeometry geometry, std::size_t index) {
 
 /// Embree's geometries: the grooms by index, then the meshes.
 struct FiberScene::Implementation {
+  Implementation() = default;
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+  ~Implementation() {  // also of a scene that could not be built
+    if (scene != nullptr) rtcReleaseScene(scene);
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
+
   std::atomic<std::ptrdiff_t> embree_bytes{0};
   std::vector<StrandCurves> grooms;  ///< read by Embree and the filter: must not move
   std::vector<Surface> surfaces;
@@ -213,8 +236,10 @@ struct FiberScene::Implementation {
 FiberScene::FiberScene(const scene::Scene& scene) : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
   self.device = rtcNewDevice("");
+  check(self.device, self.device);
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self.embree_bytes);
   self.scene = rtcNewScene(self.device);
+  check(self.device, self.scene);
   // Of rays aimed at an edge that two triangles share, 3.5 % slip through without this, .007 % with it.
   if (!scene.meshes.empty()) rtcSetSceneFlags(self.scene, RTC_SCENE_FLAG_ROBUST);
   self.grooms.reserve(scene.grooms.size());
@@ -233,12 +258,10 @@ FiberScene::FiberScene(const scene::Scene& scene) : implementation_(std::make_un
     if (!mesh.triangles.empty()) attach(self.scene, triangles(self.device, mesh), scene.grooms.size() + index);
   }
   rtcJoinCommitScene(self.scene);
+  check(self.device, self.scene);
 }
 
-FiberScene::~FiberScene() {
-  rtcReleaseScene(implementation_->scene);
-  rtcReleaseDevice(implementation_->device);
-}
+FiberScene::~FiberScene() = default;
 
 std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
   const Implementation& self = *implementation_;

@@ -52,7 +52,7 @@ inline Ray ray_from(const Hit& hit, const glm::vec3& direction) { return {hit.ax
 /// Built once; intersect and occluded: any thread.
 class FiberScene {
  public:
-  /// Builds inside the calling oneTBB arena. `scene` must outlive this.
+  /// Builds inside the calling oneTBB arena. `scene` must outlive this. Throws std::bad_alloc for want of memory.
   explicit FiberScene(const scene::Scene& scene);
   ~FiberScene();
   FiberScene(const FiberScene&) = delete;
