@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,7 @@
 #include "cli/fit_options.h"
 #include "cli/option_types.h"
 #include "cli/render_options.h"
+#include "cli/standard_streams.h"
 #include "cli/unknown_word.h"
 
 namespace tress::cli {
@@ -74,12 +77,20 @@ int run_checked(int argc, char** argv) {
 }  // namespace
 
 int run(int argc, char** argv) {
+  prepare_standard_streams();
+  int status = 1;
   try {
-    return run_checked(argc, argv);
+    status = run_checked(argc, argv);
+  } catch (const std::bad_alloc&) {
+    fail("memory: expected more, found none left; what had been saved is as it was");
   } catch (const std::exception& error) {
-    fail(error.what());
-    return 1;
+    if (std::ferror(stdout) == 0) fail(error.what());  // else told below
   }
+  if (const std::optional<Error> error = flush_results()) {
+    fail(error->message());
+    status = std::max(status, 1);
+  }
+  return status;
 }
 
 }  // namespace tress::cli

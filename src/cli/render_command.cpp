@@ -8,6 +8,7 @@
 #include <array>
 #include <chrono>
 #include <memory>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -57,6 +58,21 @@ class RenderJob {
 
   /// Inside the arena.
   int run() {
+    try {
+      return rendered();
+    } catch (const std::bad_alloc&) {
+      // A table that was left in the middle of a step is not saved; what had been is as it was.
+      fail(
+          fmt::format("{}: memory: expected room for the scene, the picture and the table of at most {:.4g} MB "
+                      "(--table-memory), found none left; nothing is saved, what had been is as it was",
+                      settings_.scene.string(), double(settings_.table.memory_bytes) / double(1 << 20)));
+    }
+    told_summary("failed", {});
+    return 1;
+  }
+
+ private:
+  int rendered() {
     const InterruptGuard interrupt;
     add_fibers();
     if (const int status = open_cache(); status != 0) return status;
@@ -87,7 +103,6 @@ class RenderJob {
     return save(result, progress.seconds(), interrupt.exit_status());
   }
 
- private:
   void add_fibers() {
     for (const fiber::FiberParameters& parameters : scene_.fibers) fiber_ids_.push_back(model_->add_fiber(parameters));
     for (const scene::Material& material : scene_.materials) tell_narrow_blurs(material);
@@ -195,17 +210,20 @@ class RenderJob {
   }
 
   int save(integrate::RenderResult& result, double seconds, int signal_status) {
-    int status = signal_status;
+    bool failed = false;
     const auto told = [&](const std::optional<Error>& error) {
-      if (!error) return;
+      if (!error) return false;
       fail(error->message());
-      if (status == 0) status = 1;
+      return failed = true;
+    };
+    const auto write = [&](const std::filesystem::path& file, const std::optional<Error>& error) {
+      if (told(error)) return false;
+      remove_leftovers(file);
+      return true;
     };
 
     std::string hash;
     if (service_) hash = adaptive::cache_hash(service_->snapshot());
-    if (cache_) told(cache_->save(*service_));
-
     image::Picture& picture = result.picture;
     picture.metadata["scene"] = scene_.source;
     picture.metadata["seed"] = std::to_string(settings_.render.seed);
@@ -218,15 +236,15 @@ class RenderJob {
     picture.metadata["estimator"] = estimator_name();
     picture.metadata["epsilon"] = fmt::format("{}", settings_.table.epsilon);
     picture.metadata["cache_hash"] = hash;
-    const std::optional<Error> unwritten = image::write_exr(settings_.output, picture);
-    told(unwritten);
+    const bool written = write(settings_.output, image::write_exr(settings_.output, picture));
     std::filesystem::path preview = settings_.output;
     preview.replace_extension(".png");
-    if (!unwritten) told(image::write_png(preview, picture));
+    if (written) write(preview, image::write_png(preview, picture));
+    if (result.heatmap) write(*settings_.heatmap, image::write_exr(*settings_.heatmap, *result.heatmap));
+    // Last: it may have to wait for another session, and the picture must not.
+    if (cache_) told(cache_->save(*service_));
 
-    if (result.heatmap) told(image::write_exr(*settings_.heatmap, *result.heatmap));
-
-    told_summary(signal_status != 0 ? "interrupted" : (status == 0 ? "done" : "failed"),
+    told_summary(failed ? "failed" : (signal_status != 0 ? "interrupted" : "done"),
                  {{"passes", json_text(result.passes)},
                   {"samples_per_pixel", json_text(result.samples_per_pixel)},
                   {"seconds", json_text(seconds)},
@@ -237,12 +255,11 @@ class RenderJob {
                   {"exact_queries", json_text(result.exact_queries)},
                   {"cache_hash", json_text(hash)},
                   {"image", json_text(settings_.output.string())}});
-    if (telemetry_.failed() && status == 0) status = 1;
-    if (!unwritten) {
+    if (written) {
       note(fmt::format("{}{}: {:.4g} samples a pixel in {:.1f} s", signal_status != 0 ? "interrupted, " : "",
                        settings_.output.string(), result.samples_per_pixel, seconds));
     }
-    return status;
+    return failed || telemetry_.failed() ? 1 : signal_status;
   }
 
   const RenderSettings& settings_;
@@ -270,7 +287,7 @@ std::optional<Error> check_outputs(const RenderSettings& settings) {
     if (auto error = check_output(*settings.heatmap)) return error;
   }
   if (settings.warm_cache && settings.cache_mode != CacheMode::frozen) {
-    return check_output(adaptive::behind_links(*settings.warm_cache));
+    return check_output(*settings.warm_cache);
   }
   return std::nullopt;
 }

@@ -36,11 +36,12 @@ struct Outcome {
   std::string out, err;
 };
 
-/// A started tress; standard output and error go to files in `folder`.
+/// A started tress, or another program; standard output and error go to files in `folder`.
 class Process {
  public:
-  Process(const fs::path& folder, std::vector<std::string> arguments) : folder_(folder) {
-    arguments.insert(arguments.begin(), TRESS_BINARY);
+  Process(const fs::path& folder, std::vector<std::string> arguments, const char* program = TRESS_BINARY)
+      : folder_(folder) {
+    arguments.insert(arguments.begin(), program);
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
@@ -50,7 +51,7 @@ class Process {
     posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    if (posix_spawn(&id_, TRESS_BINARY, &actions, nullptr, argv.data(), environ) != 0) id_ = -1;
+    if (posix_spawn(&id_, program, &actions, nullptr, argv.data(), environ) != 0) id_ = -1;
     posix_spawn_file_actions_destroy(&actions);
   }
 
