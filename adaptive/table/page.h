@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -19,11 +18,11 @@
 
 namespace tress::adaptive {
 
-/// Order of pages by the bits of their keys: total, and the same on every machine.
+/// Order of pages by the values of their keys, as in a cache file: total, and the same on every machine.
 inline std::strong_ordering compare_keys(const PageKey& a, const PageKey& b) {
   if (const auto order = a.lobe <=> b.lobe; order != 0) return order;
   for (std::size_t i = 0; i < a.parameters.size(); ++i) {
-    const auto order = std::bit_cast<std::uint32_t>(a.parameters[i]) <=> std::bit_cast<std::uint32_t>(b.parameters[i]);
+    const auto order = std::strong_order(a.parameters[i] + 0.0f, b.parameters[i] + 0.0f);  // the zeros are one value
     if (order != 0) return order;
   }
   return std::strong_ordering::equal;

@@ -24,7 +24,7 @@ constexpr int audit_draws = 64;
 RandomStream Service::Table::stream_of(const Row& row, std::uint64_t purpose) const {
   const PageKey& key = pages_[row.page]->description.key;
   std::uint64_t mixed = mix_bits(options_.seed + purpose) ^ key.lobe;
-  for (const float parameter : key.parameters) mixed = mix_bits(mixed) ^ std::bit_cast<std::uint32_t>(parameter);
+  for (const float parameter : key.parameters) mixed = mix_bits(mixed) ^ std::bit_cast<std::uint32_t>(parameter + 0.0f);
   return RandomStream(mixed, row.node, pass_);
 }
 

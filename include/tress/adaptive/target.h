@@ -13,7 +13,7 @@
 namespace tress::adaptive {
 
 /// Names a page: which lobe, and the parameters that the target at its nodes depends on.
-/// The meaning is the host's; the service compares, orders (by bits) and stores it. Finite values only.
+/// The meaning is the host's; the service compares, orders (by value) and stores it. Finite values only; -0 is 0.
 struct PageKey {
   std::uint32_t lobe = 0;
   std::array<float, 3> parameters{};
