@@ -80,7 +80,7 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
   if (cached != nullptr && outdated(row)) {
     row.learning->sketch.clear();
     row.learning->count = 0;
-    ++row.generation;
+    row.raise_generation();
     outcome.reopened = true;
   }
   begin(row, outcome);

@@ -84,7 +84,7 @@ struct Row {
   std::uint32_t page;
   std::uint32_t node;
   float energy = 0;              ///< mass of g
-  std::uint32_t generation = 0;  ///< raised by each reopening
+  std::uint32_t generation = 0;  ///< raised by each reopening, raise_generation()
   // Of a row that has converged; while it is open these are in `learning`.
   std::uint64_t count : 48 = 0;  ///< g evaluations that taught it
   std::uint64_t failed : 8 = 0;  ///< tests failed, in all; 255: or more
@@ -95,6 +95,8 @@ struct Row {
   std::uint64_t taught() const { return learning ? learning->count : count; }
   std::uint32_t failed_tests() const { return learning ? learning->stop.failed() : failed; }
   void set_count(std::uint64_t n) { count = std::min(n, (std::uint64_t{1} << 48) - 1); }
+  /// Stops at the last one: from 0 a merge would take the row for older than what it replaces.
+  void raise_generation() { generation += generation < ~0u ? 1 : 0; }
   void set_failed(std::uint32_t n) { failed = std::min(n, 255u); }
 };
 static_assert(sizeof(Row) <= 32);

@@ -154,7 +154,7 @@ Service::Table::Outcome Service::Table::audit(Row& row) const {
 Service::Table::Outcome Service::Table::reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const {
   Outcome outcome;
   row.learning = std::make_unique<Learning>(std::move(nodes), options_.learner, row.failed_tests());
-  ++row.generation;
+  row.raise_generation();
   row.energy = row.learning->nodes->energy();
   row.learning->born_pass = pass_;
   row.learning->touches_at_birth = slot_of(row).touches.load(std::memory_order_relaxed);
