@@ -21,7 +21,9 @@ struct PassReport {
   std::uint64_t queries = 0;            ///< look_up() calls
   std::uint64_t converged_queries = 0;  ///< of them on converged rows
   std::uint64_t g_evaluations = 0;      ///< observed, topped up and by coverage
-  std::uint64_t traces = 0;             ///< nodes traced
+  /// Nodes traced. All else here is the same for any number of threads; at the ceiling, where the memo of a pass has no
+  /// room for all and some are traced at every query, this is not.
+  std::uint64_t traces = 0;
   std::uint64_t refits = 0;
   std::uint64_t births = 0;
   std::uint64_t newly_converged = 0;

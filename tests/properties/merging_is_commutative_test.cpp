@@ -1,0 +1,13 @@
+// Merging is commutative: whichever of two tables comes first, the file is the same to the byte.
+#include "properties/generators.h"
+
+namespace tress::adaptive {
+namespace {
+
+RC_GTEST_PROP(Merging, IsCommutativeToTheByte, ()) {
+  const TableImage a = *any_image(), b = *any_image();
+  RC_ASSERT(merged(a, b) == merged(b, a));
+}
+
+}  // namespace
+}  // namespace tress::adaptive

@@ -1,0 +1,92 @@
+// Merging is a maximum: of every node the larger row, by the order of CACHE_FORMAT.md written down once more here, and
+// of open rows all that both saw. The result can be read.
+#include <algorithm>
+
+#include "cache/format.h"
+#include "properties/generators.h"
+
+namespace tress::adaptive {
+namespace {
+
+/// The table of this row alone: equal rows are equal bytes.
+std::string bytes_of(const CachedRow& row) {
+  CachedPage page{description_of(0), {row}};
+  return encode_cache({any_model, {page}});
+}
+
+std::string encoded(const CachedRow& row) {
+  ByteWriter out;
+  format::write_row(out, row);
+  return out.take();
+}
+
+bool is_open(const CachedRow& row) { return row.state != RowState::converged; }
+
+/// Whether `row` has all that `other` has, and is not below it.
+bool dominates(const CachedRow& row, const CachedRow& other) {
+  if (row.generation != other.generation) return row.generation > other.generation;
+  if (is_open(row) != is_open(other)) return is_open(other);
+  if (is_open(row)) {
+    if (row.count < other.count || row.energy < other.energy) return false;
+    return std::ranges::all_of(other.sketch, [&](const SketchBin& bin) {
+      const auto same = std::ranges::find(row.sketch, bin.index, &SketchBin::index);
+      return same != row.sketch.end() && same->bits <= bin.bits;
+    });
+  }
+  if (row.objective != other.objective) return row.objective < other.objective;
+  if (row.count != other.count) return row.count > other.count;
+  return encoded(row) >= encoded(other);
+}
+
+const CachedPage* page_of(const TableImage& image, const PageKey& key) {
+  const auto found = std::ranges::find(image.pages, key, [](const CachedPage& page) { return page.description.key; });
+  return found != image.pages.end() ? &*found : nullptr;
+}
+
+const CachedRow* row_of(const CachedPage* page, std::uint32_t node) {
+  if (page == nullptr) return nullptr;
+  const auto found = std::ranges::find(page->rows, node, &CachedRow::node);
+  return found != page->rows.end() ? &*found : nullptr;
+}
+
+RC_GTEST_PROP(Merging, KeepsOfEachNodeTheLargerRowAndNoOther, ()) {
+  const TableImage a = *any_image(), b = *any_image();
+  const TableImage both = merge_caches(a, b);
+  for (std::size_t index = 0; index < keys; ++index) {
+    const CachedPage *of_a = page_of(a, key_of(index)), *of_b = page_of(b, key_of(index));
+    const CachedPage* of_both = page_of(both, key_of(index));
+    RC_ASSERT((of_both != nullptr) == (of_a != nullptr || of_b != nullptr));
+    if (of_both == nullptr) continue;
+    if (of_a && of_b && of_a->description.axis_b != of_b->description.axis_b) {
+      // One of the two whole, the same for either order (commutative).
+      const CachedPage* kept = of_both->description.axis_b == of_a->description.axis_b ? of_a : of_b;
+      RC_ASSERT(encode_cache({any_model, {*kept}}) == encode_cache({any_model, {*of_both}}));
+      continue;
+    }
+    for (std::uint32_t node = 0; node < of_both->description.node_count(); ++node) {
+      const CachedRow *x = row_of(of_a, node), *y = row_of(of_b, node), *kept = row_of(of_both, node);
+      RC_ASSERT((kept != nullptr) == (x != nullptr || y != nullptr));
+      if (kept == nullptr) continue;
+      for (const CachedRow* one : {x, y}) RC_ASSERT((one == nullptr || dominates(*kept, *one)));
+      const bool is_one = (x && bytes_of(*kept) == bytes_of(*x)) || (y && bytes_of(*kept) == bytes_of(*y));
+      if (is_one) continue;
+      // Only two open rows of one generation become a third.
+      RC_ASSERT((x && y && is_open(*x) && is_open(*y) && x->generation == y->generation));
+      RC_ASSERT(kept->count == std::max(x->count, y->count));
+      for (const SketchBin& bin : kept->sketch) {
+        RC_ASSERT(std::ranges::find(x->sketch, bin) != x->sketch.end() ||
+                  std::ranges::find(y->sketch, bin) != y->sketch.end());
+      }
+    }
+  }
+}
+
+RC_GTEST_PROP(Merging, GivesATableThatCanBeRead, ()) {
+  const TableImage both = merge_caches(*any_image(), *any_image());
+  const Result<TableImage> read = decode_cache(encode_cache(both), any_model, "both.cache");
+  RC_ASSERT(read.has_value());
+  RC_ASSERT(encode_cache(*read) == encode_cache(both));
+}
+
+}  // namespace
+}  // namespace tress::adaptive

@@ -1,0 +1,53 @@
+// A table is what its bytes say: encoded and decoded it is the same table, field by field and byte by byte.
+#include <algorithm>
+
+#include "properties/generators.h"
+
+namespace tress::adaptive {
+namespace {
+
+/// What a file keeps of a row: the same but for what its state does not have.
+void expect_same(const CachedRow& read, const CachedRow& written) {
+  const bool open = written.state != RowState::converged;
+  RC_ASSERT(read.node == written.node);
+  RC_ASSERT(read.state == (open ? RowState::open : RowState::converged));
+  RC_ASSERT(read.generation == written.generation);
+  RC_ASSERT(read.count == written.count);
+  RC_ASSERT(read.energy == written.energy);
+  RC_ASSERT(read.objective == (open ? 0.0f : written.objective));
+  RC_ASSERT(read.sketch == (open ? written.sketch : std::vector<SketchBin>{}));
+  RC_ASSERT(std::ranges::equal(read.knots.knots(), open ? std::span<const Knot>{} : written.knots.knots()));
+  if (open || !written.knots.empty()) return;
+  RC_ASSERT(read.fit.component_count == written.fit.component_count);
+  RC_ASSERT(read.fit.uniform_weight == written.fit.uniform_weight);
+  RC_ASSERT(read.fit.uniform_attribute_mean == written.fit.uniform_attribute_mean);
+  RC_ASSERT(read.fit.uniform_attribute_variance == written.fit.uniform_attribute_variance);
+  for (std::size_t d = 0; d < read.fit.component_count; ++d) {
+    const Component &x = read.fit.components[d], &y = written.fit.components[d];
+    RC_ASSERT(x.shape.mu == y.shape.mu && x.shape.s_left == y.shape.s_left && x.shape.s_right == y.shape.s_right);
+    RC_ASSERT(x.weight == y.weight);
+    RC_ASSERT(x.attribute_mean == y.attribute_mean && x.attribute_variance == y.attribute_variance);
+  }
+}
+
+RC_GTEST_PROP(Cache, DecodesWhatItEncoded, ()) {
+  const TableImage image = *any_image();
+  const std::string bytes = encode_cache(image);
+  const Result<TableImage> read = decode_cache(bytes, any_model, "a.cache");
+  RC_ASSERT(read.has_value());
+  RC_ASSERT(encode_cache(*read) == bytes);
+  RC_ASSERT(cache_hash(*read) == cache_hash(image));
+  RC_ASSERT(read->model == image.model);
+  RC_ASSERT(read->pages.size() == image.pages.size());
+  for (std::size_t p = 0; p < image.pages.size(); ++p) {
+    const CachedPage &x = read->pages[p], &y = image.pages[p];
+    RC_ASSERT(x.description.key == y.description.key);
+    RC_ASSERT(x.description.axis_a == y.description.axis_a && x.description.axis_b == y.description.axis_b);
+    RC_ASSERT(x.description.blur_rad == y.description.blur_rad);
+    RC_ASSERT(x.rows.size() == y.rows.size());
+    for (std::size_t r = 0; r < y.rows.size(); ++r) expect_same(x.rows[r], y.rows[r]);
+  }
+}
+
+}  // namespace
+}  // namespace tress::adaptive
