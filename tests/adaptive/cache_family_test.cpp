@@ -1,6 +1,5 @@
 // Caches as sessions really leave them, with common ancestors: any order of merging gives the same file, to the byte.
 #include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -11,6 +10,7 @@
 
 #include "adaptive/drive_service.h"
 #include "adaptive/toy_target.h"
+#include "properties/property.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 

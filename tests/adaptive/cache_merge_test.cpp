@@ -1,6 +1,5 @@
-// Merging is a join: commutative, associative, idempotent, to the byte.
+// Which of two rows a merge keeps, by example. tests/properties has what holds for all tables.
 #include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
 
 #include "adaptive/cache_images.h"
 
@@ -17,29 +16,6 @@ TableImage one_row(const CachedRow& row) {
 CachedRow winner(const CachedRow& a, const CachedRow& b) {
   EXPECT_EQ(merged(one_row(a), one_row(b)), merged(one_row(b), one_row(a)));
   return merge_caches(one_row(a), one_row(b)).pages.at(0).rows.at(0);
-}
-
-RC_GTEST_PROP(CacheMerge, IsCommutative, ()) {
-  const TableImage a = *arbitrary_image(), b = *arbitrary_image();
-  RC_ASSERT(merged(a, b) == merged(b, a));
-}
-
-RC_GTEST_PROP(CacheMerge, IsAssociative, ()) {
-  const TableImage a = *arbitrary_image(), b = *arbitrary_image(), c = *arbitrary_image();
-  RC_ASSERT(merged(merge_caches(a, b), c) == merged(a, merge_caches(b, c)));
-}
-
-RC_GTEST_PROP(CacheMerge, IsIdempotent, ()) {
-  const TableImage a = *arbitrary_image(), b = *arbitrary_image();
-  RC_ASSERT(merged(a, a) == encode_cache(a));
-  const TableImage both = merge_caches(a, b);
-  RC_ASSERT(merged(both, a) == encode_cache(both));
-  RC_ASSERT(merged(both, b) == encode_cache(both));
-}
-
-RC_GTEST_PROP(CacheMerge, GivesATableThatCanBeRead, ()) {
-  const std::string bytes = merged(*arbitrary_image(), *arbitrary_image());
-  RC_ASSERT(decode_cache(bytes, "elliptical-test", "hair.cache").has_value());
 }
 
 TEST(CacheMerge, PrefersTheLaterGenerationThenTheConvergedThenTheBetter) {

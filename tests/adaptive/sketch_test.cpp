@@ -2,13 +2,13 @@
 #include "sketch/sketch.h"
 
 #include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <thread>
 
+#include "properties/property.h"
 #include "tress/adaptive/random.h"
 
 namespace tress::adaptive {
@@ -23,26 +23,6 @@ void fill(Sketch& sketch, std::uint64_t seed, int first, int last) {
     const float x = 20 * random.next() - 10;
     sketch.offer(x, random.next());
   }
-}
-
-std::vector<SketchBin> some_bins(std::uint64_t seed, int count) {
-  Sketch sketch(bins);
-  fill(sketch, seed, 0, count);
-  return sketch.bins();
-}
-
-std::vector<SketchBin> merged(std::initializer_list<std::vector<SketchBin>> parts) {
-  Sketch sketch(bins);
-  for (const auto& part : parts) sketch.merge(part);
-  return sketch.bins();
-}
-
-RC_GTEST_PROP(Sketch, MergesInAnyOrderAndAnyNumberOfTimes, (std::uint64_t seed)) {
-  const auto count = *rc::gen::inRange(0, 300);
-  const auto a = some_bins(seed, count), b = some_bins(seed + 1, count / 2), c = some_bins(seed + 2, 50);
-  RC_ASSERT(merged({a, b}) == merged({b, a}));
-  RC_ASSERT(merged({merged({a, b}), c}) == merged({a, merged({b, c})}));
-  RC_ASSERT(merged({a, a}) == a);
 }
 
 TEST(Sketch, IsTheSameFromEightThreadsAsFromOne) {
