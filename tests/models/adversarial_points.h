@@ -99,10 +99,11 @@ inline void add_edges(AdversarialFiber& made) {
   }
 }
 
-inline constexpr std::uint32_t corner_fibers = 48;
+inline constexpr std::uint32_t corner_fibers = 48, first_dark_fiber = 56, dark_fibers = 8;
 
 /// Fiber `index` of a seed: all corners of (eta, e, sigma, sigma_a, lambda) up to corner_fibers, then mixes of corners,
-/// near and uniform values of everything; one in eight has gains, other shapes of M, other Fresnel terms, or a glint.
+/// near and uniform values of everything, but for some that are all but black; one in eight has gains, other shapes of
+/// M, other Fresnel terms, or a glint.
 inline AdversarialFiber adversarial_fiber(std::uint64_t seed, std::uint32_t index) {
   RandomStream random(seed, 0xf1be5, index);
   AdversarialFiber made;
@@ -120,6 +121,17 @@ inline AdversarialFiber adversarial_fiber(std::uint64_t seed, std::uint32_t inde
                (index & 8) != 0 ? widest : least_lambda);
     p.roughness = (index & 1) != 0 ? 0.01f : 1.0f;
     p.tilt = (index & 2) != 0 ? 0.0f : 15 * degrees;
+    add_edges(made);
+    return made;
+  }
+  if (index >= first_dark_fiber && index < first_dark_fiber + dark_fibers) {
+    // Next to no light or none: R hidden, absorption up to what a scene may say, gains of nothing.
+    set_widths(widest, 10 * degrees);
+    p.eccentricity = 1;
+    const std::uint32_t kind = index - first_dark_fiber;
+    p.gain[0] = glm::vec3(0.0f);
+    p.sigma_a = std::array{glm::vec3(1e4f), glm::vec3(1e4f, 0, 1e4f), glm::vec3(100.0f), glm::vec3(1.0f)}[kind & 3];
+    if (kind >= 2) p.gain.fill(glm::vec3(std::array{1e-40f, 1e-38f, 1e-30f, 0.0f, denormal, 1e-36f}[kind - 2]));
     add_edges(made);
     return made;
   }

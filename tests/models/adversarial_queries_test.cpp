@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "models/adversarial_points.h"
+#include "tress/fiber/elliptical_model.h"
 
 namespace tress {
 namespace {
@@ -52,11 +54,14 @@ const std::vector<Case>& cases() {
 INSTANTIATE_TEST_SUITE_P(models, adversarial_queries, testing::ValuesIn(cases()),
                          [](const testing::TestParamInfo<Case>& info) { return std::string(info.param.name); });
 
-// Seed 1. Corner fibers of a blur of 45 degrees, whose rows are few, and one of .5 degree, where every answer is
+// Seed 1. Corner fibers of a blur of 45 degrees, whose rows are few, fibers that are all but
+// black, and one of .5 degree, where every answer is
 // traced.
 TEST_P(adversarial_queries, answers_nothing_that_is_not_owed) {
   std::vector<AdversarialFiber> fibers;
   for (std::uint32_t index = 32; index < 48; ++index) fibers.push_back(test::adversarial_fiber(1, index));
+  for (std::uint32_t k = 0; k < test::dark_fibers; ++k)
+    fibers.push_back(test::adversarial_fiber(1, test::first_dark_fiber + k));
   const std::string_view model = GetParam().asked.model;
   const bool traces = GetParam().asked.taught != Taught::nothing || model != "elliptical";
   if (traces) fibers.push_back(test::adversarial_fiber(1, 14));  // e = 1: 29 rows a page
@@ -85,6 +90,26 @@ TEST_P(adversarial_queries, answers_nothing_that_is_not_owed) {
     }
   }
   EXPECT_EQ(bad, 0u) << "of " << asked;
+}
+
+// R hidden by its gain, and next to nothing left of the rest: the sum of the energies was a denormal, and the
+// selections were divided by it.
+TEST(black_fibers, are_drawn_by_a_finite_density) {
+  for (std::uint32_t k = 0; k < test::dark_fibers; ++k) {
+    const AdversarialFiber fiber = test::adversarial_fiber(1, test::first_dark_fiber + k);
+    const auto model = fiber::make_elliptical_model(Estimator::exact, nullptr);
+    const fiber::FiberId id = model->add_fiber(fiber.parameters);
+    for (const float theta : {0.0f, 0.7f, -1.5707964f}) {
+      const fiber::FiberEvent event = model->begin(id, {theta, 0.3f}, 0.4f, 0.6f, 0);
+      float selected = 0;
+      for (const float probability : event.selection) selected += probability;
+      EXPECT_NEAR(selected, 1, 1e-5f) << "fiber " << k << " theta_r " << theta;
+      for (const float u : {0.0f, 0.3f, 0.99f}) {
+        const fiber::FiberSample sample = model->sample(event, {u, 0.4f, 0.5f, 0.6f});
+        EXPECT_TRUE(std::isfinite(sample.value.pdf) && sample.value.pdf > 0) << "fiber " << k << " theta_r " << theta;
+      }
+    }
+  }
 }
 
 }  // namespace

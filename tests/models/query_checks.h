@@ -95,8 +95,9 @@ class QueryChecks {
     if (pdf < 1e-28) return;
     largest_weight = std::max(largest_weight, std::abs(all) / pdf);
     largest_of_r = std::max(largest_of_r, of_r / pdf);
-    constexpr double rounding = 1.001;
-    if (of_r > bound.of_r * pdf * rounding || std::abs(all - of_r) > bound.of_rest * pdf * rounding)
+    constexpr double rounding = 1.001, of_denormals = 1e-37;
+    if (of_r > bound.of_r * pdf * rounding + of_denormals ||
+        std::abs(all - of_r) > bound.of_rest * pdf * rounding + of_denormals)
       fail(Failure::heavy_weight);
   }
 
@@ -109,9 +110,13 @@ class QueryChecks {
     if (!(std::abs(x * x + y * y + z * z - 1) < 1e-5f)) fail(Failure::bad_direction);
   }
 
-  /// sample() and evaluate() owe each other the same answer, to 1e-4 of the density.
+  /// sample() and evaluate() owe each other the same answer: ours to the bit, others to 1e-4 of the density.
   template <class Fail>
-  void agreement(const fiber::FiberValue& first, const fiber::FiberValue& second, Fail&& fail) const {
+  void agreement(const fiber::FiberValue& first, const fiber::FiberValue& second, bool to_the_bit, Fail&& fail) const {
+    if (to_the_bit) {
+      if (first.s != second.s || first.pdf != second.pdf) fail(Failure::disagreement);
+      return;
+    }
     const float tolerance = 1e-4f * std::max(first.pdf, second.pdf);
     bool agree = std::abs(first.pdf - second.pdf) <= tolerance;
     for (std::size_t p = 0; p < fiber::lobe_count; ++p) {

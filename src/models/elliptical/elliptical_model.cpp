@@ -48,7 +48,9 @@ class EllipticalModel final : public AnyRowsModel {
     event.energy = energies.colored;
     float sum = 0;
     for (std::size_t p = 0; p < lobe_count; ++p) sum += event.selection[p] = luminance(event.energy[p]);
-    if (!(sum > 0)) {
+    const bool is_black = !(sum > darkest_energy);
+    if (is_black) {
+      event.energy = {};
       event.selection = {};
       event.selection[0] = sum = 1;
     }
@@ -68,7 +70,7 @@ class EllipticalModel final : public AnyRowsModel {
         {},
         fold,
         inverse_sum,
-        parameters.gain[0] * (energies.clear[0] / energies.smooth_reflection),
+        is_black ? glm::vec3(0.0f) : parameters.gain[0] * (energies.clear[0] / energies.smooth_reflection),
         hash_of_event(event.wr, xi1, xi2)};
     for (std::size_t i = 0; i < row_lobes.size(); ++i) {
       const float selection = event.selection[static_cast<std::size_t>(row_lobes[i])];
@@ -138,6 +140,8 @@ class EllipticalModel final : public AnyRowsModel {
   static constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 
   static constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
+  /// A fiber of no more luminance in all its lobes is black: less may be denormal, and 1 over it infinite.
+  static constexpr float darkest_energy = 1e-30f;
 
   /// The lobe that u chooses: the first below whose end of the selections it is, without branches.
   static std::size_t lobe_of(const FiberEvent& event, float u) {
