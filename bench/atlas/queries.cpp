@@ -52,12 +52,12 @@ std::vector<Case> all_cases() {
     const auto add = [&](const std::string& what, Estimator estimator, Taught taught, double share) {
       cases.push_back({{model, estimator, taught, 0}, std::string(model) + " " + what, share});
     };
-    add("fitted", Estimator::fitted, Taught::converged, 0.84 * of);
-    add("fitted, knots", Estimator::fitted, Taught::knots, 0.12 * of);
-    add("fitted, open rows", Estimator::fitted, Taught::open, 0.01 * of);
-    add("fitted, no rows", Estimator::fitted, Taught::no_rows, 0.01 * of);
-    if (ours) add("corrected", Estimator::corrected, Taught::converged, 0.02);
-    add("exact", Estimator::exact, Taught::nothing, ours ? 0.002 : 0.01);
+    add("fitted", Estimator::fitted, Taught::converged, 0.88 * of);
+    add("fitted, knots", Estimator::fitted, Taught::knots, 0.1 * of);
+    add("fitted, open rows", Estimator::fitted, Taught::open, 0.001 * of);
+    add("fitted, no rows", Estimator::fitted, Taught::no_rows, 0.001 * of);
+    if (ours) add("corrected", Estimator::corrected, Taught::converged, 0.015);
+    add("exact", Estimator::exact, Taught::nothing, ours ? 0.0008 : 0.01);
   }
   for (const char* model : {"chiang2016", "marschner2003", "ou2012", "fiber3d"})
     cases.push_back({{model, Estimator::exact, Taught::nothing, 0}, model, 0.01});
