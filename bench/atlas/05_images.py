@@ -18,7 +18,9 @@ import concurrent.futures
 import io
 import json
 import math
+import os
 import struct
+import threading
 
 import charts
 import figures
@@ -90,10 +92,12 @@ def broken(seed=7):
 def write_hair(path, strands, scale=1.0, offset=(0.0, 0.0, 0.0)):
     """A .hair file: z up, single precision, as every such file is."""
     points = numpy.concatenate(strands) * scale + numpy.asarray(offset)
-    with open(path, "wb") as file:
+    part = f"{path}.{threading.get_ident()}"
+    with open(part, "wb") as file:
         file.write(struct.pack("<4sIIIIfffff88s", b"HAIR", len(strands), len(points), 3, 0, 1, 0, 1, 1, 1, b"atlas"))
         file.write(numpy.array([len(strand) - 1 for strand in strands], "<u2").tobytes())
         file.write(points.astype("<f4").tobytes())
+    os.replace(part, path)  # cases share files
     return path
 
 
