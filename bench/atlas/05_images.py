@@ -29,6 +29,7 @@ import PIL.Image
 
 TITLE = "Where pictures break: fireflies, end-on, thin, inside, coincident, extreme"
 ESTIMATORS = ("exact", "fitted", "corrected")
+SHOWN = ("sun_white", "panel_inside")  # drawn pixel by pixel, by every model
 MODELS = ("marschner2003", "deon2011", "chiang2016", "ou2012", "pekelis2015", "fiber3d")
 Z = 5.5  # two-sided: 3.8e-8 a test; some 5,000 tests a full run: one false alarm in 5,000 runs
 SIDE = 8
@@ -329,11 +330,11 @@ def against(pixels, exact, epsilon):
 
 
 def small_png(pixels):
-    """A picture as base64 of a PNG of 96 colors, its 99th percentile white: for the sheet of draw()."""
+    """A picture as base64 of a PNG of 48 colors, its 99th percentile white: for the sheets of draw()."""
     top = max(1e-9, float(numpy.percentile(pixels, 99)))
     shown = (255 * figures.tone_map(pixels / top)).astype(numpy.uint8)
     out = io.BytesIO()
-    PIL.Image.fromarray(shown).quantize(96).save(out, "PNG", optimize=True)
+    PIL.Image.fromarray(shown).quantize(48).save(out, "PNG", optimize=True)
     return base64.b64encode(out.getvalue()).decode()
 
 
@@ -382,6 +383,19 @@ def verdict(case, entry):
     return failed
 
 
+def maps_of(run, case, rivals):
+    """Of each rival the picture and, gray, log10 of the largest sample of each pixel over the picture's mean, 0 to 4."""
+    found = {}
+    for rival in rivals:
+        out = run.path(f"{case.name}_{rival}.exr")
+        pixels, largest = figures.read(out).astype(numpy.float64), channel(out, "largest")
+        scale = numpy.log10(numpy.maximum(largest / max(1e-30, luminance(pixels).mean()), 1)) / 4
+        gray = io.BytesIO()
+        PIL.Image.fromarray((255 * numpy.clip(scale, 0, 1)).astype(numpy.uint8)).save(gray, "PNG", optimize=True)
+        found[rival] = [small_png(pixels), base64.b64encode(gray.getvalue()).decode()]
+    return found
+
+
 def measure_case(run, case, usual_samples, epsilon):
     """Its entry, and its picture by fitted."""
     path = run.path(case.name + ".json")
@@ -423,7 +437,9 @@ def measure(run):
         found[case.name] = entry
         run.say(f"{case.name}: " + ", ".join(f"{rival} {one['largest_over_mean']:.0f}" for rival, one in entry["rivals"].items())
                 + "; " + (", ".join(entry["failed"]) or "holds"))
-    return {"settings": {"samples": usual_samples, "epsilon": epsilon, "z": Z, "block": SIDE, "max_depth": 64}, "cases": found}
+    maps = {case.name: maps_of(run, case, found[case.name]["rivals"]) for case in cases if case.name in SHOWN}
+    return {"settings": {"samples": usual_samples, "epsilon": epsilon, "z": Z, "block": SIDE, "max_depth": 64}, "cases": found,
+            "maps": maps}
 
 
 # ---- drawing --------------------------------------------------------------------------------------------------------
@@ -431,6 +447,31 @@ def measure(run):
 def draw(data, path):
     draw_table(data, path)
     draw_pictures(data, path + "_pictures")
+    for name, maps in data["maps"].items():
+        draw_maps(data["cases"][name], maps, f"{path}_{name}")
+
+
+def image_of(text):
+    return numpy.asarray(PIL.Image.open(io.BytesIO(base64.b64decode(text))).convert("RGB"))
+
+
+def draw_maps(entry, maps, path):
+    figure, axes = charts.pyplot.subplots(2, len(maps), figsize=(1.35 * len(maps) + 0.6, 4.5), squeeze=False)
+    for column, (rival, (picture, largest)) in enumerate(maps.items()):
+        one = entry["rivals"][rival]
+        axes[0][column].imshow(image_of(picture), interpolation="nearest")
+        axes[0][column].set_title(f"{rival}\nnoise {one['noise']:.2g}", fontsize=7)
+        shown = axes[1][column].imshow(image_of(largest)[:, :, 0] / 255 * 4, cmap="inferno", vmin=0, vmax=4,
+                                       interpolation="nearest")
+        axes[1][column].set_title(f"largest {one['largest_over_mean']:,.0f} x mean", fontsize=7)
+    for axis in axes.ravel():
+        axis.set_axis_off()
+    figure.suptitle(f"{entry['title']}: the picture, and the largest sample of each pixel over the picture's mean", fontsize=9)
+    figure.tight_layout()
+    figure.subplots_adjust(right=0.94)
+    bar = figure.colorbar(shown, cax=figure.add_axes((0.95, 0.06, 0.01, 0.38)), ticks=[0, 1, 2, 3, 4])
+    bar.ax.set_yticklabels(["1", "10", "100", "1e3", "1e4"], fontsize=7)
+    save(figure, path, tight=False)
 
 
 def draw_table(data, path):
@@ -479,8 +520,9 @@ def draw_table(data, path):
 WIDTHS = (0, 0.6, 1.2, 1.8, 2.4, 2.9, 3.4, 4.7, 6.4)  # where the columns of text begin
 
 
-def save(figure, path):
-    figure.tight_layout()
+def save(figure, path, tight=True):
+    if tight:
+        figure.tight_layout()
     figure.savefig(path + ".svg", metadata={"Date": None})
     pixels = io.BytesIO()
     figure.savefig(pixels, format="png", dpi=110)
@@ -496,8 +538,7 @@ def draw_pictures(data, path):
     for axis in axes.ravel():
         axis.set_axis_off()
     for axis, (name, entry) in zip(axes.ravel(), cases.items()):
-        picture = PIL.Image.open(io.BytesIO(base64.b64decode(entry["picture"]))).convert("RGB")
-        axis.imshow(numpy.asarray(picture), interpolation="nearest")
+        axis.imshow(image_of(entry["picture"]), interpolation="nearest")
         axis.set_title(entry["title"], fontsize=6.5, color="#b00000" if entry["failed"] else "black")
     figure.suptitle("The pictures of study 5 (fitted; each exposed for its own 99th percentile)", fontsize=10)
     save(figure, path)
