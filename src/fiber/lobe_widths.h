@@ -27,7 +27,7 @@ class LobeWidths {
       tilt_[lane_of(p)] = tilts[lobe] * fiber.tilt;
       if (given) continue;
       if (p == 1) by_cosine_ = true;
-      if (p == 1 || p == 2) shift_[lane_of(p)] = (p == 1 ? 0.3f : 3.0f) * alpha2;
+      if (p > 0) shift_[lane_of(p)] = (p == 1 ? 0.3f : 3.0f) * alpha2;
     }
   }
 
@@ -41,10 +41,11 @@ class LobeWidths {
   At at(float theta_r) const {
     const float t = theta_r < 0 ? -theta_r : theta_r;
     const float inverse_cosine = 1 / std::max(quarter_cosine(t), 1e-3f), tangent = quarter_sine(t) * inverse_cosine;
+    const Float4 saturation{10, 4, 4, 4};
     const float of_tt = by_cosine_ ? inverse_cosine : 1;
     const Float4 x = shift_ * tangent * Float4{inverse_cosine * inverse_cosine, 1, 1, 1};
     const Float4 lambda = max4(lambda_ * Float4{of_tt, 1, 1, 1}, splat(smallest_lambda)), most = splat(largest_lambda);
-    return {tilt_, (theta_r < 0 ? -1.0f : 1.0f) * x * t / (t + 4 * x + 1e-12f), lambda < most ? lambda : most};
+    return {tilt_, (theta_r < 0 ? -1.0f : 1.0f) * x * t / (t + saturation * x + 1e-12f), lambda < most ? lambda : most};
   }
 
  private:

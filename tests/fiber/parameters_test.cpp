@@ -72,15 +72,15 @@ TEST(Widths, TiltsAreTowardsTheRootForReflection) {
 TEST(Widths, RoughnessBringsTransmittedLobesNearerToTheNormalPlane) {
   fiber::FiberParameters fiber;
   fiber.roughness = 0.1f;
-  for (const int p : {0, 3}) EXPECT_EQ(fiber::roughness_shift(fiber, p, 1.0f), 0.0f);
-  for (const int p : {1, 2}) {
+  EXPECT_EQ(fiber::roughness_shift(fiber, 0, 1.0f), 0.0f);
+  for (const int p : {1, 2, 3}) {
     EXPECT_EQ(fiber::roughness_shift(fiber, p, 0.0f), 0.0f);
     float last = 0;
     for (int i = 1; i <= 90; ++i) {
       const float theta = std::min(static_cast<float>(i * degree), 1.5707963f);
       const float shift = fiber::roughness_shift(fiber, p, theta);
       EXPECT_GT(shift, last) << p << ' ' << i;
-      EXPECT_LE(shift, theta / 4) << p << ' ' << i;
+      EXPECT_LE(shift, theta / (p == 1 ? 10.0f : 4.0f)) << p << ' ' << i;
       EXPECT_EQ(fiber::roughness_shift(fiber, p, -theta), -shift);
       last = shift;
     }

@@ -61,10 +61,11 @@ float longitudinal_lambda(const FiberParameters& fiber, int p, float theta_r);
 /// Tilt of lobe p in theta_h: -tau, tau/2, 3 tau/2, 5 tau/2.
 float lobe_tilt(const FiberParameters& fiber, int p);
 
-/// What roughness adds to the tilt of TT and TRT (0 for others, and where the lobe's lambda is set): light that enters
-/// a rough fiber at an inclination leaves it nearer to the normal plane. With t = |theta_r|, radians,
-///   x = .3 alpha^2 tan t / cos^2 t (TT), 3 alpha^2 tan t (TRT),  shift = x/(1 + 4 x/t), of the sign of theta_r:
-/// at most a quarter of t. Fitted to fibers traced in three dimensions (bench/README.md, fiber3d).
+/// What roughness adds to the tilt of TT, TRT and TRRT, whose lobe the residual has (0 for R, and where the lobe's
+/// lambda is set): light that enters a rough fiber at an inclination leaves it nearer to the normal plane. With t =
+/// |theta_r|, radians, and of the sign of theta_r,
+///   x = .3 alpha^2 tan t / cos^2 t (TT), 3 alpha^2 tan t (others),  shift = x/(1 + k x/t), k = 10 (TT), 4 (others):
+/// at most t/k. Fitted to fibers traced in three dimensions (bench/README.md, fiber3d; bench/atlas/README.md, maps).
 float roughness_shift(const FiberParameters& fiber, int p, float theta_r);
 
 /// sigma_a that gives fibers of multiple scattering albedo `color` (Chiang et al. 2016, beta_N = .3). color in (0, 1).
