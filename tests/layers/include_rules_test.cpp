@@ -116,14 +116,14 @@ TEST(IncludeRules, LayersPointDownwards) {
   }
 }
 
-TEST(Libraries, NeitherPrintNorExit) {
-  const std::regex pattern(
-      R"(std::(cout|cerr|clog|printf|puts|exit|abort|quick_exit|terminate)\b|\bf?printf\s*\(\s*stderr)");
+/// No line of C++ under `folders` that `is_checked` matches `pattern`.
+void expect_no_line(const std::vector<std::string>& folders, const std::regex& pattern,
+                    const std::function<bool(const std::string&)>& is_checked) {
   int files = 0;
-  for (const char* folder : {"adaptive", "include", "src"}) {
+  for (const std::string& folder : folders) {
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(TRESS_SOURCE_DIR) / folder)) {
       const std::string path = fs::relative(entry.path(), TRESS_SOURCE_DIR).string();
-      if (!entry.is_regular_file() || path.starts_with("src/cli/") || path == "src/main.cpp") continue;
+      if (!entry.is_regular_file() || !is_checked(path)) continue;
       ++files;
       std::ifstream stream(entry.path());
       std::string text;
@@ -133,6 +133,21 @@ TEST(Libraries, NeitherPrintNorExit) {
     }
   }
   EXPECT_GT(files, 20);
+}
+
+TEST(Libraries, NeitherPrintNorExit) {
+  const std::regex pattern(
+      R"(std::(cout|cerr|clog|printf|puts|exit|abort|quick_exit|terminate)\b|\bf?printf\s*\(\s*stderr)");
+  expect_no_line({"adaptive", "include", "src"}, pattern,
+                 [](const std::string& path) { return !path.starts_with("src/cli/") && path != "src/main.cpp"; });
+}
+
+// Clocks are set while a render runs: what lasts is measured by one that is not (chrono's steady_clock, CPU time).
+TEST(Clocks, NothingAsksForTheTimeOfDay) {
+  const std::regex pattern(
+      R"(\b(system_clock|high_resolution_clock|utc_clock|gettimeofday|CLOCK_REALTIME|strftime|localtime|gmtime)\b|\btime\s*\(\s*(NULL|nullptr|0)\s*\))");
+  expect_no_line({"adaptive", "include", "src"}, pattern,
+                 [](const std::string& path) { return path.ends_with(".h") || path.ends_with(".cpp"); });
 }
 
 }  // namespace
