@@ -466,7 +466,7 @@ def memory(run):
         if done.returncode == 127:
             limits.saw("the loader finds no room")
             continue
-        desk.judge(limits, out, {name: content for name, content in before.items()}, done.returncode, done.stderr, named=("memory",))
+        desk.judge(limits, out, {name: content for name, content in before.items()}, done.returncode, done.stderr, named=("memory", "pthread_create"))
     for megabytes in ("0.0001", "0.001", "0.01", "0.05", "0.2", "1"):
         before = desk.snapshot(out)
         done = desk.do(desk.render(out, "--table-memory", megabytes))

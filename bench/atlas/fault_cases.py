@@ -144,7 +144,7 @@ class Desk:
         case.saw(f"exit {status}")
         if status not in (0, 1, 2, 130, 143) and not (killed and status in STOPPED):
             case.bad("crashed", f"exit {status}: {stderr[-200:]}")
-        if status in (1, 2) and not any(name in stderr for name in named or ("error",)):
+        if status in (1, 2) and not any(name in stderr for name in named or ("error", "telemetry stops")):
             case.bad("untold", stderr[-200:] or "nothing said")
         for name, content in before.items():
             self.whole(case, os.path.join(out, name), content, killed)

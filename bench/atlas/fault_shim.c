@@ -26,10 +26,14 @@ static int fails(const char* call) {
   return 1;
 }
 
+/* A disk that is full takes a part first, and the rest of it not. */
 ssize_t write(int file, const void* bytes, size_t size) {
+  static atomic_int full;
+  if (file > 2 && atomic_exchange(&full, 0)) return errno = ENOSPC, -1;
   if (file > 2 && fails("write")) {
-    if (size > 1 && errno == ENOSPC) syscall(SYS_write, file, bytes, size / 2), errno = ENOSPC; /* part of it */
-    return -1;
+    if (size < 2 || errno != ENOSPC) return -1;
+    atomic_store(&full, 1);
+    size /= 2;
   }
   return syscall(SYS_write, file, bytes, size);
 }
