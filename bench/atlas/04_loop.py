@@ -58,9 +58,14 @@ def tests(found, blocks):
     return result
 
 
-def measure(run):
-    samples, blocks = (40, 4) if run.quick else (200, 10)
-    size, seeds = ("16x20", 2) if run.quick else ("32x40", 3)
+def settings_of(run):
+    if run.quick:
+        return {"size": "16x20", "samples": 40, "seeds": 2, "blocks": 4, "frames": 6, "false_alarm": FALSE_ALARM}
+    return {"size": "32x40", "samples": 200, "seeds": 3, "blocks": 10, "frames": 12, "false_alarm": FALSE_ALARM}
+
+
+def one_picture(run, settings):
+    """{name: what bench_atlas_loop says} of every FLAGS."""
     scene = run.scene("scenes/curly_lock.json")
     # From near and under a sky without a sun: every pixel has hair, and light depends on the direction with little noise.
     small = run.variant(scene, "lock", lambda content: content.update(
@@ -69,24 +74,20 @@ def measure(run):
         grooms=[{"generate": "curly_lock", "strands": 1000, "radius_cm": 0.012, "material": "blond"}]))
     found = {}
     for name, (estimator, epsilon) in FLAGS.items():
-        run.say(f"{samples} samples, {name}")
-        found[name] = json.loads(run.bench("atlas_loop", small, "--size", size, "--spp", samples, "--seeds", seeds,
-                                           "--first-seed", 100 * (1 + list(FLAGS).index(name)), "--estimator", estimator,
+        run.say(f"{settings['samples']} samples, {name}")
+        found[name] = json.loads(run.bench("atlas_loop", small, "--size", settings["size"], "--spp", settings["samples"],
+                                           "--seeds", settings["seeds"], "--first-seed", 100 * (1 + list(FLAGS).index(name)), "--estimator", estimator,
                                            "--epsilon", epsilon).stdout)
-    told = tests(found, blocks)
-    passes = {name: found[name]["passes"] for name in FLAGS if name not in ("nodes", "exact")}
-    growth = {}
-    for name, events in passes.items():
-        half, x = events[len(events) // 2:], numpy.arange(len(events) // 2, len(events)) + 1
-        growth[name] = {key: charts.fit_growth(x, [max(event[key], 1e-9) for event in half])
-                        for key in ("learning_cpu", "cpu", "bytes", "rss", "g_share")}
+    return found
 
-    frames = 6 if run.quick else 24
-    turning = run.variant(scene, "turning", lambda content: (
+
+def moving_camera(run, frames, epsilons=(1e-2, 1e-6)):
+    """{name: [what is told of each frame]}."""
+    turning = run.variant(run.scene("scenes/curly_lock.json"), "turning", lambda content: (
         content.update(camera={"turntable": {"frames": frames}}),
         content["grooms"][0].update(strands=600, radius_cm=0.015)))
     camera = {}
-    for epsilon in (1e-2, 1e-6):
+    for epsilon in epsilons:
         name = f"epsilon {epsilon:g}"
         cache = run.path(f"turning_{epsilon:g}.tress")
         if os.path.exists(cache):
@@ -104,19 +105,36 @@ def measure(run):
                     p["refits"] for p in rendered.passes), "open": last["rows"]["open"],
                 "learning_cpu": sum(p["learning_cpu_seconds"] for p in rendered.passes),
                 "start_and_save_cpu": rendered.cpu - rendered.pass_cpu, "cpu": rendered.cpu})
+    return camera
+
+
+def summed(settings, found, camera):
+    """The JSON, of the two parts."""
+    frames = settings["frames"]
+    told = tests(found, settings["blocks"])
+    passes = {name: found[name]["passes"] for name in FLAGS if name not in ("nodes", "exact")}
+    growth = {}
+    for name, events in passes.items():
+        half, x = events[len(events) // 2:], numpy.arange(len(events) // 2, len(events)) + 1
+        growth[name] = {key: charts.fit_growth(x, [max(event[key], 1e-9) for event in half])
+                        for key in ("learning_cpu", "cpu", "bytes", "rss", "g_share")}
     turn = {}
     for name, events in camera.items():
         x = numpy.arange(frames, 2 * frames) + 1
         turn[name] = {key: charts.fit_growth(x, [max(event[key], 1e-9) for event in events[frames:]])
                       for key in ("rows", "file_bytes", "peak_bytes", "cpu", "start_and_save_cpu")}
-    return {"settings": {"size": size, "samples": samples, "seeds": seeds, "blocks": blocks, "frames": frames,
-                         "false_alarm": FALSE_ALARM},
+    return {"settings": settings,
             "passes": {name: {key: [event[key] for event in events] for key in events[0]} for name, events in
                        passes.items()},
             "rows_against_target": {name: found[name]["rows"] for name in passes}, "growth_of_second_half": growth,
             "block_tests": told, "camera": {name: {key: [event[key] for event in events] for key in events[0]}
                                             for name, events in camera.items()},
             "growth_of_second_turn": turn}
+
+
+def measure(run):
+    settings = settings_of(run)
+    return summed(settings, one_picture(run, settings), moving_camera(run, settings["frames"]))
 
 
 COLORS = {"fitted, epsilon 1e-6": "#d62728", "fitted, epsilon .01": "#1f77b4", "corrected, epsilon 1e-6": "#ff7f0e",

@@ -81,10 +81,50 @@ def slope(xs, ys):
     return {"mean": float(y.mean()), "change": float(b / scale), "twice_error": float(2 * error ** 0.5 / scale)}
 
 
+def new_materials(run, many):
+    """A cache that meets another material with every shot: what is told after each."""
+    run.say(f"{many} materials on one cache")
+    growth = []
+    cache = run.path("materials.tress")
+    if os.path.exists(cache):
+        os.remove(cache)
+    for i in range(many):
+        material = {"eccentricity": round(0.99 - 0.01 * i, 2), "roughness": 0.25, "melanin": {"eumelanin": 1}}
+        path = write(run.path("material.json"), scene_of("wavy", material))
+        rendered = run.render(path, "material", "--resolution", "24x32", "--warm-cache", cache, seed=i, threads=1)
+        growth.append({"materials": i + 1, "file_bytes": os.path.getsize(cache), "peak_bytes": rendered.peak_bytes,
+                       "outside_passes_cpu": rendered.cpu - rendered.pass_cpu})
+    return growth
+
+
+def summed(told, probes, checks, references, same, growth, one_process):
+    """The JSON. references: mean and its standard error, of each probe."""
+    many = len(told["cpu"])
+    names = list(told)
+    half = many // 2
+    at = list(range(half, many))
+    plain = [i for i in at if i % PROBE_EVERY != PROBE_EVERY - 1]
+    creep = {name: slope(plain, [told[name][i] for i in plain]) for name in names if name != "paths"}
+    creep["cpu_a_path"] = slope(plain, [told["cpu"][i] / told["paths"][i] for i in plain])
+    creep["probe_noise"] = slope([p["render"] for p in probes], [p["noise"] for p in probes])
+    bias = numpy.array([p["bias"] for p in probes])
+    x = numpy.array([p["render"] for p in probes], float)
+    x = (x - x.mean()) / max(x.max() - x.min(), 1)
+    b = (x * bias).sum() / (x * x).sum()
+    rest = bias - bias.mean() - b * x
+    error = ((rest ** 2).sum() / max(len(x) - 2, 1) / (x * x).sum()) ** 0.5
+    reference_error = max(error / mean for mean, error in references)
+    creep["probe_bias"] = {"mean": float(bias.mean()), "change": float(b), "twice_error": float(2 * error),
+                           "twice_error_of_mean": float(2 * ((bias.std(ddof=1) ** 2 / len(bias)) +
+                                                             reference_error ** 2) ** 0.5)}
+    return {"settings": {"renders": many, "strands": 150, "samples": 4, "materials": len(SHAPES)},
+            "renders": told, "probes": probes, "rows_against_target": checks, "same_again": same, "materials": growth,
+            "one_process": one_process, "creep_of_the_second_half": creep}
+
+
 def measure(run):
     many = 30 if run.quick else 500
     again = 12 if run.quick else 100
-    new_materials = 6 if run.quick else 40
     lives = 12 if run.quick else 500
     reference_spp = 64 if run.quick else 512
     check = 10 if run.quick else CHECK_EVERY
@@ -140,42 +180,14 @@ def measure(run):
 
     sequence(run, "again", again, lambda i: (8, 2, 1)[i % 3], compare)
 
-    run.say(f"{new_materials} materials on one cache")
-    growth = []
-    cache = run.path("materials.tress")
-    if os.path.exists(cache):
-        os.remove(cache)
-    for i in range(new_materials):
-        material = {"eccentricity": round(0.99 - 0.01 * i, 2), "roughness": 0.25, "melanin": {"eumelanin": 1}}
-        path = write(run.path("material.json"), scene_of("wavy", material))
-        rendered = run.render(path, "material", "--resolution", "24x32", "--warm-cache", cache, seed=i, threads=1)
-        growth.append({"materials": i + 1, "file_bytes": os.path.getsize(cache), "peak_bytes": rendered.peak_bytes,
-                       "outside_passes_cpu": rendered.cpu - rendered.pass_cpu})
+    growth = new_materials(run, 6 if run.quick else 20)
 
     run.say(f"{lives} lives in one process")
     path, _, _, _ = shot(run, PROBE_EVERY - 1)
     one_process = json.loads(run.bench(
         "atlas_soak", path, "--lives", lives, environment={"GLIBC_TUNABLES": "glibc.malloc.tcache_count=0"}).stdout)
 
-    half = many // 2
-    at = list(range(half, many))
-    plain = [i for i in at if i % PROBE_EVERY != PROBE_EVERY - 1]
-    creep = {name: slope(plain, [told[name][i] for i in plain]) for name in names if name != "paths"}
-    creep["cpu_a_path"] = slope(plain, [told["cpu"][i] / told["paths"][i] for i in plain])
-    creep["probe_noise"] = slope([p["render"] for p in probes], [p["noise"] for p in probes])
-    bias = numpy.array([p["bias"] for p in probes])
-    x = numpy.array([p["render"] for p in probes], float)
-    x = (x - x.mean()) / max(x.max() - x.min(), 1)
-    b = (x * bias).sum() / (x * x).sum()
-    rest = bias - bias.mean() - b * x
-    error = ((rest ** 2).sum() / max(len(x) - 2, 1) / (x * x).sum()) ** 0.5
-    reference_error = max(one["error"] / one["mean"] for one in references)
-    creep["probe_bias"] = {"mean": float(bias.mean()), "change": float(b), "twice_error": float(2 * error),
-                           "twice_error_of_mean": float(2 * ((bias.std(ddof=1) ** 2 / len(bias)) +
-                                                             reference_error ** 2) ** 0.5)}
-    return {"settings": {"renders": many, "strands": 150, "samples": 4, "materials": len(SHAPES)},
-            "renders": told, "probes": probes, "rows_against_target": checks, "same_again": same, "materials": growth,
-            "one_process": one_process, "creep_of_the_second_half": creep}
+    return summed(told, probes, checks, [(one["mean"], one["error"]) for one in references], same, growth, one_process)
 
 
 def draw(data, path):
