@@ -65,9 +65,12 @@ def sequence(run, name, many, threads_of, each):
             os.remove(old)
     for i in range(many):
         path, flags, seed, probe = shot(run, i)
-        rendered = run.render(path, name, *flags, "--warm-cache", cache, "--estimator", "fitted", seed=seed,
+        # A name of its own: the reader of pictures keeps them by name, and may miss one that is replaced within a second.
+        rendered = run.render(path, f"{name}_{i}", *flags, "--warm-cache", cache, "--estimator", "fitted", seed=seed,
                               threads=threads_of(i))
         each(i, rendered, cache, probe)
+        for ending in (".exr", ".png", ".jsonl"):
+            os.remove(run.path(f"{name}_{i}{ending}"))
 
 
 def slope(xs, ys):
