@@ -67,7 +67,8 @@ def heat(axis, rates, rows, columns, title, text=True):
     colors = matplotlib.colormaps["YlOrRd"].copy()
     colors.set_bad("#cccccc")
     colors.set_under("white")
-    axis.imshow(rates, cmap=colors, norm=matplotlib.colors.LogNorm(1e-7, 1), aspect="auto")
+    shown = numpy.where(rates > 0, rates, numpy.where(numpy.isnan(rates), numpy.nan, 1e-12))
+    axis.imshow(shown, cmap=colors, norm=matplotlib.colors.LogNorm(1e-8, 1), aspect="auto")
     for i, row in enumerate(rates):
         for j, rate in enumerate(row):
             if text and rate > 0:

@@ -7,6 +7,7 @@
 
 #include "fiber/fresnel.h"
 #include "fiber/microsurface_walk.h"
+#include "tress/adaptive/mixture.h"
 
 namespace tress::fiber {
 namespace {
@@ -26,7 +27,7 @@ float largest(const glm::vec3& color) { return std::max({color.r, color.g, color
 }  // namespace
 
 FiberDirection RoughExit::angles() const {
-  return {std::asin(std::clamp(direction.x, -1.0f, 1.0f)), std::atan2(direction.z, direction.y)};
+  return {std::asin(std::clamp(direction.x, -1.0f, 1.0f)), adaptive::wrap_angle(std::atan2(direction.z, direction.y))};
 }
 
 RoughFiber::RoughFiber(const FiberParameters& parameters, Masked masked)

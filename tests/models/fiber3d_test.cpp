@@ -8,6 +8,7 @@
 #include <memory>
 #include <numbers>
 
+#include "fiber/rough_fiber.h"
 #include "support/chi_square.h"
 #include "tress/adaptive/random.h"
 
@@ -164,6 +165,16 @@ TEST(Fiber3d, PartsTrtWhereTheFiberSplitsOffItsGlint) {
   }
   EXPECT_GT(glint, 0.2 * (trt + glint));
   EXPECT_GT(trt, 0.2 * (trt + glint));
+}
+
+// atan2 gives pi itself for light that leaves along -v: directions are in [-pi, pi).
+TEST(fiber3d, leaves_along_the_seam_at_minus_pi) {
+  constexpr float pi = std::numbers::pi_v<float>;
+  for (const float w : {0.0f, -0.0f, 1e-9f}) {
+    fiber::RoughExit exit;
+    exit.direction = {0.6f, -0.8f, w};
+    EXPECT_EQ(exit.angles().phi, -pi) << w;
+  }
 }
 
 }  // namespace
