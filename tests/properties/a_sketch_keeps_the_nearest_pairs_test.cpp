@@ -42,11 +42,14 @@ RC_GTEST_PROP(Sketch, KeepsTheNearestPairOfEachBinAndNeverLosesABin, ()) {
     const double at = (x + pi) / (2 * pi) * bins;
     const double index = std::min(std::floor(at), bins - 1.0);
     const Nearest pair{std::abs(at - index - 0.5), x, g};
-    const auto [found, is_new] = model.emplace(static_cast<std::uint32_t>(index), pair);
-    if (!is_new && pair.distance < found->second.distance) found->second = pair;
     const std::uint32_t now = sketch.occupied();
     RC_ASSERT(now >= occupied);
     occupied = now;
+    const auto [found, is_new] = model.emplace(static_cast<std::uint32_t>(index), pair);
+    if (is_new) continue;
+    // Of one azimuth that was told two values, the smaller.
+    Nearest& kept = found->second;
+    if (pair.distance < kept.distance || (pair.x == kept.x && pair.g < kept.g)) kept = pair;
   }
   RC_ASSERT(occupied == model.size());
   const std::vector<ObservedPair> pairs = sketch.pairs();
