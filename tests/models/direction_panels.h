@@ -118,8 +118,9 @@ class DirectionPanels {
       theta.push_back(double{wi.theta});
       phi.push_back(double{wi.phi});
     }
-    theta_ = edges(std::move(theta), double{fiber::half_pi}, 10, 6);
-    phi_ = edges(std::move(phi), std::numbers::pi, 14, 8);
+    theta_ = edges(theta, double{fiber::half_pi}, 10, 6);
+    phi_ = edges(phi, std::numbers::pi, 14, 8);
+    for (std::size_t k = 0; k < theta.size(); ++k) pilot_.push_back({theta[k], phi[k]});
   }
 
   void judge(const fiber::FiberValue& value) {
@@ -174,16 +175,26 @@ class DirectionPanels {
     const auto allowed = [&](double mass) {
       return 0.04 / settings_.samples * std::sqrt(std::max(mass * settings_.samples, 1.0));
     };
+    std::vector<double> drawn(arcs.size());
+    for (const auto& [theta, phi] : pilot_) {
+      if (!(theta >= from && theta < to)) continue;
+      auto arc = std::upper_bound(arcs.begin(), arcs.end(), phi, [](double x, const Arc& one) { return x < one.from; });
+      if (arc != arcs.begin() && phi < (--arc)->to) ++drawn[static_cast<std::size_t>(arc - arcs.begin())];
+    }
     std::vector<Arc> split;
     for (std::size_t a = 0; a < arcs.size(); ++a) {
+      // A spot between the points of both rules: the pilot has seen it.
+      const double expected = std::max(fine[a].pdf, 0.0) * settings_.pilot;
+      const bool seen = std::abs(drawn[a] - expected) <= 3 + 4 * std::sqrt(expected);
       const double pdf_off = fine[a].pdf - coarse[a].pdf, s_off = fine[a].s - coarse[a].s;
-      const bool met =
-          std::abs(pdf_off) <= allowed(fine[a].pdf) && (!settings_.smooth || std::abs(s_off) <= allowed(fine[a].s));
+      const bool met = seen && std::abs(pdf_off) <= allowed(fine[a].pdf) &&
+                       (!settings_.smooth || std::abs(s_off) <= allowed(fine[a].s));
       if (met || depth == deepest || result_.points > settings_.most_points) {
         Sum& sum = sums[arcs[a].panel];
         sum.pdf += fine[a].pdf;
         sum.s += fine[a].s;
-        sum.pdf_squares += pdf_off * pdf_off;
+        const double missed = seen ? 0 : drawn[a] / settings_.pilot - fine[a].pdf;
+        sum.pdf_squares += pdf_off * pdf_off + missed * missed;
         sum.s_squares += s_off * s_off;
       } else {
         const double middle = 0.5 * (arcs[a].from + arcs[a].to);
@@ -200,6 +211,7 @@ class DirectionPanels {
   const fiber::FiberEvent& event_;
   PanelSettings settings_;
   std::vector<double> theta_, phi_;
+  std::vector<std::array<double, 2>> pilot_;
   PanelIntegrals result_;
 };
 
