@@ -229,11 +229,12 @@ Fit fit_mixture(std::span<const ObservedPair> pairs, double energy, double varia
   const Problem problem(pairs, energy);
   MixtureFitter fitter(problem, variation, settings);
   State state = fitter.run(warm);
+  fitter.finish(state);
   if (warm != nullptr && settings.restart && !fitter.reached(state)) {
     State cold = fitter.run(nullptr);
+    fitter.finish(cold);
     if (fitter.relative(cold) < fitter.relative(state)) state = std::move(cold);
   }
-  fitter.finish(state);
   return {to_mixture(state.parameters), fitter.relative(state)};
 }
 

@@ -117,7 +117,7 @@ void set_floors(const Problem& problem, const Vector& at, Eigen::Index c, Floors
   floors[static_cast<std::size_t>(c / 2 + 1)] = std::log(right);
 }
 
-// After a step: mu back into the circle, scales above the floors of the new place.
+// Mu back into the circle, scales above the floors of the new place.
 void settle(const Problem& problem, Vector& at, Floors& floors) {
   for (Eigen::Index c = 0; c + 1 < at.size(); c += per_component) {
     at[c + offset_mu] = wrap_near(at[c + offset_mu]);
@@ -135,7 +135,7 @@ double levenberg_marquardt(const Problem& problem, Vector& parameters, int itera
   Square normal;
   Vector gradient, low, high;
   Floors floors{}, trial_floors{};
-  for (Eigen::Index c = 0; c + 1 < parameters.size(); c += per_component) set_floors(problem, parameters, c, floors);
+  settle(problem, parameters, floors);  // a start may be narrower than these pairs can tell
   double best = problem.linearise(parameters, work);
   double lambda = lambda_start;
   for (int i = 0; i < iterations; ++i) {
