@@ -104,6 +104,14 @@ double squared_error(const Samples& samples, const std::vector<double>& f) {
 
 KnotFit fit_knots(const TracedNodes& nodes, double epsilon) {
   KnotFit fit;
+  // Boole's rule cannot see what is narrower than its points are apart.
+  constexpr double finest = two_pi / (points_a_cell * KnotTable::most);
+  if (nodes.blur_rad() < finest) {
+    const Knot flat{.density = nodes.energy() / static_cast<float>(two_pi)};
+    fit.table = KnotTable(std::vector<Knot>(KnotTable::fewest, flat));
+    fit.objective = 1;  // or less: integral (g - mean)^2 / L
+    return fit;
+  }
   Samples samples(nodes);
   std::vector<double> f;
   for (std::size_t count = KnotTable::fewest;; count *= 2) {

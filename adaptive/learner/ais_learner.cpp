@@ -34,7 +34,7 @@ void AisLearner::begin(Lesson& lesson) {
   if (!lesson.has_fit) fit_anew();
   while (lesson.stop.verdict() == StopTest::Verdict::undecided) {
     while (lesson.stop.scores() < lesson.options.scores_per_test()) lesson.draw_own();
-    lesson.stop.run(lesson.options);
+    lesson.test();
     const bool open = lesson.stop.verdict() == StopTest::Verdict::undecided;
     if (open && lesson.stop.last_failed() && fits < most_fits) fit_anew();
   }

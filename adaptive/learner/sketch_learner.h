@@ -11,11 +11,12 @@ class SketchLearner : public RowLearner {
   void begin(Lesson& lesson) override;
   void before_test(Lesson& lesson) override;
   void learn(Lesson& lesson) override;
+  bool fits_pairs() const override { return true; }
   std::size_t bytes() const override { return sizeof(*this); }
 
  protected:
-  /// Asks g where the sketch leaves gaps.
-  static void cover(Lesson& lesson);
+  /// Asks g between the pairs that the fit misses most.
+  static void refine(Lesson& lesson);
   /// Fits anew if the sketch has grown enough since the last fit.
   void refit(Lesson& lesson);
 

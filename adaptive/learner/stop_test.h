@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "sketch/fixed_moments.h"
 #include "tress/adaptive/options.h"
@@ -25,7 +26,10 @@ class StopTest {
   std::uint64_t scores() const { return scores_.count(); }
 
   /// Tests and clears the scores. False, and nothing done, while there are too few. Not beside add().
-  bool run(const Options& options);
+  /// known: relative squared L2 error on pairs that are known anyhow, asked where the scores alone would end the row.
+  /// It must be within epsilon too: a region that the proposal hardly draws from may be wrong without any score seeing
+  /// it.
+  bool run(const Options& options, const std::function<double()>& known);
 
   /// The verdict on an error that is known, as relative squared L2, not sampled: converged if it is at most epsilon,
   /// else refused, which counts as one failed test. Not beside add().
@@ -36,6 +40,8 @@ class StopTest {
   /// squared L2; negative before the first test.
   float bound() const { return bound_; }
   bool last_failed() const { return last_failed_; }
+  /// Whether the scores of the last test passed and the known pairs did not.
+  bool overruled() const { return overruled_; }
   std::uint32_t failed() const { return failed_; }
 
  private:
@@ -46,6 +52,7 @@ class StopTest {
   std::uint32_t passed_ = 0;  ///< length of that run
   std::uint32_t failed_ = 0;  ///< in all
   bool last_failed_ = false;
+  bool overruled_ = false;
 };
 
 }  // namespace tress::adaptive

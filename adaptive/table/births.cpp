@@ -139,6 +139,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       changes_.push_back({row.page, row.node, row.state()});
       report.g_evaluations += outcomes[i].g_evaluations;
       report.refits += outcomes[i].refits;
+      report.bad_fits += outcomes[i].bad_fits;
       report.newly_converged += outcomes[i].converged ? 1 : 0;
       reopened_ += outcomes[i].reopened ? 1 : 0;
     }

@@ -100,6 +100,7 @@ void Service::Table::wake(const std::vector<PageId>& pages) {
   admit(candidates, woken);
   between_passes_.g_evaluations += woken.g_evaluations;
   between_passes_.refits += woken.refits;
+  between_passes_.bad_fits += woken.bad_fits;
   between_passes_.traces += woken.traces;
   std::ranges::sort(changes_, [](const RowChange& x, const RowChange& y) {
     return x.page != y.page ? x.page < y.page : x.node < y.node;

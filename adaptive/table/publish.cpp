@@ -58,6 +58,7 @@ void Service::Table::update_rows(PassReport& report) {
         show(row, again.converged);
         report.g_evaluations += again.g_evaluations;
         report.refits += again.refits;
+        report.bad_fits += again.bad_fits;
         report.newly_converged += again.converged ? 1 : 0;
         ++reopened_;
         changes_.push_back({row.page, row.node, row.state()});
@@ -70,6 +71,7 @@ void Service::Table::update_rows(PassReport& report) {
     report.g_evaluations += outcome.g_evaluations;
     report.top_ups += outcome.top_ups;
     report.refits += outcome.refits;
+    report.bad_fits += outcome.bad_fits;
     report.traces += outcome.traces;
     report.newly_converged += outcome.converged ? 1 : 0;
     if (outcome.changed) changes_.push_back({row.page, row.node, row.state()});

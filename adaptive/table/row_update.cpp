@@ -47,7 +47,8 @@ Lesson Service::Table::lesson_of(Row& row, const Options& options) const {
       .fit = learning.fit,
       .has_fit = learning.has_fit,
       .knots = learning.knots,
-      .count = learning.count};
+      .count = learning.count,
+      .fitted_to_pairs = learning.learner->fits_pairs()};
 }
 
 void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {
@@ -94,6 +95,7 @@ std::uint64_t Service::Table::top_up(Row& row, const Options& options) const {
 void Service::Table::conclude(Row& row, const Lesson& lesson, Outcome& outcome) const {
   outcome.g_evaluations += lesson.g_evaluations;
   outcome.refits += lesson.fits;
+  outcome.bad_fits += lesson.bad_fits;
   outcome.changed = outcome.changed || lesson.fits > 0;
   Learning& learning = *row.learning;
   if (learning.stop.bound() >= 0) learning.objective = learning.stop.bound();
@@ -121,7 +123,7 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
   outcome.weights = row.learning->weights.moments();
   row.learning->weights.clear();
   lesson.own_draws = outcome.weights.count;
-  if (row.learning->has_fit) row.learning->stop.run(options);
+  if (row.learning->has_fit) lesson.test();
   if (row.learning->stop.verdict() == StopTest::Verdict::undecided) row.learning->learner->learn(lesson);
   conclude(row, lesson, outcome);
   return outcome;

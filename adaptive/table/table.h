@@ -62,7 +62,7 @@ class Service::Table {
   };
   /// What one row did in a pass.
   struct Outcome {
-    std::uint64_t g_evaluations = 0, top_ups = 0, refits = 0, traces = 0;
+    std::uint64_t g_evaluations = 0, top_ups = 0, refits = 0, bad_fits = 0, traces = 0;
     bool changed = false, converged = false, audit_failed = false, reopened = false;
     const CachedRow* cached = nullptr;         ///< what a row is to be answered by from now on, without learning
     Moments weights;                           ///< g/(q energy) of what was scored

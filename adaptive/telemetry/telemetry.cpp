@@ -41,6 +41,7 @@ Json pass_fields(const PassReport& report) {
           {"queries", report.queries},
           {"converged_query_share", share(report.converged_queries, report.queries)},
           {"refits", report.refits},
+          {"bad_fits", report.bad_fits},
           {"births", report.births},
           {"traces", report.traces},
           {"top_ups", report.top_ups},

@@ -25,6 +25,8 @@ struct PassReport {
   /// room for all and some are traced at every query, this is not.
   std::uint64_t traces = 0;
   std::uint64_t refits = 0;
+  std::uint64_t bad_fits =
+      0;  ///< of them: left the constraints, and were replaced by the last good fit or a uniform one
   std::uint64_t births = 0;
   std::uint64_t newly_converged = 0;
   std::uint64_t top_ups = 0;
