@@ -92,7 +92,8 @@ class Problem {
 };
 
 /// Moves `parameters` to a local minimum of the objective within the bounds, at most `iterations` steps.
-/// Returns the objective there; never above the one at the start, its scales raised to their floors. `work` is scratch memory.
+/// Returns the objective there; never above the one at the start, its scales raised to their floors. `work` is scratch
+/// memory.
 double levenberg_marquardt(const Problem& problem, Vector& parameters, int iterations, Problem::Linearisation& work);
 
 }  // namespace tress::adaptive
