@@ -8,6 +8,8 @@
 namespace tress::adaptive {
 namespace {
 
+constexpr std::size_t least_index_bytes = std::size_t{16} << 20;
+
 bool same_axes(const PageDescription& a, const PageDescription& b) {
   return a.axis_a == b.axis_a && a.axis_b == b.axis_b && a.blur_rad == b.blur_rad;
 }
@@ -29,7 +31,9 @@ Error other_axes(const PageDescription& own, const PageDescription& cached) {
 
 void keep_dormant(Page& page, CachedPage&& cached) {
   for (CachedRow& row : cached.rows) {
-    if (row.node < page.description.node_count() && page.slots[row.node].row == Slot::no_row) {
+    const bool has_row =
+        page.has_index() && row.node < page.description.node_count() && page.slots[row.node].row != Slot::no_row;
+    if (row.node < page.description.node_count() && !has_row) {
       page.dormant.insert_or_assign(row.node, std::move(row));
     }
   }
@@ -66,7 +70,10 @@ PageId Service::Table::add_page(const PageDescription& description) {
     return found->second;
   }
   const auto id = static_cast<PageId>(pages_.size());
-  pages_.push_back(std::make_unique<Page>(description));
+  const std::size_t index = Page::index_bytes(description);
+  const bool has_index = index_bytes_ + index <= std::max(options_.memory_bytes, least_index_bytes);
+  if (has_index) index_bytes_ += index;
+  pages_.push_back(std::make_unique<Page>(description, has_index));
   page_of_key_.emplace(description.key, id);
   if (const auto cached = unused_.find(description.key); cached != unused_.end()) {
     // A page on other axes cannot be used, nor saved beside this one.
@@ -84,6 +91,7 @@ PageId Service::Table::add_page(const PageDescription& description) {
 void Service::Table::wake(const std::vector<PageId>& pages) {
   std::vector<Candidate> candidates;
   for (const PageId p : pages) {
+    if (!pages_[p]->has_index()) continue;
     for (const auto& [node, cached] : pages_[p]->dormant) {
       // What a coarse row is good for is not known before the light of its node is.
       if (is_light_driven() && !answers(p, cached)) continue;
@@ -137,7 +145,10 @@ TableImage Service::Table::snapshot() const {
   for (const auto& [key, id] : page_of_key_) {
     const Page& page = *pages_[id];
     CachedPage cached{page.description, {}};
-    for (std::uint32_t n = 0; n < page.description.node_count(); ++n) {
+    if (!page.has_index()) {
+      for (const auto& [node, row] : page.dormant) cached.rows.push_back(row);
+    }
+    for (std::uint32_t n = 0; page.has_index() && n < page.description.node_count(); ++n) {
       if (page.slots[n].row != Slot::no_row) {
         cached.rows.push_back(cached_form(rows_[page.slots[n].row], page.slots[n]));
       } else if (const auto dormant = page.dormant.find(n); dormant != page.dormant.end()) {

@@ -97,19 +97,28 @@ inline std::uint64_t fixed_light(float light) {
 }
 
 struct Page {
-  explicit Page(const PageDescription& d)
-      : description(d),
-        slots(std::make_unique<Slot[]>(d.node_count())),
-        light(std::make_unique<std::atomic<std::uint64_t>[]>(d.node_count())),
-        touches_before(d.node_count(), 0) {}
+  /// has_index: false where there is no room for one. Its nodes are then traced whenever they are asked, and never
+  /// learned.
+  Page(const PageDescription& d, bool has_index) : description(d) {
+    if (!has_index) return;
+    slots = std::make_unique<Slot[]>(d.node_count());
+    light = std::make_unique<std::atomic<std::uint64_t>[]>(d.node_count());
+    touches_before.resize(d.node_count(), 0);
+  }
   ~Page() {
+    if (!has_index()) return;
     for (std::uint32_t n = 0; n < description.node_count(); ++n) slots[n].set<TracedNodes>(nullptr, Slot::Kind::traced);
   }
   Page(const Page&) = delete;
   Page& operator=(const Page&) = delete;
 
+  bool has_index() const { return slots != nullptr; }
+  static std::size_t index_bytes(const PageDescription& d) {
+    return d.node_count() * (sizeof(Slot) + sizeof(std::uint64_t) + sizeof(std::uint32_t));
+  }
+
   PageDescription description;
-  std::unique_ptr<Slot[]> slots;
+  std::unique_ptr<Slot[]> slots;  ///< null without an index, as are the next two
   /// Carried by each node over all passes, fixed_light(). Apart from the slots: converged rows add to it now and then.
   std::unique_ptr<std::atomic<std::uint64_t>[]> light;
   std::vector<std::uint32_t> touches_before;   ///< touches at the last publish()

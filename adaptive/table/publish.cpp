@@ -99,8 +99,11 @@ PassReport Service::Table::publish(std::uint64_t paths) {
   report.queries += report.converged_queries;
 
   std::vector<Candidate> candidates;
+  const std::uint64_t unindexed = unindexed_queries_.take();
+  report.queries += unindexed;
   for (PageId p = 0; p < pages_.size(); ++p) {
     Page& page = *pages_[p];
+    if (!page.has_index()) continue;
     for (std::uint32_t n = 0; n < page.description.node_count(); ++n) {
       Slot& slot = page.slots[n];
       const std::uint32_t touches = slot.touches.load(std::memory_order_relaxed);
@@ -127,9 +130,10 @@ PassReport Service::Table::publish(std::uint64_t paths) {
     const auto order = compare_keys(pages_[x.page]->description.key, pages_[y.page]->description.key);
     return order != 0 ? order < 0 : x.node < y.node;
   });
-  report.at_ceiling = !admit(candidates, report);
+  report.at_ceiling = !admit(candidates, report) || unindexed > 0;
 
   for (const std::unique_ptr<Page>& page : pages_) {
+    if (!page->has_index()) continue;
     for (std::uint32_t n = 0; n < page->description.node_count(); ++n) {
       page->touches_before[n] = page->slots[n].touches.load(std::memory_order_relaxed);
     }

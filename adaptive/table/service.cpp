@@ -83,6 +83,14 @@ RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b
   Page& page = *pages_[page_id];
   const std::uint32_t node = a * static_cast<std::uint32_t>(page.description.axis_b.size()) + b;
   assert(node < page.description.node_count());
+  if (!page.has_index()) {
+    unindexed_queries_.add(1);
+    traces_.fetch_add(1, std::memory_order_relaxed);
+    RowView view;
+    view.kept = trace(page_id, node);
+    view.nodes = view.kept.get();
+    return view;
+  }
   Slot& slot = page.slots[node];
   slot.touches.fetch_add(1, std::memory_order_relaxed);
   if (slot.row != Slot::no_row) return view_of(slot);
@@ -114,12 +122,14 @@ RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b
 
 RowView Service::Table::peek(PageId page_id, std::uint32_t a, std::uint32_t b) const {
   const Page& page = *pages_[page_id];
+  if (!page.has_index()) return {};
   const Slot& slot = page.slots[a * page.description.axis_b.size() + b];
   return slot.row == Slot::no_row ? RowView{} : view_of(slot);
 }
 
 void Service::Table::carry(PageId page, std::uint32_t node, float light) {
-  if (light > 0) pages_[page]->light[node].fetch_add(fixed_light(light), std::memory_order_relaxed);
+  if (light > 0 && pages_[page]->has_index())
+    pages_[page]->light[node].fetch_add(fixed_light(light), std::memory_order_relaxed);
 }
 
 void Service::Table::observe(const RowView& view, float x, float g) {

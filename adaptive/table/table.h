@@ -143,15 +143,17 @@ class Service::Table {
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;
   bool learns_ = true;
-  std::uint32_t pass_ = 0;      ///< number of the publish() that runs or ran last
-  std::size_t bytes_ = 0;       ///< of all rows
-  std::uint64_t reopened_ = 0;  ///< in this session
-  std::uint64_t paths_ = 0;     ///< told to publish() so far
-  std::uint64_t touched_ = 0;   ///< nodes ever asked for, as of the last publish()
-  PassReport between_passes_;   ///< work of load() and add_page(), told by the next publish()
+  std::uint32_t pass_ = 0;       ///< number of the publish() that runs or ran last
+  std::size_t bytes_ = 0;        ///< of all rows
+  std::size_t index_bytes_ = 0;  ///< of all pages
+  std::uint64_t reopened_ = 0;   ///< in this session
+  std::uint64_t paths_ = 0;      ///< told to publish() so far
+  std::uint64_t touched_ = 0;    ///< nodes ever asked for, as of the last publish()
+  PassReport between_passes_;    ///< work of load() and add_page(), told by the next publish()
   std::atomic<std::size_t> memo_bytes_{0};
   std::atomic<std::uint64_t> traces_{0};  ///< by readers, in the running pass
   StripedCounter converged_queries_;      ///< likewise, of those answered from copies
+  StripedCounter unindexed_queries_;      ///< likewise, of pages without an index
 };
 
 }  // namespace tress::adaptive

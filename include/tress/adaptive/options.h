@@ -17,7 +17,9 @@ struct Options {
   /// by the light that it carries (Service::carry), and one that carries next to none is never fitted; epsilon is what
   /// rows of a cache are taken at before their light is known. 0: off. For learners that fit mixtures.
   double picture_error = 0;
-  /// Ceiling for rows, sketches, traced nodes and their memo, bytes. Past it no row is born.
+  /// Ceiling for rows, sketches, traced nodes and their memo, bytes. Past it no row is born. The index of the pages, 28
+  /// bytes a node, may take as much again, or 16 MB if that is more; a page that has no room for one is answered by
+  /// tracing whenever it is asked, and told as `at_ceiling`.
   std::size_t memory_bytes = std::size_t{256} << 20;
   /// Touches of an unborn row, over all passes, before it is born: at the end of the pass of the last of them, since
   /// the published table does not change during one. For learners that wait for them: see touches_to_birth().

@@ -37,7 +37,7 @@ struct PassReport {
   std::uint64_t rows_reopened = 0;
   std::uint64_t rows_refused = 0;
   std::uint64_t bytes = 0;
-  bool at_ceiling = false;  ///< a birth was put off for want of memory
+  bool at_ceiling = false;  ///< a birth was put off for want of memory, or a page without an index was asked
   double objective_p50 = 0, objective_p90 = 0, objective_p99 = 0, objective_max = 0;  ///< running, of tested rows
   std::array<std::uint64_t, Mixture::max_components + 1> components{};  ///< converged mixtures by number of components
   std::array<std::uint64_t, KnotTable::sizes> knots{};  ///< converged knot tables by number of knots: 32, 64, 128
