@@ -70,7 +70,7 @@ class ServiceModel {
     Scores scores;
     std::uint32_t passed = 0;
     float largest_passed = 0, bound = -1;
-    bool last_failed = false;
+    bool last_failed = false, overruled = false;
     std::uint64_t observed = 0, count_at_fit = 0;
     std::uint32_t bins_at_fit = 0, born_pass = 0, touches_at_birth = 0;
     std::optional<CachedRow> earlier;
@@ -100,7 +100,11 @@ class ServiceModel {
   void cover(Row& row, PassReport& report);
   bool refit(Row& row, const PageDescription& page, PassReport& report);
   void offer(Row& row, float x, float g);
-  bool test(Row& row);
+  bool test(Row& row, PassReport& report);
+  /// What the exact pairs say of the fit, in gaps that were looked into first.
+  double known_error(Row& row, PassReport& report);
+  void refine(Row& row, PassReport& report);
+  void ask_g(Row& row, float x, PassReport& report);
   void update(Place place, PassReport& report);
   bool audit(Place place, PassReport& report);
   void reopen(Place place, PassReport& report);
