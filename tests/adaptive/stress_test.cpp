@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "knots/fit_knots.h"
 #include "learner/fit_mixture.h"
 #include "learner/problem.h"
 #include "learner/row_learner.h"
@@ -111,6 +112,16 @@ TEST(BadFit, AKnotTableIsRefused) {
     EXPECT_EQ(bench.stop.verdict(), StopTest::Verdict::refused);
     EXPECT_TRUE(std::isfinite(bench.stop.bound()));
   }
+}
+
+// Half way between two of the 512 points of the largest table, a spike of a sixteenth of their distance: at every point g
+// is 0, and what was fitted there was called exact.
+TEST(KnotTableStress, WhatItsPointsCannotSeeIsNotTakenForFitted) {
+  const auto between = static_cast<float>(pi / 512);
+  const KnotFit fit = fit_knots(TracedNodes(std::vector<TracedRay>{{between, 1.0f, 1.0f}}, between / 8), 0.01);
+  EXPECT_EQ(fit.objective, 1);
+  EXPECT_EQ(fit.evaluations, 0u);
+  EXPECT_TRUE(is_legal(fit.table, 1));
 }
 
 // s in [max(.004, floor), .5]: a side is no narrower than a quarter of the way to the second pair on it.
