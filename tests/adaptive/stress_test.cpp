@@ -114,8 +114,8 @@ TEST(BadFit, AKnotTableIsRefused) {
   }
 }
 
-// Half way between two of the 512 points of the largest table, a spike of a sixteenth of their distance: at every point g
-// is 0, and what was fitted there was called exact.
+// Half way between two of the 512 points of the largest table, a spike of a sixteenth of their distance: at every point
+// g is 0, and what was fitted there was called exact.
 TEST(KnotTableStress, WhatItsPointsCannotSeeIsNotTakenForFitted) {
   const auto between = static_cast<float>(pi / 512);
   const KnotFit fit = fit_knots(TracedNodes(std::vector<TracedRay>{{between, 1.0f, 1.0f}}, between / 8), 0.01);
