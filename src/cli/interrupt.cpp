@@ -1,6 +1,8 @@
 #include "cli/interrupt.h"
 
+#include <array>
 #include <csignal>
+#include <cstddef>
 
 namespace tress::cli {
 namespace {
@@ -10,7 +12,8 @@ std::atomic<int> first_signal{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
               "only lock-free atomics may be touched by a signal handler");
 
-struct sigaction former_interrupt, former_terminate;
+constexpr std::array<int, 3> signals{SIGINT, SIGTERM, SIGHUP};
+std::array<struct sigaction, signals.size()> former;
 
 void handle_signal(int signal) {
   int none = 0;
@@ -33,13 +36,16 @@ InterruptGuard::InterruptGuard() {
   ours.sa_handler = handle_signal;
   ours.sa_flags = SA_RESTART;
   sigemptyset(&ours.sa_mask);
-  sigaction(SIGINT, &ours, &former_interrupt);
-  sigaction(SIGTERM, &ours, &former_terminate);
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    sigaction(signals[i], nullptr, &former[i]);
+    // nohup is a wish of the caller's; shells ignore SIGINT for what they start in the background, which is none.
+    const bool unwanted = signals[i] == SIGHUP && former[i].sa_handler == SIG_IGN;
+    if (!unwanted) sigaction(signals[i], &ours, nullptr);
+  }
 }
 
 InterruptGuard::~InterruptGuard() {
-  sigaction(SIGINT, &former_interrupt, nullptr);
-  sigaction(SIGTERM, &former_terminate, nullptr);
+  for (std::size_t i = 0; i < signals.size(); ++i) sigaction(signals[i], &former[i], nullptr);
 }
 
 const std::atomic<bool>& InterruptGuard::requested() const { return stop_requested; }

@@ -1,11 +1,12 @@
-// SIGINT and SIGTERM: the first asks for an end with everything saved, the second kills.
+// SIGINT, SIGTERM, SIGHUP: the first asks for an end with everything saved, the second kills.
 #pragma once
 
 #include <atomic>
 
 namespace tress::cli {
 
-/// Handles the signals while it lives; one at a time in the process. The former handlers return with its end.
+/// Handles the signals while it lives; one at a time in the process. A SIGHUP that the caller ignores
+/// (nohup) stays ignored. The former handlers return with its end.
 class InterruptGuard {
  public:
   InterruptGuard();
@@ -15,7 +16,7 @@ class InterruptGuard {
 
   /// Set by the first signal. Any thread.
   const std::atomic<bool>& requested() const;
-  /// 130 after SIGINT, 143 after SIGTERM, 0 before any.
+  /// 130 after SIGINT, 143 after SIGTERM, 129 after SIGHUP, 0 before any.
   int exit_status() const;
 };
 

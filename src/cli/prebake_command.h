@@ -26,7 +26,7 @@ std::string contradiction(const PrebakeSettings& settings);
 
 /// Learns every row of every page that the fibers of the scene have and saves them as a warm cache, replacing one that
 /// is there. Rows that did not converge are counted on stderr and saved as open. Exit status: 0, also with such rows; 1
-/// with nothing written; 130 or 143 after a signal, with what was learned by then.
+/// with nothing written; 130, 143 or 129 after a signal, with what was learned by then.
 int run_prebake(const PrebakeSettings& settings);
 
 }  // namespace tress::cli

@@ -165,7 +165,7 @@ TEST_F(Render, ATruncatedCacheIsToldLeftAloneAndRenderedWithout) {
 }
 
 TEST_F(Render, ASignalEndsItWithPictureCacheAndTelemetrySaved) {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const std::string telemetry = path("run.jsonl");
     fs::remove(telemetry);
     const Process process(folder_, {"render", path("scene.json"), "-o", path("run.exr"), "--spp", "1000000",
@@ -183,6 +183,21 @@ TEST_F(Render, ASignalEndsItWithPictureCacheAndTelemetrySaved) {
     EXPECT_EQ(summary("run.jsonl").at("status"), "interrupted");
     fs::remove(path("run.exr"));
   }
+}
+
+TEST_F(Render, GoesOnWithoutItsTerminalUnderNohup) {
+  const std::string telemetry = path("run.jsonl");
+  const Process process(folder_,
+                        {"-c", "trap '' HUP; exec \"$@\"", "sh", TRESS_BINARY, "render", path("scene.json"), "-o",
+                         path("run.exr"), "--spp", "32", "--telemetry", telemetry},
+                        "/bin/sh");
+  for (int i = 0; i < 1200 && telemetry_lines(telemetry, "pass").empty(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  process.send(SIGHUP);
+  const Outcome outcome = process.wait();
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(summary("run.jsonl").at("status"), "done");
 }
 
 TEST_F(Render, ExactNeedsNoTableAndAgreesWithFitted) {

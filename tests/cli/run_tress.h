@@ -51,7 +51,15 @@ class Process {
     posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    if (posix_spawn(&id_, program, &actions, nullptr, argv.data(), environ) != 0) id_ = -1;
+    posix_spawnattr_t attributes;  // signals as from a terminal, whatever runs the tests
+    posix_spawnattr_init(&attributes);
+    sigset_t standard;
+    sigemptyset(&standard);
+    for (const int signal : {SIGHUP, SIGINT, SIGTERM}) sigaddset(&standard, signal);
+    posix_spawnattr_setsigdefault(&attributes, &standard);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+    if (posix_spawn(&id_, program, &actions, &attributes, argv.data(), environ) != 0) id_ = -1;
+    posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&actions);
   }
 
