@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
 #include <numbers>
 #include <vector>
 
@@ -33,7 +32,10 @@ void SketchLearner::refine(Lesson& lesson) {
     if (gap[i] > refined_gap * lesson.nodes.blur_rad()) order.push_back(i);
   }
   const auto rank = [&](std::size_t i) { return gap[i] * std::max(missed[i], missed[(i + 1) % n]); };
-  std::ranges::stable_sort(order, std::greater{}, rank);
+  std::ranges::sort(order, [&](std::size_t i, std::size_t j) {
+    const double of_i = rank(i), of_j = rank(j);
+    return of_i != of_j ? of_i > of_j : i < j;
+  });
   order.resize(std::min(order.size(), most_refined));
   for (const std::size_t i : order) {
     const auto x = static_cast<float>(pairs[i].azimuth + gap[i] / 2);
