@@ -16,7 +16,7 @@ ES = ((0.4, 0.501, ".5"), (0.501, 0.85, "..85"), (0.85, 0.999, "..1"), (0.999, 1
 
 
 def measure(run):
-    queries, fibers = (400_000, 48) if run.quick else (120_000_000, 56)
+    queries, fibers = (400_000, 48) if run.quick else (150_000_000, 64)
     found = json.loads(run.bench("atlas_queries", "--queries", queries, "--fibers", fibers, "--seed", run.seed).stdout)
     for case in found["cases"]:
         case["by_shape"] = by_shape(case.pop("by_fiber"))

@@ -420,7 +420,7 @@ def measure_case(run, case, usual_samples, epsilon):
 
 
 def measure(run):
-    usual_samples, epsilon = (1, 0.01) if run.quick else (4, 0.01)
+    usual_samples, epsilon = (1, 0.01) if run.quick else (16, 0.01)
     cases = [case for case in CASES if not (run.quick and case.slow)]
     with concurrent.futures.ThreadPoolExecutor(3) as pool:  # CPU time is told, nobody is timed against another
         measured = dict(zip([case.name for case in cases],
