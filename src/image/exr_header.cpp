@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <fstream>
 #include <string>
+#include <utility>
 
 namespace tress::image {
 namespace {
@@ -16,6 +17,35 @@ constexpr std::uint32_t magic = 20000630, many_parts = 0x1000;
 constexpr std::int64_t most_tile_bytes = std::int64_t{1} << 28;
 constexpr std::int64_t rows_of_a_block = 256;  ///< the most of any compression (DWAB)
 constexpr std::uint32_t channel_bytes = 18;    ///< the least that describes one
+constexpr std::int64_t most_deflated = 1032;   ///< bytes from one
+
+/// Values of these types are as long as the type says; OpenEXR reads that many bytes whatever the header tells.
+constexpr std::array<std::pair<const char*, std::int64_t>, 26> fixed_sizes{{{"box2f", 16},
+                                                                            {"box2i", 16},
+                                                                            {"chromaticities", 32},
+                                                                            {"compression", 1},
+                                                                            {"deepImageState", 1},
+                                                                            {"double", 8},
+                                                                            {"envmap", 1},
+                                                                            {"float", 4},
+                                                                            {"int", 4},
+                                                                            {"keycode", 28},
+                                                                            {"lineOrder", 1},
+                                                                            {"m33d", 72},
+                                                                            {"m33f", 36},
+                                                                            {"m44d", 128},
+                                                                            {"m44f", 64},
+                                                                            {"rational", 8},
+                                                                            {"tiledesc", 9},
+                                                                            {"timecode", 8},
+                                                                            {"v2d", 16},
+                                                                            {"v2f", 8},
+                                                                            {"v2i", 8},
+                                                                            {"v3d", 24},
+                                                                            {"v3f", 12},
+                                                                            {"v3i", 12},
+                                                                            {"v4f", 16},
+                                                                            {"v4i", 16}}};
 
 /// Little-endian, as far as the file goes.
 class HeaderReader {
@@ -44,6 +74,25 @@ class HeaderReader {
  private:
   std::ifstream in_;
 };
+
+/// The bytes that OpenEXR reads as a value of this type, from its beginning at the reader; `size` where it believes the
+/// header. -1: of those it asks for too much memory.
+std::int64_t bytes_read(HeaderReader& reader, const std::string& type, std::int64_t size) {
+  for (const auto& [name, bytes] : fixed_sizes)
+    if (type == name) return bytes;
+  const std::int64_t start = reader.place();
+  if (type == "chlist") {
+    while (reader.good() && reader.place() - start < size && !reader.name().empty())
+      reader.seek(reader.place() + 16);  // type, linearity, sampling
+    return reader.good() ? reader.place() - start : size;
+  }
+  if (type == "preview") {
+    const std::int64_t across = reader.u32(), down = reader.u32();
+    return across * down > size ? -1 : 8 + 4 * across * down;
+  }
+  if (type == "idmanifest") return std::int64_t{reader.u32()} > size * most_deflated ? -1 : size;
+  return size;
+}
 
 /// Of one part: what decides how much OpenEXR allocates.
 struct Claims {
@@ -103,12 +152,18 @@ std::optional<Error> check_exr_header(const std::filesystem::path& file, std::in
         return Error{file.string(), "header " + name,
                      fmt::format("a value of at most {} bytes, which is where the file ends", file_bytes - place),
                      fmt::format("{} bytes", size)};
-      if (name == "dataWindow" && size == 16) {
+      const std::int64_t read = bytes_read(reader, type, size);
+      if (read != size)
+        return Error{file.string(), "header " + name,
+                     read < 0 ? "a value that fits into the file" : fmt::format("a {} of {} bytes", type, read),
+                     fmt::format("{} bytes", size)};
+      reader.seek(place);
+      if (name == "dataWindow" && type == "box2i") {
         const std::int64_t left = reader.i32(), top = reader.i32();
         claims.width = reader.i32() - left + 1;
         claims.height = reader.i32() - top + 1;
         if (claims.width == 0) claims.width = -1;
-      } else if (name == "tiles" && size >= 8) {
+      } else if (name == "tiles" && type == "tiledesc") {
         claims.tile_width = reader.u32();
         claims.tile_height = reader.u32();
         if (claims.tile_width == 0) claims.tile_width = -1;
