@@ -82,9 +82,8 @@ std::int64_t bytes_read(HeaderReader& reader, const std::string& type, std::int6
     if (type == name) return bytes;
   const std::int64_t start = reader.place();
   if (type == "chlist") {
-    while (reader.good() && reader.place() - start < size && !reader.name().empty())
-      reader.seek(reader.place() + 16);  // type, linearity, sampling
-    return reader.good() ? reader.place() - start : size;
+    while (!reader.name().empty()) reader.seek(reader.place() + 16);  // type, linearity, sampling
+    return reader.good() ? reader.place() - start : -1;
   }
   if (type == "preview") {
     const std::int64_t across = reader.u32(), down = reader.u32();

@@ -115,12 +115,19 @@ TEST(Exr, RefusesHeadersThatAskForMoreThanTheFileHas) {
     for (int i = 0; i < 4; ++i) text += static_cast<char>(size >> 8 * i);
     return text + value;
   };
+  const auto channel = [](char name) {
+    std::string text(18, '\0');
+    text[0] = name;
+    return text;
+  };
   const std::string zero(4, '\0'), one("\1\0\0\0", 4), many("\0\0\1\0", 4), far("\xff\x3f\0\0", 4);
   const std::pair<std::string, std::string> claims[] = {
       {attribute("extra", "opaque", 0x61643131, ""), "header extra: expected a value of at most"},
       {attribute("extra", "v2i", 9, many + many + '\0'), "header extra: expected a v2i of 8 bytes"},
-      {attribute("extra", "chlist", 37, "G" + std::string(18, '\0') + "B" + std::string(17, '\0')),
+      {attribute("extra", "chlist", 37, channel('G') + '\0' + channel('B')),
        "header extra: expected a chlist of 19 bytes"},
+      {attribute("extra", "chlist", 18, channel('G') + channel('B') + '\0'),
+       "header extra: expected a chlist of 37 bytes"},
       {attribute("extra", "preview", 8, many + many), "header extra: expected a value that fits into the file"},
       {attribute("tiles", "tiledesc", 9, many + many + '\0'), "header tiles: expected 1 to"},
       {attribute("tiles", "tiledesc", 9, one + zero + '\0'), "header tiles: expected 1 to"},
