@@ -87,7 +87,7 @@ std::int64_t bytes_read(HeaderReader& reader, const std::string& type, std::int6
   }
   if (type == "preview") {
     const std::int64_t across = reader.u32(), down = reader.u32();
-    return across * down > size ? -1 : 8 + 4 * across * down;
+    return across > size || down > size || across * down > size ? -1 : 8 + 4 * across * down;
   }
   if (type == "idmanifest") return std::int64_t{reader.u32()} > size * most_deflated ? -1 : size;
   return size;

@@ -120,7 +120,7 @@ TEST(Exr, RefusesHeadersThatAskForMoreThanTheFileHas) {
     text[0] = name;
     return text;
   };
-  const std::string zero(4, '\0'), one("\1\0\0\0", 4), many("\0\0\1\0", 4), far("\xff\x3f\0\0", 4);
+  const std::string zero(4, '\0'), one("\1\0\0\0", 4), many("\0\0\1\0", 4), full(4, '\xff'), far("\xff\x3f\0\0", 4);
   const std::pair<std::string, std::string> claims[] = {
       {attribute("extra", "opaque", 0x61643131, ""), "header extra: expected a value of at most"},
       {attribute("extra", "v2i", 9, many + many + '\0'), "header extra: expected a v2i of 8 bytes"},
@@ -128,6 +128,7 @@ TEST(Exr, RefusesHeadersThatAskForMoreThanTheFileHas) {
        "header extra: expected a chlist of 19 bytes"},
       {attribute("extra", "chlist", 18, channel('G') + channel('B') + '\0'),
        "header extra: expected a chlist of 37 bytes"},
+      {attribute("extra", "preview", 8, full + full), "header extra: expected a value that fits into the file"},
       {attribute("extra", "preview", 8, many + many), "header extra: expected a value that fits into the file"},
       {attribute("tiles", "tiledesc", 9, many + many + '\0'), "header tiles: expected 1 to"},
       {attribute("tiles", "tiledesc", 9, one + zero + '\0'), "header tiles: expected 1 to"},
