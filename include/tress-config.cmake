@@ -16,6 +16,7 @@ endforeach()
 
 find_dependency(TBB CONFIG)
 find_dependency(hwy CONFIG)
+include(${CMAKE_CURRENT_LIST_DIR}/tress-base.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/tress-adaptive.cmake)
 set(tress_adaptive_FOUND TRUE)
 if("fiber" IN_LIST tress_asked)

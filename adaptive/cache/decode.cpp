@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cache/format.h"
-#include "sketch/sketch.h"
+#include "observations/sketch.h"
 
 namespace tress::adaptive {
 namespace {
@@ -19,7 +19,7 @@ const char* section_name(Section section) {
   switch (section) {
     case Section::model:
       return "section model";
-    case Section::pages:
+    case Section::slices:
       return "section pages";
     case Section::rows:
       return "section rows";
@@ -39,14 +39,14 @@ class Decoder {
     std::uint64_t hash = 0;
     return header(reader, &hash) && section(reader, Section::model, [&](ByteReader& in) { return model(in); }) &&
            same_model(wanted_model, hash) &&
-           section(reader, Section::pages, [&](ByteReader& in) { return pages(in); }) &&
+           section(reader, Section::slices, [&](ByteReader& in) { return slices(in); }) &&
            section(reader, Section::rows, [&](ByteReader& in) { return rows(in); }) &&
            section(reader, Section::sketches, [&](ByteReader& in) { return sketches(in); }) &&
            (reader.remaining() == 0 ||
             fail(byte(reader.position()), "the end of the file", std::to_string(reader.remaining()) + " more bytes"));
   }
 
-  TableImage image;
+  TableSnapshot image;
   Error error;
 
  private:
@@ -181,34 +181,34 @@ class Decoder {
     return true;
   }
 
-  bool page(ByteReader& in, PageDescription* page) {
-    page->key.lobe = in.u32();
-    for (float& parameter : page->key.parameters) {
+  bool slice(ByteReader& in, SliceDescription* slice) {
+    slice->key.lobe = in.u32();
+    for (float& parameter : slice->key.parameters) {
       if (!finite(in, "a finite parameter", &parameter)) return false;
     }
-    if (!number(in, "blur", format::least_blur_rad, format::largest_blur_rad, &page->blur_rad)) return false;
+    if (!number(in, "blur", format::least_blur_rad, format::largest_blur_rad, &slice->blur_rad)) return false;
     const std::uint64_t a = in.u32();
     const std::uint64_t b = in.u32();
     if (in.short_of_bytes()) return fail(here(in), "the sizes of the axes", "the end of the section");
-    if (a == 0 || b == 0 || a * b > format::most_nodes_of_page) {
-      return fail(here(in, 8), "1 to " + std::to_string(format::most_nodes_of_page) + " nodes",
+    if (a == 0 || b == 0 || a * b > format::most_nodes_of_slice) {
+      return fail(here(in, 8), "1 to " + std::to_string(format::most_nodes_of_slice) + " nodes",
                   std::to_string(a) + " x " + std::to_string(b));
     }
     if (a + b > in.remaining() / 4) {
       return fail(here(in, 8), "at most " + std::to_string(in.remaining() / 4) + " coordinates", std::to_string(a + b));
     }
-    return axis(in, "coordinate a", static_cast<std::uint32_t>(a), &page->axis_a) &&
-           axis(in, "coordinate b", static_cast<std::uint32_t>(b), &page->axis_b);
+    return axis(in, "coordinate a", static_cast<std::uint32_t>(a), &slice->axis_a) &&
+           axis(in, "coordinate b", static_cast<std::uint32_t>(b), &slice->axis_b);
   }
 
-  bool pages(ByteReader& in) {
+  bool slices(ByteReader& in) {
     std::uint32_t number = 0;
-    if (!count(in, format::page_bytes, "pages", &number)) return false;
-    image.pages.resize(number);
+    if (!count(in, format::slice_bytes, "pages", &number)) return false;
+    image.slices.resize(number);
     for (std::uint32_t i = 0; i < number; ++i) {
       const std::string start = here(in);
-      if (!page(in, &image.pages[i].description)) return false;
-      if (i > 0 && !(image.pages[i - 1].description.key < image.pages[i].description.key)) {
+      if (!slice(in, &image.slices[i].description)) return false;
+      if (i > 0 && !(image.slices[i - 1].description.key < image.slices[i].description.key)) {
         return fail(start, "pages in ascending order of their keys", "a key not above the one before");
       }
     }
@@ -216,17 +216,17 @@ class Decoder {
   }
 
   bool rows(ByteReader& in) {
-    for (CachedPage& page : image.pages) {
+    for (CachedSlice& slice : image.slices) {
       std::uint32_t number = 0;
       if (!count(in, format::row_bytes, "rows", &number)) return false;
-      const std::uint32_t nodes = page.description.node_count();
+      const std::uint32_t nodes = slice.description.node_count();
       if (number > nodes) {
         return fail(here(in, 4), "at most " + std::to_string(nodes) + " rows", std::to_string(number));
       }
-      page.rows.resize(number);
+      slice.rows.resize(number);
       for (std::uint32_t i = 0; i < number; ++i) {
-        const std::uint32_t least = i == 0 ? 0 : page.rows[i - 1].node + 1;
-        if (!row(in, least, nodes, &page.rows[i])) return false;
+        const std::uint32_t least = i == 0 ? 0 : slice.rows[i - 1].node + 1;
+        if (!row(in, least, nodes, &slice.rows[i])) return false;
       }
     }
     const std::uint32_t needed = has_knots_ ? format::version_of_knots : format::version_of_mixtures;
@@ -258,7 +258,7 @@ class Decoder {
                   std::to_string(kind));
     }
     const std::uint32_t most = converged ? Mixture::max_components : 0;
-    if (knots && !KnotTable::is_size(parts)) return fail(here(in, 2), "32, 64 or 128 knots", std::to_string(parts));
+    if (knots && !KnotDensity::is_size(parts)) return fail(here(in, 2), "32, 64 or 128 knots", std::to_string(parts));
     if (!knots && parts > most) {
       return fail(here(in, 2), "at most " + std::to_string(most) + " components", std::to_string(parts));
     }
@@ -269,12 +269,12 @@ class Decoder {
       return false;
     }
     row->count = in.u64();
-    if (knots) return knot_table(in, parts, row);
+    if (knots) return knot_density(in, parts, row);
     row->fit.component_count = parts;
     return !converged || mixture(in, &row->fit);
   }
 
-  bool knot_table(ByteReader& in, std::uint32_t number_of_knots, CachedRow* row) {
+  bool knot_density(ByteReader& in, std::uint32_t number_of_knots, CachedRow* row) {
     has_knots_ = true;
     const std::string start = here(in);
     if (number_of_knots > in.remaining() / format::knot_bytes) {
@@ -293,7 +293,7 @@ class Decoder {
     if (!(std::abs(mass - row->energy) <= format::energy_slack * static_cast<double>(row->energy))) {
       return fail(start, "knots of mass " + std::to_string(row->energy), std::to_string(mass));
     }
-    row->knots = KnotTable(std::move(knots));
+    row->knots = KnotDensity(std::move(knots));
     return true;
   }
 
@@ -317,9 +317,9 @@ class Decoder {
   }
 
   bool sketches(ByteReader& in) {
-    for (CachedPage& page : image.pages) {
-      const std::uint32_t bins = Sketch::bin_count(page.description.blur_rad);
-      for (CachedRow& row : page.rows) {
+    for (CachedSlice& slice : image.slices) {
+      const std::uint32_t bins = Sketch::bin_count(slice.description.blur_rad);
+      for (CachedRow& row : slice.rows) {
         if (row.state == RowState::open && !sketch(in, bins, &row.sketch)) return false;
       }
     }
@@ -356,7 +356,7 @@ class Decoder {
 
 }  // namespace
 
-Result<TableImage> decode_cache(const std::string& bytes, const std::string& model, const std::string& name) {
+Result<TableSnapshot> decode_cache(const std::string& bytes, const std::string& model, const std::string& name) {
   Decoder decoder(bytes, name);
   if (!decoder.decode(model)) return decoder.error;
   return std::move(decoder.image);

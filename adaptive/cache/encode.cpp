@@ -13,14 +13,14 @@ std::string hexadecimal(std::uint64_t value) {
   return text;
 }
 
-void write_description(ByteWriter& out, const PageDescription& page) {
-  out.u32(page.key.lobe);
-  for (const float parameter : page.key.parameters) out.f32(parameter);
-  out.f32(page.blur_rad);
-  out.u32(static_cast<std::uint32_t>(page.axis_a.size()));
-  out.u32(static_cast<std::uint32_t>(page.axis_b.size()));
-  for (const float coordinate : page.axis_a) out.f32(coordinate);
-  for (const float coordinate : page.axis_b) out.f32(coordinate);
+void write_description(ByteWriter& out, const SliceDescription& slice) {
+  out.u32(slice.key.lobe);
+  for (const float parameter : slice.key.parameters) out.f32(parameter);
+  out.f32(slice.blur_rad);
+  out.u32(static_cast<std::uint32_t>(slice.axis_a.size()));
+  out.u32(static_cast<std::uint32_t>(slice.axis_b.size()));
+  for (const float coordinate : slice.axis_a) out.f32(coordinate);
+  for (const float coordinate : slice.axis_b) out.f32(coordinate);
 }
 
 void write_row(ByteWriter& out, const CachedRow& row) {
@@ -82,16 +82,16 @@ std::uint64_t model_hash(const std::string& model) {
   return format::checksum(text);
 }
 
-std::string encode_cache(const TableImage& image) {
-  ByteWriter model, pages, rows, sketches;
+std::string encode_cache(const TableSnapshot& image) {
+  ByteWriter model, slices, rows, sketches;
   std::uint32_t version = format::version_of_mixtures;
   model.u32(static_cast<std::uint32_t>(image.model.size()));
   model.text(image.model);
-  pages.u32(static_cast<std::uint32_t>(image.pages.size()));
-  for (const CachedPage& page : image.pages) {
-    format::write_description(pages, page.description);
-    rows.u32(static_cast<std::uint32_t>(page.rows.size()));
-    for (const CachedRow& row : page.rows) {
+  slices.u32(static_cast<std::uint32_t>(image.slices.size()));
+  for (const CachedSlice& slice : image.slices) {
+    format::write_description(slices, slice.description);
+    rows.u32(static_cast<std::uint32_t>(slice.rows.size()));
+    for (const CachedRow& row : slice.rows) {
       format::write_row(rows, row);
       if (format::kind_of(row) == format::Kind::knots) version = format::version_of_knots;
       if (row.state == RowState::converged) continue;
@@ -108,12 +108,14 @@ std::string encode_cache(const TableImage& image) {
   out.u32(format::section_count);
   out.u64(model_hash(image.model));
   write_section(out, format::Section::model, model.bytes());
-  write_section(out, format::Section::pages, pages.bytes());
+  write_section(out, format::Section::slices, slices.bytes());
   write_section(out, format::Section::rows, rows.bytes());
   write_section(out, format::Section::sketches, sketches.bytes());
   return out.take();
 }
 
-std::string cache_hash(const TableImage& image) { return format::hexadecimal(format::checksum(encode_cache(image))); }
+std::string cache_hash(const TableSnapshot& image) {
+  return format::hexadecimal(format::checksum(encode_cache(image)));
+}
 
 }  // namespace tress::adaptive

@@ -12,11 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include "cache/descriptor.h"
+#include "base/descriptor.h"
+#include "base/save_lock.h"
 #include "cache/format.h"
-#include "cache/save_lock.h"
 #include "tress/adaptive/cache.h"
-#include "tress/adaptive/replace_file.h"
+#include "tress/base/replace_file.h"
 
 namespace tress::adaptive {
 namespace {
@@ -28,7 +28,7 @@ Error system_error(const fs::path& file, const char* expected) {
 }
 
 /// Puts `image` in the place of `target`, no link, under a lock that the caller holds. `file`: its name in errors.
-std::optional<Error> replace(const fs::path& target, const fs::path& file, const TableImage& image) {
+std::optional<Error> replace(const fs::path& target, const fs::path& file, const TableSnapshot& image) {
   const std::string bytes = encode_cache(image);
   // An image that load_cache would refuse must not take the place of a good file.
   if (const auto readable = decode_cache(bytes, image.model, file.string()); !readable) return readable.error();
@@ -57,7 +57,7 @@ bool is_absent(const fs::path& file) {
 
 }  // namespace
 
-Result<TableImage> load_cache(const fs::path& file, const std::string& model) {
+Result<TableSnapshot> load_cache(const fs::path& file, const std::string& model) {
   const Descriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (!opened.is_open()) return system_error(file, "a readable cache file");
   struct stat status{};
@@ -73,7 +73,7 @@ Result<TableImage> load_cache(const fs::path& file, const std::string& model) {
   return decode_cache(bytes, model, file.string());
 }
 
-std::optional<Error> save_cache(const fs::path& file, const TableImage& image, std::vector<fs::path>* removed) {
+std::optional<Error> save_cache(const fs::path& file, const TableSnapshot& image, std::vector<fs::path>* removed) {
   const fs::path target = behind_links(file);
   SaveLock lock;
   if (std::optional<Error> error = lock.acquire(target, file.string())) return error;
@@ -84,7 +84,7 @@ std::optional<Error> save_cache(const fs::path& file, const TableImage& image, s
   return std::nullopt;
 }
 
-Result<CacheUpdate> merge_into_cache(const fs::path& file, TableImage image) {
+Result<CacheUpdate> merge_into_cache(const fs::path& file, TableSnapshot image) {
   if (image.model.empty()) return Error{file.string(), "model", "a name", "none"};
   const fs::path target = behind_links(file);
   SaveLock lock;
@@ -93,7 +93,7 @@ Result<CacheUpdate> merge_into_cache(const fs::path& file, TableImage image) {
   if (is_absent(target)) {
     update.image = std::move(image);
   } else {
-    const Result<TableImage> there = load_cache(file, image.model);
+    const Result<TableSnapshot> there = load_cache(file, image.model);
     if (!there) {
       update.outcome = CacheUpdate::Outcome::refused;
       update.refusal = there.error();

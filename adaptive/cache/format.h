@@ -16,11 +16,11 @@ constexpr std::uint32_t version_of_mixtures = 1, version_of_knots = 2;
 constexpr std::size_t header_bytes = 24;
 constexpr std::size_t section_header_bytes = 24;
 
-enum class Section : std::uint32_t { model = 1, pages = 2, rows = 3, sketches = 4 };
+enum class Section : std::uint32_t { model = 1, slices = 2, rows = 3, sketches = 4 };
 constexpr std::uint32_t section_count = 4;
 
 // Smallest encodings: what a count is bounded by before anything is allocated for it.
-constexpr std::size_t page_bytes = 28;
+constexpr std::size_t slice_bytes = 28;
 constexpr std::size_t row_bytes = 28;
 constexpr std::size_t mixture_bytes = 12;
 constexpr std::size_t component_bytes = 24;
@@ -28,7 +28,7 @@ constexpr std::size_t knot_bytes = 12;
 constexpr std::size_t bin_bytes = 12;
 
 constexpr std::size_t longest_model_name = 256;
-constexpr std::uint64_t most_nodes_of_page = std::uint64_t{1} << 20;
+constexpr std::uint64_t most_nodes_of_slice = std::uint64_t{1} << 20;
 constexpr float least_blur_rad = 1e-4f, largest_blur_rad = 3.1415927f;
 // Scales are kept in [.004, .5]; the slack is for the last bits of a float.
 constexpr float least_scale = 0.004f * 0.9999f, largest_scale = 0.5f * 1.0001f;
@@ -48,7 +48,7 @@ std::string hexadecimal(std::uint64_t value);
 
 /// The row as it stands in section rows; what is not stored in its state is left out.
 void write_row(ByteWriter& out, const CachedRow& row);
-/// The page's description as it stands in section pages.
-void write_description(ByteWriter& out, const PageDescription& page);
+/// The slice's description as it stands in section slices.
+void write_description(ByteWriter& out, const SliceDescription& slice);
 
 }  // namespace tress::adaptive::format

@@ -13,9 +13,9 @@ std::string encoded(const CachedRow& row) {
   return out.take();
 }
 
-std::string encoded(const PageDescription& page) {
+std::string encoded(const SliceDescription& slice) {
   ByteWriter out;
-  format::write_description(out, page);
+  format::write_description(out, slice);
   return out.take();
 }
 
@@ -75,7 +75,7 @@ std::vector<Item> unite(const std::vector<Item>& a, const std::vector<Item>& b, 
 }
 
 /// One key, one description in one model; should two differ, the larger bytes win with all their rows.
-CachedPage join(const CachedPage& a, const CachedPage& b) {
+CachedSlice join(const CachedSlice& a, const CachedSlice& b) {
   const std::string a_bytes = encoded(a.description), b_bytes = encoded(b.description);
   if (a_bytes != b_bytes) return a_bytes < b_bytes ? b : a;
   const auto by_node = [](const CachedRow& x, const CachedRow& y) { return x.node < y.node; };
@@ -85,11 +85,11 @@ CachedPage join(const CachedPage& a, const CachedPage& b) {
 
 }  // namespace
 
-TableImage merge_caches(const TableImage& a, const TableImage& b) {
+TableSnapshot merge_caches(const TableSnapshot& a, const TableSnapshot& b) {
   assert(a.model == b.model);
-  const auto by_key = [](const CachedPage& x, const CachedPage& y) { return x.description.key < y.description.key; };
-  const auto join_pages = [](const CachedPage& x, const CachedPage& y) { return join(x, y); };
-  return {a.model, unite(a.pages, b.pages, by_key, join_pages)};
+  const auto by_key = [](const CachedSlice& x, const CachedSlice& y) { return x.description.key < y.description.key; };
+  const auto join_slices = [](const CachedSlice& x, const CachedSlice& y) { return join(x, y); };
+  return {a.model, unite(a.slices, b.slices, by_key, join_slices)};
 }
 
 }  // namespace tress::adaptive

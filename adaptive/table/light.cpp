@@ -23,18 +23,18 @@ double relative_variation(float blur_rad, float energy) {
 
 }  // namespace
 
-double Service::Table::light_share(PageId page, std::uint32_t node, double unseen) const {
-  const std::uint64_t light = pages_[page]->light[node].load(std::memory_order_relaxed);
+double Service::Table::light_share(SliceId slice, std::uint32_t node, double unseen) const {
+  const std::uint64_t light = slices_[slice]->light[node].load(std::memory_order_relaxed);
   return (static_cast<double>(light) / static_cast<double>(fixed_light(1)) + unseen) /
          static_cast<double>(std::max<std::uint64_t>(paths_, 1));
 }
 
-double Service::Table::epsilon_of(PageId page, std::uint32_t node, float energy) const {
+double Service::Table::epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
   if (!is_light_driven()) return options_.epsilon;
   // A path more than was seen: few paths do not show that a row carries nothing.
-  const double share = light_share(page, node, 1);
-  const double variation = relative_variation(pages_[page]->description.blur_rad, energy);
-  const double rows = static_cast<double>(std::max<std::uint64_t>(touched_, 1));
+  const double share = light_share(slice, node, 1);
+  const double variation = relative_variation(slices_[slice]->description.blur_rad, energy);
+  const double rows = static_cast<double>(std::max<std::uint64_t>(queried_, 1));
   const double error = options_.picture_error / (share_sees * rows * share);
   return std::clamp(error * error / variation, least_epsilon, 1.0);
 }
@@ -45,8 +45,8 @@ double Service::Table::bias_bound() const {
   for (const Row& row : rows_) {
     if (row.learning) continue;
     const double objective = view_of(slot_of(row)).objective;
-    const double variation = relative_variation(pages_[row.page]->description.blur_rad, row.energy);
-    sum += light_share(row.page, row.node, 0) * std::sqrt(variation * objective);
+    const double variation = relative_variation(slices_[row.slice]->description.blur_rad, row.energy);
+    sum += light_share(row.slice, row.node, 0) * std::sqrt(variation * objective);
   }
   return bound_sees * sum;
 }

@@ -1,4 +1,4 @@
-// The end of a pass, in steps: rows that were asked for, births, totals.
+// The end of a pass, in steps: rows that were asked for, creations, totals.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -27,20 +27,20 @@ void Service::Table::update_rows(PassReport& report) {
   std::uint64_t scored = 0;
   for (std::uint32_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
-    Page& page = *pages_[row.page];
-    const bool asked = page.slots[row.node].touches.load(std::memory_order_relaxed) != page.touches_before[row.node];
+    Slice& slice = *slices_[row.slice];
+    const bool asked = slice.slots[row.node].queries.load(std::memory_order_relaxed) != slice.queries_before[row.node];
     const bool told = row.learning && row.learning->observed.load(std::memory_order_relaxed) != 0;
-    // The first cached row that is asked is checked for its page, beside those chosen by key.
-    const bool audits = row.audit == Audit::due || (row.audit == Audit::possible && !page.audited);
+    // The first cached row that is asked is checked for its slice, beside those chosen by key.
+    const bool audits = row.audit == Audit::due || (row.audit == Audit::possible && !slice.audited);
     const RowState state = row.state();
     if (state == RowState::open ? asked || told : state == RowState::converged && audits && asked) {
       dirty.push_back(i);
-      page.audited = page.audited || state == RowState::converged;
+      slice.audited = slice.audited || state == RowState::converged;
     }
   }
   std::vector<Outcome> outcomes(dirty.size());
   std::vector<std::size_t> sizes(dirty.size());
-  std::set<PageId> suspect;  // pages with a row that no longer fits
+  std::set<SliceId> misfitting;  // slices with a row that no longer fits
   tbb::parallel_for(std::size_t{0}, dirty.size(), [&](std::size_t i) {
     Row& row = rows_[dirty[i]];
     sizes[i] = bytes_of(row);
@@ -52,7 +52,8 @@ void Service::Table::update_rows(PassReport& report) {
     if (row.learning) show(row, outcome.converged);
     if (outcome.audit_failed) {
       const std::size_t wanted =
-          Learning::bytes_before_nodes(pages_[row.page]->description.blur_rad, learner_bytes_) + outcome.nodes->bytes();
+          Learning::bytes_before_nodes(slices_[row.slice]->description.blur_rad, learner_bytes_) +
+          outcome.nodes->bytes();
       if (bytes_ + wanted <= options_.memory_bytes) {
         const Outcome again = reopen(row, std::move(outcome.nodes));
         show(row, again.converged);
@@ -61,20 +62,20 @@ void Service::Table::update_rows(PassReport& report) {
         report.bad_fits += again.bad_fits;
         report.newly_converged += again.converged ? 1 : 0;
         ++reopened_;
-        changes_.push_back({row.page, row.node, row.state()});
+        changes_.push_back({row.slice, row.node, row.state()});
       } else {
         row.audit = Audit::due;  // looked at again when there is room
       }
-      suspect.insert(row.page);
+      misfitting.insert(row.slice);
     }
     bytes_ = bytes_ - sizes[i] + bytes_of(row);
     report.g_evaluations += outcome.g_evaluations;
-    report.top_ups += outcome.top_ups;
+    report.validation_draws += outcome.validation_draws;
     report.refits += outcome.refits;
     report.bad_fits += outcome.bad_fits;
     report.traces += outcome.traces;
     report.newly_converged += outcome.converged ? 1 : 0;
-    if (outcome.changed) changes_.push_back({row.page, row.node, row.state()});
+    if (outcome.changed) changes_.push_back({row.slice, row.node, row.state()});
     if (outcome.weights.count > 0 && outcome.weights.mean_square > 0) {
       const Moments& w = outcome.weights;
       weighted_samples += static_cast<double>(w.count) * w.mean * w.mean / w.mean_square;
@@ -82,7 +83,7 @@ void Service::Table::update_rows(PassReport& report) {
     }
   }
   for (Row& row : rows_) {
-    if (row.audit == Audit::possible && suspect.contains(row.page)) row.audit = Audit::due;
+    if (row.audit == Audit::possible && misfitting.contains(row.slice)) row.audit = Audit::due;
   }
   if (scored > 0) report.effective_sample_size = weighted_samples / static_cast<double>(scored);
 }
@@ -101,41 +102,41 @@ PassReport Service::Table::publish(std::uint64_t paths) {
   std::vector<Candidate> candidates;
   const std::uint64_t unindexed = unindexed_queries_.take();
   report.queries += unindexed;
-  for (PageId p = 0; p < pages_.size(); ++p) {
-    Page& page = *pages_[p];
-    if (!page.has_index()) continue;
-    for (std::uint32_t n = 0; n < page.description.node_count(); ++n) {
-      Slot& slot = page.slots[n];
-      const std::uint32_t touches = slot.touches.load(std::memory_order_relaxed);
-      report.rows_touched += touches != 0 ? 1 : 0;
-      const std::uint32_t queries = touches - page.touches_before[n];
+  for (SliceId p = 0; p < slices_.size(); ++p) {
+    Slice& slice = *slices_[p];
+    if (!slice.has_index()) continue;
+    for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
+      Slot& slot = slice.slots[n];
+      const std::uint32_t in_all = slot.queries.load(std::memory_order_relaxed);
+      report.rows_queried += in_all != 0 ? 1 : 0;
+      const std::uint32_t queries = in_all - slice.queries_before[n];
       report.queries += queries;
       if (slot.row != Slot::no_row) {
         if (rows_[slot.row].state() == RowState::converged) report.converged_queries += queries;
-      } else if (learns_ && touches >= options_.touches_to_birth() && touches > 0) {
-        candidates.push_back({p, n, touches, page.light[n].load(std::memory_order_relaxed), slot.take_memo()});
+      } else if (learns_ && in_all >= options_.queries_to_creation() && in_all > 0) {
+        candidates.push_back({p, n, in_all, slice.light[n].load(std::memory_order_relaxed), slot.take_memo()});
       } else {
         slot.take_memo();
       }
     }
   }
   memo_bytes_.store(0, std::memory_order_relaxed);
-  touched_ = report.rows_touched;
+  queried_ = report.rows_queried;
 
   if (learns_) update_rows(report);
 
   std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {
     if (x.light != y.light) return x.light > y.light;
-    if (x.touches != y.touches) return x.touches > y.touches;
-    const auto order = compare_keys(pages_[x.page]->description.key, pages_[y.page]->description.key);
+    if (x.queries != y.queries) return x.queries > y.queries;
+    const auto order = compare_keys(slices_[x.slice]->description.key, slices_[y.slice]->description.key);
     return order != 0 ? order < 0 : x.node < y.node;
   });
   report.at_ceiling = !admit(candidates, report) || unindexed > 0;
 
-  for (const std::unique_ptr<Page>& page : pages_) {
-    if (!page->has_index()) continue;
-    for (std::uint32_t n = 0; n < page->description.node_count(); ++n) {
-      page->touches_before[n] = page->slots[n].touches.load(std::memory_order_relaxed);
+  for (const std::unique_ptr<Slice>& slice : slices_) {
+    if (!slice->has_index()) continue;
+    for (std::uint32_t n = 0; n < slice->description.node_count(); ++n) {
+      slice->queries_before[n] = slice->slots[n].queries.load(std::memory_order_relaxed);
     }
   }
   fill_totals(report);
@@ -154,7 +155,7 @@ void Service::Table::fill_totals(PassReport& report) const {
       objective = row.learning->objective;
     } else if (const KnotRow* knots = slot.knots()) {
       ++report.rows_converged;
-      ++report.knots[static_cast<std::size_t>(std::countr_zero(knots->table.knots().size() / KnotTable::fewest))];
+      ++report.knots[static_cast<std::size_t>(std::countr_zero(knots->table.knots().size() / KnotDensity::fewest))];
       objective = knots->objective;
     } else {
       ++report.rows_converged;
@@ -175,15 +176,15 @@ void Service::Table::fill_totals(PassReport& report) const {
 
 void Service::Table::announce() {
   std::ranges::sort(changes_, [](const RowChange& x, const RowChange& y) {
-    return x.page != y.page ? x.page < y.page : x.node < y.node;
+    return x.slice != y.slice ? x.slice < y.slice : x.node < y.node;
   });
   if (!listener_) return;
   for (const RowChange& change : changes_) {
-    const Page& page = *pages_[change.page];
-    const Slot& slot = page.slots[change.node];
+    const Slice& slice = *slices_[change.slice];
+    const Slot& slot = slice.slots[change.node];
     const Row& row = rows_[slot.row];
     RowReport report;
-    report.page = page.description.key;
+    report.slice = slice.description.key;
     report.node = change.node;
     report.state = row.state();
     report.count = row.taught();

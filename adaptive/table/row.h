@@ -8,11 +8,11 @@
 #include <memory>
 #include <utility>
 
-#include "learner/row_learner.h"
-#include "sketch/fixed_moments.h"
-#include "sketch/sketch.h"
+#include "fit/row_learner.h"
+#include "observations/fixed_moments.h"
+#include "observations/sketch.h"
 #include "tress/adaptive/cache.h"
-#include "tress/adaptive/knot_table.h"
+#include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/traced_nodes.h"
 
@@ -21,7 +21,7 @@ namespace tress::adaptive {
 /// Whether a row that came converged from a cache is still to be checked against the target of this session.
 enum class Audit : std::uint8_t {
   none,      ///< learned in this session, or checked
-  possible,  ///< from a cache; checked if its page turns out not to fit
+  possible,  ///< from a cache; checked if its slice turns out not to fit
   due,       ///< from a cache; checked when it is next asked
 };
 
@@ -29,11 +29,8 @@ enum class Audit : std::uint8_t {
 /// `stop` are written, all by atomics whose result does not depend on the order.
 struct Learning {
   /// failed: tests that the row has failed before.
-  Learning(std::unique_ptr<const TracedNodes> traced, Learner method, std::uint32_t failed = 0)
-      : nodes(std::move(traced)),
-        sketch(Sketch::bin_count(nodes->blur_rad())),
-        learner(make_row_learner(method)),
-        stop(failed) {}
+  Learning(std::unique_ptr<const TracedNodes> traced, const Learner& method, std::uint32_t failed = 0)
+      : nodes(std::move(traced)), sketch(Sketch::bin_count(nodes->blur_rad())), learner(method.make()), stop(failed) {}
 
   std::unique_ptr<const TracedNodes> nodes;
   Sketch sketch;
@@ -42,16 +39,16 @@ struct Learning {
 
   Mixture fit;  ///< the proposal
   bool has_fit = false;
-  std::unique_ptr<const KnotTable> knots;  ///< what the row is to be answered by in place of `fit`
-  float objective = -1;                    ///< bound of the last test, negative before the first
-  std::uint64_t count = 0;                 ///< g evaluations that taught it, those of the running pass not yet in
+  std::unique_ptr<const KnotDensity> knots;  ///< what the row is to be answered by in place of `fit`
+  float objective = -1;                      ///< bound of the last test, negative before the first
+  std::uint64_t count = 0;                   ///< g evaluations that taught it, those of the running pass not yet in
   /// `fit` as readers see it, in the table's store; null before the first one.
   const PackedMixture* published = nullptr;
   /// Set while a row that a cache held as converged, at a larger epsilon, is open: what a snapshot goes on saving.
   std::unique_ptr<const CachedRow> earlier;
 
-  std::uint32_t born_pass = 0;  ///< number of the publish() that made it; 0 if a cache did
-  std::uint32_t touches_at_birth = 0;
+  std::uint32_t created_pass = 0;  ///< number of the publish() that made it; 0 if a cache did
+  std::uint32_t queries_at_creation = 0;
 
   std::atomic<std::uint64_t> observed{0};  ///< g evaluations told by the host since the last publish()
   FixedMoments<14> weights;                ///< of g/(q energy), since the last publish()
@@ -79,9 +76,9 @@ struct Learning {
 
 /// Changes between passes, by one thread a row. What answers for it is in its Slot.
 struct Row {
-  Row(std::uint32_t page_index, std::uint32_t node_index) : page(page_index), node(node_index) {}
+  Row(std::uint32_t slice_index, std::uint32_t node_index) : slice(slice_index), node(node_index) {}
 
-  std::uint32_t page;
+  std::uint32_t slice;
   std::uint32_t node;
   float energy = 0;              ///< mass of g
   std::uint32_t generation = 0;  ///< raised by each reopening, raise_generation()

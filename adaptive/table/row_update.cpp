@@ -5,24 +5,24 @@
 #include <memory>
 #include <utility>
 
-#include "knots/fit_knots.h"
-#include "learner/fit_mixture.h"
+#include "fit/fit_knots.h"
+#include "fit/fit_mixture.h"
 #include "table/table.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr std::uint64_t top_up_purpose = 0;
+constexpr std::uint64_t validation_purpose = 0;
 constexpr std::uint64_t audit_purpose = 0x6175646974ull;
 constexpr std::uint64_t learner_purpose = 0x6c6561726e6572ull;
-constexpr std::uint32_t queries_before_top_up = 8;
+constexpr std::uint32_t queries_before_validation = 8;
 constexpr int audit_draws = 64;
 
 }  // namespace
 
 RandomStream Service::Table::stream_of(const Row& row, std::uint64_t purpose) const {
-  const PageKey& key = pages_[row.page]->description.key;
+  const SliceKey& key = slices_[row.slice]->description.key;
   std::uint64_t mixed = mix_bits(options_.seed + purpose) ^ key.lobe;
   for (const float parameter : key.parameters) mixed = mix_bits(mixed) ^ std::bit_cast<std::uint32_t>(parameter + 0.0f);
   return RandomStream(mixed, row.node, pass_);
@@ -30,25 +30,25 @@ RandomStream Service::Table::stream_of(const Row& row, std::uint64_t purpose) co
 
 Options Service::Table::options_of(const Row& row) const {
   Options options = options_;
-  options.epsilon = epsilon_of(row.page, row.node, row.energy);
+  options.epsilon = epsilon_of(row.slice, row.node, row.energy);
   return options;
 }
 
-Lesson Service::Table::lesson_of(Row& row, const Options& options) const {
+FitContext Service::Table::context_of(Row& row, const Options& options) const {
   Learning& learning = *row.learning;
-  return Lesson{
-      .options = options,
-      .nodes = *learning.nodes,
-      .sketch = learning.sketch,
-      .stop = learning.stop,
-      .random = stream_of(row, learner_purpose),
-      .components = static_cast<int>(std::clamp<std::uint32_t>(
-          std::min(options_.max_components, pages_[row.page]->description.max_components), 1, Mixture::max_components)),
-      .fit = learning.fit,
-      .has_fit = learning.has_fit,
-      .knots = learning.knots,
-      .count = learning.count,
-      .fitted_to_pairs = learning.learner->fits_pairs()};
+  return FitContext{.options = options,
+                    .nodes = *learning.nodes,
+                    .sketch = learning.sketch,
+                    .stop = learning.stop,
+                    .random = stream_of(row, learner_purpose),
+                    .components = static_cast<int>(std::clamp<std::uint32_t>(
+                        std::min(options_.max_components, slices_[row.slice]->description.max_components), 1,
+                        Mixture::max_components)),
+                    .fit = learning.fit,
+                    .has_fit = learning.has_fit,
+                    .knots = learning.knots,
+                    .count = learning.count,
+                    .fitted_to_pairs = learning.learner->fits_pairs()};
 }
 
 void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {
@@ -67,20 +67,21 @@ void Service::Table::begin(Row& row, Outcome& outcome) const {
     leave_unfitted(row, outcome);
     return;
   }
-  Lesson lesson = lesson_of(row, options);
-  row.learning->learner->begin(lesson);
-  conclude(row, lesson, outcome);
+  FitContext context = context_of(row, options);
+  row.learning->learner->begin(context);
+  conclude(row, context, outcome);
 }
 
-std::uint64_t Service::Table::top_up(Row& row, const Options& options) const {
+std::uint64_t Service::Table::draw_validation(Row& row, const Options& options) const {
   Learning& learning = *row.learning;
-  const std::uint32_t touches = slot_of(row).touches.load(std::memory_order_relaxed);
+  const std::uint32_t queries = slot_of(row).queries.load(std::memory_order_relaxed);
   const std::uint64_t wanted = options.scores_per_test();
   const std::uint64_t have = learning.stop.scores();
-  if (learning.born_pass >= pass_ || !learning.has_fit || touches - learning.touches_at_birth < queries_before_top_up)
+  if (learning.created_pass >= pass_ || !learning.has_fit ||
+      queries - learning.queries_at_creation < queries_before_validation)
     return 0;
   if (have >= wanted) return 0;
-  RandomStream random = stream_of(row, top_up_purpose);
+  RandomStream random = stream_of(row, validation_purpose);
   for (std::uint64_t i = have; i < wanted; ++i) {
     const float x = learning.fit.sample(random.next(), options_.uniform_share_open);
     const float q = learning.fit.proposal_density(x, options_.uniform_share_open);
@@ -92,18 +93,18 @@ std::uint64_t Service::Table::top_up(Row& row, const Options& options) const {
   return wanted - have;
 }
 
-void Service::Table::conclude(Row& row, const Lesson& lesson, Outcome& outcome) const {
-  outcome.g_evaluations += lesson.g_evaluations;
-  outcome.refits += lesson.fits;
-  outcome.bad_fits += lesson.bad_fits;
-  outcome.changed = outcome.changed || lesson.fits > 0;
+void Service::Table::conclude(Row& row, const FitContext& context, Outcome& outcome) const {
+  outcome.g_evaluations += context.g_evaluations;
+  outcome.refits += context.fits;
+  outcome.bad_fits += context.bad_fits;
+  outcome.changed = outcome.changed || context.fits > 0;
   Learning& learning = *row.learning;
   if (learning.stop.bound() >= 0) learning.objective = learning.stop.bound();
   if (learning.stop.verdict() == StopTest::Verdict::undecided) return;
   outcome.changed = true;
   if (learning.stop.verdict() == StopTest::Verdict::refused) return;
   if (learning.knots) {
-    learning.knots = std::make_unique<const KnotTable>(with_attributes(*learning.knots, *learning.nodes));
+    learning.knots = std::make_unique<const KnotDensity>(with_attributes(*learning.knots, *learning.nodes));
   } else {
     assign_attributes(learning.fit, *learning.nodes);
   }
@@ -116,16 +117,16 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
   outcome.g_evaluations = row.learning->observed.exchange(0, std::memory_order_relaxed);
   row.learning->count += outcome.g_evaluations;
   const Options options = options_of(row);
-  Lesson lesson = lesson_of(row, options);
-  row.learning->learner->before_test(lesson);
-  outcome.top_ups = top_up(row, options);
-  outcome.g_evaluations += outcome.top_ups;
+  FitContext context = context_of(row, options);
+  row.learning->learner->before_test(context);
+  outcome.validation_draws = draw_validation(row, options);
+  outcome.g_evaluations += outcome.validation_draws;
   outcome.weights = row.learning->weights.moments();
   row.learning->weights.clear();
-  lesson.own_draws = outcome.weights.count;
-  if (row.learning->has_fit) lesson.test();
-  if (row.learning->stop.verdict() == StopTest::Verdict::undecided) row.learning->learner->learn(lesson);
-  conclude(row, lesson, outcome);
+  context.own_draws = outcome.weights.count;
+  if (row.learning->has_fit) context.test();
+  if (row.learning->stop.verdict() == StopTest::Verdict::undecided) row.learning->learner->learn(context);
+  conclude(row, context, outcome);
   return outcome;
 }
 
@@ -133,7 +134,7 @@ Service::Table::Outcome Service::Table::audit(Row& row) const {
   Outcome outcome;
   row.audit = Audit::none;
   const RowView view = view_of(slot_of(row));
-  std::unique_ptr<const TracedNodes> nodes = trace(row.page, row.node);
+  std::unique_ptr<const TracedNodes> nodes = trace(row.slice, row.node);
   RandomStream random = stream_of(row, audit_purpose);
   FixedMoments<2> scores;
   for (int i = 0; i < audit_draws; ++i) {
@@ -155,11 +156,11 @@ Service::Table::Outcome Service::Table::audit(Row& row) const {
 
 Service::Table::Outcome Service::Table::reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const {
   Outcome outcome;
-  row.learning = std::make_unique<Learning>(std::move(nodes), options_.learner, row.failed_tests());
+  row.learning = std::make_unique<Learning>(std::move(nodes), *options_.learner, row.failed_tests());
   row.raise_generation();
   row.energy = row.learning->nodes->energy();
-  row.learning->born_pass = pass_;
-  row.learning->touches_at_birth = slot_of(row).touches.load(std::memory_order_relaxed);
+  row.learning->created_pass = pass_;
+  row.learning->queries_at_creation = slot_of(row).queries.load(std::memory_order_relaxed);
   begin(row, outcome);
   return outcome;
 }

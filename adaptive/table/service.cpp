@@ -37,8 +37,8 @@ RowView view_of(const Slot& slot) {
   return view;
 }
 
-std::unique_ptr<const TracedNodes> Service::Table::trace(PageId page, std::uint32_t node) const {
-  const PageDescription& d = pages_[page]->description;
+std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uint32_t node) const {
+  const SliceDescription& d = slices_[slice]->description;
   const auto width = static_cast<std::uint32_t>(d.axis_b.size());
   std::vector<TracedRay> rays;
   target_.trace(d, d.axis_a[node / width], d.axis_b[node % width], rays);
@@ -79,26 +79,26 @@ void Service::Table::show(Row& row, const CachedRow& cached) {
   }
 }
 
-RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b) {
-  Page& page = *pages_[page_id];
-  const std::uint32_t node = a * static_cast<std::uint32_t>(page.description.axis_b.size()) + b;
-  assert(node < page.description.node_count());
-  if (!page.has_index()) {
+RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t b) {
+  Slice& slice = *slices_[slice_id];
+  const std::uint32_t node = a * static_cast<std::uint32_t>(slice.description.axis_b.size()) + b;
+  assert(node < slice.description.node_count());
+  if (!slice.has_index()) {
     unindexed_queries_.add(1);
     traces_.fetch_add(1, std::memory_order_relaxed);
     RowView view;
-    view.kept = trace(page_id, node);
+    view.kept = trace(slice_id, node);
     view.nodes = view.kept.get();
     return view;
   }
-  Slot& slot = page.slots[node];
-  slot.touches.fetch_add(1, std::memory_order_relaxed);
+  Slot& slot = slice.slots[node];
+  slot.queries.fetch_add(1, std::memory_order_relaxed);
   if (slot.row != Slot::no_row) return view_of(slot);
 
   RowView view;
   view.nodes = Slot::target_of<TracedNodes>(slot.word.load(std::memory_order_acquire));
   if (view.nodes != nullptr) return view;
-  std::unique_ptr<const TracedNodes> traced = trace(page_id, node);
+  std::unique_ptr<const TracedNodes> traced = trace(slice_id, node);
   const std::size_t size = traced->bytes();
   const std::size_t before = memo_bytes_.fetch_add(size, std::memory_order_relaxed);
   if (bytes_ + before + size > options_.memory_bytes) {
@@ -120,16 +120,16 @@ RowView Service::Table::look_up(PageId page_id, std::uint32_t a, std::uint32_t b
   return view;
 }
 
-RowView Service::Table::peek(PageId page_id, std::uint32_t a, std::uint32_t b) const {
-  const Page& page = *pages_[page_id];
-  if (!page.has_index()) return {};
-  const Slot& slot = page.slots[a * page.description.axis_b.size() + b];
+RowView Service::Table::peek(SliceId slice_id, std::uint32_t a, std::uint32_t b) const {
+  const Slice& slice = *slices_[slice_id];
+  if (!slice.has_index()) return {};
+  const Slot& slot = slice.slots[a * slice.description.axis_b.size() + b];
   return slot.row == Slot::no_row ? RowView{} : view_of(slot);
 }
 
-void Service::Table::carry(PageId page, std::uint32_t node, float light) {
-  if (light > 0 && pages_[page]->has_index())
-    pages_[page]->light[node].fetch_add(fixed_light(light), std::memory_order_relaxed);
+void Service::Table::carry(SliceId slice, std::uint32_t node, float light) {
+  if (light > 0 && slices_[slice]->has_index())
+    slices_[slice]->light[node].fetch_add(fixed_light(light), std::memory_order_relaxed);
 }
 
 void Service::Table::observe(const RowView& view, float x, float g) {
@@ -151,20 +151,20 @@ void Service::Table::score(const RowView& view, float x, float g, float q) {
 Service::Service(const Options& options, const Target& target) : table_(std::make_unique<Table>(options, target)) {}
 Service::~Service() = default;
 const Options& Service::options() const { return table_->options(); }
-PageId Service::add_page(const PageDescription& description) { return table_->add_page(description); }
-const PageDescription& Service::page(PageId page) const { return table_->pages()[page]->description; }
-std::uint32_t Service::page_count() const { return static_cast<std::uint32_t>(table_->pages().size()); }
-std::optional<Error> Service::load(TableImage image) { return table_->load(std::move(image)); }
-TableImage Service::snapshot() const { return table_->snapshot(); }
-RowView Service::look_up(PageId page, std::uint32_t a, std::uint32_t b) const { return table_->look_up(page, a, b); }
+SliceId Service::add_slice(const SliceDescription& description) { return table_->add_slice(description); }
+const SliceDescription& Service::slice(SliceId slice) const { return table_->slices()[slice]->description; }
+std::uint32_t Service::slice_count() const { return static_cast<std::uint32_t>(table_->slices().size()); }
+std::optional<Error> Service::load(TableSnapshot image) { return table_->load(std::move(image)); }
+TableSnapshot Service::snapshot() const { return table_->snapshot(); }
+RowView Service::look_up(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->look_up(slice, a, b); }
 void Service::count_converged(std::uint32_t queries) const { table_->count_converged(queries); }
-void Service::carry(PageId page, std::uint32_t node, float light) const { table_->carry(page, node, light); }
+void Service::carry(SliceId slice, std::uint32_t node, float light) const { table_->carry(slice, node, light); }
 void Service::observe(const RowView& row, float x, float g) const { table_->observe(row, x, g); }
 void Service::score(const RowView& row, float x, float g, float q) const { table_->score(row, x, g, q); }
 void Service::set_learning(bool on) { table_->set_learning(on); }
 PassReport Service::publish(std::uint64_t paths) { return table_->publish(paths); }
 const std::vector<Service::RowChange>& Service::last_changes() const { return table_->changes(); }
-RowView Service::peek(PageId page, std::uint32_t a, std::uint32_t b) const { return table_->peek(page, a, b); }
+RowView Service::peek(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->peek(slice, a, b); }
 const std::vector<Error>& Service::refusals() const { return table_->refusals(); }
 void Service::set_row_listener(std::function<void(const RowReport&)> listener) {
   table_->set_listener(std::move(listener));

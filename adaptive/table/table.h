@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "table/mixture_store.h"
-#include "table/page.h"
+#include "density/mixture_store.h"
 #include "table/row.h"
+#include "table/slice.h"
 #include "table/striped_counter.h"
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 
@@ -26,26 +26,26 @@ RowView view_of(const Slot& slot);
 class Service::Table {
  public:
   Table(const Options& options, const Target& target)
-      : options_(options), target_(target), learner_bytes_(make_row_learner(options.learner)->bytes()) {}
+      : options_(options), target_(target), learner_bytes_(options.learner->make()->bytes()) {}
 
   // service.cpp: what readers do
-  RowView look_up(PageId page, std::uint32_t a, std::uint32_t b);
-  RowView peek(PageId page, std::uint32_t a, std::uint32_t b) const;
+  RowView look_up(SliceId slice, std::uint32_t a, std::uint32_t b);
+  RowView peek(SliceId slice, std::uint32_t a, std::uint32_t b) const;
   void count_converged(std::uint32_t queries) { converged_queries_.add(queries); }
-  void carry(PageId page, std::uint32_t node, float light);
+  void carry(SliceId slice, std::uint32_t node, float light);
   void observe(const RowView& view, float x, float g);
   void score(const RowView& view, float x, float g, float q);
 
   // image.cpp
-  PageId add_page(const PageDescription& description);
-  std::optional<Error> load(TableImage image);
-  TableImage snapshot() const;
+  SliceId add_slice(const SliceDescription& description);
+  std::optional<Error> load(TableSnapshot image);
+  TableSnapshot snapshot() const;
 
   // publish.cpp
   PassReport publish(std::uint64_t paths);
 
   const Options& options() const { return options_; }
-  const std::vector<std::unique_ptr<Page>>& pages() const { return pages_; }
+  const std::vector<std::unique_ptr<Slice>>& slices() const { return slices_; }
   const std::vector<RowChange>& changes() const { return changes_; }
   const std::vector<Error>& refusals() const { return refusals_; }
   void set_learning(bool on) { learns_ = on; }
@@ -54,15 +54,15 @@ class Service::Table {
  private:
   /// A node that is to have a row: because it was asked for often enough, or because a cache has it.
   struct Candidate {
-    PageId page;
+    SliceId slice;
     std::uint32_t node;
-    std::uint32_t touches;
+    std::uint32_t queries;
     std::uint64_t light;
     std::unique_ptr<const TracedNodes> nodes;
   };
   /// What one row did in a pass.
   struct Outcome {
-    std::uint64_t g_evaluations = 0, top_ups = 0, refits = 0, bad_fits = 0, traces = 0;
+    std::uint64_t g_evaluations = 0, validation_draws = 0, refits = 0, bad_fits = 0, traces = 0;
     bool changed = false, converged = false, audit_failed = false, reopened = false;
     const CachedRow* cached = nullptr;         ///< what a row is to be answered by from now on, without learning
     Moments weights;                           ///< g/(q energy) of what was scored
@@ -72,15 +72,15 @@ class Service::Table {
   // light.cpp
   /// What the node carried of the light of the paths so far: >= 0, of all rows together about the hits of a path.
   /// unseen: light that is added to it.
-  double light_share(PageId page, std::uint32_t node, double unseen) const;
+  double light_share(SliceId slice, std::uint32_t node, double unseen) const;
   /// What the row at a node has to reach, from the light that it carries; `epsilon` for all without `picture_error`.
   /// energy: of g there.
-  double epsilon_of(PageId page, std::uint32_t node, float energy) const;
+  double epsilon_of(SliceId slice, std::uint32_t node, float energy) const;
   /// PassReport::bias_bound.
   double bias_bound() const;
-  bool is_light_driven() const { return options_.picture_error > 0 && options_.learner != Learner::table; }
+  bool is_light_driven() const { return options_.picture_error > 0 && !options_.learner->on_first_query; }
 
-  // births.cpp
+  // creations.cpp
   /// Makes rows of the candidates, in their order, until the ceiling. Appends to changes_. True if all had room.
   bool admit(std::vector<Candidate>& candidates, PassReport& report);
   /// Fills a new row: from the cache if that has it, and then it may have converged; else opens it.
@@ -88,7 +88,7 @@ class Service::Table {
   std::size_t bytes_needed(const Candidate& candidate) const;
   bool needs_nodes(const Candidate& candidate) const;
   /// Whether a cached row is good enough for the light that its node is known to carry.
-  bool answers(PageId page, const CachedRow& cached) const;
+  bool answers(SliceId slice, const CachedRow& cached) const;
   /// True if the pairs of the row's sketch, which a cache brought, are not what its nodes say.
   bool outdated(const Row& row) const;
 
@@ -101,15 +101,15 @@ class Service::Table {
   Outcome reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const;
   /// Opens the row: what its learner does before the first pass of it.
   void begin(Row& row, Outcome& outcome) const;
-  std::uint64_t top_up(Row& row, const Options& options) const;
+  std::uint64_t draw_validation(Row& row, const Options& options) const;
   /// Answers the row by its mean for good: its error cannot be seen. No g is asked.
   void leave_unfitted(Row& row, Outcome& outcome) const;
   /// The settings of the service with the row's own epsilon.
   Options options_of(const Row& row) const;
-  /// options: options_of(row), which must outlive the lesson.
-  Lesson lesson_of(Row& row, const Options& options) const;
-  /// Takes over what a lesson and the stop test have come to.
-  void conclude(Row& row, const Lesson& lesson, Outcome& outcome) const;
+  /// options: options_of(row), which must outlive the context.
+  FitContext context_of(Row& row, const Options& options) const;
+  /// Takes over what a context and the stop test have come to.
+  void conclude(Row& row, const FitContext& context, Outcome& outcome) const;
   RandomStream stream_of(const Row& row, std::uint64_t purpose) const;
 
   // publish.cpp
@@ -118,11 +118,11 @@ class Service::Table {
   void announce();
 
   // image.cpp
-  /// Gives rows to the cached rows of these pages, converged ones first.
-  void wake(const std::vector<PageId>& pages);
+  /// Gives rows to the cached rows of these slices, converged ones first.
+  void resume(const std::vector<SliceId>& slices);
 
-  std::unique_ptr<const TracedNodes> trace(PageId page, std::uint32_t node) const;
-  Slot& slot_of(const Row& row) const { return pages_[row.page]->slots[row.node]; }
+  std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
+  Slot& slot_of(const Row& row) const { return slices_[row.slice]->slots[row.node]; }
   /// Memory of the row and of what answers for it.
   std::size_t bytes_of(const Row& row) const;
   /// Puts into its slot what readers may see of a row that its learning has changed; where that is at its end, what it
@@ -134,26 +134,26 @@ class Service::Table {
   Options options_;
   const Target& target_;
   std::size_t learner_bytes_;  ///< of each open row
-  std::vector<std::unique_ptr<Page>> pages_;
-  std::map<PageKey, PageId, KeyLess> page_of_key_;
-  std::map<PageKey, CachedPage, KeyLess> unused_;  ///< cached pages that no add_page() asked for
-  std::deque<Row> rows_;                           ///< in order of birth
-  MixtureStore mixtures_;                          ///< what is published
+  std::vector<std::unique_ptr<Slice>> slices_;
+  std::map<SliceKey, SliceId, KeyLess> slice_of_key_;
+  std::map<SliceKey, CachedSlice, KeyLess> unused_;  ///< cached slices that no add_slice() asked for
+  std::deque<Row> rows_;                             ///< in order of creation
+  MixtureStore mixtures_;                            ///< what is published
   std::vector<RowChange> changes_;
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;
   bool learns_ = true;
   std::uint32_t pass_ = 0;       ///< number of the publish() that runs or ran last
   std::size_t bytes_ = 0;        ///< of all rows
-  std::size_t index_bytes_ = 0;  ///< of all pages
+  std::size_t index_bytes_ = 0;  ///< of all slices
   std::uint64_t reopened_ = 0;   ///< in this session
   std::uint64_t paths_ = 0;      ///< told to publish() so far
-  std::uint64_t touched_ = 0;    ///< nodes ever asked for, as of the last publish()
-  PassReport between_passes_;    ///< work of load() and add_page(), told by the next publish()
+  std::uint64_t queried_ = 0;    ///< nodes ever asked for, as of the last publish()
+  PassReport between_passes_;    ///< work of load() and add_slice(), told by the next publish()
   std::atomic<std::size_t> memo_bytes_{0};
   std::atomic<std::uint64_t> traces_{0};  ///< by readers, in the running pass
   StripedCounter converged_queries_;      ///< likewise, of those answered from copies
-  StripedCounter unindexed_queries_;      ///< likewise, of pages without an index
+  StripedCounter unindexed_queries_;      ///< likewise, of slices without an index
 };
 
 }  // namespace tress::adaptive

@@ -19,7 +19,7 @@ constexpr int deepest_extra = 64;  // bounds the recursion of dump()
 
 const char* state_name(RowState state) {
   switch (state) {
-    case RowState::unborn:
+    case RowState::absent:
       return "unborn";
     case RowState::open:
       return "open";
@@ -42,12 +42,12 @@ Json pass_fields(const PassReport& report) {
           {"converged_query_share", share(report.converged_queries, report.queries)},
           {"refits", report.refits},
           {"bad_fits", report.bad_fits},
-          {"births", report.births},
+          {"births", report.creations},
           {"traces", report.traces},
-          {"top_ups", report.top_ups},
+          {"top_ups", report.validation_draws},
           {"newly_converged", report.newly_converged},
           {"rows",
-           {{"touched", report.rows_touched},
+           {{"touched", report.rows_queried},
             {"open", report.rows_open},
             {"converged", report.rows_converged},
             {"reopened", report.rows_reopened},
@@ -68,7 +68,7 @@ Json pass_fields(const PassReport& report) {
 
 Json row_fields(const RowReport& report) {
   return {{"type", "row"},
-          {"page", {{"lobe", report.page.lobe}, {"parameters", report.page.parameters}}},
+          {"page", {{"lobe", report.slice.lobe}, {"parameters", report.slice.parameters}}},
           {"node", report.node},
           {"state", state_name(report.state)},
           {"objective", report.objective < 0 ? Json(nullptr) : Json(report.objective)},

@@ -11,7 +11,7 @@
 // only: those whose name has this in it.
 // variants: one thing changed at a time from D = 5, L2, both; and the paper's own choices put together.
 // CPU time is the thread's; loads of the machine are told nowhere: run it on a quiet one.
-#include "learner/ais.h"
+#include "references/learners/ais.h"
 
 #include <fmt/format.h>
 
@@ -30,8 +30,8 @@
 #include <utility>
 #include <vector>
 
-#include "models/pekelis2015_target.h"
 #include "random_rows.h"
+#include "references/models/pekelis2015_target.h"
 
 namespace {
 
@@ -142,9 +142,9 @@ std::vector<Row> paper_rows(int count, std::uint64_t seed) {
     const bool circular = random.next() * 25572 < 4 * 45;
     const float e = circular ? 1.0f : 0.85f + 0.05f * static_cast<float>(one_of(3));
     const auto sigma = static_cast<float>((10.0 + 5.0 * static_cast<double>(one_of(4))) * pi / 180);
-    const adaptive::PageDescription page = fiber::pekelis_page(fiber::MarschnerLobe::trt, 1.55f, e, sigma);
-    const double a = page.axis_a[one_of(page.axis_a.size())], b = page.axis_b[one_of(page.axis_b.size())];
-    const auto curve = [=](float x) { return fiber::pekelis_curve(page.key, a, b, static_cast<double>(x)); };
+    const adaptive::SliceDescription slice = fiber::pekelis_slice(fiber::MarschnerLobe::trt, 1.55f, e, sigma);
+    const double a = slice.axis_a[one_of(slice.axis_a.size())], b = slice.axis_b[one_of(slice.axis_b.size())];
+    const auto curve = [=](float x) { return fiber::pekelis_curve(slice.key, a, b, static_cast<double>(x)); };
     std::vector<double> values;
     double mass = 0, meant = 0, printed = 0;
     for (int i = 0; i + 1 < azimuths; ++i) {

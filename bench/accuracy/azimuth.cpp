@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "models/registry.h"
+#include "references/registry.h"
 
 int main(int argc, char** argv) {
   using namespace tress;
@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
   const auto number = [&](std::size_t i, double otherwise) {
     return i < words.size() ? std::strtod(words[i].c_str(), nullptr) : otherwise;
   };
-  const fiber::ModelInfo* info = words.empty() ? nullptr : fiber::find_model(words[0]);
+  const fiber::ModelInfo* info = words.empty() ? nullptr : references::find_model(words[0]);
   std::size_t lobe = 0;
   while (words.size() > 1 && lobe < fiber::lobe_count && words[1] != fiber::lobe_names[lobe]) ++lobe;
   const auto samples = static_cast<int>(number(6, 1440));

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "fiber/longitudinal.h"
-#include "models/registry.h"
-#include "tress/adaptive/random.h"
+#include "references/registry.h"
+#include "tress/base/random.h"
 
 namespace {
 
@@ -28,7 +28,7 @@ constexpr int azimuths = 721;
 /// Both curves of one model and fiber.
 nlohmann::json curve(const char* name, const char* label, fiber::Estimator estimator, const FiberDirection& wr,
                      const fiber::FiberParameters& parameters) {
-  const fiber::ModelInfo& info = *fiber::find_model(name);
+  const fiber::ModelInfo& info = *references::find_model(name);
   std::unique_ptr<adaptive::Target> target;
   std::unique_ptr<adaptive::Service> service;
   if (info.make_target != nullptr && estimator != fiber::Estimator::exact) {

@@ -14,16 +14,16 @@
 #include <vector>
 
 #include "azimuthal_rows.h"
-#include "fiber/circle_ray.h"
 #include "fiber/cross_section.h"
 #include "fiber/longitudinal.h"
-#include "models/deon2011_azimuth.h"
 #include "models/elliptical/ray_shape.h"
-#include "models/marschner_table.h"
-#include "models/ou2012_lobes.h"
-#include "models/registry.h"
-#include "tress/adaptive/random.h"
+#include "references/models/circle_ray.h"
+#include "references/models/deon2011_azimuth.h"
+#include "references/models/marschner_table.h"
+#include "references/models/ou2012_lobes.h"
+#include "references/registry.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 
 namespace tress::bench {
 
@@ -31,7 +31,7 @@ class Deon2011 : public Told {
  public:
   Deon2011(const Domain& domain, int points) : domain_(domain), quadrature_(points) {
     for (const Row& row : domain.rows) {
-      fibers_.push_back({eta, brown * fiber::circle_radius(row.e), fiber::splat(row.sigma)});
+      fibers_.push_back({eta, brown * fiber::circle_radius(row.e), splat(row.sigma)});
       fiber::CircularFiber colorless = fibers_.back();
       colorless.sigma_a = clear;
       fiber::AzimuthalTrace trace;
@@ -125,7 +125,7 @@ class Chiang2016 : public Told {
       energy = (1 - f) * (1 - f) * once * (fiber.p > 1 ? f * once : glm::vec3(1.0f));
     }
     float density(float x) const {
-      const float e = adaptive::exp_of_negative(-std::abs(adaptive::wrap_angle(x - mu)) * inverse_s);
+      const float e = exp_of_negative(-std::abs(adaptive::wrap_angle(x - mu)) * inverse_s);
       return e * inverse_s / (mass * (1 + e) * (1 + e));
     }
   };
@@ -242,7 +242,7 @@ class Pekelis2015 : public Told {
  public:
   explicit Pekelis2015(const Domain& domain) : service_(adaptive::Options{}, *target_) {
     constexpr std::size_t most = 48;  // each is taught by itself
-    model_ = fiber::find_model("pekelis2015")->make({.service = &service_});
+    model_ = references::find_model("pekelis2015")->make({.service = &service_});
     for (const Row& row : domain.rows) {
       if (row.p > 2 || events_.size() == most) continue;
       events_.push_back(add(row));
@@ -311,7 +311,7 @@ class Pekelis2015 : public Told {
     }
   }
 
-  std::unique_ptr<adaptive::Target> target_ = fiber::find_model("pekelis2015")->make_target();
+  std::unique_ptr<adaptive::Target> target_ = references::find_model("pekelis2015")->make_target();
   adaptive::Service service_;
   std::unique_ptr<fiber::FiberModel> model_;
   std::vector<Event> events_;

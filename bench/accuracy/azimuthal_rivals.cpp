@@ -40,26 +40,26 @@
 #include "azimuthal_rows.h"
 #include "fiber/cross_section.h"
 #include "fiber/ray_batch.h"
-#include "knots/fit_knots.h"
+#include "fit/fit_knots.h"
 #include "learned_rows.h"
+#include "models/elliptical/absorbed_row.h"
 #include "models/elliptical/ray_shape.h"
-#include "models/elliptical/tinted_row.h"
 #include "models/elliptical/vertex_trace.h"
-#include "models/registry.h"
 #include "random_rows.h"
-#include "tress/adaptive/random.h"
+#include "references/registry.h"
+#include "tress/base/random.h"
 namespace tress {
 namespace {
 
 using namespace bench;
 
 /// Rows as a render reads them: `make_row` gives each one's fit.
-class TintedRows : public Told {
+class AbsorbedRows : public Told {
  public:
   template <class Fit>
   void add(const Row& row, const Fit& fit, double part_count) {
     const auto energy = static_cast<float>(fit.energy());
-    const fiber::TintedRow& colorless = *pool_.make(fit, 0, clear);
+    const fiber::AbsorbedRow& colorless = *pool_.make(fit, 0, clear);
     errors.push_back(row.own.error(
         [&](double x) {
           return static_cast<double>(energy * colorless.evaluate(static_cast<float>(x), mix, share).shape.g);
@@ -77,33 +77,33 @@ class TintedRows : public Told {
 
  private:
   struct Made {
-    const fiber::TintedRow* row;
+    const fiber::AbsorbedRow* row;
     float energy;
   };
-  fiber::TintedRowPool pool_, brown_pool_;
+  fiber::AbsorbedRowPool pool_, brown_pool_;
   std::vector<Made> made_;
 };
 
-std::unique_ptr<bench::LearnedRows> learn(const Domain& domain, adaptive::Learner learner, double epsilon) {
+std::unique_ptr<bench::LearnedRows> learn(const Domain& domain, const adaptive::Learner* learner, double epsilon) {
   adaptive::Options options;
   options.epsilon = epsilon;
   options.learner = learner;
   options.memory_bytes = std::size_t{2} << 30;
   options.seed = 1;
-  std::vector<adaptive::PageDescription> pages;
-  for (const Row& row : domain.rows) pages.push_back(row.random.description);
-  auto learned = std::make_unique<bench::LearnedRows>(options, *domain.target, pages);
+  std::vector<adaptive::SliceDescription> slices;
+  for (const Row& row : domain.rows) slices.push_back(row.random.description);
+  auto learned = std::make_unique<bench::LearnedRows>(options, *domain.target, slices);
   constexpr int passes = 64, vertices = 16;
   for (int pass = 0; pass < passes; ++pass) {
-    if (learned->pass(vertices).rows_converged == pages.size()) break;
+    if (learned->pass(vertices).rows_converged == slices.size()) break;
   }
   return learned;
 }
 
 /// As the learner left them: refused rows too, which a render would trace. What never got a fit is left out.
-std::unique_ptr<TintedRows> learned_rows(const Domain& domain, adaptive::Learner learner, double epsilon) {
+std::unique_ptr<AbsorbedRows> learned_rows(const Domain& domain, const adaptive::Learner* learner, double epsilon) {
   const auto learned = learn(domain, learner, epsilon);
-  auto made = std::make_unique<TintedRows>();
+  auto made = std::make_unique<AbsorbedRows>();
   for (std::size_t i = 0; i < domain.rows.size(); ++i) {
     const adaptive::RowView view = learned->view(i);
     if (view.knots != nullptr)
@@ -114,8 +114,8 @@ std::unique_ptr<TintedRows> learned_rows(const Domain& domain, adaptive::Learner
   return made;
 }
 
-std::unique_ptr<TintedRows> knot_rows(const Domain& domain, std::size_t count) {
-  auto made = std::make_unique<TintedRows>();
+std::unique_ptr<AbsorbedRows> knot_rows(const Domain& domain, std::size_t count) {
+  auto made = std::make_unique<AbsorbedRows>();
   for (const Row& row : domain.rows) {
     const adaptive::TracedNodes nodes(row.random.rays, row.sigma);
     double epsilon = 1e9;  // four times what it must not be above: 32 knots do
@@ -133,7 +133,7 @@ std::unique_ptr<TintedRows> knot_rows(const Domain& domain, std::size_t count) {
 class OneChannel : public Told {
  public:
   OneChannel(const Domain& domain, double epsilon) {
-    const auto learned = learn(domain, adaptive::Learner::sketch, epsilon);
+    const auto learned = learn(domain, &adaptive::sketch_learner, epsilon);
     for (std::size_t i = 0; i < domain.rows.size(); ++i) {
       const adaptive::RowView view = learned->view(i);
       if (view.fit == nullptr) continue;
@@ -206,8 +206,8 @@ class Quadrature : public Told {
   };
   int count(const Row& row) const { return rays_ > 0 ? rays_ : std::min(4096, fiber::vertex_ray_count(row.sigma)); }
   static Answer value(const Traced& traced, float x) {
-    const fiber::ClearAndTinted sum = fiber::ray_density(traced.shape(), brown, x);
-    return {sum.tinted, glm::dot(mix, sum.tinted), x};
+    const fiber::ClearAndAbsorbed sum = fiber::ray_density(traced.shape(), brown, x);
+    return {sum.absorbed, glm::dot(mix, sum.absorbed), x};
   }
 
   const Domain& domain_;
@@ -263,17 +263,16 @@ std::shared_ptr<Lazy<Rival>> add(const std::string& name, std::function<std::uni
 
 void add_domain(const std::string& name) {
   const auto domain = std::make_shared<Lazy<Domain>>([name] { return std::make_unique<Domain>(name); });
-  for (const adaptive::LearnerInfo& info : adaptive::learners()) {
+  for (const adaptive::Learner* info : references::learners()) {
     for (const double epsilon : {0.1, 0.03, 0.01, 0.003, 0.001}) {
-      add<TintedRows>(fmt::format("{}/{} {}", name, info.name, epsilon), [domain, learner = info.learner, epsilon] {
-        return learned_rows(domain->get(), learner, epsilon);
-      });
+      add<AbsorbedRows>(fmt::format("{}/{} {}", name, info->name, epsilon),
+                        [domain, learner = info, epsilon] { return learned_rows(domain->get(), learner, epsilon); });
     }
   }
   add<OneChannel>(name + "/one-channel 0.01", [domain] { return std::make_unique<OneChannel>(domain->get(), 0.01); });
   for (const std::size_t knots : {std::size_t{32}, std::size_t{64}, std::size_t{128}}) {
-    add<TintedRows>(fmt::format("{}/knots {}", name, knots),
-                    [domain, knots] { return knot_rows(domain->get(), knots); });
+    add<AbsorbedRows>(fmt::format("{}/knots {}", name, knots),
+                      [domain, knots] { return knot_rows(domain->get(), knots); });
   }
   for (const int points : {10, 35, 100}) {
     add<Quadrature>(fmt::format("{}/quadrature {}", name, points),

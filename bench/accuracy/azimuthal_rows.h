@@ -87,7 +87,7 @@ struct Row {
 
   explicit Row(RandomRows::Row row)
       : random(std::move(row)),
-        p(fiber::page_order(static_cast<int>(random.description.key.lobe))),
+        p(fiber::slice_order(static_cast<int>(random.description.key.lobe))),
         e(random.description.key.parameters[1]),
         sigma(random.description.key.parameters[2]),
         phi_r(random.description.axis_a[0]),

@@ -31,8 +31,8 @@
 #include <vector>
 
 #include "fiber/rough_fiber.h"
-#include "models/registry.h"
-#include "tress/adaptive/random.h"
+#include "references/registry.h"
+#include "tress/base/random.h"
 
 namespace tress {
 namespace {
@@ -336,7 +336,7 @@ int run(const Setting& setting) {
     long evaluations = 0;
   };
   std::vector<Rival> rivals;
-  for (const fiber::ModelInfo& info : fiber::models()) {
+  for (const fiber::ModelInfo& info : references::models()) {
     if (!setting.model.empty() && setting.model != info.name) continue;
     auto model = info.make({fiber::Estimator::exact, nullptr, 0});
     if (model->evaluates()) rivals.push_back({info.name, std::move(model)});

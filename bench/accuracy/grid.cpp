@@ -1,6 +1,7 @@
-// grid [POINTS]: how far the density that the nodes of a page's grid give in the mean is from the one at the very
+// grid [POINTS]: how far the density that the nodes of a slice's grid give in the mean is from the one at the very
 // direction: the error that no fit can mend. Shapes of mass 1, relative squared L2 of design section 4; e .7..1, all
-// directions, the pages' own axes. `light > .02`: the share of the light that leaves in directions off by more. Seed 1.
+// directions, the slices' own axes. `light > .02`: the share of the light that leaves in directions off by more.
+// Seed 1.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 
 #include "fiber/fourier_reference.h"
 #include "fiber/row_axes.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
 using namespace tress;
@@ -76,21 +77,21 @@ int main(int argument_count, char** arguments) {
         request.eccentricity = 0.7 + 0.3 * random.next();
         request.phi_r = pi / 2 * random.next();
         request.theta_d = pi / 2 * random.next();
-        const auto page = fiber::elliptical_page(p, 1.55f, static_cast<float>(request.eccentricity),
-                                                 static_cast<float>(request.sigma));
-        nodes = std::max<std::size_t>(nodes, page.node_count());
+        const auto slice = fiber::elliptical_slice(p, 1.55f, static_cast<float>(request.eccentricity),
+                                                   static_cast<float>(request.sigma));
+        nodes = std::max<std::size_t>(nodes, slice.node_count());
         const auto [energy, g] = shape(request);
         if (g.empty()) continue;
-        const auto [a, up_a] = place(page.axis_a, request.phi_r, [](double phi) { return phi; });
-        const auto [b, up_b] = place(page.axis_b, request.theta_d, [](double theta) { return std::cos(theta); });
+        const auto [a, up_a] = place(slice.axis_a, request.phi_r, [](double phi) { return phi; });
+        const auto [b, up_b] = place(slice.axis_b, request.theta_d, [](double theta) { return std::cos(theta); });
         std::vector<double> f(g.size(), 0.0);
         for (int corner = 0; corner < 4; ++corner) {
           const std::size_t i = a + (corner & 1), j = b + (corner >> 1);
           const double share = ((corner & 1) != 0 ? up_a : 1 - up_a) * ((corner >> 1) != 0 ? up_b : 1 - up_b);
           if (share <= 0) continue;
           fiber::ReferenceRequest at = request;
-          at.phi_r = page.axis_a[i];
-          at.theta_d = page.axis_b[j];
+          at.phi_r = slice.axis_a[i];
+          at.theta_d = slice.axis_b[j];
           const std::vector<double> node = shape(at).values;
           for (std::size_t k = 0; k < f.size(); ++k) f[k] += share * (node.empty() ? 1 / (2 * pi) : node[k]);
         }

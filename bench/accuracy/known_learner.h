@@ -4,13 +4,14 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "references/registry.h"
 #include "tress/adaptive/learner.h"
 
 namespace tress::bench {
 
 inline const CLI::Validator known_learner(
     [](const std::string& name) {
-      return adaptive::find_learner(name) ? std::string() : "expected a learner, found " + name;
+      return references::find_learner(name) ? std::string() : "expected a learner, found " + name;
     },
     "NAME");
 

@@ -8,25 +8,25 @@
 #include <vector>
 
 #include "random_rows.h"
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 
 namespace tress::bench {
 
-/// Rows of one service, each on a page of its own, asked some vertices a pass until they converge. One thread.
+/// Rows of one service, each on a slice of its own, asked some vertices a pass until they converge. One thread.
 class LearnedRows {
  public:
   struct Row {
-    adaptive::PageId page = 0;
+    adaptive::SliceId slice = 0;
     std::uint64_t own = 0, vertices = 0;  ///< samples scored and look-ups made before it converged
-    adaptive::RowState state = adaptive::RowState::unborn;
+    adaptive::RowState state = adaptive::RowState::absent;
   };
 
   /// `target` must outlive it; no two descriptions have one key.
   LearnedRows(const adaptive::Options& options, const adaptive::Target& target,
-              const std::vector<adaptive::PageDescription>& pages)
+              const std::vector<adaptive::SliceDescription>& slices)
       : service_(options, target) {
-    for (const auto& page : pages) rows_.push_back({service_.add_page(page), 0, 0, adaptive::RowState::unborn});
+    for (const auto& slice : slices) rows_.push_back({service_.add_slice(slice), 0, 0, adaptive::RowState::absent});
   }
 
   /// `vertices` look-ups of each row that has not converged, each with one azimuth drawn from the row's own proposal;
@@ -37,20 +37,20 @@ class LearnedRows {
       if (rows_[i].state != adaptive::RowState::converged) ask(rows_[i], vertices, random);
     }
     const adaptive::PassReport report = service_.publish();
-    for (const auto& change : service_.last_changes()) rows_[change.page].state = change.state;
+    for (const auto& change : service_.last_changes()) rows_[change.slice].state = change.state;
     return report;
   }
 
   const std::vector<Row>& rows() const { return rows_; }
   /// The published fit of a row, if it has one.
-  adaptive::RowView view(std::size_t i) const { return service_.peek(rows_[i].page, 0, 0); }
+  adaptive::RowView view(std::size_t i) const { return service_.peek(rows_[i].slice, 0, 0); }
   const adaptive::Service& service() const { return service_; }
 
  private:
   void ask(Row& row, int vertices, RandomStream& random) {
     const float share = service_.options().uniform_share_open;
     for (int i = 0; i < vertices; ++i) {
-      const adaptive::RowView view = service_.look_up(row.page, 0, 0);
+      const adaptive::RowView view = service_.look_up(row.slice, 0, 0);
       ++row.vertices;
       if (view.state != adaptive::RowState::open || view.fit == nullptr) continue;
       const float x = view.fit->sample(random.next(), share);

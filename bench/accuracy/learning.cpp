@@ -24,6 +24,7 @@
 #include "known_learner.h"
 #include "learned_rows.h"
 #include "random_rows.h"
+#include "references/registry.h"
 
 namespace {
 
@@ -61,14 +62,14 @@ struct Truth {
 nlohmann::json study(const Setting& setting) {
   const auto target = fiber::make_elliptical_target();
   bench::RandomRows random(setting.options.seed, setting.domain, false);
-  std::vector<adaptive::PageDescription> pages;
+  std::vector<adaptive::SliceDescription> slices;
   std::vector<Truth> truths;
   for (int i = 0; i < setting.rows; ++i) {
     const bench::RandomRows::Row row = random.next(*target);
-    pages.push_back(row.description);
+    slices.push_back(row.description);
     truths.emplace_back(adaptive::TracedNodes(row.rays, row.description.blur_rad));
   }
-  bench::LearnedRows rows(setting.options, *target, pages);
+  bench::LearnedRows rows(setting.options, *target, slices);
   const auto n = static_cast<double>(setting.rows);
   std::vector<double> errors(truths.size(), 1.0);
   double cpu = 0, g = 0;
@@ -78,7 +79,7 @@ nlohmann::json study(const Setting& setting) {
     report = rows.pass(setting.vertices);
     cpu += report.learning_cpu_seconds;
     g += static_cast<double>(report.g_evaluations);
-    const bool last = pass == setting.passes || report.rows_converged + report.rows_refused == pages.size();
+    const bool last = pass == setting.passes || report.rows_converged + report.rows_refused == slices.size();
     // Every pass at first, then a tenth apart.
     if (!last && pass > 12 && pass % std::max(1, pass / 10) != 0) continue;
     double own = 0;
@@ -103,7 +104,7 @@ nlohmann::json study(const Setting& setting) {
     falsely += rows.rows()[i].state == adaptive::RowState::converged && errors[i] > setting.options.epsilon ? 1 : 0;
   }
   return {{"domain", setting.domain},
-          {"learner", adaptive::learner_name(setting.options.learner)},
+          {"learner", setting.options.learner->name},
           {"epsilon", setting.options.epsilon},
           {"rows", setting.rows},
           {"seed", setting.options.seed},
@@ -119,7 +120,7 @@ int main(int argc, char** argv) {
   Setting setting;
   setting.options.memory_bytes = std::size_t{4} << 30;
   setting.options.seed = 1;
-  std::string learner = adaptive::learner_name(setting.options.learner);
+  std::string learner = setting.options.learner->name;
   CLI::App app("how random rows are learned, pass by pass, as JSON");
   app.add_option("--rows", setting.rows)->check(CLI::PositiveNumber);
   app.add_option("--seed", setting.options.seed);
@@ -129,7 +130,7 @@ int main(int argc, char** argv) {
   app.add_option("--vertices", setting.vertices)->check(CLI::PositiveNumber);
   app.add_option("--passes", setting.passes)->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
-  setting.options.learner = *adaptive::find_learner(learner);
+  setting.options.learner = references::find_learner(learner);
   fmt::print("{}\n", study(setting).dump());
   return 0;
 }

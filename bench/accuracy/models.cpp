@@ -12,6 +12,7 @@
 #include <string>
 
 #include "models/model_measures.h"
+#include "references/registry.h"
 
 namespace tress {
 namespace {
@@ -62,7 +63,7 @@ int run(const Options& options) {
                "model             e theta   furnace (sampled)  by quadr.  mass    chi2 p   largest w   variance\n");
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   bool found = false;
-  for (const fiber::ModelInfo& info : fiber::models()) {
+  for (const fiber::ModelInfo& info : references::models()) {
     if (!options.model.empty() && options.model != info.name) continue;
     found = true;
     for (const float e : {1.0f, 0.85f, 0.7f}) {

@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <glm/geometric.hpp>
 
-#include "intersect/fiber_scene.h"
-#include "tress/adaptive/random.h"
+#include "geometry/fiber_scene.h"
+#include "tress/base/random.h"
 #include "tress/fiber/parameters.h"
 
 using namespace tress;
@@ -27,7 +27,7 @@ int main(int argument_count, char** arguments) {
   const Result<scene::Scene> scene = scene::load_scene(arguments[1]);
   if (!scene) return 1;
   const int rays = argument_count > 2 ? std::atoi(arguments[2]) : 200000;
-  const intersect::FiberScene intersector(*scene);
+  const geometry::FiberScene intersector(*scene);
   const scene::Groom& groom = scene->grooms[0];
   RandomStream random(1);
   int leaving = 0, met = 0, near = 0;
@@ -36,7 +36,7 @@ int main(int argument_count, char** arguments) {
     const auto point = static_cast<std::size_t>(random.next() * static_cast<float>(groom.points.size()));
     const glm::vec3 target = groom.points[std::min(point, groom.points.size() - 1)];
     const glm::vec3 direction = random_direction(random);
-    std::optional<intersect::Hit> hit = intersector.intersect({target - 100.0f * direction, direction});
+    std::optional<geometry::Hit> hit = intersector.intersect({target - 100.0f * direction, direction});
     for (int bounce = 0; hit && bounce < 4; ++bounce) {
       ++leaving;
       hit = intersector.intersect(ray_from(*hit, random_direction(random)));

@@ -8,8 +8,8 @@
 //
 // N rows at random of both lobes, or of the one that is named; --grid all: every one of the 25,572; hardest: those of e
 // .85 and sigma 10 (the paper's figure 9); --stride takes every Nth node of each axis. The JSON has a histogram of the
-// errors and, of whole pages, every error: 100 log10 of it, a line for each phi_r, "-" where there is no light; and
-// four rows of the hardest page: the best, the quartiles and the worst, with what they were fitted to.
+// errors and, of whole slices, every error: 100 log10 of it, a line for each phi_r, "-" where there is no light; and
+// four rows of the hardest slice: the best, the quartiles and the worst, with what they were fitted to.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,9 +26,10 @@
 #include <vector>
 
 #include "known_learner.h"
-#include "models/pekelis2015_target.h"
-#include "tress/adaptive/random.h"
+#include "references/models/pekelis2015_target.h"
+#include "references/registry.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 
 namespace {
 
@@ -55,26 +56,26 @@ struct Row {
   std::uint32_t components = 0;
 };
 
-struct Page {
+struct Slice {
   double e = 0, sigma_deg = 0;
-  adaptive::PageDescription description;
+  adaptive::SliceDescription description;
   std::vector<Row> rows;
   bool hardest() const { return e < 0.86 && sigma_deg < 10.5; }
 };
 
 /// At the 3601 azimuths.
-std::vector<double> curve_of(const Page& page, const Row& row) {
+std::vector<double> curve_of(const Slice& slice, const Row& row) {
   std::vector<double> curve;
   for (int i = 0; i < azimuths; ++i) {
-    curve.push_back(fiber::pekelis_curve(page.description.key, static_cast<double>(page.description.axis_a[row.a]),
-                                         static_cast<double>(page.description.axis_b[row.b]),
+    curve.push_back(fiber::pekelis_curve(slice.description.key, static_cast<double>(slice.description.axis_a[row.a]),
+                                         static_cast<double>(slice.description.axis_b[row.b]),
                                          -pi + i * 2 * pi / (azimuths - 1)));
   }
   return curve;
 }
 
-void measure(const Page& page, const adaptive::RowView& view, Row& row) {
-  const std::vector<double> curve = curve_of(page, row);
+void measure(const Slice& slice, const adaptive::RowView& view, Row& row) {
+  const std::vector<double> curve = curve_of(slice, row);
   constexpr double step = 2 * pi / (azimuths - 1);
   double mass = 0, variation = 0, sum = 0;
   for (int i = 1; i < azimuths; ++i) mass += curve[static_cast<std::size_t>(i)] * step;
@@ -93,8 +94,8 @@ void measure(const Page& page, const adaptive::RowView& view, Row& row) {
 }
 
 /// The curves of a row and its fit, at every 10th azimuth.
-nlohmann::json drawn(const Page& page, const Row& row, const adaptive::RowView& view) {
-  const std::vector<double> curve = curve_of(page, row);
+nlohmann::json drawn(const Slice& slice, const Row& row, const adaptive::RowView& view) {
+  const std::vector<double> curve = curve_of(slice, row);
   nlohmann::json json{
       {"error", row.error}, {"phi_r_deg", 2 * row.a}, {"theta_d_deg", 2 * row.b}, {"components", row.components}};
   std::string truth, fit;
@@ -113,16 +114,16 @@ struct Learned {
   std::uint64_t g_evaluations = 0;
 };
 
-/// The rows of one page, by a service of its own: no more than a page is in memory.
-Learned learn(const Setting& setting, const adaptive::Target& target, Page& page, nlohmann::json& curves) {
+/// The rows of one slice, by a service of its own: no more than a slice is in memory.
+Learned learn(const Setting& setting, const adaptive::Target& target, Slice& slice, nlohmann::json& curves) {
   adaptive::Service service(setting.options, target);
-  const adaptive::PageId id = service.add_page(page.description);
+  const adaptive::SliceId id = service.add_slice(slice.description);
   RandomStream random(setting.seed, 7);
   const float share = setting.options.uniform_share_open;
   Learned learned;
   for (int pass = 0; pass < passes; ++pass) {
     bool waiting = false;
-    for (const Row& row : page.rows) {
+    for (const Row& row : slice.rows) {
       for (int i = 0; i < asked_a_pass; ++i) {
         const adaptive::RowView view = service.look_up(id, row.a, row.b);
         if (view.state == adaptive::RowState::converged || view.state == adaptive::RowState::refused) break;
@@ -138,60 +139,60 @@ Learned learn(const Setting& setting, const adaptive::Target& target, Page& page
     learned.g_evaluations += report.g_evaluations;
   }
   std::vector<const Row*> order;
-  for (Row& row : page.rows) {
-    measure(page, service.peek(id, row.a, row.b), row);
+  for (Row& row : slice.rows) {
+    measure(slice, service.peek(id, row.a, row.b), row);
     if (row.lit && row.fitted) order.push_back(&row);
   }
-  if (!page.hardest() || order.empty()) return learned;
+  if (!slice.hardest() || order.empty()) return learned;
   std::ranges::sort(order, {}, [](const Row* row) { return row->error; });
   for (const double rank : {0.0, 0.25, 0.75, 1.0}) {
     const Row& row = *order[static_cast<std::size_t>(rank * static_cast<double>(order.size() - 1))];
-    curves.push_back(drawn(page, row, service.peek(id, row.a, row.b)));
+    curves.push_back(drawn(slice, row, service.peek(id, row.a, row.b)));
   }
   return learned;
 }
 
-std::vector<Page> draw_pages(const Setting& setting, MarschnerLobe lobe) {
-  std::vector<Page> pages;
-  std::vector<double> below;  // rows of the pages so far
+std::vector<Slice> draw_slices(const Setting& setting, MarschnerLobe lobe) {
+  std::vector<Slice> slices;
+  std::vector<double> below;  // rows of the slices so far
   for (const double e : {0.85, 0.9, 0.95, 1.0}) {
     for (const double sigma : {10.0, 15.0, 20.0, 25.0}) {
-      Page page{
-          e, sigma, fiber::pekelis_page(lobe, 1.55f, static_cast<float>(e), static_cast<float>(sigma * degree)), {}};
-      if (setting.components > 0) page.description.max_components = setting.components;
-      if (setting.blur > 0) page.description.blur_rad = static_cast<float>(setting.blur);
-      below.push_back((below.empty() ? 0 : below.back()) + page.description.node_count());
-      pages.push_back(std::move(page));
+      Slice slice{
+          e, sigma, fiber::pekelis_slice(lobe, 1.55f, static_cast<float>(e), static_cast<float>(sigma * degree)), {}};
+      if (setting.components > 0) slice.description.max_components = setting.components;
+      if (setting.blur > 0) slice.description.blur_rad = static_cast<float>(setting.blur);
+      below.push_back((below.empty() ? 0 : below.back()) + slice.description.node_count());
+      slices.push_back(std::move(slice));
     }
   }
   if (!setting.grid.empty()) {
-    for (Page& page : pages) {
-      if (setting.grid == "hardest" && !page.hardest()) continue;
+    for (Slice& slice : slices) {
+      if (setting.grid == "hardest" && !slice.hardest()) continue;
       const auto step = static_cast<std::uint32_t>(setting.stride);
-      for (std::uint32_t a = 0; a < page.description.axis_a.size(); a += step) {
-        for (std::uint32_t b = 0; b < page.description.axis_b.size(); b += step) page.rows.push_back({a, b});
+      for (std::uint32_t a = 0; a < slice.description.axis_a.size(); a += step) {
+        for (std::uint32_t b = 0; b < slice.description.axis_b.size(); b += step) slice.rows.push_back({a, b});
       }
     }
-    return pages;
+    return slices;
   }
   RandomStream random(setting.seed, 25572);
   for (int i = 0; i < setting.rows; ++i) {
     const double u = static_cast<double>(random.next()) * below.back();
-    Page& page = pages[static_cast<std::size_t>(std::upper_bound(below.begin(), below.end(), u) - below.begin())];
+    Slice& slice = slices[static_cast<std::size_t>(std::upper_bound(below.begin(), below.end(), u) - below.begin())];
     const auto index = [&](std::size_t size) {
       return static_cast<std::uint32_t>(random.next() * static_cast<float>(size));
     };
-    const std::uint32_t a = index(page.description.axis_a.size());
-    page.rows.push_back({a, index(page.description.axis_b.size())});
+    const std::uint32_t a = index(slice.description.axis_a.size());
+    slice.rows.push_back({a, index(slice.description.axis_b.size())});
   }
-  return pages;
+  return slices;
 }
 
 double quantile(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
 }
 
-nlohmann::json map_of(const Page& page) {
+nlohmann::json map_of(const Slice& slice) {
   nlohmann::json lines = nlohmann::json::array();
   std::optional<std::uint32_t> a;
   std::string line;
@@ -199,7 +200,7 @@ nlohmann::json map_of(const Page& page) {
     if (a) lines.push_back(line);
     line.clear();
   };
-  for (const Row& row : page.rows) {
+  for (const Row& row : slice.rows) {
     if (a != row.a) end_line(), a = row.a;
     const bool told = row.lit && row.fitted;
     if (!line.empty()) line += ' ';
@@ -209,26 +210,26 @@ nlohmann::json map_of(const Page& page) {
       line += '-';
   }
   end_line();
-  return {{"e", page.e}, {"sigma_deg", page.sigma_deg}, {"log10_error_x100", lines}};
+  return {{"e", slice.e}, {"sigma_deg", slice.sigma_deg}, {"log10_error_x100", lines}};
 }
 
 nlohmann::json study(const Setting& setting, MarschnerLobe lobe) {
   const fiber::PekelisTarget target;
-  std::vector<Page> pages = draw_pages(setting, lobe);
+  std::vector<Slice> slices = draw_slices(setting, lobe);
   Learned learned;
   nlohmann::json curves = nlohmann::json::array(), maps = nlohmann::json::array();
-  for (Page& page : pages) {
-    if (page.rows.empty()) continue;
-    const Learned of_page = learn(setting, target, page, curves);
-    learned.cpu_seconds += of_page.cpu_seconds;
-    learned.g_evaluations += of_page.g_evaluations;
-    if (!setting.grid.empty()) maps.push_back(map_of(page));
+  for (Slice& slice : slices) {
+    if (slice.rows.empty()) continue;
+    const Learned of_slice = learn(setting, target, slice, curves);
+    learned.cpu_seconds += of_slice.cpu_seconds;
+    learned.g_evaluations += of_slice.g_evaluations;
+    if (!setting.grid.empty()) maps.push_back(map_of(slice));
   }
   std::vector<double> errors;
   std::array<int, adaptive::Mixture::max_components + 1> components{};
   int converged = 0, without_light = 0, without_fit = 0;
-  for (const Page& page : pages) {
-    for (const Row& row : page.rows) {
+  for (const Slice& slice : slices) {
+    for (const Row& row : slice.rows) {
       if (!row.lit) {
         ++without_light;
         continue;
@@ -253,9 +254,9 @@ nlohmann::json study(const Setting& setting, MarschnerLobe lobe) {
   }
   const auto n = static_cast<double>(errors.size() + static_cast<std::size_t>(without_fit));
   return {{"lobe", lobe == MarschnerLobe::trt ? "TRT" : "GLINT"},
-          {"learner", adaptive::learner_name(setting.options.learner)},
+          {"learner", setting.options.learner->name},
           {"epsilon", setting.options.epsilon},
-          {"most_components", pages.front().description.max_components},
+          {"most_components", slices.front().description.max_components},
           {"seed", setting.seed},
           {"stride", setting.stride},
           {"rows", n},
@@ -293,7 +294,7 @@ int main(int argc, char** argv) {
   Setting setting;
   setting.options.memory_bytes = std::size_t{4} << 30;
   double blur_deg = 0;
-  std::string learner = adaptive::learner_name(setting.options.learner);
+  std::string learner = setting.options.learner->name;
   CLI::App app("rows of the paper's grid fitted to Marschner's TRT and GLINT");
   CLI::Option* rows = app.add_option("--rows", setting.rows, "at random")->check(CLI::PositiveNumber);
   app.add_option("--grid", setting.grid)->check(CLI::IsMember({"all", "hardest"}))->excludes(rows);
@@ -308,7 +309,7 @@ int main(int argc, char** argv) {
   app.add_option("--json", setting.json);
   CLI11_PARSE(app, argc, argv);
   setting.blur = blur_deg * degree;
-  setting.options.learner = *adaptive::find_learner(learner);
+  setting.options.learner = references::find_learner(learner);
   setting.options.seed = setting.seed;
   nlohmann::json all = nlohmann::json::array();
   for (const MarschnerLobe lobe : {MarschnerLobe::trt, MarschnerLobe::glint}) {

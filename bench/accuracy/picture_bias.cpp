@@ -21,9 +21,9 @@
 #include <string>
 #include <vector>
 
+#include "geometry/fiber_scene.h"
 #include "image/picture.h"
 #include "integrate/renderer.h"
-#include "intersect/fiber_scene.h"
 #include "scene/scene.h"
 #include "tress/adaptive/cache.h"
 #include "tress/fiber/elliptical_model.h"
@@ -107,7 +107,7 @@ int run(const Settings& settings) {
   if (!loaded) stop_with(loaded.error().message());
   scene::Scene scene = *loaded;
   scene.environment_visible = false;
-  const intersect::FiberScene fibers(scene);
+  const geometry::FiberScene fibers(scene);
   const auto target = fiber::make_elliptical_target();
 
   adaptive::Options taken;
@@ -119,7 +119,7 @@ int run(const Settings& settings) {
   DrawnByAnother truth(*sampler, *values);
   std::vector<fiber::FiberId> ids;
   for (const fiber::FiberParameters& one : scene.fibers) ids.push_back(truth.add_fiber(one));
-  Result<adaptive::TableImage> image = adaptive::load_cache(settings.table, target->model_name());
+  Result<adaptive::TableSnapshot> image = adaptive::load_cache(settings.table, target->model_name());
   if (!image) stop_with(image.error().message());
   if (const auto error = rows.load(std::move(*image))) stop_with(error->message());
   rows.set_learning(false);

@@ -12,16 +12,16 @@
 #include <vector>
 
 #include "fiber/row_axes.h"
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/traced_nodes.h"
+#include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress::bench {
 
 /// Domains: wide, sigma 5..25 degrees; hard, sigma 1..10 on the grid sigma of the program (at least 4 degrees); narrow,
 /// sigma 1..10 as it is; e .7..1. whole: sigma 1..45, e .5..1, all that the program has grids for. eta 1.55, lobes and
-/// nodes of the page uniform, E_p >= .001 (less is uniform in the program). `split`: GLINT and the rest of TRT instead
+/// nodes of the slice uniform, E_p >= .001 (less is uniform in the program). `split`: GLINT and the rest of TRT instead
 /// of TT, TRT and TRRT.
 class RandomRows {
  public:
@@ -29,15 +29,15 @@ class RandomRows {
       : random_(seed, 2000), domain_(std::move(domain)), split_(split) {}
 
   struct Row {
-    adaptive::PageDescription description;  ///< of one node: publish() then walks over no others
+    adaptive::SliceDescription description;  ///< of one node: publish() then walks over no others
     std::vector<adaptive::TracedRay> rays;
   };
 
   Row next(const adaptive::Target& target) {
     constexpr double degree = std::numbers::pi / 180, least_energy = 1e-3;
     for (;;) {
-      const int page = split_ ? (random_.next() < 0.5f ? fiber::glint_page : fiber::trt_rest_page)
-                              : 1 + static_cast<int>(between(0, 3));
+      const int slice = split_ ? (random_.next() < 0.5f ? fiber::glint_slice : fiber::trt_rest_slice)
+                               : 1 + static_cast<int>(between(0, 3));
       const bool whole = domain_ == "whole";
       const auto e = static_cast<float>(between(whole ? 0.5 : 0.7, 1));
       auto sigma = static_cast<float>((whole               ? between(1, 45)
@@ -46,7 +46,7 @@ class RandomRows {
                                       degree);
       if (domain_ == "hard") sigma = std::max(sigma, fiber::smallest_grid_sigma);
       // The key, and so the target, is the program's.
-      Row row{fiber::elliptical_page(page, 1.55f, e, sigma), {}};
+      Row row{fiber::elliptical_slice(slice, 1.55f, e, sigma), {}};
       const auto pick = [&](std::vector<float>& axis) {
         axis = {axis[static_cast<std::size_t>(between(0, static_cast<double>(axis.size())))]};
       };

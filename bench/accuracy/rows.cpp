@@ -6,7 +6,7 @@
 //              [--json FILE]
 //
 // Domains: wide, sigma 5..25 degrees; hard, sigma 1..10 on the grid sigma of the program (at least 4 degrees); narrow,
-// sigma 1..10 as it is. e .7..1, eta 1.55, lobes and nodes of the page uniform, E_p >= .001 (less is uniform in the
+// sigma 1..10 as it is. e .7..1, eta 1.55, lobes and nodes of the slice uniform, E_p >= .001 (less is uniform in the
 // program). A vertex is one look-up with one azimuth drawn from the row's own proposal; --foreign adds uniform ones
 // that are observed and not scored. --trt split asks GLINT and the rest of TRT instead of TT, TRT and TRRT. --sigma-a
 // draws from the proposal under that absorption (per semi-axis).
@@ -22,10 +22,11 @@
 #include <string>
 #include <vector>
 
-#include "learner/fit_mixture.h"
+#include "fit/fit_mixture.h"
 #include "random_rows.h"
-#include "tress/adaptive/random.h"
+#include "references/registry.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 
 namespace {
 
@@ -39,14 +40,14 @@ struct Setting {
   std::uint64_t seed = 1;
   double epsilon = 0.01, sigma_a = 0;
   std::string domain = "wide", trt = "whole", json;
-  adaptive::Learner learner = adaptive::Learner::sketch;
+  const adaptive::Learner* learner = &adaptive::sketch_learner;
   std::uint32_t components = adaptive::Options{}.max_components;
   std::uint32_t tests = adaptive::Options{}.tests_before_refusal;
 };
 
 struct Row {
-  adaptive::PageId page = 0;
-  adaptive::PageDescription description;
+  adaptive::SliceId slice = 0;
+  adaptive::SliceDescription description;
   std::uint64_t own = 0, vertices = 0;  ///< until it converged
   bool converged = false;
 };
@@ -57,15 +58,15 @@ std::vector<Row> draw_rows(const Setting& setting, const adaptive::Target& targe
   while (rows.size() < static_cast<std::size_t>(setting.rows)) {
     Row row;
     row.description = random.next(target).description;
-    row.page = service.add_page(row.description);
-    if (row.page != rows.size()) continue;  // drawn before
+    row.slice = service.add_slice(row.description);
+    if (row.slice != rows.size()) continue;  // drawn before
     rows.push_back(std::move(row));
   }
   return rows;
 }
 
 /// The mixture under an absorption: the gamma law of each component's attribute (ESTIMATOR.md, E1).
-adaptive::Mixture tinted(adaptive::Mixture fit, const adaptive::TracedNodes& nodes, double sigma_a) {
+adaptive::Mixture absorbed(adaptive::Mixture fit, const adaptive::TracedNodes& nodes, double sigma_a) {
   if (sigma_a <= 0) return fit;
   adaptive::assign_attributes(fit, nodes);
   const auto share = [&](double mean, double variance) {
@@ -83,7 +84,7 @@ void ask(const Setting& setting, const adaptive::Service& service, Row& row, Ran
   const float share = service.options().uniform_share_open;
   adaptive::Mixture proposal;
   for (int i = 0; i < setting.vertices; ++i) {
-    const adaptive::RowView view = service.look_up(row.page, 0, 0);
+    const adaptive::RowView view = service.look_up(row.slice, 0, 0);
     ++row.vertices;
     if (view.state != adaptive::RowState::open) continue;
     for (int k = 0; k < setting.foreign; ++k) {
@@ -91,7 +92,7 @@ void ask(const Setting& setting, const adaptive::Service& service, Row& row, Ran
       service.observe(view, x, view.nodes->density(x));
     }
     if (view.fit == nullptr) continue;
-    if (i == 0) proposal = tinted(*view.fit, *view.nodes, setting.sigma_a);
+    if (i == 0) proposal = absorbed(*view.fit, *view.nodes, setting.sigma_a);
     const float x = proposal.sample(random.next(), share);
     service.score(view, x, view.nodes->density(x), proposal.proposal_density(x, share));
     ++row.own;
@@ -111,7 +112,7 @@ nlohmann::json study(const Setting& setting) {
   std::vector<Row> rows = draw_rows(setting, *target, service);
 
   double cpu = 0;
-  std::uint64_t evaluations = 0, top_ups = 0, refits = 0;
+  std::uint64_t evaluations = 0, validation_draws = 0, refits = 0;
   adaptive::PassReport report;
   std::vector<double> open_share;
   for (int pass = 0; pass < setting.passes; ++pass) {
@@ -123,10 +124,10 @@ nlohmann::json study(const Setting& setting) {
     report = service.publish();
     cpu += report.learning_cpu_seconds;
     evaluations += report.g_evaluations;
-    top_ups += report.top_ups;
+    validation_draws += report.validation_draws;
     refits += report.refits;
     for (const auto& change : service.last_changes()) {
-      if (change.state == adaptive::RowState::converged) rows[change.page].converged = true;
+      if (change.state == adaptive::RowState::converged) rows[change.slice].converged = true;
     }
     if (report.rows_converged == rows.size()) break;
   }
@@ -138,7 +139,7 @@ nlohmann::json study(const Setting& setting) {
   int falsely = 0, below_a_tenth = 0;
   std::vector<double> slack;  // stored bound over true error
   for (const Row& row : rows) {
-    const adaptive::RowView view = service.peek(row.page, 0, 0);
+    const adaptive::RowView view = service.peek(row.slice, 0, 0);
     if (view.fit == nullptr && view.knots == nullptr) continue;
     std::vector<adaptive::TracedRay> rays;
     target->trace(row.description, row.description.axis_a[0], row.description.axis_b[0], rays);
@@ -162,10 +163,10 @@ nlohmann::json study(const Setting& setting) {
   }
   const auto n = static_cast<double>(rows.size());
   std::vector<std::uint64_t> components(report.components.begin(), report.components.end());
-  double cache_row_bytes = 0;  // of the rows alone: a page has many, here each has one
-  const adaptive::TableImage image = service.snapshot();
-  for (const adaptive::CachedPage& page : image.pages) {
-    for (const adaptive::CachedRow& row : page.rows) {
+  double cache_row_bytes = 0;  // of the rows alone: a slice has many, here each has one
+  const adaptive::TableSnapshot image = service.snapshot();
+  for (const adaptive::CachedSlice& slice : image.slices) {
+    for (const adaptive::CachedRow& row : slice.rows) {
       const std::size_t parts = row.knots.empty() ? 12 + 24 * row.fit.component_count : 12 * row.knots.knots().size();
       cache_row_bytes += static_cast<double>(28 + (row.state == adaptive::RowState::converged ? parts : 0));
     }
@@ -173,7 +174,7 @@ nlohmann::json study(const Setting& setting) {
   nlohmann::json lobes;
   for (const auto& [lobe, values] : errors_of_lobe) lobes[lobe] = bench::spread(values);
   return {{"domain", setting.domain},
-          {"learner", adaptive::learner_name(setting.learner)},
+          {"learner", setting.learner->name},
           {"most_components", setting.components},
           {"tests_before_refusal", setting.tests},
           {"trt", setting.trt},
@@ -197,7 +198,7 @@ nlohmann::json study(const Setting& setting) {
           {"components", components},
           {"knots", report.knots},
           {"g_evaluations_a_row", static_cast<double>(evaluations) / n},
-          {"top_ups_a_row", static_cast<double>(top_ups) / n},
+          {"top_ups_a_row", static_cast<double>(validation_draws) / n},
           {"refits_a_row", static_cast<double>(refits) / n},
           {"bytes_a_row", static_cast<double>(report.bytes) / n},
           {"cache_row_bytes", cache_row_bytes / n},
@@ -263,9 +264,9 @@ int main(int argc, char** argv) {
     else if (name == "--trt")
       setting.trt = value;
     else if (name == "--learner") {
-      const auto learner = adaptive::find_learner(value);
+      const adaptive::Learner* learner = references::find_learner(value);
       if (!learner) return usage();
-      setting.learner = *learner;
+      setting.learner = learner;
     } else if (name == "--components")
       setting.components = static_cast<std::uint32_t>(number);
     else if (name == "--tests")

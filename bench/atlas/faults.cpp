@@ -20,16 +20,16 @@ using tress::Error;
 using tress::Result;
 using namespace tress::adaptive;
 
-/// The first `rows` rows of `image`, pages in turn.
-TableImage first_rows(const TableImage& image, std::size_t rows) {
-  TableImage part{image.model, {}};
-  for (const CachedPage& page : image.pages) part.pages.push_back({page.description, {}});
+/// The first `rows` rows of `image`, slices in turn.
+TableSnapshot first_rows(const TableSnapshot& image, std::size_t rows) {
+  TableSnapshot part{image.model, {}};
+  for (const CachedSlice& slice : image.slices) part.slices.push_back({slice.description, {}});
   std::size_t left = rows;
   for (std::size_t i = 0; left > 0; ++i) {
     bool any = false;
-    for (std::size_t p = 0; p < image.pages.size() && left > 0; ++p) {
-      if (i >= image.pages[p].rows.size()) continue;
-      part.pages[p].rows.push_back(image.pages[p].rows[i]);
+    for (std::size_t p = 0; p < image.slices.size() && left > 0; ++p) {
+      if (i >= image.slices[p].rows.size()) continue;
+      part.slices[p].rows.push_back(image.slices[p].rows[i]);
       any = true;
       --left;
     }
@@ -38,14 +38,14 @@ TableImage first_rows(const TableImage& image, std::size_t rows) {
   return part;
 }
 
-std::size_t row_count(const TableImage& image) {
+std::size_t row_count(const TableSnapshot& image) {
   std::size_t rows = 0;
-  for (const CachedPage& page : image.pages) rows += page.rows.size();
+  for (const CachedSlice& slice : image.slices) rows += slice.rows.size();
   return rows;
 }
 
 /// Merges one row more with every save and tells on standard output how many are saved. Ends only where it fails.
-int save_for_ever(const TableImage& image, const std::string& output) {
+int save_for_ever(const TableSnapshot& image, const std::string& output) {
   const std::size_t all = row_count(image);
   for (std::size_t rows = 1;; rows = std::min(rows + 1, all)) {
     const Result<CacheUpdate> update = merge_into_cache(output, first_rows(image, rows));
@@ -74,7 +74,7 @@ struct Damage {
 
   void decode(const std::string& bytes, const std::string& model) {
     ++tries;
-    const Result<TableImage> image = decode_cache(bytes, model, "damaged.cache");
+    const Result<TableSnapshot> image = decode_cache(bytes, model, "damaged.cache");
     if (image) return;
     const Error& error = image.error();
     ++refused;
@@ -87,7 +87,7 @@ struct Damage {
 };
 
 /// Every other value of every byte, every length, and a few tails; with the model asked for and with any.
-int damage(const TableImage& image) {
+int damage(const TableSnapshot& image) {
   const std::string bytes = encode_cache(image);
   Damage flips, truncations, tails;
   std::string damaged = bytes;
@@ -124,13 +124,13 @@ int main(int argc, char** argv) {
   bytes->add_option("--rows", rows, "rows to keep");
   bytes->add_option("-o,--output", output, "where to save what was damaged");
   CLI11_PARSE(app, argc, argv);
-  const Result<TableImage> image = load_cache(from, "");
+  const Result<TableSnapshot> image = load_cache(from, "");
   if (!image) {
     std::fprintf(stderr, "%s\n", image.error().message().c_str());
     return 1;
   }
   if (save->parsed()) return save_for_ever(*image, output);
-  const TableImage small = first_rows(*image, rows);
+  const TableSnapshot small = first_rows(*image, rows);
   if (!output.empty() && save_cache(output, small)) return 1;
   return damage(small);
 }

@@ -22,14 +22,15 @@
 #include <utility>
 #include <vector>
 
+#include "base/color.h"
+#include "base/denormals.h"
 #include "fiber/energy_table.h"
 #include "image/picture.h"
-#include "integrate/denormals.h"
 #include "integrate/film.h"
 #include "integrate/heatmap.h"
 #include "integrate/pass_order.h"
 #include "integrate/path_tracer.h"
-#include "models/registry.h"
+#include "references/registry.h"
 #include "tress/adaptive/service.h"
 
 namespace tress::bench {
@@ -65,7 +66,7 @@ class Job {
  public:
   Job(const Setting& setting, const scene::Scene& scene)
       : setting_(setting), scene_(scene), film_({0, 0, scene.image.width, scene.image.height}, false) {
-    const fiber::ModelInfo& info = *fiber::find_model(setting.model);
+    const fiber::ModelInfo& info = *references::find_model(setting.model);
     const fiber::Estimator estimator = setting.estimator == "exact"       ? fiber::Estimator::exact
                                        : setting.estimator == "corrected" ? fiber::Estimator::corrected
                                                                           : fiber::Estimator::fitted;
@@ -83,7 +84,7 @@ class Job {
   }
 
   nlohmann::ordered_json run() {
-    const intersect::FiberScene fibers(scene_);
+    const geometry::FiberScene fibers(scene_);
     const integrate::PathTracer tracer(scene_, fibers, *model_, fiber_ids_, render_);
     const double start = integrate::thread_cpu_seconds();
     for (int pass = 0; pass < integrate::pass_count(render_.samples); ++pass) {
@@ -106,14 +107,14 @@ class Job {
 
  private:
   std::uint64_t trace_pass(const integrate::PathTracer& tracer, int pass) {
-    const integrate::FlushDenormals flush;
+    const FlushDenormals flush;
     std::uint64_t covered = 0;
     for (int y = 0; y < scene_.image.height; ++y) {
       for (int x = 0; x < scene_.image.width; ++x) {
         if (!integrate::in_pass(pass, x, y)) continue;
         const integrate::PathSums path = tracer.trace(x, y, integrate::sample_of_pass(pass));
         const glm::vec3 beauty = path.beauty();
-        const float value = is_finite(beauty) ? fiber::luminance(beauty) : NAN;
+        const float value = is_finite(beauty) ? luminance(beauty) : NAN;
         samples_.add(path, value);
         covered += path.coverage > 0 ? 1 : 0;
         if (!std::isfinite(value)) continue;
@@ -197,7 +198,7 @@ int main(int count, char** words) {
   tress::bench::Setting setting;
   CLI::App app{"One render sample by sample."};
   std::vector<std::string> names;
-  for (const tress::fiber::ModelInfo& info : tress::fiber::models()) names.emplace_back(info.name);
+  for (const tress::fiber::ModelInfo& info : tress::references::models()) names.emplace_back(info.name);
   app.add_option("scene", setting.scene, "scene JSON or .hair file")->required();
   app.add_option("-o,--output", setting.output, "EXR")->required();
   app.add_option("--model", setting.model)->check(CLI::IsMember(names))->capture_default_str();

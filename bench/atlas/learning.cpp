@@ -4,9 +4,9 @@
 //
 //   bench_atlas_learning [--stress NAME ...] [--learner NAME ...] [--rows N] [--rival-rows N] [--seed N] [--list]
 //
-// A row is born at its first touch and then asked 16 vertices a pass for 64 passes, until it converges or is refused,
-// unless its stress says otherwise. Errors are relative squared L2 against g of the row, a sixth of the blur apart and
-// no further apart than a component is wide.
+// A row is created at its first touch and then asked 16 vertices a pass for 64 passes, until it converges or is
+// refused, unless its stress says otherwise. Errors are relative squared L2 against g of the row, a sixth of the blur
+// apart and no further apart than a component is wide.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -25,9 +25,10 @@
 
 #include "accuracy/known_learner.h"
 #include "accuracy/random_rows.h"
+#include "references/registry.h"
 #include "stress_targets.h"
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 
 namespace {
 
@@ -40,7 +41,7 @@ constexpr double pi = std::numbers::pi;
 /// Where the azimuths of a row come from.
 enum class Host {
   own,        ///< its own proposal, scored
-  tinted,     ///< likewise, each component of it a factor 1 to e^-12 weaker: of dark hair
+  absorbed,   ///< likewise, each component of it a factor 1 to e^-12 weaker: of dark hair
   uniform,    ///< of light sampling: told, not scored
   clustered,  ///< likewise, all within .05 rad of one azimuth of the row's
   one_sided,  ///< likewise, all in [0, pi)
@@ -68,7 +69,7 @@ constexpr std::array stresses{
     Stress{"light only, clustered", "wide", 0.01, Host::clustered},
     Stress{"light only, one-sided", "wide", 0.01, Host::one_sided},
     Stress{"own and clustered light", "hard", 0.01, Host::beside},
-    Stress{"heavy-tailed weights", "hard", 0.01, Host::tinted},
+    Stress{"heavy-tailed weights", "hard", 0.01, Host::absorbed},
     Stress{"sigma 1 degree", "degree"},
     Stress{"TIR edges", "tir"},
     Stress{"flat", "flat"},
@@ -161,8 +162,8 @@ bool within_constraints(const adaptive::RowView& view, double energy, std::uint3
 }
 
 struct Row {
-  adaptive::PageId page = 0;
-  RowState state = RowState::unborn;
+  adaptive::SliceId slice = 0;
+  RowState state = RowState::absent;
 };
 
 class Asked {
@@ -176,7 +177,7 @@ class Asked {
     const auto work = [&](int first) {
       for (std::size_t i = 0; i < rows.size(); ++i) {
         if (rows[i].state == RowState::converged) continue;
-        for (int k = first; k < vertices; k += threads) vertex(service, rows[i].page, i, number, k);
+        for (int k = first; k < vertices; k += threads) vertex(service, rows[i].slice, i, number, k);
       }
     };
     for (int w = 1; w < threads; ++w) workers.emplace_back(work, w);
@@ -185,9 +186,9 @@ class Asked {
   }
 
  private:
-  void vertex(const adaptive::Service& service, adaptive::PageId page, std::size_t i, int number, int k) const {
+  void vertex(const adaptive::Service& service, adaptive::SliceId slice, std::size_t i, int number, int k) const {
     RandomStream random(seed_ + static_cast<std::uint64_t>(k), i, static_cast<std::uint64_t>(number) + 1);
-    const adaptive::RowView view = service.look_up(page, 0, 0);
+    const adaptive::RowView view = service.look_up(slice, 0, 0);
     if (view.state != RowState::open) return;
     const float share = service.options().uniform_share_open;
     const auto tell = [&](float x) { service.observe(view, x, view.nodes->density(x)); };
@@ -208,7 +209,7 @@ class Asked {
     }
     if (view.fit == nullptr) return;
     adaptive::Mixture proposal = *view.fit;
-    if (stress_.host == Host::tinted) {
+    if (stress_.host == Host::absorbed) {
       for (adaptive::Component& part : proposal.components) part.weight *= std::exp(-12 * of_row.next());
       proposal.uniform_weight *= std::exp(-12 * of_row.next());
     }
@@ -224,7 +225,7 @@ class Asked {
 std::uint64_t fingerprint(const adaptive::Service& service, const std::vector<Row>& rows) {
   std::uint64_t hash = 0;
   for (const Row& row : rows) {
-    const adaptive::RowView view = service.peek(row.page, 0, 0);
+    const adaptive::RowView view = service.peek(row.slice, 0, 0);
     hash = mix_bits(hash ^ static_cast<std::uint64_t>(view.state) ^ std::bit_cast<std::uint32_t>(view.objective));
     for (const float x : {-3.0f, -1.0f, 0.5f, 2.0f})
       hash = mix_bits(hash ^ std::bit_cast<std::uint32_t>(view.density(x)));
@@ -232,14 +233,14 @@ std::uint64_t fingerprint(const adaptive::Service& service, const std::vector<Ro
   return hash;
 }
 
-nlohmann::json study(const Stress& stress, Learner learner, const bench::ListedTarget& target,
+nlohmann::json study(const Stress& stress, const Learner& learner, const bench::ListedTarget& target,
                      const std::vector<Truth>& truths, std::size_t count, std::uint64_t seed, int threads,
                      std::uint64_t* printed = nullptr) {
   adaptive::Options options;
   options.epsilon = stress.epsilon;
-  options.learner = learner;
+  options.learner = &learner;
   options.seed = seed;
-  options.birth_touches = 1;
+  options.queries_before_creation = 1;
   options.memory_bytes = std::size_t{4} << 30;
   if (stress.bytes_a_row > 0) {
     options.memory_bytes =
@@ -247,7 +248,7 @@ nlohmann::json study(const Stress& stress, Learner learner, const bench::ListedT
   }
   adaptive::Service service(options, target);
   std::vector<Row> rows;
-  for (std::size_t i = 0; i < count; ++i) rows.push_back({service.add_page(target.page(i))});
+  for (std::size_t i = 0; i < count; ++i) rows.push_back({service.add_slice(target.slice(i))});
 
   const Asked host(stress, seed);
   double cpu = 0;
@@ -272,19 +273,19 @@ nlohmann::json study(const Stress& stress, Learner learner, const bench::ListedT
     most_bytes = std::max(most_bytes, report.bytes);
     violations += report.bytes > options.memory_bytes ? 1 : 0;
     for (const auto& change : service.last_changes()) {
-      rows[change.page].state = change.state;
-      const adaptive::RowView view = service.peek(change.page, 0, 0);
-      violations += within_constraints(view, truths[change.page].energy(), options.max_components) ? 0 : 1;
+      rows[change.slice].state = change.state;
+      const adaptive::RowView view = service.peek(change.slice, 0, 0);
+      violations += within_constraints(view, truths[change.slice].energy(), options.max_components) ? 0 : 1;
     }
     if (report.rows_converged + report.rows_refused == count) break;
   }
   if (printed != nullptr) *printed = fingerprint(service, rows);
 
   std::vector<double> errors, all;
-  std::uint64_t falsely = 0, born = 0;
+  std::uint64_t falsely = 0, created = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const adaptive::RowView view = service.peek(rows[i].page, 0, 0);
-    born += view.state != RowState::unborn ? 1 : 0;
+    const adaptive::RowView view = service.peek(rows[i].slice, 0, 0);
+    created += view.state != RowState::absent ? 1 : 0;
     if (view.fit == nullptr && view.knots == nullptr) continue;
     const double error = truths[i].error(view);
     all.push_back(error);
@@ -299,10 +300,10 @@ nlohmann::json study(const Stress& stress, Learner learner, const bench::ListedT
                           {"max", bench::quantile(values, 1)}};
   };
   return {{"stress", stress.name},
-          {"learner", adaptive::learner_name(learner)},
+          {"learner", learner.name},
           {"epsilon", stress.epsilon},
           {"rows", count},
-          {"born", born},
+          {"born", created},
           {"converged", errors.size()},
           {"refused", report.rows_refused},
           {"false", falsely},
@@ -343,15 +344,15 @@ int main(int argc, char** argv) {
     const bench::ListedTarget target(std::move(listed));
     std::vector<Truth> truths;
     for (std::size_t i = 0; i < target.size(); ++i) truths.emplace_back(target, i);
-    for (const adaptive::LearnerInfo& info : adaptive::learners()) {
-      if (!learners.empty() && std::ranges::find(learners, info.name) == learners.end()) continue;
+    for (const adaptive::Learner* info : references::learners()) {
+      if (!learners.empty() && std::ranges::find(learners, info->name) == learners.end()) continue;
       const bool many =
-          info.learner == Learner::sketch || info.learner == Learner::eager || info.learner == Learner::table;
+          info == &adaptive::sketch_learner || info == &adaptive::eager_learner || info == &adaptive::knot_learner;
       const std::size_t count = many ? rows : rival_rows;
       std::uint64_t printed = 0, alone = 0;
-      nlohmann::json cell = study(stress, info.learner, target, truths, count, seed, stress.threads, &printed);
+      nlohmann::json cell = study(stress, *info, target, truths, count, seed, stress.threads, &printed);
       if (stress.threads > 1) {
-        study(stress, info.learner, target, truths, count, seed, 1, &alone);
+        study(stress, *info, target, truths, count, seed, 1, &alone);
         cell["same_bits"] = printed == alone;
         good = good && printed == alone;
       }

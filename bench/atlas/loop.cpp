@@ -25,10 +25,10 @@
 #include <string>
 #include <vector>
 
+#include "geometry/fiber_scene.h"
 #include "integrate/film.h"
 #include "integrate/pass_order.h"
 #include "integrate/renderer.h"
-#include "intersect/fiber_scene.h"
 #include "scene/scene.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/traced_nodes.h"
@@ -71,12 +71,12 @@ double error_of(const adaptive::CachedRow& row, const adaptive::TracedNodes& nod
   return sum * 2 * std::numbers::pi / points / static_cast<double>(nodes.variation());
 }
 
-Json errors_of(const adaptive::TableImage& image, const adaptive::Target& target, double epsilon) {
+Json errors_of(const adaptive::TableSnapshot& image, const adaptive::Target& target, double epsilon) {
   std::vector<double> errors;
   std::uint64_t open = 0, false_bounds = 0;
-  for (const adaptive::CachedPage& page : image.pages) {
-    const adaptive::PageDescription& d = page.description;
-    for (const adaptive::CachedRow& row : page.rows) {
+  for (const adaptive::CachedSlice& slice : image.slices) {
+    const adaptive::SliceDescription& d = slice.description;
+    for (const adaptive::CachedRow& row : slice.rows) {
       if (row.state != adaptive::RowState::converged) {
         ++open;
         continue;
@@ -91,7 +91,7 @@ Json errors_of(const adaptive::TableImage& image, const adaptive::Target& target
   const auto at = [&](double share) {
     return errors.empty() ? 0.0 : errors[static_cast<std::size_t>(share * static_cast<double>(errors.size() - 1))];
   };
-  return {{"pages", image.pages.size()},
+  return {{"pages", image.slices.size()},
           {"converged", errors.size()},
           {"open", open},
           {"beyond_epsilon", false_bounds},
@@ -129,7 +129,7 @@ Json pass_json(const integrate::PassProgress& pass) {
 int run(const Settings& settings) {
   const auto target = fiber::make_elliptical_target();
   if (!settings.table.empty()) {
-    const Result<adaptive::TableImage> image = adaptive::load_cache(settings.table, target->model_name());
+    const Result<adaptive::TableSnapshot> image = adaptive::load_cache(settings.table, target->model_name());
     if (!image) stop_with(image.error().message());
     std::printf("%s\n", errors_of(*image, *target, settings.epsilon).dump().c_str());
     return 0;
@@ -143,7 +143,7 @@ int run(const Settings& settings) {
   if (!loaded) stop_with(loaded.error().message());
   scene::Scene scene = *loaded;
   scene.environment_visible = false;
-  const intersect::FiberScene fibers(scene);
+  const geometry::FiberScene fibers(scene);
   const std::atomic<bool> never{false};
   Json means = Json::array(), passes = Json::array(), rows;
   for (int s = 0; s < settings.seeds; ++s) {

@@ -35,14 +35,14 @@
 #include <utility>
 #include <vector>
 
-#include "fiber/circle_ray.h"
 #include "fiber/fourier_reference.h"
 #include "fiber/row_axes.h"
 #include "models/direction_panels.h"
 #include "models/model_measures.h"
-#include "models/registry.h"
-#include "tress/adaptive/random.h"
+#include "references/models/circle_ray.h"
+#include "references/registry.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 
 namespace tress {
 namespace {
@@ -177,7 +177,7 @@ struct ModelledFiber {
   }
 };
 
-/// The nodes that any xi chooses at wr are asked over all inclinations, so often that rows are born, tested and
+/// The nodes that any xi chooses at wr are asked over all inclinations, so often that rows are created, tested and
 /// converge; by `exact` answers nothing is learned.
 struct Teacher {
   std::unique_ptr<adaptive::Target> target;
@@ -339,7 +339,7 @@ class SliceMaps {
   }
 
   void measure(const Rival& rival) {
-    const fiber::ModelInfo& info = *fiber::find_model(rival.model);
+    const fiber::ModelInfo& info = *references::find_model(rival.model);
     Teacher* teacher = teacher_of(rival, info);
     const auto make = [&](fiber::Estimator estimator) {
       const bool learns = teacher != nullptr && estimator != fiber::Estimator::exact;

@@ -1,9 +1,10 @@
-// A scene of very many distinct materials: what pages cost in memory and time before and while they are asked, under
+// A scene of very many distinct materials: what slices cost in memory and time before and while they are asked, under
 // the ceiling of the table. JSON on stdout.
 //
-//   bench_atlas_pages [--pages N] [--memory MB] [--queries N]
+//   bench_atlas_slices [--slices N] [--memory MB] [--queries N]
 //
-// Page i is a TT page of sigma 10 degrees and its own eta. Queries go to random pages, one vertex each, in two passes.
+// Slice i is a TT slice of sigma 10 degrees and its own eta. Queries go to random slices, one vertex each, in two
+// passes.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -16,8 +17,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace {
@@ -37,24 +38,24 @@ double resident() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::uint32_t pages = 1000000, queries = 20000;
+  std::uint32_t slices = 1000000, queries = 20000;
   std::size_t memory = 256;
   CLI::App app("many pages, as JSON");
-  app.add_option("--pages", pages)->check(CLI::PositiveNumber);
+  app.add_option("--pages", slices)->check(CLI::PositiveNumber);
   app.add_option("--memory", memory, "MB")->check(CLI::PositiveNumber);
   app.add_option("--queries", queries, "a pass");
   CLI11_PARSE(app, argc, argv);
   const auto target = fiber::make_elliptical_target();
   adaptive::Options options;
   options.memory_bytes = memory << 20;
-  options.birth_touches = 1;
+  options.queries_before_creation = 1;
   adaptive::Service service(options, *target);
   const double before = resident(), start = cpu_seconds();
   const auto sigma = static_cast<float>(10 * std::numbers::pi / 180);
-  adaptive::PageDescription page = fiber::elliptical_page(1, 1.55f, 0.85f, sigma);
-  for (std::uint32_t i = 0; i < pages; ++i) {
-    page.key.parameters[0] = 1.2f + 0.7e-6f * static_cast<float>(i);
-    service.add_page(page);
+  adaptive::SliceDescription slice = fiber::elliptical_slice(1, 1.55f, 0.85f, sigma);
+  for (std::uint32_t i = 0; i < slices; ++i) {
+    slice.key.parameters[0] = 1.2f + 0.7e-6f * static_cast<float>(i);
+    service.add_slice(slice);
   }
   const double added = cpu_seconds(), held = resident();
   adaptive::PassReport report;
@@ -63,7 +64,7 @@ int main(int argc, char** argv) {
     const double first = cpu_seconds();
     RandomStream random(1, pass);
     for (std::uint32_t i = 0; i < queries; ++i) {
-      const auto at = static_cast<adaptive::PageId>(random.next_bits() % service.page_count());
+      const auto at = static_cast<adaptive::SliceId>(random.next_bits() % service.slice_count());
       service.look_up(at, 2, 5);
     }
     const double then = cpu_seconds();
@@ -72,11 +73,11 @@ int main(int argc, char** argv) {
     publishing += cpu_seconds() - then;
     most = std::max(most, resident());
   }
-  const nlohmann::json found = {{"pages", service.page_count()},
-                                {"nodes_a_page", page.node_count()},
+  const nlohmann::json found = {{"pages", service.slice_count()},
+                                {"nodes_a_page", slice.node_count()},
                                 {"ceiling_bytes", options.memory_bytes},
-                                {"add_us_a_page", 1e6 * (added - start) / pages},
-                                {"bytes_a_page", (held - before) / pages},
+                                {"add_us_a_page", 1e6 * (added - start) / slices},
+                                {"bytes_a_page", (held - before) / slices},
                                 {"resident_bytes", most},
                                 {"query_us", 1e6 * asking / (2.0 * queries)},
                                 {"publish_ms", 1e3 * publishing / 2},

@@ -25,8 +25,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/denormals.h"
 #include "fiber/energy_table.h"
-#include "integrate/denormals.h"
 #include "models/adversarial_points.h"
 #include "models/adversarial_queries.h"
 
@@ -150,8 +150,8 @@ std::string text_of(const AdversarialEvent& event, const fiber::FiberDirection& 
 Found ask(const Settings& settings, const test::TaughtModel& taught, const AdversarialFiber& fiber, std::uint32_t f,
           std::uint32_t block, std::int64_t events) {
   Found found;
-  std::unique_ptr<integrate::FlushDenormals> flush;
-  if (block % 2 == 1) flush = std::make_unique<integrate::FlushDenormals>();
+  std::unique_ptr<FlushDenormals> flush;
+  if (block % 2 == 1) flush = std::make_unique<FlushDenormals>();
   test::AdversarialQueries queries(taught, fiber, f);
   for (std::uint32_t e = 0; e < static_cast<std::uint32_t>(events); ++e) {
     const bool shown = !settings.replay.empty() && e == settings.replay[2];

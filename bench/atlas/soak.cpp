@@ -19,8 +19,8 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/fiber_scene.h"
 #include "integrate/renderer.h"
-#include "intersect/fiber_scene.h"
 #include "scene/scene.h"
 #include "tress/adaptive/cache.h"
 #include "tress/fiber/elliptical_model.h"
@@ -55,7 +55,7 @@ void live(const Settings& settings, int life, std::string& saved) {
   overrides.height = height;
   const Result<scene::Scene> scene = scene::load_scene(settings.scene, overrides);
   if (!scene) stop_with(scene.error().message());
-  const intersect::FiberScene fibers(*scene);
+  const geometry::FiberScene fibers(*scene);
   const auto target = fiber::make_elliptical_target();
   adaptive::Options learn;
   learn.seed = static_cast<std::uint64_t>(life);
@@ -64,7 +64,7 @@ void live(const Settings& settings, int life, std::string& saved) {
   std::vector<fiber::FiberId> ids;
   for (const fiber::FiberParameters& one : scene->fibers) ids.push_back(model->add_fiber(one));
   if (!saved.empty()) {
-    Result<adaptive::TableImage> image = adaptive::decode_cache(saved, target->model_name(), "saved");
+    Result<adaptive::TableSnapshot> image = adaptive::decode_cache(saved, target->model_name(), "saved");
     if (!image) stop_with(image.error().message());
     if (const auto error = service.load(std::move(*image))) stop_with(error->message());
     model->rows_changed();

@@ -13,9 +13,9 @@
 #include "accuracy/random_rows.h"
 #include "fiber/elliptical_target.h"
 #include "fiber/row_axes.h"
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/traced_nodes.h"
+#include "tress/base/random.h"
 
 namespace tress::bench {
 
@@ -24,25 +24,25 @@ struct StressRow {
   float blur_rad = 0.2f;
 };
 
-/// Rows by their number: page i has one node, row i. Thread-safe.
+/// Rows by their number: slice i has one node, row i. Thread-safe.
 class ListedTarget final : public adaptive::Target {
  public:
   explicit ListedTarget(std::vector<StressRow> rows) : rows_(std::move(rows)) {}
 
-  void trace(const adaptive::PageDescription& page, float, float,
+  void trace(const adaptive::SliceDescription& slice, float, float,
              std::vector<adaptive::TracedRay>& out) const override {
-    const StressRow& row = rows_[page.key.lobe];
+    const StressRow& row = rows_[slice.key.lobe];
     out.insert(out.end(), row.rays.begin(), row.rays.end());
   }
   std::string model_name() const override { return "listed-1"; }
 
   std::size_t size() const { return rows_.size(); }
-  adaptive::PageDescription page(std::size_t i) const {
-    adaptive::PageDescription page;
-    page.key.lobe = static_cast<std::uint32_t>(i);
-    page.axis_a = page.axis_b = {0.0f};
-    page.blur_rad = rows_[i].blur_rad;
-    return page;
+  adaptive::SliceDescription slice(std::size_t i) const {
+    adaptive::SliceDescription slice;
+    slice.key.lobe = static_cast<std::uint32_t>(i);
+    slice.axis_a = slice.axis_b = {0.0f};
+    slice.blur_rad = rows_[i].blur_rad;
+    return slice;
   }
   adaptive::TracedNodes nodes(std::size_t i) const { return {rows_[i].rays, rows_[i].blur_rad}; }
 
@@ -105,11 +105,11 @@ class StressTargets {
     for (;;) {
       const auto sigma = static_cast<float>(cut ? between(1, 10) : 1) * degree;
       const auto e = static_cast<float>(cut ? between(0.5, 0.8) : between(0.7, 1));
-      adaptive::PageDescription page = fiber::elliptical_page(1 + static_cast<int>(between(0, 3)), 1.55f, e, sigma);
-      const float a = page.axis_a[static_cast<std::size_t>(between(0, static_cast<double>(page.axis_a.size())))];
-      const float b = page.axis_b[static_cast<std::size_t>(between(0, static_cast<double>(page.axis_b.size())))];
+      adaptive::SliceDescription slice = fiber::elliptical_slice(1 + static_cast<int>(between(0, 3)), 1.55f, e, sigma);
+      const float a = slice.axis_a[static_cast<std::size_t>(between(0, static_cast<double>(slice.axis_a.size())))];
+      const float b = slice.axis_b[static_cast<std::size_t>(between(0, static_cast<double>(slice.axis_b.size())))];
       StressRow row{{}, sigma};
-      target_.trace(page, a, b, row.rays);
+      target_.trace(slice, a, b, row.rays);
       double energy = 0;
       for (const adaptive::TracedRay& ray : row.rays) energy += static_cast<double>(ray.weight);
       const double all = fiber::traced_node_count(sigma) * (energy < 0.05 ? 4.0 : 1.0);

@@ -10,21 +10,21 @@
 #include <optional>
 #include <vector>
 
+#include "geometry/fiber_scene.h"
 #include "integrate/light_sampler.h"
 #include "integrate/scattering.h"
-#include "intersect/fiber_scene.h"
 
 namespace tress::bench {
 
 enum class Step : std::uint8_t { camera_ray, continuation_ray, shadow_ray, begin, evaluate, sample, draw_light };
 
 struct ShadowRay {
-  intersect::Ray ray;
+  geometry::Ray ray;
   float distance_cm;
 };
 
 struct Begin {
-  intersect::Hit hit;
+  geometry::Hit hit;
   glm::vec3 ray_direction;
   std::array<float, 2> xi;
 };
@@ -37,13 +37,13 @@ struct LightDraw {
 
 /// A ray that was drawn by a BCSDF, and how far it got: infinity where it met nothing.
 struct Way {
-  intersect::Ray ray;
+  geometry::Ray ray;
   float distance_cm;
 };
 
 struct RecordedPaths {
   std::vector<Step> steps;
-  std::vector<intersect::Ray> camera_rays;
+  std::vector<geometry::Ray> camera_rays;
   std::vector<Way> ways;
   std::vector<ShadowRay> shadow_rays;
   std::vector<Begin> begins;
@@ -64,21 +64,21 @@ inline RecordedPaths* recording = nullptr;
 
 namespace tress::bench {
 
+using geometry::FiberScene;
 using integrate::LightSampler;
 using integrate::PathSums;
 using integrate::Scattering;
 using integrate::Vertex;
-using intersect::FiberScene;
 
 // A member function takes its object as the first argument (Itanium C++ ABI).
-TRESS_WRAPPED(std::optional<intersect::Hit>, intersect, "_ZNK5tress9intersect10FiberScene9intersectERKNS0_3RayE",
-              const FiberScene*, const intersect::Ray&)
-TRESS_WRAPPED(bool, occluded, "_ZNK5tress9intersect10FiberScene8occludedERKNS0_3RayEf", const FiberScene*,
-              const intersect::Ray&, float)
+TRESS_WRAPPED(std::optional<geometry::Hit>, intersect, "_ZNK5tress8geometry10FiberScene9intersectERKNS0_3RayE",
+              const FiberScene*, const geometry::Ray&)
+TRESS_WRAPPED(bool, occluded, "_ZNK5tress8geometry10FiberScene8occludedERKNS0_3RayEf", const FiberScene*,
+              const geometry::Ray&, float)
 TRESS_WRAPPED(
     Vertex, begin,
-    "_ZNK5tress9integrate10Scattering5beginERKNS_9intersect3HitERKN3glm3vecILi3EfLNS6_9qualifierE0EEERKSt5arrayIfLm2EE",
-    const Scattering*, const intersect::Hit&, const glm::vec3&, const std::array<float, 2>&)
+    "_ZNK5tress9integrate10Scattering5beginERKNS_8geometry3HitERKN3glm3vecILi3EfLNS6_9qualifierE0EEERKSt5arrayIfLm2EE",
+    const Scattering*, const geometry::Hit&, const glm::vec3&, const std::array<float, 2>&)
 TRESS_WRAPPED(
     integrate::Scattered, evaluate,
     "_ZNK5tress9integrate10Scattering8evaluateERKNS0_6VertexERKN3glm3vecILi3EfLNS5_9qualifierE0EEERNS0_8PathSumsE",
@@ -92,8 +92,8 @@ TRESS_WRAPPED(LightSampler::Arrival, draw_light,
 
 #undef TRESS_WRAPPED
 
-std::optional<intersect::Hit> wrapped_intersect(const FiberScene* self, const intersect::Ray& ray) {
-  std::optional<intersect::Hit> hit = real_intersect(self, ray);
+std::optional<geometry::Hit> wrapped_intersect(const FiberScene* self, const geometry::Ray& ray) {
+  std::optional<geometry::Hit> hit = real_intersect(self, ray);
   if (recording) {
     if (recording->is_first_ray) {
       recording->steps.push_back(Step::camera_ray);
@@ -107,7 +107,7 @@ std::optional<intersect::Hit> wrapped_intersect(const FiberScene* self, const in
   return hit;
 }
 
-bool wrapped_occluded(const FiberScene* self, const intersect::Ray& ray, float distance_cm) {
+bool wrapped_occluded(const FiberScene* self, const geometry::Ray& ray, float distance_cm) {
   if (recording) {
     recording->steps.push_back(Step::shadow_ray);
     recording->shadow_rays.push_back({ray, distance_cm});
@@ -115,7 +115,7 @@ bool wrapped_occluded(const FiberScene* self, const intersect::Ray& ray, float d
   return real_occluded(self, ray, distance_cm);
 }
 
-Vertex wrapped_begin(const Scattering* self, const intersect::Hit& hit, const glm::vec3& ray_direction,
+Vertex wrapped_begin(const Scattering* self, const geometry::Hit& hit, const glm::vec3& ray_direction,
                      const std::array<float, 2>& xi) {
   if (recording) {
     recording->steps.push_back(Step::begin);

@@ -27,13 +27,13 @@
 #include <utility>
 #include <vector>
 
-#include "integrate/denormals.h"
+#include "base/denormals.h"
 #include "integrate/film.h"
 #include "integrate/path_tracer.h"
 #include "integrate/renderer.h"
-#include "models/registry.h"
 #include "program_counters.h"
 #include "recorded_paths.h"
+#include "references/registry.h"
 #include "tress/adaptive/service.h"
 
 namespace tress::bench {
@@ -65,7 +65,7 @@ volatile double sink;
 /// Reads every answer, so that none is left out.
 class Sum {
  public:
-  void add(const std::optional<intersect::Hit>& hit) { total_ += hit ? static_cast<double>(hit->distance_cm) : 0; }
+  void add(const std::optional<geometry::Hit>& hit) { total_ += hit ? static_cast<double>(hit->distance_cm) : 0; }
   void add(float value) { total_ += static_cast<double>(value); }
   ~Sum() { sink = total_; }
 
@@ -82,7 +82,7 @@ struct Parts {
 class Workbench {
  public:
   Workbench(const Setting& setting, scene::Scene scene) : setting_(setting), scene_(std::move(scene)) {
-    const fiber::ModelInfo& info = *fiber::find_model(setting.model);
+    const fiber::ModelInfo& info = *references::find_model(setting.model);
     if (info.make_target != nullptr) {
       target_ = info.make_target();
       service_ = std::make_unique<adaptive::Service>(setting.table, *target_);
@@ -91,7 +91,7 @@ class Workbench {
     result_["fiber_seconds"] = timed([&] {
       for (const fiber::FiberParameters& fiber : scene_.fibers) fiber_ids_.push_back(model_->add_fiber(fiber));
     });
-    result_["build_seconds"] = timed([&] { fibers_ = std::make_unique<intersect::FiberScene>(scene_); });
+    result_["build_seconds"] = timed([&] { fibers_ = std::make_unique<geometry::FiberScene>(scene_); });
     result_["embree_bytes"] = fibers_->bytes();
     options_.samples = setting.teach;
     options_.seed = setting.seed;
@@ -143,7 +143,7 @@ class Workbench {
 
   /// In the order of a render's blocks on one thread.
   void trace_all(const std::function<void(int, int)>& pixel) const {
-    const integrate::FlushDenormals flush;
+    const FlushDenormals flush;
     constexpr int block = 16;
     for (int top = 0; top < scene_.image.height; top += block) {
       for (int left = 0; left < scene_.image.width; left += block) {
@@ -180,7 +180,7 @@ class Workbench {
 
   void camera_rays() {
     Sum sum;
-    for (const intersect::Ray& ray : paths_.camera_rays) sum.add(fibers_->intersect(ray));
+    for (const geometry::Ray& ray : paths_.camera_rays) sum.add(fibers_->intersect(ray));
   }
   void continuation_rays() {
     Sum sum;
@@ -206,7 +206,7 @@ class Workbench {
 
   /// Every recorded step of the parts wanted, in the order of the paths.
   void replay(const Parts& parts, bool evaluating = true, bool sampling = true) {
-    const integrate::FlushDenormals flush;
+    const FlushDenormals flush;
     Sum sum;
     PathSums sums;
     Vertex vertex;
@@ -319,7 +319,7 @@ class Workbench {
   std::unique_ptr<adaptive::Service> service_;
   std::unique_ptr<fiber::FiberModel> model_;
   std::vector<fiber::FiberId> fiber_ids_;
-  std::unique_ptr<intersect::FiberScene> fibers_;
+  std::unique_ptr<geometry::FiberScene> fibers_;
   integrate::RenderOptions options_;
   std::unique_ptr<integrate::LightSampler> lights_;
   std::unique_ptr<integrate::Scattering> scattering_;
@@ -371,7 +371,7 @@ bool read(int argc, char** argv, Setting* setting) {
     else
       return false;
   }
-  return fiber::find_model(setting->model) != nullptr && setting->teach >= 1 && setting->repeat >= 1 &&
+  return references::find_model(setting->model) != nullptr && setting->teach >= 1 && setting->repeat >= 1 &&
          setting->table.epsilon > 0 && setting->overrides.width.value_or(1) >= 1 &&
          setting->overrides.height.value_or(1) >= 1;
 }

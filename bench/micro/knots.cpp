@@ -8,10 +8,10 @@
 #include <numbers>
 #include <vector>
 
-#include "knots/fit_knots.h"
-#include "models/elliptical/tinted_row.h"
-#include "tress/adaptive/random.h"
+#include "fit/fit_knots.h"
+#include "models/elliptical/absorbed_row.h"
 #include "tress/adaptive/traced_nodes.h"
+#include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress {
@@ -21,9 +21,9 @@ constexpr float pi = std::numbers::pi_v<float>, degree = pi / 180;
 const glm::vec3 brown(0.545f, 0.906f, 1.781f), mix(0.5f, 0.3f, 0.2f);
 
 adaptive::TracedNodes nodes_of(int p, float sigma_deg) {
-  const adaptive::PageDescription page = fiber::elliptical_page(p, 1.55f, 0.85f, sigma_deg * degree);
+  const adaptive::SliceDescription slice = fiber::elliptical_slice(p, 1.55f, 0.85f, sigma_deg * degree);
   std::vector<adaptive::TracedRay> rays;
-  fiber::make_elliptical_target()->trace(page, 0.8f, 0.5f, rays);
+  fiber::make_elliptical_target()->trace(slice, 0.8f, 0.5f, rays);
   return adaptive::TracedNodes(rays, sigma_deg * degree);
 }
 
@@ -40,7 +40,7 @@ BENCHMARK(fit)->Args({20, 100})->Args({10, 100})->Args({5, 100})->Args({5, 1000}
 
 void attributes(benchmark::State& state) {
   const adaptive::TracedNodes nodes = nodes_of(2, static_cast<float>(state.range(0)));
-  const adaptive::KnotTable table = adaptive::fit_knots(nodes, 0.01).table;
+  const adaptive::KnotDensity table = adaptive::fit_knots(nodes, 0.01).table;
   for (auto _ : state) benchmark::DoNotOptimize(adaptive::with_attributes(table, nodes));
 }
 BENCHMARK(attributes)->Arg(20)->Arg(5);
@@ -59,14 +59,14 @@ adaptive::Mixture mixture_of(std::uint32_t components, RandomStream& random) {
   return mixture;
 }
 
-adaptive::KnotTable table_of(std::size_t count, RandomStream& random) {
+adaptive::KnotDensity table_of(std::size_t count, RandomStream& random) {
   const adaptive::Mixture like = mixture_of(2, random);
   std::vector<adaptive::Knot> knots(count);
   for (std::size_t k = 0; k < count; ++k) {
     const float x = -pi + 2 * pi * static_cast<float>(k) / static_cast<float>(count);
     knots[k] = {like.density(x), 1 + random.next(), 0.1f};
   }
-  return adaptive::KnotTable(knots);
+  return adaptive::KnotDensity(knots);
 }
 
 /// range(0) rows read in turn; range(1): components of a mixture, or as many knots where it is 32 or more.
@@ -76,25 +76,25 @@ class Rows {
     RandomStream random(4);
     const auto parts = static_cast<std::uint32_t>(state.range(1));
     for (std::int64_t i = 0; i < state.range(0); ++i) {
-      rows_.push_back(parts >= adaptive::KnotTable::fewest ? pool_.make(table_of(parts, random), 0, brown)
-                                                           : pool_.make(mixture_of(parts, random), 0, brown));
+      rows_.push_back(parts >= adaptive::KnotDensity::fewest ? pool_.make(table_of(parts, random), 0, brown)
+                                                             : pool_.make(mixture_of(parts, random), 0, brown));
     }
   }
-  const fiber::TintedRow& pick(RandomStream& random) const {
+  const fiber::AbsorbedRow& pick(RandomStream& random) const {
     return *rows_[static_cast<std::size_t>((random.next_bits() >> 32) * rows_.size() >> 32)];
   }
   double bytes_a_row() const { return static_cast<double>(pool_.bytes()) / static_cast<double>(rows_.size()); }
 
  private:
-  fiber::TintedRowPool pool_;
-  std::vector<const fiber::TintedRow*> rows_;
+  fiber::AbsorbedRowPool pool_;
+  std::vector<const fiber::AbsorbedRow*> rows_;
 };
 
 void evaluate(benchmark::State& state) {
   const Rows rows(state);
   RandomStream random(5);
   for (auto _ : state) {
-    const fiber::TintedRow& row = rows.pick(random);
+    const fiber::AbsorbedRow& row = rows.pick(random);
     benchmark::DoNotOptimize(row.evaluate(2 * pi * (random.next() - 0.5f), mix, 0.02f));
   }
   state.counters["bytes_a_row"] = rows.bytes_a_row();
@@ -104,7 +104,7 @@ void sample(benchmark::State& state) {
   const Rows rows(state);
   RandomStream random(6);
   for (auto _ : state) {
-    const fiber::TintedRow& row = rows.pick(random);
+    const fiber::AbsorbedRow& row = rows.pick(random);
     benchmark::DoNotOptimize(row.sample(random.next(), mix, 0.02f));
   }
 }

@@ -9,7 +9,7 @@
 #include "fiber/energy_table.h"
 #include "fiber/longitudinal.h"
 #include "fiber/reflection.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress {
 namespace {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "models/learned_model.h"
-#include "models/registry.h"
+#include "references/registry.h"
 
 namespace tress {
 namespace {
@@ -119,7 +119,7 @@ void add(const std::string& name, bool has_light, const std::function<Measured()
 
 int main(int argc, char** argv) {
   using namespace tress;
-  for (const fiber::ModelInfo& info : fiber::models()) {
+  for (const fiber::ModelInfo& info : references::models()) {
     const std::string name = info.name;
     if (info.make_target != nullptr) {
       add(name + "/learned", true, [&info] { return taught(info); });

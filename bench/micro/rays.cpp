@@ -8,10 +8,10 @@
 #include <string_view>
 #include <vector>
 
-#include "intersect/fiber_scene.h"
+#include "geometry/fiber_scene.h"
 #include "scene/generated_grooms.h"
 #include "scene/strand_fibers.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress {
 namespace {
@@ -46,11 +46,11 @@ glm::vec3 random_direction(RandomStream& random) {
 }
 
 struct Rays {
-  std::vector<intersect::Ray> camera, leaving;
+  std::vector<geometry::Ray> camera, leaving;
 };
 
 /// Parallel to nothing: from points of a sphere around the groom to points of its strands.
-Rays rays_at(const scene::Scene& scene, const intersect::FiberScene& intersector) {
+Rays rays_at(const scene::Scene& scene, const geometry::FiberScene& intersector) {
   const std::vector<glm::vec3>& points = scene.grooms[0].points;
   glm::vec3 least = points[0], most = points[0];
   for (const glm::vec3& p : points) {
@@ -74,12 +74,12 @@ enum class Kind { camera, leaving, shadow };
 
 void cast(benchmark::State& state, Section section, Kind kind) {
   const scene::Scene scene = groom(section);
-  const intersect::FiberScene intersector(scene);
+  const geometry::FiberScene intersector(scene);
   const Rays rays = rays_at(scene, intersector);
-  const std::vector<intersect::Ray>& cast = kind == Kind::camera ? rays.camera : rays.leaving;
+  const std::vector<geometry::Ray>& cast = kind == Kind::camera ? rays.camera : rays.leaving;
   std::size_t i = 0, met = 0;
   for (auto _ : state) {
-    const intersect::Ray& ray = cast[i++ % cast.size()];
+    const geometry::Ray& ray = cast[i++ % cast.size()];
     met += kind == Kind::shadow ? intersector.occluded(ray) : intersector.intersect(ray).has_value();
   }
   state.counters["met"] = static_cast<double>(met) / static_cast<double>(i);

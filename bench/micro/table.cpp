@@ -7,10 +7,10 @@
 #include <numbers>
 #include <vector>
 
-#include "learner/fit_mixture.h"
-#include "sketch/sketch.h"
-#include "tress/adaptive/random.h"
+#include "fit/fit_mixture.h"
+#include "observations/sketch.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress::adaptive {
@@ -19,9 +19,9 @@ namespace {
 constexpr float degree = std::numbers::pi_v<float> / 180;
 
 std::vector<TracedRay> rays_of(int p, float sigma_deg) {
-  const PageDescription page = fiber::elliptical_page(p, 1.55f, 0.85f, sigma_deg * degree);
+  const SliceDescription slice = fiber::elliptical_slice(p, 1.55f, 0.85f, sigma_deg * degree);
   std::vector<TracedRay> rays;
-  fiber::make_elliptical_target()->trace(page, 0.8f, 0.5f, rays);
+  fiber::make_elliptical_target()->trace(slice, 0.8f, 0.5f, rays);
   return rays;
 }
 
@@ -63,7 +63,7 @@ void fit(benchmark::State& state) {
   const TracedNodes nodes(rays_of(2, 10), 10 * degree);
   Sketch sketch(Sketch::bin_count(10 * degree));
   RandomStream random(3);
-  for (const float x : coverage_azimuths({}, 10 * degree)) sketch.offer(x, nodes.density(x));
+  for (const float x : gap_fill_azimuths({}, 10 * degree)) sketch.offer(x, nodes.density(x));
   while (sketch.occupied() < state.range(0)) {
     const float x = azimuth(random);
     sketch.offer(x, nodes.density(x));
@@ -95,11 +95,11 @@ void attributes(benchmark::State& state) {
 }
 BENCHMARK(attributes)->Arg(5)->Arg(20);
 
-/// Converged rows of one page asked at random: range(0) nodes a side.
+/// Converged rows of one slice asked at random: range(0) nodes a side.
 void look_up(benchmark::State& state) {
   class Flat final : public Target {
    public:
-    void trace(const PageDescription&, float a, float b, std::vector<TracedRay>& out) const override {
+    void trace(const SliceDescription&, float a, float b, std::vector<TracedRay>& out) const override {
       for (int i = 0; i < 64; ++i) out.push_back({0.1f * static_cast<float>(i) + a + b, 1e-3f / 64, 1});
     }
     std::string model_name() const override { return "flat"; }
@@ -108,17 +108,17 @@ void look_up(benchmark::State& state) {
   Options options;
   options.memory_bytes = std::size_t{2} << 30;
   Service service(options, target);
-  PageDescription page;
-  page.blur_rad = 0.3f;
+  SliceDescription slice;
+  slice.blur_rad = 0.3f;
   const auto side = static_cast<std::uint32_t>(state.range(0));
   for (std::uint32_t i = 0; i < side; ++i) {
-    page.axis_a.push_back(static_cast<float>(i) * 1e-3f);
-    page.axis_b.push_back(static_cast<float>(i) * 1e-3f);
+    slice.axis_a.push_back(static_cast<float>(i) * 1e-3f);
+    slice.axis_b.push_back(static_cast<float>(i) * 1e-3f);
   }
-  const PageId id = service.add_page(page);
+  const SliceId id = service.add_slice(slice);
   PassReport report;
-  while (report.rows_converged < page.node_count()) {
-    for (std::uint32_t n = 0; n < page.node_count(); ++n) {
+  while (report.rows_converged < slice.node_count()) {
+    for (std::uint32_t n = 0; n < slice.node_count(); ++n) {
       for (int k = 0; k < 8; ++k) service.look_up(id, n / side, n % side);
     }
     report = service.publish();
@@ -132,7 +132,7 @@ void look_up(benchmark::State& state) {
     benchmark::DoNotOptimize(row.state);
     benchmark::DoNotOptimize(row.fit->uniform_weight);
   }
-  state.counters["bytes_a_row"] = static_cast<double>(report.bytes) / page.node_count();
+  state.counters["bytes_a_row"] = static_cast<double>(report.bytes) / slice.node_count();
 }
 BENCHMARK(look_up)->Arg(20)->Arg(100)->Arg(400);
 

@@ -90,7 +90,7 @@ const glm::vec3 clear(0.0f), brown(0.545f, 0.906f, 1.781f);
 BENCHMARK_CAPTURE(vertex, converged_brown, Rows::converged, brown);
 BENCHMARK_CAPTURE(vertex, converged_clear, Rows::converged, clear);
 BENCHMARK_CAPTURE(vertex, open_brown, Rows::open, brown);
-BENCHMARK_CAPTURE(vertex, unborn_brown, Rows::unborn, brown);
+BENCHMARK_CAPTURE(vertex, unborn_brown, Rows::absent, brown);
 BENCHMARK_CAPTURE(vertex, exact_brown, Rows::traced_at_vertex, brown);
 BENCHMARK_CAPTURE(scattered, fitted, fiber::Estimator::fitted);
 BENCHMARK_CAPTURE(scattered, corrected, fiber::Estimator::corrected);

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::cli {
 namespace {
@@ -22,11 +22,11 @@ constexpr std::size_t nodes_at_once = 8192;  // of open rows, 10 to 30 KB each
 constexpr int most_passes = 4096;            // of a group; a row is refused long before
 
 struct Node {
-  adaptive::PageId page;
+  adaptive::SliceId slice;
   std::uint32_t a, b;
 };
 
-RowView look(const Service& service, const Node& node) { return service.peek(node.page, node.a, node.b); }
+RowView look(const Service& service, const Node& node) { return service.peek(node.slice, node.a, node.b); }
 
 bool is_decided(RowState state) { return state == RowState::converged || state == RowState::refused; }
 
@@ -34,42 +34,42 @@ void ask(const Service& service, const Node& node, std::uint64_t pass) {
   const adaptive::Options& options = service.options();
   const float share = options.uniform_share_open;
   RandomStream random(options.seed ^ baking_stream,
-                      std::uint64_t{node.page} << 40 ^ std::uint64_t{node.a} << 20 ^ std::uint64_t{node.b}, pass);
+                      std::uint64_t{node.slice} << 40 ^ std::uint64_t{node.a} << 20 ^ std::uint64_t{node.b}, pass);
   for (std::uint32_t i = 0; i < options.scores_per_test(); ++i) {
-    const RowView row = service.look_up(node.page, node.a, node.b);
+    const RowView row = service.look_up(node.slice, node.a, node.b);
     if (row.state != RowState::open || row.fit == nullptr) return;
     const float x = row.fit->sample(random.next(), share);
     service.score(row, x, row.nodes->density(x), row.fit->proposal_density(x, share));
   }
 }
 
-/// The nodes of pages from `first` on, as many pages as make nodes_at_once; returns the page after them.
-adaptive::PageId take_pages(const Service& service, adaptive::PageId first, std::vector<Node>& nodes) {
-  adaptive::PageId page = first;
-  for (; page < service.page_count() && (nodes.empty() || nodes.size() < nodes_at_once); ++page) {
-    const adaptive::PageDescription& description = service.page(page);
+/// The nodes of slices from `first` on, as many slices as make nodes_at_once; returns the slice after them.
+adaptive::SliceId take_slices(const Service& service, adaptive::SliceId first, std::vector<Node>& nodes) {
+  adaptive::SliceId slice = first;
+  for (; slice < service.slice_count() && (nodes.empty() || nodes.size() < nodes_at_once); ++slice) {
+    const adaptive::SliceDescription& description = service.slice(slice);
     for (std::uint32_t a = 0; a < description.axis_a.size(); ++a) {
-      for (std::uint32_t b = 0; b < description.axis_b.size(); ++b) nodes.push_back({page, a, b});
+      for (std::uint32_t b = 0; b < description.axis_b.size(); ++b) nodes.push_back({slice, a, b});
     }
   }
-  return page;
+  return slice;
 }
 
 }  // namespace
 
 adaptive::Options baking(adaptive::Options options) {
-  options.birth_touches = 1;
+  options.queries_before_creation = 1;
   return options;
 }
 
 BakeProgress bake_table(Service& service, const std::function<bool(const BakeProgress&)>& told) {
   BakeProgress progress;
-  for (adaptive::PageId p = 0; p < service.page_count(); ++p) progress.nodes += service.page(p).node_count();
+  for (adaptive::SliceId p = 0; p < service.slice_count(); ++p) progress.nodes += service.slice(p).node_count();
   std::vector<Node> open;
-  for (adaptive::PageId page = 0; page < service.page_count();) {
+  for (adaptive::SliceId slice = 0; slice < service.slice_count();) {
     open.clear();
-    page = take_pages(service, page, open);
-    std::size_t asked = open.size();  // the first of them: where memory is short, an unborn node is traced for nothing
+    slice = take_slices(service, slice, open);
+    std::size_t asked = open.size();  // the first of them: where memory is short, an absent node is traced for nothing
     for (std::uint64_t pass = 0; pass < most_passes && !open.empty(); ++pass) {
       const Clock::time_point start = Clock::now();
       tbb::parallel_for(std::size_t{0}, std::min(asked, open.size()),
@@ -84,7 +84,7 @@ BakeProgress bake_table(Service& service, const std::function<bool(const BakePro
       if (!told(progress)) return progress;
       asked = progress.last.at_ceiling ? std::size_t(progress.last.rows_open) + 64 : 2 * asked;
       // Every row that had room is decided: what is left will find none.
-      if (progress.last.at_ceiling && progress.last.rows_open == 0 && progress.last.births == 0) break;
+      if (progress.last.at_ceiling && progress.last.rows_open == 0 && progress.last.creations == 0) break;
     }
   }
   return progress;

@@ -1,4 +1,4 @@
-// Learns a whole table without rendering: every node of every page is asked until its row is decided.
+// Learns a whole table without rendering: every node of every slice is asked until its row is decided.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 namespace tress::cli {
 
 struct BakeProgress {
-  std::uint64_t nodes = 0;      ///< of all pages
+  std::uint64_t nodes = 0;      ///< of all slices
   std::uint64_t converged = 0;  ///< rows of them
   std::uint64_t refused = 0;
   std::uint64_t passes = 0;
@@ -20,13 +20,13 @@ struct BakeProgress {
   std::uint64_t decided() const { return converged + refused; }
 };
 
-/// Options that a table is baked with: births at the first touch.
+/// Options that a table is baked with: creations at the first touch.
 adaptive::Options baking(adaptive::Options options);
 
-/// Asks every node, a few pages at a time so that few rows are open at once. A pass brings an open row as many draws
+/// Asks every node, a few slices at a time so that few rows are open at once. A pass brings an open row as many draws
 /// from its own proposal as a test wants. Parallel inside (oneTBB); the same table for any number of threads. Ends when
-/// every row has converged or is refused; when memory lets no more be born; after 4096 passes over one group of pages;
-/// or when `told`, called after each pass, says false.
+/// every row has converged or is refused; when memory lets no more be created; after 4096 passes over one group of
+/// slices; or when `told`, called after each pass, says false.
 BakeProgress bake_table(adaptive::Service& service, const std::function<bool(const BakeProgress&)>& told);
 
 }  // namespace tress::cli

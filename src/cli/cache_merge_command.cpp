@@ -18,13 +18,13 @@ namespace tress::cli {
 namespace {
 
 /// The join of all files. Errors are told, all of them.
-std::optional<adaptive::TableImage> merge_files(const std::vector<std::filesystem::path>& files) {
-  std::optional<adaptive::TableImage> merged;
+std::optional<adaptive::TableSnapshot> merge_files(const std::vector<std::filesystem::path>& files) {
+  std::optional<adaptive::TableSnapshot> merged;
   std::filesystem::path first;
   bool refused = false;
   for (const std::filesystem::path& file : files) {
     const std::string model = merged ? merged->model : "";
-    Result<adaptive::TableImage> image = adaptive::load_cache(file, model);
+    Result<adaptive::TableSnapshot> image = adaptive::load_cache(file, model);
     if (!image) {
       Error error = image.error();
       if (error.expected.starts_with("model ")) error.expected += " as in " + first.string();
@@ -50,7 +50,7 @@ bool is_one_of(const std::filesystem::path& file, const std::vector<std::filesys
 
 /// `merged` as the whole of the output; where that is an input too, joined once more, since a session may have saved
 /// into it meanwhile.
-Result<adaptive::TableImage> write(const CacheMergeSettings& settings, adaptive::TableImage merged) {
+Result<adaptive::TableSnapshot> write(const CacheMergeSettings& settings, adaptive::TableSnapshot merged) {
   if (is_one_of(settings.output, settings.files)) {
     Result<adaptive::CacheUpdate> update = adaptive::merge_into_cache(settings.output, std::move(merged));
     if (!update) return update.error();
@@ -72,21 +72,21 @@ int run_cache_merge(const CacheMergeSettings& settings) {
     fail(error->message());
     return 1;
   }
-  std::optional<adaptive::TableImage> merged = merge_files(settings.files);
+  std::optional<adaptive::TableSnapshot> merged = merge_files(settings.files);
   if (!merged) return 1;
-  const Result<adaptive::TableImage> written = write(settings, std::move(*merged));
+  const Result<adaptive::TableSnapshot> written = write(settings, std::move(*merged));
   if (!written) {
     fail(written.error().message());
     return 1;
   }
   std::uint64_t rows = 0, converged = 0;
-  for (const adaptive::CachedPage& page : written->pages) {
-    rows += page.rows.size();
+  for (const adaptive::CachedSlice& slice : written->slices) {
+    rows += slice.rows.size();
     converged += static_cast<std::uint64_t>(
-        std::ranges::count_if(page.rows, [](const auto& row) { return row.state == adaptive::RowState::converged; }));
+        std::ranges::count_if(slice.rows, [](const auto& row) { return row.state == adaptive::RowState::converged; }));
   }
   fmt::print("{}: {} files merged, {} pages, {} rows, {} of them converged, hash {}\n", settings.output.string(),
-             settings.files.size(), written->pages.size(), rows, converged, adaptive::cache_hash(*written));
+             settings.files.size(), written->slices.size(), rows, converged, adaptive::cache_hash(*written));
   return 0;
 }
 

@@ -7,7 +7,7 @@
 #include "cli/fiber_options.h"
 #include "cli/learner_options.h"
 #include "cli/option_types.h"
-#include "models/registry.h"
+#include "references/registry.h"
 
 namespace tress::cli {
 
@@ -26,7 +26,7 @@ void add_prebake(CLI::App* cache, PrebakeSettings& s, bool& quiet) {
       ->required()
       ->type_name("FILE");
   std::vector<std::string> models;
-  for (const fiber::ModelInfo& model : fiber::models()) models.emplace_back(model.name);
+  for (const fiber::ModelInfo& model : references::models()) models.emplace_back(model.name);
   add_choice(
       prebake, "--model", models, [&s](const std::string& name) { s.model = name; }, "fiber model, one that has rows");
   add_learner(prebake, s.table);

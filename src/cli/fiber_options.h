@@ -1,4 +1,4 @@
-// The options that change the shape of all fibers, and with it the pages of their rows.
+// The options that change the shape of all fibers, and with it the slices of their rows.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -79,7 +79,7 @@ Curves make_curves(const FitSettings& s) {
   request.phi_r = radians(s.phi);
   request.sigma = radians(s.sigma);
   request.sigma_a = s.sigma_a;
-  request.p = fiber::page_order(static_cast<int>(s.lobe));
+  request.p = fiber::slice_order(static_cast<int>(s.lobe));
   if (s.lobe == fiber::Lobe::glint) request.part = fiber::TrtPart::glint;
   // 2048 do for 5 degrees; a narrower blur resolves more of the caustics.
   request.nodes = 2048 * std::max(1, static_cast<int>(std::ceil(5 / s.sigma)));
@@ -93,7 +93,7 @@ Curves make_curves(const FitSettings& s) {
     return curves;
   }
   RowRequest row;
-  row.page_lobe = static_cast<int>(s.lobe);
+  row.slice_lobe = static_cast<int>(s.lobe);
   row.eta = static_cast<float>(s.eta);
   row.eccentricity = static_cast<float>(s.eccentricity);
   row.sigma = static_cast<float>(request.sigma);

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "fiber/row_axes.h"
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress::cli {
@@ -36,17 +36,17 @@ double LearnedRow::density(double phi, double sigma_a) const {
 
 LearnedRow learn_row(const RowRequest& request) {
   const fiber::FoldedAzimuth fold = fiber::fold_azimuth(request.phi_r);
-  adaptive::PageDescription page =
-      fiber::elliptical_page(request.page_lobe, request.eta, request.eccentricity, request.sigma);
-  page.axis_a = {fold.phi};
-  page.axis_b = {std::fabs(request.theta_d)};
+  adaptive::SliceDescription slice =
+      fiber::elliptical_slice(request.slice_lobe, request.eta, request.eccentricity, request.sigma);
+  slice.axis_a = {fold.phi};
+  slice.axis_b = {std::fabs(request.theta_d)};
 
   adaptive::Options options;
   options.epsilon = request.epsilon;
-  options.birth_touches = 1;
+  options.queries_before_creation = 1;
   const std::unique_ptr<adaptive::Target> target = fiber::make_elliptical_target();
   adaptive::Service service(options, *target);
-  const adaptive::PageId id = service.add_page(page);
+  const adaptive::SliceId id = service.add_slice(slice);
 
   LearnedRow learned;
   learned.phi_r = request.phi_r;

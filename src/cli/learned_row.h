@@ -10,7 +10,7 @@ namespace tress::cli {
 
 /// Angles in radians.
 struct RowRequest {
-  int page_lobe = 1;  ///< as of fiber::elliptical_page()
+  int slice_lobe = 1;  ///< as of fiber::elliptical_slice()
   float eta = 1.55f, eccentricity = 0.85f, sigma = 0.2f;
   float phi_r = 0;    ///< any turn
   float theta_d = 0;  ///< sign ignored
@@ -28,7 +28,7 @@ struct LearnedRow {
   double density(double phi, double sigma_a) const;
 };
 
-/// Learns the row at exactly (phi_r, |theta_d|), from samples of its own proposal, as a render would: a page of one
+/// Learns the row at exactly (phi_r, |theta_d|), from samples of its own proposal, as a render would: a slice of one
 /// node, scored and observed pass by pass until the service calls it converged, or refuses it.
 LearnedRow learn_row(const RowRequest& request);
 

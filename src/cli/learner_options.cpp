@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/option_types.h"
+#include "references/registry.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::cli {
@@ -13,12 +14,12 @@ namespace tress::cli {
 void add_learner(CLI::App* app, adaptive::Options& table) {
   std::vector<std::string> names;
   std::string help = "how rows are learned";
-  for (const adaptive::LearnerInfo& info : adaptive::learners()) {
-    help += std::string(names.empty() ? ": " : "; ") + info.name + ": " + info.summary;
-    names.emplace_back(info.name);
+  for (const adaptive::Learner* info : references::learners()) {
+    help += std::string(names.empty() ? ": " : "; ") + info->name + ": " + info->summary;
+    names.emplace_back(info->name);
   }
   add_choice(
-      app, "--learner", names, [&table](const std::string& name) { table.learner = *adaptive::find_learner(name); },
+      app, "--learner", names, [&table](const std::string& name) { table.learner = references::find_learner(name); },
       help);
   add_integer(
       app, "--components", 1, adaptive::Mixture::max_components,

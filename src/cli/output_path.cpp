@@ -7,19 +7,19 @@
 #include <vector>
 
 #include "cli/console.h"
-#include "tress/adaptive/replace_file.h"
+#include "tress/base/replace_file.h"
 
 namespace tress::cli {
 
 std::optional<Error> check_output(const std::filesystem::path& file) {
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored)) return Error{file.string(), "", "a file to write", "a folder"};
-  const std::filesystem::path parent = adaptive::behind_links(file).parent_path();
+  const std::filesystem::path parent = behind_links(file).parent_path();
   const std::string folder = parent.empty() ? "." : parent.string();
   if (!std::filesystem::is_directory(folder, ignored)) {
     return Error{file.string(), "folder " + folder, "a folder that can be written", "no such folder"};
   }
-  return adaptive::check_replaceable(file);
+  return check_replaceable(file);
 }
 
 void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers) {
@@ -28,6 +28,6 @@ void tell_removed(const std::filesystem::path& file, const std::vector<std::file
   }
 }
 
-void remove_leftovers(const std::filesystem::path& file) { tell_removed(file, adaptive::remove_leftovers(file)); }
+void remove_leftovers(const std::filesystem::path& file) { tell_removed(file, tress::remove_leftovers(file)); }
 
 }  // namespace tress::cli

@@ -5,12 +5,12 @@
 #include <optional>
 #include <vector>
 
-#include "tress/adaptive/error.h"
+#include "tress/base/error.h"
 
 namespace tress::cli {
 
 /// Tries a temporary file beside what `file` ends in and removes it. Error if the folder is missing or cannot be
-/// written, if `file` is a folder or device, or its name too long. `file` itself is not touched.
+/// written, if `file` is a folder or device, or its name too long. `file` itself is not queried.
 std::optional<Error> check_output(const std::filesystem::path& file);
 
 /// Removes what killed saves left beside `file`, just written, and says so.

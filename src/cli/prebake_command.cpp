@@ -18,7 +18,7 @@
 #include "cli/json_text.h"
 #include "cli/output_path.h"
 #include "cli/telemetry_lines.h"
-#include "models/registry.h"
+#include "references/registry.h"
 #include "scene/scene.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
@@ -52,13 +52,13 @@ class PrebakeJob {
  public:
   PrebakeJob(const PrebakeSettings& settings, const scene::Scene& scene, TelemetryLines& telemetry, int threads)
       : settings_(settings), telemetry_(telemetry), threads_(threads) {
-    const fiber::ModelInfo& info = *fiber::find_model(settings.model);
+    const fiber::ModelInfo& info = *references::find_model(settings.model);
     target_ = info.make_target();
     service_ = std::make_unique<adaptive::Service>(baking(settings.table), *target_);
     fiber::ModelSettings model;
     model.service = service_.get();
-    const std::unique_ptr<fiber::FiberModel> pages = info.make(model);
-    for (const fiber::FiberParameters& fiber : scene.fibers) (void)pages->add_fiber(fiber);
+    const std::unique_ptr<fiber::FiberModel> slices = info.make(model);
+    for (const fiber::FiberParameters& fiber : scene.fibers) (void)slices->add_fiber(fiber);
     tell_header(scene);
   }
 
@@ -66,8 +66,8 @@ class PrebakeJob {
   int run() {
     const InterruptGuard interrupt;
     const Clock::time_point start = Clock::now();
-    note(fmt::format("{} pages, learner {}, epsilon {}", service_->page_count(),
-                     adaptive::learner_name(settings_.table.learner), settings_.table.epsilon));
+    note(fmt::format("{} pages, learner {}, epsilon {}", service_->slice_count(), settings_.table.learner->name,
+                     settings_.table.epsilon));
     BakeNotes notes;
     const BakeProgress baked = bake_table(*service_, [&](const BakeProgress& progress) {
       notes.tell(progress);
@@ -82,7 +82,7 @@ class PrebakeJob {
 
  private:
   int save(const BakeProgress& baked, int signal_status) {
-    const adaptive::TableImage image = service_->snapshot();
+    const adaptive::TableSnapshot image = service_->snapshot();
     hash_ = adaptive::cache_hash(image);
     std::vector<std::filesystem::path> removed;
     if (const std::optional<Error> error = adaptive::save_cache(settings_.output, image, &removed)) {
@@ -102,7 +102,7 @@ class PrebakeJob {
                                                : "they were still open after 4096 passes"));
     }
     fmt::print("{}: {} pages, {} rows, {} of them converged, {} refused, hash {}\n", settings_.output.string(),
-               service_->page_count(), baked.nodes - left, baked.converged, baked.refused, hash_);
+               service_->slice_count(), baked.nodes - left, baked.converged, baked.refused, hash_);
     return signal_status;
   }
 
@@ -110,11 +110,11 @@ class PrebakeJob {
     telemetry_.write([&](adaptive::TelemetryWriter& writer) {
       return writer.header({{"scene", json_text(scene.source)},
                             {"model", json_text(settings_.model)},
-                            {"learner", json_text(adaptive::learner_name(settings_.table.learner))},
+                            {"learner", json_text(settings_.table.learner->name)},
                             {"epsilon", json_text(settings_.table.epsilon)},
                             {"seed", json_text(settings_.table.seed)},
                             {"threads", json_text(threads_)},
-                            {"pages", json_text(service_->page_count())},
+                            {"pages", json_text(service_->slice_count())},
                             {"memory_limit", json_text(settings_.table.memory_bytes)}});
     });
   }
@@ -155,7 +155,7 @@ class PrebakeJob {
 }  // namespace
 
 std::string contradiction(const PrebakeSettings& settings) {
-  if (fiber::find_model(settings.model)->make_target == nullptr) {
+  if (references::find_model(settings.model)->make_target == nullptr) {
     return fmt::format("cache prebake: expected a model with rows, found --model {}", settings.model);
   }
   if (settings.telemetry) {

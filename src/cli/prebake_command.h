@@ -15,7 +15,7 @@ namespace tress::cli {
 struct PrebakeSettings {
   std::filesystem::path scene, output;
   scene::Overrides overrides;
-  std::string model = "elliptical";  ///< of fiber::models(), with rows
+  std::string model = "elliptical";  ///< of references::models(), with rows
   adaptive::Options table;
   std::optional<int> threads;
   std::optional<std::filesystem::path> telemetry;
@@ -24,7 +24,7 @@ struct PrebakeSettings {
 /// Empty if all is well; else what contradicts what, as a message: wrong usage.
 std::string contradiction(const PrebakeSettings& settings);
 
-/// Learns every row of every page that the fibers of the scene have and saves them as a warm cache, replacing one that
+/// Learns every row of every slice that the fibers of the scene have and saves them as a warm cache, replacing one that
 /// is there. Rows that did not converge are counted on stderr and saved as open. Exit status: 0, also with such rows; 1
 /// with nothing written; 130, 143 or 129 after a signal, with what was learned by then.
 int run_prebake(const PrebakeSettings& settings);

@@ -20,8 +20,8 @@
 #include "cli/output_path.h"
 #include "cli/progress.h"
 #include "cli/telemetry_lines.h"
-#include "intersect/fiber_scene.h"
-#include "models/registry.h"
+#include "geometry/fiber_scene.h"
+#include "references/registry.h"
 #include "tress/adaptive/telemetry.h"
 
 namespace tress::cli {
@@ -41,7 +41,7 @@ class RenderJob {
   RenderJob(const RenderSettings& settings, const scene::Scene& scene, int threads, Clock::time_point start,
             TelemetryLines telemetry)
       : settings_(settings), scene_(scene), threads_(threads), start_(start), telemetry_(std::move(telemetry)) {
-    const fiber::ModelInfo& info = *fiber::find_model(settings.model);
+    const fiber::ModelInfo& info = *references::find_model(settings.model);
     if (info.make_target != nullptr) target_ = info.make_target();
     if (target_ && settings.estimator != fiber::Estimator::exact) {
       adaptive::Options options = settings.table;
@@ -76,7 +76,7 @@ class RenderJob {
     const InterruptGuard interrupt;
     add_fibers();
     if (const int status = open_cache(); status != 0) return status;
-    const intersect::FiberScene fibers(scene_);
+    const geometry::FiberScene fibers(scene_);
 
     integrate::RenderOptions options = settings_.render;
     options.samples = settings_.stop.samples(scene_.image.samples);
@@ -107,7 +107,7 @@ class RenderJob {
     for (const fiber::FiberParameters& parameters : scene_.fibers) fiber_ids_.push_back(model_->add_fiber(parameters));
     for (const scene::Material& material : scene_.materials) tell_narrow_blurs(material);
     if (!service_) return;
-    note(fmt::format("{} pages for {} fiber{}, table of at most {:.4g} MB", service_->page_count(),
+    note(fmt::format("{} pages for {} fiber{}, table of at most {:.4g} MB", service_->slice_count(),
                      scene_.fibers.size(), scene_.fibers.size() == 1 ? "" : "s",
                      double(settings_.table.memory_bytes) / double(1 << 20)));
   }
@@ -168,14 +168,14 @@ class RenderJob {
     Extra fields{{"scene", json_text(scene_.source)},
                  {"model", json_text(model_->name())},
                  {"estimator", json_text(estimator_name())},
-                 {"learner", json_text(adaptive::learner_name(settings_.table.learner))},
+                 {"learner", json_text(settings_.table.learner->name)},
                  {"epsilon", json_text(settings_.table.epsilon)},
                  {"seed", json_text(settings_.render.seed)},
                  {"samples", json_text(settings_.stop.samples(scene_.image.samples))},
                  {"width", json_text(scene_.image.width)},
                  {"height", json_text(scene_.image.height)},
                  {"threads", json_text(threads_)},
-                 {"pages", json_text(service_ ? service_->page_count() : 0)},
+                 {"pages", json_text(service_ ? service_->slice_count() : 0)},
                  {"memory_limit", json_text(settings_.table.memory_bytes)}};
     if (settings_.quadrature_points) fields.emplace("quadrature_points", json_text(*settings_.quadrature_points));
     if (settings_.stop.seconds) fields.emplace("time_limit", json_text(*settings_.stop.seconds));

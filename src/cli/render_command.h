@@ -21,7 +21,7 @@ struct RenderSettings {
   integrate::RenderOptions render;       ///< samples come from the scene and its overrides
   StopRule stop;                         ///< instead of those samples
   std::optional<int> threads;            ///< unset: one per hardware thread that the process may use
-  std::string model = "elliptical";      ///< of fiber::models()
+  std::string model = "elliptical";      ///< of references::models()
   std::optional<int> quadrature_points;  ///< of models that have them
   fiber::Estimator estimator = fiber::Estimator::fitted;
   adaptive::Options table;

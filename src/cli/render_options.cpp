@@ -14,7 +14,7 @@
 #include "cli/fiber_options.h"
 #include "cli/learner_options.h"
 #include "cli/option_types.h"
-#include "models/registry.h"
+#include "references/registry.h"
 
 namespace tress::cli {
 namespace {
@@ -52,7 +52,7 @@ void add_appearance(CLI::App* app, scene::Overrides& o) {
 
 std::vector<std::string> model_words() {
   std::vector<std::string> words;
-  for (const fiber::ModelInfo& model : fiber::models()) words.emplace_back(model.name);
+  for (const fiber::ModelInfo& model : references::models()) words.emplace_back(model.name);
   words.emplace_back("exact");
   return words;
 }
@@ -193,14 +193,14 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
       given("--estimator") != "exact") {
     return "--estimator: expected exact with --model exact, found " + given("--estimator");
   }
-  const fiber::ModelInfo& model = *fiber::find_model(s.model);
+  const fiber::ModelInfo& model = *references::find_model(s.model);
   if (model.make_target == nullptr) {
     for (const char* option : {"--estimator", "--learner", "--components", "--epsilon", "--picture-error",
                                "--table-memory", "--warm-cache"}) {
       if (render.count(option)) return fmt::format("{}: expected a model with rows, found --model {}", option, s.model);
     }
   }
-  if (s.table.picture_error > 0 && s.table.learner == adaptive::Learner::table) {
+  if (s.table.picture_error > 0 && s.table.learner == &adaptive::knot_learner) {
     return "--picture-error: expected a learner that fits mixtures, found --learner table";
   }
   if (s.quadrature_points && !model.has_quadrature) {

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "tress/adaptive/error.h"
+#include "tress/base/error.h"
 
 namespace tress::cli {
 

@@ -17,11 +17,11 @@ struct RowCounts {
   std::uint64_t rows = 0, converged = 0;
 };
 
-RowCounts count_rows(const adaptive::TableImage& image) {
+RowCounts count_rows(const adaptive::TableSnapshot& image) {
   RowCounts counts;
-  for (const adaptive::CachedPage& page : image.pages) {
-    counts.rows += page.rows.size();
-    for (const adaptive::CachedRow& row : page.rows) counts.converged += row.state == adaptive::RowState::converged;
+  for (const adaptive::CachedSlice& slice : image.slices) {
+    counts.rows += slice.rows.size();
+    for (const adaptive::CachedRow& row : slice.rows) counts.converged += row.state == adaptive::RowState::converged;
   }
   return counts;
 }
@@ -72,7 +72,7 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
     said(fmt::format("warm cache {}: not there yet, starting cold", file_.string()));
     return std::nullopt;
   }
-  Result<adaptive::TableImage> image = adaptive::load_cache(file_, model_);
+  Result<adaptive::TableSnapshot> image = adaptive::load_cache(file_, model_);
   std::optional<Error> error;
   RowCounts counts;
   if (image) {
@@ -115,7 +115,7 @@ std::optional<Error> WarmCacheSession::save(const adaptive::Service& service) {
 }
 
 std::optional<Error> WarmCacheSession::replace(const adaptive::Service& service) {
-  const adaptive::TableImage image = service.snapshot();
+  const adaptive::TableSnapshot image = service.snapshot();
   std::vector<std::filesystem::path> removed;
   if (std::optional<Error> error = adaptive::save_cache(file_, image, &removed)) return error;
   tell_removed(file_, removed);
@@ -144,7 +144,7 @@ std::optional<Error> WarmCacheSession::merge(const adaptive::Service& service) {
   return std::nullopt;
 }
 
-void WarmCacheSession::tell_saved(const char* outcome, const char* words, const adaptive::TableImage& image) {
+void WarmCacheSession::tell_saved(const char* outcome, const char* words, const adaptive::TableSnapshot& image) {
   const RowCounts counts = count_rows(image);
   rows_saved_ = counts.rows;
   saved_ = outcome;

@@ -31,7 +31,7 @@ class WarmCacheSession {
   WarmCacheSession(std::filesystem::path file, CacheMode mode, std::string model,
                    Clock::duration interval = save_interval);
 
-  /// Loads into the service as the mode says, once its pages are known. Error only under `require`.
+  /// Loads into the service as the mode says, once its slices are known. Error only under `require`.
   std::optional<Error> open(adaptive::Service& service);
   /// Saves if the interval has passed since the last time. A failure is a warning; the end tries again.
   void save_if_due(const adaptive::Service& service);
@@ -50,7 +50,7 @@ class WarmCacheSession {
  private:
   std::optional<Error> replace(const adaptive::Service& service);
   std::optional<Error> merge(const adaptive::Service& service);
-  void tell_saved(const char* outcome, const char* words, const adaptive::TableImage& image);
+  void tell_saved(const char* outcome, const char* words, const adaptive::TableSnapshot& image);
   void refuse(const std::string& reason);
 
   std::filesystem::path file_;

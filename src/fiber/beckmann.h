@@ -8,7 +8,7 @@
 #include <glm/vec3.hpp>
 #include <numbers>
 
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::fiber {
 

@@ -11,11 +11,11 @@
 namespace tress::fiber {
 namespace {
 
-/// Appends n midpoint rays (n a multiple of the lanes) of a page; returns their mass.
-double trace_midpoints(const CrossSection& section, const adaptive::PageKey& page, int n,
+/// Appends n midpoint rays (n a multiple of the lanes) of a slice; returns their mass.
+double trace_midpoints(const CrossSection& section, const adaptive::SliceKey& slice, int n,
                        std::vector<adaptive::TracedRay>& out) {
-  const auto lobe = static_cast<int>(page.lobe), p = page_order(lobe);
-  const bool part = lobe == glint_page || lobe == trt_rest_page;
+  const auto lobe = static_cast<int>(slice.lobe), p = slice_order(lobe);
+  const bool part = lobe == glint_slice || lobe == trt_rest_slice;
   const double share = 1.0 / n;
   double mass = 0;
   float azimuth[RayBatch::lanes];
@@ -25,9 +25,9 @@ double trace_midpoints(const CrossSection& section, const adaptive::PageKey& pag
     rays.azimuths(azimuth);
     double kept[RayBatch::lanes];
     std::fill_n(kept, RayBatch::lanes, 1.0);
-    if (part) rays.glint_shares(static_cast<double>(page.parameters[2]), kept);
+    if (part) rays.glint_shares(static_cast<double>(slice.parameters[2]), kept);
     for (int i = 0; i < RayBatch::lanes; ++i) {
-      if (lobe == trt_rest_page) kept[i] = 1 - kept[i];
+      if (lobe == trt_rest_slice) kept[i] = 1 - kept[i];
       const double weight = rays.weight()[i] * share * kept[i];
       if (weight <= 0) continue;
       mass += weight;
@@ -46,15 +46,15 @@ int traced_node_count(float sigma_rad) {
   return n;
 }
 
-void EllipticalTarget::trace(const adaptive::PageDescription& page, float a, float b,
+void EllipticalTarget::trace(const adaptive::SliceDescription& slice, float a, float b,
                              std::vector<adaptive::TracedRay>& out) const {
-  const CrossSection section(page.key.parameters[0], page.key.parameters[1], a, b);
-  const int n = traced_node_count(page.key.parameters[2]);
+  const CrossSection section(slice.key.parameters[0], slice.key.parameters[1], a, b);
+  const int n = traced_node_count(slice.key.parameters[2]);
   const std::size_t first = out.size();
   out.reserve(first + static_cast<std::size_t>(n));
-  if (trace_midpoints(section, page.key, n, out) >= 0.05) return;
+  if (trace_midpoints(section, slice.key, n, out) >= 0.05) return;
   out.resize(first);
-  trace_midpoints(section, page.key, 4 * n, out);
+  trace_midpoints(section, slice.key, 4 * n, out);
 }
 
 std::string EllipticalTarget::model_name() const { return "elliptical-1"; }

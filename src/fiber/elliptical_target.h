@@ -8,12 +8,12 @@ namespace tress::fiber {
 /// Traced rays of lobe p at (phi_r, |theta_d|): n midpoints in h, n = 128 max(1, 20 degrees / sigma) rounded up to a
 /// power of two, four times that where E_p < .05. Weights are A_p / n, so that they sum to E_p; azimuths are
 /// Phi_p - phi_r; the attribute is the internal path length in major semi-axes. The parts of TRT take their share of
-/// A_2, which depends on the page's sigma (CrossSection::glint_share). Keys of pages are those of elliptical_page():
+/// A_2, which depends on the slice's sigma (CrossSection::glint_share). Keys of slices are those of elliptical_slice():
 /// parameters {eta, e, sigma_rad}.
 /// trace() does not need (a, b) to be a node: `exact` asks at the vertex. Stateless; any thread.
 class EllipticalTarget : public adaptive::Target {
  public:
-  void trace(const adaptive::PageDescription& page, float a, float b,
+  void trace(const adaptive::SliceDescription& slice, float a, float b,
              std::vector<adaptive::TracedRay>& out) const override;
   std::string model_name() const override;
 };

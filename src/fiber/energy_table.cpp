@@ -6,11 +6,12 @@
 #include <numbers>
 #include <utility>
 
-#include "fiber/float4.h"
+#include "base/color.h"
+#include "base/exp_of_negative.h"
+#include "base/float4.h"
 #include "fiber/reflection.h"
 #include "fiber/row_axes.h"
 #include "fiber/surface_fresnel.h"
-#include "tress/adaptive/exp_of_negative.h"
 
 namespace tress::fiber {
 namespace {
@@ -26,7 +27,7 @@ void absorb(const ClearEnergies& clear, Lobe lobe, float sigma_a, float* out) {
     const float* weight = clear.weights(lobe, k);
     const float* length = clear.lengths(lobe, k);
     for (int node = 0; node < node_count; ++node) {
-      out[node] += weight[node] * adaptive::exp_of_negative(-sigma_a * length[node]);
+      out[node] += weight[node] * exp_of_negative(-sigma_a * length[node]);
     }
   }
 }

@@ -20,13 +20,6 @@ struct LobeEnergies {
   float smooth_reflection = 0;  ///< E_R of a smooth surface, exact Fresnel: what R's closed form integrates to
 };
 
-/// Relative luminance of linear RGB (Rec. 709), and what each channel adds to it.
-inline glm::vec3 luminance_terms(const glm::vec3& color) { return color * glm::vec3(0.2126f, 0.7152f, 0.0722f); }
-inline float luminance(const glm::vec3& color) {
-  const glm::vec3 terms = luminance_terms(color);
-  return terms.r + terms.g + terms.b;
-}
-
 /// E_p(phi_r, theta_r), bilinear between the nodes of ClearEnergies, which are colored by their rules. Immutable after
 /// construction; any thread.
 class EnergyTable {

@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <optional>
 
-#include "fiber/float4.h"
+#include "base/float4.h"
+#include "base/quarter_sine.h"
 #include "fiber/longitudinal.h"
-#include "fiber/quarter_sine.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::fiber {

@@ -59,7 +59,7 @@ float LongitudinalLobe::scale_of_shape() const {
 
 float LongitudinalLobe::density_of_shape(float x) const {
   if (shape_ == LongitudinalShape::cauchy) return scale_ / (1 + x * x);
-  return scale_ * adaptive::exp_of_negative(-0.5f * std::max(x - nearest_, 0.0f) * (x + nearest_));
+  return scale_ * exp_of_negative(-0.5f * std::max(x - nearest_, 0.0f) * (x + nearest_));
 }
 
 float LongitudinalLobe::sample_of_shape(float u) const {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fiber/float4.h"
-#include "fiber/logarithm.h"
-#include "tress/adaptive/exp_of_negative.h"
+#include "base/exp_of_negative.h"
+#include "base/float4.h"
+#include "base/logarithm.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::fiber {
@@ -39,8 +39,8 @@ class LongitudinalLobe {
     }
     // F(b) - F(a) = e^-nearest (1 - e^(low - high)) / ((1 + e^-|low|) (1 + e^-|high|)), whichever side the mode is on.
     // high - low = pi/(2 lambda) is 2 at least (lambda <= 45 degrees), so that 1 - e^(low - high) does not cancel.
-    const float e_low = adaptive::exp_of_negative(-std::abs(low)), e_high = adaptive::exp_of_negative(-std::abs(high));
-    const float e_span = nearest_ > 0 ? adaptive::exp_of_negative(low - high) : e_low * e_high;
+    const float e_low = exp_of_negative(-std::abs(low)), e_high = exp_of_negative(-std::abs(high));
+    const float e_span = nearest_ > 0 ? exp_of_negative(low - high) : e_low * e_high;
     scale_ = slope_ * (1 + e_low) * (1 + e_high) / (1 - e_span);
   }
 
@@ -48,8 +48,8 @@ class LongitudinalLobe {
   float density(float theta_i) const {
     const float x = std::abs(scaled(theta_i));
     if (shape_ != LongitudinalShape::logistic) return density_of_shape(x);
-    const float decay = adaptive::exp_of_negative(nearest_ - std::max(x, nearest_));
-    const float tail = nearest_ > 0 ? 1 + adaptive::exp_of_negative(-x) : 1 + decay;
+    const float decay = exp_of_negative(nearest_ - std::max(x, nearest_));
+    const float tail = nearest_ > 0 ? 1 + exp_of_negative(-x) : 1 + decay;
     return scale_ * decay / (tail * tail);
   }
   /// density(theta_i) of the lobe that these arguments make, for a lobe that is read once: one vector of exponentials.
@@ -60,7 +60,7 @@ class LongitudinalLobe {
     const float low = shift - half_pi * slope, high = shift + half_pi * slope;
     const float nearest = std::abs(std::clamp(0.0f, low, high)), x = std::abs(theta_i * slope + shift);
     const Float4 e =
-        fiber::exp_of_negative(Float4{-std::abs(low), -std::abs(high), low - high, nearest - std::max(x, nearest)});
+        exp_of_negative(Float4{-std::abs(low), -std::abs(high), low - high, nearest - std::max(x, nearest)});
     const float tail = 1 + e[3] * (nearest > 0 ? std::max(e[0], e[1]) : 1);  // 1 + e^-x
     return slope * (1 + e[0]) * (1 + e[1]) * e[3] / ((1 - e[2]) * tail * tail);
   }
@@ -68,7 +68,7 @@ class LongitudinalLobe {
   float sample(float u) const {
     if (shape_ != LongitudinalShape::logistic) return sample_of_shape(u);
     const float low = scaled(-half_pi), high = scaled(half_pi);
-    const Float4 e = fiber::exp_of_negative(Float4{-std::abs(low), -std::abs(high), low - high, 0});
+    const Float4 e = exp_of_negative(Float4{-std::abs(low), -std::abs(high), low - high, 0});
     return theta_of(logistic_quantile({low, high, e[0], e[1], e[2]}, u), slope_, shift_);
   }
 

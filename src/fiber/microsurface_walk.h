@@ -5,7 +5,7 @@
 #include <glm/vec3.hpp>
 
 #include "fiber/beckmann.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::fiber {
 

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fiber/arctangent.h"
-#include "fiber/float4.h"
+#include "base/arctangent.h"
+#include "base/float4.h"
+#include "base/quarter_sine.h"
 #include "fiber/longitudinal.h"
-#include "fiber/quarter_sine.h"
 #include "fiber/row_axes.h"
 #include "fiber/surface_fresnel.h"
 #include "tress/adaptive/mixture.h"

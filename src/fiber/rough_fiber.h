@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "fiber/beckmann.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 

@@ -37,25 +37,25 @@ std::vector<float> inclination_axis() {
   return axis;
 }
 
-adaptive::PageDescription elliptical_page(int page_lobe, float eta, float eccentricity, float sigma_rad) {
-  adaptive::PageDescription page;
-  page.key.lobe = static_cast<std::uint32_t>(page_lobe);
-  page.key.parameters = {eta, eccentricity, sigma_rad};
-  page.axis_a = azimuth_axis(eccentricity, sigma_rad);
-  page.axis_b = inclination_axis();
-  page.blur_rad = sigma_rad;
-  return page;
+adaptive::SliceDescription elliptical_slice(int slice_lobe, float eta, float eccentricity, float sigma_rad) {
+  adaptive::SliceDescription slice;
+  slice.key.lobe = static_cast<std::uint32_t>(slice_lobe);
+  slice.key.parameters = {eta, eccentricity, sigma_rad};
+  slice.axis_a = azimuth_axis(eccentricity, sigma_rad);
+  slice.axis_b = inclination_axis();
+  slice.blur_rad = sigma_rad;
+  return slice;
 }
 
-RowGrid::RowGrid(const adaptive::PageDescription& page)
-    : last_a_(static_cast<std::uint32_t>(page.axis_a.size() - 1)),
-      last_b_(static_cast<std::uint32_t>(page.axis_b.size() - 1)),
+RowGrid::RowGrid(const adaptive::SliceDescription& slice)
+    : last_a_(static_cast<std::uint32_t>(slice.axis_a.size() - 1)),
+      last_b_(static_cast<std::uint32_t>(slice.axis_b.size() - 1)),
       steps_per_radian_(static_cast<float>(last_a_ / quarter_turn)) {
   int lines = 0;
   double slope = 0;
   for (std::size_t b = 0; b < last_b_; ++b) {
-    const auto before = static_cast<double>(most_ - quarter_cosine(page.axis_b[b]));
-    const auto after = static_cast<double>(most_ - quarter_cosine(page.axis_b[b + 1]));
+    const auto before = static_cast<double>(most_ - quarter_cosine(slice.axis_b[b]));
+    const auto after = static_cast<double>(most_ - quarter_cosine(slice.axis_b[b + 1]));
     const double step = 1 / (after - before);
     if (!(step > slope * (1 + 1e-3))) continue;  // the same line, but for the axis being made of floats
     assert(lines < 4);

@@ -1,4 +1,4 @@
-// The grid of a page's rows: its axes, the symmetries that fold onto it, the stochastic choice of a node.
+// The grid of a slice's rows: its axes, the symmetries that fold onto it, the stochastic choice of a node.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 #include <numbers>
 #include <vector>
 
-#include "fiber/float4.h"
-#include "fiber/quarter_sine.h"
+#include "base/float4.h"
+#include "base/quarter_sine.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
 
@@ -42,7 +42,7 @@ inline FoldedAzimuth fold_azimuth(float phi_r) {
   return {std::clamp(beyond ? pi - a : a, 0.0f, pi / 2), (wrapped < 0) != beyond ? -1.0f : 1.0f};
 }
 
-/// The blur whose grid a page uses: no finer than that of 4 degrees. Radians.
+/// The blur whose grid a slice uses: no finer than that of 4 degrees. Radians.
 constexpr float smallest_grid_sigma = 0.06981317f;
 
 /// axis_a: phi_r, uniform on [0, pi/2], both ends included, steps of at most sigma/3 (one node for e = 1, where the
@@ -51,12 +51,12 @@ constexpr float smallest_grid_sigma = 0.06981317f;
 std::vector<float> azimuth_axis(float eccentricity, float sigma_rad);
 std::vector<float> inclination_axis();
 
-/// Chooses nodes of a page: floor(coordinate + xi) on each axis, so that on average over xi a function given at the
+/// Chooses nodes of a slice: floor(coordinate + xi) on each axis, so that on average over xi a function given at the
 /// nodes is interpolated linearly, in phi_r and in cos theta_d. Immutable; any thread.
 class RowGrid {
  public:
-  /// The axes of an elliptical_page(); they are copied.
-  explicit RowGrid(const adaptive::PageDescription& page);
+  /// The axes of an elliptical_slice(); they are copied.
+  explicit RowGrid(const adaptive::SliceDescription& slice);
 
   struct Node {
     std::uint32_t a, b;  ///< indices into axis_a, axis_b
@@ -65,7 +65,7 @@ class RowGrid {
   Node choose(float folded_phi, float theta_d, float xi1, float xi2) const {
     return {choose_azimuth(folded_phi, xi1), choose_inclination(theta_d, xi2)};
   }
-  /// Its two halves. All pages have the same inclinations: one choice of that axis serves every lobe.
+  /// Its two halves. All slices have the same inclinations: one choice of that axis serves every lobe.
   std::uint32_t choose_azimuth(float folded_phi, float xi1) const {
     const float at = std::max(folded_phi * steps_per_radian_ + xi1, 0.0f);
     return std::min(static_cast<std::uint32_t>(static_cast<std::int32_t>(at)), last_a_);

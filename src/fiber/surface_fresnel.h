@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fiber/quarter_sine.h"
+#include "base/quarter_sine.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::fiber {

@@ -11,7 +11,7 @@
 
 #include "fiber/cross_section.h"
 #include "fiber/rough_fiber.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::fiber {
 namespace {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "tress/adaptive/error.h"
+#include "tress/base/error.h"
 
 namespace tress::image {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tress/adaptive/error.h"
+#include "tress/base/error.h"
 
 namespace tress::image {
 

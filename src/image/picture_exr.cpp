@@ -23,7 +23,7 @@
 
 #include "image/exr_header.h"
 #include "image/picture.h"
-#include "tress/adaptive/replace_file.h"
+#include "tress/base/replace_file.h"
 
 namespace tress::image {
 namespace {
@@ -128,7 +128,7 @@ std::optional<Error> write_exr(const std::filesystem::path& file, const Picture&
   } catch (const std::exception& exception) {
     return Error{file.string(), "", "a picture that can be encoded", exception.what()};
   }
-  return adaptive::replace_file(file, stream.bytes());
+  return replace_file(file, stream.bytes());
 }
 
 Result<Picture> read_exr(const std::filesystem::path& file) {

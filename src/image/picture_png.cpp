@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "image/picture.h"
-#include "tress/adaptive/replace_file.h"
+#include "tress/base/replace_file.h"
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
@@ -49,7 +49,7 @@ std::optional<Error> write_png(const std::filesystem::path& file, const Picture&
   if (!stbi_write_png_to_func(append_bytes, &encoded, picture.width, picture.height, 3, bytes.data(),
                               picture.width * 3))
     return Error{file.string(), "", "memory for the PNG encoder", "none left"};
-  return adaptive::replace_file(file, encoded);
+  return replace_file(file, encoded);
 }
 
 }  // namespace tress::image

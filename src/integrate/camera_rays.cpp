@@ -27,7 +27,7 @@ CameraRays::CameraRays(const scene::Camera& camera, const scene::Image& image) :
   corner_ = forward - 0.5f * static_cast<float>(image.width) * right_ - 0.5f * static_cast<float>(image.height) * down_;
 }
 
-intersect::Ray CameraRays::ray(int x, int y, const std::array<float, 2>& u) const {
+geometry::Ray CameraRays::ray(int x, int y, const std::array<float, 2>& u) const {
   const float column = static_cast<float>(x) + 0.5f + sample_tent(u[0]);
   const float row = static_cast<float>(y) + 0.5f + sample_tent(u[1]);
   return {eye_, glm::normalize(corner_ + column * right_ + row * down_)};

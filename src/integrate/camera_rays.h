@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "intersect/fiber_scene.h"
+#include "geometry/fiber_scene.h"
 #include "scene/scene.h"
 
 namespace tress::integrate {
@@ -16,7 +16,7 @@ class CameraRays {
 
   /// Through pixel (x, y), y down from the top row, at an offset drawn from a tent of radius one pixel about its
   /// centre. u uniform in [0,1)^2; every ray has weight 1.
-  intersect::Ray ray(int x, int y, const std::array<float, 2>& u) const;
+  geometry::Ray ray(int x, int y, const std::array<float, 2>& u) const;
 
  private:
   glm::vec3 eye_, corner_, right_, down_;  ///< corner: direction of the top left; right, down: steps of one pixel

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <span>
 
+#include "base/color.h"
 #include "fiber/energy_table.h"
 
 namespace tress::integrate {
@@ -35,7 +36,7 @@ double mean_fluence(const scene::Light& light, const std::vector<glm::vec3>& poi
       const float u = (static_cast<float>(i) + 0.5f) / draws_per_point;
       const scene::LightSample sample = scene::sample_light(light, point, u, u);
       if (sample.pdf_solid_angle > 0) {
-        sum += static_cast<double>(fiber::luminance(sample.radiance)) / sample.pdf_solid_angle;
+        sum += static_cast<double>(luminance(sample.radiance)) / sample.pdf_solid_angle;
       }
     }
   }
@@ -48,7 +49,7 @@ LightSampler::LightSampler(const scene::Scene& scene) : scene_(scene) {
   std::vector<double> fluence;
   if (scene.environment.mean() != glm::vec3(0.0f)) {
     choices_.push_back({nullptr, 0});
-    fluence.push_back(4 * std::numbers::pi * static_cast<double>(fiber::luminance(scene.environment.mean())));
+    fluence.push_back(4 * std::numbers::pi * static_cast<double>(luminance(scene.environment.mean())));
   }
   if (!scene.lights.empty()) {
     const std::vector<glm::vec3> points = lit_points(scene);

@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "intersect/fiber_scene.h"
+#include "geometry/fiber_scene.h"
 #include "tress/fiber/lobes.h"
 
 namespace tress::integrate {
@@ -20,7 +20,7 @@ struct LocalDirection {
 };
 
 /// direction: unit, pointing away from the fiber.
-inline LocalDirection to_local(const intersect::Hit& hit, const glm::vec3& direction) {
+inline LocalDirection to_local(const geometry::Hit& hit, const glm::vec3& direction) {
   const float along_u = glm::dot(direction, hit.u);
   const float along_v = glm::dot(direction, hit.v);
   const float along_w = glm::dot(direction, hit.w);
@@ -34,7 +34,7 @@ inline LocalDirection to_local(const intersect::Hit& hit, const glm::vec3& direc
 
 /// Where the ray of `known`, which points back along it, met a fiber, over its projected half width, towards rising
 /// azimuth. In [-1, 1].
-inline float offset_of(const intersect::Hit& hit, const LocalDirection& known, float eccentricity) {
+inline float offset_of(const geometry::Hit& hit, const LocalDirection& known, float eccentricity) {
   const float minor = eccentricity * known.along_v;
   const float half_width = std::sqrt(minor * minor + known.along_w * known.along_w);  // times cos_theta
   return half_width > 0 ? std::clamp(hit.lateral * known.cos_theta / half_width, -1.0f, 1.0f) : 0.0f;
@@ -42,7 +42,7 @@ inline float offset_of(const intersect::Hit& hit, const LocalDirection& known, f
 
 inline float cos_theta(const fiber::FiberDirection& direction) { return std::max(0.0f, std::cos(direction.theta)); }
 
-inline glm::vec3 to_world(const intersect::Hit& hit, const fiber::FiberDirection& direction) {
+inline glm::vec3 to_world(const geometry::Hit& hit, const fiber::FiberDirection& direction) {
   const float cosine = cos_theta(direction);
   return glm::normalize(std::sin(direction.theta) * hit.u + cosine * std::cos(direction.phi) * hit.v +
                         cosine * std::sin(direction.phi) * hit.w);

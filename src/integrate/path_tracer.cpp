@@ -44,7 +44,7 @@ glm::vec3 total_of(const ScatteredLayers& layers) {
 
 }  // namespace
 
-PathTracer::PathTracer(const scene::Scene& scene, const intersect::FiberScene& fibers, const fiber::FiberModel& model,
+PathTracer::PathTracer(const scene::Scene& scene, const geometry::FiberScene& fibers, const fiber::FiberModel& model,
                        const std::vector<fiber::FiberId>& fiber_ids, const RenderOptions& options)
     : scene_(scene),
       fibers_(fibers),
@@ -90,8 +90,8 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
   for (int depth = 2;; ++depth) {  // of the hit that the ray may find
     const float largest = largest_channel(first_total * throughput);
     if (!(largest > 0)) break;
-    const intersect::Ray ray = ray_from(vertex.hit, sample.direction);
-    const std::optional<intersect::Hit> hit = fibers_.intersect(ray);
+    const geometry::Ray ray = ray_from(vertex.hit, sample.direction);
+    const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
     radiance += throughput * met_light(vertex, sample, hit ? hit->distance_cm : nowhere);
     if (!hit || depth > options_.max_depth) break;
     if (depth >= options_.roulette_depth) {
@@ -128,8 +128,8 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   const PixelSampler stratified(options_.seed, pixel);
   RandomStream random(options_.seed, pixel, sample);
   PathSums sums;
-  const intersect::Ray ray = camera_.ray(x, y, stratified.pair(sample, pixel_position));
-  const std::optional<intersect::Hit> hit = fibers_.intersect(ray);
+  const geometry::Ray ray = camera_.ray(x, y, stratified.pair(sample, pixel_position));
+  const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
   if (!hit) {
     if (scene_.environment_visible) sums.layers[background_layer] = scene_.environment.radiance(ray.direction);
     return sums;

@@ -22,7 +22,7 @@ namespace tress::integrate {
 /// every light that they meet.
 class PathTracer {
  public:
-  PathTracer(const scene::Scene& scene, const intersect::FiberScene& fibers, const fiber::FiberModel& model,
+  PathTracer(const scene::Scene& scene, const geometry::FiberScene& fibers, const fiber::FiberModel& model,
              const std::vector<fiber::FiberId>& fiber_ids, const RenderOptions& options);
 
   /// One sample of pixel (x, y). Pure up to what the model's service notes.
@@ -37,7 +37,7 @@ class PathTracer {
   void follow(Vertex vertex, Scattering::Sample sample, RandomStream& random, PathSums& sums) const;
 
   const scene::Scene& scene_;
-  const intersect::FiberScene& fibers_;
+  const geometry::FiberScene& fibers_;
   const RenderOptions& options_;
   CameraRays camera_;
   LightSampler lights_;

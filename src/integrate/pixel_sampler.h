@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::integrate {
 

@@ -8,7 +8,7 @@
 #include <ctime>
 #include <utility>
 
-#include "integrate/denormals.h"
+#include "base/denormals.h"
 #include "integrate/film.h"
 #include "integrate/heatmap.h"
 #include "integrate/pass_order.h"
@@ -86,7 +86,7 @@ bool splits_glint(const scene::Scene& scene) {
 
 }  // namespace
 
-RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibers, fiber::FiberModel& model,
+RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fibers, fiber::FiberModel& model,
                     const std::vector<fiber::FiberId>& fiber_ids, adaptive::Service* service,
                     const RenderOptions& options, const std::atomic<bool>& stop,
                     const std::function<bool(const PassProgress&)>& on_pass) {

@@ -6,9 +6,9 @@
 #include <functional>
 #include <optional>
 
+#include "geometry/fiber_scene.h"
 #include "image/picture.h"
 #include "integrate/film.h"
-#include "intersect/fiber_scene.h"
 #include "scene/scene.h"
 #include "tress/adaptive/service.h"
 #include "tress/fiber/fiber_model.h"
@@ -54,7 +54,7 @@ struct RenderResult {
 /// fiber_ids: what `model` calls each of scene.fibers. service: null for `exact`. stop: polled often; the picture so
 /// far is then returned, each pixel the mean of the samples it has; one that has none yet shows the nearest that has,
 /// or black with A = 0 if there is none. on_pass: after each publish(); returns false to stop there.
-RenderResult render(const scene::Scene& scene, const intersect::FiberScene& fibers, fiber::FiberModel& model,
+RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fibers, fiber::FiberModel& model,
                     const std::vector<fiber::FiberId>& fiber_ids, adaptive::Service* service,
                     const RenderOptions& options, const std::atomic<bool>& stop,
                     const std::function<bool(const PassProgress&)>& on_pass);

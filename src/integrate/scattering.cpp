@@ -34,7 +34,7 @@ Scattered scattered_by_surface(const glm::vec3& albedo, float cosine) {
 
 }  // namespace
 
-Vertex Scattering::begin(const intersect::Hit& hit, const glm::vec3& ray_direction,
+Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_direction,
                          const std::array<float, 2>& xi) const {
   Vertex vertex;
   vertex.hit = hit;
@@ -62,7 +62,7 @@ Scattering::Sample Scattering::sample(const Vertex& vertex, const std::array<flo
     return {to_world(vertex.hit, drawn.wi), scattered_by_fiber(drawn.value, cos_theta(drawn.wi), sums)};
   }
   const float sine = std::sqrt(u[0]), cosine = std::sqrt(std::max(0.0f, 1 - u[0])), azimuth = 2 * pi * u[1];
-  const intersect::Hit& hit = vertex.hit;
+  const geometry::Hit& hit = vertex.hit;
   const glm::vec3 direction =
       glm::normalize(sine * std::cos(azimuth) * hit.u + sine * std::sin(azimuth) * hit.v + cosine * hit.normal);
   return {direction, scattered_by_surface(vertex.albedo, glm::dot(hit.normal, direction))};

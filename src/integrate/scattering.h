@@ -5,8 +5,8 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "geometry/fiber_scene.h"
 #include "integrate/path_sums.h"
-#include "intersect/fiber_scene.h"
 #include "scene/scene.h"
 #include "tress/fiber/fiber_model.h"
 
@@ -14,7 +14,7 @@ namespace tress::integrate {
 
 /// A hit and what scatters there.
 struct Vertex {
-  intersect::Hit hit;
+  geometry::Hit hit;
   fiber::FiberEvent event;  ///< of a fiber
   glm::vec3 albedo{0.0f};   ///< of one scattering
   int light_samples = 1, bcsdf_samples = 1;
@@ -42,7 +42,7 @@ class Scattering {
       : scene_(scene), model_(model), fiber_ids_(fiber_ids) {}
 
   /// ray_direction: of the ray that met the hit. xi: the grid node of a fiber's event.
-  Vertex begin(const intersect::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi) const;
+  Vertex begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi) const;
 
   /// direction: unit, world, away from the hit. Counts queries in `sums`.
   Scattered evaluate(const Vertex& vertex, const glm::vec3& direction, PathSums& sums) const;

@@ -10,14 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "base/color.h"
 #include "fiber/cross_section.h"
 #include "fiber/energy_table.h"
+#include "fiber/event_constants.h"
 #include "fiber/longitudinal.h"
 #include "fiber/rough_fiber.h"
 #include "models/elliptical/fiber_store.h"
-#include "models/event_constants.h"
 #include "tress/adaptive/mixture.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::fiber {
 namespace {

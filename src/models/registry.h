@@ -1,10 +1,8 @@
-// Every fiber model by its name: what it needs, and how it is made.
+// What a fiber model needs and how it is made, and those that ship: ours and the traced truth.
 #pragma once
 
 #include <cstdint>
 #include <memory>
-#include <span>
-#include <string>
 
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/service.h"
@@ -35,9 +33,7 @@ struct ModelInfo {
   bool has_quadrature = false;  ///< reads ModelSettings::quadrature_points
 };
 
-/// All models, ours first.
-std::span<const ModelInfo> models();
-/// Null if there is none of that name.
-const ModelInfo* find_model(const std::string& name);
+extern const ModelInfo elliptical_info;
+extern const ModelInfo fiber3d_info;
 
 }  // namespace tress::fiber

@@ -26,9 +26,9 @@ Groom curly_lock(const GroomShape& shape) {
     RandomStream random(shape.seed, 1, c);
     const float r = root_disc_cm * std::sqrt(random.next()), angle = two_pi * random.next();
     // Most wisps turn together, as a lock does; some go their own way.
-    const float phase = c % 4 == 3 ? two_pi * random.next() : 0.7f * bell(random) + (c % 2 ? 2.6f : 0.0f);
+    const float phase = c % 4 == 3 ? two_pi * random.next() : 0.7f * kernel(random) + (c % 2 ? 2.6f : 0.0f);
     clumps.push_back({r * std::cos(angle), r * std::sin(angle), phase,
-                      length_cm / shape["wavelength_cm"] * (1 + 0.07f * bell(random)),
+                      length_cm / shape["wavelength_cm"] * (1 + 0.07f * kernel(random)),
                       0.5f * shape["curl_diameter_cm"] * uniform(random, .7f, 1.2f),
                       length_cm * (1 - length_variation * random.next())});
   }
@@ -39,11 +39,11 @@ Groom curly_lock(const GroomShape& shape) {
     const Clump& clump = clumps[random.next_bits() % clump_count];
     const bool stray = random.next() < 0.05f * frizz;
     const float in_r = 0.34f * std::sqrt(random.next()), in_angle = two_pi * random.next();
-    const float phase = clump.phase + (stray ? 0.5f : 0.12f * frizz) * bell(random);
+    const float phase = clump.phase + (stray ? 0.5f : 0.12f * frizz) * kernel(random);
     const float length =
         clump.length * (stray ? uniform(random, 0.5f, 0.98f) : 1 - length_variation * std::pow(random.next(), 2.0f));
-    const float helix = clump.radius * (1 + (stray ? 0.35f : 0.09f * frizz) * bell(random));
-    const float stretch = 1 + (stray ? 0.04f : 0.008f) * bell(random);
+    const float helix = clump.radius * (1 + (stray ? 0.35f : 0.09f * frizz) * kernel(random));
+    const float stretch = 1 + (stray ? 0.04f : 0.008f) * kernel(random);
     const Wander wander(random);
     for (std::uint32_t i = 0; i < shape.points; ++i) {
       const float t = static_cast<float>(i) / static_cast<float>(shape.points - 1);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "scene/environment.h"
-#include "tress/adaptive/error.h"
+#include "tress/base/error.h"
 
 namespace tress::scene {
 

@@ -19,12 +19,12 @@ constexpr float undercoat_share = 0.4f;
 glm::vec3 sphere_point(std::uint32_t i, std::uint32_t count, RandomStream& random) {
   const auto n = static_cast<double>(count);
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
-  const double z = std::clamp(1 - (2.0 * i + 1 + 0.8 * bell(random)) / n, -1.0, 1.0);
+  const double z = std::clamp(1 - (2.0 * i + 1 + 0.8 * kernel(random)) / n, -1.0, 1.0);
   const double r = std::sqrt(1 - z * z), angle = golden * i;
   const glm::vec3 p(static_cast<float>(r * std::cos(angle)), static_cast<float>(r * std::sin(angle)),
                     static_cast<float>(z));
   const float apart = std::sqrt(4 * std::numbers::pi_v<float> / static_cast<float>(count));
-  const glm::vec3 moved = p + 0.4f * apart * glm::vec3(bell(random), bell(random), bell(random));
+  const glm::vec3 moved = p + 0.4f * apart * glm::vec3(kernel(random), kernel(random), kernel(random));
   return glm::normalize(moved);
 }
 
@@ -57,8 +57,8 @@ Groom fur_ball(const GroomShape& shape) {
   for (std::uint32_t c = 0; c < tuft_count; ++c) {
     RandomStream random(shape.seed, 5, c);
     const glm::vec3 normal = sphere_point(c, tuft_count, random);
-    const float length = shape["length_cm"] * std::max(0.3f, 1 + 0.4f * shape["length_variation"] * bell(random));
-    tufts.push_back({normal, length, std::max(0.3f, 1.7f + 0.35f * bell(random))});
+    const float length = shape["length_cm"] * std::max(0.3f, 1 + 0.4f * shape["length_variation"] * kernel(random));
+    tufts.push_back({normal, length, std::max(0.3f, 1.7f + 0.35f * kernel(random))});
   }
   Groom groom;
   groom.first_point.push_back(0);
@@ -71,7 +71,7 @@ Groom fur_ball(const GroomShape& shape) {
     const bool undercoat = random.next() < undercoat_share, stray = random.next() < 0.15f * frizz;
     const float shorter = shape["length_variation"] * random.next();
     const float length = nearest->length_cm * (1 - shorter) * (undercoat ? 0.55f : stray ? 1.2f : 1.0f);
-    const float lean = nearest->lean * (1 + 0.15f * bell(random)) * (stray ? 0.4f : 1.0f);
+    const float lean = nearest->lean * (1 + 0.15f * kernel(random)) * (stray ? 0.4f : 1.0f);
     const float gather = std::min(shape["clump"] * uniform(random, 0.7f, 1.2f) * (stray ? 0.1f : 1.0f), 0.95f);
     const float radius = shape.radius_cm * (undercoat ? 0.6f : uniform(random, 0.85f, 1.15f));
     const Wander wander(random);

@@ -3,7 +3,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::scene {
 
@@ -11,7 +11,7 @@ namespace tress::scene {
 inline float uniform(RandomStream& random, float low, float high) { return low + (high - low) * random.next(); }
 
 /// About normal, mean 0, standard deviation 1, within 3.5: a sum of four uniforms.
-inline float bell(RandomStream& random) {
+inline float kernel(RandomStream& random) {
   const float sum = random.next() + random.next() + random.next() + random.next();
   return (sum - 2.0f) * 1.7320508f;
 }

@@ -56,21 +56,21 @@ Clump make_clump(const GroomShape& shape, std::uint32_t index) {
   clump.root = scalp_point(random);
   const float height = std::clamp(clump.root.z, 0.0f, 1.0f);
   clump.length_cm =
-      shape["length_cm"] * (1 + 0.35f * shape["length_variation"] * bell(random)) * (0.86f + 0.14f * height);
+      shape["length_cm"] * (1 + 0.35f * shape["length_variation"] * kernel(random)) * (0.86f + 0.14f * height);
   clump.length_cm = std::max(clump.length_cm, 0.05f * shape["length_cm"]);
-  const float clearance = 0.35f + 1.1f * height + 0.12f * bell(random);
+  const float clearance = 0.35f + 1.1f * height + 0.12f * kernel(random);
   const float stiffness = uniform(random, 2.5f, 4.0f);
   const bool curly = shape["curl_diameter_cm"] > 0;
   if (curly || shape["wave_amplitude_cm"] > 0) {
     Wave& wave = clump.wave;
     wave.amplitude_cm = curly ? shape["curl_diameter_cm"] / 2 : shape["wave_amplitude_cm"];
-    wave.amplitude_cm *= std::max(0.3f, 1 + 0.18f * bell(random));
-    wave.wavelength_cm = shape["wavelength_cm"] * std::max(0.5f, 1 + (curly ? 0.15f : 0.06f) * bell(random));
+    wave.amplitude_cm *= std::max(0.3f, 1 + 0.18f * kernel(random));
+    wave.wavelength_cm = shape["wavelength_cm"] * std::max(0.5f, 1 + (curly ? 0.15f : 0.06f) * kernel(random));
     wave.roundness = curly ? (random.next() < 0.5f ? -1.0f : 1.0f) : uniform(random, -0.5f, 0.5f);
     wave.straight_root = curly ? 1.2f * wave.wavelength_cm : wave.wavelength_cm;
     // Neighbouring wisps wave together, curls do not.
     clump.phase = curly ? two_pi * random.next()
-                        : 2.5f * std::sin(2.3f * clump.root.x + 1) + 2 * clump.root.y + 0.45f * bell(random);
+                        : 2.5f * std::sin(2.3f * clump.root.x + 1) + 2 * clump.root.y + 0.45f * kernel(random);
   }
   const float clear_of_wave = 0.6f * clump.wave.amplitude_cm;
   clump.points =
@@ -100,15 +100,15 @@ void add_strand(const GroomShape& shape, const std::vector<Clump>& clumps, std::
   const float shorter =
       stray ? uniform(random, -0.02f, 0.4f) : shape["length_variation"] * std::pow(random.next(), 2.0f);
   const float length_cm = clump.length_cm * (1 - shorter);
-  const float clearance = std::max(0.12f, 0.35f + 1.1f * std::max(root.z, 0.0f) + 0.25f * bell(random)) +
+  const float clearance = std::max(0.12f, 0.35f + 1.1f * std::max(root.z, 0.0f) + 0.25f * kernel(random)) +
                           0.6f * clump.wave.amplitude_cm + (stray ? 0.3f : 0.0f);
   const auto fall = fall_from_scalp(root, length_cm, clearance, uniform(random, 2.4f, 4.2f), shape.points);
   const Wander wander(random);
   const float wandering = stray ? 0.7f : frizz * (clump.wave.amplitude_cm > 0 ? 0.5f : 1.07f);
-  const float phase = clump.phase + (stray ? 1.6f : 0.1f + 0.6f * frizz) * bell(random);
+  const float phase = clump.phase + (stray ? 1.6f : 0.1f + 0.6f * frizz) * kernel(random);
   Wave wave = clump.wave;
-  wave.amplitude_cm *= std::max(0.0f, 1 + (0.08f + 0.35f * frizz) * bell(random));
-  wave.wavelength_cm *= 1 + (0.004f + 0.02f * frizz) * bell(random);
+  wave.amplitude_cm *= std::max(0.0f, 1 + (0.08f + 0.35f * frizz) * kernel(random));
+  wave.wavelength_cm *= 1 + (0.004f + 0.02f * frizz) * kernel(random);
   for (std::uint32_t i = 0; i < shape.points; ++i) {
     const float t = static_cast<float>(i) / static_cast<float>(shape.points - 1);
     const float pull = std::min(gather, 0.97f) * smooth_step(t / 0.8f);

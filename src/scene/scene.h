@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "scene/environment.h"
-#include "tress/adaptive/error.h"
+#include "tress/base/error.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::scene {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "scene/stochastic_rounding.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::scene {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "scene/scene.h"
-#include "tress/adaptive/error.h"
+#include "tress/base/error.h"
 
 namespace tress::scene {
 

@@ -17,17 +17,17 @@ namespace tress::adaptive {
 namespace {
 
 using testing::MovingPeaks;
-using testing::toy_page;
+using testing::toy_slice;
 
-constexpr std::uint32_t pages = 2, size = 6, nodes = size * size;
+constexpr std::uint32_t slices = 2, size = 6, nodes = size * size;
 constexpr double pi = std::numbers::pi;
 
 // The rays of a kept name, turned: what a cache of an older tracer would look like.
 class Turned final : public Target {
  public:
   explicit Turned(float by) : by_(by) {}
-  void trace(const PageDescription& page, float a, float b, std::vector<TracedRay>& out) const override {
-    peaks_.trace(page, a, b, out);
+  void trace(const SliceDescription& slice, float a, float b, std::vector<TracedRay>& out) const override {
+    peaks_.trace(slice, a, b, out);
     for (TracedRay& ray : out) ray.azimuth += by_;
   }
   std::string model_name() const override { return peaks_.model_name(); }
@@ -37,10 +37,10 @@ class Turned final : public Target {
   float by_;
 };
 
-double true_objective(const Mixture& fit, const Target& target, const PageDescription& page, std::uint32_t node) {
+double true_objective(const Mixture& fit, const Target& target, const SliceDescription& slice, std::uint32_t node) {
   std::vector<TracedRay> rays;
-  target.trace(page, page.axis_a[node / size], page.axis_b[node % size], rays);
-  const TracedNodes traced(rays, page.blur_rad);
+  target.trace(slice, slice.axis_a[node / size], slice.axis_b[node % size], rays);
+  const TracedNodes traced(rays, slice.blur_rad);
   constexpr int points = 256;  // twelve a blur width: the trapezoid's error is far below a thousandth
   double sum = 0;
   for (int i = 0; i < points; ++i) {
@@ -51,24 +51,24 @@ double true_objective(const Mixture& fit, const Target& target, const PageDescri
   return sum / traced.variation();
 }
 
-TableImage learned(const Target& target, std::uint64_t passes) {
+TableSnapshot learned(const Target& target, std::uint64_t passes) {
   Service service(Options{}, target);
-  for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, size));
+  for (std::uint32_t p = 0; p < slices; ++p) service.add_slice(toy_slice(p, size));
   for (std::uint64_t pass = 0; pass < passes; ++pass) {
-    testing::run_pass(service, pages, pass, 2500, 1);
+    testing::run_pass(service, slices, pass, 2500, 1);
     service.publish();
   }
   return service.snapshot();
 }
 
 struct Session {
-  explicit Session(const Target& t, const TableImage& image) : target(t), service(Options{}, t) {
+  explicit Session(const Target& t, const TableSnapshot& image) : target(t), service(Options{}, t) {
     EXPECT_FALSE(service.load(image));
-    for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, size));
+    for (std::uint32_t p = 0; p < slices; ++p) service.add_slice(toy_slice(p, size));
   }
   /// Every node asked: what is due for a check is checked.
   PassReport pass() {
-    for (std::uint32_t p = 0; p < pages; ++p) {
+    for (std::uint32_t p = 0; p < slices; ++p) {
       for (std::uint32_t n = 0; n < nodes; ++n) {
         for (std::uint32_t k = 0; k < 8; ++k) service.look_up(p, n / size, n % size);
       }
@@ -77,8 +77,8 @@ struct Session {
   }
   std::uint64_t generations() const {
     std::uint64_t sum = 0;
-    for (const CachedPage& page : service.snapshot().pages) {
-      for (const CachedRow& row : page.rows) sum += row.generation;
+    for (const CachedSlice& slice : service.snapshot().slices) {
+      for (const CachedRow& row : slice.rows) sum += row.generation;
     }
     return sum;
   }
@@ -88,7 +88,7 @@ struct Session {
 
 TEST(Audit, AnUnchangedTargetReopensNothing) {
   const Turned same(0);
-  const TableImage image = learned(same, 5);  // some rows converged, some open
+  const TableSnapshot image = learned(same, 5);  // some rows converged, some open
   Session session(same, image);
   PassReport report;
   for (int pass = 0; pass < 4; ++pass) report = session.pass();
@@ -100,24 +100,24 @@ TEST(Audit, AnUnchangedTargetReopensNothing) {
 // over is missed with a few per cent, one ten times over hardly ever.
 TEST(Audit, FindsTheMoreTheFurtherTheTargetMoved) {
   const Turned before(0);
-  const TableImage image = learned(before, 20);
+  const TableSnapshot image = learned(before, 20);
   std::array<int, 4> rows{}, found{};  // true objective below epsilon, to 2, to 4 epsilon, beyond
   for (const float turn : {0.004f, 0.008f, 0.012f, 0.016f, 0.02f, 0.03f, 0.05f, 0.3f}) {
     const Turned after(turn);
     Session session(after, image);
     std::vector<double> error;
-    for (std::uint32_t p = 0; p < pages; ++p) {
+    for (std::uint32_t p = 0; p < slices; ++p) {
       for (std::uint32_t n = 0; n < nodes; ++n) {
         const RowView row = session.service.peek(p, n / size, n % size);
         ASSERT_EQ(row.state, RowState::converged);
-        error.push_back(true_objective(*row.fit, after, session.service.page(p), n) /
+        error.push_back(true_objective(*row.fit, after, session.service.slice(p), n) /
                         session.service.options().epsilon);
       }
     }
     PassReport report;
     for (int pass = 0; pass < 2; ++pass) report = session.pass();
     EXPECT_EQ(session.generations(), report.rows_reopened);
-    for (std::uint32_t p = 0; p < pages; ++p) {
+    for (std::uint32_t p = 0; p < slices; ++p) {
       for (std::uint32_t n = 0; n < nodes; ++n) {
         const double e = error[p * nodes + n];
         const std::size_t bin = e < 1 ? 0 : e < 2 ? 1 : e < 4 ? 2 : 3;
@@ -138,20 +138,21 @@ TEST(Audit, FindsTheMoreTheFurtherTheTargetMoved) {
 TEST(Audit, RowsOfAMovedTargetAreLearnedAnew) {
   const Turned before(0), after(0.3f);
   for (const std::uint64_t passes : {5, 20}) {  // with open rows, whose sketches hold the old target; without
-    const TableImage image = learned(before, passes);
+    const TableSnapshot image = learned(before, passes);
     Session session(after, image);
     PassReport report;
     for (std::uint64_t pass = 0; pass < 25; ++pass) {
-      testing::run_pass(session.service, pages, 100 + pass, 2500, 1);
+      testing::run_pass(session.service, slices, 100 + pass, 2500, 1);
       report = session.service.publish();
     }
-    EXPECT_EQ(report.rows_reopened, pages * nodes);
-    EXPECT_EQ(report.rows_converged, pages * nodes);
-    const TableImage again = session.service.snapshot();
-    for (std::uint32_t p = 0; p < pages; ++p) {
-      for (const CachedRow& row : again.pages[p].rows) {
+    EXPECT_EQ(report.rows_reopened, slices * nodes);
+    EXPECT_EQ(report.rows_converged, slices * nodes);
+    const TableSnapshot again = session.service.snapshot();
+    for (std::uint32_t p = 0; p < slices; ++p) {
+      for (const CachedRow& row : again.slices[p].rows) {
         EXPECT_EQ(row.generation, 1u);
-        EXPECT_LT(true_objective(row.fit, after, session.service.page(p), row.node), session.service.options().epsilon);
+        EXPECT_LT(true_objective(row.fit, after, session.service.slice(p), row.node),
+                  session.service.options().epsilon);
       }
     }
     EXPECT_EQ(encode_cache(merge_caches(image, again)), encode_cache(again)) << "the new generation wins";

@@ -25,8 +25,8 @@ struct Member {
   std::string bytes;  ///< of its file
 };
 
-TableImage read(const std::string& bytes) {
-  Result<TableImage> image = decode_cache(bytes, model, "a cache");
+TableSnapshot read(const std::string& bytes) {
+  Result<TableSnapshot> image = decode_cache(bytes, model, "a cache");
   EXPECT_TRUE(image) << image.error().message();
   return std::move(*image);
 }
@@ -35,21 +35,21 @@ std::string merged(const std::string& a, const std::string& b) { return encode_c
 
 /// One session: loads its parent, asks queries of its own, saves.
 Member session(const std::vector<Member>& family, int parent, std::uint64_t first_pass, int passes,
-               std::uint32_t pages) {
+               std::uint32_t slices) {
   const testing::MovingPeaks target;
   Service service(Options{}, target);
-  for (std::uint32_t lobe = 0; lobe < pages; ++lobe) service.add_page(testing::toy_page(lobe, 6));
+  for (std::uint32_t lobe = 0; lobe < slices; ++lobe) service.add_slice(testing::toy_slice(lobe, 6));
   if (parent != nobody) {
     EXPECT_FALSE(service.load(read(family[static_cast<std::size_t>(parent)].bytes)));
   }
   for (int pass = 0; pass < passes; ++pass) {
-    testing::run_pass(service, pages, first_pass + static_cast<std::uint64_t>(pass), 1500, 1);
+    testing::run_pass(service, slices, first_pass + static_cast<std::uint64_t>(pass), 1500, 1);
     service.publish();
   }
   return {parent, encode_cache(service.snapshot())};
 }
 
-/// Two lines from nothing; children of one parent; grandchildren; a session with a page more.
+/// Two lines from nothing; children of one parent; grandchildren; a session with a slice more.
 const std::vector<Member>& family() {
   static const std::vector<Member> members = [] {
     std::vector<Member> all;
@@ -76,8 +76,8 @@ const Member& any_member() { return family()[*any_index()]; }
 TEST(CacheFamily, HasOpenAndConvergedRowsOnWhichItsMembersDiffer) {
   std::size_t open = 0, converged = 0;
   for (const Member& member : family()) {
-    for (const CachedPage& page : read(member.bytes).pages) {
-      for (const CachedRow& row : page.rows) ++(row.state == RowState::converged ? converged : open);
+    for (const CachedSlice& slice : read(member.bytes).slices) {
+      for (const CachedRow& row : slice.rows) ++(row.state == RowState::converged ? converged : open);
     }
   }
   EXPECT_GT(open, 20u);

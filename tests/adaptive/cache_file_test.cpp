@@ -45,7 +45,7 @@ TEST_F(CacheFile, SavesAndLoads) {
   ASSERT_FALSE(save_cache(file_, small_image()));
   EXPECT_EQ(content(), encode_cache(small_image()));
   EXPECT_EQ(files_in_folder(), 1);
-  const Result<TableImage> loaded = load_cache(file_, model);
+  const Result<TableSnapshot> loaded = load_cache(file_, model);
   ASSERT_TRUE(loaded) << loaded.error().message();
   EXPECT_EQ(encode_cache(*loaded), encode_cache(small_image()));
 }
@@ -61,7 +61,7 @@ TEST_F(CacheFile, SavesBesideTheProcessToo) {
 
 TEST_F(CacheFile, ReplacesWhatALinkPointsTo) {
   const fs::path link = folder_ / "link.cache";
-  ASSERT_FALSE(save_cache(file_, TableImage{model, {}}));
+  ASSERT_FALSE(save_cache(file_, TableSnapshot{model, {}}));
   fs::create_symlink(file_, link);
   ASSERT_FALSE(save_cache(link, small_image()));
   EXPECT_TRUE(fs::is_symlink(link));
@@ -94,7 +94,7 @@ TEST_F(CacheFile, LeavesNothingWhereTheRenameFails) {
 
 // A disk that fills up, by a limit on file sizes in a child of its own.
 TEST_F(CacheFile, KeepsTheOldFileWhereTheNewOneHasNoRoom) {
-  const TableImage old{model, {}};
+  const TableSnapshot old{model, {}};
   ASSERT_FALSE(save_cache(file_, old));
   ASSERT_GT(encode_cache(small_image()).size(), 256u);
   const pid_t child = ::fork();
@@ -116,8 +116,8 @@ TEST_F(CacheFile, KeepsTheOldFileWhereTheNewOneHasNoRoom) {
 
 TEST_F(CacheFile, NeverSavesWhatCouldNotBeLoaded) {
   ASSERT_FALSE(save_cache(file_, small_image()));
-  TableImage bad = small_image();
-  bad.pages[0].rows[0].energy = std::numeric_limits<float>::quiet_NaN();
+  TableSnapshot bad = small_image();
+  bad.slices[0].rows[0].energy = std::numeric_limits<float>::quiet_NaN();
   EXPECT_TRUE(save_cache(file_, bad));
   EXPECT_EQ(content(), encode_cache(small_image()));
 }

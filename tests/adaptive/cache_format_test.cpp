@@ -10,7 +10,7 @@
 
 #include "adaptive/cache_images.h"
 #include "cache/format.h"
-#include "sketch/sketch.h"
+#include "observations/sketch.h"
 
 namespace tress::adaptive {
 namespace {
@@ -45,7 +45,7 @@ void seal(std::string* bytes, int section) {
 
 /// Refused, with a message of all four parts.
 void expect_refused(const std::string& bytes, const std::string& why) {
-  const Result<TableImage> result = decode_cache(bytes, model, "hair.cache");
+  const Result<TableSnapshot> result = decode_cache(bytes, model, "hair.cache");
   ASSERT_FALSE(result.has_value()) << why;
   const Error& error = result.error();
   EXPECT_EQ(error.file, "hair.cache") << why;
@@ -56,12 +56,12 @@ void expect_refused(const std::string& bytes, const std::string& why) {
 
 TEST(CacheFormat, ReadsBackWhatItWrote) {
   const std::string bytes = encode_cache(small_image());
-  const Result<TableImage> read = decode_cache(bytes, model, "hair.cache");
+  const Result<TableSnapshot> read = decode_cache(bytes, model, "hair.cache");
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(encode_cache(*read), bytes);
-  ASSERT_EQ(read->pages.size(), 2u);
-  ASSERT_EQ(read->pages[0].rows.size(), 2u);
-  const CachedRow& row = read->pages[0].rows[0];
+  ASSERT_EQ(read->slices.size(), 2u);
+  ASSERT_EQ(read->slices[0].rows.size(), 2u);
+  const CachedRow& row = read->slices[0].rows[0];
   EXPECT_EQ(row.node, 1u);
   EXPECT_EQ(row.state, RowState::converged);
   EXPECT_EQ(row.generation, 1u);
@@ -72,8 +72,8 @@ TEST(CacheFormat, ReadsBackWhatItWrote) {
   EXPECT_EQ(row.fit.components[0].shape.s_right, 0.2f);
   EXPECT_EQ(row.fit.components[1].attribute_mean, 3.0f);
   EXPECT_EQ(row.fit.uniform_attribute_variance, 0.5f);
-  EXPECT_EQ(read->pages[0].rows[1].sketch, small_image().pages[0].rows[1].sketch);
-  EXPECT_EQ(read->pages[0].description.axis_b, small_image().pages[0].description.axis_b);
+  EXPECT_EQ(read->slices[0].rows[1].sketch, small_image().slices[0].rows[1].sketch);
+  EXPECT_EQ(read->slices[0].description.axis_b, small_image().slices[0].description.axis_b);
 }
 
 // The layout of CACHE_FORMAT.md, by hand: a change of a byte's place needs a new format version.
@@ -90,19 +90,19 @@ TEST(CacheFormat, HasTheDocumentedLayout) {
 }
 
 TEST(CacheFormat, EqualTablesAreEqualFiles) {
-  TableImage image = small_image();
-  CachedRow& converged = image.pages[0].rows[0];
+  TableSnapshot image = small_image();
+  CachedRow& converged = image.slices[0].rows[0];
   converged.fit.components[7].weight = 3;    // beyond component_count
   converged.sketch = {sketch_bin(1, 1, 1)};  // a converged row keeps none
-  CachedRow& open = image.pages[0].rows[1];
+  CachedRow& open = image.slices[0].rows[1];
   open.state = RowState::refused;
   open.objective = 0.5f;
   open.fit = converged.fit;
   open.knots = rough_table(32, 0.5f, 1);
-  image.pages[0].description.axis_a[0] = -0.0f;
+  image.slices[0].description.axis_a[0] = -0.0f;
   EXPECT_EQ(encode_cache(image), encode_cache(small_image()));
   EXPECT_EQ(cache_hash(small_image()).size(), 16u);
-  image.pages[0].rows[0].count += 1;
+  image.slices[0].rows[0].count += 1;
   EXPECT_NE(cache_hash(image), cache_hash(small_image()));
 }
 
@@ -118,18 +118,18 @@ TEST(CacheFormat, RefusesEveryFlippedByte) {
   }
 }
 
-TEST(CacheFormat, ReadsBackAKnotTable) {
+TEST(CacheFormat, ReadsBackAKnotDensity) {
   const std::string bytes = encode_cache(knot_image());
-  const Result<TableImage> read = decode_cache(bytes, model, "hair.cache");
+  const Result<TableSnapshot> read = decode_cache(bytes, model, "hair.cache");
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_EQ(encode_cache(*read), bytes);
-  const CachedRow& row = read->pages[0].rows.at(1);
+  const CachedRow& row = read->slices[0].rows.at(1);
   EXPECT_EQ(row.state, RowState::converged);
   EXPECT_EQ(row.fit.component_count, 0u);
-  const KnotTable wanted = rough_table(32, 0.75f, 1);
+  const KnotDensity wanted = rough_table(32, 0.75f, 1);
   ASSERT_EQ(row.knots.knots().size(), 32u);
   for (std::size_t k = 0; k < 32; ++k) EXPECT_EQ(row.knots.knots()[k], wanted.knots()[k]);
-  EXPECT_TRUE(read->pages[0].rows.at(0).knots.empty());
+  EXPECT_TRUE(read->slices[0].rows.at(0).knots.empty());
 }
 
 // CACHE_FORMAT.md by hand, and that only tables with knot rows are of the version that knows of them.
@@ -195,7 +195,7 @@ TEST(CacheFormat, NeverCrashesOnFlippedKnotsBehindValidChecksums) {
       std::string flipped = bytes;
       flipped[i] = static_cast<char>(flipped[i] ^ mask);
       seal(&flipped, 3);
-      if (const Result<TableImage> read = decode_cache(flipped, model, "hair.cache"); read) {
+      if (const Result<TableSnapshot> read = decode_cache(flipped, model, "hair.cache"); read) {
         ASSERT_EQ(encode_cache(*read), flipped) << "byte " << i << " xor " << mask;
       }
     }
@@ -221,7 +221,7 @@ TEST(CacheFormat, NeverCrashesOnFlipsBehindValidChecksums) {
         std::string flipped = bytes;
         flipped[i] = static_cast<char>(flipped[i] ^ mask);
         seal(&flipped, section);
-        const Result<TableImage> read = decode_cache(flipped, "", "hair.cache");
+        const Result<TableSnapshot> read = decode_cache(flipped, "", "hair.cache");
         if (!read) {
           EXPECT_FALSE(read.error().expected.empty());
           continue;
@@ -274,7 +274,7 @@ TEST(CacheFormat, RefusesValuesOutOfRangeBehindValidChecksums) {
   const auto with_integer = [&](int section, std::size_t at, std::uint64_t value, int size, const std::string& what) {
     refused(section, what, [&](std::string* b, std::size_t start) { put(b, start + at, value, size); });
   };
-  // Pages: count, lobe, three parameters, blur, sizes, axes.
+  // Slices: count, lobe, three parameters, blur, sizes, axes.
   with_integer(2, 0, 0xffffffff, 4, "absurd page count");
   with_float(2, 8, nan, "NaN parameter");
   with_float(2, 8, -0.0f, "negative zero");

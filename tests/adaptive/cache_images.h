@@ -54,18 +54,18 @@ inline SketchBin sketch_bin(std::uint32_t index, std::uint32_t offset, float g) 
   return {index, std::uint64_t{offset} << 32 | std::bit_cast<std::uint32_t>(g)};
 }
 
-/// Two pages; a converged and two open rows.
-inline TableImage small_image() {
-  CachedPage first{{{1, {1.55f, 0.85f, 0.2f}}, {0.0f, 0.5f}, {0.0f, 0.3f, 1.2f}, 0.2f}, {}};
+/// Two slices; a converged and two open rows.
+inline TableSnapshot small_image() {
+  CachedSlice first{{{1, {1.55f, 0.85f, 0.2f}}, {0.0f, 0.5f}, {0.0f, 0.3f, 1.2f}, 0.2f}, {}};
   first.rows = {converged_row(1, 0.004f), open_row(4, {sketch_bin(3, 77, 0.25f), sketch_bin(90, 5, 0.0f)})};
-  CachedPage second{{{2, {1.55f, 0.85f, 0.3f}}, {0.0f}, {0.0f, 1.0f}, 0.3f}, {open_row(0, {})}};
+  CachedSlice second{{{2, {1.55f, 0.85f, 0.3f}}, {0.0f}, {0.0f, 1.0f}, 0.3f}, {open_row(0, {})}};
   return {"elliptical-test", {first, second}};
 }
 
 /// As small_image(), with a knot table at a node of its own.
-inline TableImage knot_image() {
-  TableImage image = small_image();
-  image.pages[0].rows.insert(image.pages[0].rows.begin() + 1, knot_row(2, 0.002f));
+inline TableSnapshot knot_image() {
+  TableSnapshot image = small_image();
+  image.slices[0].rows.insert(image.slices[0].rows.begin() + 1, knot_row(2, 0.002f));
   return image;
 }
 

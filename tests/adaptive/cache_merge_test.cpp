@@ -6,16 +6,16 @@
 namespace tress::adaptive {
 namespace {
 
-std::string merged(const TableImage& a, const TableImage& b) { return encode_cache(merge_caches(a, b)); }
+std::string merged(const TableSnapshot& a, const TableSnapshot& b) { return encode_cache(merge_caches(a, b)); }
 
-TableImage one_row(const CachedRow& row) {
+TableSnapshot one_row(const CachedRow& row) {
   return {"elliptical-test", {{{{1, {1.55f, 0.85f, 0.2f}}, {0.0f, 0.5f}, {0.0f, 0.3f}, 0.2f}, {row}}}};
 }
 
 /// The row that a merge of two tables of one row keeps; the same whichever is first.
 CachedRow winner(const CachedRow& a, const CachedRow& b) {
   EXPECT_EQ(merged(one_row(a), one_row(b)), merged(one_row(b), one_row(a)));
-  return merge_caches(one_row(a), one_row(b)).pages.at(0).rows.at(0);
+  return merge_caches(one_row(a), one_row(b)).slices.at(0).rows.at(0);
 }
 
 TEST(CacheMerge, PrefersTheLaterGenerationThenTheConvergedThenTheBetter) {
@@ -37,7 +37,7 @@ TEST(CacheMerge, PrefersTheLaterGenerationThenTheConvergedThenTheBetter) {
   EXPECT_EQ(winner(good, other).fit.components[0].weight, 0.625f);
 }
 
-TEST(CacheMerge, OrdersAKnotTableAmongMixturesByItsObjective) {
+TEST(CacheMerge, OrdersAKnotDensityAmongMixturesByItsObjective) {
   const CachedRow mixture = converged_row(0, 0.004f);
   EXPECT_FALSE(winner(mixture, knot_row(0, 0.002f)).knots.empty());
   EXPECT_TRUE(winner(mixture, knot_row(0, 0.006f)).knots.empty());
@@ -67,10 +67,10 @@ TEST(CacheMerge, OpenRowsShareWhatTheySaw) {
             (std::vector<SketchBin>{sketch_bin(2, 4, 0.75f), sketch_bin(5, 1, 0.25f), sketch_bin(7, 3, 1.0f)}));
 }
 
-TEST(CacheMerge, KeepsThePagesAndRowsOfBoth) {
-  TableImage a = small_image(), b = small_image();
-  a.pages.erase(a.pages.begin());
-  b.pages.pop_back();
+TEST(CacheMerge, KeepsTheSlicesAndRowsOfBoth) {
+  TableSnapshot a = small_image(), b = small_image();
+  a.slices.erase(a.slices.begin());
+  b.slices.pop_back();
   EXPECT_EQ(merged(a, b), encode_cache(small_image()));
 }
 

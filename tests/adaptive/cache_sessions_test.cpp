@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "adaptive/cache_images.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {
@@ -25,15 +25,15 @@ namespace fs = std::filesystem;
 using Outcome = CacheUpdate::Outcome;
 constexpr const char* model = "elliptical-test";
 
-/// A table of one page, one page a session, with rows [begin, end).
-TableImage rows_of(std::uint32_t session, std::uint32_t begin, std::uint32_t end) {
-  CachedPage page{{{1, {1.55f, 0.5f + 0.01f * static_cast<float>(session), 0.2f}}, {}, {0.0f, 0.5f}, 0.2f}, {}};
-  for (int a = 0; a < 4096; ++a) page.description.axis_a.push_back(static_cast<float>(a));
-  for (std::uint32_t node = begin; node < end; ++node) page.rows.push_back(converged_row(node, 0.004f));
-  return {model, {page}};
+/// A table of one slice, one slice a session, with rows [begin, end).
+TableSnapshot rows_of(std::uint32_t session, std::uint32_t begin, std::uint32_t end) {
+  CachedSlice slice{{{1, {1.55f, 0.5f + 0.01f * static_cast<float>(session), 0.2f}}, {}, {0.0f, 0.5f}, 0.2f}, {}};
+  for (int a = 0; a < 4096; ++a) slice.description.axis_a.push_back(static_cast<float>(a));
+  for (std::uint32_t node = begin; node < end; ++node) slice.rows.push_back(converged_row(node, 0.004f));
+  return {model, {slice}};
 }
 
-bool holds(const TableImage& whole, const TableImage& part) {
+bool holds(const TableSnapshot& whole, const TableSnapshot& part) {
   return encode_cache(merge_caches(whole, part)) == encode_cache(whole);
 }
 
@@ -47,10 +47,10 @@ class CacheSessions : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  TableImage saved() const {
-    const Result<TableImage> image = load_cache(file_, model);
+  TableSnapshot saved() const {
+    const Result<TableSnapshot> image = load_cache(file_, model);
     EXPECT_TRUE(image) << image.error().message();
-    return image ? *image : TableImage{model, {}};
+    return image ? *image : TableSnapshot{model, {}};
   }
   std::string content() const {
     std::ifstream in(file_, std::ios::binary);
@@ -75,12 +75,12 @@ TEST_F(CacheSessions, ASaveJoinsWhatAnotherSavedMeanwhile) {
   const Result<CacheUpdate> first = merge_into_cache(file_, rows_of(0, 0, 3));
   ASSERT_TRUE(first) << first.error().message();
   EXPECT_EQ(first->outcome, Outcome::created);
-  const Result<CacheUpdate> other_page = merge_into_cache(file_, rows_of(1, 0, 2));
-  ASSERT_TRUE(other_page);
-  EXPECT_EQ(other_page->outcome, Outcome::merged);
-  const Result<CacheUpdate> same_page = merge_into_cache(file_, rows_of(0, 2, 5));
-  ASSERT_TRUE(same_page);
-  EXPECT_EQ(encode_cache(same_page->image), content());
+  const Result<CacheUpdate> other_slice = merge_into_cache(file_, rows_of(1, 0, 2));
+  ASSERT_TRUE(other_slice);
+  EXPECT_EQ(other_slice->outcome, Outcome::merged);
+  const Result<CacheUpdate> same_slice = merge_into_cache(file_, rows_of(0, 2, 5));
+  ASSERT_TRUE(same_slice);
+  EXPECT_EQ(encode_cache(same_slice->image), content());
   EXPECT_EQ(content(), encode_cache(merge_caches(rows_of(0, 0, 5), rows_of(1, 0, 2))));
   EXPECT_EQ(files(), std::set<std::string>{"hair.cache"});
 }
@@ -95,7 +95,7 @@ TEST_F(CacheSessions, AFileThatWasDeletedMeanwhileIsMadeAgain) {
 }
 
 TEST_F(CacheSessions, ARefusedFileIsLeftAsItIs) {
-  TableImage foreign = small_image();
+  TableSnapshot foreign = small_image();
   foreign.model = "elliptical-0";
   const std::string whole = encode_cache(small_image());
   const std::vector<std::pair<std::string, std::string>> refused{{"text that somebody keeps under this name", "magic"},
@@ -176,9 +176,9 @@ TEST_F(CacheSessions, WhatCannotBeWrittenIsAnErrorAndNothingChanges) {
   ASSERT_FALSE(missing.has_value());
   EXPECT_EQ(missing.error().file, (folder_ / "none" / "hair.cache").string());
   EXPECT_FALSE(missing.error().found.empty());
-  EXPECT_FALSE(merge_into_cache(file_, TableImage{}).has_value()) << "a model without a name";
-  TableImage bad = small_image();
-  bad.pages[0].rows[0].energy = -1;
+  EXPECT_FALSE(merge_into_cache(file_, TableSnapshot{}).has_value()) << "a model without a name";
+  TableSnapshot bad = small_image();
+  bad.slices[0].rows[0].energy = -1;
   EXPECT_FALSE(merge_into_cache(file_, bad).has_value()) << "what could not be read back";
   EXPECT_TRUE(files().empty());
 }
@@ -237,9 +237,9 @@ TEST_F(CacheSessions, KilledAtAHundredMomentsOfSavingItIsTheOldCacheOrTheNew) {
     while (::read(told[0], &row, sizeof row) == static_cast<ssize_t>(sizeof row)) {
     }
     ::close(told[0]);
-    const TableImage now = saved();
+    const TableSnapshot now = saved();
     ASSERT_TRUE(holds(now, rows_of(0, 0, row + 1))) << "round " << round;
-    rows = static_cast<std::uint32_t>(now.pages.at(0).rows.size());
+    rows = static_cast<std::uint32_t>(now.slices.at(0).rows.size());
     ASSERT_LE(rows, row + 2) << "the one that was being saved, and no more";
   }
   for (const std::string& name : files()) {
@@ -263,7 +263,7 @@ TEST_F(CacheSessions, EightProcessesLoseNothing) {
     const pid_t child = ::fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-      // A page of its own, and every eighth row of one that all share.
+      // A slice of its own, and every eighth row of one that all share.
       for (std::uint32_t i = 0; i < saves; ++i) {
         const std::uint32_t shared = i * sessions + session;
         if (!merge_into_cache(file_, merge_caches(rows_of(session + 1, i, i + 1), rows_of(0, shared, shared + 1)))) {
@@ -279,7 +279,7 @@ TEST_F(CacheSessions, EightProcessesLoseNothing) {
     ASSERT_EQ(::waitpid(child, &status, 0), child);
     EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
   }
-  TableImage all = rows_of(0, 0, saves * sessions);
+  TableSnapshot all = rows_of(0, 0, saves * sessions);
   for (std::uint32_t session = 0; session < sessions; ++session) {
     all = merge_caches(all, rows_of(session + 1, 0, saves));
   }

@@ -12,7 +12,7 @@
 namespace tress::adaptive {
 namespace {
 
-constexpr std::uint32_t pages = 3;
+constexpr std::uint32_t slices = 3;
 
 struct Learned {
   std::string bytes;
@@ -27,10 +27,10 @@ Learned run(unsigned threads, std::size_t memory_bytes, double epsilon = 0.01) {
   options.memory_bytes = memory_bytes;
   options.epsilon = epsilon;
   Service service(options, target);
-  for (std::uint32_t p = 0; p < pages; ++p) service.add_page(testing::toy_page(p, 8, p == 2 ? 0.1f : 0.2f));
+  for (std::uint32_t p = 0; p < slices; ++p) service.add_slice(testing::toy_slice(p, 8, p == 2 ? 0.1f : 0.2f));
   Learned result;
   for (std::uint64_t pass = 0; pass < 5; ++pass) {
-    testing::run_pass(service, pages, pass, 4000, threads);
+    testing::run_pass(service, slices, pass, 4000, threads);
     result.last = service.publish();
     EXPECT_LE(result.last.bytes, memory_bytes);
     result.g_evaluations += result.last.g_evaluations;
@@ -57,11 +57,11 @@ TEST(Determinism, ThreadsAndOrderChangeNoBit) {
 }
 
 TEST(Determinism, ThreadsAndOrderChangeNoBitWhenMemoryIsHalfOfTheDemand) {
-  // The demand is what the first births would take: later passes free memory.
+  // The demand is what the first creations would take: later passes free memory.
   const testing::MovingPeaks target;
   Service unlimited(Options{}, target);
-  for (std::uint32_t p = 0; p < pages; ++p) unlimited.add_page(testing::toy_page(p, 8, p == 2 ? 0.1f : 0.2f));
-  testing::run_pass(unlimited, pages, 0, 4000, 1);
+  for (std::uint32_t p = 0; p < slices; ++p) unlimited.add_slice(testing::toy_slice(p, 8, p == 2 ? 0.1f : 0.2f));
+  testing::run_pass(unlimited, slices, 0, 4000, 1);
   const std::size_t half = unlimited.publish().bytes / 2;
   const Learned one = run(1, half, 0.001);
   EXPECT_TRUE(one.last.at_ceiling);
@@ -76,7 +76,7 @@ TEST(Determinism, AnotherSeedIsAnotherTable) {
     Options options;
     options.seed = seed;
     Service service(options, target);
-    service.add_page(testing::toy_page(0, 8));
+    service.add_slice(testing::toy_slice(0, 8));
     for (std::uint64_t pass = 0; pass < 3; ++pass) {
       testing::run_pass(service, 1, pass, 700, 1);
       service.publish();
@@ -95,7 +95,7 @@ TEST(Determinism, ReadersOnManyThreadsRaceForTheSameNodes) {
     Options options;
     options.memory_bytes = memory;
     Service service(options, target);
-    service.add_page(testing::toy_page(0, 3));
+    service.add_slice(testing::toy_slice(0, 3));
     PassReport report;
     for (std::uint64_t pass = 0; pass < 6; ++pass) {
       testing::run_pass(service, 1, pass, 1000, 8);

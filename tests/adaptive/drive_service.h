@@ -7,22 +7,22 @@
 #include <thread>
 #include <vector>
 
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 
 namespace tress::testing {
 
 /// Query `index` of a pass: a pure function of its numbers and of the published table. Nodes near 0 are asked more.
 /// Every fourth query of an open row is a foreign one (uniform, observed and not scored). Returns the value seen.
-inline float ask(const adaptive::Service& service, std::uint32_t pages, std::uint64_t pass, std::uint64_t index) {
+inline float ask(const adaptive::Service& service, std::uint32_t slices, std::uint64_t pass, std::uint64_t index) {
   using namespace adaptive;
   RandomStream random(77, pass, index);
-  const auto page = static_cast<PageId>(random.next() * static_cast<float>(pages));
-  const PageDescription& d = service.page(page);
+  const auto slice = static_cast<SliceId>(random.next() * static_cast<float>(slices));
+  const SliceDescription& d = service.slice(slice);
   const float s = random.next(), t = random.next();
   const auto a = static_cast<std::uint32_t>(s * s * static_cast<float>(d.axis_a.size()));
   const auto b = static_cast<std::uint32_t>(t * static_cast<float>(d.axis_b.size()));
-  const RowView row = service.look_up(page, a, b);
+  const RowView row = service.look_up(slice, a, b);
   const bool foreign = index % 4 == 3;
   const RowView flat;
   const RowView& proposal = foreign ? flat : row;
@@ -39,8 +39,8 @@ inline float ask(const adaptive::Service& service, std::uint32_t pages, std::uin
   return g;
 }
 
-/// One pass of `queries` queries over the first `pages` pages, shuffled and dealt out to `threads` threads.
-inline void run_pass(const adaptive::Service& service, std::uint32_t pages, std::uint64_t pass, std::size_t queries,
+/// One pass of `queries` queries over the first `slices` slices, shuffled and dealt out to `threads` threads.
+inline void run_pass(const adaptive::Service& service, std::uint32_t slices, std::uint64_t pass, std::size_t queries,
                      unsigned threads) {
   std::vector<std::uint64_t> order(queries);
   std::iota(order.begin(), order.end(), 0);
@@ -49,7 +49,7 @@ inline void run_pass(const adaptive::Service& service, std::uint32_t pages, std:
   std::vector<std::thread> workers;
   for (unsigned w = 0; w < threads; ++w) {
     workers.emplace_back([&, w] {
-      for (std::size_t i = w; i < queries; i += threads) ask(service, pages, pass, order[i]);
+      for (std::size_t i = w; i < queries; i += threads) ask(service, slices, pass, order[i]);
     });
   }
   for (std::thread& worker : workers) worker.join();

@@ -1,6 +1,6 @@
 // Knots fitted to traced nodes: the error that is told is the error that is there, the mass is that of g, and the path
 // moments of the knots give the light of a color.
-#include "knots/fit_knots.h"
+#include "fit/fit_knots.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "adaptive/toy_target.h"
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/traced_nodes.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {
@@ -33,7 +33,7 @@ TracedNodes nodes_of(float blur_rad, std::uint64_t seed = 1) {
   return TracedNodes(rays, blur_rad);
 }
 
-double true_objective(const KnotTable& table, const TracedNodes& nodes) {
+double true_objective(const KnotDensity& table, const TracedNodes& nodes) {
   double sum = 0;
   for (int i = 0; i < fine; ++i) {
     const auto x = static_cast<float>(-pi + 2 * pi * i / fine);
@@ -83,13 +83,13 @@ TEST(FitKnots, TakesAsManyKnotsAsTheRowNeeds) {
 // /720), and no other line is nearer.
 TEST(FitKnots, ErrsASixthOfWhatTheValuesAtItsKnotsWould) {
   const TracedNodes nodes = nodes_of(0.3f);
-  const KnotTable table = fit_knots(nodes, 0.01).table;
+  const KnotDensity table = fit_knots(nodes, 0.01).table;
   std::vector<Knot> at_knots(table.knots().size());
   for (std::size_t k = 0; k < at_knots.size(); ++k) {
     at_knots[k].density =
         nodes.density(static_cast<float>(-pi + 2 * pi * static_cast<double>(k) / static_cast<double>(at_knots.size())));
   }
-  const double ratio = true_objective(KnotTable(at_knots), nodes) / true_objective(table, nodes);
+  const double ratio = true_objective(KnotDensity(at_knots), nodes) / true_objective(table, nodes);
   EXPECT_GT(ratio, 4);
   EXPECT_LT(ratio, 6.5);
   for (std::size_t k = 0; k < at_knots.size(); k += 5) {
@@ -97,7 +97,7 @@ TEST(FitKnots, ErrsASixthOfWhatTheValuesAtItsKnotsWould) {
       std::vector<Knot> moved(table.knots().begin(), table.knots().end());
       if (moved[k].density < 0.01f) continue;
       moved[k].density *= factor;
-      EXPECT_GE(true_objective(KnotTable(moved), nodes), true_objective(table, nodes)) << k;
+      EXPECT_GE(true_objective(KnotDensity(moved), nodes), true_objective(table, nodes)) << k;
     }
   }
 }
@@ -122,7 +122,7 @@ double gamma_share(double sigma_a, double mean, double variance) {
 TEST(FitKnots, PathMomentsGiveTheLightOfAColor) {
   for (const float blur : {0.08f, 0.2f, 0.4f}) {
     const TracedNodes nodes = nodes_of(blur);
-    const KnotTable table = with_attributes(fit_knots(nodes, 0.001).table, nodes);
+    const KnotDensity table = with_attributes(fit_knots(nodes, 0.001).table, nodes);
     const double h = 2 * pi / static_cast<double>(table.knots().size());
     for (const double sigma_a : {0.05, 0.4, 1.0, 3.0}) {
       double told = 0, actual = 0, clear = 0, first = 0, first_actual = 0;
@@ -147,7 +147,7 @@ TEST(FitKnots, RaysOfOnePathHaveNoVariance) {
   std::vector<TracedRay> rays;
   for (int i = 0; i < 64; ++i) rays.push_back({0.05f * static_cast<float>(i), 0.01f, 2.5f});
   const TracedNodes nodes(rays, 0.2f);
-  const KnotTable table = with_attributes(fit_knots(nodes, 0.01).table, nodes);
+  const KnotDensity table = with_attributes(fit_knots(nodes, 0.01).table, nodes);
   for (const Knot& knot : table.knots()) {
     EXPECT_NEAR(knot.attribute_mean, 2.5f, 1e-5f);
     EXPECT_NEAR(knot.attribute_variance, 0, 1e-5f);

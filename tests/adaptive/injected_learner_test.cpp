@@ -1,5 +1,4 @@
-// A method that goes wrong behind the learner interface, seen from outside: make_row_learner() is wrapped by the linker
-// (tests/CMakeLists.txt), and what the table then publishes, counts and tells is looked at.
+// A method that goes wrong behind the learner interface: what the table then publishes, counts and tells.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,25 +10,8 @@
 
 #include "adaptive/drive_service.h"
 #include "adaptive/toy_target.h"
-#include "learner/row_learner.h"
+#include "fit/row_learner.h"
 #include "tress/adaptive/service.h"
-
-namespace {
-using MakeLearner = std::unique_ptr<tress::adaptive::RowLearner> (*)();
-MakeLearner injected = nullptr;
-}  // namespace
-
-extern "C++" {
-namespace tress::adaptive {
-std::unique_ptr<RowLearner> real_make_row_learner(Learner) asm(
-    "__real__ZN5tress8adaptive16make_row_learnerENS0_7LearnerE");
-std::unique_ptr<RowLearner> wrapped_make_row_learner(Learner learner) asm(
-    "__wrap__ZN5tress8adaptive16make_row_learnerENS0_7LearnerE");
-std::unique_ptr<RowLearner> wrapped_make_row_learner(Learner learner) {
-  return injected != nullptr ? injected() : real_make_row_learner(learner);
-}
-}  // namespace tress::adaptive
-}
 
 namespace tress::adaptive {
 namespace {
@@ -44,34 +26,34 @@ Mixture peak_at(float mu, float energy) {
 /// Legal throughout, and wrong: a peak that wanders about.
 class WrongLearner final : public RowLearner {
  public:
-  void begin(Lesson& lesson) override { learn(lesson); }
-  void learn(Lesson& lesson) override { lesson.publish(peak_at(lesson.random.next(), lesson.nodes.energy())); }
+  void begin(FitContext& context) override { learn(context); }
+  void learn(FitContext& context) override { context.publish(peak_at(context.random.next(), context.nodes.energy())); }
   std::size_t bytes() const override { return sizeof(*this); }
 };
 
 /// A uniform fit at first; then never a legal one again.
 class BrokenLearner final : public RowLearner {
  public:
-  void begin(Lesson& lesson) override {
+  void begin(FitContext& context) override {
     Mixture flat;
-    flat.uniform_weight = lesson.nodes.energy();
-    lesson.publish(flat);
+    flat.uniform_weight = context.nodes.energy();
+    context.publish(flat);
   }
-  void learn(Lesson& lesson) override {
-    Mixture bad = peak_at(0, lesson.nodes.energy());
+  void learn(FitContext& context) override {
+    Mixture bad = peak_at(0, context.nodes.energy());
     bad.components[0].shape.s_left = std::numeric_limits<float>::quiet_NaN();
-    lesson.publish(bad);
+    context.publish(bad);
   }
   std::size_t bytes() const override { return sizeof(*this); }
 };
 
+constinit const Learner wrong_learner{"wrong", "", make_row_learner<WrongLearner>};
+constinit const Learner broken_learner{"broken", "", make_row_learner<BrokenLearner>};
+
 class Injected : public ::testing::Test {
  protected:
-  void TearDown() override { injected = nullptr; }
-
-  /// 40 passes of the toy page by a learner; every published fit is looked at after each.
-  static PassReport learn(MakeLearner make, Service& service, std::uint64_t* bad_fits) {
-    injected = make;
+  /// 40 passes of the toy slice by a learner; every published fit is looked at after each.
+  static PassReport learn(Service& service, std::uint64_t* bad_fits) {
     PassReport report;
     for (std::uint64_t pass = 0; pass < 40; ++pass) {
       testing::run_pass(service, 1, pass, 500, 1);
@@ -94,10 +76,10 @@ class Injected : public ::testing::Test {
   /// What is asked of the row after it was refused is g of its node, to the bit.
   static void expect_answered_by_g(const Service& service) {
     const testing::MovingPeaks target;
-    const PageDescription page = testing::toy_page(1, 4);
+    const SliceDescription slice = testing::toy_slice(1, 4);
     std::vector<TracedRay> rays;
-    target.trace(page, page.axis_a[1], page.axis_b[2], rays);
-    const TracedNodes nodes(rays, page.blur_rad);
+    target.trace(slice, slice.axis_a[1], slice.axis_b[2], rays);
+    const TracedNodes nodes(rays, slice.blur_rad);
     const RowView view = service.look_up(0, 1, 2);
     EXPECT_EQ(view.state, RowState::refused);
     ASSERT_NE(view.nodes, nullptr);
@@ -107,11 +89,12 @@ class Injected : public ::testing::Test {
 
 TEST_F(Injected, AWrongFitIsRefusedAndToldAndNeverTheAnswer) {
   const testing::MovingPeaks target;
-  Service service({}, target);
-  service.add_page(testing::toy_page(1, 4));
+  Options options;
+  options.learner = &wrong_learner;
+  Service service(options, target);
+  service.add_slice(testing::toy_slice(1, 4));
   std::uint64_t bad_fits = 0;
-  const PassReport report =
-      learn([]() -> std::unique_ptr<RowLearner> { return std::make_unique<WrongLearner>(); }, service, &bad_fits);
+  const PassReport report = learn(service, &bad_fits);
   EXPECT_EQ(bad_fits, 0u);
   EXPECT_EQ(report.rows_refused, 16u);
   EXPECT_GT(report.objective_p50, 0.01);
@@ -120,11 +103,12 @@ TEST_F(Injected, AWrongFitIsRefusedAndToldAndNeverTheAnswer) {
 
 TEST_F(Injected, AFitOutsideTheConstraintsIsReplacedCountedAndNeverTheAnswer) {
   const testing::MovingPeaks target;
-  Service service({}, target);
-  service.add_page(testing::toy_page(1, 4));
+  Options options;
+  options.learner = &broken_learner;
+  Service service(options, target);
+  service.add_slice(testing::toy_slice(1, 4));
   std::uint64_t bad_fits = 0;
-  const PassReport report =
-      learn([]() -> std::unique_ptr<RowLearner> { return std::make_unique<BrokenLearner>(); }, service, &bad_fits);
+  const PassReport report = learn(service, &bad_fits);
   EXPECT_GE(bad_fits, 16u * 31);  // a row makes one after each test that it fails but the last
   EXPECT_EQ(report.rows_refused, 16u);
   expect_answered_by_g(service);

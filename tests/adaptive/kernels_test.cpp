@@ -1,5 +1,5 @@
 // The linear solver of the fits, against Eigen's.
-#include "learner/kernels.h"
+#include "fit/kernels.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {

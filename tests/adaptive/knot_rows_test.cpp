@@ -24,22 +24,22 @@ constexpr std::uint32_t nodes = size * size;
 
 Options table_options(double epsilon = 0.01) {
   Options options;
-  options.learner = Learner::table;
+  options.learner = &knot_learner;
   options.epsilon = epsilon;
   return options;
 }
 
 PassReport touch_all(Service& service) {
-  for (PageId page = 0; page < service.page_count(); ++page) {
-    for (std::uint32_t n = 0; n < nodes; ++n) service.look_up(page, n / size, n % size);
+  for (SliceId slice = 0; slice < service.slice_count(); ++slice) {
+    for (std::uint32_t n = 0; n < nodes; ++n) service.look_up(slice, n / size, n % size);
   }
   return service.publish();
 }
 
-double true_objective(const RowView& row, const Target& target, const PageDescription& page, std::uint32_t node) {
+double true_objective(const RowView& row, const Target& target, const SliceDescription& slice, std::uint32_t node) {
   std::vector<TracedRay> rays;
-  target.trace(page, page.axis_a[node / size], page.axis_b[node % size], rays);
-  const TracedNodes traced(rays, page.blur_rad);
+  target.trace(slice, slice.axis_a[node / size], slice.axis_b[node % size], rays);
+  const TracedNodes traced(rays, slice.blur_rad);
   constexpr int points = 4096;
   double sum = 0;
   for (int i = 0; i < points; ++i) {
@@ -53,22 +53,22 @@ double true_objective(const RowView& row, const Target& target, const PageDescri
 TEST(KnotRows, AreBuiltAtTheEndOfThePassOfTheirFirstTouch) {
   const testing::MovingPeaks target;
   Service service(table_options(), target);
-  const PageId page = service.add_page(testing::toy_page(1, size));
-  const RowView before = service.look_up(page, 1, 2);
-  EXPECT_EQ(before.state, RowState::unborn);  // the published table does not change during a pass
+  const SliceId slice = service.add_slice(testing::toy_slice(1, size));
+  const RowView before = service.look_up(slice, 1, 2);
+  EXPECT_EQ(before.state, RowState::absent);  // the published table does not change during a pass
   ASSERT_NE(before.nodes, nullptr);
   const PassReport report = service.publish();
-  EXPECT_EQ(report.births, 1u);
+  EXPECT_EQ(report.creations, 1u);
   EXPECT_EQ(report.newly_converged, 1u);
   ASSERT_EQ(service.last_changes().size(), 1u);
   EXPECT_EQ(service.last_changes()[0].state, RowState::converged);
 
-  const RowView row = service.peek(page, 1, 2);
+  const RowView row = service.peek(slice, 1, 2);
   EXPECT_EQ(row.state, RowState::converged);
   EXPECT_EQ(row.fit, nullptr);
   EXPECT_EQ(row.nodes, nullptr);
   ASSERT_NE(row.knots, nullptr);
-  const double error = true_objective(row, target, service.page(page), 1 * size + 2);
+  const double error = true_objective(row, target, service.slice(slice), 1 * size + 2);
   EXPECT_LE(error, service.options().epsilon);
   EXPECT_NEAR(row.objective, error, 0.2 * error);  // Boole's rule: see fit_knots_test
   // A hat reaches over both bundles of rays, of attributes 1 and 3.
@@ -81,7 +81,7 @@ TEST(KnotRows, AreBuiltAtTheEndOfThePassOfTheirFirstTouch) {
 TEST(KnotRows, TellTheirProposalAndTheirSampleAsAMixtureDoes) {
   const testing::MovingPeaks target;
   Service service(table_options(), target);
-  service.add_page(testing::toy_page(1, size));
+  service.add_slice(testing::toy_slice(1, size));
   touch_all(service);
   const RowView row = service.peek(0, 0, 0);
   ASSERT_NE(row.knots, nullptr);
@@ -95,7 +95,8 @@ TEST(KnotRows, TellTheirProposalAndTheirSampleAsAMixtureDoes) {
 TEST(KnotRows, AreCountedByTheirKnotsAndNotAsMixtures) {
   const testing::MovingPeaks target;
   Service service(table_options(0.001), target);
-  for (std::uint32_t lobe = 0; lobe < 3; ++lobe) service.add_page(testing::toy_page(lobe, size, 0.4f / (1 + 2 * lobe)));
+  for (std::uint32_t lobe = 0; lobe < 3; ++lobe)
+    service.add_slice(testing::toy_slice(lobe, size, 0.4f / (1 + 2 * lobe)));
   std::vector<RowReport> told;
   service.set_row_listener([&](const RowReport& report) { told.push_back(report); });
   const PassReport report = touch_all(service);
@@ -108,7 +109,7 @@ TEST(KnotRows, AreCountedByTheirKnotsAndNotAsMixtures) {
   ASSERT_EQ(told.size(), 3 * nodes);
   std::uint64_t g = 0, least = 0;
   for (const RowReport& row : told) {
-    EXPECT_TRUE(KnotTable::is_size(row.knots));
+    EXPECT_TRUE(KnotDensity::is_size(row.knots));
     EXPECT_EQ(row.components, 0u);
     EXPECT_EQ(row.count, 4 * row.knots);
     g += row.count;
@@ -121,9 +122,9 @@ TEST(KnotRows, AreCountedByTheirKnotsAndNotAsMixtures) {
 
 TEST(KnotRows, ThatTheKnotsCannotHoldAreAnsweredByG) {
   const testing::MovingPeaks target;
-  PageDescription page = testing::toy_page(1, size, 0.012f);  // knots are four blurs apart
+  SliceDescription slice = testing::toy_slice(1, size, 0.012f);  // knots are four blurs apart
   Service service(table_options(0.001), target);
-  service.add_page(page);
+  service.add_slice(slice);
   const PassReport report = touch_all(service);
   EXPECT_EQ(report.rows_refused, nodes);
   const RowView row = service.look_up(0, 0, 0);
@@ -134,11 +135,11 @@ TEST(KnotRows, ThatTheKnotsCannotHoldAreAnsweredByG) {
   EXPECT_GT(row.objective, 0.001f);
   EXPECT_EQ(touch_all(service).refits, 0u);  // for good
 
-  const Result<TableImage> saved = decode_cache(encode_cache(service.snapshot()), target.model_name(), "cache");
+  const Result<TableSnapshot> saved = decode_cache(encode_cache(service.snapshot()), target.model_name(), "cache");
   ASSERT_TRUE(saved);
-  for (const CachedRow& cached : saved->pages.at(0).rows) EXPECT_EQ(cached.state, RowState::open);
+  for (const CachedRow& cached : saved->slices.at(0).rows) EXPECT_EQ(cached.state, RowState::open);
   Service again(table_options(0.001), target);
-  again.add_page(page);
+  again.add_slice(slice);
   ASSERT_FALSE(again.load(*saved));
   EXPECT_EQ(touch_all(again).rows_refused, nodes);
 }
@@ -146,15 +147,15 @@ TEST(KnotRows, ThatTheKnotsCannotHoldAreAnsweredByG) {
 TEST(KnotRows, GoThroughTheCacheToTheBit) {
   const testing::MovingPeaks target;
   Service first(table_options(), target);
-  first.add_page(testing::toy_page(1, size));
+  first.add_slice(testing::toy_slice(1, size));
   touch_all(first);
   const std::string bytes = encode_cache(first.snapshot());
-  for (const Learner learner : {Learner::table, Learner::sketch}) {  // whoever comes next reads them as they are
+  for (const Learner* learner : {&knot_learner, &sketch_learner}) {  // whoever comes next reads them as they are
     Options options;
     options.learner = learner;
     Service second(options, target);
-    second.add_page(testing::toy_page(1, size));
-    Result<TableImage> image = decode_cache(bytes, target.model_name(), "cache");
+    second.add_slice(testing::toy_slice(1, size));
+    Result<TableSnapshot> image = decode_cache(bytes, target.model_name(), "cache");
     ASSERT_TRUE(image);
     ASSERT_FALSE(second.load(std::move(*image)));
     const RowView row = second.peek(0, 2, 3);
@@ -174,29 +175,29 @@ TEST(KnotRows, GoThroughTheCacheToTheBit) {
 TEST(KnotRows, OfALargerEpsilonAreLearnedAnew) {
   const testing::MovingPeaks target;
   Service first(table_options(0.01), target);
-  first.add_page(testing::toy_page(1, size, 0.1f));
+  first.add_slice(testing::toy_slice(1, size, 0.1f));
   touch_all(first);
-  const TableImage image = first.snapshot();
+  const TableSnapshot image = first.snapshot();
   float largest = 0;
-  for (const CachedRow& row : image.pages.at(0).rows) largest = std::max(largest, row.objective);
-  for (const Learner learner : {Learner::table, Learner::sketch}) {
+  for (const CachedRow& row : image.slices.at(0).rows) largest = std::max(largest, row.objective);
+  for (const Learner* learner : {&knot_learner, &sketch_learner}) {
     Options options = table_options(largest / 2);
     options.learner = learner;
     Service second(options, target);
-    second.add_page(testing::toy_page(1, size, 0.1f));
+    second.add_slice(testing::toy_slice(1, size, 0.1f));
     ASSERT_FALSE(second.load(image));
     PassReport report;
     for (std::uint64_t pass = 0; pass < 30; ++pass) {
       testing::run_pass(second, 1, pass, 1000, 1);
       report = second.publish();
-      ASSERT_EQ(second.snapshot().pages.at(0).rows.size(), nodes);
+      ASSERT_EQ(second.snapshot().slices.at(0).rows.size(), nodes);
     }
-    EXPECT_EQ(report.rows_converged, nodes) << learner_name(learner);
+    EXPECT_EQ(report.rows_converged, nodes) << learner->name;
     std::uint64_t mixtures = 0;
     for (const std::uint64_t count : report.components) mixtures += count;
-    EXPECT_EQ(mixtures > 0, learner == Learner::sketch);
-    const TableImage learned = second.snapshot();
-    for (const CachedRow& row : learned.pages.at(0).rows) EXPECT_LE(row.objective, options.epsilon);
+    EXPECT_EQ(mixtures > 0, learner == &sketch_learner);
+    const TableSnapshot learned = second.snapshot();
+    for (const CachedRow& row : learned.slices.at(0).rows) EXPECT_LE(row.objective, options.epsilon);
   }
 }
 
@@ -204,7 +205,7 @@ TEST(KnotRows, AreReopenedByAnAuditWhereTheTargetHasMoved) {
   class Shifted final : public Target {
    public:
     explicit Shifted(float shift) : shift_(shift) {}
-    void trace(const PageDescription&, float a, float b, std::vector<TracedRay>& out) const override {
+    void trace(const SliceDescription&, float a, float b, std::vector<TracedRay>& out) const override {
       for (int i = 0; i < 64; ++i) out.push_back({a + shift_ + 0.01f * static_cast<float>(i), (1 + b) / 64, 1});
     }
     std::string model_name() const override { return "shifted"; }
@@ -214,19 +215,19 @@ TEST(KnotRows, AreReopenedByAnAuditWhereTheTargetHasMoved) {
   };
   const Shifted before(0), after(0.5f);
   Service first(table_options(), before);
-  first.add_page(testing::toy_page(1, size));
+  first.add_slice(testing::toy_slice(1, size));
   touch_all(first);
   Service second(table_options(), after);
-  second.add_page(testing::toy_page(1, size));
+  second.add_slice(testing::toy_slice(1, size));
   ASSERT_FALSE(second.load(first.snapshot()));
   for (int pass = 0; pass < 3; ++pass) touch_all(second);
   for (std::uint32_t n = 0; n < nodes; ++n) {
     const RowView row = second.peek(0, n / size, n % size);
     ASSERT_NE(row.knots, nullptr);
-    EXPECT_LE(true_objective(row, after, second.page(0), n), 0.01) << n;
+    EXPECT_LE(true_objective(row, after, second.slice(0), n), 0.01) << n;
   }
-  const TableImage learned = second.snapshot();
-  for (const CachedRow& row : learned.pages.at(0).rows) EXPECT_EQ(row.generation, 1u);
+  const TableSnapshot learned = second.snapshot();
+  for (const CachedRow& row : learned.slices.at(0).rows) EXPECT_EQ(row.generation, 1u);
 }
 
 TEST(KnotRows, StayBelowTheCeilingInEveryPass) {
@@ -234,7 +235,7 @@ TEST(KnotRows, StayBelowTheCeilingInEveryPass) {
   Options options = table_options(0.001);
   options.memory_bytes = 30000;
   Service service(options, target);
-  for (std::uint32_t lobe = 0; lobe < 4; ++lobe) service.add_page(testing::toy_page(lobe, size, 0.1f));
+  for (std::uint32_t lobe = 0; lobe < 4; ++lobe) service.add_slice(testing::toy_slice(lobe, size, 0.1f));
   PassReport report;
   for (int pass = 0; pass < 6; ++pass) {
     report = touch_all(service);

@@ -6,13 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include "tress/adaptive/knot_table.h"
-#include "tress/adaptive/random.h"
+#include "tress/adaptive/knot_density.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 
 /// `count` knots of mass `energy`: most of them small, some of them 0, neighbouring peaks among them.
-inline KnotTable rough_table(std::size_t count, float energy, std::uint64_t seed) {
+inline KnotDensity rough_table(std::size_t count, float energy, std::uint64_t seed) {
   RandomStream random(seed, count);
   std::vector<Knot> knots(count);
   double sum = 0;
@@ -23,7 +23,7 @@ inline KnotTable rough_table(std::size_t count, float energy, std::uint64_t seed
   }
   const double scale = energy * static_cast<double>(count) / (2 * std::numbers::pi) / sum;
   for (Knot& knot : knots) knot.density = static_cast<float>(knot.density * scale);
-  return KnotTable(std::move(knots));
+  return KnotDensity(std::move(knots));
 }
 
 }  // namespace tress::adaptive

@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "learner/fit_mixture.h"
-#include "tress/adaptive/random.h"
+#include "fit/fit_mixture.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {
@@ -54,7 +54,7 @@ void expect_constraints(const Mixture& fit) {
 }
 
 void cover(Sketch& sketch, const TracedNodes& nodes) {
-  for (const float x : coverage_azimuths(sketch.pairs(), nodes.blur_rad())) sketch.offer(x, nodes.density(x));
+  for (const float x : gap_fill_azimuths(sketch.pairs(), nodes.blur_rad())) sketch.offer(x, nodes.density(x));
 }
 
 // Coverage, fit, 16 own draws, until the true error is below epsilon: the evaluations that it took, 0 if over 10

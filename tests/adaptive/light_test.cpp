@@ -1,4 +1,5 @@
-// Rows by the light that they carry: who is born first, how well each is learned, and what the table says of its bias.
+// Rows by the light that they carry: who is created first, how well each is learned, and what the table says of its
+// bias.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
@@ -26,12 +27,12 @@ Options light_driven(double picture_error) {
 }
 
 /// Asks node (a, b) `queries` times, by uniform azimuths, with `share` of the light of the pass in all.
-void ask_node(const Service& service, PageId page, std::uint32_t a, std::uint32_t b, int queries, float share) {
+void ask_node(const Service& service, SliceId slice, std::uint32_t a, std::uint32_t b, int queries, float share) {
   RandomStream random(5, a, b);
   for (int i = 0; i < queries; ++i) {
-    const RowView row = service.look_up(page, a, b);
-    const auto width = static_cast<std::uint32_t>(service.page(page).axis_b.size());
-    service.carry(page, a * width + b, share * static_cast<float>(paths) / static_cast<float>(queries));
+    const RowView row = service.look_up(slice, a, b);
+    const auto width = static_cast<std::uint32_t>(service.slice(slice).axis_b.size());
+    service.carry(slice, a * width + b, share * static_cast<float>(paths) / static_cast<float>(queries));
     if (row.state == RowState::converged) continue;
     const float u = service.options().uniform_share_open, x = row.sample(random.next(), u);
     service.score(row, x, row.nodes->density(x), row.proposal_density(x, u));
@@ -43,32 +44,33 @@ TEST(Light, DecidesWhoIsBornFirst) {
   Options options;
   options.memory_bytes = 20000;  // for a few rows of the eight
   Service service(options, target);
-  const PageId page = service.add_page(testing::toy_page(1, 8));
-  // The more light, the fewer touches.
+  const SliceId slice = service.add_slice(testing::toy_slice(1, 8));
+  // The more light, the fewer queries.
   for (std::uint32_t b = 0; b < 8; ++b)
-    ask_node(service, page, 0, b, 40 - 4 * static_cast<int>(b), 0.001f * static_cast<float>(b + 1));
+    ask_node(service, slice, 0, b, 40 - 4 * static_cast<int>(b), 0.001f * static_cast<float>(b + 1));
   const PassReport report = service.publish(paths);
   ASSERT_TRUE(report.at_ceiling);
-  ASSERT_GE(report.births, 1u);
-  ASSERT_LT(report.births, 8u);
+  ASSERT_GE(report.creations, 1u);
+  ASSERT_LT(report.creations, 8u);
   for (std::uint32_t b = 0; b < 8; ++b) {
-    EXPECT_EQ(service.peek(page, 0, b).state != RowState::unborn, b >= 8 - report.births) << b;
+    EXPECT_EQ(service.peek(slice, 0, b).state != RowState::absent, b >= 8 - report.creations) << b;
   }
 }
 
 TEST(Light, DecidesHowWellARowIsLearned) {
   const testing::MovingPeaks target;
   Service service(light_driven(0.01), target);
-  const PageId page = service.add_page(testing::toy_page(1, 4));
+  const SliceId slice = service.add_slice(testing::toy_slice(1, 4));
   const std::vector<float> shares{1.0f, 0.05f, 1e-6f};
   for (int pass = 0; pass < 30; ++pass) {
-    for (std::uint32_t a = 0; a < shares.size(); ++a) ask_node(service, page, a, 0, 60, shares[a]);
+    for (std::uint32_t a = 0; a < shares.size(); ++a) ask_node(service, slice, a, 0, 60, shares[a]);
     const PassReport report = service.publish(paths);
     if (pass == 0) {
       EXPECT_EQ(report.newly_converged, 1u) << "what carries nothing is not learned";
     }
   }
-  const RowView bright = service.peek(page, 0, 0), middle = service.peek(page, 1, 0), faint = service.peek(page, 2, 0);
+  const RowView bright = service.peek(slice, 0, 0), middle = service.peek(slice, 1, 0),
+                faint = service.peek(slice, 2, 0);
   EXPECT_EQ(bright.state, RowState::converged);
   EXPECT_LE(bright.objective, 1e-3f);
   EXPECT_EQ(middle.state, RowState::converged);
@@ -90,9 +92,9 @@ TEST(Light, IsOffUnlessAskedFor) {
   std::vector<std::string> tables;
   for (const float share : {0.0f, 0.5f}) {
     Service service(Options{}, target);
-    const PageId page = service.add_page(testing::toy_page(1, 4));
+    const SliceId slice = service.add_slice(testing::toy_slice(1, 4));
     for (int pass = 0; pass < 6; ++pass) {
-      for (std::uint32_t a = 0; a < 4; ++a) ask_node(service, page, a, 1, 40, share);
+      for (std::uint32_t a = 0; a < 4; ++a) ask_node(service, slice, a, 1, 40, share);
       service.publish(paths);
     }
     tables.push_back(encode_cache(service.snapshot()));
@@ -100,7 +102,7 @@ TEST(Light, IsOffUnlessAskedFor) {
   EXPECT_EQ(tables[0], tables[1]);
 }
 
-/// Pages of unequal light, asked from threads in any order.
+/// Slices of unequal light, asked from threads in any order.
 struct Learned {
   std::string table;
   double bias_bound;
@@ -110,7 +112,7 @@ Learned learn(unsigned threads) {
   const tbb::global_control width(tbb::global_control::max_allowed_parallelism, threads);
   const testing::MovingPeaks target;
   Service service(light_driven(0.02), target);
-  for (std::uint32_t p = 0; p < 3; ++p) service.add_page(testing::toy_page(p, 8));
+  for (std::uint32_t p = 0; p < 3; ++p) service.add_slice(testing::toy_slice(p, 8));
   Learned learned;
   for (std::uint64_t pass = 0; pass < 5; ++pass) {
     testing::run_pass(service, 3, pass, 4000, threads);
@@ -118,8 +120,8 @@ Learned learn(unsigned threads) {
     for (unsigned w = 0; w < threads; ++w) {
       workers.emplace_back([&, w] {
         for (std::uint32_t i = w; i < 4000; i += threads) {
-          const std::uint32_t page = i % 3, node = i % 64;
-          service.carry(page, node, (page == 2 ? 1e-5f : 0.01f) * static_cast<float>(1 + i % 7));
+          const std::uint32_t slice = i % 3, node = i % 64;
+          service.carry(slice, node, (slice == 2 ? 1e-5f : 0.01f) * static_cast<float>(1 + i % 7));
         }
       });
     }
@@ -149,60 +151,60 @@ TEST(Light, ThreadsAndOrderChangeNoBit) {
 TEST(Light, TellsWhatItsRowsMayDoToThePicture) {
   const testing::MovingPeaks target;
   Service service(light_driven(0.01), target);
-  const PageId page = service.add_page(testing::toy_page(1, 4));
-  ask_node(service, page, 2, 0, 60, 1e-6f);
+  const SliceId slice = service.add_slice(testing::toy_slice(1, 4));
+  ask_node(service, slice, 2, 0, 60, 1e-6f);
   EXPECT_LT(service.publish(paths).bias_bound, 1e-5);
   // Half of the light of the second pass: a quarter of all.
-  service.carry(page, 2 * 4, 0.5f * static_cast<float>(paths));
+  service.carry(slice, 2 * 4, 0.5f * static_cast<float>(paths));
   const double expected = 0.25 * std::sqrt(std::sqrt(std::numbers::pi) / 0.2);
   EXPECT_NEAR(service.publish(paths).bias_bound, expected, 1e-3 * expected);
 }
 
 /// Learns node (0, 0) with much light and (1, 0) with little.
-TableImage taught(double picture_error, float bright, float faint) {
+TableSnapshot taught(double picture_error, float bright, float faint) {
   const testing::MovingPeaks target;
   Service service(light_driven(picture_error), target);
-  const PageId page = service.add_page(testing::toy_page(1, 4));
+  const SliceId slice = service.add_slice(testing::toy_slice(1, 4));
   for (int pass = 0; pass < 30; ++pass) {
-    ask_node(service, page, 0, 0, 60, bright);
-    ask_node(service, page, 1, 0, 60, faint);
+    ask_node(service, slice, 0, 0, 60, bright);
+    ask_node(service, slice, 1, 0, 60, faint);
     service.publish(paths);
   }
-  EXPECT_EQ(service.peek(page, 0, 0).state, RowState::converged);
-  EXPECT_EQ(service.peek(page, 1, 0).state, RowState::converged);
+  EXPECT_EQ(service.peek(slice, 0, 0).state, RowState::converged);
+  EXPECT_EQ(service.peek(slice, 1, 0).state, RowState::converged);
   return service.snapshot();
 }
 
 TEST(Light, ACacheOfOneErrorServesAnother) {
   const testing::MovingPeaks target;
-  const TableImage image = taught(0.05, 1.0f, 1e-6f);
-  ASSERT_LE(image.pages.at(0).rows.at(0).objective, 0.01f);
-  ASSERT_EQ(image.pages.at(0).rows.at(1).objective, 1.0f);
+  const TableSnapshot image = taught(0.05, 1.0f, 1e-6f);
+  ASSERT_LE(image.slices.at(0).rows.at(0).objective, 0.01f);
+  ASSERT_EQ(image.slices.at(0).rows.at(1).objective, 1.0f);
 
   for (const float share : {0.3f, 1e-6f}) {
     Service service(light_driven(0.01), target);
-    const PageId page = service.add_page(testing::toy_page(1, 4));
+    const SliceId slice = service.add_slice(testing::toy_slice(1, 4));
     ASSERT_FALSE(service.load(image));
-    EXPECT_EQ(service.peek(page, 0, 0).state, RowState::converged) << "good enough for any light";
-    EXPECT_EQ(service.peek(page, 1, 0).state, RowState::unborn) << "nothing is known of its light yet";
+    EXPECT_EQ(service.peek(slice, 0, 0).state, RowState::converged) << "good enough for any light";
+    EXPECT_EQ(service.peek(slice, 1, 0).state, RowState::absent) << "nothing is known of its light yet";
     EXPECT_EQ(encode_cache(service.snapshot()), encode_cache(image)) << "nothing is lost meanwhile";
-    ask_node(service, page, 1, 0, 60, share);
+    ask_node(service, slice, 1, 0, 60, share);
     const PassReport report = service.publish(paths);
-    EXPECT_EQ(service.peek(page, 1, 0).state, share > 0.1f ? RowState::open : RowState::converged);
+    EXPECT_EQ(service.peek(slice, 1, 0).state, share > 0.1f ? RowState::open : RowState::converged);
     EXPECT_EQ(report.rows_reopened, 0u);
     for (int pass = 0; pass < 30; ++pass) {
-      ask_node(service, page, 1, 0, 60, share);
+      ask_node(service, slice, 1, 0, 60, share);
       service.publish(paths);
     }
-    EXPECT_EQ(service.peek(page, 1, 0).state, RowState::converged);
-    EXPECT_LE(service.peek(page, 1, 0).objective, share > 0.1f ? 0.013f : 1.0f);
+    EXPECT_EQ(service.peek(slice, 1, 0).state, RowState::converged);
+    EXPECT_LE(service.peek(slice, 1, 0).objective, share > 0.1f ? 0.013f : 1.0f);
   }
   // And without the knob every row has to reach epsilon, as ever.
   Service uniform(Options{}, target);
-  const PageId page = uniform.add_page(testing::toy_page(1, 4));
+  const SliceId slice = uniform.add_slice(testing::toy_slice(1, 4));
   ASSERT_FALSE(uniform.load(image));
-  EXPECT_EQ(uniform.peek(page, 0, 0).state, RowState::converged);
-  EXPECT_EQ(uniform.peek(page, 1, 0).state, RowState::open);
+  EXPECT_EQ(uniform.peek(slice, 0, 0).state, RowState::converged);
+  EXPECT_EQ(uniform.peek(slice, 1, 0).state, RowState::open);
 }
 
 }  // namespace

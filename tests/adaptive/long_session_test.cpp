@@ -20,7 +20,7 @@ TEST(LongSession, AtEpsilonOneMillionthLearningEndsAndMemoryStandsStill) {
   Options options;
   options.epsilon = 1e-6;  // two bundles with a caustic's shape: eight components do not always reach it
   Service service(options, target);
-  service.add_page(testing::toy_page(0, 6));
+  service.add_slice(testing::toy_slice(0, 6));
   constexpr std::uint64_t passes = 120;
   std::vector<PassReport> told;
   for (std::uint64_t pass = 0; pass < passes; ++pass) {
@@ -44,18 +44,18 @@ TEST(LongSession, AtEpsilonOneMillionthLearningEndsAndMemoryStandsStill) {
   }
 }
 
-/// Twelve sessions on one table, each with other queries, of changing pages.
+/// Twelve sessions on one table, each with other queries, of changing slices.
 std::vector<std::string> sessions(unsigned threads) {
   const tbb::global_control width(tbb::global_control::max_allowed_parallelism, threads);
   const testing::MovingPeaks target;
-  TableImage table{target.model_name(), {}};
+  TableSnapshot table{target.model_name(), {}};
   std::vector<std::string> saved;
   for (std::uint64_t session = 0; session < 12; ++session) {
     Options options;
     options.seed = session;
     Service service(options, target);
     for (std::uint32_t p = 0; p < 2; ++p) {
-      service.add_page(testing::toy_page(static_cast<std::uint32_t>(session + p) % 4, 8));
+      service.add_slice(testing::toy_slice(static_cast<std::uint32_t>(session + p) % 4, 8));
     }
     EXPECT_FALSE(service.load(table).has_value());
     for (std::uint64_t pass = 0; pass < 4; ++pass) {

@@ -9,8 +9,8 @@
 #include <numbers>
 #include <vector>
 
+#include "base/exp_of_negative.h"
 #include "support/quadrature.h"
-#include "tress/adaptive/exp_of_negative.h"
 
 namespace tress::adaptive {
 namespace {

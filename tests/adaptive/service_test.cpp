@@ -1,4 +1,4 @@
-// The contract of a row's life: unborn, open, converged, refused; and of the memory ceiling.
+// The contract of a row's life: absent, open, converged, refused; and of the memory ceiling.
 #include "tress/adaptive/service.h"
 
 #include <gtest/gtest.h>
@@ -14,25 +14,25 @@ namespace tress::adaptive {
 namespace {
 
 using testing::MovingPeaks;
-using testing::toy_page;
+using testing::toy_slice;
 
-TracedNodes trace_node(const Target& target, const PageDescription& page, std::uint32_t a, std::uint32_t b) {
+TracedNodes trace_node(const Target& target, const SliceDescription& slice, std::uint32_t a, std::uint32_t b) {
   std::vector<TracedRay> rays;
-  target.trace(page, page.axis_a[a], page.axis_b[b], rays);
-  return TracedNodes(rays, page.blur_rad);
+  target.trace(slice, slice.axis_a[a], slice.axis_b[b], rays);
+  return TracedNodes(rays, slice.blur_rad);
 }
 
-void touch(const Service& service, PageId page, std::uint32_t a, std::uint32_t b, int times) {
-  for (int i = 0; i < times; ++i) service.look_up(page, a, b);
+void touch(const Service& service, SliceId slice, std::uint32_t a, std::uint32_t b, int times) {
+  for (int i = 0; i < times; ++i) service.look_up(slice, a, b);
 }
 
 TEST(Service, AnUnbornRowAnswersWithTheTargetAtItsNodeAndIsTracedOnceAPass) {
   const MovingPeaks target;
   Service service(Options{}, target);
-  const PageId page = service.add_page(toy_page(0, 4));
-  const TracedNodes exact = trace_node(target, service.page(page), 1, 2);
-  const RowView first = service.look_up(page, 1, 2), second = service.look_up(page, 1, 2);
-  EXPECT_EQ(first.state, RowState::unborn);
+  const SliceId slice = service.add_slice(toy_slice(0, 4));
+  const TracedNodes exact = trace_node(target, service.slice(slice), 1, 2);
+  const RowView first = service.look_up(slice, 1, 2), second = service.look_up(slice, 1, 2);
+  EXPECT_EQ(first.state, RowState::absent);
   EXPECT_EQ(first.row, RowView::no_row);
   EXPECT_EQ(first.fit, nullptr);
   EXPECT_EQ(first.nodes, second.nodes);
@@ -42,8 +42,8 @@ TEST(Service, AnUnbornRowAnswersWithTheTargetAtItsNodeAndIsTracedOnceAPass) {
   const PassReport report = service.publish();
   EXPECT_EQ(report.queries, 2u);
   EXPECT_EQ(report.traces, 1u);
-  EXPECT_EQ(report.rows_touched, 1u);
-  EXPECT_EQ(report.births, 0u);
+  EXPECT_EQ(report.rows_queried, 1u);
+  EXPECT_EQ(report.creations, 0u);
 }
 
 TEST(Service, ATableThatDoesNotLearnAnswersAlikeForEverAndStaysAsItIs) {
@@ -51,8 +51,8 @@ TEST(Service, ATableThatDoesNotLearnAnswersAlikeForEverAndStaysAsItIs) {
   Options options;
   options.epsilon = 0.02;
   Service service(options, target);
-  const PageId page = service.add_page(toy_page(0, 4));
-  service.add_page(toy_page(1, 4));  // not asked until the table is set not to learn
+  const SliceId slice = service.add_slice(toy_slice(0, 4));
+  service.add_slice(toy_slice(1, 4));  // not asked until the table is set not to learn
   for (std::uint64_t pass = 0; pass < 4; ++pass) {
     testing::run_pass(service, 1, pass, 3000, 1);
     service.publish();
@@ -60,12 +60,12 @@ TEST(Service, ATableThatDoesNotLearnAnswersAlikeForEverAndStaysAsItIs) {
   const std::string before = cache_hash(service.snapshot());
   service.set_learning(false);
   for (std::uint64_t pass = 4; pass < 7; ++pass) {
-    touch(service, page, 0, 0, 100);
+    touch(service, slice, 0, 0, 100);
     testing::run_pass(service, 2, pass, 3000, 1);
     const PassReport report = service.publish();
     EXPECT_EQ(report.queries, 3100u);
     EXPECT_GT(report.converged_queries, 0u);
-    EXPECT_EQ(report.births + report.refits + report.g_evaluations + report.top_ups, 0u);
+    EXPECT_EQ(report.creations + report.refits + report.g_evaluations + report.validation_draws, 0u);
     EXPECT_TRUE(service.last_changes().empty());
     EXPECT_EQ(cache_hash(service.snapshot()), before);
   }
@@ -78,19 +78,19 @@ TEST(Service, ATableThatDoesNotLearnAnswersAlikeForEverAndStaysAsItIs) {
 TEST(Service, TouchesAreCarriedFromPassToPassUntilARowIsBornCoveredAndFitted) {
   const MovingPeaks target;
   Service service(Options{}, target);
-  const PageId page = service.add_page(toy_page(0, 4));
-  touch(service, page, 3, 1, 7);
-  EXPECT_EQ(service.publish().births, 0u);
+  const SliceId slice = service.add_slice(toy_slice(0, 4));
+  touch(service, slice, 3, 1, 7);
+  EXPECT_EQ(service.publish().creations, 0u);
   EXPECT_TRUE(service.last_changes().empty());
-  touch(service, page, 3, 1, 1);
+  touch(service, slice, 3, 1, 1);
   const PassReport report = service.publish();
-  EXPECT_EQ(report.births, 1u);
+  EXPECT_EQ(report.creations, 1u);
   EXPECT_EQ(report.refits, 1u);
   EXPECT_EQ(report.g_evaluations, 13u);  // ceil(2 pi/(2.5 * .2))
   ASSERT_EQ(service.last_changes().size(), 1u);
   EXPECT_EQ(service.last_changes()[0].node, 13u);
   EXPECT_EQ(service.last_changes()[0].state, RowState::open);
-  const RowView row = service.peek(page, 3, 1);
+  const RowView row = service.peek(slice, 3, 1);
   EXPECT_EQ(row.state, RowState::open);
   ASSERT_NE(row.fit, nullptr);
   ASSERT_NE(row.nodes, nullptr);
@@ -100,27 +100,27 @@ TEST(Service, TouchesAreCarriedFromPassToPassUntilARowIsBornCoveredAndFitted) {
 TEST(Service, PeekingCountsNoQueryAndTheTableStaysWhileAPassRuns) {
   const MovingPeaks target;
   Service service(Options{}, target);
-  const PageId page = service.add_page(toy_page(0, 2));
-  for (int i = 0; i < 20; ++i) EXPECT_EQ(service.peek(page, 0, 0).state, RowState::unborn);
-  touch(service, page, 0, 0, 100);
-  EXPECT_EQ(service.peek(page, 0, 0).state, RowState::unborn) << "no birth before publish()";
+  const SliceId slice = service.add_slice(toy_slice(0, 2));
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(service.peek(slice, 0, 0).state, RowState::absent);
+  touch(service, slice, 0, 0, 100);
+  EXPECT_EQ(service.peek(slice, 0, 0).state, RowState::absent) << "no birth before publish()";
   EXPECT_EQ(service.publish().queries, 100u);
-  const Mixture before = *service.peek(page, 0, 0).fit;
+  const Mixture before = *service.peek(slice, 0, 0).fit;
   for (std::uint64_t i = 0; i < 200; ++i) testing::ask(service, 1, 0, i);
-  EXPECT_EQ(service.peek(page, 0, 0).fit->density(0.3f), before.density(0.3f));
+  EXPECT_EQ(service.peek(slice, 0, 0).fit->density(0.3f), before.density(0.3f));
 }
 
 TEST(Service, AConvergedRowDropsItsNodesAndEvaluatesNothing) {
   const MovingPeaks target;
   Service service(Options{}, target);
-  const PageId page = service.add_page(toy_page(0, 2));
+  const SliceId slice = service.add_slice(toy_slice(0, 2));
   PassReport report;
   for (std::uint64_t pass = 0; pass < 20 && report.rows_converged < 4; ++pass) {
     testing::run_pass(service, 1, pass, 200, 1);
     report = service.publish();
   }
   ASSERT_EQ(report.rows_converged, 4u);
-  const RowView row = service.look_up(page, 0, 1);
+  const RowView row = service.look_up(slice, 0, 1);
   EXPECT_EQ(row.nodes, nullptr);
   ASSERT_NE(row.fit, nullptr);
   service.observe(row, 0.1f, 99.0f);
@@ -140,11 +140,11 @@ TEST(Service, AConvergedRowDropsItsNodesAndEvaluatesNothing) {
 TEST(Service, AViewTellsTheBoundOfTheLastTest) {
   const MovingPeaks target;
   Service service(Options{}, target);
-  const PageId page = service.add_page(toy_page(0, 2));
-  EXPECT_EQ(service.look_up(page, 1, 1).objective, 1.0f) << "unborn";
-  touch(service, page, 1, 1, 8);
+  const SliceId slice = service.add_slice(toy_slice(0, 2));
+  EXPECT_EQ(service.look_up(slice, 1, 1).objective, 1.0f) << "unborn";
+  touch(service, slice, 1, 1, 8);
   service.publish();
-  EXPECT_EQ(service.look_up(page, 1, 1).objective, 1.0f) << "born and not tested";
+  EXPECT_EQ(service.look_up(slice, 1, 1).objective, 1.0f) << "born and not tested";
   float told = 1;
   service.set_row_listener([&](const RowReport& row) {
     if (row.objective >= 0 && row.node == 3) told = static_cast<float>(row.objective);
@@ -153,13 +153,13 @@ TEST(Service, AViewTellsTheBoundOfTheLastTest) {
   for (std::uint64_t pass = 0; pass < 20 && !converged; ++pass) {
     testing::run_pass(service, 1, pass, 200, 1);
     service.publish();
-    converged = service.peek(page, 1, 1).state == RowState::converged;
+    converged = service.peek(slice, 1, 1).state == RowState::converged;
   }
   ASSERT_TRUE(converged);
-  const RowView row = service.look_up(page, 1, 1);
+  const RowView row = service.look_up(slice, 1, 1);
   EXPECT_EQ(row.objective, told);
   EXPECT_LE(row.objective, service.options().epsilon);
-  EXPECT_EQ(row.objective, service.snapshot().pages[0].rows.back().objective);
+  EXPECT_EQ(row.objective, service.snapshot().slices[0].rows.back().objective);
 }
 
 TEST(Service, PastTheCeilingNoRowIsBornAndAnswersStayExact) {
@@ -167,13 +167,13 @@ TEST(Service, PastTheCeilingNoRowIsBornAndAnswersStayExact) {
   Options options;
   options.memory_bytes = 12000;
   Service service(options, target);
-  const PageId page = service.add_page(toy_page(0, 6));
-  const PageDescription& description = service.page(page);
+  const SliceId slice = service.add_slice(toy_slice(0, 6));
+  const SliceDescription& description = service.slice(slice);
   bool was_at_ceiling = false;
   for (int pass = 0; pass < 3; ++pass) {
     for (std::uint32_t node = 0; node < 36; ++node) {
       for (int i = 0; i < 9; ++i) {
-        const RowView row = service.look_up(page, node / 6, node % 6);
+        const RowView row = service.look_up(slice, node / 6, node % 6);
         ASSERT_NE(row.nodes, nullptr);
         const float x = 0.7f * static_cast<float>(i);
         if (i == 0) {
@@ -194,16 +194,16 @@ TEST(Service, NoMemoryAtAllIsStillAnsweredExactly) {
   Options options;
   options.memory_bytes = 0;
   Service service(options, target);
-  const PageId page = service.add_page(toy_page(0, 2));
-  touch(service, page, 1, 1, 50);
+  const SliceId slice = service.add_slice(toy_slice(0, 2));
+  touch(service, slice, 1, 1, 50);
   const PassReport report = service.publish();
-  EXPECT_EQ(report.births, 0u);
+  EXPECT_EQ(report.creations, 0u);
   EXPECT_EQ(report.bytes, 0u);
   EXPECT_TRUE(report.at_ceiling);
-  const RowView row = service.look_up(page, 1, 1);
+  const RowView row = service.look_up(slice, 1, 1);
   ASSERT_NE(row.nodes, nullptr);
   EXPECT_EQ(row.nodes, row.kept.get());
-  EXPECT_EQ(row.nodes->density(1.0f), trace_node(target, service.page(page), 1, 1).density(1.0f));
+  EXPECT_EQ(row.nodes->density(1.0f), trace_node(target, service.slice(slice), 1, 1).density(1.0f));
 }
 
 TEST(Service, ARowThatFailsItsTestsIsRefusedAnsweredExactlyAndSavedAsOpen) {
@@ -213,7 +213,7 @@ TEST(Service, ARowThatFailsItsTestsIsRefusedAnsweredExactlyAndSavedAsOpen) {
   options.max_components = 1;
   options.tests_before_refusal = 5;
   Service service(options, target);
-  const PageId page = service.add_page(toy_page(0, 1));
+  const SliceId slice = service.add_slice(toy_slice(0, 1));
   std::multiset<RowState> told;
   service.set_row_listener([&](const RowReport& row) { told.insert(row.state); });
   PassReport report;
@@ -223,57 +223,57 @@ TEST(Service, ARowThatFailsItsTestsIsRefusedAnsweredExactlyAndSavedAsOpen) {
   }
   EXPECT_EQ(report.rows_refused, 1u);
   EXPECT_EQ(told.count(RowState::refused), 1u);
-  const RowView row = service.look_up(page, 0, 0);
+  const RowView row = service.look_up(slice, 0, 0);
   EXPECT_EQ(row.state, RowState::refused);
   ASSERT_NE(row.nodes, nullptr);
-  EXPECT_EQ(row.nodes->density(0.4f), trace_node(target, service.page(page), 0, 0).density(0.4f));
+  EXPECT_EQ(row.nodes->density(0.4f), trace_node(target, service.slice(slice), 0, 0).density(0.4f));
   testing::run_pass(service, 1, 7, 100, 1);
   report = service.publish();
   EXPECT_EQ(report.refits, 0u);
   EXPECT_EQ(report.g_evaluations, 0u);
-  const TableImage image = service.snapshot();
-  ASSERT_EQ(image.pages.size(), 1u);
-  EXPECT_EQ(image.pages[0].rows[0].state, RowState::open);
-  EXPECT_FALSE(image.pages[0].rows[0].sketch.empty());
+  const TableSnapshot image = service.snapshot();
+  ASSERT_EQ(image.slices.size(), 1u);
+  EXPECT_EQ(image.slices[0].rows[0].state, RowState::open);
+  EXPECT_FALSE(image.slices[0].rows[0].sketch.empty());
 }
 
 TEST(Service, BirthsGoByCountThenByKeyThenByNode) {
   const MovingPeaks target;
   Service all(Options{}, target);
-  const PageId one = all.add_page(toy_page(0, 2));
+  const SliceId one = all.add_slice(toy_slice(0, 2));
   touch(all, one, 0, 0, 8);
   const std::size_t row_bytes = all.publish().bytes;
 
   Options options;
   options.memory_bytes = 2 * row_bytes + row_bytes / 2;  // two open rows, nodes of all rows are as many
   Service service(options, target);
-  const PageId late = service.add_page(toy_page(1, 2)), early = service.add_page(toy_page(0, 2));
+  const SliceId late = service.add_slice(toy_slice(1, 2)), early = service.add_slice(toy_slice(0, 2));
   touch(service, late, 0, 0, 9);
   touch(service, late, 1, 1, 8);
   touch(service, early, 1, 1, 8);
-  EXPECT_EQ(service.publish().births, 2u);
+  EXPECT_EQ(service.publish().creations, 2u);
   EXPECT_EQ(service.peek(late, 0, 0).state, RowState::open);   // asked most
   EXPECT_EQ(service.peek(early, 1, 1).state, RowState::open);  // smaller key, though added later
-  EXPECT_EQ(service.peek(late, 1, 1).state, RowState::unborn);
+  EXPECT_EQ(service.peek(late, 1, 1).state, RowState::absent);
 }
 
 TEST(Service, TopUpTestsARowThatIsHardlyEverScored) {
   const MovingPeaks target;
   Service service(Options{}, target);
-  const PageId page = service.add_page(toy_page(0, 1));
+  const SliceId slice = service.add_slice(toy_slice(0, 1));
   PassReport report;
-  std::uint64_t top_ups = 0;
+  std::uint64_t validation_draws = 0;
   for (int pass = 0; pass < 20 && report.rows_converged == 0; ++pass) {
-    touch(service, page, 0, 0, 8);  // never observed
+    touch(service, slice, 0, 0, 8);  // never observed
     report = service.publish();
-    top_ups += report.top_ups;
+    validation_draws += report.validation_draws;
     if (pass == 0) {
-      EXPECT_EQ(report.top_ups, 0u) << "the pass of the birth draws nothing of its own";
+      EXPECT_EQ(report.validation_draws, 0u) << "the pass of the birth draws nothing of its own";
     }
   }
   EXPECT_EQ(report.rows_converged, 1u);
-  EXPECT_EQ(top_ups % service.options().scores_per_test(), 0u);
-  EXPECT_GE(top_ups, 2u * service.options().scores_per_test());
+  EXPECT_EQ(validation_draws % service.options().scores_per_test(), 0u);
+  EXPECT_GE(validation_draws, 2u * service.options().scores_per_test());
 }
 
 }  // namespace

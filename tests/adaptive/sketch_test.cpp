@@ -1,5 +1,5 @@
 // The sketch merges by minimum, in any order, from any number of threads; coverage leaves no wide gap.
-#include "sketch/sketch.h"
+#include "observations/sketch.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "properties/property.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {
@@ -82,7 +82,7 @@ RC_GTEST_PROP(Coverage, LeavesNoGapWiderThanTwoAndAHalfSigma, (std::uint64_t see
   for (int i = 0; i < count; ++i) all.push_back(6.2f * random.next() * random.next() - 3.1f);
   std::sort(all.begin(), all.end());
   for (const float x : all) pairs.push_back({x, 1.0f});
-  const auto added = coverage_azimuths(pairs, sigma);
+  const auto added = gap_fill_azimuths(pairs, sigma);
   all.insert(all.end(), added.begin(), added.end());
   std::sort(all.begin(), all.end());
   RC_ASSERT(all.front() >= -std::numbers::pi_v<float> && all.back() < std::numbers::pi_v<float>);

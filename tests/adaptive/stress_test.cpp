@@ -9,23 +9,23 @@
 #include <utility>
 #include <vector>
 
-#include "knots/fit_knots.h"
-#include "learner/fit_mixture.h"
-#include "learner/problem.h"
-#include "learner/row_learner.h"
-#include "tress/adaptive/random.h"
+#include "fit/fit_knots.h"
+#include "fit/fit_mixture.h"
+#include "fit/problem.h"
+#include "fit/row_learner.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Of one page, with what begin() of a learner needs.
+/// Of one slice, with what begin() of a learner needs.
 struct Bench {
   explicit Bench(std::vector<TracedRay> rays, float blur_rad)
       : nodes(rays, blur_rad), sketch(Sketch::bin_count(blur_rad)) {}
 
-  Lesson lesson() {
+  FitContext context() {
     return {.options = options,
             .nodes = nodes,
             .sketch = sketch,
@@ -44,7 +44,7 @@ struct Bench {
   StopTest stop;
   Mixture fit;
   bool has_fit = false;
-  std::unique_ptr<const KnotTable> knots;
+  std::unique_ptr<const KnotDensity> knots;
   std::uint64_t count = 0;
 };
 
@@ -77,13 +77,13 @@ TEST(BadFit, IsReplacedByTheLastGoodOneAndCounted) {
   for (const Mixture& bad : bad_fits()) {
     bench.fit = good;
     bench.has_fit = true;
-    Lesson lesson = bench.lesson();
-    lesson.publish(bad);
-    EXPECT_EQ(lesson.bad_fits, 1u);
+    FitContext context = bench.context();
+    context.publish(bad);
+    EXPECT_EQ(context.bad_fits, 1u);
     EXPECT_EQ(bench.fit.components[0].shape.mu, good.components[0].shape.mu);
     EXPECT_EQ(bench.fit.density(1), good.density(1));
-    lesson.publish(good);
-    EXPECT_EQ(lesson.bad_fits, 1u);
+    context.publish(good);
+    EXPECT_EQ(context.bad_fits, 1u);
   }
 }
 
@@ -91,23 +91,23 @@ TEST(BadFit, IsReplacedByTheUniformOneWhereThereIsNoOther) {
   Bench bench({{0.5f, 0.7f, 1.0f}}, 0.2f);
   for (const Mixture& bad : bad_fits()) {
     bench.has_fit = false;
-    Lesson lesson = bench.lesson();
-    lesson.publish(bad);
-    EXPECT_EQ(lesson.bad_fits, 1u);
+    FitContext context = bench.context();
+    context.publish(bad);
+    EXPECT_EQ(context.bad_fits, 1u);
     EXPECT_TRUE(bench.has_fit);
     EXPECT_EQ(bench.fit.component_count, 0u);
     EXPECT_FLOAT_EQ(bench.fit.energy(), 0.7f);
   }
 }
 
-TEST(BadFit, AKnotTableIsRefused) {
+TEST(BadFit, AKnotDensityIsRefused) {
   for (const float density : {std::numeric_limits<float>::quiet_NaN(), -1.0f, 3.0f}) {
     Bench bench({{0.5f, 1.0f, 1.0f}}, 0.2f);
-    std::vector<Knot> knots(KnotTable::fewest, Knot{.density = static_cast<float>(0.5 / pi)});
+    std::vector<Knot> knots(KnotDensity::fewest, Knot{.density = static_cast<float>(0.5 / pi)});
     knots[3].density = density;
-    Lesson lesson = bench.lesson();
-    lesson.close(KnotTable(knots), 0);
-    EXPECT_EQ(lesson.bad_fits, 1u);
+    FitContext context = bench.context();
+    context.close(KnotDensity(knots), 0);
+    EXPECT_EQ(context.bad_fits, 1u);
     EXPECT_EQ(bench.knots, nullptr);
     EXPECT_EQ(bench.stop.verdict(), StopTest::Verdict::refused);
     EXPECT_TRUE(std::isfinite(bench.stop.bound()));
@@ -116,7 +116,7 @@ TEST(BadFit, AKnotTableIsRefused) {
 
 // Half way between two of the 512 points of the largest table, a spike of a sixteenth of their distance: at every point
 // g is 0, and what was fitted there was called exact.
-TEST(KnotTableStress, WhatItsPointsCannotSeeIsNotTakenForFitted) {
+TEST(KnotDensityStress, WhatItsPointsCannotSeeIsNotTakenForFitted) {
   const auto between = static_cast<float>(pi / 512);
   const KnotFit fit = fit_knots(TracedNodes(std::vector<TracedRay>{{between, 1.0f, 1.0f}}, between / 8), 0.01);
   EXPECT_EQ(fit.objective, 1);
@@ -139,7 +139,7 @@ TEST(FitFloor, NoSideIsNarrowerThanThePairsCanTell) {
       sketch.offer(x, nodes.density(x));
     }
     if (seed % 3 != 0) {
-      for (const float x : coverage_azimuths(sketch.pairs(), blur)) sketch.offer(x, nodes.density(x));
+      for (const float x : gap_fill_azimuths(sketch.pairs(), blur)) sketch.offer(x, nodes.density(x));
     }
     const std::vector<ObservedPair> pairs = sketch.pairs();
     Mixture warm = one_component(nodes.energy(), 3, 0.004f, 0.004f);
@@ -162,10 +162,10 @@ TEST(StopTestStress, SeesASpikeThatNoScoreMet) {
   Bench bench(std::move(rays), 0.0175f);
   bench.fit.uniform_weight = 1;
   bench.has_fit = true;
-  Lesson lesson = bench.lesson();
+  FitContext context = bench.context();
   for (int test = 0; test < 4; ++test) {
     for (int i = 0; i < 16; ++i) bench.stop.add(0, 1, bench.nodes.variation());  // away from it nothing is wrong
-    EXPECT_TRUE(lesson.test());
+    EXPECT_TRUE(context.test());
     EXPECT_EQ(bench.stop.verdict(), StopTest::Verdict::undecided);
   }
   EXPECT_TRUE(bench.stop.overruled());

@@ -44,28 +44,28 @@ TEST_P(ConvergedRows, AreBelowEpsilonButForAFew) {
   options.epsilon = epsilon;
   Service service(options, target);
   const std::vector<float> blurs = {0.1f, 0.2f, 0.35f};
-  for (std::uint32_t p = 0; p < 3; ++p) service.add_page(testing::toy_page(p, 20, blurs[p]));
+  for (std::uint32_t p = 0; p < 3; ++p) service.add_slice(testing::toy_slice(p, 20, blurs[p]));
   for (std::uint64_t pass = 0; pass < passes; ++pass) {
     testing::run_pass(service, 3, pass, 20000, 2);
     service.publish();
   }
   std::vector<double> errors;
-  std::size_t born = 0;
+  std::size_t created = 0;
   for (std::uint32_t p = 0; p < 3; ++p) {
-    const PageDescription& page = service.page(p);
-    for (std::uint32_t node = 0; node < page.node_count(); ++node) {
+    const SliceDescription& slice = service.slice(p);
+    for (std::uint32_t node = 0; node < slice.node_count(); ++node) {
       const RowView row = service.peek(p, node / 20, node % 20);
-      born += row.state != RowState::unborn ? 1 : 0;
+      created += row.state != RowState::absent ? 1 : 0;
       if (row.state != RowState::converged) continue;
       std::vector<TracedRay> rays;
-      target.trace(page, page.axis_a[node / 20], page.axis_b[node % 20], rays);
-      errors.push_back(true_objective(*row.fit, TracedNodes(rays, page.blur_rad)));
+      target.trace(slice, slice.axis_a[node / 20], slice.axis_b[node % 20], rays);
+      errors.push_back(true_objective(*row.fit, TracedNodes(rays, slice.blur_rad)));
     }
   }
   std::ranges::sort(errors);
-  ASSERT_EQ(born, 1200u);
+  ASSERT_EQ(created, 1200u);
   ASSERT_FALSE(errors.empty());
-  const double share = static_cast<double>(errors.size()) / static_cast<double>(born);
+  const double share = static_cast<double>(errors.size()) / static_cast<double>(created);
   const auto wrong = static_cast<double>(std::ranges::count_if(errors, [&](double e) { return e > epsilon; }));
   RecordProperty("converged_share", std::to_string(share));
   RecordProperty("false", std::to_string(wrong));

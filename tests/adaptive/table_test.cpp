@@ -5,7 +5,7 @@
 
 #include "adaptive/drive_service.h"
 #include "adaptive/toy_target.h"
-#include "sketch/fixed_moments.h"
+#include "observations/fixed_moments.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
@@ -13,34 +13,34 @@ namespace tress::adaptive {
 namespace {
 
 using testing::MovingPeaks;
-using testing::toy_page;
+using testing::toy_slice;
 
-constexpr std::uint32_t pages = 2;
+constexpr std::uint32_t slices = 2;
 
 // A table with converged and open rows.
-TableImage learned_image(double epsilon = 0.01) {
+TableSnapshot learned_image(double epsilon = 0.01) {
   const MovingPeaks target;
   Options options;
   options.epsilon = epsilon;
   Service service(options, target);
-  for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, 6));
+  for (std::uint32_t p = 0; p < slices; ++p) service.add_slice(toy_slice(p, 6));
   for (std::uint64_t pass = 0; pass < 4; ++pass) {
-    testing::run_pass(service, pages, pass, 2500, 1);
+    testing::run_pass(service, slices, pass, 2500, 1);
     service.publish();
   }
   return service.snapshot();
 }
 
-std::size_t count(const TableImage& image, RowState state) {
+std::size_t count(const TableSnapshot& image, RowState state) {
   std::size_t n = 0;
-  for (const CachedPage& page : image.pages) {
-    for (const CachedRow& row : page.rows) n += row.state == state ? 1 : 0;
+  for (const CachedSlice& slice : image.slices) {
+    for (const CachedRow& row : slice.rows) n += row.state == state ? 1 : 0;
   }
   return n;
 }
 
-TEST(Table, LoadedAndSavedIsTheSameImageWhetherPagesComeBeforeOrAfter) {
-  const TableImage image = learned_image();
+TEST(Table, LoadedAndSavedIsTheSameImageWhetherSlicesComeBeforeOrAfter) {
+  const TableSnapshot image = learned_image();
   ASSERT_GT(count(image, RowState::open), 0u);
   ASSERT_GT(count(image, RowState::converged), 0u);
   const std::string bytes = encode_cache(image);
@@ -50,7 +50,7 @@ TEST(Table, LoadedAndSavedIsTheSameImageWhetherPagesComeBeforeOrAfter) {
     if (!before) {
       EXPECT_FALSE(service.load(image));
     }
-    for (std::uint32_t p = pages; p > 0; --p) service.add_page(toy_page(p - 1, 6));
+    for (std::uint32_t p = slices; p > 0; --p) service.add_slice(toy_slice(p - 1, 6));
     if (before) {
       EXPECT_FALSE(service.load(image));
     }
@@ -59,32 +59,32 @@ TEST(Table, LoadedAndSavedIsTheSameImageWhetherPagesComeBeforeOrAfter) {
     const PassReport report = service.publish();
     EXPECT_EQ(report.rows_converged, count(image, RowState::converged));
     EXPECT_EQ(report.rows_open, count(image, RowState::open));
-    EXPECT_EQ(report.births, 0u);
+    EXPECT_EQ(report.creations, 0u);
     EXPECT_EQ(encode_cache(service.snapshot()), bytes);
   }
 }
 
-TEST(Table, PagesThatNobodyUsesAreSavedBack) {
-  const TableImage image = learned_image();
+TEST(Table, SlicesThatNobodyUsesAreSavedBack) {
+  const TableSnapshot image = learned_image();
   const MovingPeaks target;
   Service service(Options{}, target);
-  service.add_page(toy_page(1, 6));
+  service.add_slice(toy_slice(1, 6));
   EXPECT_FALSE(service.load(image));
-  EXPECT_EQ(service.page_count(), 1u);
+  EXPECT_EQ(service.slice_count(), 1u);
   EXPECT_EQ(encode_cache(service.snapshot()), encode_cache(image));
 }
 
 TEST(Table, ASmallerEpsilonReopensRowsWithTheirFitAndKeepsWhatTheCacheHad) {
-  const TableImage image = learned_image();
+  const TableSnapshot image = learned_image();
   const MovingPeaks target;
   Options options;
   options.epsilon = 1e-5;
   Service service(options, target);
   EXPECT_FALSE(service.load(image));
-  for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, 6));
+  for (std::uint32_t p = 0; p < slices; ++p) service.add_slice(toy_slice(p, 6));
   std::size_t reopened = 0;
-  for (std::uint32_t p = 0; p < pages; ++p) {
-    for (const CachedRow& cached : image.pages[p].rows) {
+  for (std::uint32_t p = 0; p < slices; ++p) {
+    for (const CachedRow& cached : image.slices[p].rows) {
       if (cached.state != RowState::converged) continue;
       const RowView row = service.look_up(p, cached.node / 6, cached.node % 6);
       EXPECT_EQ(row.state, cached.objective <= 1e-5 ? RowState::converged : RowState::open);
@@ -101,22 +101,22 @@ TEST(Table, ASmallerEpsilonReopensRowsWithTheirFitAndKeepsWhatTheCacheHad) {
 }
 
 TEST(Table, AReopenedRowConvergesToTheSmallerEpsilonAndIsThenSavedWithIt) {
-  const TableImage image = learned_image();
+  const TableSnapshot image = learned_image();
   const MovingPeaks target;
   Options options;
   options.epsilon = 0.001;
   Service service(options, target);
   EXPECT_FALSE(service.load(image));
-  for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, 6));
+  for (std::uint32_t p = 0; p < slices; ++p) service.add_slice(toy_slice(p, 6));
   PassReport report;
   for (std::uint64_t pass = 10; pass < 30; ++pass) {
-    testing::run_pass(service, pages, pass, 2500, 1);
+    testing::run_pass(service, slices, pass, 2500, 1);
     report = service.publish();
   }
   EXPECT_GT(report.rows_converged, 60u);  // of 72
   std::size_t fine = 0;
-  for (const CachedPage& page : service.snapshot().pages) {
-    for (const CachedRow& row : page.rows) {
+  for (const CachedSlice& slice : service.snapshot().slices) {
+    for (const CachedRow& row : slice.rows) {
       fine += row.state == RowState::converged && row.objective <= 0.001f ? 1 : 0;
     }
   }
@@ -124,12 +124,12 @@ TEST(Table, AReopenedRowConvergesToTheSmallerEpsilonAndIsThenSavedWithIt) {
 }
 
 TEST(Table, ACacheLargerThanMemoryIsKeptWhole) {
-  const TableImage image = learned_image();
+  const TableSnapshot image = learned_image();
   const MovingPeaks target;
   Options options;
   options.memory_bytes = 4000;
   Service service(options, target);
-  for (std::uint32_t p = 0; p < pages; ++p) service.add_page(toy_page(p, 6));
+  for (std::uint32_t p = 0; p < slices; ++p) service.add_slice(toy_slice(p, 6));
   EXPECT_FALSE(service.load(image));
   EXPECT_LT(service.last_changes().size(), count(image, RowState::converged));
   EXPECT_GT(service.last_changes().size(), 0u);
@@ -140,10 +140,10 @@ TEST(Table, ACacheLargerThanMemoryIsKeptWhole) {
 }
 
 TEST(Table, AnotherModelOrOtherAxesAreRefusedAndNothingIsTaken) {
-  TableImage image = learned_image();
+  TableSnapshot image = learned_image();
   const MovingPeaks target;
   Service service(Options{}, target);
-  service.add_page(toy_page(0, 5));
+  service.add_slice(toy_slice(0, 5));
   const auto axes = service.load(image);
   ASSERT_TRUE(axes);
   EXPECT_NE(axes->message().find("6 x 6"), std::string::npos) << axes->message();
@@ -151,23 +151,23 @@ TEST(Table, AnotherModelOrOtherAxesAreRefusedAndNothingIsTaken) {
   const auto model = service.load(image);
   ASSERT_TRUE(model);
   EXPECT_NE(model->message().find("another"), std::string::npos);
-  EXPECT_TRUE(service.snapshot().pages.empty());
+  EXPECT_TRUE(service.snapshot().slices.empty());
 }
 
-TEST(Table, APageAddedAfterTheCacheOnOtherAxesIsRefusedByNameAndStartsCold) {
+TEST(Table, ASliceAddedAfterTheCacheOnOtherAxesIsRefusedByNameAndStartsCold) {
   const MovingPeaks target;
   Service service(Options{}, target);
   EXPECT_FALSE(service.load(learned_image()));
-  service.add_page(toy_page(1, 6));
+  service.add_slice(toy_slice(1, 6));
   EXPECT_TRUE(service.refusals().empty());
-  const PageId page = service.add_page(toy_page(0, 5));
+  const SliceId slice = service.add_slice(toy_slice(0, 5));
   ASSERT_EQ(service.refusals().size(), 1u);
   EXPECT_NE(service.refusals()[0].message().find("6 x 6"), std::string::npos) << service.refusals()[0].message();
-  EXPECT_EQ(service.page(page).axis_a.size(), 5u);
-  EXPECT_EQ(service.peek(page, 0, 0).state, RowState::unborn);
-  const TableImage saved = service.snapshot();
-  ASSERT_EQ(saved.pages.size(), 1u) << "no page on axes that the session does not have";
-  EXPECT_EQ(saved.pages[0].description.key.lobe, 1u);
+  EXPECT_EQ(service.slice(slice).axis_a.size(), 5u);
+  EXPECT_EQ(service.peek(slice, 0, 0).state, RowState::absent);
+  const TableSnapshot saved = service.snapshot();
+  ASSERT_EQ(saved.slices.size(), 1u) << "no page on axes that the session does not have";
+  EXPECT_EQ(saved.slices[0].description.key.lobe, 1u);
 }
 
 TEST(FixedMoments, AgreeWithDoublesAndNotWithTheOrder) {

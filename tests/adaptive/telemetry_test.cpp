@@ -134,7 +134,7 @@ TEST_F(Telemetry, LinesSatisfyTheSchemaAndAreThereAtOnce) {
   report.components[8] = 5;
   report.knots[1] = 4;
   RowReport row;
-  row.page = {2, {1.55f, 0.85f, 0.2f}};
+  row.slice = {2, {1.55f, 0.85f, 0.2f}};
   row.objective = -1;
   ASSERT_FALSE(writer_->header({{"scene", "\"a.json\""}, {"epsilon", "0.01"}}));
   EXPECT_EQ(lines().size(), 1u);

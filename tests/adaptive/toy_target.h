@@ -15,9 +15,9 @@ namespace tress::testing {
 /// attribute is 1 in the first bundle and 3 in the second.
 class MovingPeaks final : public adaptive::Target {
  public:
-  void trace(const adaptive::PageDescription& page, float a, float b,
+  void trace(const adaptive::SliceDescription& slice, float a, float b,
              std::vector<adaptive::TracedRay>& out) const override {
-    const float turn = page.key.parameters[0];
+    const float turn = slice.key.parameters[0];
     for (int i = 0; i < 64; ++i) {
       const float t = (static_cast<float>(i) + 0.5f) / 64;
       out.push_back({2.0f * a + turn + 0.8f * t * t, (0.3f + 0.4f * b) / 64, 1.0f});
@@ -28,16 +28,16 @@ class MovingPeaks final : public adaptive::Target {
 };
 
 /// size x size nodes over [0, 1]^2.
-inline adaptive::PageDescription toy_page(std::uint32_t lobe, std::uint32_t size, float blur_rad = 0.2f) {
-  adaptive::PageDescription page;
-  page.key.lobe = lobe;
-  page.key.parameters = {0.3f * static_cast<float>(lobe), 1.0f, blur_rad};
-  page.blur_rad = blur_rad;
+inline adaptive::SliceDescription toy_slice(std::uint32_t lobe, std::uint32_t size, float blur_rad = 0.2f) {
+  adaptive::SliceDescription slice;
+  slice.key.lobe = lobe;
+  slice.key.parameters = {0.3f * static_cast<float>(lobe), 1.0f, blur_rad};
+  slice.blur_rad = blur_rad;
   for (std::uint32_t i = 0; i < size; ++i) {
-    page.axis_a.push_back((static_cast<float>(i) + 0.5f) / static_cast<float>(size));
-    page.axis_b.push_back((static_cast<float>(i) + 0.5f) / static_cast<float>(size));
+    slice.axis_a.push_back((static_cast<float>(i) + 0.5f) / static_cast<float>(size));
+    slice.axis_b.push_back((static_cast<float>(i) + 0.5f) / static_cast<float>(size));
   }
-  return page;
+  return slice;
 }
 
 }  // namespace tress::testing

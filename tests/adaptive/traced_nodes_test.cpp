@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "support/quadrature.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {

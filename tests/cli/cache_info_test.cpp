@@ -37,19 +37,19 @@ TEST_F(CacheInfo, TellsTheTableThatIsInTheFile) {
   EXPECT_EQ(info.at("bytes"), bytes_.size());
   EXPECT_EQ(info.at("rows"), (nlohmann::json{{"open", 2}, {"converged", 1}}));
   ASSERT_EQ(info.at("pages").size(), 2u);
-  const nlohmann::json& page = info.at("pages")[0];
-  EXPECT_EQ(page.at("key").at("lobe"), "TT");
-  EXPECT_EQ(page.at("key").at("e"), 0.85);
-  EXPECT_EQ(page.at("nodes"), 6);
-  EXPECT_EQ(page.at("rows"), (nlohmann::json{{"open", 1}, {"converged", 1}}));
-  EXPECT_EQ(page.at("components"), 2);
-  EXPECT_EQ(page.at("knot_tables"), 0);
+  const nlohmann::json& slice = info.at("pages")[0];
+  EXPECT_EQ(slice.at("key").at("lobe"), "TT");
+  EXPECT_EQ(slice.at("key").at("e"), 0.85);
+  EXPECT_EQ(slice.at("nodes"), 6);
+  EXPECT_EQ(slice.at("rows"), (nlohmann::json{{"open", 1}, {"converged", 1}}));
+  EXPECT_EQ(slice.at("components"), 2);
+  EXPECT_EQ(slice.at("knot_tables"), 0);
   const Outcome text = run({"cache", "info", path("t.cache")});
   EXPECT_THAT(text.out, HasSubstr("rows    2 open, 1 converged\n"));
   EXPECT_THAT(text.out, HasSubstr(info.at("hash").get<std::string>()));
 }
 
-TEST_F(CacheInfo, TellsKnotTablesFromMixtures) {
+TEST_F(CacheInfo, TellsKnotDensitysFromMixtures) {
   write_text(path("k.cache"), adaptive::encode_cache(adaptive::knot_image()));
   const nlohmann::json info = json("info", "k.cache", 0);
   EXPECT_EQ(info.at("format"), 2);

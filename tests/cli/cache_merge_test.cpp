@@ -17,11 +17,11 @@ class CacheMergeCommand : public CommandTest {
   void SetUp() override {
     CommandTest::SetUp();
     using namespace adaptive;
-    TableImage a = small_image(), b = small_image(), c = small_image();
-    b.pages.pop_back();
-    b.pages[0].rows = {converged_row(0, 0.002f), open_row(4, {sketch_bin(3, 50, 0.5f)})};
-    c.pages.erase(c.pages.begin());
-    c.pages[0].rows = {converged_row(0, 0.001f), converged_row(1, 0.001f)};
+    TableSnapshot a = small_image(), b = small_image(), c = small_image();
+    b.slices.pop_back();
+    b.slices[0].rows = {converged_row(0, 0.002f), open_row(4, {sketch_bin(3, 50, 0.5f)})};
+    c.slices.erase(c.slices.begin());
+    c.slices[0].rows = {converged_row(0, 0.001f), converged_row(1, 0.001f)};
     for (const auto& [name, image] : {std::pair{"a", a}, {"b", b}, {"c", c}})
       write_text(path(name), encode_cache(image));
     all_ = encode_cache(merge_caches(merge_caches(a, b), c));
@@ -71,7 +71,7 @@ TEST_F(CacheMergeCommand, MayWriteIntoOneOfItsFilesAndThroughALink) {
 }
 
 TEST_F(CacheMergeCommand, NamesEachFileThatItCannotTakeAndWritesNothing) {
-  adaptive::TableImage other = adaptive::small_image();
+  adaptive::TableSnapshot other = adaptive::small_image();
   other.model = "elliptical-0";
   write_text(path("other"), encode_cache(other));
   write_text(path("cut"), read_text(path("a")).substr(0, 100));

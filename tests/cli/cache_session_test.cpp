@@ -21,7 +21,7 @@ namespace tress::test {
 namespace {
 
 using adaptive::Service;
-using adaptive::TableImage;
+using adaptive::TableSnapshot;
 using cli::CacheMode;
 using cli::WarmCacheSession;
 using std::chrono::hours;
@@ -37,10 +37,10 @@ class CacheSession : public CommandTest {
     file_ = path("t.cache");
   }
 
-  /// A service that uses the page of one lobe; learn() takes it a step further.
+  /// A service that uses the slice of one lobe; learn() takes it a step further.
   std::unique_ptr<Service> service(std::uint32_t lobe) const {
     auto made = std::make_unique<Service>(adaptive::Options{}, target_);
-    made->add_page(testing::toy_page(lobe, 5));
+    made->add_slice(testing::toy_slice(lobe, 5));
     return made;
   }
   static void learn(Service& service, std::uint64_t pass) {
@@ -50,10 +50,10 @@ class CacheSession : public CommandTest {
   WarmCacheSession session(CacheMode mode, WarmCacheSession::Clock::duration interval = hours(1)) const {
     return {file_, mode, model, interval};
   }
-  TableImage saved() const {
+  TableSnapshot saved() const {
     const auto image = adaptive::load_cache(file_, model);
     EXPECT_TRUE(image) << image.error().message();
-    return image ? *image : TableImage{model, {}};
+    return image ? *image : TableSnapshot{model, {}};
   }
   bool exists() const { return fs::exists(file_); }
 
@@ -116,7 +116,7 @@ TEST_F(CacheSession, AFailedSaveOnTheWayIsMadeGoodAtTheEnd) {
   EXPECT_EQ(encode_cache(saved()), encode_cache(table->snapshot()));
 }
 
-TEST_F(CacheSession, SessionsWithOtherPagesKeepEachOthers) {
+TEST_F(CacheSession, SessionsWithOtherSlicesKeepEachOthers) {
   const auto first = service(0), second = service(1);
   WarmCacheSession a = session(CacheMode::append), b = session(CacheMode::append);
   ASSERT_FALSE(a.open(*first));
@@ -127,14 +127,14 @@ TEST_F(CacheSession, SessionsWithOtherPagesKeepEachOthers) {
   ASSERT_FALSE(b.save(*second));
   EXPECT_EQ(b.saved(), "merged");
   EXPECT_EQ(encode_cache(saved()), encode_cache(merge_caches(first->snapshot(), second->snapshot())));
-  // Whoever comes next and uses one page saves the other back.
+  // Whoever comes next and uses one slice saves the other back.
   const auto third = service(1);
   WarmCacheSession c = session(CacheMode::require);
   ASSERT_FALSE(c.open(*third));
   EXPECT_EQ(c.rows_loaded(), b.rows_saved());
   learn(*third, 2);
   ASSERT_FALSE(c.save(*third));
-  EXPECT_EQ(saved().pages.size(), 2u);
+  EXPECT_EQ(saved().slices.size(), 2u);
 }
 
 TEST_F(CacheSession, AFileThatGoesIsMadeAgainAndOneThatTurnsForeignIsLeftAlone) {
@@ -170,7 +170,7 @@ class InterruptedSave : public CacheSession {
     CacheSession::SetUp();
     table_ = service(0);
     learn(*table_, 0);  // before the fork: oneTBB's threads do not outlive it
-    ASSERT_FALSE(adaptive::save_cache(file_, TableImage{model, {}}));
+    ASSERT_FALSE(adaptive::save_cache(file_, TableSnapshot{model, {}}));
     before_ = read_text(file_);
     lock_ = ::open((file_.string() + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     ASSERT_EQ(::flock(lock_, LOCK_EX), 0);

@@ -61,8 +61,8 @@ TEST_F(CacheSessionsOfRenders, LoseNothing) {
   const auto info = nlohmann::json::parse(run({"cache", "info", shared, "--json"}).out);
   EXPECT_EQ(info.at("pages").size(), std::size_t{3 * sessions}) << "TT, TRT, TRRT of each";
   std::uint64_t rows = 0;
-  for (const auto& page : info.at("pages")) {
-    rows += page.at("rows").at("open").get<std::uint64_t>() + page.at("rows").at("converged").get<std::uint64_t>();
+  for (const auto& slice : info.at("pages")) {
+    rows += slice.at("rows").at("open").get<std::uint64_t>() + slice.at("rows").at("converged").get<std::uint64_t>();
   }
   EXPECT_GT(rows, std::uint64_t{50 * sessions});
 }

@@ -54,14 +54,14 @@ class Render : public CommandTest {
     return lines.empty() ? nlohmann::json::object() : lines[0];
   }
 
-  /// Pages of `cache info --json`, by state of their rows.
+  /// Slices of `cache info --json`, by state of their rows.
   std::uint64_t rows(const std::string& cache, const char* state) const {
     const Outcome outcome = run({"cache", "info", path(cache), "--json"});
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     std::uint64_t sum = 0;
     const nlohmann::json info = nlohmann::json::parse(outcome.out, nullptr, false);
     if (info.is_discarded()) return 0;
-    for (const auto& page : info.at("pages")) sum += page.at("rows").at(state).get<std::uint64_t>();
+    for (const auto& slice : info.at("pages")) sum += slice.at("rows").at(state).get<std::uint64_t>();
     return sum;
   }
 };

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <glm/vec3.hpp>
 
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
 using namespace tress;

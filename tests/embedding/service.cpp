@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tress/adaptive/cache.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 using namespace tress;
 using namespace tress::adaptive;
@@ -17,15 +17,15 @@ using namespace tress::adaptive;
 // What is to be learned: one bundle of rays whose direction depends on a and whose mass depends on b.
 class Beam final : public Target {
  public:
-  void trace(const PageDescription&, float a, float b, std::vector<TracedRay>& out) const override {
+  void trace(const SliceDescription&, float a, float b, std::vector<TracedRay>& out) const override {
     for (int i = 0; i < 32; ++i) out.push_back({a + 0.02f * static_cast<float>(i), b / 32, 0});
   }
   std::string model_name() const override { return "beam-1"; }
 };
 
 // One query: draws an azimuth from the row and returns its weight, whose mean is the mass.
-static float sample_row(const Service& service, PageId page, std::uint32_t a, std::uint32_t b, RandomStream& random) {
-  const RowView row = service.look_up(page, a, b);
+static float sample_row(const Service& service, SliceId slice, std::uint32_t a, std::uint32_t b, RandomStream& random) {
+  const RowView row = service.look_up(slice, a, b);
   const bool converged = row.state == RowState::converged;
   const float u = converged ? service.options().uniform_share_converged : service.options().uniform_share_open;
   const float x = row.sample(random.next(), u);  // uniformly before the first fit
@@ -39,17 +39,17 @@ static float sample_row(const Service& service, PageId page, std::uint32_t a, st
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const Beam beam;
-  PageDescription description;
+  SliceDescription description;
   description.axis_a = {0.0f, 1.0f, 2.0f};
   description.axis_b = {0.25f, 0.75f};
   Service service(Options{}, beam);
-  const PageId page = service.add_page(description);
+  const SliceId slice = service.add_slice(description);
   bool right = true;
   for (std::uint64_t pass = 0; pass < 8; ++pass) {
     for (std::uint32_t node = 0; node < 6; ++node) {
       RandomStream random(1, node, pass);
       double mass = 0;
-      for (int i = 0; i < 64; ++i) mass += sample_row(service, page, node / 2, node % 2, random) / 64;
+      for (int i = 0; i < 64; ++i) mass += sample_row(service, slice, node / 2, node % 2, random) / 64;
       // Before the first fit draws are uniform and weights up to 2 pi g; afterwards weights are near the mass.
       right = right && std::abs(mass - description.axis_b[node % 2]) < (pass == 0 ? 0.5 : 0.1);
     }
@@ -63,10 +63,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", (saved ? *saved->refusal : saved.error()).message().c_str());
     return 1;
   }
-  Result<TableImage> image = load_cache(argv[1], beam.model_name());
+  Result<TableSnapshot> image = load_cache(argv[1], beam.model_name());
   Service next(Options{}, beam);
   right = right && image && !next.load(std::move(*image));
-  const RowView warm = next.look_up(next.add_page(description), 2, 1);
+  const RowView warm = next.look_up(next.add_slice(description), 2, 1);
   std::printf("the next session begins %s\n", warm.state == RowState::converged ? "converged" : "cold");
   return right && warm.state == RowState::converged ? 0 : 1;
 }

@@ -34,14 +34,14 @@ TEST(EllipticalTarget, IsTheReferenceRelativeToTheKnownAzimuth) {
     for (double sigma : {5.0, 10.0, 20.0}) {
       for (double phi_r : {0.0, 0.4, 1.2}) {
         for (double theta_d : {0.0, 0.6, 1.3}) {
-          const auto page = fiber::elliptical_page(p, 1.55f, 0.85f, float(sigma * degree));
+          const auto slice = fiber::elliptical_slice(p, 1.55f, 0.85f, float(sigma * degree));
           rays.clear();
-          target.trace(page, float(phi_r), float(theta_d), rays);
-          const adaptive::TracedNodes nodes(rays, page.blur_rad);
+          target.trace(slice, float(phi_r), float(theta_d), rays);
+          const adaptive::TracedNodes nodes(rays, slice.blur_rad);
           fiber::ReferenceRequest request;
           request.theta_d = float(theta_d);
           request.phi_r = float(phi_r);
-          request.sigma = page.blur_rad;
+          request.sigma = slice.blur_rad;
           request.p = p;
           request.eccentricity = 0.85f;
           request.nodes = 32768;
@@ -70,10 +70,10 @@ TEST(EllipticalTarget, GlintAndTheRestAreTrtPointByPoint) {
     for (const auto& [phi_r, theta_d] : {std::array{0.0f, 0.0f}, {0.4f, 0.6f}, {1.2f, 0.9f}}) {
       const auto trace = [&](int lobe) {
         std::vector<adaptive::TracedRay> rays;
-        target.trace(fiber::elliptical_page(lobe, 1.55f, e, sigma), phi_r, theta_d, rays);
+        target.trace(fiber::elliptical_slice(lobe, 1.55f, e, sigma), phi_r, theta_d, rays);
         return adaptive::TracedNodes(rays, sigma);
       };
-      const auto whole = trace(2), glint = trace(fiber::glint_page), rest = trace(fiber::trt_rest_page);
+      const auto whole = trace(2), glint = trace(fiber::glint_slice), rest = trace(fiber::trt_rest_slice);
       fiber::ReferenceRequest request;
       request.eccentricity = e;
       request.theta_d = theta_d;
@@ -105,7 +105,7 @@ TEST(EllipticalTarget, PathLengthsGiveTheColoredEnergies) {
   const auto table = test::direct_energies(1.55, 0.85f, glm::vec3(0.5f), 0.4, 0.6, 512, 3);
   for (int p : {1, 2, 3}) {
     std::vector<adaptive::TracedRay> rays;
-    target.trace(fiber::elliptical_page(p, 1.55f, 0.85f, float(5 * degree)), 0.4f, 0.6f, rays);
+    target.trace(fiber::elliptical_slice(p, 1.55f, 0.85f, float(5 * degree)), 0.4f, 0.6f, rays);
     double energy = 0;
     for (const auto& ray : rays) energy += ray.weight * std::exp(-0.5 * ray.attribute);
     // 512 or 2048 midpoints here, 512 there: the square-root edges cost some 1e-4.
@@ -115,11 +115,11 @@ TEST(EllipticalTarget, PathLengthsGiveTheColoredEnergies) {
 
 TEST(EllipticalTarget, AppendsAndIsPure) {
   const fiber::EllipticalTarget target;
-  const auto page = fiber::elliptical_page(2, 1.55f, 0.7f, 0.2f);
+  const auto slice = fiber::elliptical_slice(2, 1.55f, 0.7f, 0.2f);
   std::vector<adaptive::TracedRay> once, twice;
-  target.trace(page, 0.3f, 1.0f, once);
-  target.trace(page, 0.3f, 1.0f, twice);
-  target.trace(page, 0.3f, 1.0f, twice);
+  target.trace(slice, 0.3f, 1.0f, once);
+  target.trace(slice, 0.3f, 1.0f, twice);
+  target.trace(slice, 0.3f, 1.0f, twice);
   ASSERT_EQ(twice.size(), 2 * once.size());
   for (std::size_t i = 0; i < once.size(); ++i) {
     EXPECT_EQ(once[i].azimuth, twice[once.size() + i].azimuth);
@@ -133,7 +133,7 @@ TEST(EllipticalTarget, ExtremeNodesAreFinite) {
   for (int p : {1, 2, 3}) {
     for (float eta : {1.05f, 3.0f}) {
       std::vector<adaptive::TracedRay> rays;
-      target.trace(fiber::elliptical_page(p, eta, 0.5f, 0.1f), 0, float(90 * degree), rays);
+      target.trace(fiber::elliptical_slice(p, eta, 0.5f, 0.1f), 0, float(90 * degree), rays);
       for (const auto& ray : rays) {
         EXPECT_TRUE(std::isfinite(ray.azimuth) && std::isfinite(ray.weight) && std::isfinite(ray.attribute));
         EXPECT_GE(ray.weight, 0);

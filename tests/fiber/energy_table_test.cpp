@@ -12,11 +12,12 @@
 #include <string>
 #include <vector>
 
+#include "base/color.h"
 #include "fiber/cross_section.h"
 #include "fiber/direct_energies.h"
 #include "fiber/reflection.h"
 #include "fiber/rough_fiber.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace {
 
@@ -273,11 +274,11 @@ TEST(EnergyTable, WeakLobesGiveTheirEnergyToTheResidual) {
     for (std::size_t p = 0; p < fiber::lobe_count; ++p) {
       before += all.colored[p].r;
       after += kept.colored[p].r;
-      luminance += fiber::luminance(all.colored[p]);
+      luminance += tress::luminance(all.colored[p]);
     }
     EXPECT_NEAR(before, after, 1e-6f);
     for (std::size_t p = 1; p < 4; ++p) {
-      const bool weak = all.clear[p] < 1e-3f || fiber::luminance(all.colored[p]) < 1e-3f * luminance;
+      const bool weak = all.clear[p] < 1e-3f || tress::luminance(all.colored[p]) < 1e-3f * luminance;
       EXPECT_EQ(kept.clear[p], weak ? 0 : all.clear[p]);
       EXPECT_EQ(kept.colored[p], weak ? glm::vec3(0) : all.colored[p]);
       moved += weak;

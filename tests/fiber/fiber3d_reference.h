@@ -15,7 +15,7 @@
 
 #include "fiber/rough_fiber.h"
 #include "support/chi_square.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::test {

@@ -5,15 +5,15 @@
 #include <limits>
 #include <numbers>
 
-#include "fiber/arctangent.h"
-#include "fiber/logarithm.h"
-#include "tress/adaptive/random.h"
+#include "base/arctangent.h"
+#include "base/logarithm.h"
+#include "tress/base/random.h"
 
 namespace {
 
+using tress::angle_of;
+using tress::natural_log;
 using tress::RandomStream;
-using tress::fiber::angle_of;
-using tress::fiber::natural_log;
 
 // The documented bounds: 2e-7 of the logarithm, 3e-7 of a radian.
 void expect_log(float x) {

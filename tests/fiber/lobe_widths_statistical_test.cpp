@@ -10,7 +10,7 @@
 
 #include "fiber/longitudinal.h"
 #include "fiber/rough_fiber.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress {

@@ -7,7 +7,7 @@
 #include "fiber/longitudinal.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace {
 

@@ -10,7 +10,7 @@
 
 #include "fiber/microsurface_walk.h"
 #include "support/chi_square.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace {
 

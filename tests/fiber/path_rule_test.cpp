@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include "fiber/reflection.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace {
 

@@ -19,18 +19,18 @@ constexpr float pi = std::numbers::pi_v<float>;
 
 TEST(RowAxes, CoverTheQuarterTurnAndGrazing) {
   for (double sigma : {4.0, 5.0, 10.0, 20.0, 45.0}) {
-    const auto page = fiber::elliptical_page(2, 1.55f, 0.85f, float(sigma * degree));
-    EXPECT_EQ(page.axis_a.front(), 0);
-    EXPECT_FLOAT_EQ(page.axis_a.back(), pi / 2);
-    EXPECT_LE(page.axis_a[1], sigma * degree / 3 * 1.0002);
-    EXPECT_EQ(page.axis_b.front(), 0);
-    EXPECT_NEAR(page.axis_b.back(), 89.9 * degree, 1e-6);
-    EXPECT_TRUE(std::is_sorted(page.axis_a.begin(), page.axis_a.end(), std::less_equal<>()) ||
-                std::adjacent_find(page.axis_a.begin(), page.axis_a.end(), std::greater_equal<>()) ==
-                    page.axis_a.end());
-    EXPECT_EQ(std::adjacent_find(page.axis_b.begin(), page.axis_b.end(), std::greater_equal<>()), page.axis_b.end());
-    EXPECT_EQ(page.key.lobe, 2u);
-    EXPECT_EQ(page.blur_rad, float(sigma * degree));
+    const auto slice = fiber::elliptical_slice(2, 1.55f, 0.85f, float(sigma * degree));
+    EXPECT_EQ(slice.axis_a.front(), 0);
+    EXPECT_FLOAT_EQ(slice.axis_a.back(), pi / 2);
+    EXPECT_LE(slice.axis_a[1], sigma * degree / 3 * 1.0002);
+    EXPECT_EQ(slice.axis_b.front(), 0);
+    EXPECT_NEAR(slice.axis_b.back(), 89.9 * degree, 1e-6);
+    EXPECT_TRUE(std::is_sorted(slice.axis_a.begin(), slice.axis_a.end(), std::less_equal<>()) ||
+                std::adjacent_find(slice.axis_a.begin(), slice.axis_a.end(), std::greater_equal<>()) ==
+                    slice.axis_a.end());
+    EXPECT_EQ(std::adjacent_find(slice.axis_b.begin(), slice.axis_b.end(), std::greater_equal<>()), slice.axis_b.end());
+    EXPECT_EQ(slice.key.lobe, 2u);
+    EXPECT_EQ(slice.blur_rad, float(sigma * degree));
   }
   EXPECT_EQ(fiber::azimuth_axis(0.85f, float(1 * degree)), fiber::azimuth_axis(0.85f, float(4 * degree)));
   EXPECT_EQ(fiber::azimuth_axis(0.85f, float(5 * degree)).size(), 55u);
@@ -61,8 +61,8 @@ TEST(Folding, KeepsTheDensity) {
 }
 
 TEST(RowGrid, ChoosesNodesSoThatTheMeanInterpolates) {
-  const auto page = fiber::elliptical_page(1, 1.55f, 0.85f, 0.2f);
-  const fiber::RowGrid grid(page);
+  const auto slice = fiber::elliptical_slice(1, 1.55f, 0.85f, 0.2f);
+  const fiber::RowGrid grid(slice);
   constexpr int n = 1000;
   for (float phi : {0.0f, 0.31f, 1.1f, pi / 2}) {
     for (float theta : {0.0f, 0.4f, -0.9f, 1.3f, 1.55f, 1.568f}) {
@@ -70,25 +70,25 @@ TEST(RowGrid, ChoosesNodesSoThatTheMeanInterpolates) {
       for (int i = 0; i < n; ++i) {
         const float xi = (i + 0.5f) / n;
         const auto node = grid.choose(phi, theta, xi, xi);
-        mean_phi += page.axis_a.at(node.a) / n;
-        mean_cos += std::cos(page.axis_b.at(node.b)) / n;
+        mean_phi += slice.axis_a.at(node.a) / n;
+        mean_cos += std::cos(slice.axis_b.at(node.b)) / n;
       }
       // One xi of n decides either way: a cell over n; float cosines add 1e-7.
-      EXPECT_NEAR(mean_phi, phi, 2.0 / n * page.axis_a[1]);
+      EXPECT_NEAR(mean_phi, phi, 2.0 / n * slice.axis_a[1]);
       EXPECT_NEAR(mean_cos, std::cos(theta), 2.0 / n * 0.04);
     }
   }
   const auto last = grid.choose(1.0f, pi / 2, 0, 0);
-  EXPECT_EQ(last.b, page.axis_b.size() - 1);
+  EXPECT_EQ(last.b, slice.axis_b.size() - 1);
   const auto corner = grid.choose(pi / 2, -pi / 2, 0.99999994f, 0.99999994f);
-  EXPECT_EQ(corner.a, page.axis_a.size() - 1);
+  EXPECT_EQ(corner.a, slice.axis_a.size() - 1);
   EXPECT_EQ(grid.choose(0, 0, 0, 0).a, 0u);
   EXPECT_EQ(grid.choose(0, 0, 0, 0.99999994f).b, 0u);
 }
 
 TEST(RowGrid, ARoundFiberHasOneAzimuth) {
-  const auto page = fiber::elliptical_page(1, 1.55f, 1.0f, 0.2f);
-  const fiber::RowGrid grid(page);
+  const auto slice = fiber::elliptical_slice(1, 1.55f, 1.0f, 0.2f);
+  const fiber::RowGrid grid(slice);
   EXPECT_EQ(grid.choose(1.2f, 0.3f, 0.9f, 0.1f).a, 0u);
 }
 

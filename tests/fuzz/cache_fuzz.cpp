@@ -41,7 +41,7 @@ void seal(std::string* bytes) {
 }
 
 void check(const std::string& bytes) {
-  const Result<adaptive::TableImage> image = adaptive::decode_cache(bytes, "", "some.cache");
+  const Result<adaptive::TableSnapshot> image = adaptive::decode_cache(bytes, "", "some.cache");
   if (!image) {
     fuzz::require_message(image, "some.cache");
     return;
@@ -49,8 +49,8 @@ void check(const std::string& bytes) {
   const std::string again = adaptive::encode_cache(*image);
   fuzz::require(again == bytes);
   fuzz::require(adaptive::encode_cache(adaptive::merge_caches(*image, *image)) == again);
-  for (const adaptive::CachedPage& page : image->pages) {
-    for (const adaptive::CachedRow& row : page.rows) {
+  for (const adaptive::CachedSlice& slice : image->slices) {
+    for (const adaptive::CachedRow& row : slice.rows) {
       for (const float x : {-3.14159265f, 0.0f, 1.0f}) {
         const float density = row.knots.empty() ? row.fit.density(x) : row.knots.density(x);
         fuzz::require(std::isfinite(density) && density >= 0);

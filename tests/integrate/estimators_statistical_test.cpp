@@ -19,7 +19,7 @@ using fiber::Estimator;
 class Hair {
  public:
   /// The default epsilon is large so that the fits are plainly wrong where they answer.
-  explicit Hair(adaptive::Learner learner = adaptive::Learner::sketch, double epsilon = 0.3)
+  explicit Hair(const adaptive::Learner* learner = &adaptive::sketch_learner, double epsilon = 0.3)
       : scene_(tangle(250, 32, 32)), target_(fiber::make_elliptical_target()) {
     scene_.camera.vertical_fov_deg = 10;
     // Light from above and to one side: the azimuthal shape matters.
@@ -98,8 +98,8 @@ TEST(Corrected, has_the_mean_of_exact_before_across_and_after_convergence) {
 
 // Knots, at an epsilon whose bias is far below the noise of 12 samples: |z| < 5, one false alarm in 1.7 million runs a
 // block; seeds are fixed. That a bias is seen by this test is what the last line of the test above says.
-TEST(KnotTables, have_the_mean_of_exact_while_they_are_built_and_after) {
-  Hair hair(adaptive::Learner::table, 0.001);
+TEST(KnotDensitys, have_the_mean_of_exact_while_they_are_built_and_after) {
+  Hair hair(&adaptive::knot_learner, 0.001);
   EXPECT_LT(std::abs(z_of(hair.render(Estimator::fitted, 12, 41), Hair().render(Estimator::exact, 12, 41))), z_limit);
   EXPECT_LT(std::abs(z_of(hair.render(Estimator::fitted, 12, 42), Hair().render(Estimator::exact, 12, 42))), z_limit);
   EXPECT_GT(hair.converged(), 0.99) << "all that was touched has a table";
@@ -107,10 +107,10 @@ TEST(KnotTables, have_the_mean_of_exact_while_they_are_built_and_after) {
             z_limit);
 }
 
-TEST(KnotTables, give_the_same_picture_for_any_number_of_threads) {
-  const std::vector<double> one = Hair(adaptive::Learner::table, 0.01).render(Estimator::fitted, 2, 7, 1);
-  EXPECT_EQ(one, Hair(adaptive::Learner::table, 0.01).render(Estimator::fitted, 2, 7, 2));
-  EXPECT_EQ(one, Hair(adaptive::Learner::table, 0.01).render(Estimator::fitted, 2, 7, 8));
+TEST(KnotDensitys, give_the_same_picture_for_any_number_of_threads) {
+  const std::vector<double> one = Hair(&adaptive::knot_learner, 0.01).render(Estimator::fitted, 2, 7, 1);
+  EXPECT_EQ(one, Hair(&adaptive::knot_learner, 0.01).render(Estimator::fitted, 2, 7, 2));
+  EXPECT_EQ(one, Hair(&adaptive::knot_learner, 0.01).render(Estimator::fitted, 2, 7, 8));
 }
 
 }  // namespace

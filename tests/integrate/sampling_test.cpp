@@ -6,12 +6,12 @@
 #include <numbers>
 #include <set>
 
+#include "base/denormals.h"
+#include "geometry/straight_strands.h"
 #include "integrate/camera_rays.h"
-#include "integrate/denormals.h"
 #include "integrate/local_directions.h"
 #include "integrate/pixel_sampler.h"
-#include "intersect/straight_strands.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::integrate {
 namespace {
@@ -73,7 +73,7 @@ TEST(CameraRays, exist_where_up_is_along_the_view) {
 }
 
 TEST(LocalDirections, go_to_the_world_and_back) {
-  intersect::Hit hit{};
+  geometry::Hit hit{};
   hit.u = glm::normalize(glm::vec3(1, 2, 3));
   hit.v = glm::normalize(glm::vec3(2, -1, 0));
   hit.w = glm::cross(hit.u, hit.v);
@@ -99,8 +99,8 @@ TEST(LocalDirections, go_to_the_world_and_back) {
 // (tests/intersect/fiber_scene_test.cpp).
 TEST(LocalDirections, offsets_are_towards_rising_azimuth) {
   constexpr float radius_cm = 0.05f, e = 0.6f;
-  const scene::Scene scene = intersect::straight_scene({{{0, 0, -1}, {0, 0, 1}, radius_cm, radius_cm, e}}, false);
-  const intersect::FiberScene fibers(scene);
+  const scene::Scene scene = geometry::straight_scene({{{0, 0, -1}, {0, 0, 1}, radius_cm, radius_cm, e}}, false);
+  const geometry::FiberScene fibers(scene);
   const auto a = static_cast<float>(fiber::major_semi_axis(double{radius_cm}, double{e}));
   RandomStream random(3);
   int met = 0, positive = 0;

@@ -13,7 +13,7 @@
 
 #include "integrate/renderer.h"
 #include "scene/strand_fibers.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::integrate {
 
@@ -113,7 +113,7 @@ inline RenderResult render_with(const scene::Scene& scene, fiber::FiberModel& mo
   tbb::task_arena arena(threads);
   RenderResult result;
   arena.execute([&] {
-    const intersect::FiberScene intersector(scene);
+    const geometry::FiberScene intersector(scene);
     result = render(scene, intersector, model, fibers, service, options, stop, on_pass);
   });
   return result;

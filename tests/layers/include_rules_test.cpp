@@ -1,11 +1,15 @@
 // Who may include what. The layers of README.md, checked on the text of every file.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <regex>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -56,39 +60,112 @@ bool is_standard(const std::string& name) {
   return name.find('/') == std::string::npos && name.find('.') == std::string::npos;
 }
 
+/// Every folder that has code, from the lowest to the highest. A file includes its own folder and lower ones; what a
+/// folder may not include although it is lower stands in `apart`.
+const std::vector<std::string> folders_upwards{"include/tress/base",
+                                               "include/tress/adaptive",
+                                               "include/tress/fiber",
+                                               "src/base",
+                                               "adaptive/density",
+                                               "adaptive/observations",
+                                               "adaptive/convergence",
+                                               "adaptive/fit",
+                                               "adaptive/cache",
+                                               "adaptive/telemetry",
+                                               "adaptive/table",
+                                               "src/fiber",
+                                               "src/models/elliptical",
+                                               "src/models",
+                                               "src/references/models",
+                                               "src/references/learners",
+                                               "src/references",
+                                               "src/image",
+                                               "src/scene",
+                                               "src/geometry",
+                                               "src/integrate",
+                                               "src/cli",
+                                               "src"};
+
+struct Apart {
+  std::string folder;  // and all below it
+  std::vector<std::string> may_not_include;
+};
+const std::vector<Apart> apart{
+    {"include/tress/adaptive", {"include/tress/fiber"}},
+    {"src/base", {"include/tress/adaptive", "include/tress/fiber"}},
+    {"adaptive", {"include/tress/fiber"}},
+    {"src/fiber", {"adaptive"}},
+    {"src/models", {"adaptive"}},
+    {"src/references/models", {"adaptive"}},
+    {"src/image", {"adaptive", "include/tress/fiber", "src/fiber", "src/models", "src/references"}},
+    {"src/scene", {"adaptive", "src/models", "src/references"}},
+    {"src/geometry", {"adaptive", "src/models", "src/references"}},
+    {"src/integrate", {"adaptive", "src/models", "src/references"}},
+    {"src/cli", {"adaptive"}}};
+
+bool is_in(const std::string& folder, const std::string& parent) {
+  return folder == parent || folder.starts_with(parent + "/");
+}
+
+/// The folder of a file of ours that an include names, empty for all others. Angle brackets or quotes alike.
+std::string folder_of(const std::string& name) {
+  for (const char* root : {"include", "adaptive", "src"}) {
+    const fs::path file = fs::path(TRESS_SOURCE_DIR) / root / name;
+    if (fs::is_regular_file(file)) return fs::relative(file.parent_path(), TRESS_SOURCE_DIR).string();
+  }
+  return {};
+}
+
+TEST(IncludeRules, EveryPairOfFoldersPointsDownwards) {
+  std::set<std::pair<std::string, std::string>> pairs;
+  for (const char* root : {"include", "adaptive", "src"}) {
+    for (const Include& include : includes_under(root)) {
+      const std::string from = fs::path(include.path).parent_path().string(), to = folder_of(include.name);
+      const auto place = [](const std::string& folder) { return std::ranges::find(folders_upwards, folder); };
+      ASSERT_NE(place(from), folders_upwards.end()) << from << " has no place among the folders";
+      if (to.empty() || to == from) continue;
+      pairs.emplace(from, to);
+      EXPECT_LT(place(to), place(from)) << include.path << ":" << include.line << " includes " << include.name;
+      for (const Apart& rule : apart) {
+        if (!is_in(from, rule.folder)) continue;
+        for (const std::string& other : rule.may_not_include) {
+          EXPECT_FALSE(is_in(to, other)) << include.path << ":" << include.line << " includes " << include.name;
+        }
+      }
+    }
+  }
+  for (const auto& [from, to] : pairs) std::printf("%s -> %s\n", from.c_str(), to.c_str());
+  EXPECT_GT(pairs.size(), 50u);
+}
+
 TEST(IncludeRules, AdaptiveKnowsNothingOfHairEmbreeOrPictures) {
-  const std::vector<std::string> own{"tress/adaptive/", "mixture/", "knots/", "sketch/",
-                                     "learner/",        "table/",   "cache/", "telemetry/"};
   const std::vector<std::string> libraries{"tbb/", "Eigen/", "hwy/", "xxhash.h", "nlohmann/", "oneapi/tbb"};
   // What a POSIX file needs: rename, fsync of a folder, limits.
   const std::vector<std::string> system{"fcntl.h", "unistd.h", "sys/", "time.h"};
   expect_none("adaptive", [&](const Include& include) {
-    return !is_standard(include.name) && !starts_with_any(include.name, own) &&
-           !starts_with_any(include.name, libraries) && !starts_with_any(include.name, system);
+    return !is_standard(include.name) && folder_of(include.name).empty() && !starts_with_any(include.name, libraries) &&
+           !starts_with_any(include.name, system);
   });
 }
 
 TEST(IncludeRules, PublicHeadersOfAdaptiveNeedOnlyTheStandardLibrary) {
-  expect_none("include/tress/adaptive", [](const Include& include) {
-    return !is_standard(include.name) && !include.name.starts_with("tress/adaptive/");
-  });
-}
-
-TEST(IncludeRules, FiberHeadersStandWithoutTheRenderer) {
-  expect_none("include/tress/fiber", [](const Include& include) {
-    return !is_standard(include.name) && !starts_with_any(include.name, {"tress/", "glm/"});
-  });
-  for (const char* folder : {"src/fiber", "src/models"}) {
+  for (const char* folder : {"include/tress/base", "include/tress/adaptive"}) {
     expect_none(folder, [](const Include& include) {
-      return starts_with_any(include.name, {"scene/", "intersect/", "integrate/", "image/", "cli/"});
+      return !is_standard(include.name) && !starts_with_any(include.name, {"tress/adaptive/", "tress/base/"});
     });
   }
 }
 
-TEST(IncludeRules, OnlyIntersectIncludesEmbree) {
+TEST(IncludeRules, PublicHeadersOfFiberNeedGlmBesides) {
+  expect_none("include/tress/fiber", [](const Include& include) {
+    return !is_standard(include.name) && !starts_with_any(include.name, {"tress/", "glm/"});
+  });
+}
+
+TEST(IncludeRules, OnlyGeometryIncludesEmbree) {
   for (const char* folder : {"src", "include", "adaptive", "bench"}) {
     for (const Include& include : includes_under(folder)) {
-      if (include.path.starts_with("src/intersect/")) continue;
+      if (include.path.starts_with("src/geometry/")) continue;
       EXPECT_FALSE(include.name.starts_with("embree")) << include.path << ":" << include.line;
     }
   }
@@ -101,18 +178,6 @@ TEST(IncludeRules, OnlyImageIncludesOpenExr) {
       EXPECT_FALSE(starts_with_any(include.name, {"Imf", "OpenEXR", "Imath", "Iex"}))
           << include.path << ":" << include.line;
     }
-  }
-}
-
-TEST(IncludeRules, LayersPointDownwards) {
-  const std::vector<std::pair<std::string, std::vector<std::string>>> above{
-      {"src/image", {"scene/", "intersect/", "integrate/", "cli/", "models/", "fiber/"}},
-      {"src/scene", {"intersect/", "integrate/", "cli/", "models/"}},
-      {"src/intersect", {"integrate/", "cli/", "models/"}},
-      {"src/integrate", {"cli/", "models/"}},
-  };
-  for (const auto& [folder, forbidden] : above) {
-    expect_none(folder, [&](const Include& include) { return starts_with_any(include.name, forbidden); });
   }
 }
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "fiber/row_axes.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 #include "tress/fiber/fiber_model.h"
 #include "tress/fiber/parameters.h"
 

@@ -14,11 +14,12 @@
 #include <utility>
 #include <vector>
 
+#include "base/color.h"
 #include "models/adversarial_points.h"
 #include "models/query_checks.h"
-#include "models/registry.h"
-#include "tress/adaptive/random.h"
+#include "references/registry.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 
 namespace tress::test {
 
@@ -32,18 +33,18 @@ struct Asked {
   int points = 0;  ///< of quadrature
 };
 
-/// Some fibers in one model, with the rows they learned: all nodes of all pages.
+/// Some fibers in one model, with the rows they learned: all nodes of all slices.
 class TaughtModel {
  public:
   TaughtModel(const Asked& what, std::span<const AdversarialFiber> fibers) : what_(what) {
-    const fiber::ModelInfo& info = *fiber::find_model(what.model);
+    const fiber::ModelInfo& info = *references::find_model(what.model);
     if (what.taught != Taught::nothing) {
       target_ = info.make_target();
       adaptive::Options options;
-      options.birth_touches = 1;
+      options.queries_before_creation = 1;
       options.memory_bytes = std::size_t{2} << 30;
-      if (what.taught == Taught::converged) options.learner = adaptive::Learner::eager;
-      if (what.taught == Taught::knots) options.learner = adaptive::Learner::table;
+      if (what.taught == Taught::converged) options.learner = &adaptive::eager_learner;
+      if (what.taught == Taught::knots) options.learner = &adaptive::knot_learner;
       service_ = std::make_unique<adaptive::Service>(options, *target_);
     }
     model_ = info.make({.estimator = what.estimator, .service = service_.get(), .quadrature_points = what.points});
@@ -55,18 +56,18 @@ class TaughtModel {
   const Asked& what() const { return what_; }
   const fiber::FiberModel& model() const { return *model_; }
   fiber::FiberId id(std::size_t fiber) const { return ids_[fiber]; }
-  /// Rows of the pages, and those that have converged.
+  /// Rows of the slices, and those that have converged.
   std::uint64_t rows = 0, converged = 0;
 
  private:
   void teach(int passes) {
     for (int pass = 0; pass <= passes; ++pass) {
       rows = converged = 0;
-      for (adaptive::PageId page = 0; page < service_->page_count(); ++page) {
-        const auto width = static_cast<std::uint32_t>(service_->page(page).axis_b.size());
-        for (std::uint32_t node = 0; node < service_->page(page).node_count(); ++node) {
+      for (adaptive::SliceId slice = 0; slice < service_->slice_count(); ++slice) {
+        const auto width = static_cast<std::uint32_t>(service_->slice(slice).axis_b.size());
+        for (std::uint32_t node = 0; node < service_->slice(slice).node_count(); ++node) {
           ++rows;
-          if (service_->look_up(page, node / width, node % width).state == adaptive::RowState::converged) ++converged;
+          if (service_->look_up(slice, node / width, node % width).state == adaptive::RowState::converged) ++converged;
         }
       }
       if (converged == rows || pass == passes) return;
@@ -125,7 +126,7 @@ class AdversarialQueries {
     const fiber::FiberEvent event = model.begin(id_, asked.wr, asked.xi1, asked.xi2, asked.h);
     to_edge_of_lobes(random, event, asked.u);
     float energy = 0;
-    for (const glm::vec3& lobe : event.energy) energy += fiber::luminance(lobe);
+    for (const glm::vec3& lobe : event.energy) energy += luminance(lobe);
     // What is not normalised is held to the bound under the largest gain.
     const double scale = bound_.of_r == 100 ? largest_gain_ : double{energy};
     const WeightBound bound{bound_.of_r * scale, bound_.of_rest * scale};

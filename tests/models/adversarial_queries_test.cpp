@@ -64,7 +64,7 @@ TEST_P(adversarial_queries, answers_nothing_that_is_not_owed) {
     fibers.push_back(test::adversarial_fiber(1, test::first_dark_fiber + k));
   const std::string_view model = GetParam().asked.model;
   const bool traces = GetParam().asked.taught != Taught::nothing || model != "elliptical";
-  if (traces) fibers.push_back(test::adversarial_fiber(1, 14));  // e = 1: 29 rows a page
+  if (traces) fibers.push_back(test::adversarial_fiber(1, 14));  // e = 1: 29 rows a slice
   const test::TaughtModel taught(GetParam().asked, fibers);
   // What is not normalised may weigh anything: the published methods do.
   const bool is_held_to_weights =

@@ -10,11 +10,12 @@
 #include <numbers>
 #include <vector>
 
+#include "base/color.h"
 #include "fiber/energy_table.h"
 #include "fiber/longitudinal.h"
 #include "models/model_measures.h"
 #include "support/chi_square.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 #include "tress/fiber/fiber_model.h"
 
 namespace tress::test {
@@ -129,7 +130,7 @@ class DirectionPanels {
     for (const glm::vec3& color : value.s) {
       for (int c = 0; c < 3; ++c) sound = sound && std::isfinite(color[c]) && (color[c] >= 0 || !settings_.smooth);
     }
-    const double s = std::abs(double{fiber::luminance(value.total())});
+    const double s = std::abs(double{luminance(value.total())});
     if (s > 0 && !(q > 0)) sound = false;
     if (!sound) {
       ++result_.unsound;
@@ -154,7 +155,7 @@ class DirectionPanels {
           judge(at);
           const double area = half * weight[i] * half_phi * weight[j];
           sums[a].pdf += area * double{at.pdf};
-          sums[a].s += area * double{fiber::luminance(at.total())};
+          sums[a].s += area * double{luminance(at.total())};
         }
       }
     }

@@ -61,7 +61,7 @@ TEST(elliptical_model_statistics, samples_follow_the_density_in_every_state_of_t
   parameters.roughness = 0.3f;
   double smallest = 1;
   for (const FiberDirection known : {FiberDirection{0.3f, 0.7f}, FiberDirection{-83 * degree, -2.5f}}) {
-    for (const Rows rows : {Rows::traced_at_vertex, Rows::unborn, Rows::open, Rows::converged}) {
+    for (const Rows rows : {Rows::traced_at_vertex, Rows::absent, Rows::open, Rows::converged}) {
       const auto model = model_in(rows, parameters, known);
       const FiberEvent event = model->begin(known);
       std::vector<double> counts(theta_bins * phi_bins);
@@ -87,7 +87,7 @@ TEST(elliptical_model_statistics, samples_of_each_lobe_follow_its_own_density) {
   parameters.sigma_a = glm::vec3(0);
   parameters.roughness = 0.3f;
   const FiberDirection known{0.5f, 0.7f};
-  for (const Rows rows : {Rows::unborn, Rows::converged}) {
+  for (const Rows rows : {Rows::absent, Rows::converged}) {
     const auto model = model_in(rows, parameters, known);
     const FiberEvent event = model->begin(known);
     const float u = rows == Rows::converged ? 0.02f : 0.05f;

@@ -27,7 +27,7 @@ using test::Rows;
 
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr float degree = pi / 180;
-constexpr Rows all_rows[] = {Rows::traced_at_vertex, Rows::unborn, Rows::open, Rows::converged};
+constexpr Rows all_rows[] = {Rows::traced_at_vertex, Rows::absent, Rows::open, Rows::converged};
 
 FiberParameters clear_hair(float e = 0.85f) {
   FiberParameters parameters;
@@ -119,7 +119,7 @@ TEST(elliptical_model, white_furnace_is_one_by_quadrature) {
   for (const float e : {1.0f, 0.85f, 0.7f}) {
     for (const float theta : {0.0f, 30.0f, 60.0f, 75.0f, 85.0f}) {
       const FiberDirection known{theta * degree, 1.1f};
-      const auto model = model_in(Rows::unborn, clear_hair(e), known);
+      const auto model = model_in(Rows::absent, clear_hair(e), known);
       const double mass =
           integral(*model, model->begin(known), [](const FiberValue& v) { return double{v.total().g}; });
       EXPECT_NEAR(mass, 1, 2e-3) << "e " << e << " theta_r " << theta;
@@ -135,7 +135,7 @@ TEST(elliptical_model, white_furnace_is_one_by_quadrature) {
 TEST(elliptical_model, shapes_and_kinds_of_fresnel_keep_density_and_energy) {
   const auto expect_energies = [](const FiberParameters& parameters) {
     const FiberDirection known{0.9f, 0.7f};
-    const auto model = model_in(Rows::unborn, parameters, known);
+    const auto model = model_in(Rows::absent, parameters, known);
     const FiberEvent event = model->begin(known);
     float energy = 0;
     for (const glm::vec3& lobe : event.energy) energy += lobe.g;
@@ -201,7 +201,7 @@ TEST(elliptical_model, objective_is_one_a_query_before_the_first_test_and_below_
     ASSERT_GT(queries, 0);
     if (rows == Rows::traced_at_vertex) {
       EXPECT_EQ(objective, 0);
-    } else if (rows == Rows::unborn) {
+    } else if (rows == Rows::absent) {
       EXPECT_EQ(objective, queries);
     } else if (rows == Rows::converged) {
       EXPECT_LT(objective / queries, 0.05);  // far nodes of the sampled theta_i are still open and count up to 1 each
@@ -217,7 +217,7 @@ TEST(elliptical_model, mean_over_xi_is_the_reference_shape) {
   FiberParameters parameters = clear_hair();
   parameters.sigma_a = glm::vec3(0.0f, 0.5f, 1.0f);
   const auto sigma = fiber::azimuthal_sigmas(parameters);
-  for (const Rows rows : {Rows::traced_at_vertex, Rows::unborn, Rows::converged}) {
+  for (const Rows rows : {Rows::traced_at_vertex, Rows::absent, Rows::converged}) {
     const auto model = model_in(rows, parameters, known, false);
     for (const int p : {1, 2, 3}) {
       for (int channel = 0; channel < 3; ++channel) {
@@ -264,7 +264,7 @@ TEST(elliptical_model, equal_parameters_are_one_fiber_and_narrow_lobes_are_answe
   EXPECT_EQ(model->add_fiber(clear_hair()), model->add_fiber(clear_hair()));
   const fiber::FiberId id = model->add_fiber(narrow);
   EXPECT_NE(id, model->add_fiber(clear_hair()));
-  EXPECT_EQ(service.page_count(), 6u);
+  EXPECT_EQ(service.slice_count(), 6u);
 
   const auto exact = fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
   const fiber::FiberId exact_id = exact->add_fiber(narrow);

@@ -10,7 +10,7 @@
 
 #include "fiber/rough_fiber.h"
 #include "support/chi_square.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress {
 namespace {

@@ -5,15 +5,15 @@
 #include <cstdint>
 #include <memory>
 
-#include "models/registry.h"
-#include "tress/adaptive/random.h"
+#include "references/registry.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress::test {
 
 /// What the rows that an event meets have become.
-enum class Rows { traced_at_vertex, unborn, open, converged };
+enum class Rows { traced_at_vertex, absent, open, converged };
 
 inline const char* name_of(Rows rows) {
   constexpr std::array<const char*, 4> names{"exact", "unborn", "open", "converged"};
@@ -25,7 +25,7 @@ class LearnedModel {
  public:
   /// info: of a model with rows.
   LearnedModel(const fiber::FiberParameters& parameters, fiber::Estimator estimator, adaptive::Options options = {},
-               const fiber::ModelInfo& info = *fiber::find_model("elliptical"))
+               const fiber::ModelInfo& info = *references::find_model("elliptical"))
       : info_(info), parameters_(parameters), target_(info.make_target()), service_(options, *target_) {
     read_by(estimator);
   }

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/color.h"
 #include "models/learned_model.h"
 
 namespace tress {
@@ -39,7 +40,7 @@ std::vector<FiberParameters> thousand_fibers() {
   return fibers;
 }
 
-TEST(many_fibers, share_pages_energies_and_colors) {
+TEST(many_fibers, share_slices_energies_and_colors) {
   const auto target = fiber::make_elliptical_target();
   adaptive::Service service(adaptive::Options{}, *target);
   const auto model = fiber::make_elliptical_model(Estimator::fitted, &service);
@@ -50,7 +51,7 @@ TEST(many_fibers, share_pages_energies_and_colors) {
     ids.push_back(model->add_fiber(fiber));
     if (ids.size() % 100 == 1) of_ten_values = model->bytes();
   }
-  EXPECT_EQ(service.page_count(), 6u);
+  EXPECT_EQ(service.slice_count(), 6u);
   for (std::size_t i = 0; i < fibers.size(); ++i) {
     ASSERT_EQ(ids[i], i);
     ASSERT_EQ(model->add_fiber(fibers[i]), ids[i]);
@@ -98,14 +99,14 @@ TEST(many_fibers, queries_answered_from_copies_are_counted) {
   EXPECT_EQ(report.queries - report.converged_queries, exact);
 }
 
-// A cache whose rows are wrong: the first that is asked is checked and reopened, and then the whole page is asked
+// A cache whose rows are wrong: the first that is asked is checked and reopened, and then the whole slice is asked
 // again, so that the service can check the others.
 TEST(many_fibers, rows_that_cease_to_be_converged_are_asked_again) {
   const FiberDirection known{0.3f, 0.7f};
   const auto taught = test::model_in(Rows::converged, FiberParameters{}, known);
-  adaptive::TableImage image = taught->service().snapshot();
-  for (adaptive::CachedPage& page : image.pages) {
-    for (adaptive::CachedRow& row : page.rows) {
+  adaptive::TableSnapshot image = taught->service().snapshot();
+  for (adaptive::CachedSlice& slice : image.slices) {
+    for (adaptive::CachedRow& row : slice.rows) {
       for (adaptive::Component& part : row.fit.components) part.shape.mu = 0.5f * part.shape.mu + 0.4f;
     }
   }
@@ -128,7 +129,7 @@ TEST(many_fibers, rows_that_cease_to_be_converged_are_asked_again) {
     reopened = static_cast<int>(report.rows_reopened);
     model->rows_changed();
   }
-  EXPECT_GT(reopened, 3);  // more than the one a page that was checked first
+  EXPECT_GT(reopened, 3);  // more than the one a slice that was checked first
   EXPECT_GT(exact, 3);
 }
 
@@ -172,7 +173,7 @@ TEST(many_fibers, glint_and_the_rest_of_trt_add_up_to_the_whole) {
     }
   }
   const auto learned = test::model_in(Rows::converged, split, known);
-  EXPECT_EQ(learned->service().page_count(), 4u);
+  EXPECT_EQ(learned->service().slice_count(), 4u);
   const FiberEvent event = learned->begin(known);
   EXPECT_GT(event.selection[5], 0);
   RandomStream random(19);

@@ -103,7 +103,7 @@ class WronglyTold final : public fiber::FiberModel {
 };
 
 TEST(atlas_maps, panels_see_a_density_that_is_a_tenth_off) {
-  const test::OneFiber fiber(*fiber::find_model("chiang2016"), {});
+  const test::OneFiber fiber(*references::find_model("chiang2016"), {});
   const WronglyTold wrong(fiber.model());
   const fiber::FiberEvent event = fiber.begin({0.3f, 40 * degree});
   const test::PanelSettings settings{.samples = 20000};

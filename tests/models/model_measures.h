@@ -9,12 +9,13 @@
 #include <numbers>
 #include <vector>
 
+#include "base/color.h"
 #include "fiber/energy_table.h"
 #include "fiber/longitudinal.h"
 #include "models/registry.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::test {
 
@@ -85,7 +86,7 @@ Weights weights(const Fiber& fiber, const fiber::FiberDirection& wr, int samples
   RandomStream random(seed);
   for (int i = 0; i < samples; ++i) {
     const fiber::FiberSample sample = draw(fiber.model(), fiber.begin(wr, random), random);
-    const double weight = double{fiber::luminance(sample.value.total())} / double{sample.value.pdf};
+    const double weight = double{luminance(sample.value.total())} / double{sample.value.pdf};
     mean.add(weight);
     result.largest = std::max(result.largest, weight);
   }

@@ -9,6 +9,7 @@
 #include <limits>
 #include <numbers>
 
+#include "base/color.h"
 #include "fiber/energy_table.h"
 #include "fiber/longitudinal.h"
 #include "models/adversarial_points.h"
@@ -89,7 +90,7 @@ class QueryChecks {
       }
     }
     if (!model_.evaluates()) return;
-    const double pdf = value.pdf, of_r = fiber::luminance(value.s[0]), all = fiber::luminance(value.total());
+    const double pdf = value.pdf, of_r = luminance(value.s[0]), all = luminance(value.total());
     if (pdf <= 1.1e-30 && std::abs(all) > 1e-24) return fail(Failure::no_density);
     // Below, densities have lost their digits.
     if (pdf < 1e-28) return;

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "fiber/fourier_reference.h"
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress {
@@ -18,18 +18,19 @@ constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180;
 
 struct Row {
-  adaptive::PageId page;
+  adaptive::SliceId slice;
   std::uint32_t a, b;
-  adaptive::PageDescription description;
+  adaptive::SliceDescription description;
 };
 
-double relative_l2(const adaptive::Mixture& fit, const adaptive::PageDescription& page, double phi_r, double theta_d) {
-  const fiber::FourierReference reference({.eta = page.key.parameters[0],
-                                           .eccentricity = page.key.parameters[1],
+double relative_l2(const adaptive::Mixture& fit, const adaptive::SliceDescription& slice, double phi_r,
+                   double theta_d) {
+  const fiber::FourierReference reference({.eta = slice.key.parameters[0],
+                                           .eccentricity = slice.key.parameters[1],
                                            .theta_d = theta_d,
                                            .phi_r = phi_r,
-                                           .sigma = page.key.parameters[2],
-                                           .p = static_cast<int>(page.key.lobe)});
+                                           .sigma = slice.key.parameters[2],
+                                           .p = static_cast<int>(slice.key.lobe)});
   constexpr int points = 360;
   double error = 0, variation = 0;
   const double mean = reference.energy() / (2 * pi);
@@ -56,7 +57,7 @@ TEST(random_rows, learned_from_render_like_samples_are_close_to_the_reference) {
     const int p = 1 + static_cast<int>(3 * random.next());
     const float e = 0.7f + 0.3f * random.next();
     const auto sigma = static_cast<float>((5 + 20 * random.next()) * degree);
-    Row row{0, 0, 0, fiber::elliptical_page(p, 1.55f, e, sigma)};
+    Row row{0, 0, 0, fiber::elliptical_slice(p, 1.55f, e, sigma)};
     row.a = static_cast<std::uint32_t>(random.next() * static_cast<float>(row.description.axis_a.size()));
     row.b = static_cast<std::uint32_t>(random.next() * static_cast<float>(row.description.axis_b.size()));
     rays.clear();
@@ -64,14 +65,14 @@ TEST(random_rows, learned_from_render_like_samples_are_close_to_the_reference) {
     double energy = 0;
     for (const auto& ray : rays) energy += ray.weight;
     if (energy < 1e-3) continue;
-    row.page = service.add_page(row.description);
+    row.slice = service.add_slice(row.description);
     rows.push_back(row);
   }
   std::uint64_t evaluations = 0, samples = 0;
   for (int pass = 0; pass < 16; ++pass) {
     for (const Row& row : rows) {
       for (int i = 0; i < 16; ++i) {
-        const adaptive::RowView view = service.look_up(row.page, row.a, row.b);
+        const adaptive::RowView view = service.look_up(row.slice, row.a, row.b);
         if (view.state == adaptive::RowState::converged || view.row == adaptive::RowView::no_row) continue;
         const auto foreign = static_cast<float>(2 * pi * (static_cast<double>(random.next()) - 0.5));
         service.observe(view, foreign, view.nodes->density(foreign));
@@ -86,7 +87,7 @@ TEST(random_rows, learned_from_render_like_samples_are_close_to_the_reference) {
   std::vector<double> errors;
   int converged = 0, falsely = 0;
   for (const Row& row : rows) {
-    const adaptive::RowView view = service.peek(row.page, row.a, row.b);
+    const adaptive::RowView view = service.peek(row.slice, row.a, row.b);
     if (view.state != adaptive::RowState::converged) continue;
     ++converged;
     const double error = relative_l2(*view.fit, row.description, static_cast<double>(row.description.axis_a[row.a]),

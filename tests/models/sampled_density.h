@@ -12,7 +12,7 @@
 
 #include "fiber/longitudinal.h"
 #include "support/chi_square.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 #include "tress/fiber/fiber_model.h"
 
 namespace tress::test {

@@ -7,7 +7,7 @@ namespace tress::adaptive {
 namespace {
 
 void expect_refused(const std::string& bytes) {
-  const Result<TableImage> read = decode_cache(bytes, any_model, "a.cache");
+  const Result<TableSnapshot> read = decode_cache(bytes, any_model, "a.cache");
   RC_ASSERT(!read.has_value());
   RC_ASSERT(read.error().file == "a.cache");
   RC_ASSERT(!read.error().place.empty() && !read.error().expected.empty() && !read.error().found.empty());

@@ -75,8 +75,8 @@ RC_GTEST_PROP(Mixture, SamplesItsProposalDensity, ()) {
   RC_ASSERT(discrepancy(fit, share, mass) <= allowed);
 }
 
-RC_GTEST_PROP(KnotTable, SamplesItsProposalDensityWhichIsStraightBetweenKnots, ()) {
-  const KnotTable fit = *any_knots();
+RC_GTEST_PROP(KnotDensity, SamplesItsProposalDensityWhichIsStraightBetweenKnots, ()) {
+  const KnotDensity fit = *any_knots();
   const std::vector<std::uint32_t> choice = *any_numbers(2, 1000);
   const float share = choice[0] % 2 == 0 ? 0.02f : 0.0f;
   const std::size_t count = fit.knots().size();

@@ -9,10 +9,10 @@
 #include <numbers>
 #include <vector>
 
+#include "density/mixture_store.h"
 #include "properties/generators.h"
 #include "support/mixture_formula.h"
 #include "support/quadrature.h"
-#include "table/mixture_store.h"
 
 namespace tress::adaptive {
 namespace {

@@ -1,4 +1,4 @@
-// A service takes any cache that can be read, whatever its values, and saves back what it did not use: pages that the
+// A service takes any cache that can be read, whatever its values, and saves back what it did not use: slices that the
 // scene has not, rows that memory has no room for. What it takes it takes as the naive model does.
 #include <cstddef>
 #include <cstdint>
@@ -14,16 +14,18 @@ namespace tress::adaptive {
 namespace {
 
 /// As a session finds it: read from its bytes.
-TableImage read_image() {
-  Result<TableImage> read = decode_cache(encode_cache(*any_image()), any_model, "a.cache");
+TableSnapshot read_image() {
+  Result<TableSnapshot> read = decode_cache(encode_cache(*any_image()), any_model, "a.cache");
   RC_ASSERT(read.has_value());
   return std::move(*read);
 }
 
-bool fits(const CachedPage& page, std::size_t index) { return page.description.axis_b == description_of(index).axis_b; }
+bool fits(const CachedSlice& slice, std::size_t index) {
+  return slice.description.axis_b == description_of(index).axis_b;
+}
 
-RC_GTEST_PROP(Cache, OfPagesThatNobodyAddsIsSavedBackToTheByte, ()) {
-  const TableImage image = read_image();
+RC_GTEST_PROP(Cache, OfSlicesThatNobodyAddsIsSavedBackToTheByte, ()) {
+  const TableSnapshot image = read_image();
   const testing::MovingPeaks target;
   Service service(Options{}, target);
   RC_ASSERT(!service.load(image));
@@ -32,26 +34,26 @@ RC_GTEST_PROP(Cache, OfPagesThatNobodyAddsIsSavedBackToTheByte, ()) {
 }
 
 RC_GTEST_PROP(Cache, OfRowsThatMemoryHasNoRoomForIsSavedBackToTheByte, ()) {
-  const TableImage image = read_image();
+  const TableSnapshot image = read_image();
   const testing::MovingPeaks target;
   Options options;
   options.memory_bytes = 0;
   Service service(options, target);
-  TableImage wanted{image.model, {}};
-  for (const CachedPage& page : image.pages) {
-    if (!fits(page, 0)) continue;
-    service.add_page(page.description);
-    if (!page.rows.empty()) wanted.pages.push_back(page);  // a page without rows says nothing
+  TableSnapshot wanted{image.model, {}};
+  for (const CachedSlice& slice : image.slices) {
+    if (!fits(slice, 0)) continue;
+    service.add_slice(slice.description);
+    if (!slice.rows.empty()) wanted.slices.push_back(slice);  // a slice without rows says nothing
   }
-  TableImage usable = image;
-  std::erase_if(usable.pages, [](const CachedPage& page) { return !fits(page, 0); });
+  TableSnapshot usable = image;
+  std::erase_if(usable.slices, [](const CachedSlice& slice) { return !fits(slice, 0); });
   RC_ASSERT(!service.load(usable));
   service.publish();
   RC_ASSERT(encode_cache(service.snapshot()) == encode_cache(wanted));
 }
 
 RC_GTEST_PROP(Cache, OfAnyRowsIsTakenAsByTheNaiveModel, ()) {
-  const TableImage image = read_image();
+  const TableSnapshot image = read_image();
   const std::vector<std::uint32_t> added = *any_numbers(keys, 3);
   const testing::MovingPeaks target;
   const Options options;
@@ -62,20 +64,20 @@ RC_GTEST_PROP(Cache, OfAnyRowsIsTakenAsByTheNaiveModel, ()) {
   std::vector<std::size_t> used;
   for (std::size_t index = 0; index < keys; ++index) {
     bool usable = added[index] > 0;
-    for (const CachedPage& page : image.pages) {
-      usable = usable && (page.description.key != key_of(index) || fits(page, index));
+    for (const CachedSlice& slice : image.slices) {
+      usable = usable && (slice.description.key != key_of(index) || fits(slice, index));
     }
     if (!usable) continue;
-    service.add_page(description_of(index));
-    model.add_page(description_of(index));
+    service.add_slice(description_of(index));
+    model.add_slice(description_of(index));
     used.push_back(index);
   }
   RC_ASSERT(encode_cache(service.snapshot()) == encode_cache(model.snapshot()));
-  // Twice asked: what is due is audited, what fails is reopened, and rows of its page after it.
+  // Twice asked: what is due is audited, what fails is reopened, and rows of its slice after it.
   for (int pass = 0; pass < 2; ++pass) {
     for (std::size_t p = 0; p < used.size(); ++p) {
       for (std::uint32_t n = 0; n < description_of(used[p]).node_count(); ++n) {
-        service.look_up(static_cast<PageId>(p), n / 3, n % 3);
+        service.look_up(static_cast<SliceId>(p), n / 3, n % 3);
         model.ask(p, n, ServiceModel::Ask::look, 0.5f);
       }
     }

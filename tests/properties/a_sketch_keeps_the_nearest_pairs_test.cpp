@@ -8,9 +8,9 @@
 #include <tuple>
 #include <vector>
 
+#include "observations/sketch.h"
 #include "properties/generators.h"
-#include "sketch/sketch.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {

@@ -8,6 +8,7 @@
 #include "adaptive/drive_service.h"
 #include "adaptive/toy_target.h"
 #include "properties/generators.h"
+#include "references/registry.h"
 #include "tress/adaptive/learner.h"
 
 namespace tress::adaptive {
@@ -22,7 +23,7 @@ Told learn(const Options& options, std::uint64_t first_pass, std::uint32_t passe
            unsigned threads) {
   const testing::MovingPeaks target;
   Service service(options, target);
-  for (std::uint32_t p = 0; p < 2; ++p) service.add_page(testing::toy_page(p, 3, p == 0 ? 0.3f : 0.1f));
+  for (std::uint32_t p = 0; p < 2; ++p) service.add_slice(testing::toy_slice(p, 3, p == 0 ? 0.3f : 0.1f));
   Told told;
   for (std::uint64_t pass = 0; pass < passes; ++pass) {
     testing::run_pass(service, 2, first_pass + pass, queries, threads);
@@ -37,7 +38,7 @@ Told learn(const Options& options, std::uint64_t first_pass, std::uint32_t passe
 TRESS_DEAR_PROPERTY(Service, OfAnyLearnerLearnsTheSameFromAPassAndItsPieces, 20) {
   const std::vector<std::uint32_t> drawn = *any_numbers(6, 1000);
   Options options;
-  options.learner = learners()[drawn[0] % learners().size()].learner;
+  options.learner = references::learners()[drawn[0] % references::learners().size()];
   options.tests_before_refusal = 4;
   options.max_components = 4;
   options.seed = drawn[5];
@@ -51,7 +52,7 @@ TRESS_DEAR_PROPERTY(Service, OfAnyLearnerLearnsTheSameFromAPassAndItsPieces, 20)
   RC_ASSERT(many.last.queries == one.last.queries);
   RC_ASSERT(many.last.g_evaluations == one.last.g_evaluations);
   RC_ASSERT(many.last.refits == one.last.refits);
-  RC_ASSERT(many.last.births == one.last.births);
+  RC_ASSERT(many.last.creations == one.last.creations);
   RC_ASSERT(many.last.bytes == one.last.bytes);
   RC_ASSERT(many.last.at_ceiling == one.last.at_ceiling);
   RC_ASSERT(many.last.effective_sample_size == one.last.effective_sample_size);

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "observations/sketch.h"
 #include "properties/generators.h"
-#include "sketch/sketch.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {

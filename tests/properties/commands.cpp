@@ -14,9 +14,9 @@ using testing::pick;
 
 rc::Gen<Queries> any_queries() {
   using Ask = ServiceModel::Ask;
-  return rc::gen::apply([](std::uint32_t page, std::uint32_t node, std::uint32_t times, Ask how,
-                           float light) { return Queries{page, node, times, how, light}; },
-                        below(host_pages), below(host_nodes), pick<std::uint32_t>({1, 8, 3, 7, 20, 60}),
+  return rc::gen::apply([](std::uint32_t slice, std::uint32_t node, std::uint32_t times, Ask how,
+                           float light) { return Queries{slice, node, times, how, light}; },
+                        below(host_slices), below(host_nodes), pick<std::uint32_t>({1, 8, 3, 7, 20, 60}),
                         pick<Ask>({Ask::score, Ask::score, Ask::observe, Ask::look}), pick<float>({0, 1, 0.25f}));
 }
 
@@ -35,23 +35,23 @@ rc::Gen<Pass> any_pass() {
 
 rc::Gen<Host> any_host() {
   return rc::gen::apply(
-      [](std::uint32_t birth, std::uint32_t tests, std::uint32_t components, std::uint64_t seed, double epsilon,
-         std::vector<Pass> passes) { return Host{birth, tests, components, seed, epsilon, std::move(passes)}; },
+      [](std::uint32_t creation, std::uint32_t tests, std::uint32_t components, std::uint64_t seed, double epsilon,
+         std::vector<Pass> passes) { return Host{creation, tests, components, seed, epsilon, std::move(passes)}; },
       pick<std::uint32_t>({8, 1, 30}), pick<std::uint32_t>({32, 1, 2}), pick<std::uint32_t>({8, 1, 2}),
       below(std::uint64_t{100}), pick<double>({0.01, 0.3, 0.001}), testing::up_to(12, any_pass()));
 }
 
 void showValue(const Host& host, std::ostream& out) {
-  out << "birth after " << host.birth_touches << " touches, refusal after " << host.tests_before_refusal << " tests, D "
-      << host.max_components << ", seed " << host.seed << ", epsilon " << host.epsilon;
+  out << "birth after " << host.queries_before_creation << " touches, refusal after " << host.tests_before_refusal
+      << " tests, D " << host.max_components << ", seed " << host.seed << ", epsilon " << host.epsilon;
   const char* how[] = {"score", "observe", "look"};
   const char* then[] = {"nothing", "restart", "restart on another target", "restart at another epsilon",
                         "learn",   "stop"};
   for (const Pass& pass : host.passes) {
     out << "\n  pass of " << pass.threads << " threads:";
     for (const Queries& one : pass.queries) {
-      out << " " << one.times << " x " << how[static_cast<std::size_t>(one.how)] << " (" << one.page << ", " << one.node
-          << ")";
+      out << " " << one.times << " x " << how[static_cast<std::size_t>(one.how)] << " (" << one.slice << ", "
+          << one.node << ")";
       if (one.light > 0) out << " light " << one.light;
       out << ";";
     }

@@ -12,7 +12,7 @@ namespace tress::adaptive {
 
 /// `times` queries of one node.
 struct Queries {
-  std::uint32_t page, node, times;
+  std::uint32_t slice, node, times;
   ServiceModel::Ask how;
   float light;  ///< told by carry(); 0: not called
 };
@@ -33,14 +33,14 @@ struct Pass {
 };
 
 struct Host {
-  std::uint32_t birth_touches, tests_before_refusal, max_components;
+  std::uint32_t queries_before_creation, tests_before_refusal, max_components;
   std::uint64_t seed;
   double epsilon;
   std::vector<Pass> passes;
 };
 
-/// Three pages of 2 x 2 nodes.
-constexpr std::uint32_t host_pages = 3, host_nodes = 4;
+/// Three slices of 2 x 2 nodes.
+constexpr std::uint32_t host_slices = 3, host_nodes = 4;
 
 rc::Gen<Host> any_host();
 

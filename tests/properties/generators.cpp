@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "adaptive/knot_tables.h"
+#include "observations/sketch.h"
 #include "properties/combinators.h"
-#include "sketch/sketch.h"
 
 namespace tress::adaptive {
 
@@ -58,12 +58,12 @@ rc::Gen<Mixture> common_mixture() {
   return mixtures_of(any_component(weight, attribute), weight, attribute);
 }
 
-rc::Gen<KnotTable> any_knots() {
+rc::Gen<KnotDensity> any_knots() {
   return rc::gen::apply(
       [](std::uint32_t doublings, float energy, std::uint64_t seed) {
-        return rough_table(std::size_t{KnotTable::fewest} << doublings, energy, seed);
+        return rough_table(std::size_t{KnotDensity::fewest} << doublings, energy, seed);
       },
-      testing::below(KnotTable::sizes), testing::pick<float>({0.75f, 0.0f, 1e-6f, 20.0f}),
+      testing::below(KnotDensity::sizes), testing::pick<float>({0.75f, 0.0f, 1e-6f, 20.0f}),
       testing::below(std::uint64_t{3}));
 }
 
@@ -140,7 +140,7 @@ rc::Gen<CachedRow> any_mixture_row() {
 
 rc::Gen<CachedRow> any_knot_row() {
   return rc::gen::apply(
-      [](std::uint32_t generation, std::uint64_t count, float objective, const KnotTable& knots) {
+      [](std::uint32_t generation, std::uint64_t count, float objective, const KnotDensity& knots) {
         CachedRow row = converged(generation, count, objective);
         row.knots = knots;
         row.energy = knots.energy();
@@ -155,57 +155,57 @@ rc::Gen<CachedRow> any_row(std::uint32_t bins) {
 }
 
 /// One of a few keys, in the order of a file.
-PageKey key_of(std::size_t index) {
-  const std::vector<PageKey> keys{
+SliceKey key_of(std::size_t index) {
+  const std::vector<SliceKey> keys{
       {0, {-1.5f, 1, 0.2f}}, {0, {-0.5f, 1, 0.2f}}, {0, {0, 1, 0.2f}}, {1, {0.3f, 1, 0.2f}}, {~0u, {0, 0, 0}}};
   return keys.at(index);
 }
 
-/// `other`: axes that no page of this key should have, in one model.
-PageDescription description_of(std::size_t index, bool other) {
-  PageDescription page;
-  page.key = key_of(index);
-  page.axis_a = {0.0f, 0.5f};
-  page.axis_b = {0.0f, other ? 0.4f : 0.3f, 1.0f};
-  page.blur_rad = index == 3 ? 0.2f : 0.5f;
-  return page;
+/// `other`: axes that no slice of this key should have, in one model.
+SliceDescription description_of(std::size_t index, bool other) {
+  SliceDescription slice;
+  slice.key = key_of(index);
+  slice.axis_a = {0.0f, 0.5f};
+  slice.axis_b = {0.0f, other ? 0.4f : 0.3f, 1.0f};
+  slice.blur_rad = index == 3 ? 0.2f : 0.5f;
+  return slice;
 }
 
-rc::Gen<CachedPage> any_page(std::size_t index) {
-  const PageDescription usual = description_of(index);
+rc::Gen<CachedSlice> any_slice(std::size_t index) {
+  const SliceDescription usual = description_of(index);
   return rc::gen::apply(
       [index](int axes, const std::vector<rc::Maybe<CachedRow>>& rows) {
-        CachedPage page{description_of(index, axes == 3), {}};
+        CachedSlice slice{description_of(index, axes == 3), {}};
         for (std::uint32_t node = 0; node < rows.size(); ++node) {
           if (!rows[node]) continue;
-          page.rows.push_back(*rows[node]);
-          page.rows.back().node = node;
+          slice.rows.push_back(*rows[node]);
+          slice.rows.back().node = node;
         }
-        return page;
+        return slice;
       },
       testing::below(4),
       rc::gen::container<std::vector<rc::Maybe<CachedRow>>>(
           usual.node_count(), rc::gen::maybe(any_row(Sketch::bin_count(usual.blur_rad)))));
 }
 
-/// A whole table, the empty one included; pages without rows, keys that two tables share or not.
-rc::Gen<TableImage> any_image() {
+/// A whole table, the empty one included; slices without rows, keys that two tables share or not.
+rc::Gen<TableSnapshot> any_image() {
   return rc::gen::apply(
-      [](const rc::Maybe<CachedPage>& a, const rc::Maybe<CachedPage>& b, const rc::Maybe<CachedPage>& c,
-         const rc::Maybe<CachedPage>& d, const rc::Maybe<CachedPage>& e) {
-        TableImage image{any_model, {}};
-        for (const rc::Maybe<CachedPage>* page : {&a, &b, &c, &d, &e}) {
-          if (*page) image.pages.push_back(**page);
+      [](const rc::Maybe<CachedSlice>& a, const rc::Maybe<CachedSlice>& b, const rc::Maybe<CachedSlice>& c,
+         const rc::Maybe<CachedSlice>& d, const rc::Maybe<CachedSlice>& e) {
+        TableSnapshot image{any_model, {}};
+        for (const rc::Maybe<CachedSlice>* slice : {&a, &b, &c, &d, &e}) {
+          if (*slice) image.slices.push_back(**slice);
         }
         return image;
       },
-      rc::gen::maybe(any_page(0)), rc::gen::maybe(any_page(1)), rc::gen::maybe(any_page(2)),
-      rc::gen::maybe(any_page(3)), rc::gen::maybe(any_page(4)));
+      rc::gen::maybe(any_slice(0)), rc::gen::maybe(any_slice(1)), rc::gen::maybe(any_slice(2)),
+      rc::gen::maybe(any_slice(3)), rc::gen::maybe(any_slice(4)));
 }
 
-rc::Gen<std::vector<TableImage>> any_images(std::size_t most) {
+rc::Gen<std::vector<TableSnapshot>> any_images(std::size_t most) {
   return rc::gen::apply(
-      [](const TableImage& first, std::vector<TableImage> more) {
+      [](const TableSnapshot& first, std::vector<TableSnapshot> more) {
         more.push_back(first);
         return more;
       },
@@ -217,7 +217,7 @@ rc::Gen<std::vector<std::uint32_t>> any_numbers(std::size_t count, std::uint32_t
 }
 
 /// The bytes of the merge, what equality of tables means here.
-std::string merged(const TableImage& a, const TableImage& b) { return encode_cache(merge_caches(a, b)); }
+std::string merged(const TableSnapshot& a, const TableSnapshot& b) { return encode_cache(merge_caches(a, b)); }
 
 // How RapidCheck shows a counterexample.
 void showValue(const Mixture& fit, std::ostream& out) {
@@ -229,7 +229,7 @@ void showValue(const Mixture& fit, std::ostream& out) {
   }
   out << "}";
 }
-void showValue(const KnotTable& knots, std::ostream& out) {
+void showValue(const KnotDensity& knots, std::ostream& out) {
   out << "{" << knots.knots().size() << " knots of mass " << knots.energy() << "}";
 }
 void showValue(const SketchBin& bin, std::ostream& out) {
@@ -248,12 +248,12 @@ void showValue(const CachedRow& row, std::ostream& out) {
     rc::show(row.sketch, out << " sketch ");
   }
 }
-void showValue(const TableImage& image, std::ostream& out) {
-  for (const CachedPage& page : image.pages) {
-    out << "\n  page " << page.description.key.lobe << " " << page.description.key.parameters[0] << " of "
-        << page.description.axis_a.size() << " x " << page.description.axis_b.size() << " nodes, axis b at "
-        << page.description.axis_b[1];
-    for (const CachedRow& row : page.rows) rc::show(row, out);
+void showValue(const TableSnapshot& image, std::ostream& out) {
+  for (const CachedSlice& slice : image.slices) {
+    out << "\n  page " << slice.description.key.lobe << " " << slice.description.key.parameters[0] << " of "
+        << slice.description.axis_a.size() << " x " << slice.description.axis_b.size() << " nodes, axis b at "
+        << slice.description.axis_b[1];
+    for (const CachedRow& row : slice.rows) rc::show(row, out);
   }
   out << "\n";
 }

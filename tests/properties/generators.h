@@ -1,5 +1,5 @@
 // What the properties are about, at random and with the corners in it: mixtures, knot tables, sketches, rows, tables.
-// Made of RapidCheck's combinators, so that a counterexample shrinks to few pages, rows, components and plain numbers.
+// Made of RapidCheck's combinators, so that a counterexample shrinks to few slices, rows, components and plain numbers.
 // Compiled once, in generators.cpp: combinators are templates that take their time.
 #pragma once
 
@@ -23,31 +23,31 @@ rc::Gen<float> any_azimuth();
 rc::Gen<Mixture> any_mixture();
 /// The same, with weights and attributes as rows have them: of a picture's light, not of what a file may hold.
 rc::Gen<Mixture> common_mixture();
-rc::Gen<KnotTable> any_knots();
+rc::Gen<KnotDensity> any_knots();
 /// Bins of a sketch of so many, neighbours and the last one, with few distinct values, so that merges meet ties.
 rc::Gen<std::vector<SketchBin>> any_sketch(std::uint32_t bins);
 
 /// One of a few keys, in the order of a file; index below `keys`.
-PageKey key_of(std::size_t index);
+SliceKey key_of(std::size_t index);
 inline constexpr std::size_t keys = 5;
-/// 2 x 3 nodes. `other`: axes that no page of this key should have, in one model.
-PageDescription description_of(std::size_t index, bool other = false);
-/// A whole table, the empty one included; pages without rows, with other axes, keys that two tables share or not; rows
+/// 2 x 3 nodes. `other`: axes that no slice of this key should have, in one model.
+SliceDescription description_of(std::size_t index, bool other = false);
+/// A whole table, the empty one included; slices without rows, with other axes, keys that two tables share or not; rows
 /// open, refused, of a mixture, of knots; counts and generations at their bounds.
-rc::Gen<TableImage> any_image();
+rc::Gen<TableSnapshot> any_image();
 /// At least one of them.
-rc::Gen<std::vector<TableImage>> any_images(std::size_t most);
+rc::Gen<std::vector<TableSnapshot>> any_images(std::size_t most);
 /// Plain numbers: any below n, of a count of their own.
 rc::Gen<std::vector<std::uint32_t>> any_numbers(std::size_t count, std::uint32_t n);
 
 /// The bytes of the merge, what equality of tables means here.
-std::string merged(const TableImage& a, const TableImage& b);
+std::string merged(const TableSnapshot& a, const TableSnapshot& b);
 
 // How RapidCheck shows a counterexample.
 void showValue(const Mixture& fit, std::ostream& out);
-void showValue(const KnotTable& knots, std::ostream& out);
+void showValue(const KnotDensity& knots, std::ostream& out);
 void showValue(const SketchBin& bin, std::ostream& out);
 void showValue(const CachedRow& row, std::ostream& out);
-void showValue(const TableImage& image, std::ostream& out);
+void showValue(const TableSnapshot& image, std::ostream& out);
 
 }  // namespace tress::adaptive

@@ -11,7 +11,7 @@ namespace tress::adaptive {
 namespace {
 
 /// Merges neighbours until one is left; `choices` says which.
-TableImage merge_all(std::vector<TableImage> tables, const std::vector<std::uint32_t>& choices) {
+TableSnapshot merge_all(std::vector<TableSnapshot> tables, const std::vector<std::uint32_t>& choices) {
   for (std::size_t step = 0; tables.size() > 1; ++step) {
     const std::size_t at = choices[step % choices.size()] % (tables.size() - 1);
     tables[at] = merge_caches(tables[at], tables[at + 1]);
@@ -21,11 +21,11 @@ TableImage merge_all(std::vector<TableImage> tables, const std::vector<std::uint
 }
 
 TRESS_DEAR_PROPERTY(Merging, OfAnyListInAnyOrderIsOneTable, 50) {
-  std::vector<TableImage> tables = *any_images(5);
+  std::vector<TableSnapshot> tables = *any_images(5);
   const std::string wanted = encode_cache(merge_all(tables, {0}));
   const std::vector<std::uint32_t> choices = *any_numbers(8, 12);
   // Each twice, moved about.
-  const std::vector<TableImage> once = tables;
+  const std::vector<TableSnapshot> once = tables;
   tables.insert(tables.end(), once.begin(), once.end());
   for (std::size_t i = tables.size(); i > 1; --i) std::swap(tables[i - 1], tables[choices[i % 8] % i]);
   RC_ASSERT(encode_cache(merge_all(tables, choices)) == wanted);

@@ -5,7 +5,7 @@ namespace tress::adaptive {
 namespace {
 
 RC_GTEST_PROP(Merging, IsAssociativeToTheByte, ()) {
-  const TableImage a = *any_image(), b = *any_image(), c = *any_image();
+  const TableSnapshot a = *any_image(), b = *any_image(), c = *any_image();
   RC_ASSERT(merged(merge_caches(a, b), c) == merged(a, merge_caches(b, c)));
 }
 

@@ -5,7 +5,7 @@ namespace tress::adaptive {
 namespace {
 
 RC_GTEST_PROP(Merging, IsCommutativeToTheByte, ()) {
-  const TableImage a = *any_image(), b = *any_image();
+  const TableSnapshot a = *any_image(), b = *any_image();
   RC_ASSERT(merged(a, b) == merged(b, a));
 }
 

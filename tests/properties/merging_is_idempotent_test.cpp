@@ -5,15 +5,15 @@ namespace tress::adaptive {
 namespace {
 
 RC_GTEST_PROP(Merging, IsIdempotentToTheByte, ()) {
-  const TableImage a = *any_image(), b = *any_image();
+  const TableSnapshot a = *any_image(), b = *any_image();
   RC_ASSERT(merged(a, a) == encode_cache(a));
-  const TableImage both = merge_caches(a, b);
+  const TableSnapshot both = merge_caches(a, b);
   RC_ASSERT(merged(both, a) == encode_cache(both));
   RC_ASSERT(merged(b, both) == encode_cache(both));
 }
 
 RC_GTEST_PROP(Merging, WithTheEmptyTableChangesNothing, ()) {
-  const TableImage a = *any_image(), empty{any_model, {}};
+  const TableSnapshot a = *any_image(), empty{any_model, {}};
   RC_ASSERT(merged(a, empty) == encode_cache(a));
   RC_ASSERT(merged(empty, a) == encode_cache(a));
 }

@@ -10,8 +10,8 @@ namespace {
 
 /// The table of this row alone: equal rows are equal bytes.
 std::string bytes_of(const CachedRow& row) {
-  CachedPage page{description_of(0), {row}};
-  return encode_cache({any_model, {page}});
+  CachedSlice slice{description_of(0), {row}};
+  return encode_cache({any_model, {slice}});
 }
 
 std::string encoded(const CachedRow& row) {
@@ -38,28 +38,29 @@ bool dominates(const CachedRow& row, const CachedRow& other) {
   return encoded(row) >= encoded(other);
 }
 
-const CachedPage* page_of(const TableImage& image, const PageKey& key) {
-  const auto found = std::ranges::find(image.pages, key, [](const CachedPage& page) { return page.description.key; });
-  return found != image.pages.end() ? &*found : nullptr;
+const CachedSlice* slice_of(const TableSnapshot& image, const SliceKey& key) {
+  const auto found =
+      std::ranges::find(image.slices, key, [](const CachedSlice& slice) { return slice.description.key; });
+  return found != image.slices.end() ? &*found : nullptr;
 }
 
-const CachedRow* row_of(const CachedPage* page, std::uint32_t node) {
-  if (page == nullptr) return nullptr;
-  const auto found = std::ranges::find(page->rows, node, &CachedRow::node);
-  return found != page->rows.end() ? &*found : nullptr;
+const CachedRow* row_of(const CachedSlice* slice, std::uint32_t node) {
+  if (slice == nullptr) return nullptr;
+  const auto found = std::ranges::find(slice->rows, node, &CachedRow::node);
+  return found != slice->rows.end() ? &*found : nullptr;
 }
 
 RC_GTEST_PROP(Merging, KeepsOfEachNodeTheLargerRowAndNoOther, ()) {
-  const TableImage a = *any_image(), b = *any_image();
-  const TableImage both = merge_caches(a, b);
+  const TableSnapshot a = *any_image(), b = *any_image();
+  const TableSnapshot both = merge_caches(a, b);
   for (std::size_t index = 0; index < keys; ++index) {
-    const CachedPage *of_a = page_of(a, key_of(index)), *of_b = page_of(b, key_of(index));
-    const CachedPage* of_both = page_of(both, key_of(index));
+    const CachedSlice *of_a = slice_of(a, key_of(index)), *of_b = slice_of(b, key_of(index));
+    const CachedSlice* of_both = slice_of(both, key_of(index));
     RC_ASSERT((of_both != nullptr) == (of_a != nullptr || of_b != nullptr));
     if (of_both == nullptr) continue;
     if (of_a && of_b && of_a->description.axis_b != of_b->description.axis_b) {
       // One of the two whole, the same for either order (commutative).
-      const CachedPage* kept = of_both->description.axis_b == of_a->description.axis_b ? of_a : of_b;
+      const CachedSlice* kept = of_both->description.axis_b == of_a->description.axis_b ? of_a : of_b;
       RC_ASSERT(encode_cache({any_model, {*kept}}) == encode_cache({any_model, {*of_both}}));
       continue;
     }
@@ -82,8 +83,8 @@ RC_GTEST_PROP(Merging, KeepsOfEachNodeTheLargerRowAndNoOther, ()) {
 }
 
 RC_GTEST_PROP(Merging, GivesATableThatCanBeRead, ()) {
-  const TableImage both = merge_caches(*any_image(), *any_image());
-  const Result<TableImage> read = decode_cache(encode_cache(both), any_model, "both.cache");
+  const TableSnapshot both = merge_caches(*any_image(), *any_image());
+  const Result<TableSnapshot> read = decode_cache(encode_cache(both), any_model, "both.cache");
   RC_ASSERT(read.has_value());
   RC_ASSERT(encode_cache(*read) == encode_cache(both));
 }

@@ -31,16 +31,16 @@ void expect_same(const CachedRow& read, const CachedRow& written) {
 }
 
 RC_GTEST_PROP(Cache, DecodesWhatItEncoded, ()) {
-  const TableImage image = *any_image();
+  const TableSnapshot image = *any_image();
   const std::string bytes = encode_cache(image);
-  const Result<TableImage> read = decode_cache(bytes, any_model, "a.cache");
+  const Result<TableSnapshot> read = decode_cache(bytes, any_model, "a.cache");
   RC_ASSERT(read.has_value());
   RC_ASSERT(encode_cache(*read) == bytes);
   RC_ASSERT(cache_hash(*read) == cache_hash(image));
   RC_ASSERT(read->model == image.model);
-  RC_ASSERT(read->pages.size() == image.pages.size());
-  for (std::size_t p = 0; p < image.pages.size(); ++p) {
-    const CachedPage &x = read->pages[p], &y = image.pages[p];
+  RC_ASSERT(read->slices.size() == image.slices.size());
+  for (std::size_t p = 0; p < image.slices.size(); ++p) {
+    const CachedSlice &x = read->slices[p], &y = image.slices[p];
     RC_ASSERT(x.description.key == y.description.key);
     RC_ASSERT(x.description.axis_a == y.description.axis_a && x.description.axis_b == y.description.axis_b);
     RC_ASSERT(x.description.blur_rad == y.description.blur_rad);

@@ -7,14 +7,14 @@
 #include <utility>
 #include <vector>
 
-#include "learner/fit_mixture.h"
+#include "fit/fit_mixture.h"
 
 namespace tress::adaptive {
 namespace {
 
 __extension__ typedef unsigned __int128 Wide;
 
-constexpr std::uint64_t top_up_purpose = 0, audit_purpose = 0x6175646974ull;  // "audit"
+constexpr std::uint64_t validation_purpose = 0, audit_purpose = 0x6175646974ull;  // "audit"
 constexpr std::uint64_t largest_count = (std::uint64_t{1} << 48) - 1;
 
 std::uint32_t later(std::uint32_t generation) { return std::max(generation + 1, generation); }
@@ -47,38 +47,38 @@ double ServiceModel::Scores::standard_error() const {
   return std::sqrt(variance / n);
 }
 
-void ServiceModel::add_page(const PageDescription& description) {
-  for (const Page& page : pages_) {
-    if (page.description.key == description.key) return;
+void ServiceModel::add_slice(const SliceDescription& description) {
+  for (const Slice& slice : slices_) {
+    if (slice.description.key == description.key) return;
   }
-  Page page{description, {}, false};
-  for (std::uint32_t n = 0; n < description.node_count(); ++n) page.nodes[n];
-  pages_.push_back(std::move(page));
+  Slice slice{description, {}, false};
+  for (std::uint32_t n = 0; n < description.node_count(); ++n) slice.nodes[n];
+  slices_.push_back(std::move(slice));
   const auto cached = unused_.find(description.key);
   if (cached == unused_.end()) return;
   std::vector<std::pair<Place, CachedRow>> rows;
-  for (const CachedRow& row : cached->second.rows) rows.push_back({{pages_.size() - 1, row.node}, row});
+  for (const CachedRow& row : cached->second.rows) rows.push_back({{slices_.size() - 1, row.node}, row});
   unused_.erase(cached);
-  wake(rows);
+  resume(rows);
 }
 
-void ServiceModel::load(const TableImage& image) {
+void ServiceModel::load(const TableSnapshot& image) {
   changes_.clear();
   std::vector<std::pair<Place, CachedRow>> rows;
-  for (const CachedPage& cached : image.pages) {
-    const auto page =
-        std::ranges::find(pages_, cached.description.key, [](const Page& p) { return p.description.key; });
-    if (page == pages_.end()) {
+  for (const CachedSlice& cached : image.slices) {
+    const auto slice =
+        std::ranges::find(slices_, cached.description.key, [](const Slice& p) { return p.description.key; });
+    if (slice == slices_.end()) {
       unused_[cached.description.key] = cached;
       continue;
     }
-    const auto index = static_cast<std::size_t>(page - pages_.begin());
+    const auto index = static_cast<std::size_t>(slice - slices_.begin());
     for (const CachedRow& row : cached.rows) rows.push_back({{index, row.node}, row});
   }
-  wake(rows);
+  resume(rows);
 }
 
-void ServiceModel::wake(const std::vector<std::pair<Place, CachedRow>>& rows) {
+void ServiceModel::resume(const std::vector<std::pair<Place, CachedRow>>& rows) {
   // Those that answer at once first, then by key and node.
   const auto answers = [&](const CachedRow& row) {
     return row.state == RowState::converged && row.objective <= options_.epsilon;
@@ -86,7 +86,7 @@ void ServiceModel::wake(const std::vector<std::pair<Place, CachedRow>>& rows) {
   std::vector<std::pair<Place, CachedRow>> sorted = rows;
   std::ranges::sort(sorted, [&](const auto& x, const auto& y) {
     const auto key = [&](const auto& row) {
-      return std::tuple(!answers(row.second), pages_[row.first.page].description.key, row.first.node);
+      return std::tuple(!answers(row.second), slices_[row.first.slice].description.key, row.first.node);
     };
     return key(x) < key(y);
   });
@@ -95,7 +95,7 @@ void ServiceModel::wake(const std::vector<std::pair<Place, CachedRow>>& rows) {
 }
 
 void ServiceModel::take(Place place, const CachedRow& cached) {
-  const PageDescription& page = pages_[place.page].description;
+  const SliceDescription& slice = slices_[place.slice].description;
   Row row;
   row.generation = cached.generation;
   row.order = births_++;
@@ -134,15 +134,15 @@ void ServiceModel::take(Place place, const CachedRow& cached) {
       row.generation = later(row.generation);
       ++reopened_;
     }
-    begin(row, page, before_);
+    begin(row, slice, before_);
   }
-  changes_.emplace_back(place.page, place.node, row.state);
+  changes_.emplace_back(place.slice, place.node, row.state);
   at(place).row = std::move(row);
 }
 
-void ServiceModel::ask(std::size_t page, std::uint32_t node, Ask how, float u) {
-  Node& asked = at({page, node});
-  ++asked.touches;
+void ServiceModel::ask(std::size_t slice, std::uint32_t node, Ask how, float u) {
+  Node& asked = at({slice, node});
+  ++asked.queries;
   if (!asked.row) {
     if (!asked.traced) ++before_.traces;
     asked.traced = true;
@@ -160,14 +160,14 @@ void ServiceModel::ask(std::size_t page, std::uint32_t node, Ask how, float u) {
   row.scores.add(static_cast<double>(g) - row.fit.density(x), q, row.nodes->variation());
 }
 
-void ServiceModel::carry(std::size_t page, std::uint32_t node, float light) {
-  at({page, node}).light += static_cast<std::uint64_t>(light * 0x1p20f);
+void ServiceModel::carry(std::size_t slice, std::uint32_t node, float light) {
+  at({slice, node}).light += static_cast<std::uint64_t>(light * 0x1p20f);
 }
 
 std::vector<ServiceModel::Place> ServiceModel::rows_by_birth() {
   std::map<std::uint64_t, Place> sorted;
-  for (std::size_t p = 0; p < pages_.size(); ++p) {
-    for (const auto& [n, node] : pages_[p].nodes) {
+  for (std::size_t p = 0; p < slices_.size(); ++p) {
+    for (const auto& [n, node] : slices_[p].nodes) {
       if (node.row) sorted[node.row->order] = {p, n};
     }
   }
@@ -181,14 +181,14 @@ PassReport ServiceModel::publish() {
   changes_.clear();
   ++pass_;
   std::vector<Place> to_be_born;
-  for (std::size_t p = 0; p < pages_.size(); ++p) {
-    for (const auto& [n, node] : pages_[p].nodes) {
-      report.rows_touched += node.touches > 0 ? 1 : 0;
-      report.queries += node.touches - node.touches_before;
+  for (std::size_t p = 0; p < slices_.size(); ++p) {
+    for (const auto& [n, node] : slices_[p].nodes) {
+      report.rows_queried += node.queries > 0 ? 1 : 0;
+      report.queries += node.queries - node.queries_before;
       if (node.row && node.row->state == RowState::converged) {
-        report.converged_queries += node.touches - node.touches_before;
+        report.converged_queries += node.queries - node.queries_before;
       }
-      if (!node.row && learns_ && node.touches > 0 && node.touches >= options_.birth_touches)
+      if (!node.row && learns_ && node.queries > 0 && node.queries >= options_.queries_before_creation)
         to_be_born.push_back({p, n});
     }
   }
@@ -197,8 +197,8 @@ PassReport ServiceModel::publish() {
     for (const Place place : rows_by_birth()) {
       const Node& node = at(place);
       const Row& row = *node.row;
-      bool& audited = pages_[place.page].audited;
-      const bool asked = node.touches != node.touches_before;
+      bool& audited = slices_[place.slice].audited;
+      const bool asked = node.queries != node.queries_before;
       const bool audits = row.audit_due || (row.audit_possible && !audited);
       if (row.state == RowState::open && (asked || row.observed > 0)) dirty.push_back(place);
       if (row.state == RowState::converged && audits && asked) {
@@ -206,18 +206,18 @@ PassReport ServiceModel::publish() {
         audited = true;
       }
     }
-    std::set<std::size_t> suspect;
+    std::set<std::size_t> misfitting;
     for (const Place place : dirty) {
       if (at(place).row->state == RowState::open) {
         update(place, report);
       } else if (audit(place, report)) {
         reopen(place, report);
-        suspect.insert(place.page);
+        misfitting.insert(place.slice);
       }
     }
     for (const Place place : rows_by_birth()) {
       Row& row = *at(place).row;
-      if (row.audit_possible && suspect.contains(place.page)) {
+      if (row.audit_possible && misfitting.contains(place.slice)) {
         row.audit_possible = false;
         row.audit_due = true;
       }
@@ -225,22 +225,22 @@ PassReport ServiceModel::publish() {
   }
   std::ranges::sort(to_be_born, [&](Place x, Place y) {
     const Node &a = at(x), &b = at(y);
-    const PageKey &key_a = pages_[x.page].description.key, &key_b = pages_[y.page].description.key;
-    return std::tuple(b.light, b.touches, key_a, x.node) < std::tuple(a.light, a.touches, key_b, y.node);
+    const SliceKey &key_a = slices_[x.slice].description.key, &key_b = slices_[y.slice].description.key;
+    return std::tuple(b.light, b.queries, key_a, x.node) < std::tuple(a.light, a.queries, key_b, y.node);
   });
   for (const Place place : to_be_born) {
     Row row;
     row.order = births_++;
     if (!at(place).traced) ++report.traces;
     open(place, row, trace(place));
-    begin(row, pages_[place.page].description, report);
+    begin(row, slices_[place.slice].description, report);
     at(place).row = std::move(row);
-    changes_.emplace_back(place.page, place.node, RowState::open);
-    ++report.births;
+    changes_.emplace_back(place.slice, place.node, RowState::open);
+    ++report.creations;
   }
-  for (Page& page : pages_) {
-    for (auto& [n, node] : page.nodes) {
-      node.touches_before = node.touches;
+  for (Slice& slice : slices_) {
+    for (auto& [n, node] : slice.nodes) {
+      node.queries_before = node.queries;
       node.traced = false;
       if (!node.row) continue;
       const Row& row = *node.row;
@@ -257,18 +257,18 @@ PassReport ServiceModel::publish() {
 }
 
 RandomStream ServiceModel::stream(Place place, std::uint64_t purpose) const {
-  const PageKey& key = pages_[place.page].description.key;
+  const SliceKey& key = slices_[place.slice].description.key;
   std::uint64_t mixed = mix_bits(options_.seed + purpose) ^ key.lobe;
   for (const float parameter : key.parameters) mixed = mix_bits(mixed) ^ std::bit_cast<std::uint32_t>(parameter + 0.0f);
   return RandomStream(mixed, place.node, pass_);
 }
 
 std::shared_ptr<const TracedNodes> ServiceModel::trace(Place place) const {
-  const PageDescription& page = pages_[place.page].description;
+  const SliceDescription& slice = slices_[place.slice].description;
   std::vector<TracedRay> rays;
-  const std::size_t width = page.axis_b.size();
-  target_.trace(page, page.axis_a[place.node / width], page.axis_b[place.node % width], rays);
-  return std::make_shared<const TracedNodes>(rays, page.blur_rad);
+  const std::size_t width = slice.axis_b.size();
+  target_.trace(slice, slice.axis_a[place.node / width], slice.axis_b[place.node % width], rays);
+  return std::make_shared<const TracedNodes>(rays, slice.blur_rad);
 }
 
 void ServiceModel::open(Place place, Row& row, std::shared_ptr<const TracedNodes> nodes) {
@@ -276,24 +276,24 @@ void ServiceModel::open(Place place, Row& row, std::shared_ptr<const TracedNodes
   row.nodes = std::move(nodes);
   row.energy = row.nodes->energy();
   row.sketch = std::make_shared<Sketch>(Sketch::bin_count(row.nodes->blur_rad()));
-  row.born_pass = pass_;
-  row.touches_at_birth = at(place).touches;
+  row.created_pass = pass_;
+  row.queries_at_creation = at(place).queries;
 }
 
-void ServiceModel::begin(Row& row, const PageDescription& page, PassReport& report) {
+void ServiceModel::begin(Row& row, const SliceDescription& slice, PassReport& report) {
   if (row.sketch->occupied() == 0) cover(row, report);
   if (row.has_fit) {
     row.bins_at_fit = row.sketch->occupied();
     row.count_at_fit = row.count;
   } else {
-    refit(row, page, report);
+    refit(row, slice, report);
   }
 }
 
 void ServiceModel::offer(Row& row, float x, float g) { row.sketch->offer(x, g); }
 
 void ServiceModel::cover(Row& row, PassReport& report) {
-  for (const float x : coverage_azimuths(row.sketch->pairs(), row.nodes->blur_rad())) {
+  for (const float x : gap_fill_azimuths(row.sketch->pairs(), row.nodes->blur_rad())) {
     ask_g(row, x, report);
   }
 }
@@ -319,7 +319,7 @@ std::vector<double> gaps(const std::vector<ObservedPair>& pairs) {
 
 }  // namespace
 
-double ServiceModel::known_error(Row& row, PassReport& report) {
+double ServiceModel::held_residual(Row& row, PassReport& report) {
   cover(row, report);
   std::vector<ObservedPair> pairs = row.sketch->pairs();
   const double variation = row.nodes->variation(), blur = row.nodes->blur_rad();
@@ -366,14 +366,14 @@ void ServiceModel::refine(Row& row, PassReport& report) {
   for (const auto& [rank, i] : wide) ask_g(row, static_cast<float>(pairs[i].azimuth + gap[i] / 2), report);
 }
 
-bool ServiceModel::refit(Row& row, const PageDescription& page, PassReport& report) {
+bool ServiceModel::refit(Row& row, const SliceDescription& slice, PassReport& report) {
   const std::vector<ObservedPair> pairs = row.sketch->pairs();
   if (pairs.empty()) return false;
   const bool grown = 20 * pairs.size() >= 21 * std::size_t{row.bins_at_fit};  // by 5 %
   if (row.has_fit && !grown && row.count < 2 * row.count_at_fit) return false;
   FitSettings settings;
   settings.epsilon = options_.epsilon;
-  settings.max_components = static_cast<int>(std::min(options_.max_components, page.max_components));
+  settings.max_components = static_cast<int>(std::min(options_.max_components, slice.max_components));
   settings.restart = row.count >= 64 && row.last_failed;
   row.fit = fit_mixture(pairs, row.nodes->energy(), row.nodes->variation(), row.has_fit ? &row.fit : nullptr, settings)
                 .mixture;
@@ -392,7 +392,7 @@ bool ServiceModel::test(Row& row, PassReport& report) {
   row.last_failed = !(row.bound <= options_.epsilon);
   row.overruled = false;
   if (!row.last_failed && row.passed + 1 >= needed) {
-    row.bound = std::max(row.bound, static_cast<float>(known_error(row, report)));
+    row.bound = std::max(row.bound, static_cast<float>(held_residual(row, report)));
     row.last_failed = row.overruled = !(row.bound <= options_.epsilon);
   }
   row.objective = row.bound;
@@ -416,8 +416,8 @@ void ServiceModel::update(Place place, PassReport& report) {
   row.count += std::exchange(row.observed, 0);
   cover(row, report);
   const std::size_t wanted = options_.epsilon < 0.01 ? 24 : 16;
-  if (row.born_pass < pass_ && row.has_fit && node.touches - row.touches_at_birth >= 8) {
-    RandomStream random = stream(place, top_up_purpose);
+  if (row.created_pass < pass_ && row.has_fit && node.queries - row.queries_at_creation >= 8) {
+    RandomStream random = stream(place, validation_purpose);
     while (row.scores.fixed.size() < wanted) {
       const float x = row.fit.sample(random.next(), options_.uniform_share_open);
       const float g = row.nodes->density(x);
@@ -426,13 +426,13 @@ void ServiceModel::update(Place place, PassReport& report) {
       offer(row, x, g);
       ++row.count;
       ++report.g_evaluations;
-      ++report.top_ups;
+      ++report.validation_draws;
     }
   }
   const bool decided = row.has_fit && test(row, report);
   if (!decided && row.has_fit && (row.overruled || (row.last_failed && row.count >= 64))) refine(row, report);
-  const bool fitted = !decided && refit(row, pages_[place.page].description, report);
-  if (decided || fitted) changes_.emplace_back(place.page, place.node, row.state);
+  const bool fitted = !decided && refit(row, slices_[place.slice].description, report);
+  if (decided || fitted) changes_.emplace_back(place.slice, place.node, row.state);
   if (row.state != RowState::converged) return;
   assign_attributes(row.fit, *row.nodes);
   row.fit = rounded(row.fit);
@@ -470,33 +470,33 @@ void ServiceModel::reopen(Place place, PassReport& report) {
   fresh.failed = node.row->failed;
   fresh.order = node.row->order;
   open(place, fresh, trace(place));
-  begin(fresh, pages_[place.page].description, report);
+  begin(fresh, slices_[place.slice].description, report);
   node.row = std::move(fresh);
   ++reopened_;
-  changes_.emplace_back(place.page, place.node, RowState::open);
+  changes_.emplace_back(place.slice, place.node, RowState::open);
 }
 
-RowState ServiceModel::state(std::size_t page, std::uint32_t node) const {
-  const std::optional<Row>& row = pages_[page].nodes.at(node).row;
-  return row ? row->state : RowState::unborn;
+RowState ServiceModel::state(std::size_t slice, std::uint32_t node) const {
+  const std::optional<Row>& row = slices_[slice].nodes.at(node).row;
+  return row ? row->state : RowState::absent;
 }
 
-std::optional<Mixture> ServiceModel::published(std::size_t page, std::uint32_t node) const {
-  const std::optional<Row>& row = pages_[page].nodes.at(node).row;
+std::optional<Mixture> ServiceModel::published(std::size_t slice, std::uint32_t node) const {
+  const std::optional<Row>& row = slices_[slice].nodes.at(node).row;
   if (!row || !row->has_fit) return std::nullopt;
   return rounded(row->fit);
 }
 
-float ServiceModel::objective(std::size_t page, std::uint32_t node) const {
-  const std::optional<Row>& row = pages_[page].nodes.at(node).row;
+float ServiceModel::objective(std::size_t slice, std::uint32_t node) const {
+  const std::optional<Row>& row = slices_[slice].nodes.at(node).row;
   return row && row->objective >= 0 ? row->objective : 1;
 }
 
-TableImage ServiceModel::snapshot() const {
-  std::map<PageKey, CachedPage> all = unused_;
-  for (const Page& page : pages_) {
-    CachedPage cached{page.description, {}};
-    for (const auto& [n, node] : page.nodes) {
+TableSnapshot ServiceModel::snapshot() const {
+  std::map<SliceKey, CachedSlice> all = unused_;
+  for (const Slice& slice : slices_) {
+    CachedSlice cached{slice.description, {}};
+    for (const auto& [n, node] : slice.nodes) {
       if (!node.row) continue;
       const Row& row = *node.row;
       if (row.earlier && row.state != RowState::converged) {
@@ -518,10 +518,10 @@ TableImage ServiceModel::snapshot() const {
       }
       cached.rows.push_back(std::move(saved));
     }
-    if (!cached.rows.empty()) all[page.description.key] = std::move(cached);
+    if (!cached.rows.empty()) all[slice.description.key] = std::move(cached);
   }
-  TableImage image{target_.model_name(), {}};
-  for (auto& [key, page] : all) image.pages.push_back(std::move(page));
+  TableSnapshot image{target_.model_name(), {}};
+  for (auto& [key, slice] : all) image.slices.push_back(std::move(slice));
   return image;
 }
 

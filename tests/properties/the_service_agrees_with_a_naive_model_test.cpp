@@ -11,8 +11,8 @@
 
 #include "adaptive/toy_target.h"
 #include "properties/commands.h"
-#include "tress/adaptive/random.h"
 #include "tress/adaptive/service.h"
+#include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {
@@ -21,8 +21,8 @@ namespace {
 class TurnedPeaks final : public Target {
  public:
   explicit TurnedPeaks(float turn) : turn_(turn) {}
-  void trace(const PageDescription& page, float a, float b, std::vector<TracedRay>& out) const override {
-    peaks_.trace(page, a, b, out);
+  void trace(const SliceDescription& slice, float a, float b, std::vector<TracedRay>& out) const override {
+    peaks_.trace(slice, a, b, out);
     for (TracedRay& ray : out) ray.azimuth += turn_;
   }
   std::string model_name() const override { return peaks_.model_name(); }
@@ -32,11 +32,11 @@ class TurnedPeaks final : public Target {
   float turn_;
 };
 
-/// Keys of either sign, known in an order of their own; the last page is added after the first pass.
-PageDescription page_of(std::uint32_t index) {
-  PageDescription page = testing::toy_page(index, 2, index == 1 ? 0.1f : 0.3f);
-  page.key.parameters[0] = index == 0 ? 0.5f : index == 1 ? -0.25f : -1.0f;
-  return page;
+/// Keys of either sign, known in an order of their own; the last slice is added after the first pass.
+SliceDescription slice_of(std::uint32_t index) {
+  SliceDescription slice = testing::toy_slice(index, 2, index == 1 ? 0.1f : 0.3f);
+  slice.key.parameters[0] = index == 0 ? 0.5f : index == 1 ? -0.25f : -1.0f;
+  return slice;
 }
 
 /// A service and its model, told the same.
@@ -45,13 +45,13 @@ class Session {
   Session(const Options& options, float turn)
       : options_(options), target_(turn), service_(options, target_), model_(options, target_) {}
 
-  void add_page(std::uint32_t index) {
+  void add_slice(std::uint32_t index) {
     if (ids_.size() > index) return;
-    ids_.push_back(service_.add_page(page_of(index)));
-    model_.add_page(page_of(index));
+    ids_.push_back(service_.add_slice(slice_of(index)));
+    model_.add_slice(slice_of(index));
   }
 
-  void load(const TableImage& image) {
+  void load(const TableSnapshot& image) {
     RC_ASSERT(!service_.load(image));
     model_.load(image);
     expect_agreement();
@@ -69,12 +69,12 @@ class Session {
     };
     std::vector<One> all;
     for (const Queries& queries : pass.queries) {
-      if (queries.page >= ids_.size()) continue;
+      if (queries.slice >= ids_.size()) continue;
       for (std::uint32_t i = 0; i < queries.times; ++i) {
-        RandomStream random(number, queries.page * host_nodes + queries.node, all.size());
+        RandomStream random(number, queries.slice * host_nodes + queries.node, all.size());
         all.push_back({queries, random.next()});
-        model_.ask(queries.page, queries.node, queries.how, all.back().u);
-        if (queries.light > 0) model_.carry(queries.page, queries.node, queries.light);
+        model_.ask(queries.slice, queries.node, queries.how, all.back().u);
+        if (queries.light > 0) model_.carry(queries.slice, queries.node, queries.light);
       }
     }
     RandomStream random(number, pass.threads);
@@ -91,10 +91,10 @@ class Session {
   }
 
   /// What the session saves, checked against the model's.
-  TableImage saved() const {
+  TableSnapshot saved() const {
     const std::string bytes = encode_cache(service_.snapshot());
     RC_ASSERT(bytes == encode_cache(model_.snapshot()));
-    Result<TableImage> read = decode_cache(bytes, target_.model_name(), "saved");
+    Result<TableSnapshot> read = decode_cache(bytes, target_.model_name(), "saved");
     RC_ASSERT(read.has_value());
     return std::move(*read);
   }
@@ -102,8 +102,8 @@ class Session {
  private:
   void ask(const Queries& one, float u) const {
     using Ask = ServiceModel::Ask;
-    const RowView row = service_.look_up(ids_[one.page], one.node / 2, one.node % 2);
-    if (one.light > 0) service_.carry(ids_[one.page], one.node, one.light);
+    const RowView row = service_.look_up(ids_[one.slice], one.node / 2, one.node % 2);
+    if (one.light > 0) service_.carry(ids_[one.slice], one.node, one.light);
     if (one.how == Ask::look || row.state != RowState::open) return;
     const RowView flat;
     const RowView& proposal = one.how == Ask::score ? row : flat;
@@ -118,10 +118,10 @@ class Session {
     RC_ASSERT(got.g_evaluations == wanted.g_evaluations);
     RC_ASSERT(got.traces == wanted.traces);
     RC_ASSERT(got.refits == wanted.refits);
-    RC_ASSERT(got.births == wanted.births);
+    RC_ASSERT(got.creations == wanted.creations);
     RC_ASSERT(got.newly_converged == wanted.newly_converged);
-    RC_ASSERT(got.top_ups == wanted.top_ups);
-    RC_ASSERT(got.rows_touched == wanted.rows_touched);
+    RC_ASSERT(got.validation_draws == wanted.validation_draws);
+    RC_ASSERT(got.rows_queried == wanted.rows_queried);
     RC_ASSERT(got.rows_open == wanted.rows_open);
     RC_ASSERT(got.rows_converged == wanted.rows_converged);
     RC_ASSERT(got.rows_reopened == wanted.rows_reopened);
@@ -136,7 +136,7 @@ class Session {
       CachedRow row;
       row.state = RowState::converged;
       row.fit = fit;
-      return encode_cache({"a", {{page_of(0), {row}}}});
+      return encode_cache({"a", {{slice_of(0), {row}}}});
     };
     return bytes(a) == bytes(b);
   }
@@ -144,7 +144,7 @@ class Session {
   void expect_agreement() const {
     std::vector<ServiceModel::Change> changes;
     for (const Service::RowChange& change : service_.last_changes()) {
-      changes.emplace_back(change.page, change.node, change.state);
+      changes.emplace_back(change.slice, change.node, change.state);
     }
     RC_ASSERT(changes == model_.changes());
     for (std::size_t p = 0; p < ids_.size(); ++p) {
@@ -164,25 +164,25 @@ class Session {
   TurnedPeaks target_;
   Service service_;
   ServiceModel model_;
-  std::vector<PageId> ids_;
+  std::vector<SliceId> ids_;
 };
 
 RC_GTEST_PROP(Service, AgreesWithANaiveModel, ()) {
   const Host host = *any_host();
   Options options;
-  options.birth_touches = host.birth_touches;
+  options.queries_before_creation = host.queries_before_creation;
   options.tests_before_refusal = host.tests_before_refusal;
   options.max_components = host.max_components;
   options.seed = host.seed;
   options.epsilon = host.epsilon;
   float turn = 0;
   auto session = std::make_unique<Session>(options, turn);
-  session->add_page(0);
-  session->add_page(1);
+  session->add_slice(0);
+  session->add_slice(1);
   for (std::size_t i = 0; i < host.passes.size(); ++i) {
     const Pass& pass = host.passes[i];
     session->run(pass, i);
-    session->add_page(2);
+    session->add_slice(2);
     switch (pass.then) {
       case Pass::Then::nothing:
         continue;
@@ -199,15 +199,15 @@ RC_GTEST_PROP(Service, AgreesWithANaiveModel, ()) {
       case Pass::Then::restart:
         break;
     }
-    const TableImage saved = session->saved();
+    const TableSnapshot saved = session->saved();
     session = std::make_unique<Session>(options, turn);
-    // Before its pages are known or after: the third one comes from what was kept for it.
-    if (i % 2 == 0) session->add_page(0);
-    if (i % 2 == 0) session->add_page(1);
+    // Before its slices are known or after: the third one comes from what was kept for it.
+    if (i % 2 == 0) session->add_slice(0);
+    if (i % 2 == 0) session->add_slice(1);
     session->load(saved);
-    session->add_page(0);
-    session->add_page(1);
-    session->add_page(2);
+    session->add_slice(0);
+    session->add_slice(1);
+    session->add_slice(2);
     // The same program on the same scene: nothing is lost or changed by the way through a file.
     if (pass.then == Pass::Then::restart) RC_ASSERT(encode_cache(session->saved()) == encode_cache(saved));
   }

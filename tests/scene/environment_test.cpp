@@ -8,7 +8,7 @@
 
 #include "scene/studio_environment.h"
 #include "support/chi_square.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::scene {
 namespace {

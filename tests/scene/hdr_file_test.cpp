@@ -10,7 +10,7 @@
 
 #include "image/picture.h"
 #include "scene/environment_file.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC

@@ -10,7 +10,7 @@
 #include "scene/lights.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::scene {
 namespace {

@@ -13,7 +13,7 @@
 
 #include "scene/lights.h"
 #include "support/quadrature.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::scene {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "scene/scene_file.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::scene {
 namespace {

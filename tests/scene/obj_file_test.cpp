@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "scene/mesh_reader.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::scene {
 namespace {

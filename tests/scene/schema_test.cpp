@@ -15,7 +15,7 @@
 
 #include "scene/scene_file.h"
 #include "support/json_schema.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::scene {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "scene/scene_file.h"
 #include "scene/stochastic_rounding.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::scene {
 namespace {
@@ -149,17 +149,17 @@ TEST(StrandFibers, AreDistinctAndFew) {
 
   scene = varied_scene({.width = 0.2f});
   ASSERT_FALSE(assign_fibers(&scene));
-  std::set<int> pages[3];
+  std::set<int> slices[3];
   for (std::size_t a = 0; a < scene.fibers.size(); ++a) {
     for (std::size_t i = 0; i < 3; ++i)
-      pages[i].insert(static_cast<int>(std::lround(azimuthal_sigmas(scene.fibers[a])[i] / degree)));
+      slices[i].insert(static_cast<int>(std::lround(azimuthal_sigmas(scene.fibers[a])[i] / degree)));
     for (std::size_t b = 0; b < a; ++b) ASSERT_FALSE(scene.fibers[a] == scene.fibers[b]);
   }
   // The roughness is 9 to 14 whole degrees: 4..7 for TT, 16..26 for TRT, six for TRRT.
   EXPECT_LE(scene.fibers.size(), 18u);
-  EXPECT_LE(pages[0].size(), 4u);
-  EXPECT_LE(pages[1].size(), 11u);
-  EXPECT_LE(pages[2].size(), 6u);
+  EXPECT_LE(slices[0].size(), 4u);
+  EXPECT_LE(slices[1].size(), 11u);
+  EXPECT_LE(slices[2].size(), 6u);
 
   scene = varied_scene({.color = 0.5f});
   ASSERT_FALSE(assign_fibers(&scene));

@@ -17,26 +17,28 @@ struct Options {
   /// by the light that it carries (Service::carry), and one that carries next to none is never fitted; epsilon is what
   /// rows of a cache are taken at before their light is known. 0: off. For learners that fit mixtures.
   double picture_error = 0;
-  /// Ceiling for rows, sketches, traced nodes and their memo, bytes. Past it no row is born. The index of the pages, 28
-  /// bytes a node, may take as much again, or 16 MB if that is more; a page that has no room for one is answered by
-  /// tracing whenever it is asked, and told as `at_ceiling`.
+  /// Ceiling for rows, sketches, traced nodes and their memo, bytes. Past it no row is created. The index of the
+  /// slices, 28 bytes a node, may take as much again, or 16 MB if that is more; a slice that has no room for one is
+  /// answered by tracing whenever it is asked, and told as `at_ceiling`.
   std::size_t memory_bytes = std::size_t{256} << 20;
-  /// Touches of an unborn row, over all passes, before it is born: at the end of the pass of the last of them, since
-  /// the published table does not change during one. For learners that wait for them: see touches_to_birth().
-  std::uint32_t birth_touches = 8;
+  /// Touches of an absent row, over all passes, before it is created: at the end of the pass of the last of them, since
+  /// the published table does not change during one. For learners that wait for them: see queries_to_creation().
+  std::uint32_t queries_before_creation = 8;
   /// Share of the proposal that stays uniform for ever, converged and open rows (bounds the weight by 1/(1-u)).
   float uniform_share_converged = 0.02f;
   float uniform_share_open = 0.05f;
   /// Tests a row may fail before it is refused and answered at the node for good.
   std::uint32_t tests_before_refusal = 32;
   /// How rows are fitted.
-  Learner learner = Learner::sketch;
+  const Learner* learner = &sketch_learner;
   /// D: the most components of a fit, at most Mixture::max_components. Methods of a fixed number have this many.
   std::uint32_t max_components = 8;
   std::uint64_t seed = 0;
 
-  /// The rule of births: `table` builds a row at the end of the pass of its first touch.
-  std::uint32_t touches_to_birth() const { return learner == Learner::table && birth_touches > 1 ? 1 : birth_touches; }
+  /// queries_before_creation, or 1 where the learner builds a row on its first query.
+  std::uint32_t queries_to_creation() const {
+    return learner->on_first_query && queries_before_creation > 1 ? 1 : queries_before_creation;
+  }
 
   /// Scores needed for a test, and tests in a row that must pass (more below epsilon .01).
   std::uint32_t scores_per_test() const { return epsilon < 0.01 ? 24 : 16; }

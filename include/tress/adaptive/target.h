@@ -12,23 +12,23 @@
 
 namespace tress::adaptive {
 
-/// Names a page: which lobe, and the parameters that the target at its nodes depends on.
+/// Names a slice: which lobe, and the parameters that the target at its nodes depends on.
 /// The meaning is the host's; the service compares, orders (by value) and stores it. Finite values only; -0 is 0.
-struct PageKey {
+struct SliceKey {
   std::uint32_t lobe = 0;
   std::array<float, 3> parameters{};
 
-  friend bool operator==(const PageKey&, const PageKey&) = default;
-  friend auto operator<=>(const PageKey& a, const PageKey& b) = default;
+  friend bool operator==(const SliceKey&, const SliceKey&) = default;
+  friend auto operator<=>(const SliceKey& a, const SliceKey& b) = default;
 };
 
-/// A page is a grid of rows, one row per node (a, b).
-struct PageDescription {
-  PageKey key;
+/// A slice is a grid of rows, one row per node (a, b).
+struct SliceDescription {
+  SliceKey key;
   std::vector<float> axis_a;  ///< node coordinates, ascending, at least one
   std::vector<float> axis_b;
   float blur_rad = 0.2f;  ///< standard deviation of the wrapped Gaussian kernel, radians, > 0
-  /// D: the most components that a fit of this page may have; Options::max_components is a limit too. Not saved.
+  /// D: the most components that a fit of this slice may have; Options::max_components is a limit too. Not saved.
   std::uint32_t max_components = Mixture::max_components;
 
   std::uint32_t node_count() const { return static_cast<std::uint32_t>(axis_a.size() * axis_b.size()); }
@@ -41,15 +41,15 @@ struct TracedRay {
   float attribute;  ///< what the host wants averaged per component, >= 0 (hair: internal path length)
 };
 
-/// The target g of the row at node (a, b) of a page is
-///   g(x) = sum_j weight_j G(x - azimuth_j),  G the wrapped Gaussian of the page's blur,
+/// The target g of the row at node (a, b) of a slice is
+///   g(x) = sum_j weight_j G(x - azimuth_j),  G the wrapped Gaussian of the slice's blur,
 /// over the rays that trace() gives. x in radians, g in 1/rad, the mass of g is the sum of the weights.
 class Target {
  public:
   virtual ~Target() = default;
 
   /// Appends the rays of a node. Pure: the same node gives the same rays for ever. Any thread.
-  virtual void trace(const PageDescription& page, float a, float b, std::vector<TracedRay>& out) const = 0;
+  virtual void trace(const SliceDescription& slice, float a, float b, std::vector<TracedRay>& out) const = 0;
 
   /// Name of what trace() computes and of the axes, e.g. "elliptical-1": caches of other models are refused.
   virtual std::string model_name() const = 0;

@@ -11,8 +11,8 @@
 #include <string>
 
 #include "tress/adaptive/cache.h"
-#include "tress/adaptive/error.h"
-#include "tress/adaptive/knot_table.h"
+#include "tress/adaptive/knot_density.h"
+#include "tress/base/error.h"
 
 namespace tress::adaptive {
 
@@ -27,20 +27,20 @@ struct PassReport {
   std::uint64_t refits = 0;
   std::uint64_t bad_fits =
       0;  ///< of them: left the constraints, and were replaced by the last good fit or a uniform one
-  std::uint64_t births = 0;
+  std::uint64_t creations = 0;
   std::uint64_t newly_converged = 0;
-  std::uint64_t top_ups = 0;
+  std::uint64_t validation_draws = 0;
   // totals of the table after the pass
-  std::uint64_t rows_touched = 0;  ///< nodes ever asked for, born or not
+  std::uint64_t rows_queried = 0;  ///< nodes ever asked for, created or not
   std::uint64_t rows_open = 0;
   std::uint64_t rows_converged = 0;
   std::uint64_t rows_reopened = 0;
   std::uint64_t rows_refused = 0;
   std::uint64_t bytes = 0;
-  bool at_ceiling = false;  ///< a birth was put off for want of memory, or a page without an index was asked
+  bool at_ceiling = false;  ///< a creation was put off for want of memory, or a slice without an index was asked
   double objective_p50 = 0, objective_p90 = 0, objective_p99 = 0, objective_max = 0;  ///< running, of tested rows
   std::array<std::uint64_t, Mixture::max_components + 1> components{};  ///< converged mixtures by number of components
-  std::array<std::uint64_t, KnotTable::sizes> knots{};  ///< converged knot tables by number of knots: 32, 64, 128
+  std::array<std::uint64_t, KnotDensity::sizes> knots{};  ///< converged knot tables by number of knots: 32, 64, 128
   double effective_sample_size = 0;  ///< mean over scored samples of (sum w)^2/(n sum w^2), w = g/q; 0 if none
   /// What the converged rows may do to the mean radiance of the picture, relative: E8 of ESTIMATOR.md has what it rests
   /// on. 0 without light told (Service::carry).
@@ -50,7 +50,7 @@ struct PassReport {
 
 /// One row as it stands after a publish().
 struct RowReport {
-  PageKey page;
+  SliceKey slice;
   std::uint32_t node = 0;
   RowState state = RowState::open;
   double objective = 0;  ///< bound of the last test; negative before the first

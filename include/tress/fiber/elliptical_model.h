@@ -29,19 +29,19 @@ std::unique_ptr<adaptive::Target> make_elliptical_target();
 /// `service` must have been built on make_elliptical_target() and outlive the model; null only for `exact`.
 std::unique_ptr<FiberModel> make_elliptical_model(Estimator estimator, adaptive::Service* service);
 
-/// What PageKey::lobe says beside 1 (TT), 2 (the whole of TRT) and 3 (TRRT): the two parts of TRT of fibers that split
+/// What SliceKey::lobe says beside 1 (TT), 2 (the whole of TRT) and 3 (TRRT): the two parts of TRT of fibers that split
 /// off the glint.
-constexpr int glint_page = 5;
-constexpr int trt_rest_page = 6;
+constexpr int glint_slice = 5;
+constexpr int trt_rest_slice = 6;
 
-/// Internal order p of a page's rays: 1, 2, 3.
-constexpr int page_order(int page_lobe) { return page_lobe > 3 ? 2 : page_lobe; }
-/// The lobe whose energy a page's rows have.
-constexpr Lobe lobe_of_page(int page_lobe) {
-  return page_lobe == trt_rest_page ? Lobe::trt : static_cast<Lobe>(page_lobe);
+/// Internal order p of a slice's rays: 1, 2, 3.
+constexpr int slice_order(int slice_lobe) { return slice_lobe > 3 ? 2 : slice_lobe; }
+/// The lobe whose energy a slice's rows have.
+constexpr Lobe lobe_of_slice(int slice_lobe) {
+  return slice_lobe == trt_rest_slice ? Lobe::trt : static_cast<Lobe>(slice_lobe);
 }
 
-/// The row axes of one page. page_lobe: 1, 2, 3, glint_page or trt_rest_page.
-adaptive::PageDescription elliptical_page(int page_lobe, float eta, float eccentricity, float sigma_rad);
+/// The row axes of one slice. slice_lobe: 1, 2, 3, glint_slice or trt_rest_slice.
+adaptive::SliceDescription elliptical_slice(int slice_lobe, float eta, float eccentricity, float sigma_rad);
 
 }  // namespace tress::fiber

@@ -6,8 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/color.h"
 #include "fiber/energy_table.h"
-#include "tress/adaptive/random.h"
+#include "tress/base/random.h"
 
 namespace tress::fiber {
 namespace {
@@ -29,7 +30,7 @@ AnyRowsModel::AnyRowsModel(Estimator estimator, adaptive::Service* service)
     : estimator_(estimator),
       service_(estimator == Estimator::exact ? nullptr : service),
       fibers_(service_),
-      inclinations_(elliptical_page(1, 1.55f, 1.0f, smallest_grid_sigma)) {
+      inclinations_(elliptical_slice(1, 1.55f, 1.0f, smallest_grid_sigma)) {
   assert(estimator == Estimator::exact || service != nullptr);
   if (service_ != nullptr) uniform_share_ = service_->options().uniform_share_converged;
 }
@@ -60,8 +61,8 @@ std::uint32_t AnyRowsModel::fetch(const FiberEvent& event, const VertexConstants
   const FiberRecord& fiber = fibers_[event.fiber];
   if (!fiber.answers_by_rows || !(event.selection[static_cast<std::size_t>(row_lobes[i])] > 0)) return 0;
   const std::uint32_t node = constants.first_node[i] + at.node;
-  const PageRows& page = fiber.rows[i]->page();
-  if (fiber.rows[i]->find(node) != nullptr || !(page.uniform[node] || page.converged[node])) return 0;
+  const SliceRows& slice = fiber.rows[i]->slice();
+  if (fiber.rows[i]->find(node) != nullptr || !(slice.uniform[node] || slice.converged[node])) return 0;
   return reader_of(event, constants, i).ask(node).counted ? 1 : 0;
 }
 
@@ -109,9 +110,9 @@ FiberValue AnyRowsModel::value_of_any(const FiberEvent& event, const VertexConst
     const auto lobe = static_cast<std::size_t>(row_lobes[i]);
     if (!(event.selection[lobe] > 0)) continue;
     const float m = widths[row_orders[i] - 1];
-    const TintedRow* row = service_ != nullptr && static_cast<int>(lobe) != counted
-                               ? fiber.rows[i]->find(constants.first_node[i] + at.node)
-                               : nullptr;
+    const AbsorbedRow* row = service_ != nullptr && static_cast<int>(lobe) != counted
+                                 ? fiber.rows[i]->find(constants.first_node[i] + at.node)
+                                 : nullptr;
     RowValue azimuthal;
     bool asks = true, exact = false;
     if (row != nullptr) {
@@ -173,10 +174,10 @@ void AnyRowsModel::tell_light(const FiberEvent& event, const VertexConstants& co
   const FiberRecord& fiber = fibers_[event.fiber];
   for (std::size_t i = 0; i < row_lobes.size(); ++i) {
     // By now every row that has converged is copied, whichever thread did it.
-    const TintedRow* row = constants.slots[i][at.node].load(std::memory_order_acquire);
+    const AbsorbedRow* row = constants.slots[i][at.node].load(std::memory_order_acquire);
     if (!fiber.rows[i] || (row != nullptr && !(tells_all && row->has_row()))) continue;
     const float light = event.importance * luminance(value.s[static_cast<std::size_t>(row_lobes[i])]) / value.pdf;
-    service_->carry(fiber.rows[i]->page().page, constants.first_node[i] + at.node,
+    service_->carry(fiber.rows[i]->slice().slice, constants.first_node[i] + at.node,
                     row == nullptr ? light : light * static_cast<float>(light_interval));
   }
 }

@@ -1,4 +1,4 @@
-// The elliptical model whatever its rows have become: unborn, open, refused, traced at the vertex, corrected.
+// The elliptical model whatever its rows have become: absent, open, refused, traced at the vertex, corrected.
 #pragma once
 
 #include <array>
@@ -96,7 +96,7 @@ class AnyRowsModel : public FiberModel {
   RowValue trace_or_ask(const FiberEvent& event, const VertexConstants& constants, std::size_t i, const Inclination& at,
                         float x, const RowQuery* known, FiberValue& value, bool& asks, bool& exact) const;
 
-  RowGrid inclinations_;  ///< read along its second axis, which all pages share
+  RowGrid inclinations_;  ///< read along its second axis, which all slices share
 };
 
 }  // namespace tress::fiber

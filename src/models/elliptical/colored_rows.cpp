@@ -12,11 +12,11 @@
 namespace tress::fiber {
 namespace {
 
-const TintedRow* uniform_row() {
-  static const TintedRow row = [] {
-    TintedRow uniform;
+const AbsorbedRow* uniform_row() {
+  static const AbsorbedRow row = [] {
+    AbsorbedRow uniform;
     uniform.uniform = glm::vec3(0.5f * std::numbers::inv_pi_v<float>);
-    uniform.tail = TintedRow::has_no_row;
+    uniform.tail = AbsorbedRow::has_no_row;
     return uniform;
   }();
   return &row;
@@ -42,8 +42,8 @@ const ColoredRows::Slot* no_rows() {
   return slots.data();
 }
 
-PageRows::PageRows(adaptive::Service& service, const adaptive::PageDescription& description)
-    : page(service.add_page(description)),
+SliceRows::SliceRows(adaptive::Service& service, const adaptive::SliceDescription& description)
+    : slice(service.add_slice(description)),
       grid(description),
       width(static_cast<std::uint32_t>(description.axis_b.size())),
       node_count(description.node_count()),
@@ -59,41 +59,41 @@ PageRows::PageRows(adaptive::Service& service, const adaptive::PageDescription& 
     float mass = 0;
     for (const adaptive::TracedRay& ray : rays) mass += ray.weight;
     uniform[node] = mass < smallest_row_energy;
-    converged[node] = service.peek(page, a, b).state == adaptive::RowState::converged;
+    converged[node] = service.peek(slice, a, b).state == adaptive::RowState::converged;
   }
 }
 
-ColoredRows::ColoredRows(std::shared_ptr<const PageRows> page, const glm::vec3& sigma_a)
-    : page_(std::move(page)),
+ColoredRows::ColoredRows(std::shared_ptr<const SliceRows> slice, const glm::vec3& sigma_a)
+    : slice_(std::move(slice)),
       sigma_a_(sigma_a),
-      rows_(std::make_unique<Slot[]>(page_->node_count)),
-      mass_memo_(std::make_unique<std::atomic<float>[]>(std::size_t{3} * page_->node_count)) {
-  for (std::size_t k = 0; k < std::size_t{3} * page_->node_count; ++k)
+      rows_(std::make_unique<Slot[]>(slice_->node_count)),
+      mass_memo_(std::make_unique<std::atomic<float>[]>(std::size_t{3} * slice_->node_count)) {
+  for (std::size_t k = 0; k < std::size_t{3} * slice_->node_count; ++k)
     mass_memo_[k].store(-1, std::memory_order_relaxed);
 }
 
-const TintedRow* ColoredRows::put(std::uint32_t node, const adaptive::RowView& view, TintedRowPool& pool) const {
-  const TintedRow* row = view.knots != nullptr ? pool.make(*view.knots, view.objective, sigma_a_)
-                                               : pool.make(*view.fit, view.objective, sigma_a_);
+const AbsorbedRow* ColoredRows::put(std::uint32_t node, const adaptive::RowView& view, AbsorbedRowPool& pool) const {
+  const AbsorbedRow* row = view.knots != nullptr ? pool.make(*view.knots, view.objective, sigma_a_)
+                                                 : pool.make(*view.fit, view.objective, sigma_a_);
   rows_[node].store(row, std::memory_order_release);
   return row;
 }
 
-const TintedRow* ColoredRows::put_uniform(std::uint32_t node) const {
+const AbsorbedRow* ColoredRows::put_uniform(std::uint32_t node) const {
   rows_[node].store(uniform_row(), std::memory_order_release);
   return uniform_row();
 }
 
 void ColoredRows::forget() {
-  for (std::uint32_t node = 0; node < page_->node_count; ++node) rows_[node].store(nullptr, std::memory_order_relaxed);
+  for (std::uint32_t node = 0; node < slice_->node_count; ++node) rows_[node].store(nullptr, std::memory_order_relaxed);
 }
 
-glm::vec3 ColoredRows::tinted_mass(std::uint32_t node, const adaptive::TracedNodes& nodes) const {
+glm::vec3 ColoredRows::absorbed_mass(std::uint32_t node, const adaptive::TracedNodes& nodes) const {
   std::atomic<float>* memo = mass_memo_.get() + std::size_t{3} * node;
   glm::vec3 mass;
   for (int c = 0; c < 3; ++c) mass[c] = memo[c].load(std::memory_order_relaxed);
   if (mass.x >= 0 && mass.y >= 0 && mass.z >= 0) return mass;
-  mass = ray_mass(shape_of(nodes), sigma_a_).tinted;
+  mass = ray_mass(shape_of(nodes), sigma_a_).absorbed;
   for (int c = 0; c < 3; ++c) memo[c].store(mass[c], std::memory_order_relaxed);
   return mass;
 }

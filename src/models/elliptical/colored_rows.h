@@ -1,4 +1,4 @@
-// The rows of a page, and what every color that reads them keeps of them.
+// The rows of a slice, and what every color that reads them keeps of them.
 #pragma once
 
 #include <atomic>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "fiber/row_axes.h"
-#include "models/elliptical/tinted_row.h"
+#include "models/elliptical/absorbed_row.h"
 #include "tress/adaptive/service.h"
 
 namespace tress::fiber {
@@ -15,12 +15,12 @@ namespace tress::fiber {
 /// Where the rays of a node have less mass, its light is spread uniformly over the azimuth, without a row.
 constexpr float smallest_row_energy = 1e-3f;
 
-/// One page, for all fibers and colors that have it. Written between passes only.
-struct PageRows {
+/// One slice, for all fibers and colors that have it. Written between passes only.
+struct SliceRows {
   /// Traces every node once: some milliseconds.
-  PageRows(adaptive::Service& service, const adaptive::PageDescription& description);
+  SliceRows(adaptive::Service& service, const adaptive::SliceDescription& description);
 
-  adaptive::PageId page;
+  adaptive::SliceId slice;
   RowGrid grid;
   std::uint32_t width;  ///< nodes of axis_b
   std::uint32_t node_count;
@@ -28,34 +28,34 @@ struct PageRows {
   std::vector<bool> converged;  ///< by node, as of the last change that was told
 };
 
-/// The rows of a page under one absorption. A row is tinted when first read after it converged, so that memory and time
-/// go to the rows that fibers of this color meet. Reading: any thread, during a pass; forget(): between passes.
+/// The rows of a slice under one absorption. A row is absorbed when first read after it converged, so that memory and
+/// time go to the rows that fibers of this color meet. Reading: any thread, during a pass; forget(): between passes.
 class ColoredRows {
  public:
-  ColoredRows(std::shared_ptr<const PageRows> page, const glm::vec3& sigma_a);
+  ColoredRows(std::shared_ptr<const SliceRows> slice, const glm::vec3& sigma_a);
 
-  const PageRows& page() const { return *page_; }
+  const SliceRows& slice() const { return *slice_; }
   const glm::vec3& sigma_a() const { return sigma_a_; }
 
   /// The converged row at a node, or the node without a row; null where neither has been put here.
-  using Slot = std::atomic<const TintedRow*>;
-  const TintedRow* find(std::uint32_t node) const { return rows_[node].load(std::memory_order_acquire); }
+  using Slot = std::atomic<const AbsorbedRow*>;
+  const AbsorbedRow* find(std::uint32_t node) const { return rows_[node].load(std::memory_order_acquire); }
   /// The slots of `node` and those behind it.
   const Slot* slots(std::uint32_t node) const { return rows_.get() + node; }
   /// Takes over a converged row. A pure function of its arguments: whichever thread comes first, the same values.
-  const TintedRow* put(std::uint32_t node, const adaptive::RowView& view, TintedRowPool& pool) const;
+  const AbsorbedRow* put(std::uint32_t node, const adaptive::RowView& view, AbsorbedRowPool& pool) const;
   /// Takes over a node without a row.
-  const TintedRow* put_uniform(std::uint32_t node) const;
+  const AbsorbedRow* put_uniform(std::uint32_t node) const;
   /// All rows are to be asked of the service again.
   void forget();
 
   /// Mass per channel of a node's rays: a pure function of the node, remembered.
-  glm::vec3 tinted_mass(std::uint32_t node, const adaptive::TracedNodes& nodes) const;
+  glm::vec3 absorbed_mass(std::uint32_t node, const adaptive::TracedNodes& nodes) const;
 
-  std::size_t bytes() const { return sizeof(*this) + page_->node_count * (sizeof(rows_[0]) + 3 * sizeof(float)); }
+  std::size_t bytes() const { return sizeof(*this) + slice_->node_count * (sizeof(rows_[0]) + 3 * sizeof(float)); }
 
  private:
-  std::shared_ptr<const PageRows> page_;
+  std::shared_ptr<const SliceRows> slice_;
   glm::vec3 sigma_a_;
   std::unique_ptr<Slot[]> rows_;
   std::unique_ptr<std::atomic<float>[]> mass_memo_;  ///< 3 per node, negative while unknown

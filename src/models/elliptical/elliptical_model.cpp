@@ -14,11 +14,12 @@
 #include <new>
 #include <numbers>
 
+#include "base/color.h"
+#include "base/float4.h"
 #include "fiber/energy_table.h"
-#include "fiber/float4.h"
+#include "fiber/event_constants.h"
+#include "models/elliptical/absorbed_lanes.h"
 #include "models/elliptical/any_rows_model.h"
-#include "models/elliptical/tinted_lanes.h"
-#include "models/event_constants.h"
 
 // Of the instruction sets of x86-64, two: its own and AVX2 with FMA. What comes after that has nothing for lanes of
 // four. The headers above come before it: their functions are inlined, or of the first.
@@ -77,8 +78,8 @@ class EllipticalModel final : public AnyRowsModel {
       const ColoredRows* rows = fiber.rows[i].get();
       constants->uniform_pdf[static_cast<int>(i)] = selection * uniform_share_ * inverse_two_pi;
       if (rows != nullptr) {
-        const PageRows& page = rows->page();
-        constants->first_node[i] = page.grid.choose_azimuth(fold.phi, xi1) * page.width;
+        const SliceRows& slice = rows->slice();
+        constants->first_node[i] = slice.grid.choose_azimuth(fold.phi, xi1) * slice.width;
       }
       constants->slots[i] = !fiber.answers_by_rows ? no_rows()
                             : selection > 0        ? rows->slots(constants->first_node[i])
@@ -106,7 +107,7 @@ class EllipticalModel final : public AnyRowsModel {
       at = inclination_of(event, sample.wi.theta);
       float x = pi * (2 * u[2] - 1);
       if (has_rows) {
-        const TintedRow* row = constants.slots[i][at.node].load(std::memory_order_acquire);
+        const AbsorbedRow* row = constants.slots[i][at.node].load(std::memory_order_acquire);
         if (row == nullptr) [[unlikely]] {
           counted = fetch(event, constants, i, at);
           row = constants.slots[i][at.node].load(std::memory_order_acquire);
@@ -118,8 +119,8 @@ class EllipticalModel final : public AnyRowsModel {
           return sample;
         }
         const glm::vec3 weights = channel_weights(event, p);
-        x = (row->tail & TintedRow::has_knots) != 0 ? row->sample(u[2], weights, uniform_share_)
-                                                    : sample_mixture(*row, u[2], (1 - uniform_share_) * weights);
+        x = (row->tail & AbsorbedRow::has_knots) != 0 ? row->sample(u[2], weights, uniform_share_)
+                                                      : sample_mixture(*row, u[2], (1 - uniform_share_) * weights);
       }
       sample.wi.phi = wrap_once(event.wr.phi + constants.fold.sign * x);
     }
@@ -173,7 +174,7 @@ class EllipticalModel final : public AnyRowsModel {
   /// evaluate() agree to the bit. S and Q at wi, theta in [-pi/2, pi/2], phi in [-pi, pi).
   [[gnu::noinline]] void value_at(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,
                                   const Inclination& at, std::uint32_t counted, FiberValue& value) const {
-    std::array<const TintedRow*, 4> row;
+    std::array<const AbsorbedRow*, 4> row;
     bool all = true;
     for (std::size_t i = 0; i < row.size(); ++i) {
       row[i] = constants.slots[i][at.node].load(std::memory_order_acquire);
@@ -200,8 +201,8 @@ class EllipticalModel final : public AnyRowsModel {
 
     std::array<Float4, 4> shape;
     std::uint32_t tails = 0;
-    for (const TintedRow* one : row) tails |= one->tail;
-    if ((tails & TintedRow::has_knots) == 0) [[likely]] {
+    for (const AbsorbedRow* one : row) tails |= one->tail;
+    if ((tails & AbsorbedRow::has_knots) == 0) [[likely]] {
       shapes_of_mixtures(row, x, shape);
     } else {
       for (std::size_t i = 0; i < shape.size(); ++i) {
@@ -225,7 +226,7 @@ class EllipticalModel final : public AnyRowsModel {
         Float4{gain.x, gain.y, gain.z, 0} * s_r, s[0], s[1], s[2], s_residual, s[3]};
     std::uint32_t asked = 0;
     float objective = 0;
-    for (const TintedRow* one : row) {
+    for (const AbsorbedRow* one : row) {
       asked += one->has_row() ? 1 : 0;
       objective += one->objective();
     }
@@ -247,11 +248,11 @@ class EllipticalModel final : public AnyRowsModel {
   }
 
   /// TT has three or four components mostly, TRT and TRRT one or two, GLINT three where there is any.
-  static void shapes_of_mixtures(const std::array<const TintedRow*, 4>& row, float x, std::array<Float4, 4>& shape) {
+  static void shapes_of_mixtures(const std::array<const AbsorbedRow*, 4>& row, float x, std::array<Float4, 4>& shape) {
     const std::uint32_t behind[4] = {row[0]->lines_behind(), row[1]->lines_behind(), row[2]->lines_behind(),
                                      row[3]->lines_behind()};
-    const TintedRow& tt_behind = behind[0] > 0 ? *(row[0] + 1) : row_of_nothing;
-    const Float4 tt = bells(x, *row[0], tt_behind), others = bells(x, *row[1], *row[2]);
+    const AbsorbedRow& tt_behind = behind[0] > 0 ? *(row[0] + 1) : row_of_nothing;
+    const Float4 tt = logistic_kernels(x, *row[0], tt_behind), others = logistic_kernels(x, *row[1], *row[2]);
     shape[0] = uniform_of(*row[0]) + (components_of(*row[0], tt[0], tt[1]) + components_of(tt_behind, tt[2], tt[3]));
     shape[1] = uniform_of(*row[1]) + components_of(*row[1], others[0], others[1]);
     shape[2] = uniform_of(*row[2]) + components_of(*row[2], others[2], others[3]);

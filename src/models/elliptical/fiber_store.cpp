@@ -25,14 +25,14 @@ FiberId FiberStore::add(const FiberParameters& parameters) {
   fiber.sigma = {sigmas[0], sigmas[1], sigmas[2], sigmas[1]};
   fiber.energies = energies_of(parameters);
   fiber.answers_by_rows = service_ != nullptr;
-  const std::array<int, 4> page_lobes{1, parameters.split_glint ? trt_rest_page : 2, 3, glint_page};
+  const std::array<int, 4> slice_lobes{1, parameters.split_glint ? trt_rest_slice : 2, 3, glint_slice};
   for (std::size_t i = 0; i < row_lobes.size(); ++i) {
     fiber.vertex_rays = std::max(fiber.vertex_rays, vertex_ray_count(fiber.sigma[i]));
     // Four degrees turned into radians may round below the limit and are still on the grid.
     fiber.proposes_only[i] = fiber.sigma[i] < smallest_grid_sigma * (1 - 1e-5f);
     fiber.answers_by_rows = fiber.answers_by_rows && !fiber.proposes_only[i];
     if (service_ == nullptr || (row_lobes[i] == Lobe::glint && !parameters.split_glint)) continue;
-    fiber.rows[i] = rows_of(page_lobes[i], std::max(fiber.sigma[i], smallest_grid_sigma), parameters);
+    fiber.rows[i] = rows_of(slice_lobes[i], std::max(fiber.sigma[i], smallest_grid_sigma), parameters);
   }
   fibers_.push_back(std::move(fiber));
   return id;
@@ -47,21 +47,21 @@ std::shared_ptr<const EnergyTable> FiberStore::energies_of(const FiberParameters
   return table;
 }
 
-std::shared_ptr<const ColoredRows> FiberStore::rows_of(int page_lobe, float sigma_rad,
+std::shared_ptr<const ColoredRows> FiberStore::rows_of(int slice_lobe, float sigma_rad,
                                                        const FiberParameters& parameters) {
   const auto [named, unknown] =
-      page_of_key_.try_emplace({page_lobe, parameters.eta, parameters.eccentricity, sigma_rad}, adaptive::PageId{0});
+      slice_of_key_.try_emplace({slice_lobe, parameters.eta, parameters.eccentricity, sigma_rad}, adaptive::SliceId{0});
   if (unknown) {
-    const adaptive::PageDescription description =
-        elliptical_page(page_lobe, parameters.eta, parameters.eccentricity, sigma_rad);
-    auto page = std::make_shared<PageRows>(*service_, description);
-    named->second = page->page;
-    pages_[page->page].page = std::move(page);
+    const adaptive::SliceDescription description =
+        elliptical_slice(slice_lobe, parameters.eta, parameters.eccentricity, sigma_rad);
+    auto slice = std::make_shared<SliceRows>(*service_, description);
+    named->second = slice->slice;
+    slices_[slice->slice].slice = std::move(slice);
   }
-  PageEntry& entry = pages_[named->second];
+  SliceEntry& entry = slices_[named->second];
   std::shared_ptr<const ColoredRows>& shared = colored_rows_[{named->second, values_of(parameters.sigma_a)}];
   if (!shared) {
-    auto rows = std::make_shared<ColoredRows>(entry.page, parameters.sigma_a);
+    auto rows = std::make_shared<ColoredRows>(entry.slice, parameters.sigma_a);
     entry.colors.push_back(rows);
     shared = std::move(rows);
   }
@@ -70,16 +70,16 @@ std::shared_ptr<const ColoredRows> FiberStore::rows_of(int page_lobe, float sigm
 
 void FiberStore::rows_changed() {
   if (service_ == nullptr) return;
-  std::set<adaptive::PageId> to_forget;
+  std::set<adaptive::SliceId> to_forget;
   for (const adaptive::Service::RowChange& change : service_->last_changes()) {
-    const auto entry = pages_.find(change.page);
-    if (entry == pages_.end()) continue;
-    std::vector<bool>::reference converged = entry->second.page->converged[change.node];
-    if (converged) to_forget.insert(change.page);
+    const auto entry = slices_.find(change.slice);
+    if (entry == slices_.end()) continue;
+    std::vector<bool>::reference converged = entry->second.slice->converged[change.node];
+    if (converged) to_forget.insert(change.slice);
     converged = change.state == adaptive::RowState::converged;
   }
-  for (const adaptive::PageId page : to_forget) {
-    for (const std::shared_ptr<ColoredRows>& rows : pages_[page].colors) rows->forget();
+  for (const adaptive::SliceId slice : to_forget) {
+    for (const std::shared_ptr<ColoredRows>& rows : slices_[slice].colors) rows->forget();
   }
 }
 

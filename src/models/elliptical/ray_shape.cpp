@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <numbers>
 
-#include "tress/adaptive/exp_of_negative.h"
+#include "base/exp_of_negative.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::fiber {
@@ -32,7 +32,7 @@ bool is_clear(const glm::vec3& sigma_a) { return sigma_a.x == 0 && sigma_a.y == 
 
 // Adds the rays [first, last). Distance to the nearest image; the next image too where the blur reaches it.
 void add_density(const RayShape& rays, std::size_t first, std::size_t last, const glm::vec3& sigma_a, float x,
-                 ClearAndTinted& sum) {
+                 ClearAndAbsorbed& sum) {
   const float precision = 0.5f / (rays.blur_rad * rays.blur_rad);
   const bool next_image = rays.blur_rad * reach > pi;
   const bool clear = is_clear(sigma_a);
@@ -45,21 +45,20 @@ void add_density(const RayShape& rays, std::size_t first, std::size_t last, cons
     for (std::size_t i = 0; i < filled; ++i) {
       float d = std::fabs(azimuth[i] - x);
       d = d > pi ? two_pi - d : d;
-      blurred[i] = weight[i] * adaptive::exp_of_negative(-d * d * precision);
+      blurred[i] = weight[i] * exp_of_negative(-d * d * precision);
     }
     if (next_image) {
       for (std::size_t i = 0; i < filled; ++i) {
         float d = std::fabs(azimuth[i] - x);
         d = d > pi ? d : two_pi - d;
-        blurred[i] += weight[i] * adaptive::exp_of_negative(-d * d * precision);
+        blurred[i] += weight[i] * exp_of_negative(-d * d * precision);
       }
     }
     if (!clear) {
       for (int c = 0; c < 3; ++c) {
         const float absorption = sigma_a[c];
-        for (std::size_t i = 0; i < filled; ++i)
-          term[i] = blurred[i] * adaptive::exp_of_negative(-absorption * path[i]);
-        sum.tinted[c] += sum_chunk(term.data(), filled);
+        for (std::size_t i = 0; i < filled; ++i) term[i] = blurred[i] * exp_of_negative(-absorption * path[i]);
+        sum.absorbed[c] += sum_chunk(term.data(), filled);
       }
     }
     sum.clear += sum_chunk(blurred.data(), filled);
@@ -68,8 +67,8 @@ void add_density(const RayShape& rays, std::size_t first, std::size_t last, cons
 
 }  // namespace
 
-ClearAndTinted ray_mass(const RayShape& rays, const glm::vec3& sigma_a) {
-  ClearAndTinted sum;
+ClearAndAbsorbed ray_mass(const RayShape& rays, const glm::vec3& sigma_a) {
+  ClearAndAbsorbed sum;
   const bool clear = is_clear(sigma_a);
   for (std::size_t start = 0; start < rays.weight.size(); start += chunk) {
     const std::size_t filled = std::min(chunk, rays.weight.size() - start);
@@ -78,18 +77,18 @@ ClearAndTinted ray_mass(const RayShape& rays, const glm::vec3& sigma_a) {
     alignas(32) std::array<float, chunk> term;
     for (int c = 0; c < 3 && !clear; ++c) {
       const float absorption = sigma_a[c];
-      for (std::size_t i = 0; i < filled; ++i) term[i] = weight[i] * adaptive::exp_of_negative(-absorption * path[i]);
-      sum.tinted[c] += sum_chunk(term.data(), filled);
+      for (std::size_t i = 0; i < filled; ++i) term[i] = weight[i] * exp_of_negative(-absorption * path[i]);
+      sum.absorbed[c] += sum_chunk(term.data(), filled);
     }
     std::copy_n(weight, filled, term.begin());
     sum.clear += sum_chunk(term.data(), filled);
   }
-  if (clear) sum.tinted = glm::vec3(sum.clear);
+  if (clear) sum.absorbed = glm::vec3(sum.clear);
   return sum;
 }
 
-ClearAndTinted ray_density(const RayShape& rays, const glm::vec3& sigma_a, float x) {
-  ClearAndTinted sum;
+ClearAndAbsorbed ray_density(const RayShape& rays, const glm::vec3& sigma_a, float x) {
+  ClearAndAbsorbed sum;
   const float width = reach * rays.blur_rad;
   const std::size_t count = rays.azimuth.size();
   if (!rays.sorted || width >= 0.75f * pi) {
@@ -105,7 +104,7 @@ ClearAndTinted ray_density(const RayShape& rays, const glm::vec3& sigma_a, float
   }
   const float norm = 0.398942280f / rays.blur_rad;
   sum.clear *= norm;
-  sum.tinted = is_clear(sigma_a) ? glm::vec3(sum.clear) : sum.tinted * norm;
+  sum.absorbed = is_clear(sigma_a) ? glm::vec3(sum.clear) : sum.absorbed * norm;
   return sum;
 }
 
@@ -114,7 +113,7 @@ float draw_azimuth(const RayShape& rays, float sigma_a, float mass, float u_ray,
   float sum = 0;
   std::size_t chosen = 0;
   for (std::size_t j = 0; j < rays.weight.size(); ++j) {
-    const float weight = rays.weight[j] * adaptive::exp_of_negative(-sigma_a * rays.attribute[j]);
+    const float weight = rays.weight[j] * exp_of_negative(-sigma_a * rays.attribute[j]);
     if (weight > 0) chosen = j;
     sum += weight;
     if (sum > target) break;

@@ -21,16 +21,16 @@ inline RayShape shape_of(const adaptive::TracedNodes& nodes) {
 }
 
 /// A quantity of clear hair and of each color channel.
-struct ClearAndTinted {
+struct ClearAndAbsorbed {
   float clear = 0;
-  glm::vec3 tinted{0.0f};
+  glm::vec3 absorbed{0.0f};
 };
 
 /// sum_j A_j and, per channel c, sum_j A_j exp(-sigma_a^c l_j).
-ClearAndTinted ray_mass(const RayShape& rays, const glm::vec3& sigma_a);
+ClearAndAbsorbed ray_mass(const RayShape& rays, const glm::vec3& sigma_a);
 
 /// sum_j A_j exp(-sigma_a^c l_j) G(x - Phi_j), 1/rad, of mass ray_mass(). x in [-pi, pi).
-ClearAndTinted ray_density(const RayShape& rays, const glm::vec3& sigma_a, float x);
+ClearAndAbsorbed ray_density(const RayShape& rays, const glm::vec3& sigma_a, float x);
 
 /// Draws an azimuth with density ray_density / ray_mass of one channel of absorption `sigma_a`: a ray by u_ray, then
 /// the blur by u_blur. u in [0, 1). `mass` > 0: the channel's ray_mass. Radians in [-pi, pi).

@@ -22,13 +22,13 @@ glm::vec3 normalised(const glm::vec3& density, const glm::vec3& mass) {
 
 RowQuery RowReader::ask(std::uint32_t node) const {
   RowQuery query;
-  const PageRows& page = rows().page();
-  if (page.uniform[node]) {
+  const SliceRows& slice = rows().slice();
+  if (slice.uniform[node]) {
     query.row = rows().put_uniform(node);
     return query;
   }
   query.counted = true;
-  query.view = service_->look_up(page.page, node / page.width, node % page.width);
+  query.view = service_->look_up(slice.slice, node / slice.width, node % slice.width);
   if (query.view.state == adaptive::RowState::converged) query.row = rows().put(node, query.view, pool_);
   return query;
 }
@@ -47,14 +47,14 @@ float RowReader::sample(const RowQuery& query, std::uint32_t node, float theta_d
   if (service_ == nullptr) {
     const VertexTrace& trace = VertexTrace::at(vertex(theta_d));
     if (trace.mass(row_lobe_).clear < smallest_row_energy) return -pi + 2 * pi * u_ray;
-    return sample_rays(trace.shape(row_lobe_, fiber_.sigma[row_lobe_]), trace.mass(row_lobe_).tinted,
+    return sample_rays(trace.shape(row_lobe_, fiber_.sigma[row_lobe_]), trace.mass(row_lobe_).absorbed,
                        vertex_uniform_share, u_channel, u_ray, u_blur);
   }
   const adaptive::Options& options = service_->options();
   if (query.row != nullptr) return query.row->sample(u_ray, channel_weights_, options.uniform_share_converged);
   if (query.view.fit != nullptr) return query.view.fit->sample(u_ray, options.uniform_share_open);
   const adaptive::TracedNodes& nodes = *query.view.nodes;
-  return sample_rays(shape_of(nodes), rows().tinted_mass(node, nodes), options.uniform_share_open, u_channel, u_ray,
+  return sample_rays(shape_of(nodes), rows().absorbed_mass(node, nodes), options.uniform_share_open, u_channel, u_ray,
                      u_blur);
 }
 
@@ -69,7 +69,7 @@ RowValue RowReader::at_vertex(const VertexKey& key, float x) const {
   if (trace.mass(row_lobe_).clear < smallest_row_energy) return {glm::vec3(inverse_two_pi), inverse_two_pi};
   const RayShape rays = trace.shape(row_lobe_, fiber_.sigma[row_lobe_]);
   RowValue value;
-  value.shape = normalised(ray_density(rays, fiber_.parameters.sigma_a, x).tinted, trace.mass(row_lobe_).tinted);
+  value.shape = normalised(ray_density(rays, fiber_.parameters.sigma_a, x).absorbed, trace.mass(row_lobe_).absorbed);
   value.proposal =
       (1 - vertex_uniform_share) * glm::dot(channel_weights_, value.shape) + vertex_uniform_share * inverse_two_pi;
   return value;
@@ -79,9 +79,9 @@ RowValue RowReader::evaluate_at_vertex(float theta_d, float x) const { return at
 
 RowValue RowReader::evaluate_open(const RowQuery& query, std::uint32_t node, float x, bool drawn) const {
   const adaptive::TracedNodes& nodes = *query.view.nodes;
-  const ClearAndTinted g = ray_density(shape_of(nodes), fiber_.parameters.sigma_a, x);
+  const ClearAndAbsorbed g = ray_density(shape_of(nodes), fiber_.parameters.sigma_a, x);
   RowValue value;
-  value.shape = normalised(g.tinted, rows().tinted_mass(node, nodes));
+  value.shape = normalised(g.absorbed, rows().absorbed_mass(node, nodes));
   const float share = service_->options().uniform_share_open;
   value.proposal = query.view.fit != nullptr
                        ? query.view.fit->proposal_density(x, share)

@@ -9,8 +9,8 @@ namespace tress::fiber {
 
 /// What was found at a node.
 struct RowQuery {
-  const TintedRow* row = nullptr;  ///< a converged row or a node without a row; null: read g of `view`
-  bool counted = false;            ///< the service was asked and has counted the query
+  const AbsorbedRow* row = nullptr;  ///< a converged row or a node without a row; null: read g of `view`
+  bool counted = false;              ///< the service was asked and has counted the query
   adaptive::RowView view;
 };
 
@@ -20,7 +20,7 @@ class RowReader {
  public:
   /// folded_phi_r: of fold_azimuth(event.wr.phi). row_lobe: index into row_lobes. channel_weights: the shares of the
   /// channels in the luminance of the lobe's energy, sum 1.
-  RowReader(const FiberRecord& fiber, const adaptive::Service* service, TintedRowPool& pool, std::size_t row_lobe,
+  RowReader(const FiberRecord& fiber, const adaptive::Service* service, AbsorbedRowPool& pool, std::size_t row_lobe,
             float folded_phi_r, const glm::vec3& channel_weights)
       : fiber_(fiber),
         service_(service),
@@ -56,7 +56,7 @@ class RowReader {
 
   const FiberRecord& fiber_;
   const adaptive::Service* service_;
-  TintedRowPool& pool_;
+  AbsorbedRowPool& pool_;
   std::size_t row_lobe_;
   float phi_r_;  ///< folded
   glm::vec3 channel_weights_;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 
-#include "fiber/float4.h"
+#include "base/float4.h"
 #include "fiber/longitudinal.h"
 #include "fiber/reflection.h"
 #include "fiber/row_axes.h"

@@ -28,7 +28,7 @@ class VertexTrace {
 
   /// TT, TRT (or its rest), TRRT, GLINT: azimuths relative to phi_r, in [-pi, pi).
   RayShape shape(std::size_t row_lobe, float blur_rad) const;
-  const ClearAndTinted& mass(std::size_t row_lobe) const { return mass_[row_lobe]; }
+  const ClearAndAbsorbed& mass(std::size_t row_lobe) const { return mass_[row_lobe]; }
 
  private:
   void trace(const VertexKey& key);
@@ -38,7 +38,7 @@ class VertexTrace {
   };
   VertexKey key_;
   std::array<Rays, 4> lobes_;
-  std::array<ClearAndTinted, 4> mass_{};
+  std::array<ClearAndAbsorbed, 4> mass_{};
 };
 
 /// Rays that resolve a blur at a vertex: the node rule 128 max(1, 20/sigma_deg), a power of two, at least 256.

@@ -1,0 +1,157 @@
+#include "tress/adaptive/mixture.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <new>
+#include <numbers>
+
+#include "base/exp_of_negative.h"
+
+namespace tress::adaptive {
+namespace {
+
+constexpr float pi = std::numbers::pi_v<float>;
+constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
+
+// T(s) = tanh(pi/(2s)); 1 in float below s = .17, where 2 exp(-pi/s) < 2^-25.
+float truncation(float s) {
+  if (s < 0.17f) return 1.0f;
+  const float e = exp_of_negative(-pi / s);
+  return (1.0f - e) / (1.0f + e);
+}
+
+// x >= 0 with mass fraction v of the side's [0, pi] below it: 2 s atanh(v T), from 1 - v so that the tail keeps its
+// bits.
+double side_quantile(double v, double s) {
+  const double e = std::exp(-std::numbers::pi / s);
+  const double t = (1.0 - e) / (1.0 + e);
+  const double below_one = std::max((1.0 - v) * t + 2.0 * e / (1.0 + e), 1e-300);
+  return std::min(s * std::log((1.0 + v * t) / below_one), std::numbers::pi);
+}
+
+// As SkewLogistic::sample, for a u that has more bits than a float.
+float sample_shape(const SkewLogistic& shape, double u) {
+  const double left = static_cast<double>(shape.s_left) * std::tanh(0.5 * std::numbers::pi / shape.s_left);
+  const double right = static_cast<double>(shape.s_right) * std::tanh(0.5 * std::numbers::pi / shape.s_right);
+  const double p_left = left / (left + right);
+  const double x = u < p_left ? -side_quantile(1.0 - u / p_left, shape.s_left)
+                              : side_quantile(std::min((u - p_left) / (1.0 - p_left), 1.0), shape.s_right);
+  return wrap_angle(static_cast<float>(shape.mu + x));
+}
+
+float uniform_angle(double u) { return wrap_angle(static_cast<float>((2.0 * u - 1.0) * std::numbers::pi)); }
+
+template <class Parts>
+float energy_of(const Parts& parts, float uniform_weight) {
+  float sum = uniform_weight;
+  for (const auto& part : parts) sum += part.weight;
+  return sum;
+}
+
+template <class Parts>
+float density_of(const Parts& parts, float uniform_weight, float phi) {
+  float sum = uniform_weight * inverse_two_pi;
+  for (const auto& part : parts) sum += part.weight * part.shape.density(phi);
+  return sum;
+}
+
+template <class Parts>
+float proposal_density_of(const Parts& parts, float uniform_weight, float phi, float u_share) {
+  const float mass = energy_of(parts, uniform_weight);
+  if (!(mass > 0.0f)) return inverse_two_pi;
+  return (1.0f - u_share) * density_of(parts, uniform_weight, phi) / mass + u_share * inverse_two_pi;
+}
+
+template <class Parts>
+float sample_of(const Parts& parts, float uniform_weight, float u, float u_share) {
+  const double share = u_share;
+  const double mass = energy_of(parts, uniform_weight);
+  if (!(mass > 0.0)) return uniform_angle(u);
+  if (u < share) return uniform_angle(u / share);
+  double left = (u - share) / (1.0 - share) * mass;  // of the mass that is still to be passed over
+  for (const auto& part : parts) {
+    const double weight = part.weight;
+    if (left < weight) return sample_shape(part.shape, left / weight);
+    left -= weight;
+  }
+  if (uniform_weight > 0.0f) return uniform_angle(std::min(left / uniform_weight, 1.0));
+  // Rounding of the sum passed over the last component: its end.
+  return parts.empty() ? uniform_angle(u) : sample_shape(parts.back().shape, 1.0);
+}
+
+// A float >= 0 to the nearest of those of 8 bits behind the point: what is left of it without the sign and the last 15.
+std::uint16_t upper_bits(float x) {
+  const auto bits = std::bit_cast<std::uint32_t>(x > 0 ? x : 0.0f);
+  return static_cast<std::uint16_t>(std::min((bits + 0x4000u) >> 15, 0xfeffu));  // the largest finite one
+}
+
+float float_of(std::uint16_t upper) { return std::bit_cast<float>(static_cast<std::uint32_t>(upper) << 15); }
+
+}  // namespace
+
+float wrap_turns(float x) {
+  constexpr double two_pi = 2.0 * std::numbers::pi;
+  double turns = x < 0 ? -1 : 1;  // the usual case: a difference of two angles
+  if (!(std::abs(x) < 3 * pi)) turns = std::floor((x + std::numbers::pi) / two_pi);
+  const auto r = static_cast<float>(x - two_pi * turns);
+  return r >= -pi && r < pi ? r : -pi;
+}
+
+float SkewLogistic::density(float phi) const {
+  float x = phi - mu;
+  if (x >= pi || x < -pi) x = wrap_angle(x);
+  const float e = exp_of_negative(-std::abs(x) / (x < 0.0f ? s_left : s_right));
+  const float z = 0.5f * (s_left * truncation(s_left) + s_right * truncation(s_right));
+  return e / ((1.0f + e) * (1.0f + e) * z);
+}
+
+float SkewLogistic::sample(float u) const { return sample_shape(*this, u); }
+
+float Mixture::energy() const { return energy_of(parts(), uniform_weight); }
+float Mixture::density(float phi) const { return density_of(parts(), uniform_weight, phi); }
+float Mixture::proposal_density(float phi, float u_share) const {
+  return proposal_density_of(parts(), uniform_weight, phi, u_share);
+}
+float Mixture::sample(float u, float u_share) const { return sample_of(parts(), uniform_weight, u, u_share); }
+
+float PackedMixture::energy() const { return energy_of(parts(), uniform_weight); }
+float PackedMixture::density(float phi) const { return density_of(parts(), uniform_weight, phi); }
+float PackedMixture::proposal_density(float phi, float u_share) const {
+  return proposal_density_of(parts(), uniform_weight, phi, u_share);
+}
+float PackedMixture::sample(float u, float u_share) const { return sample_of(parts(), uniform_weight, u, u_share); }
+
+PackedMixture::Attribute PackedMixture::rounded(float mean, float variance) {
+  return {upper_bits(mean), upper_bits(variance)};
+}
+
+PackedMixture::PackedMixture(const Mixture& fit, float known_objective)
+    : objective(known_objective),
+      uniform_weight(fit.uniform_weight),
+      component_count(fit.component_count),
+      uniform_attribute_(rounded(fit.uniform_attribute_mean, fit.uniform_attribute_variance)) {}
+
+PackedMixture* PackedMixture::put(void* memory, const Mixture& fit, float objective) {
+  auto* packed = new (memory) PackedMixture(fit, objective);
+  auto* next = reinterpret_cast<Part*>(packed + 1);
+  for (const Component& part : fit.parts()) {
+    new (next++) Part{part.shape, part.weight, rounded(part.attribute_mean, part.attribute_variance)};
+  }
+  return packed;
+}
+
+PackedMixture::operator Mixture() const {
+  Mixture fit;
+  for (const Part& part : parts()) {
+    fit.components[fit.component_count++] = {part.shape, part.weight, float_of(part.attribute.mean),
+                                             float_of(part.attribute.variance)};
+  }
+  fit.uniform_weight = uniform_weight;
+  fit.uniform_attribute_mean = float_of(uniform_attribute_.mean);
+  fit.uniform_attribute_variance = float_of(uniform_attribute_.variance);
+  return fit;
+}
+
+}  // namespace tress::adaptive

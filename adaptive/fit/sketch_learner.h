@@ -1,0 +1,39 @@
+// Ours: Levenberg-Marquardt on the sketch, refitted when the sketch has grown (ESTIMATOR.md, E3 and E6).
+#pragma once
+
+#include "fit/row_learner.h"
+
+namespace tress::adaptive {
+
+/// After each pass, on the pairs that the render left and those of the coverage rule.
+class SketchLearner : public RowLearner {
+ public:
+  void begin(FitContext& context) override;
+  void before_test(FitContext& context) override;
+  void learn(FitContext& context) override;
+  bool fits_pairs() const override { return true; }
+  std::size_t bytes() const override { return sizeof(*this); }
+
+ protected:
+  /// Asks g between the pairs that the fit misses most.
+  static void refine(FitContext& context);
+  /// Fits anew if the sketch has grown enough since the last fit.
+  void refit(FitContext& context);
+
+ private:
+  bool refit_due(const FitContext& context, std::uint32_t occupied) const;
+
+  std::uint32_t bins_at_fit_ = 0;
+  std::uint64_t count_at_fit_ = 0;
+};
+
+/// The same run to the end when a row opens: cover, fit, draw as many of its own azimuths as a test wants, test,
+/// repeat. The honest rival wherever g is closed form: a render then teaches nothing that asking does not.
+class EagerLearner final : public SketchLearner {
+ public:
+  void begin(FitContext& context) override;
+  void before_test(FitContext&) override {}
+  void learn(FitContext&) override {}
+};
+
+}  // namespace tress::adaptive

@@ -1,0 +1,152 @@
+// Births: which nodes get a row, in which order, and what a new row starts with.
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "table/table.h"
+
+namespace tress::adaptive {
+namespace {
+
+constexpr double two_pi = 2 * std::numbers::pi;
+constexpr std::size_t batch = 256;         // candidates traced before memory is asked again
+constexpr std::uint32_t audit_one_in = 8;  // of the converged rows of a cache, chosen by key
+
+}  // namespace
+
+bool Service::Table::answers(SliceId slice, const CachedRow& cached) const {
+  if (cached.state != RowState::converged) return false;
+  const double objective = cached.objective;
+  return objective <= options_.epsilon || (paths_ > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
+}
+
+bool Service::Table::needs_nodes(const Candidate& candidate) const {
+  const auto& stored = slices_[candidate.slice]->stored;
+  const auto found = stored.find(candidate.node);
+  return found == stored.end() || !answers(candidate.slice, found->second);
+}
+
+std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
+  const Slice& slice = *slices_[candidate.slice];
+  const auto found = slice.stored.find(candidate.node);
+  if (!needs_nodes(candidate)) {
+    const CachedRow& row = found->second;
+    return sizeof(Row) +
+           (row.knots.empty() ? PackedMixture::bytes_of(row.fit.component_count) : sizeof(KnotRow) + row.knots.bytes());
+  }
+  const bool keeps_earlier = found != slice.stored.end() && found->second.state == RowState::converged;
+  return sizeof(Row) + Learning::bytes_before_nodes(slice.description.blur_rad, learner_bytes_) +
+         (keeps_earlier ? Learning::bytes_of(found->second) : 0) +
+         (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
+}
+
+bool Service::Table::outdated(const Row& row) const {
+  const std::vector<ObservedPair> pairs = row.learning->sketch.pairs();
+  double sum = 0;
+  for (const ObservedPair& pair : pairs) {
+    const double change = static_cast<double>(row.learning->nodes->density(pair.azimuth)) - pair.g;
+    sum += change * change;
+  }
+  const double objective =
+      pairs.empty() ? 0 : sum * two_pi / (static_cast<double>(pairs.size()) * row.learning->nodes->variation());
+  return objective > epsilon_of(row.slice, row.node, row.energy) / 4;  // what a fit is to reach on its pairs
+}
+
+Service::Table::Outcome Service::Table::settle(Row& row) const {
+  const Slice& slice = *slices_[row.slice];
+  Outcome outcome;
+  const auto found = slice.stored.find(row.node);
+  const CachedRow* cached = found == slice.stored.end() ? nullptr : &found->second;
+  if (cached != nullptr) {
+    row.generation = cached->generation;
+    if (answers(row.slice, *cached)) {
+      row.set_count(cached->count);
+      row.energy = cached->energy;
+      row.audit = stream_of(row, 0).next_bits() % audit_one_in == 0 ? Audit::due : Audit::possible;
+      outcome.cached = cached;
+      return outcome;
+    }
+    row.learning->count = cached->count;
+  }
+  if (cached != nullptr && cached->state == RowState::converged) {
+    row.learning->fit = cached->fit;
+    row.learning->has_fit = cached->knots.empty();
+    row.learning->objective = cached->objective;
+    row.learning->earlier = std::make_unique<const CachedRow>(*cached);
+  }
+  row.energy = row.learning->nodes->energy();
+  if (cached != nullptr) row.learning->sketch.merge(cached->sketch);
+  if (cached != nullptr && outdated(row)) {
+    row.learning->sketch.clear();
+    row.learning->count = 0;
+    row.raise_generation();
+    outcome.reopened = true;
+  }
+  begin(row, outcome);
+  return outcome;
+}
+
+bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& report) {
+  bool room = true;
+  for (std::size_t start = 0; start < candidates.size() && room; start += batch) {
+    const std::size_t end = std::min(start + batch, candidates.size());
+    // Stop before tracing what cannot fit even without rays.
+    std::size_t traced_end = start;
+    for (std::size_t least = bytes_; traced_end < end; ++traced_end) {
+      least += bytes_needed(candidates[traced_end]);
+      if (least > options_.memory_bytes) break;
+    }
+    room = traced_end == end;
+    std::atomic<std::uint64_t> traces{0};
+    tbb::parallel_for(start, traced_end, [&](std::size_t i) {
+      Candidate& one = candidates[i];
+      if (!one.nodes && needs_nodes(one)) {
+        one.nodes = trace(one.slice, one.node);
+        traces.fetch_add(1, std::memory_order_relaxed);
+      }
+    });
+    const std::size_t first = rows_.size();
+    std::vector<std::size_t> sizes;
+    for (std::size_t i = start; i < traced_end; ++i) {
+      Candidate& one = candidates[i];
+      const std::size_t size = bytes_needed(one);
+      if (bytes_ + size > options_.memory_bytes) {
+        room = false;
+        break;
+      }
+      bytes_ += size;
+      sizes.push_back(size);
+      slices_[one.slice]->slots[one.node].row = static_cast<std::uint32_t>(rows_.size());
+      Row& row = rows_.emplace_back(one.slice, one.node);
+      if (needs_nodes(one)) {
+        row.learning = std::make_unique<Learning>(std::move(one.nodes), *options_.learner);
+        row.learning->created_pass = pass_;
+        row.learning->queries_at_creation = one.queries;
+      }
+    }
+    std::vector<Outcome> outcomes(rows_.size() - first);
+    tbb::parallel_for(std::size_t{0}, outcomes.size(), [&](std::size_t i) { outcomes[i] = settle(rows_[first + i]); });
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      Row& row = rows_[first + i];
+      if (outcomes[i].cached != nullptr) {
+        show(row, *outcomes[i].cached);
+      } else {
+        show(row, outcomes[i].converged);
+      }
+      slices_[row.slice]->stored.erase(row.node);
+      bytes_ = bytes_ - sizes[i] + bytes_of(row);  // its learner may be done with it already
+      changes_.push_back({row.slice, row.node, row.state()});
+      report.g_evaluations += outcomes[i].g_evaluations;
+      report.refits += outcomes[i].refits;
+      report.bad_fits += outcomes[i].bad_fits;
+      report.newly_converged += outcomes[i].converged ? 1 : 0;
+      reopened_ += outcomes[i].reopened ? 1 : 0;
+    }
+    report.creations += outcomes.size();
+    report.traces += traces.load(std::memory_order_relaxed);
+  }
+  return room;
+}
+
+}  // namespace tress::adaptive

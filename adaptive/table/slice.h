@@ -1,0 +1,129 @@
+// The flat index of a slice: one slot per node, found by arithmetic, never by a hash.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "tress/adaptive/cache.h"
+#include "tress/adaptive/knot_density.h"
+#include "tress/adaptive/mixture.h"
+#include "tress/adaptive/target.h"
+#include "tress/adaptive/traced_nodes.h"
+
+namespace tress::adaptive {
+
+/// Order of slices by the values of their keys, as in a cache file: total, and the same on every machine.
+inline std::strong_ordering compare_keys(const SliceKey& a, const SliceKey& b) {
+  if (const auto order = a.lobe <=> b.lobe; order != 0) return order;
+  for (std::size_t i = 0; i < a.parameters.size(); ++i) {
+    const auto order = std::strong_order(a.parameters[i] + 0.0f, b.parameters[i] + 0.0f);  // the zeros are one value
+    if (order != 0) return order;
+  }
+  return std::strong_ordering::equal;
+}
+
+struct KeyLess {
+  bool operator()(const SliceKey& a, const SliceKey& b) const { return compare_keys(a, b) < 0; }
+};
+
+struct Learning;
+
+/// The answer of a converged row that is a knot table.
+struct KnotRow {
+  KnotDensity table;
+  float objective;  ///< known error, as RowView::objective
+  std::size_t bytes() const { return sizeof(KnotRow) + table.bytes(); }
+};
+
+/// A node, and what answers for it.
+struct alignas(16) Slot {
+  static constexpr std::uint32_t no_row = ~0u;
+  /// What the word points to, in its lowest bits.
+  enum class Kind : std::uintptr_t {
+    traced,    ///< TracedNodes of an absent node, of this pass, owned; or null
+    learning,  ///< Learning of an open or refused row
+    mixture,   ///< PackedMixture of a converged row
+    knots,     ///< KnotRow of a converged row, owned
+  };
+
+  std::atomic<std::uint32_t> queries{0};  ///< look-ups over all passes (modulo 2^32)
+  std::uint32_t row = no_row;             ///< index into the table's rows; changes between passes
+  std::atomic<std::uintptr_t> word{0};
+
+  static Kind kind_of(std::uintptr_t word) { return static_cast<Kind>(word & 3); }
+  template <class T>
+  static const T* target_of(std::uintptr_t word) {
+    return reinterpret_cast<const T*>(word & ~std::uintptr_t{3});
+  }
+  template <class T>
+  static std::uintptr_t word_of(const T* target, Kind kind) {
+    return reinterpret_cast<std::uintptr_t>(target) | static_cast<std::uintptr_t>(kind);
+  }
+
+  /// Null if that is not what answers. Between passes.
+  template <class T>
+  const T* get(Kind kind) const {
+    const std::uintptr_t now = word.load(std::memory_order_relaxed);
+    return kind_of(now) == kind ? target_of<T>(now) : nullptr;
+  }
+  const PackedMixture* mixture() const { return get<PackedMixture>(Kind::mixture); }
+  const KnotRow* knots() const { return get<KnotRow>(Kind::knots); }
+
+  /// Puts it in the place of what answered, which is let go if it was owned. Between passes.
+  template <class T>
+  void set(const T* target, Kind kind) {
+    delete knots();
+    delete get<TracedNodes>(Kind::traced);
+    word.store(word_of(target, kind), std::memory_order_relaxed);
+  }
+  /// The memo of an absent node, if there is one.
+  std::unique_ptr<const TracedNodes> take_memo() {
+    std::unique_ptr<const TracedNodes> memo(get<TracedNodes>(Kind::traced));
+    if (memo) word.store(0, std::memory_order_relaxed);
+    return memo;
+  }
+};
+static_assert(sizeof(Slot) == 16);
+
+/// Light in fixed point, so that its sum does not depend on the order: 2^-20 steps, one query at most 2^12.
+inline std::uint64_t fixed_light(float light) {
+  return static_cast<std::uint64_t>(std::min(light, 4096.0f) * 1048576.0f);
+}
+
+struct Slice {
+  /// has_index: false where there is no room for one. Its nodes are then traced whenever they are asked, and never
+  /// learned.
+  Slice(const SliceDescription& d, bool has_index) : description(d) {
+    if (!has_index) return;
+    slots = std::make_unique<Slot[]>(d.node_count());
+    light = std::make_unique<std::atomic<std::uint64_t>[]>(d.node_count());
+    queries_before.resize(d.node_count(), 0);
+  }
+  ~Slice() {
+    if (!has_index()) return;
+    for (std::uint32_t n = 0; n < description.node_count(); ++n) slots[n].set<TracedNodes>(nullptr, Slot::Kind::traced);
+  }
+  Slice(const Slice&) = delete;
+  Slice& operator=(const Slice&) = delete;
+
+  bool has_index() const { return slots != nullptr; }
+  static std::size_t index_bytes(const SliceDescription& d) {
+    return d.node_count() * (sizeof(Slot) + sizeof(std::uint64_t) + sizeof(std::uint32_t));
+  }
+
+  SliceDescription description;
+  std::unique_ptr<Slot[]> slots;  ///< null without an index, as are the next two
+  /// Carried by each node over all passes, fixed_light(). Apart from the slots: converged rows add to it now and then.
+  std::unique_ptr<std::atomic<std::uint64_t>[]> light;
+  std::vector<std::uint32_t> queries_before;  ///< queries at the last publish()
+  bool audited = false;                       ///< a row of a cache was checked
+  std::map<std::uint32_t, CachedRow> stored;  ///< cached rows that memory had no room for, by node
+};
+
+}  // namespace tress::adaptive

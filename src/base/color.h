@@ -1,0 +1,15 @@
+// Linear RGB (Rec. 709).
+#pragma once
+
+#include <glm/vec3.hpp>
+
+namespace tress {
+
+/// Relative luminance, and what each channel adds to it.
+inline glm::vec3 luminance_terms(const glm::vec3& color) { return color * glm::vec3(0.2126f, 0.7152f, 0.0722f); }
+inline float luminance(const glm::vec3& color) {
+  const glm::vec3 terms = luminance_terms(color);
+  return terms.r + terms.g + terms.b;
+}
+
+}  // namespace tress

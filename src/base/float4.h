@@ -1,0 +1,87 @@
+// Four floats at once by the compilers' vector extension (g++ and clang++, any machine): what the lobes of a vertex
+// have in common is computed in lanes.
+#pragma once
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace tress {
+
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+
+inline Float4 splat(float x) { return Float4{x, x, x, x}; }
+/// Floats first to first + 3 of an object that is nothing but floats.
+template <class Floats>
+Float4 load4(const Floats& from, std::size_t first) {
+  Float4 x;
+  std::memcpy(&x, reinterpret_cast<const std::byte*>(&from) + first * sizeof(float), sizeof(x));
+  return x;
+}
+template <class Floats>
+void store4(Floats& to, std::size_t first, Float4 x) {
+  std::memcpy(reinterpret_cast<std::byte*>(&to) + first * sizeof(float), &x, sizeof(x));
+}
+/// {a[0], a[1], b[0], b[1]}.
+inline Float4 pairs4(const float* a, const float* b) {
+  using Pairs = double __attribute__((vector_size(16)));
+  Pairs x;
+  std::memcpy(&x, a, sizeof(double));
+  std::memcpy(reinterpret_cast<std::byte*>(&x) + sizeof(double), b, sizeof(double));
+  return std::bit_cast<Float4>(x);
+}
+inline Float4 max4(Float4 a, Float4 b) {
+#ifdef __SSE2__
+  return _mm_max_ps(a, b);  // the same; g++ makes four instructions of the line below
+#else
+  return a > b ? a : b;
+#endif
+}
+inline Float4 min4(Float4 a, Float4 b) {
+#ifdef __SSE2__
+  return _mm_min_ps(a, b);
+#else
+  return a < b ? a : b;
+#endif
+}
+inline Float4 sqrt4(Float4 x) {
+#ifdef __SSE2__
+  return _mm_sqrt_ps(x);
+#else
+  return {std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
+#endif
+}
+inline Float4 abs4(Float4 x) { return std::bit_cast<Float4>(std::bit_cast<Int4>(x) & 0x7fffffff); }
+inline float sum4(Float4 x) { return (x[0] + x[2]) + (x[1] + x[3]); }
+
+/// {sum of a, sum of b, sum of c, 0}.
+inline Float4 sums4(Float4 a, Float4 b, Float4 c) {
+#ifdef __SSE2__
+  __m128 x = a, y = b, z = c, w = _mm_setzero_ps();
+  _MM_TRANSPOSE4_PS(x, y, z, w);
+  return (x + z) + (y + w);
+#else
+  return {sum4(a), sum4(b), sum4(c), 0};
+#endif
+}
+
+/// exp_of_negative() of each lane: the same steps.
+inline Float4 exp_of_negative(Float4 x) {
+  x = max4(x, splat(-87.0f));
+  const Int4 n = __builtin_convertvector(x * 1.44269504f - 0.5f, Int4);
+  const Float4 k = __builtin_convertvector(n, Float4);
+  const Float4 r = (x - k * 0.693359375f) + k * 2.12194440e-4f;
+  const Float4 p =
+      1.0f +
+      r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
+  return p * std::bit_cast<Float4>((n + 127) << 23);
+}
+
+}  // namespace tress

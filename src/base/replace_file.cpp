@@ -1,0 +1,172 @@
+#include "tress/base/replace_file.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+#include <system_error>
+
+#include "base/descriptor.h"
+
+namespace tress {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view temporary_mark = ".tmp-";  // then the process, "-" and a serial number
+
+/// A name beside `file` that no other thread or process takes: created exclusively. -1 on failure.
+int create_beside(const fs::path& file, fs::path* temporary) {
+  static std::atomic<std::uint32_t> serial{0};
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    *temporary = file;
+    *temporary += temporary_mark;
+    *temporary += std::to_string(::getpid()) + "-" + std::to_string(serial.fetch_add(1));
+    const int number = ::open(temporary->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (number >= 0 || errno != EEXIST) return number;
+  }
+  return -1;
+}
+
+bool write_all(int descriptor, const std::string& bytes) {
+  std::size_t written = 0;
+  while (written < bytes.size()) {
+    const ssize_t step = ::write(descriptor, bytes.data() + written, bytes.size() - written);
+    if (step < 0 && errno == EINTR) continue;
+    if (step < 0) return false;
+    written += static_cast<std::size_t>(step);
+  }
+  return true;
+}
+
+fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
+
+bool flush_folder(const fs::path& file) {
+  const Descriptor opened(::open(folder_of(file).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!opened.is_open()) return false;
+  // Some file systems cannot flush a folder and say EINVAL: the rename is then as durable as they make it.
+  return ::fsync(opened.number()) == 0 || errno == EINVAL;
+}
+
+/// Where the group cannot be kept, the new one may do no more than everybody.
+void keep_permissions(int descriptor, const struct stat& old) {
+  mode_t mode = old.st_mode & 0777;
+  const bool kept = ::fchown(descriptor, old.st_uid, old.st_gid) == 0 ||
+                    ::fchown(descriptor, static_cast<uid_t>(-1), old.st_gid) == 0;
+  if (!kept) mode = (mode & ~mode_t{0070}) | (mode & 0070 & ((mode & 0007) << 3));
+  (void)!::fchmod(descriptor, mode);
+}
+
+/// Whether `name` is that of a temporary file of `file`.
+bool is_temporary_of(const std::string& name, const std::string& file) {
+  if (!name.starts_with(file) || !std::string_view(name).substr(file.size()).starts_with(temporary_mark)) return false;
+  const std::string numbers = name.substr(file.size() + temporary_mark.size());
+  const std::size_t dash = numbers.find('-');
+  const auto digits = [](std::string_view text) {
+    return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+  };
+  return dash != std::string::npos && digits(std::string_view(numbers).substr(0, dash)) &&
+         digits(std::string_view(numbers).substr(dash + 1));
+}
+
+/// A temporary file is locked while it is written; the kernel frees the lock of one who is killed.
+bool is_being_written(const fs::path& temporary) {
+  const Descriptor opened(::open(temporary.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  return opened.is_open() && ::flock(opened.number(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+}
+
+/// The error of a target that is there and no regular file; its status if there is one to keep.
+std::optional<Error> check_kind(const fs::path& target, const std::string& name, std::optional<struct stat>* old) {
+  struct stat status{};
+  if (::stat(target.c_str(), &status) != 0) return std::nullopt;
+  if (!S_ISREG(status.st_mode)) {
+    return Error{name, "", "a file to write", S_ISDIR(status.st_mode) ? "a folder" : "a device, pipe or socket"};
+  }
+  *old = status;
+  return std::nullopt;
+}
+
+}  // namespace
+
+fs::path behind_links(const fs::path& file) {
+  constexpr int most_links = 40;  // as the kernel
+  fs::path path = file;
+  for (int i = 0; i < most_links; ++i) {
+    std::error_code error;
+    if (!fs::is_symlink(path, error) || error) return path;
+    const fs::path next = fs::read_symlink(path, error);
+    if (error) return path;
+    path = next.is_absolute() ? next : path.parent_path() / next;
+  }
+  return path;
+}
+
+std::optional<Error> replace_file(const fs::path& file, const std::string& bytes, const std::string& name) {
+  const std::string& told = name.empty() ? file.string() : name;
+  const auto system_error = [&](const char* expected) { return Error{told, "", expected, strerror(errno)}; };
+  const fs::path target = behind_links(file);
+  std::optional<struct stat> old;
+  if (std::optional<Error> error = check_kind(target, told, &old)) return error;
+  fs::path temporary;
+  Descriptor opened(create_beside(target, &temporary));
+  if (!opened.is_open()) return system_error("a folder that can be written to");
+  (void)::flock(opened.number(), LOCK_EX | LOCK_NB);
+  if (old) keep_permissions(opened.number(), *old);
+  const bool renamed = write_all(opened.number(), bytes) && ::fsync(opened.number()) == 0 && opened.close() &&
+                       ::rename(temporary.c_str(), target.c_str()) == 0;
+  if (!renamed) {
+    const Error error = system_error("room for the file");
+    ::unlink(temporary.c_str());
+    return error;
+  }
+  if (!flush_folder(target)) return system_error("a folder that can be flushed");
+  return std::nullopt;
+}
+
+std::optional<Error> check_replaceable(const fs::path& file) {
+  const fs::path target = behind_links(file);
+  std::optional<struct stat> old;
+  if (std::optional<Error> error = check_kind(target, file.string(), &old)) return error;
+  fs::path temporary;
+  const Descriptor opened(create_beside(target, &temporary));
+  if (opened.is_open()) {
+    ::unlink(temporary.c_str());
+    return std::nullopt;
+  }
+  const std::string why = strerror(errno);
+  if (errno == ENAMETOOLONG) {
+    return Error{file.string(), "", "a name that leaves room for one of a temporary file beside it", why};
+  }
+  return Error{file.string(), "folder " + folder_of(target).string(), "a folder that can be written", why};
+}
+
+std::vector<fs::path> remove_leftovers(const fs::path& file) {
+  std::vector<fs::path> removed;
+  std::error_code error;
+  const fs::path target = behind_links(file);
+  const fs::file_time_type now = fs::last_write_time(target, error);
+  if (error) return removed;
+  for (fs::directory_iterator entry(folder_of(target), error), end; !error && entry != end; entry.increment(error)) {
+    std::error_code gone;
+    if (!is_temporary_of(entry->path().filename().string(), target.filename().string())) continue;
+    if (entry->symlink_status(gone).type() != fs::file_type::regular || gone) continue;
+    const fs::file_time_type written = entry->last_write_time(gone);
+    // A minute either way: clocks are set back, and what is from the future is then no younger.
+    if (gone || (now - written < std::chrono::minutes(1) && written - now < std::chrono::minutes(1))) continue;
+    if (is_being_written(entry->path())) continue;
+    if (fs::remove(entry->path(), gone)) removed.push_back(entry->path());
+  }
+  std::ranges::sort(removed);
+  return removed;
+}
+
+}  // namespace tress

@@ -1,0 +1,53 @@
+#include "base/save_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace tress {
+namespace {
+
+/// For writing where that is allowed, since NFS asks for it; else (another user's lock file) for reading.
+int open_lock(const std::filesystem::path& path) {
+  constexpr int flags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
+  const int number = ::open(path.c_str(), O_RDWR | O_CREAT | flags, 0666);
+  return number < 0 && errno == EACCES ? ::open(path.c_str(), O_RDONLY | flags) : number;
+}
+
+}  // namespace
+
+std::optional<Error> SaveLock::acquire(const std::filesystem::path& file, const std::string& name) {
+  path_ = file;
+  path_ += ".lock";
+  do {
+    do {
+      opened_.reset(open_lock(path_));
+    } while (!opened_.is_open() && (errno == EINTR || errno == ESTALE));
+    if (!opened_.is_open()) {
+      return Error{name, "lock " + path_.string(), "a lock file that can be opened", strerror(errno)};
+    }
+    int failed = 0;
+    while ((failed = ::flock(opened_.number(), LOCK_EX)) != 0 && errno == EINTR) {
+    }
+    held_ = failed == 0;
+    // The one who had it before removed it: what is locked now is a file without a name.
+  } while (held_ && !is_still_there());
+  return std::nullopt;
+}
+
+SaveLock::~SaveLock() {
+  // While it is held, so that nobody can lock what is about to lose its name and take it for the lock.
+  if (opened_.is_open() && is_still_there()) ::unlink(path_.c_str());
+}
+
+bool SaveLock::is_still_there() const {
+  struct stat opened{}, named{};
+  return ::fstat(opened_.number(), &opened) == 0 && ::lstat(path_.c_str(), &named) == 0 &&
+         opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
+}  // namespace tress

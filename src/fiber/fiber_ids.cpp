@@ -1,0 +1,45 @@
+#include "fiber/fiber_ids.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+#include "tress/base/random.h"
+#include "tress/fiber/parameter_ranges.h"
+
+namespace tress::fiber {
+namespace {
+
+// Of what mostly tells fibers apart; operator== decides. 0 and -0 are equal and hash alike.
+std::size_t hash_of(const FiberParameters& fiber) {
+  std::uint64_t hash = 0;
+  const auto add = [&](float value) { hash = mix_bits(hash + std::bit_cast<std::uint32_t>(value + 0.0f)); };
+  const auto add_color = [&](const glm::vec3& color) {
+    for (int c = 0; c < 3; ++c) add(color[c]);
+  };
+  for (const float value : {fiber.eta, fiber.eccentricity, fiber.roughness, fiber.tilt}) add(value);
+  add_color(fiber.sigma_a);
+  for (const auto& sigma : fiber.azimuthal_sigma) add(sigma.value_or(-1.0f));
+  for (const auto& lambda : fiber.longitudinal_lambda) add(lambda.value_or(-1.0f));
+  add(fiber.split_glint ? 1.0f : 0.0f);
+  for (const glm::vec3& gain : fiber.gain) add_color(gain);
+  return static_cast<std::size_t>(hash);
+}
+
+}  // namespace
+
+std::pair<FiberId, bool> FiberIds::find_or_add(const FiberParameters& parameters) {
+  assert(out_of_range(parameters) == nullptr);
+  const std::size_t hash = hash_of(parameters);
+  const auto [first, last] = id_of_hash_.equal_range(hash);
+  const auto found = std::find_if(first, last, [&](const auto& entry) { return fibers_[entry.second] == parameters; });
+  if (found != last) return {found->second, false};
+  const auto id = static_cast<FiberId>(fibers_.size());
+  fibers_.push_back(parameters);
+  id_of_hash_.emplace(hash, id);
+  return {id, true};
+}
+
+}  // namespace tress::fiber

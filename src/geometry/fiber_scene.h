@@ -1,0 +1,71 @@
+// Rays against the strands and meshes of a scene. The only folder that includes Embree (3 or 4).
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "scene/scene.h"
+
+namespace tress::geometry {
+
+inline constexpr std::uint32_t no_index = std::numeric_limits<std::uint32_t>::max();
+
+struct Ray {
+  glm::vec3 origin;
+  glm::vec3 direction;  ///< unit
+  /// The strand whose axis the ray starts on, if any (ray_from sets both).
+  std::uint32_t start_groom = no_index, start_strand = no_index;
+};
+
+/// Where a ray meets a fiber or a surface. The fields of the other kind are at their defaults.
+struct Hit {
+  float distance_cm;
+  glm::vec3 position;  ///< on the ray; on a surface: on the triangle, to half a unit in the last place
+  /// Rays that leave start here. Fiber: the nearest point of its axis. Surface: `position` moved along `normal` by the
+  /// error of the intersection, so that no ray into the half space of `normal` meets this triangle or its neighbours
+  /// in the same plane again, and none slips through.
+  glm::vec3 axis;
+  /// Orthonormal, right-handed. Fiber: tangent root to tip, major axis, minor axis. Surface: w is `normal`.
+  glm::vec3 u, v, w;
+  std::uint32_t groom = no_index;  ///< index into Scene::grooms
+  std::uint32_t strand = no_index;
+  float lateral = 0;  ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
+
+  bool is_surface = false;
+  std::uint32_t mesh = no_index;  ///< index into Scene::meshes
+  std::uint32_t triangle = no_index;
+  glm::vec3 normal{0.0f};  ///< unit, geometric, on the side that the ray came from
+};
+
+/// The ray that leaves a hit in a unit direction.
+inline Ray ray_from(const Hit& hit, const glm::vec3& direction) { return {hit.axis, direction, hit.groom, hit.strand}; }
+
+/// Flat ribbons along B-splines or polygons (scene::Groom::linear) as wide as the elliptical silhouette, and triangles
+/// seen from both sides, for camera and shadow rays alike. A ribbon is met where the ray passes nearest to its axis,
+/// and only ahead of the ray's start; a bend of a polygon is filled on its outer side by a sector of the silhouette's
+/// width. The strand that a ray starts on (Ray::start_strand) is not met within two radii of the start, every other one
+/// is.
+///
+/// Built once; intersect and occluded: any thread.
+class FiberScene {
+ public:
+  /// Builds inside the calling oneTBB arena. `scene` must outlive this. Throws std::bad_alloc for want of memory.
+  explicit FiberScene(const scene::Scene& scene);
+  ~FiberScene();
+  FiberScene(const FiberScene&) = delete;
+  FiberScene& operator=(const FiberScene&) = delete;
+
+  std::optional<Hit> intersect(const Ray& ray) const;
+  /// Whether something is met nearer than distance_cm. Decides as `intersect` does.
+  bool occluded(const Ray& ray, float distance_cm = std::numeric_limits<float>::infinity()) const;
+  std::size_t bytes() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace tress::geometry

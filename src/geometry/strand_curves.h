@@ -1,0 +1,52 @@
+// The strands of a groom as the control points, or the points, of elliptical ribbons.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
+
+#include "geometry/strand_frames.h"
+#include "scene/scene.h"
+
+namespace tress::geometry {
+
+/// What a ray that comes near a segment needs of it, in one line of the cache: most rays come near some twenty,
+/// anywhere in the groom.
+struct alignas(64) StrandSegment {
+  KnotFrame from, to;              ///< frames at its knots
+  std::array<float, 4> semi_axis;  ///< major, of its control points, cm; of linear strands the first two
+  std::uint32_t strand;
+  float eccentricity;
+};
+
+/// One groom as Embree sees it. Every strand of n points has n - 1 segments. As a B-spline it has n + 2 control points,
+/// and the segment with first control point c runs from knot c + 1 to knot c + 2; linear strands have their n points,
+/// and the segment runs from c to c + 1.
+struct StrandCurves {
+  std::uint32_t groom = 0;                   ///< index into Scene::grooms
+  std::vector<glm::vec4> control;            ///< xyz, cm; w = major semi-axis, cm
+  std::vector<std::uint32_t> first_control;  ///< per segment
+  std::vector<StrandSegment> segments;
+  bool elliptical = false;  ///< some eccentricity is below 1
+  bool linear = false;      ///< scene::Groom::linear
+
+  /// t in [0, 1] along the segment; tangent: unit.
+  FiberFrame frame(std::uint32_t segment, float t, const glm::vec3& tangent) const;
+  /// Major semi-axis on a segment, cm: interpolated as the strand is.
+  float semi_axis(std::uint32_t segment, float t) const;
+  /// Linear strands: the point of the axis.
+  glm::vec3 axis(std::uint32_t segment, float t) const;
+  /// Linear strands, whose segments Embree ends in round caps. Of a ray with unit `direction` that passes nearest to
+  /// the segment's end t (0 or 1), at `position`: whether it goes through the wedge that the bend leaves open between
+  /// two ribbons. False at the root and the tip, which end flat.
+  bool is_in_joint(std::uint32_t segment, float t, const glm::vec3& position, const glm::vec3& direction) const;
+  std::size_t bytes() const;
+};
+
+/// Strands with less than two distinct points, or with a point that is not finite, have no segments.
+StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index);
+
+}  // namespace tress::geometry

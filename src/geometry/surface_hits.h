@@ -1,0 +1,24 @@
+// Meshes as Embree's triangles, and what a hit on one is.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+#include "scene/scene.h"
+
+namespace tress::geometry {
+
+/// A point of a triangle and the distance that keeps rays from meeting the surface again.
+struct SurfacePoint {
+  glm::vec3 position;  ///< cm, correctly rounded
+  glm::vec3 normal;    ///< unit, of the corners' order; +z for a triangle without area
+  float offset_cm;     ///< > 0: bound of the error of a ray's distance to this plane, and of `position`
+};
+
+/// Largest absolute coordinate of a mesh, cm: what the rounding of its hits scales with.
+float largest_coordinate(const scene::Mesh& mesh);
+
+/// barycentric: weights of the second and third corner. `extent_cm`: largest_coordinate(mesh).
+SurfacePoint surface_point(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third, float extent_cm);
+
+}  // namespace tress::geometry

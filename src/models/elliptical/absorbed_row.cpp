@@ -1,0 +1,98 @@
+#include "models/elliptical/absorbed_row.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <memory>
+#include <numbers>
+
+#include "models/elliptical/absorbed_lanes.h"
+
+namespace tress::fiber {
+namespace {
+
+constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
+
+float side_mass(float s) { return s * static_cast<float>(std::tanh(0.5 * std::numbers::pi / s)); }
+
+}  // namespace
+
+double absorbed_share(double sigma_a, double path_mean, double path_variance) {
+  if (sigma_a <= 0 || path_mean <= 0) return 1;
+  const double spread = path_variance / path_mean;
+  if (!(sigma_a * spread > 1e-6)) return std::exp(-sigma_a * path_mean);
+  return std::exp(-path_mean / spread * std::log1p(sigma_a * spread));
+}
+
+RowValue AbsorbedRow::evaluate(float x, const glm::vec3& channel_weights, float u_share) const {
+  if ((tail & has_knots) != 0) return evaluate_knots(x, channel_weights, u_share);
+  RowValue value;
+  const Float4 shape = uniform_of(*this) + components_behind(*this, 0, x);
+  value.shape = {shape[0], shape[1], shape[2]};
+  value.proposal = (1 - u_share) * glm::dot(channel_weights, value.shape) + u_share * inverse_two_pi;
+  return value;
+}
+
+float AbsorbedRow::sample(float u, const glm::vec3& channel_weights, float u_share) const {
+  if ((tail & has_knots) != 0) return sample_knots(u, channel_weights, u_share);
+  return sample_mixture(*this, u, (1 - u_share) * channel_weights);
+}
+
+AbsorbedRow* AbsorbedRowPool::allocate(std::size_t lines_behind, float objective, std::uint32_t tags) {
+  const std::scoped_lock lock(mutex_);
+  if (used_lines_ + 1 + lines_behind > chunk_lines) {
+    chunks_.push_back(std::make_unique<AbsorbedRow[]>(chunk_lines));
+    used_lines_ = 0;
+  }
+  AbsorbedRow* row = chunks_.back().get() + used_lines_;
+  used_lines_ += 1 + lines_behind;
+  row->tail = (std::bit_cast<std::uint32_t>(objective) & ~0xffu) | tags;
+  return row;
+}
+
+std::size_t AbsorbedRowPool::bytes() const {
+  const std::scoped_lock lock(mutex_);
+  return chunks_.size() * chunk_lines * sizeof(AbsorbedRow);
+}
+
+const AbsorbedRow* AbsorbedRowPool::make(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a) {
+  const std::uint32_t behind = fit.component_count > 2 ? (fit.component_count - 1) / 2 : 0;
+  AbsorbedRow* row = allocate(behind, objective, behind);
+  std::array<double, 3> mass{}, uniform{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    mass[c] = uniform[c] =
+        std::max(0.0f, fit.uniform_weight) *
+        absorbed_share(sigma_a[static_cast<int>(c)], fit.uniform_attribute_mean, fit.uniform_attribute_variance);
+  }
+  std::array<std::array<double, 3>, adaptive::Mixture::max_components> shares{};
+  for (std::uint32_t d = 0; d < fit.component_count; ++d) {
+    const adaptive::Component& part = fit.components[d];
+    AbsorbedRow& line = row[d / 2];
+    line.mu[d % 2] = part.shape.mu;
+    line.inverse_left[d % 2] = 1 / part.shape.s_left;
+    line.inverse_right[d % 2] = 1 / part.shape.s_right;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float sigma = sigma_a[static_cast<int>(c)];
+      shares[d][c] = part.weight * absorbed_share(sigma, part.attribute_mean, part.attribute_variance);
+      mass[c] += shares[d][c];
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    const auto channel = static_cast<std::size_t>(c);
+    const bool dark = !(mass[channel] > 1e-30);  // no light is left in this channel: its shape does not matter
+    row->uniform[c] = dark ? inverse_two_pi : static_cast<float>(uniform[channel] / mass[channel]) * inverse_two_pi;
+    if (dark) continue;
+    for (std::uint32_t d = 0; d < fit.component_count; ++d) {
+      const adaptive::SkewLogistic& shape = fit.components[d].shape;
+      const float norm = 0.5f * (side_mass(shape.s_left) + side_mass(shape.s_right));  // Z
+      row[d / 2].amplitude[d % 2][c] = static_cast<float>(shares[d][channel] / mass[channel]) / norm;
+    }
+  }
+  return row;
+}
+
+}  // namespace tress::fiber

@@ -1,0 +1,89 @@
+// A converged row as one color sees it: one packed block of memory, immutable, read at every vertex.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "base/float4.h"
+#include "tress/adaptive/knot_density.h"
+#include "tress/adaptive/mixture.h"
+
+namespace tress::fiber {
+
+/// Value of a row at one azimuth: the shape of each channel (mass 1) and the density of the proposal. 1/rad.
+struct RowValue {
+  glm::vec3 shape{0.0f};
+  float proposal = 0;
+};
+
+/// Share of the mass of a component that is left under absorption sigma_a: the gamma law of the moments of its path,
+/// (1 + sigma_a v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. In [0, 1].
+double absorbed_share(double sigma_a, double path_mean, double path_variance);
+
+/// Four knots of a table, 64 bytes. Lanes 0 to 2 of each: the density of the channels, 1/rad, each channel of mass 1.
+/// Lane 3 of knot c, c < 3: the mass of channel c between -pi and the first knot.
+struct AbsorbedKnots {
+  std::array<Float4, 4> knot{splat(0), splat(0), splat(0), splat(0)};
+};
+
+/// Two circular skew logistics and what belongs to all of a row, in one line of the cache. A row is its first line and,
+/// behind it, one line for each further pair of components, whose uniform part is 0, or its knots. Parts that a row
+/// does not have are of amplitude 0. Densities are 1/rad; the row's mass is 1 in each channel.
+struct alignas(64) AbsorbedRow {
+  std::array<float, 2> mu{}, inverse_left{1, 1}, inverse_right{1, 1};
+  glm::vec3 amplitude[2]{glm::vec3(0.0f), glm::vec3(0.0f)};  ///< mass by channel over Z: of E/(1 + E)^2
+  glm::vec3 uniform{0.0f};                                   ///< density of the uniform part by channel
+
+  std::uint32_t tail = 0;                            ///< objective, but for its lowest byte: these
+  static constexpr std::uint32_t has_no_row = 0x80;  ///< the node is uniform, no row of the service's stands behind it
+  static constexpr std::uint32_t has_knots = 0x40;
+  static constexpr std::uint32_t size_bits = 0x3f;  ///< lines of components behind this, or log2 of the number of knots
+
+  bool has_row() const { return (tail & has_no_row) == 0; }
+  /// adaptive::RowView::objective, to 2^-15 of it.
+  float objective() const { return std::bit_cast<float>(tail & ~0xffu); }
+  std::uint32_t lines_behind() const { return (tail & has_knots) != 0 ? 0 : tail & size_bits; }
+  std::uint32_t knot_count() const { return (tail & has_knots) != 0 ? 1u << (tail & size_bits) : 0; }
+  const AbsorbedKnots* knots() const { return reinterpret_cast<const AbsorbedKnots*>(this + 1); }
+  AbsorbedKnots* knots() { return reinterpret_cast<AbsorbedKnots*>(this + 1); }
+
+  /// channel_weights: mix of the channels that is sampled, >= 0, sum 1. The proposal is
+  /// (1 - u) sum_c weight_c shape_c + u / 2 pi, so a weight in that mix is at most 1/(1 - u). x in [-pi, pi).
+  RowValue evaluate(float x, const glm::vec3& channel_weights, float uniform_share) const;
+  /// Draws from that proposal. u in [0, 1), used up whole. Radians in [-pi, pi).
+  float sample(float u, const glm::vec3& channel_weights, float uniform_share) const;
+
+ private:
+  // absorbed_knots.cpp: the same of a knot table.
+  RowValue evaluate_knots(float x, const glm::vec3& channel_weights, float uniform_share) const;
+  float sample_knots(float u, const glm::vec3& channel_weights, float uniform_share) const;
+};
+static_assert(sizeof(AbsorbedRow) == 64 && sizeof(AbsorbedKnots) == 64);
+
+/// A row of density 0 that is none of the service's.
+inline constexpr AbsorbedRow row_of_nothing{.tail = AbsorbedRow::has_no_row};
+
+/// Owns blocks until it is destroyed. Any thread.
+class AbsorbedRowPool {
+ public:
+  /// A row's fit under one absorption.
+  const AbsorbedRow* make(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a);
+  const AbsorbedRow* make(const adaptive::KnotDensity& table, float objective, const glm::vec3& sigma_a);
+  std::size_t bytes() const;
+
+ private:
+  /// A row with this many lines of 64 bytes behind it, all of them constructed as rows.
+  AbsorbedRow* allocate(std::size_t lines_behind, float objective, std::uint32_t tags);
+  static constexpr std::size_t chunk_lines = 512;
+  mutable std::mutex mutex_;
+  std::vector<std::unique_ptr<AbsorbedRow[]>> chunks_;
+  std::size_t used_lines_ = chunk_lines;  ///< of the last chunk
+};
+
+}  // namespace tress::fiber
