@@ -7,12 +7,14 @@
 
 #include "cache/bytes.h"
 #include "tress/adaptive/cache.h"
+#include "tress/version.h"
 
 namespace tress::adaptive::format {
 
 constexpr std::string_view magic{"\x89TRESS\r\n", 8};  // as PNG's: text-mode transfers break it
 /// A file is of the first version that can hold it: 1 without knot rows, 2 with them.
 constexpr std::uint32_t version_of_mixtures = 1, version_of_knots = 2;
+static_assert(version_of_knots == cache_format_version);
 constexpr std::size_t header_bytes = 24;
 constexpr std::size_t section_header_bytes = 24;
 

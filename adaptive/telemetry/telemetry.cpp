@@ -10,26 +10,15 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "tress/adaptive/to_string.h"
+#include "tress/version.h"
+
 namespace tress::adaptive {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
 constexpr int deepest_extra = 64;  // bounds the recursion of dump()
-
-const char* state_name(RowState state) {
-  switch (state) {
-    case RowState::absent:
-      return "unborn";
-    case RowState::open:
-      return "open";
-    case RowState::converged:
-      return "converged";
-    case RowState::refused:
-      return "refused";
-  }
-  return "open";
-}
 
 double share(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
@@ -139,7 +128,7 @@ void TelemetryWriter::take_back(std::size_t written) {
 }
 
 std::optional<Error> TelemetryWriter::header(const Extra& fields) {
-  Json line = {{"type", "header"}, {"schema", 1}};
+  Json line = {{"type", "header"}, {"schema", telemetry_schema_version}};
   if (auto error = add(fields, file_.string(), &line)) return error;
   return write_line(to_line(line));
 }

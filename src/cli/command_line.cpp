@@ -17,6 +17,7 @@
 #include "cli/render_options.h"
 #include "cli/standard_streams.h"
 #include "cli/unknown_word.h"
+#include "tress/version.h"
 
 namespace tress::cli {
 namespace {
@@ -31,7 +32,7 @@ int run_checked(int argc, char** argv) {
   CLI::App app("Renders hair whose fibers have elliptical cross-sections, learning its scattering tables on the way",
                "tress");
   app.require_subcommand(1);
-  app.set_version_flag("--version", "tress 0.1.0");
+  app.set_version_flag("--version", std::string("tress ") + version());
   RenderSettings render_settings;
   bool quiet = false;
   CLI::App* render = add_render(app, render_settings, quiet);

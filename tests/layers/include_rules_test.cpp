@@ -62,7 +62,8 @@ bool is_standard(const std::string& name) {
 
 /// Every folder that has code, from the lowest to the highest. A file includes its own folder and lower ones; what a
 /// folder may not include although it is lower stands in `apart`.
-const std::vector<std::string> folders_upwards{"include/tress/base",
+const std::vector<std::string> folders_upwards{"include/tress",
+                                               "include/tress/base",
                                                "include/tress/adaptive",
                                                "include/tress/fiber",
                                                "src/base",

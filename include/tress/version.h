@@ -1,0 +1,25 @@
+// The versions of the libraries and of the formats they read and write. CMakeLists.txt reads the numbers from here.
+#pragma once
+
+/// Semantic versioning: while the major version is 0, a minor version may change the interface and a patch does not.
+#define TRESS_VERSION_MAJOR 0
+#define TRESS_VERSION_MINOR 2
+#define TRESS_VERSION_PATCH 0
+
+/// Comparable: TRESS_VERSION >= TRESS_VERSION_NUMBER(0, 2, 0).
+#define TRESS_VERSION_NUMBER(major, minor, patch) ((major) * 1000000 + (minor) * 1000 + (patch))
+#define TRESS_VERSION TRESS_VERSION_NUMBER(TRESS_VERSION_MAJOR, TRESS_VERSION_MINOR, TRESS_VERSION_PATCH)
+
+namespace tress {
+
+/// Formats have versions of their own, which rise when an older release can no longer read what is written.
+/// The newest format of a warm cache (adaptive/cache/CACHE_FORMAT.md); older ones are read.
+inline constexpr unsigned cache_format_version = 2;
+/// The `schema` of telemetry headers (adaptive/telemetry/schema.json).
+inline constexpr unsigned telemetry_schema_version = 1;
+
+/// The version that was compiled, "0.2.0": where it is not that of the macros, headers and library are not of one
+/// release. Static storage; any thread.
+const char* version();
+
+}  // namespace tress

@@ -1,0 +1,12 @@
+#include "tress/version.h"
+
+#define TRESS_TEXT_OF(x) #x
+#define TRESS_TEXT(x) TRESS_TEXT_OF(x)
+
+namespace tress {
+
+const char* version() {
+  return TRESS_TEXT(TRESS_VERSION_MAJOR) "." TRESS_TEXT(TRESS_VERSION_MINOR) "." TRESS_TEXT(TRESS_VERSION_PATCH);
+}
+
+}  // namespace tress
