@@ -51,27 +51,29 @@ struct Chosen {
 // What the damped system says of the free parameters, where the step of all others is known.
 Vector solved(const Square& normal, const Vector& gradient, double lambda, const Chosen& free, const Vector& known) {
   constexpr std::size_t leading = padded_size(max_parameters);
+  // Never more than that; said here, since g++ 14 warns of what the loops would do with any number.
+  const std::size_t count = std::min<std::size_t>(free.count, max_parameters);
   alignas(64) std::array<double, leading * max_parameters> columns;
   alignas(64) std::array<double, leading> x{};
   const double least = 1e-12 * normal.diagonal().maxCoeff() + 1e-300;
-  for (std::size_t j = 0; j < free.count; ++j) {
+  for (std::size_t j = 0; j < count; ++j) {
     // The lower half; what is past the end in the padding must be 0, what is above the diagonal finite.
     double* column = columns.data() + leading * j;
     const double* from = normal.data() + normal.rows() * free.at[j];
     for (std::size_t i = j / kernel_lanes * kernel_lanes; i < j; ++i) column[i] = 0;
-    for (std::size_t i = j; i < free.count; ++i) column[i] = from[free.at[i]];
-    for (std::size_t i = free.count; i < padded_size(free.count); ++i) column[i] = 0;
+    for (std::size_t i = j; i < count; ++i) column[i] = from[free.at[i]];
+    for (std::size_t i = count; i < padded_size(count); ++i) column[i] = 0;
     column[j] += lambda * column[j] + least;
     x[j] = -gradient[free.at[j]];
   }
   for (Eigen::Index h = 0; h < known.size(); ++h) {
     if (known[h] == 0) continue;
-    for (std::size_t i = 0; i < free.count; ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
       x[i] -= known[h] * (free.at[i] > h ? normal(free.at[i], h) : normal(h, free.at[i]));
     }
   }
-  solve_in_place(columns.data(), leading, free.count, x.data());
-  return Eigen::Map<const Vector>(x.data(), static_cast<Eigen::Index>(free.count));
+  solve_in_place(columns.data(), leading, count, x.data());
+  return Eigen::Map<const Vector>(x.data(), static_cast<Eigen::Index>(count));
 }
 
 // Minimises the damped quadratic within the bounds: what stands at a bound and would leave it stays, what leaves them
