@@ -38,7 +38,7 @@ struct Configuration {
 
 std::map<int, Configuration> read(const std::string& file) {
   std::map<int, Configuration> all;
-  for (const auto& [id, reference] : test::read_fiber3d_reference(file)) {
+  for (const auto& [id, reference] : test::fiber3d_reference(test::rows_of_file(file))) {
     const fiber::FiberParameters& fiber = reference.parameters;
     Configuration& c = all[id];
     c.eta = static_cast<double>(fiber.eta);

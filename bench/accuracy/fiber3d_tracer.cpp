@@ -47,7 +47,7 @@ fiber::FiberParameters clear_fiber(double e, double alpha, double tilt_deg) {
 }
 
 bool compare(const std::string& file, int paths) {
-  const auto all = test::read_fiber3d_reference(file);
+  const auto all = test::fiber3d_reference(test::rows_of_file(file));
   if (all.empty()) return false;
   fmt::print(
       "{} paths a configuration.\n\n| configuration | lobe | energy | theirs | difference in SE | bins | p value | "

@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include "support/seed.h"
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"
 
@@ -16,7 +17,7 @@ namespace tress::testing {
 /// Every fourth query of an open row is a foreign one (uniform, observed and not scored). Returns the value seen.
 inline float ask(const adaptive::Service& service, std::uint32_t slices, std::uint64_t pass, std::uint64_t index) {
   using namespace adaptive;
-  RandomStream random(77, pass, index);
+  RandomStream random(test::seed(77), pass, index);
   const auto slice = static_cast<SliceId>(random.next() * static_cast<float>(slices));
   const SliceDescription& d = service.slice(slice);
   const float s = random.next(), t = random.next();

@@ -10,6 +10,7 @@
 
 #include "adaptive/knot_tables.h"
 #include "support/chi_square.h"
+#include "support/seed.h"
 #include "tress/base/random.h"
 
 namespace tress::adaptive {
@@ -28,7 +29,7 @@ TEST(KnotDensityStatistical, DrawsFromItsProposal) {
         const std::size_t bins = 3 * count;
         constexpr int draws = 100000;
         std::vector<double> counts(bins, 0.0), expected(bins);
-        RandomStream random(11, count, seed);
+        RandomStream random(test::seed(11), count, seed);
         for (int i = 0; i < draws; ++i) {
           const double x = table.sample(random.next(), share);
           ++counts[std::min(static_cast<std::size_t>((x + pi) / (2 * pi) * static_cast<double>(bins)), bins - 1)];

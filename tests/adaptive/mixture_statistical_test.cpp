@@ -8,6 +8,7 @@
 
 #include "support/chi_square.h"
 #include "support/quadrature.h"
+#include "support/seed.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/base/random.h"
 
@@ -21,7 +22,7 @@ constexpr std::size_t tests_in_file = 27;
 
 template <class Sample, class Density>
 double p_value(std::uint64_t key, Sample&& sample, Density&& density) {
-  RandomStream random(2015, key);
+  RandomStream random(test::seed(2015), key);
   std::vector<double> counts(bins), expected(bins);
   for (int i = 0; i < draws; ++i) {
     const double at = (sample(random.next()) + pi) / (2 * pi) * bins;

@@ -1,4 +1,4 @@
-// ../shared/reference/fiber3d.csv, and a comparison of our tracer with it.
+// The oracle of traced rough fibers (fiber3d.csv), and a comparison of our tracer with it.
 #pragma once
 
 #include <algorithm>
@@ -6,13 +6,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <map>
 #include <numbers>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "fiber/reference_data.h"
 #include "fiber/rough_fiber.h"
 #include "support/chi_square.h"
 #include "tress/base/random.h"
@@ -40,16 +39,11 @@ struct Fiber3dReference {
   std::array<FluxBins, 4> flux{}, standard_error{};  ///< by flux_lobes
 };
 
-/// By their number in the file; empty if it cannot be read.
-inline std::map<int, Fiber3dReference> read_fiber3d_reference(const std::string& name) {
+/// By their number in fiber3d.csv, from its rows; bins without a row are 0.
+inline std::map<int, Fiber3dReference> fiber3d_reference(const ReferenceRows& rows) {
   constexpr double degree = std::numbers::pi / 180;
-  std::ifstream file(name);
   std::map<int, Fiber3dReference> all;
-  for (std::string line; std::getline(file, line);) {
-    if (line.empty() || line[0] < '0' || line[0] > '9') continue;
-    std::vector<std::string> field;
-    std::stringstream fields(line);
-    for (std::string text; std::getline(fields, text, ',');) field.push_back(text);
+  for (const std::vector<std::string>& field : rows) {
     const auto number = [&](std::size_t i) { return std::stod(field[i]); };
     Fiber3dReference& reference = all[std::stoi(field[0])];
     fiber::FiberParameters& parameters = reference.parameters;

@@ -14,7 +14,7 @@ using test::degree;
 
 TEST(FourierReference, AgreesWithReference) {
   const auto rows = test::reference_rows("azimuthal.csv");
-  TRESS_SKIP_WITHOUT(rows, "azimuthal.csv");
+  ASSERT_FALSE(rows.empty());
   // The table's tolerance at 8192 midpoints: 3e-4 1/rad, and relative L2 3e-3 where E_p > 1e-6.
   for (const auto& row : rows) {
     fiber::ReferenceRequest request;

@@ -13,7 +13,7 @@ using test::degree;
 
 TEST(Fresnel, AgreesWithThirtyDigitReference) {
   const auto rows = test::reference_rows("fresnel.csv");
-  TRESS_SKIP_WITHOUT(rows, "fresnel.csv");
+  ASSERT_FALSE(rows.empty());
   // The table prints 10 digits; its tolerance for doubles is 1e-8.
   for (const auto& row : rows) {
     const double eta = std::stod(row[0]), theta = std::stod(row[1]) * degree, gamma = std::stod(row[2]) * degree;

@@ -10,6 +10,7 @@
 
 #include "fiber/longitudinal.h"
 #include "fiber/rough_fiber.h"
+#include "support/seed.h"
 #include "tress/base/random.h"
 #include "tress/fiber/parameters.h"
 
@@ -29,7 +30,7 @@ TEST(lobe_widths, lobes_of_rough_fibers_lie_where_traced_light_leaves_at_grazing
     parameters.sigma_a = glm::vec3(0);
     const fiber::RoughFiber rough(parameters);
     const float theta_r = 80 * degree;
-    RandomStream random(1);
+    RandomStream random(test::seed(1));
     std::array<std::vector<float>, 4> traced;
     constexpr int paths = 20000;
     for (int i = 0; i < paths; ++i) {

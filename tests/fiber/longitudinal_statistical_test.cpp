@@ -7,6 +7,7 @@
 #include "fiber/longitudinal.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
+#include "support/seed.h"
 #include "tress/base/random.h"
 
 namespace {
@@ -27,7 +28,7 @@ TEST(LongitudinalSampling, FollowsItsDensity) {
     for (float tilt : tilts) {
       for (float lambda : scales) {
         const fiber::LongitudinalLobe lobe(theta_r, tilt, lambda, shape);
-        RandomStream random(1, ++stream);
+        RandomStream random(test::seed(1), ++stream);
         std::vector<double> counts(bins), expected(bins);
         const double width = 2.0 * half_pi / bins;
         for (int i = 0; i < samples; ++i) {

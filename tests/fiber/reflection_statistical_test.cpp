@@ -9,6 +9,7 @@
 #include "fiber/reflection.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
+#include "support/seed.h"
 #include "tress/base/random.h"
 
 namespace {
@@ -26,7 +27,7 @@ TEST(ReflectionSampling, FollowsItsDensityWithBoundedWeights) {
       for (float phi_r : {0.0f, 0.6f, float(pi / 2), -2.2f}) {
         const float energy = test::direct_energies(1.55, e, glm::vec3(0), phi_r, theta, 8192, 0).clear[0];
         const fiber::ReflectionLobe lobe(1.55f, e, theta, phi_r, energy, 0, 0.1f);
-        RandomStream random(2, ++stream);
+        RandomStream random(test::seed(2), ++stream);
         std::vector<double> counts(bins), expected(bins);
         test::SampleMean weights;
         double squares = 0;

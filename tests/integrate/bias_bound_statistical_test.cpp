@@ -8,6 +8,7 @@
 
 #include "integrate/picture_mean.h"
 #include "integrate/white_fiber.h"
+#include "support/seed.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress::integrate {
@@ -48,7 +49,7 @@ Told render(const scene::Scene& scene, Estimator estimator, const adaptive::Opti
   for (const std::uint64_t seed : {51ull, 52ull}) {
     if (rows == nullptr && seed == 51ull) continue;
     options.samples = samples;
-    options.seed = seed;
+    options.seed = test::seed(seed);
     const auto listen = [&](const PassProgress& pass) {
       told.bound = pass.table.bias_bound;
       told.fitted_rows = 0;

@@ -8,6 +8,7 @@
 
 #include "integrate/picture_mean.h"
 #include "integrate/white_fiber.h"
+#include "support/seed.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress::integrate {
@@ -42,7 +43,7 @@ class Hair {
     RenderOptions options;
     options.samples = samples;
     options.max_depth = 6;
-    options.seed = seed;
+    options.seed = test::seed(seed);
     const RenderResult result = render_with(scene_, *model, ids, options, threads, never_stop, {}, service);
     if (result.queries > 0) {
       converged_ = 1 - static_cast<double>(result.exact_queries) / static_cast<double>(result.queries);

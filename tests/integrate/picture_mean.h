@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "integrate/renderer.h"
+#include "support/seed.h"
 
 namespace tress::integrate {
 
@@ -32,7 +33,7 @@ inline RenderOptions long_paths(int samples, std::uint64_t seed) {
   options.samples = samples;
   options.max_depth = 2000;
   options.roulette_depth = 4;
-  options.seed = seed;
+  options.seed = test::seed(seed);
   return options;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fiber/fourier_reference.h"
+#include "support/seed.h"
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
@@ -50,7 +51,7 @@ TEST(random_rows, learned_from_render_like_samples_are_close_to_the_reference) {
   const auto target = fiber::make_elliptical_target();
   const adaptive::Options options;
   adaptive::Service service(options, *target);
-  RandomStream random(2015);
+  RandomStream random(test::seed(2015));
   std::vector<Row> rows;
   std::vector<adaptive::TracedRay> rays;
   while (rows.size() < 200) {

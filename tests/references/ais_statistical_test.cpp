@@ -10,6 +10,7 @@
 #include "references/learners/ais.h"
 #include "references/learners/ais_proposal.h"
 #include "support/chi_square.h"
+#include "support/seed.h"
 
 namespace tress::adaptive {
 namespace {
@@ -31,7 +32,7 @@ TEST(AisStatistical, TheObjectiveIsUnbiased) {
         settings.threshold = 0;
         settings.iterations = 6;
         settings.samples = 64;
-        const AisFit fit = fit_ais(target, RandomStream(1, i), settings);
+        const AisFit fit = fit_ais(target, RandomStream(tress::test::seed(1), i), settings);
         difference.add(fit.objective - tress::testing::relative_l2(target, fit.mixture));
       }
       p_values.push_back(tress::test::z_test(difference.mean(), 0, difference.standard_error()));
@@ -46,7 +47,7 @@ TEST(AisStatistical, TheProposalDrawsItsDensity) {
   for (const AisBasis basis : {AisBasis::circular, AisBasis::line}) {
     const AisProposal proposal(parts, basis, 0.05);
     std::vector<double> counts(bins), expected(bins);
-    RandomStream random(2);
+    RandomStream random(tress::test::seed(2));
     for (int i = 0; i < samples; ++i) {
       const double x = proposal.sample(static_cast<double>(random.next_bits() >> 11) * 0x1p-53);
       counts[static_cast<std::size_t>(std::min((x + pi) / (2 * pi) * bins, bins - 1.0))] += 1;

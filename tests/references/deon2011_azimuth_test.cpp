@@ -32,7 +32,7 @@ double density(const AzimuthalTrace& trace, int p, double phi) {
 // 2 degrees. 1024 points against 2048 differ by less than 1e-5 of the peak (below).
 TEST(deon2011_azimuth, density_of_circles_is_that_of_the_oracle) {
   const auto rows = test::reference_rows("azimuthal.csv");
-  TRESS_SKIP_WITHOUT(rows, "azimuthal.csv");
+  ASSERT_FALSE(rows.empty());
   const OffsetQuadrature quadrature(1024);
   AzimuthalTrace trace;
   double largest = 0;
@@ -54,14 +54,14 @@ TEST(deon2011_azimuth, density_of_circles_is_that_of_the_oracle) {
     largest = std::max(largest, worst / peak);
     ++compared;
   }
-  EXPECT_GT(compared, 40);
+  EXPECT_GE(compared, 16);  // four circles, four lobes each
   std::printf("%d densities, largest error %.2g of the peak\n", compared, largest);
 }
 
 // columns: id, eta, e, theta_d, phi_i, sigma_a, E0..E6, E_rest, absorbed. Floats: sums of 256 groups, some 3e-6.
 TEST(deon2011_azimuth, energies_of_circles_are_those_of_the_oracle) {
   const auto rows = test::reference_rows("energy.csv");
-  TRESS_SKIP_WITHOUT(rows, "energy.csv");
+  ASSERT_FALSE(rows.empty());
   const OffsetQuadrature quadrature(512);
   double largest = 0;
   int compared = 0;

@@ -11,6 +11,7 @@
 
 #include "models/model_measures.h"
 #include "references/registry.h"
+#include "support/seed.h"
 
 namespace tress {
 namespace {
@@ -77,7 +78,7 @@ TEST_P(every_model_statistics, mean_weight_is_the_integral) {
     const FiberDirection wr{k.theta_deg * degree, k.phi};
     const auto event = fiber.begin(wr, k.h);
     test::SampleMean mean;
-    RandomStream random(23);
+    RandomStream random(test::seed(23));
     for (int i = 0; i < (is_slow() ? 2000 : 10000); ++i) {
       const fiber::FiberValue value = test::draw(fiber.model(), event, random).value;
       mean.add(double{value.total().g} / double{value.pdf});

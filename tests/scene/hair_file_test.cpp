@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "scene/groom_assembly.h"
 #include "scene/scene.h"
@@ -129,18 +133,54 @@ TEST(GroomAssembly, StandsFilesWithYUpAndScalesTo30Centimetres) {
   EXPECT_EQ(notes.size(), 2u);
 }
 
-TEST(RealGrooms, LoadWithTheirCounts) {
-  const std::filesystem::path folder = TRESS_SOURCE_DIR "/../shared/data/grooms";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
-  const std::tuple<const char*, std::uint32_t, std::size_t> known[] = {
-      {"straight.hair", 10000, 160000}, {"bear.hair", 48113, 192452}, {"ponytail.hair", 4933, 78928}};
-  for (const auto& [name, strands, points] : known) {
-    const auto scene = load_scene(folder / name);
-    ASSERT_TRUE(scene) << scene.error().message();
-    EXPECT_EQ(scene->grooms.at(0).strand_count(), strands) << name;
-    EXPECT_EQ(scene->grooms.at(0).points.size(), points) << name;
-    EXPECT_FALSE(scene->notes.empty());
+/// A groom laid out as downloaded files are: no segments array, with or without thickness, and a comment.
+Bytes groom_file(std::uint32_t strands, std::uint32_t points_a_strand, bool thickness) {
+  const std::uint32_t points = strands * points_a_strand;
+  Bytes bytes(128, 0);
+  std::memcpy(bytes.data(), "HAIR", 4);
+  put<std::uint32_t>(&bytes, 4, strands);
+  put<std::uint32_t>(&bytes, 8, points);
+  put<std::uint32_t>(&bytes, 12, thickness ? 6 : 2);
+  put<std::uint32_t>(&bytes, 16, points_a_strand - 1);
+  put<float>(&bytes, 20, 0.1f);
+  std::memcpy(bytes.data() + 40, "a groom of a test", 17);
+  bytes.resize(128 + points * (thickness ? 16 : 12));
+  for (std::uint32_t i = 0; i < points; ++i) {
+    const std::uint32_t strand = i / points_a_strand;
+    const float along = static_cast<float>(i % points_a_strand) / static_cast<float>(points_a_strand - 1);
+    const float x[] = {static_cast<float>(strand % 17), static_cast<float>(strand / 17) + along, 10 - 9 * along};
+    for (std::size_t axis = 0; axis < 3; ++axis) put<float>(&bytes, 128 + 12 * i + 4 * axis, x[axis]);
   }
+  for (std::uint32_t i = 0; thickness && i < points; ++i) put<float>(&bytes, 128 + 12 * points + 4 * i, 0.1f);
+  return bytes;
+}
+
+void expect_counts(const std::filesystem::path& file, std::uint32_t strands, std::size_t points) {
+  const auto scene = load_scene(file);
+  ASSERT_TRUE(scene) << scene.error().message();
+  EXPECT_EQ(scene->grooms.at(0).strand_count(), strands) << file;
+  EXPECT_EQ(scene->grooms.at(0).points.size(), points) << file;
+  EXPECT_FALSE(scene->notes.empty());
+}
+
+TEST(BareGrooms, LoadWithTheirCounts) {
+  std::string folder = (std::filesystem::temp_directory_path() / "tress_grooms_XXXXXX").string();
+  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+  const std::filesystem::path file = std::filesystem::path(folder) / "a.hair";
+  for (const auto& [strands, points_a_strand, thickness] :
+       {std::tuple{300u, 16u, false}, std::tuple{1000u, 4u, true}, std::tuple{1u, 2u, false}}) {
+    const Bytes bytes = groom_file(strands, points_a_strand, thickness);
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    expect_counts(file, strands, std::size_t{strands} * points_a_strand);
+  }
+  std::filesystem::remove_all(folder);
+  // Grooms that nobody here made, where they are beside the checkout.
+  const std::filesystem::path found = TRESS_SOURCE_DIR "/../shared/data/grooms";
+  if (!std::filesystem::exists(found)) return;
+  expect_counts(found / "straight.hair", 10000, 160000);
+  expect_counts(found / "bear.hair", 48113, 192452);
+  expect_counts(found / "ponytail.hair", 4933, 78928);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "scene/lights.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
+#include "support/seed.h"
 #include "tress/base/random.h"
 
 namespace tress::scene {
@@ -70,7 +71,7 @@ TEST(LightStatistics, DirectionsAreUniformInSolidAngle) {
     const Chart chart(light, point);
     constexpr int draws = 100000;
     std::vector<double> seen(cells * cells, 0), expected(cells * cells, 0);
-    RandomStream random(17);
+    RandomStream random(test::seed(17));
     for (int i = 0; i < draws; ++i) {
       const float u1 = random.next(), u2 = random.next();
       const auto [a, b] = chart.place(sample_light(light, point, u1, u2));
