@@ -1,17 +1,14 @@
-#include <xxhash.h>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
+#include "cache/checksum.h"
 #include "cache/format.h"
 
 namespace tress::adaptive {
 namespace format {
-
-std::uint64_t checksum(std::string_view bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
-
-std::string hexadecimal(std::uint64_t value) {
-  std::string text(16, '0');
-  for (int i = 0; i < 16; ++i) text[15 - i] = "0123456789abcdef"[value >> (4 * i) & 15];
-  return text;
-}
 
 void write_description(ByteWriter& out, const SliceDescription& slice) {
   out.u32(slice.key.lobe);
@@ -56,6 +53,140 @@ void write_row(ByteWriter& out, const CachedRow& row) {
   }
 }
 
+void write_sketch(ByteWriter& out, const CachedRow& row) {
+  out.u32(static_cast<std::uint32_t>(row.sketch.size()));
+  for (const SketchBin& bin : row.sketch) {
+    out.u32(bin.index);
+    out.u64(bin.bits);
+  }
+}
+
+namespace {
+
+/// What is in the file before the rows that it counts.
+struct Counts {
+  std::vector<std::uint32_t> rows;  ///< of each slice
+  bool knots = false;               ///< any of them is a knot table
+};
+
+Counts count(RowSource& rows) {
+  Counts counts;
+  rows.rewind();
+  while (rows.next_slice() != nullptr) {
+    std::uint32_t number = 0;
+    while (const CachedRow* row = rows.next_row()) {
+      ++number;
+      counts.knots = counts.knots || kind_of(*row) == Kind::knots;
+    }
+    counts.rows.push_back(number);
+  }
+  return counts;
+}
+
+/// Where the payload of a section goes.
+class Payload {
+ public:
+  static constexpr std::size_t piece = std::size_t{32} << 10;
+  virtual ~Payload() = default;
+  ByteWriter& writer() { return writer_; }
+  /// To be called now and then, and at the end. False if there is no room.
+  bool flush(std::size_t at_least = piece) {
+    if (writer_.bytes().size() < at_least) return true;
+    const bool taken = take(writer_.bytes());
+    writer_.clear();
+    return taken;
+  }
+
+ private:
+  virtual bool take(std::string_view bytes) = 0;
+  ByteWriter writer_;
+};
+
+class Measured final : public Payload {
+ public:
+  std::uint64_t size() const { return size_; }
+  std::uint64_t sum() const { return checksum_.value(); }
+
+ private:
+  bool take(std::string_view bytes) override {
+    size_ += bytes.size();
+    checksum_.add(bytes);
+    return true;
+  }
+  std::uint64_t size_ = 0;
+  Checksum checksum_;
+};
+
+class Written final : public Payload {
+ public:
+  explicit Written(ByteSink& out) : out_(out) {}
+
+ private:
+  bool take(std::string_view bytes) override { return out_.append(bytes); }
+  ByteSink& out_;
+};
+
+/// The payloads of the last three sections, those that are asked for. False if one has no room, or the rows are not
+/// those that were counted.
+bool write_payloads(RowSource& rows, const Counts& counts, Payload* slices, Payload* table, Payload* sketches) {
+  rows.rewind();
+  std::size_t at = 0;
+  if (slices != nullptr) slices->writer().u32(static_cast<std::uint32_t>(counts.rows.size()));
+  while (const SliceDescription* slice = rows.next_slice()) {
+    if (at == counts.rows.size()) return false;
+    if (slices != nullptr) write_description(slices->writer(), *slice);
+    if (slices != nullptr && !slices->flush()) return false;
+    if (table != nullptr) table->writer().u32(counts.rows[at]);
+    std::uint32_t left = counts.rows[at++];
+    while (const CachedRow* row = rows.next_row()) {
+      if (left-- == 0) return false;
+      if (table != nullptr) write_row(table->writer(), *row);
+      if (table != nullptr && !table->flush()) return false;
+      if (row->state == RowState::converged) continue;
+      if (sketches != nullptr) write_sketch(sketches->writer(), *row);
+      if (sketches != nullptr && !sketches->flush()) return false;
+    }
+    if (left != 0) return false;
+  }
+  for (Payload* payload : {slices, table, sketches}) {
+    if (payload != nullptr && !payload->flush(1)) return false;
+  }
+  return at == counts.rows.size() && !rows.failure();
+}
+
+void write_frame(ByteWriter& out, Section id, std::uint64_t size, std::uint64_t sum) {
+  out.u32(static_cast<std::uint32_t>(id));
+  out.u32(0);
+  out.u64(size);
+  out.u64(sum);
+}
+
+}  // namespace
+
+bool write_cache(RowSource& rows, ByteSink& out) {
+  const Counts counts = count(rows);
+  Measured slices, table, sketches;
+  if (rows.failure() || !write_payloads(rows, counts, &slices, &table, &sketches)) return false;
+  ByteWriter model;
+  model.u32(static_cast<std::uint32_t>(rows.model().size()));
+  model.text(rows.model());
+
+  Written payload(out);
+  ByteWriter& head = payload.writer();
+  head.text(magic);
+  head.u32(counts.knots ? version_of_knots : version_of_mixtures);
+  head.u32(section_count);
+  head.u64(model_hash(rows.model()));
+  write_frame(head, Section::model, model.bytes().size(), checksum(model.bytes()));
+  head.text(model.bytes());
+  write_frame(head, Section::slices, slices.size(), slices.sum());
+  if (!write_payloads(rows, counts, &payload, nullptr, nullptr)) return false;
+  write_frame(head, Section::rows, table.size(), table.sum());
+  if (!write_payloads(rows, counts, nullptr, &payload, nullptr)) return false;
+  write_frame(head, Section::sketches, sketches.size(), sketches.sum());
+  return write_payloads(rows, counts, nullptr, nullptr, &payload);
+}
+
 }  // namespace format
 
 namespace {
@@ -65,13 +196,23 @@ constexpr std::string_view rules =
     "node rule 1: g at the grid node; blur 1: wrapped Gaussian; axis rule 1: ascending coordinates, node = a * nb + b; "
     "sketch rule 1: max(128, ceil(12 pi / sigma)) bins, minimum of |offset| 31, sign 1, float g 32";
 
-void write_section(ByteWriter& out, format::Section id, const std::string& payload) {
-  out.u32(static_cast<std::uint32_t>(id));
-  out.u32(0);
-  out.u64(payload.size());
-  out.u64(format::checksum(payload));
-  out.text(payload);
-}
+class StringSink final : public format::ByteSink {
+ public:
+  bool append(std::string_view bytes) override {
+    text.append(bytes);
+    return true;
+  }
+  std::string text;
+};
+
+class HashSink final : public format::ByteSink {
+ public:
+  bool append(std::string_view bytes) override {
+    checksum.add(bytes);
+    return true;
+  }
+  format::Checksum checksum;
+};
 
 }  // namespace
 
@@ -82,40 +223,34 @@ std::uint64_t model_hash(const std::string& model) {
   return format::checksum(text);
 }
 
-std::string encode_cache(const TableSnapshot& image) {
-  ByteWriter model, slices, rows, sketches;
-  std::uint32_t version = format::version_of_mixtures;
-  model.u32(static_cast<std::uint32_t>(image.model.size()));
-  model.text(image.model);
-  slices.u32(static_cast<std::uint32_t>(image.slices.size()));
-  for (const CachedSlice& slice : image.slices) {
-    format::write_description(slices, slice.description);
-    rows.u32(static_cast<std::uint32_t>(slice.rows.size()));
-    for (const CachedRow& row : slice.rows) {
-      format::write_row(rows, row);
-      if (format::kind_of(row) == format::Kind::knots) version = format::version_of_knots;
-      if (row.state == RowState::converged) continue;
-      sketches.u32(static_cast<std::uint32_t>(row.sketch.size()));
-      for (const SketchBin& bin : row.sketch) {
-        sketches.u32(bin.index);
-        sketches.u64(bin.bits);
-      }
-    }
-  }
+std::size_t cached_bytes(const SliceDescription& slice) {
   ByteWriter out;
-  out.text(format::magic);
-  out.u32(version);
-  out.u32(format::section_count);
-  out.u64(model_hash(image.model));
-  write_section(out, format::Section::model, model.bytes());
-  write_section(out, format::Section::slices, slices.bytes());
-  write_section(out, format::Section::rows, rows.bytes());
-  write_section(out, format::Section::sketches, sketches.bytes());
-  return out.take();
+  format::write_description(out, slice);
+  return out.bytes().size() + sizeof(std::uint32_t);  // and the number of its rows
+}
+
+std::size_t cached_bytes(const CachedRow& row) {
+  ByteWriter out;
+  format::write_row(out, row);
+  if (row.state != RowState::converged) format::write_sketch(out, row);
+  return out.bytes().size();
+}
+
+std::string encode_cache(const TableSnapshot& image) {
+  SnapshotRows rows(image);
+  StringSink out;
+  format::write_cache(rows, out);
+  return std::move(out.text);
+}
+
+std::string cache_hash(RowSource& rows) {
+  HashSink out;
+  return format::write_cache(rows, out) ? format::hexadecimal(out.checksum.value()) : std::string();
 }
 
 std::string cache_hash(const TableSnapshot& image) {
-  return format::hexadecimal(format::checksum(encode_cache(image)));
+  SnapshotRows rows(image);
+  return cache_hash(rows);
 }
 
 }  // namespace tress::adaptive

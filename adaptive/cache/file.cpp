@@ -1,4 +1,4 @@
-// Cache files: read whole; replaced whole, under a lock.
+// Cache files: read row by row; replaced whole, under a lock.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -13,8 +13,11 @@
 #include <vector>
 
 #include "base/descriptor.h"
+#include "base/file_replacement.h"
 #include "base/save_lock.h"
+#include "cache/byte_source.h"
 #include "cache/format.h"
+#include "cache/reader.h"
 #include "tress/adaptive/cache.h"
 #include "tress/base/replace_file.h"
 
@@ -27,27 +30,36 @@ Error system_error(const fs::path& file, const char* expected) {
   return {file.string(), "", expected, strerror(errno)};
 }
 
-/// Puts `image` in the place of `target`, no link, under a lock that the caller holds. `file`: its name in errors.
-std::optional<Error> replace(const fs::path& target, const fs::path& file, const TableSnapshot& image) {
-  const std::string bytes = encode_cache(image);
-  // An image that load_cache would refuse must not take the place of a good file.
-  if (const auto readable = decode_cache(bytes, image.model, file.string()); !readable) return readable.error();
-  return replace_file(target, bytes, file.string());
+class ReplacementSink final : public format::ByteSink {
+ public:
+  bool append(std::string_view bytes) override {
+    error = file.write(bytes);
+    return !error;
+  }
+  FileReplacement file;
+  std::optional<Error> error;
+};
+
+std::size_t size_of(int descriptor) {
+  struct stat status{};
+  return ::fstat(descriptor, &status) == 0 ? static_cast<std::size_t>(status.st_size) : 0;
 }
 
-/// Reads on at the end of `bytes` until they are `size` or the file ends.
-bool read_up_to(int descriptor, std::size_t size, std::string* bytes) {
-  std::size_t got = bytes->size();
-  bytes->resize(size);
-  while (got < size) {
-    const ssize_t step = ::read(descriptor, bytes->data() + got, size - got);
-    if (step < 0 && errno == EINTR) continue;
-    if (step < 0) return false;
-    if (step == 0) break;
-    got += static_cast<std::size_t>(step);
+/// Puts the rows in the place of `target`, no link, under a lock that the caller holds. `file`: its name in errors.
+Result<CacheContents> replace(const fs::path& target, const fs::path& file, RowSource& rows) {
+  ReplacementSink out;
+  if (std::optional<Error> error = out.file.begin(target, file.string())) return *error;
+  if (!format::write_cache(rows, out)) {
+    if (out.error) return *out.error;
+    if (const std::optional<Error> error = rows.failure()) return *error;
+    return Error{file.string(), "", "rows that stay as they are while they are saved", "others"};
   }
-  bytes->resize(got);
-  return true;
+  // What load_cache would refuse must not take the place of a good file.
+  const FileBytes written(out.file.descriptor(), size_of(out.file.descriptor()));
+  CacheReader reader(written, file.string());
+  if (!reader.check(rows.model())) return reader.error();
+  if (std::optional<Error> error = out.file.finish()) return *error;
+  return reader.contents();
 }
 
 bool is_absent(const fs::path& file) {
@@ -57,54 +69,91 @@ bool is_absent(const fs::path& file) {
 
 }  // namespace
 
-Result<TableSnapshot> load_cache(const fs::path& file, const std::string& model) {
-  const Descriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (!opened.is_open()) return system_error(file, "a readable cache file");
+struct CacheFile::Opened {
+  Opened(int number, std::size_t size, const std::string& name)
+      : descriptor(number), bytes(number, size), reader(bytes, name) {}
+  Descriptor descriptor;
+  FileBytes bytes;
+  CacheReader reader;
+};
+
+CacheFile::CacheFile(std::unique_ptr<Opened> opened) : opened_(std::move(opened)) {}
+CacheFile::~CacheFile() = default;
+
+Result<std::unique_ptr<CacheFile>> CacheFile::open(const fs::path& file, const std::string& model) {
+  const int number = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (number < 0) return system_error(file, "a readable cache file");
   struct stat status{};
-  if (::fstat(opened.number(), &status) != 0) return system_error(file, "a readable cache file");
+  const bool told = ::fstat(number, &status) == 0;
+  auto opened = std::make_unique<Opened>(number, told ? static_cast<std::size_t>(status.st_size) : 0, file.string());
+  if (!told) return system_error(file, "a readable cache file");
   if (!S_ISREG(status.st_mode)) return Error{file.string(), "", "a regular file", "a folder or a device"};
-  // Its first bytes alone, so that no memory is asked for a large file of another kind.
-  const auto size = static_cast<std::size_t>(status.st_size);
-  std::string bytes;
-  if (!read_up_to(opened.number(), std::min(size, format::header_bytes), &bytes) ||
-      (bytes.starts_with(format::magic) && !read_up_to(opened.number(), size, &bytes))) {
-    return system_error(file, "a readable cache file");
-  }
-  return decode_cache(bytes, model, file.string());
+  if (!opened->reader.check(model)) return opened->reader.error();
+  return std::unique_ptr<CacheFile>(new CacheFile(std::move(opened)));
 }
 
-std::optional<Error> save_cache(const fs::path& file, const TableSnapshot& image, std::vector<fs::path>* removed) {
+const CacheContents& CacheFile::contents() const { return opened_->reader.contents(); }
+const std::string& CacheFile::model() const { return opened_->reader.model(); }
+void CacheFile::rewind() { opened_->reader.rewind(); }
+const SliceDescription* CacheFile::next_slice() { return opened_->reader.next_slice(); }
+const CachedRow* CacheFile::next_row() { return opened_->reader.next_row(); }
+std::optional<Error> CacheFile::failure() const { return opened_->reader.failure(); }
+
+Result<TableSnapshot> load_cache(const fs::path& file, const std::string& model) {
+  const Result<std::unique_ptr<CacheFile>> opened = CacheFile::open(file, model);
+  if (!opened) return opened.error();
+  TableSnapshot table = collect(**opened);
+  if (const std::optional<Error> error = (*opened)->failure()) return *error;
+  return table;
+}
+
+Result<CacheSave> replace_cache(const fs::path& file, RowSource& rows) {
   const fs::path target = behind_links(file);
   SaveLock lock;
-  if (std::optional<Error> error = lock.acquire(target, file.string())) return error;
-  if (std::optional<Error> error = replace(target, file, image)) return error;
-  std::vector<fs::path> leftovers;
-  if (lock.held()) leftovers = remove_leftovers(target);
-  if (removed != nullptr) *removed = std::move(leftovers);
-  return std::nullopt;
+  if (std::optional<Error> error = lock.acquire(target, file.string())) return *error;
+  const Result<CacheContents> saved = replace(target, file, rows);
+  if (!saved) return saved.error();
+  return CacheSave{*saved, lock.held() ? remove_leftovers(target) : std::vector<fs::path>{}};
 }
 
-Result<CacheUpdate> merge_into_cache(const fs::path& file, TableSnapshot image) {
-  if (image.model.empty()) return Error{file.string(), "model", "a name", "none"};
+std::optional<Error> save_cache(const fs::path& file, const TableSnapshot& image) {
+  SnapshotRows rows(image);
+  const Result<CacheSave> saved = replace_cache(file, rows);
+  return saved ? std::nullopt : std::optional<Error>(saved.error());
+}
+
+Result<CacheUpdate> merge_into_cache(const fs::path& file, RowSource& rows) {
+  if (rows.model().empty()) return Error{file.string(), "model", "a name", "none"};
   const fs::path target = behind_links(file);
   SaveLock lock;
   if (std::optional<Error> error = lock.acquire(target, file.string())) return *error;
   CacheUpdate update;
+  const auto save = [&](RowSource& all) -> std::optional<Error> {
+    const Result<CacheContents> saved = replace(target, file, all);
+    if (!saved) return saved.error();
+    update.contents = *saved;
+    return std::nullopt;
+  };
   if (is_absent(target)) {
-    update.image = std::move(image);
+    if (std::optional<Error> error = save(rows)) return *error;
   } else {
-    const Result<TableSnapshot> there = load_cache(file, image.model);
+    const Result<std::unique_ptr<CacheFile>> there = CacheFile::open(file, rows.model());
     if (!there) {
       update.outcome = CacheUpdate::Outcome::refused;
       update.refusal = there.error();
       return update;
     }
     update.outcome = CacheUpdate::Outcome::merged;
-    update.image = merge_caches(image, *there);
+    MergedRows both(rows, **there);
+    if (std::optional<Error> error = save(both)) return *error;
   }
-  if (std::optional<Error> error = replace(target, file, update.image)) return *error;
   if (lock.held()) update.removed = remove_leftovers(target);
   return update;
+}
+
+Result<CacheUpdate> merge_into_cache(const fs::path& file, const TableSnapshot& image) {
+  SnapshotRows rows(image);
+  return merge_into_cache(file, rows);
 }
 
 }  // namespace tress::adaptive

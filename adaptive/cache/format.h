@@ -48,8 +48,21 @@ std::uint64_t checksum(std::string_view bytes);
 /// 16 lower-case hexadecimal digits.
 std::string hexadecimal(std::uint64_t value);
 
+/// Where a cache goes, piece by piece, from its first byte to its last.
+class ByteSink {
+ public:
+  virtual ~ByteSink() = default;
+  /// False if there is no room: no more is then told.
+  virtual bool append(std::string_view bytes) = 0;
+};
+/// The whole file, in pieces of some 32 KB. False if the sink has no room, or the rows have a failure() or were not the
+/// same in every round. Goes through the rows five times.
+bool write_cache(RowSource& rows, ByteSink& out);
+
 /// The row as it stands in section rows; what is not stored in its state is left out.
 void write_row(ByteWriter& out, const CachedRow& row);
+/// The sketch of an open row as it stands in section sketches.
+void write_sketch(ByteWriter& out, const CachedRow& row);
 /// The slice's description as it stands in section slices.
 void write_description(ByteWriter& out, const SliceDescription& slice);
 

@@ -46,50 +46,88 @@ std::vector<SketchBin> minimum(const std::vector<SketchBin>& a, const std::vecto
   return result;
 }
 
-CachedRow join(const CachedRow& a, const CachedRow& b) {
-  const bool both_open = a.state != RowState::converged && b.state != RowState::converged;
-  if (!both_open || a.generation != b.generation) return below(a, b) ? b : a;
-  CachedRow row = a;
-  row.sketch = minimum(a.sketch, b.sketch);
-  row.count = std::max(a.count, b.count);
-  row.energy = std::max(a.energy, b.energy);
-  return row;
+}  // namespace
+
+MergedRows::MergedRows(RowSource& a, RowSource& b) : a_{a}, b_{b} {
+  assert(a.model() == b.model());
+  rewind();
 }
 
-/// Union of two ascending lists; equal elements are joined.
-template <class Item, class Less, class Join>
-std::vector<Item> unite(const std::vector<Item>& a, const std::vector<Item>& b, Less less, Join join_equal) {
-  std::vector<Item> result;
-  result.reserve(std::max(a.size(), b.size()));
-  auto i = a.begin(), j = b.begin();
-  while (i != a.end() || j != b.end()) {
-    if (j == b.end() || (i != a.end() && less(*i, *j))) {
-      result.push_back(*i++);
-    } else if (i == a.end() || less(*j, *i)) {
-      result.push_back(*j++);
-    } else {
-      result.push_back(join_equal(*i++, *j++));
-    }
+void MergedRows::rewind() {
+  for (Side* side : {&a_, &b_}) {
+    side->rows.rewind();
+    side->slice = nullptr;
+    side->row = nullptr;
+    side->tells = false;
+    side->has_slice = side->has_row = true;
   }
-  return result;
+}
+
+/// The next slice, if the last one has been told.
+void MergedRows::read_slice(Side& side) {
+  if (side.has_slice) side.slice = side.rows.next_slice();
+  side.has_slice = side.tells = false;
+}
+
+void MergedRows::read_row(Side& side) {
+  if (side.has_row) side.row = side.tells ? side.rows.next_row() : nullptr;
+  side.has_row = false;
 }
 
 /// One key, one description in one model; should two differ, the larger bytes win with all their rows.
-CachedSlice join(const CachedSlice& a, const CachedSlice& b) {
-  const std::string a_bytes = encoded(a.description), b_bytes = encoded(b.description);
-  if (a_bytes != b_bytes) return a_bytes < b_bytes ? b : a;
-  const auto by_node = [](const CachedRow& x, const CachedRow& y) { return x.node < y.node; };
-  const auto join_rows = [](const CachedRow& x, const CachedRow& y) { return join(x, y); };
-  return {a.description, unite(a.rows, b.rows, by_node, join_rows)};
+const SliceDescription* MergedRows::next_slice() {
+  read_slice(a_);
+  read_slice(b_);
+  a_.has_row = b_.has_row = true;
+  if (a_.slice == nullptr && b_.slice == nullptr) return nullptr;
+  const bool a_first = b_.slice == nullptr || (a_.slice != nullptr && a_.slice->key < b_.slice->key);
+  const bool b_first = a_.slice == nullptr || (b_.slice != nullptr && b_.slice->key < a_.slice->key);
+  a_.has_slice = a_.tells = !b_first;
+  b_.has_slice = b_.tells = !a_first;
+  if (a_.tells && b_.tells) {
+    const std::string a = encoded(*a_.slice), b = encoded(*b_.slice);
+    a_.tells = !(a < b);
+    b_.tells = !(b < a);
+  }
+  return a_.tells ? a_.slice : b_.slice;
 }
 
-}  // namespace
+const CachedRow* MergedRows::next_row() {
+  read_row(a_);
+  read_row(b_);
+  const CachedRow *a = a_.row, *b = b_.row;
+  if (a == nullptr && b == nullptr) return nullptr;
+  a_.has_row = b == nullptr || (a != nullptr && a->node <= b->node);
+  b_.has_row = a == nullptr || (b != nullptr && b->node <= a->node);
+  if (!a_.has_row || !b_.has_row) return a_.has_row ? a : b;
+  const bool both_open = a->state != RowState::converged && b->state != RowState::converged;
+  if (!both_open || a->generation != b->generation) return below(*a, *b) ? b : a;
+  joined_ = *a;
+  joined_.sketch = minimum(a->sketch, b->sketch);
+  joined_.count = std::max(a->count, b->count);
+  joined_.energy = std::max(a->energy, b->energy);
+  return &joined_;
+}
+
+std::optional<Error> MergedRows::failure() const {
+  std::optional<Error> error = a_.rows.failure();
+  return error ? error : b_.rows.failure();
+}
+
+TableSnapshot collect(RowSource& rows) {
+  TableSnapshot table{rows.model(), {}};
+  rows.rewind();
+  while (const SliceDescription* slice = rows.next_slice()) {
+    CachedSlice& all = table.slices.emplace_back(CachedSlice{*slice, {}});
+    while (const CachedRow* row = rows.next_row()) all.rows.push_back(*row);
+  }
+  return table;
+}
 
 TableSnapshot merge_caches(const TableSnapshot& a, const TableSnapshot& b) {
-  assert(a.model == b.model);
-  const auto by_key = [](const CachedSlice& x, const CachedSlice& y) { return x.description.key < y.description.key; };
-  const auto join_slices = [](const CachedSlice& x, const CachedSlice& y) { return join(x, y); };
-  return {a.model, unite(a.slices, b.slices, by_key, join_slices)};
+  SnapshotRows from_a(a), from_b(b);
+  MergedRows both(from_a, from_b);
+  return collect(both);
 }
 
 }  // namespace tress::adaptive

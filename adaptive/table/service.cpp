@@ -154,7 +154,12 @@ const Options& Service::options() const { return table_->options(); }
 SliceId Service::add_slice(const SliceDescription& description) { return table_->add_slice(description); }
 const SliceDescription& Service::slice(SliceId slice) const { return table_->slices()[slice]->description; }
 std::uint32_t Service::slice_count() const { return static_cast<std::uint32_t>(table_->slices().size()); }
-std::optional<Error> Service::load(TableSnapshot image) { return table_->load(std::move(image)); }
+std::optional<Error> Service::load(RowSource& rows) { return table_->load(rows); }
+std::optional<Error> Service::load(const TableSnapshot& image) {
+  SnapshotRows rows(image);
+  return table_->load(rows);
+}
+std::unique_ptr<RowSource> Service::rows() const { return table_->rows(); }
 TableSnapshot Service::snapshot() const { return table_->snapshot(); }
 RowView Service::look_up(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->look_up(slice, a, b); }
 void Service::count_converged(std::uint32_t queries) const { table_->count_converged(queries); }

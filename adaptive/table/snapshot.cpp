@@ -9,6 +9,7 @@ namespace tress::adaptive {
 namespace {
 
 constexpr std::size_t least_index_bytes = std::size_t{16} << 20;
+constexpr std::size_t batch_of_cached = 256;  // rows of a cache that wait in memory at once, as admit() traces them
 
 bool same_axes(const SliceDescription& a, const SliceDescription& b) {
   return a.axis_a == b.axis_a && a.axis_b == b.axis_b && a.blur_rad == b.blur_rad;
@@ -27,16 +28,6 @@ std::string describe_axes(const SliceDescription& slice) {
 
 Error other_axes(const SliceDescription& own, const SliceDescription& cached) {
   return {"", describe(own), describe_axes(own), describe_axes(cached) + " (or other coordinates of as many)"};
-}
-
-void keep_stored(Slice& slice, CachedSlice&& cached) {
-  for (CachedRow& row : cached.rows) {
-    const bool has_row =
-        slice.has_index() && row.node < slice.description.node_count() && slice.slots[row.node].row != Slot::no_row;
-    if (row.node < slice.description.node_count() && !has_row) {
-      slice.stored.insert_or_assign(row.node, std::move(row));
-    }
-  }
 }
 
 CachedRow cached_form(const Row& row, const Slot& slot) {
@@ -78,8 +69,9 @@ SliceId Service::Table::add_slice(const SliceDescription& description) {
   if (const auto cached = unused_.find(description.key); cached != unused_.end()) {
     // A slice on other axes cannot be used, nor saved beside this one.
     if (same_axes(cached->second.description, description)) {
-      keep_stored(*slices_.back(), std::move(cached->second));
-      resume({id});
+      const TableSnapshot kept{target_.model_name(), {std::move(cached->second)}};
+      SnapshotRows rows(kept);
+      (void)take(rows);
     } else {
       refusals_.push_back(other_axes(description, cached->second.description));
     }
@@ -88,24 +80,41 @@ SliceId Service::Table::add_slice(const SliceDescription& description) {
   return id;
 }
 
-void Service::Table::resume(const std::vector<SliceId>& slices) {
+std::optional<Error> Service::Table::take(RowSource& rows) {
+  PassReport resumed;
   std::vector<Candidate> candidates;
-  for (const SliceId p : slices) {
-    if (!slices_[p]->has_index()) continue;
-    for (const auto& [node, cached] : slices_[p]->stored) {
-      // What a coarse row is good for is not known before the light of its node is.
-      if (is_light_driven() && !answers(p, cached)) continue;
-      candidates.push_back({p, node, slices_[p]->slots[node].queries.load(std::memory_order_relaxed), 0, nullptr});
+  bool room = true;
+  const auto admit_candidates = [&] {
+    room = admit(candidates, resumed) && room;
+    candidates.clear();
+  };
+  // Rows that answer at once come first; the others are learned on in what memory is left.
+  for (const bool answering : {true, false}) {
+    rows.rewind();
+    while (const SliceDescription* description = rows.next_slice()) {
+      const auto found = slice_of_key_.find(description->key);
+      if (found == slice_of_key_.end()) {
+        if (!answering) continue;
+        CachedSlice& unused = unused_.insert_or_assign(description->key, CachedSlice{*description, {}}).first->second;
+        while (const CachedRow* row = rows.next_row()) unused.rows.push_back(*row);
+        continue;
+      }
+      const SliceId id = found->second;
+      Slice& slice = *slices_[id];
+      while (const CachedRow* row = rows.next_row()) {
+        const bool is_node = row->node < slice.description.node_count();
+        if (!is_node || answers(id, *row) != answering) continue;
+        if (slice.has_index() && slice.slots[row->node].row != Slot::no_row) continue;
+        slice.stored.insert_or_assign(row->node, *row);
+        // What a coarse row is good for is not known before the light of its node is.
+        if (!slice.has_index() || !room || (is_light_driven() && !answering)) continue;
+        const std::uint32_t queries = slice.slots[row->node].queries.load(std::memory_order_relaxed);
+        candidates.push_back({id, row->node, queries, 0, nullptr});
+        if (candidates.size() == batch_of_cached) admit_candidates();
+      }
     }
   }
-  std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {
-    const bool x_open = needs_nodes(x), y_open = needs_nodes(y);
-    if (x_open != y_open) return y_open;
-    const auto order = compare_keys(slices_[x.slice]->description.key, slices_[y.slice]->description.key);
-    return order != 0 ? order < 0 : x.node < y.node;
-  });
-  PassReport resumed;
-  admit(candidates, resumed);
+  admit_candidates();
   between_passes_.g_evaluations += resumed.g_evaluations;
   between_passes_.refits += resumed.refits;
   between_passes_.bad_fits += resumed.bad_fits;
@@ -113,55 +122,95 @@ void Service::Table::resume(const std::vector<SliceId>& slices) {
   std::ranges::sort(changes_, [](const RowChange& x, const RowChange& y) {
     return x.slice != y.slice ? x.slice < y.slice : x.node < y.node;
   });
+  return rows.failure();
 }
 
-std::optional<Error> Service::Table::load(TableSnapshot image) {
-  if (image.model != target_.model_name()) {
-    return Error{"", "model", target_.model_name(), image.model};
+std::optional<Error> Service::Table::load(RowSource& rows) {
+  if (rows.model() != target_.model_name()) {
+    return Error{"", "model", target_.model_name(), rows.model()};
   }
-  for (const CachedSlice& cached : image.slices) {
-    const auto found = slice_of_key_.find(cached.description.key);
+  rows.rewind();
+  while (const SliceDescription* cached = rows.next_slice()) {
+    const auto found = slice_of_key_.find(cached->key);
     if (found == slice_of_key_.end()) continue;
     const SliceDescription& own = slices_[found->second]->description;
-    if (!same_axes(own, cached.description)) return other_axes(own, cached.description);
+    if (!same_axes(own, *cached)) return other_axes(own, *cached);
   }
+  if (std::optional<Error> error = rows.failure()) return error;
   changes_.clear();
-  std::vector<SliceId> used;
-  for (CachedSlice& cached : image.slices) {
-    const auto found = slice_of_key_.find(cached.description.key);
-    if (found == slice_of_key_.end()) {
-      unused_.insert_or_assign(cached.description.key, std::move(cached));
-      continue;
-    }
-    keep_stored(*slices_[found->second], std::move(cached));
-    used.push_back(found->second);
-  }
-  resume(used);
-  return std::nullopt;
+  return take(rows);
 }
 
-TableSnapshot Service::Table::snapshot() const {
-  std::map<SliceKey, CachedSlice, KeyLess> all = unused_;
-  for (const auto& [key, id] : slice_of_key_) {
-    const Slice& slice = *slices_[id];
-    CachedSlice cached{slice.description, {}};
-    if (!slice.has_index()) {
-      for (const auto& [node, row] : slice.stored) cached.rows.push_back(row);
-    }
-    for (std::uint32_t n = 0; slice.has_index() && n < slice.description.node_count(); ++n) {
-      if (slice.slots[n].row != Slot::no_row) {
-        cached.rows.push_back(cached_form(rows_[slice.slots[n].row], slice.slots[n]));
-      } else if (const auto stored = slice.stored.find(n); stored != slice.stored.end()) {
-        cached.rows.push_back(stored->second);
-      }
-    }
-    // A slice without rows says nothing: the next session describes it anew.
-    if (!cached.rows.empty()) all.insert_or_assign(key, std::move(cached));
+/// The slices of the table and those that nobody uses, in order of their keys. A slice without rows says nothing, and
+/// is left out: the next session describes it anew.
+class Service::Table::Rows final : public RowSource {
+ public:
+  explicit Rows(const Table& table) : table_(table), model_(table.target_.model_name()) { rewind(); }
+
+  const std::string& model() const override { return model_; }
+  void rewind() override {
+    used_ = table_.slice_of_key_.begin();
+    unused_ = table_.unused_.begin();
+    slice_ = nullptr;
+    cached_ = nullptr;
   }
-  TableSnapshot image;
-  image.model = target_.model_name();
-  for (auto& [key, slice] : all) image.slices.push_back(std::move(slice));
-  return image;
-}
+  const SliceDescription* next_slice() override {
+    while (used_ != table_.slice_of_key_.end() || unused_ != table_.unused_.end()) {
+      slice_ = nullptr;
+      cached_ = nullptr;
+      node_ = 0;
+      const bool from_cache = used_ == table_.slice_of_key_.end() ||
+                              (unused_ != table_.unused_.end() && compare_keys(unused_->first, used_->first) < 0);
+      if (from_cache) {
+        cached_ = &(unused_++)->second;
+        return &cached_->description;
+      }
+      slice_ = table_.slices_[(used_++)->second].get();
+      stored_ = slice_->stored.begin();
+      if (has_rows()) return &slice_->description;
+    }
+    slice_ = nullptr;
+    cached_ = nullptr;
+    return nullptr;
+  }
+  const CachedRow* next_row() override {
+    if (cached_ != nullptr) return node_ < cached_->rows.size() ? &cached_->rows[node_++] : nullptr;
+    if (slice_ == nullptr) return nullptr;
+    while (slice_->has_index() && node_ < slice_->description.node_count()) {
+      const std::uint32_t node = node_++;
+      const Slot& slot = slice_->slots[node];
+      const bool is_stored = stored_ != slice_->stored.end() && stored_->first == node;
+      const CachedRow* stored = is_stored ? &(stored_++)->second : nullptr;
+      if (slot.row == Slot::no_row && stored == nullptr) continue;
+      if (slot.row == Slot::no_row) return stored;
+      row_ = cached_form(table_.rows_[slot.row], slot);
+      return &row_;
+    }
+    return !slice_->has_index() && stored_ != slice_->stored.end() ? &(stored_++)->second : nullptr;
+  }
+
+ private:
+  bool has_rows() const {
+    if (!slice_->stored.empty()) return true;
+    for (std::uint32_t n = 0; slice_->has_index() && n < slice_->description.node_count(); ++n) {
+      if (slice_->slots[n].row != Slot::no_row) return true;
+    }
+    return false;
+  }
+
+  const Table& table_;
+  std::string model_;
+  std::map<SliceKey, SliceId, KeyLess>::const_iterator used_;
+  std::map<SliceKey, CachedSlice, KeyLess>::const_iterator unused_;
+  const Slice* slice_ = nullptr;         ///< the running one, or
+  const CachedSlice* cached_ = nullptr;  ///< that of a cache
+  std::uint32_t node_ = 0;               ///< next node of slice_, or next row of cached_
+  std::map<std::uint32_t, CachedRow>::const_iterator stored_;
+  CachedRow row_;
+};
+
+std::unique_ptr<RowSource> Service::Table::rows() const { return std::make_unique<Rows>(*this); }
+
+TableSnapshot Service::Table::snapshot() const { return collect(*rows()); }
 
 }  // namespace tress::adaptive

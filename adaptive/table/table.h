@@ -38,7 +38,8 @@ class Service::Table {
 
   // image.cpp
   SliceId add_slice(const SliceDescription& description);
-  std::optional<Error> load(TableSnapshot image);
+  std::optional<Error> load(RowSource& rows);
+  std::unique_ptr<RowSource> rows() const;
   TableSnapshot snapshot() const;
 
   // publish.cpp
@@ -52,6 +53,7 @@ class Service::Table {
   void set_listener(std::function<void(const RowReport&)> listener) { listener_ = std::move(listener); }
 
  private:
+  class Rows;
   /// A node that is to have a row: because it was asked for often enough, or because a cache has it.
   struct Candidate {
     SliceId slice;
@@ -118,8 +120,8 @@ class Service::Table {
   void announce();
 
   // image.cpp
-  /// Gives rows to the cached rows of these slices, converged ones first.
-  void resume(const std::vector<SliceId>& slices);
+  /// Gives rows to cached rows until the ceiling, those that answer at once first, and keeps the rest as it is.
+  std::optional<Error> take(RowSource& rows);
 
   std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
   Slot& slot_of(const Row& row) const { return slices_[row.slice]->slots[row.node]; }

@@ -16,6 +16,7 @@
 #include <system_error>
 
 #include "base/descriptor.h"
+#include "base/file_replacement.h"
 
 namespace tress {
 namespace {
@@ -31,13 +32,13 @@ int create_beside(const fs::path& file, fs::path* temporary) {
     *temporary = file;
     *temporary += temporary_mark;
     *temporary += std::to_string(::getpid()) + "-" + std::to_string(serial.fetch_add(1));
-    const int number = ::open(temporary->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    const int number = ::open(temporary->c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (number >= 0 || errno != EEXIST) return number;
   }
   return -1;
 }
 
-bool write_all(int descriptor, const std::string& bytes) {
+bool write_all(int descriptor, std::string_view bytes) {
   std::size_t written = 0;
   while (written < bytes.size()) {
     const ssize_t step = ::write(descriptor, bytes.data() + written, bytes.size() - written);
@@ -110,26 +111,49 @@ fs::path behind_links(const fs::path& file) {
   return path;
 }
 
-std::optional<Error> replace_file(const fs::path& file, const std::string& bytes, const std::string& name) {
-  const std::string& told = name.empty() ? file.string() : name;
-  const auto system_error = [&](const char* expected) { return Error{told, "", expected, strerror(errno)}; };
-  const fs::path target = behind_links(file);
+Error FileReplacement::system_error(const char* expected) const { return {name_, "", expected, strerror(errno)}; }
+
+std::optional<Error> FileReplacement::begin(const fs::path& file, const std::string& name) {
+  name_ = name.empty() ? file.string() : name;
+  target_ = behind_links(file);
   std::optional<struct stat> old;
-  if (std::optional<Error> error = check_kind(target, told, &old)) return error;
-  fs::path temporary;
-  Descriptor opened(create_beside(target, &temporary));
-  if (!opened.is_open()) return system_error("a folder that can be written to");
-  (void)::flock(opened.number(), LOCK_EX | LOCK_NB);
-  if (old) keep_permissions(opened.number(), *old);
-  const bool renamed = write_all(opened.number(), bytes) && ::fsync(opened.number()) == 0 && opened.close() &&
-                       ::rename(temporary.c_str(), target.c_str()) == 0;
+  if (std::optional<Error> error = check_kind(target_, name_, &old)) return error;
+  opened_.reset(create_beside(target_, &temporary_));
+  if (!opened_.is_open()) return system_error("a folder that can be written to");
+  (void)::flock(opened_.number(), LOCK_EX | LOCK_NB);
+  if (old) keep_permissions(opened_.number(), *old);
+  return std::nullopt;
+}
+
+std::optional<Error> FileReplacement::write(std::string_view bytes) {
+  if (!write_all(opened_.number(), bytes)) return system_error("room for the file");
+  return std::nullopt;
+}
+
+std::optional<Error> FileReplacement::finish() {
+  const bool renamed =
+      ::fsync(opened_.number()) == 0 && opened_.close() && ::rename(temporary_.c_str(), target_.c_str()) == 0;
   if (!renamed) {
     const Error error = system_error("room for the file");
-    ::unlink(temporary.c_str());
+    abandon();
     return error;
   }
-  if (!flush_folder(target)) return system_error("a folder that can be flushed");
+  temporary_.clear();
+  if (!flush_folder(target_)) return system_error("a folder that can be flushed");
   return std::nullopt;
+}
+
+void FileReplacement::abandon() {
+  opened_.close();
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  temporary_.clear();
+}
+
+std::optional<Error> replace_file(const fs::path& file, const std::string& bytes, const std::string& name) {
+  FileReplacement replacement;
+  if (std::optional<Error> error = replacement.begin(file, name)) return error;
+  if (std::optional<Error> error = replacement.write(bytes)) return error;
+  return replacement.finish();
 }
 
 std::optional<Error> check_replaceable(const fs::path& file) {

@@ -4,10 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "cli/console.h"
 #include "tress/adaptive/cache.h"
@@ -16,13 +17,6 @@
 
 namespace tress::cli {
 namespace {
-
-/// The number after the magic of 8 bytes (adaptive/cache/CACHE_FORMAT.md).
-std::uint32_t format_version(const std::string& bytes) {
-  std::uint32_t version = 0;
-  for (std::size_t i = 0; i < 4; ++i) version |= std::uint32_t{static_cast<unsigned char>(bytes[8 + i])} << (8 * i);
-  return version;
-}
 
 /// The number that a float was written as: .85, not .8500000238.
 double as_typed(float x) { return std::stod(fmt::format("{}", x)); }
@@ -34,14 +28,18 @@ struct SliceSummary {
   std::size_t bytes = 0;                       ///< in the file
 };
 
-SliceSummary summarise(const adaptive::TableSnapshot& image, const adaptive::CachedSlice& slice) {
+/// Of the running slice of the cache, whose rows it uses up.
+SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::RowSource& cache) {
   SliceSummary summary;
-  const std::uint32_t lobe = slice.description.key.lobe;
+  const std::uint32_t lobe = slice.key.lobe;
   summary.lobe = lobe == fiber::trt_rest_slice     ? "TRT without GLINT"
                  : lobe < fiber::lobe_names.size() ? fiber::lobe_names[lobe]
                                                    : std::to_string(lobe);
-  summary.nodes = slice.description.node_count();
-  for (const adaptive::CachedRow& row : slice.rows) {
+  summary.nodes = slice.node_count();
+  summary.bytes = adaptive::cached_bytes(slice);
+  while (const adaptive::CachedRow* next = cache.next_row()) {
+    const adaptive::CachedRow& row = *next;
+    summary.bytes += adaptive::cached_bytes(row);
     const bool converged = row.state == adaptive::RowState::converged;
     ++(converged ? summary.converged : summary.open);
     if (!converged) continue;
@@ -52,31 +50,24 @@ SliceSummary summarise(const adaptive::TableSnapshot& image, const adaptive::Cac
       summary.knots += row.knots.knots().size();
     }
   }
-  summary.bytes =
-      adaptive::encode_cache({image.model, {slice}}).size() - adaptive::encode_cache({image.model, {}}).size();
   return summary;
 }
 
 }  // namespace
 
 int run_cache_info(const CacheSettings& settings) {
-  const Result<adaptive::TableSnapshot> image = adaptive::load_cache(settings.file, "");
-  if (!image) {
-    fail(image.error().message());
+  const Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(settings.file, "");
+  if (!cache) {
+    fail(cache.error().message());
     return 1;
   }
-  // What was read, not what a session may have put in its place since: equal tables are equal files.
-  const std::string bytes = adaptive::encode_cache(*image);
-  const std::string hash = adaptive::cache_hash(*image);
-  std::uint64_t open = 0, converged = 0, knot_densitys = 0;
+  adaptive::CacheFile& rows = **cache;
+  const adaptive::CacheContents& contents = rows.contents();
   nlohmann::ordered_json slices = nlohmann::ordered_json::array();
   std::string text;
-  for (const adaptive::CachedSlice& slice : image->slices) {
-    const SliceSummary s = summarise(*image, slice);
-    open += s.open;
-    converged += s.converged;
-    knot_densitys += s.knot_densitys;
-    const auto& parameters = slice.description.key.parameters;
+  while (const adaptive::SliceDescription* slice = rows.next_slice()) {
+    const auto parameters = slice->key.parameters;
+    const SliceSummary s = summarise(*slice, rows);
     const double sigma_deg = double(parameters[2]) * 180 / std::numbers::pi;
     slices.push_back({{"key",
                        {{"lobe", s.lobe},
@@ -92,21 +83,27 @@ int run_cache_info(const CacheSettings& settings) {
     text += fmt::format("  {:5} {:5.3f} {:5.3f} {:6.2f} {:7} {:7} {:9} {:10} {:7} {:10}\n", s.lobe, parameters[0],
                         parameters[1], sigma_deg, s.nodes, s.open, s.converged, s.components, s.knots, s.bytes);
   }
+  if (const std::optional<Error> error = rows.failure()) {
+    fail(error->message());
+    return 1;
+  }
   if (settings.json) {
-    const nlohmann::ordered_json json = {{"model", image->model},
-                                         {"format", format_version(bytes)},
-                                         {"hash", hash},
-                                         {"bytes", bytes.size()},
-                                         {"rows", {{"open", open}, {"converged", converged}}},
-                                         {"knot_tables", knot_densitys},
-                                         {"pages", slices}};
+    const nlohmann::ordered_json json = {
+        {"model", rows.model()},
+        {"format", contents.format},
+        {"hash", contents.hash},
+        {"bytes", contents.bytes},
+        {"rows", {{"open", contents.open_rows}, {"converged", contents.converged_rows}}},
+        {"knot_tables", contents.knot_rows},
+        {"pages", slices}};
     fmt::print("{}\n", json.dump());
     return 0;
   }
   fmt::print(
       "model   {}\nformat  {}\nhash    {}\nbytes   {}\nrows    {} open, {} converged\nknots   {} of the converged\n"
       "pages   {}\n",
-      image->model, format_version(bytes), hash, bytes.size(), open, converged, knot_densitys, image->slices.size());
+      rows.model(), contents.format, contents.hash, contents.bytes, contents.open_rows, contents.converged_rows,
+      contents.knot_rows, contents.slices);
   if (!text.empty()) {
     fmt::print("  {:5} {:>5} {:>5} {:>6} {:>7} {:>7} {:>9} {:>10} {:>7} {:>10}\n{}", "lobe", "eta", "e", "sigma",
                "nodes", "open", "converged", "components", "knots", "bytes", text);
@@ -115,16 +112,16 @@ int run_cache_info(const CacheSettings& settings) {
 }
 
 int run_cache_verify(const CacheSettings& settings) {
-  const Result<adaptive::TableSnapshot> image = adaptive::load_cache(settings.file, "");
+  const Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(settings.file, "");
   if (settings.json) {
-    nlohmann::ordered_json json = {{"file", settings.file.string()}, {"ok", bool(image)}};
-    if (!image) json["reason"] = image.error().message();
+    nlohmann::ordered_json json = {{"file", settings.file.string()}, {"ok", bool(cache)}};
+    if (!cache) json["reason"] = cache.error().message();
     fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-  } else if (image) {
+  } else if (cache) {
     fmt::print("{}: ok\n", settings.file.string());
   }
-  if (image) return 0;
-  fail(image.error().message());
+  if (cache) return 0;
+  fail(cache.error().message());
   return 1;
 }
 

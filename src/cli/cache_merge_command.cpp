@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdint>
+#include <cstddef>
+#include <memory>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -17,29 +18,41 @@
 namespace tress::cli {
 namespace {
 
-/// The join of all files. Errors are told, all of them.
-std::optional<adaptive::TableSnapshot> merge_files(const std::vector<std::filesystem::path>& files) {
-  std::optional<adaptive::TableSnapshot> merged;
-  std::filesystem::path first;
-  bool refused = false;
-  for (const std::filesystem::path& file : files) {
-    const std::string model = merged ? merged->model : "";
-    Result<adaptive::TableSnapshot> image = adaptive::load_cache(file, model);
-    if (!image) {
-      Error error = image.error();
-      if (error.expected.starts_with("model ")) error.expected += " as in " + first.string();
+/// Any number of caches as one. Its parts are held as a tree, so that a row goes through few hands.
+class ManyCaches {
+ public:
+  /// Errors are told, all of them; false if there was one.
+  bool open(const std::vector<std::filesystem::path>& files) {
+    bool refused = false;
+    for (const std::filesystem::path& file : files) {
+      const std::string model = parts_.empty() ? "" : parts_.front()->model();
+      Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(file, model);
+      if (cache) {
+        if (parts_.empty()) first_ = file;
+        parts_.push_back(std::move(*cache));
+        continue;
+      }
+      Error error = cache.error();
+      if (error.expected.starts_with("model ")) error.expected += " as in " + first_.string();
       fail(error.message());
       refused = true;
-    } else if (merged) {
-      merged = adaptive::merge_caches(*merged, *image);
-    } else {
-      merged = std::move(*image);
-      first = file;
     }
+    return !refused;
   }
-  if (refused) return std::nullopt;
-  return merged;
-}
+
+  /// What open() has found, joined.
+  adaptive::RowSource& joined() {
+    std::size_t begin = 0;
+    for (std::size_t end = parts_.size(); end - begin > 1; begin += 2, ++end) {
+      parts_.push_back(std::make_unique<adaptive::MergedRows>(*parts_[begin], *parts_[begin + 1]));
+    }
+    return *parts_.back();
+  }
+
+ private:
+  std::vector<std::unique_ptr<adaptive::RowSource>> parts_;  ///< the files, then what joins two before it
+  std::filesystem::path first_;
+};
 
 bool is_one_of(const std::filesystem::path& file, const std::vector<std::filesystem::path>& files) {
   return std::ranges::any_of(files, [&](const std::filesystem::path& other) {
@@ -50,19 +63,15 @@ bool is_one_of(const std::filesystem::path& file, const std::vector<std::filesys
 
 /// `merged` as the whole of the output; where that is an input too, joined once more, since a session may have saved
 /// into it meanwhile.
-Result<adaptive::TableSnapshot> write(const CacheMergeSettings& settings, adaptive::TableSnapshot merged) {
+Result<adaptive::CacheSave> write(const CacheMergeSettings& settings, adaptive::RowSource& merged) {
   if (is_one_of(settings.output, settings.files)) {
-    Result<adaptive::CacheUpdate> update = adaptive::merge_into_cache(settings.output, std::move(merged));
+    Result<adaptive::CacheUpdate> update = adaptive::merge_into_cache(settings.output, merged);
     if (!update) return update.error();
     if (update->refusal) return *update->refusal;
-    tell_removed(settings.output, update->removed);
-    return std::move(update->image);
+    return adaptive::CacheSave(*update);
   }
   if (std::optional<Error> error = check_cache_output(settings.output)) return *error;
-  std::vector<std::filesystem::path> removed;
-  if (std::optional<Error> error = adaptive::save_cache(settings.output, merged, &removed)) return *error;
-  tell_removed(settings.output, removed);
-  return merged;
+  return adaptive::replace_cache(settings.output, merged);
 }
 
 }  // namespace
@@ -72,21 +81,17 @@ int run_cache_merge(const CacheMergeSettings& settings) {
     fail(error->message());
     return 1;
   }
-  std::optional<adaptive::TableSnapshot> merged = merge_files(settings.files);
-  if (!merged) return 1;
-  const Result<adaptive::TableSnapshot> written = write(settings, std::move(*merged));
+  ManyCaches caches;
+  if (!caches.open(settings.files)) return 1;
+  const Result<adaptive::CacheSave> written = write(settings, caches.joined());
   if (!written) {
     fail(written.error().message());
     return 1;
   }
-  std::uint64_t rows = 0, converged = 0;
-  for (const adaptive::CachedSlice& slice : written->slices) {
-    rows += slice.rows.size();
-    converged += static_cast<std::uint64_t>(
-        std::ranges::count_if(slice.rows, [](const auto& row) { return row.state == adaptive::RowState::converged; }));
-  }
+  tell_removed(settings.output, written->removed);
+  const adaptive::CacheContents& contents = written->contents;
   fmt::print("{}: {} files merged, {} pages, {} rows, {} of them converged, hash {}\n", settings.output.string(),
-             settings.files.size(), written->slices.size(), rows, converged, adaptive::cache_hash(*written));
+             settings.files.size(), contents.slices, contents.rows(), contents.converged_rows, contents.hash);
   return 0;
 }
 

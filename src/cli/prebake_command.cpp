@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <memory>
 #include <system_error>
-#include <vector>
 
 #include "cli/bake_table.h"
 #include "cli/cache_output.h"
@@ -82,14 +81,13 @@ class PrebakeJob {
 
  private:
   int save(const BakeProgress& baked, int signal_status) {
-    const adaptive::TableSnapshot image = service_->snapshot();
-    hash_ = adaptive::cache_hash(image);
-    std::vector<std::filesystem::path> removed;
-    if (const std::optional<Error> error = adaptive::save_cache(settings_.output, image, &removed)) {
-      fail(error->message());
+    const Result<adaptive::CacheSave> saved = adaptive::replace_cache(settings_.output, *service_->rows());
+    hash_ = saved ? saved->contents.hash : adaptive::cache_hash(*service_->rows());
+    if (!saved) {
+      fail(saved.error().message());
       return 1;
     }
-    tell_removed(settings_.output, removed);
+    tell_removed(settings_.output, saved->removed);
     const std::uint64_t left = baked.nodes - baked.decided();
     if (baked.refused > 0) {
       warn(fmt::format("{} of {} rows did not converge in {} tests; renders answer them by g at the node",

@@ -223,7 +223,7 @@ class RenderJob {
     };
 
     std::string hash;
-    if (service_) hash = adaptive::cache_hash(service_->snapshot());
+    if (service_) hash = adaptive::cache_hash(*service_->rows());
     image::Picture& picture = result.picture;
     picture.metadata["scene"] = scene_.source;
     picture.metadata["seed"] = std::to_string(settings_.render.seed);

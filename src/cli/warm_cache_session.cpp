@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <memory>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include "cli/console.h"
 #include "cli/output_path.h"
@@ -12,19 +12,6 @@
 
 namespace tress::cli {
 namespace {
-
-struct RowCounts {
-  std::uint64_t rows = 0, converged = 0;
-};
-
-RowCounts count_rows(const adaptive::TableSnapshot& image) {
-  RowCounts counts;
-  for (const adaptive::CachedSlice& slice : image.slices) {
-    counts.rows += slice.rows.size();
-    for (const adaptive::CachedRow& row : slice.rows) counts.converged += row.state == adaptive::RowState::converged;
-  }
-  return counts;
-}
 
 bool is_there(const std::filesystem::path& file) {
   std::error_code error;
@@ -72,15 +59,15 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
     said(fmt::format("warm cache {}: not there yet, starting cold", file_.string()));
     return std::nullopt;
   }
-  Result<adaptive::TableSnapshot> image = adaptive::load_cache(file_, model_);
+  const Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(file_, model_);
   std::optional<Error> error;
-  RowCounts counts;
-  if (image) {
-    counts = count_rows(*image);
-    error = service.load(std::move(*image));
+  adaptive::CacheContents contents;
+  if (cache) {
+    contents = (*cache)->contents();
+    error = service.load(**cache);
     if (error && error->file.empty()) error->file = file_.string();
   } else {
-    error = image.error();
+    error = cache.error();
   }
   if (error) {
     refuse(error->message());
@@ -91,9 +78,9 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
   }
   loaded_ = "loaded";
   expects_file_ = true;
-  rows_loaded_ = counts.rows;
-  said(fmt::format("warm cache {}: loaded {} rows, {} of them converged ({})", file_.string(), counts.rows,
-                   counts.converged, cache_mode_name(mode_)));
+  rows_loaded_ = contents.rows();
+  said(fmt::format("warm cache {}: loaded {} rows, {} of them converged ({})", file_.string(), contents.rows(),
+                   contents.converged_rows, cache_mode_name(mode_)));
   return std::nullopt;
 }
 
@@ -115,16 +102,15 @@ std::optional<Error> WarmCacheSession::save(const adaptive::Service& service) {
 }
 
 std::optional<Error> WarmCacheSession::replace(const adaptive::Service& service) {
-  const adaptive::TableSnapshot image = service.snapshot();
-  std::vector<std::filesystem::path> removed;
-  if (std::optional<Error> error = adaptive::save_cache(file_, image, &removed)) return error;
-  tell_removed(file_, removed);
-  tell_saved("saved", "saved", image);
+  const Result<adaptive::CacheSave> save = adaptive::replace_cache(file_, *service.rows());
+  if (!save) return save.error();
+  tell_removed(file_, save->removed);
+  tell_saved("saved", "saved", save->contents);
   return std::nullopt;
 }
 
 std::optional<Error> WarmCacheSession::merge(const adaptive::Service& service) {
-  const Result<adaptive::CacheUpdate> update = adaptive::merge_into_cache(file_, service.snapshot());
+  const Result<adaptive::CacheUpdate> update = adaptive::merge_into_cache(file_, *service.rows());
   if (!update) return update.error();
   tell_removed(file_, update->removed);
   switch (update->outcome) {
@@ -135,23 +121,22 @@ std::optional<Error> WarmCacheSession::merge(const adaptive::Service& service) {
                        reason_));
       break;
     case adaptive::CacheUpdate::Outcome::merged:
-      tell_saved("merged", "merged and saved", update->image);
+      tell_saved("merged", "merged and saved", update->contents);
       break;
     case adaptive::CacheUpdate::Outcome::created:
-      tell_saved("saved", expects_file_ ? "the file had gone, saved anew," : "saved", update->image);
+      tell_saved("saved", expects_file_ ? "the file had gone, saved anew," : "saved", update->contents);
       break;
   }
   return std::nullopt;
 }
 
-void WarmCacheSession::tell_saved(const char* outcome, const char* words, const adaptive::TableSnapshot& image) {
-  const RowCounts counts = count_rows(image);
-  rows_saved_ = counts.rows;
+void WarmCacheSession::tell_saved(const char* outcome, const char* words, const adaptive::CacheContents& contents) {
+  rows_saved_ = contents.rows();
   saved_ = outcome;
   reason_.clear();
   expects_file_ = true;
-  said(fmt::format("warm cache {}: {} {} rows, {} of them converged", file_.string(), words, counts.rows,
-                   counts.converged));
+  said(fmt::format("warm cache {}: {} {} rows, {} of them converged", file_.string(), words, contents.rows(),
+                   contents.converged_rows));
 }
 
 }  // namespace tress::cli

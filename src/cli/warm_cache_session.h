@@ -50,7 +50,7 @@ class WarmCacheSession {
  private:
   std::optional<Error> replace(const adaptive::Service& service);
   std::optional<Error> merge(const adaptive::Service& service);
-  void tell_saved(const char* outcome, const char* words, const adaptive::TableSnapshot& image);
+  void tell_saved(const char* outcome, const char* words, const adaptive::CacheContents& contents);
   void refuse(const std::string& reason);
 
   std::filesystem::path file_;

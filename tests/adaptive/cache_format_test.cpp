@@ -9,6 +9,7 @@
 #include <string>
 
 #include "adaptive/cache_images.h"
+#include "cache/byte_source.h"
 #include "cache/format.h"
 #include "observations/sketch.h"
 
@@ -18,7 +19,8 @@ namespace {
 constexpr const char* model = "elliptical-test";
 
 std::size_t get_u64(const std::string& bytes, std::size_t at) {
-  return ByteReader(std::string_view(bytes).substr(at)).u64();
+  const MemoryBytes source(bytes);
+  return ByteReader(&source, at, bytes.size() - at).u64();
 }
 
 void put(std::string* bytes, std::size_t at, std::uint64_t value, int size) {

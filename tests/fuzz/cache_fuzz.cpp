@@ -1,10 +1,13 @@
 // Any bytes as a warm cache: refused with a reason, or a table that saves to the very bytes it was read from, is merged
-// with itself to itself, and whose every fit is a density.
+// with itself to itself, and whose every fit is a density; row by row as well, and where the file fails or is written
+// into while its rows are read.
 #include <algorithm>
 #include <cmath>
 
+#include "cache/byte_source.h"
 #include "cache/bytes.h"
 #include "cache/format.h"
+#include "cache/reader.h"
 #include "fuzz/fuzz.h"
 #include "tress/adaptive/cache.h"
 
@@ -13,8 +16,8 @@ namespace {
 using namespace tress;
 
 std::uint64_t read(const std::string& bytes, std::size_t at, std::size_t size) {
-  adaptive::ByteReader reader(bytes, 0);
-  reader.text(at);
+  const adaptive::MemoryBytes source(bytes);
+  adaptive::ByteReader reader(&source, at, bytes.size() - at);
   return size == 4 ? reader.u32() : reader.u64();
 }
 
@@ -40,6 +43,55 @@ void seal(std::string* bytes) {
   }
 }
 
+class Collected final : public adaptive::format::ByteSink {
+ public:
+  bool append(std::string_view bytes) override {
+    text.append(bytes);
+    return true;
+  }
+  std::string text;
+};
+
+/// Bytes that somebody cuts or writes into while they are read.
+class UnstableBytes final : public adaptive::ByteSource {
+ public:
+  explicit UnstableBytes(const std::string& bytes) : now(bytes), size_(bytes.size()) {}
+  std::size_t size() const override { return size_; }
+  bool read(std::size_t offset, char* to, std::size_t size) const override {
+    if (offset > now.size() || size > now.size() - offset) return false;
+    now.copy(to, size, offset);
+    return true;
+  }
+  std::string now;
+
+ private:
+  std::size_t size_;
+};
+
+/// Good bytes, row by row.
+void check_rows(const std::string& bytes) {
+  const adaptive::MemoryBytes source(bytes);
+  adaptive::CacheReader one(source, "some.cache"), other(source, "some.cache");
+  fuzz::require(one.check("") && other.check(""));
+  adaptive::MergedRows both(one, other);
+  Collected merged;
+  fuzz::require(adaptive::format::write_cache(both, merged) && merged.text == bytes);
+
+  const std::size_t at = adaptive::format::checksum(bytes) % bytes.size();
+  UnstableBytes cut(bytes), changed(bytes);
+  adaptive::CacheReader from_cut(cut, "some.cache"), from_changed(changed, "some.cache");
+  fuzz::require(from_cut.check("") && from_changed.check(""));
+  cut.now.resize(at);
+  changed.now[at] = static_cast<char>(~changed.now[at]);
+  Collected shorter, others;
+  if (!adaptive::format::write_cache(from_cut, shorter)) fuzz::require(from_cut.failure().has_value());
+  if (adaptive::format::write_cache(from_changed, others)) {
+    fuzz::require(others.text.size() <= bytes.size());
+  } else {
+    fuzz::require(from_changed.failure().has_value());
+  }
+}
+
 void check(const std::string& bytes) {
   const Result<adaptive::TableSnapshot> image = adaptive::decode_cache(bytes, "", "some.cache");
   if (!image) {
@@ -49,6 +101,7 @@ void check(const std::string& bytes) {
   const std::string again = adaptive::encode_cache(*image);
   fuzz::require(again == bytes);
   fuzz::require(adaptive::encode_cache(adaptive::merge_caches(*image, *image)) == again);
+  check_rows(bytes);
   for (const adaptive::CachedSlice& slice : image->slices) {
     for (const adaptive::CachedRow& row : slice.rows) {
       for (const float x : {-3.14159265f, 0.0f, 1.0f}) {

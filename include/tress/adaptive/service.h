@@ -10,7 +10,7 @@
 //     // one thread, no reader left:
 //     PassReport report = service.publish();
 //   }
-//   save_cache(path, service.snapshot());
+//   merge_into_cache(path, *service.rows());
 #pragma once
 
 #include <cstdint>
@@ -88,11 +88,16 @@ class Service {
   /// Error if the model differs or a slice's axes differ from the description; nothing is then taken.
   /// Rows are checked against the target of this session: sketches at once, some converged rows when they are first
   /// asked, and then all of a slice that turns out not to fit. What no longer fits is learned anew (rows_reopened).
-  std::optional<Error> load(TableSnapshot image);
+  /// An error of the source itself, a file that fails while it is read, is told too; what came before it is then taken.
+  std::optional<Error> load(RowSource& rows);
+  std::optional<Error> load(const TableSnapshot& image);
   /// Cached slices that a later add_slice() found on other axes: their rows are neither used nor saved back. A host
   /// that wants the whole cache refused instead adds its slices before load().
   const std::vector<Error>& refusals() const;
-  /// The whole table as data: equal tables give equal images. Refused rows are stored as open.
+  /// The table row by row, to be saved. Between passes; no longer than until the table changes, or ends. Refused rows
+  /// are stored as open. Any number at once.
+  std::unique_ptr<RowSource> rows() const;
+  /// rows() as data: equal tables give equal images. Takes ten times the memory of the table.
   TableSnapshot snapshot() const;
 
   /// The row at node (a, b): indices into the slice's axes. Counts a query.
