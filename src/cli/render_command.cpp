@@ -196,6 +196,7 @@ class RenderJob {
       return writer.pass(pass.table, {{"pass", json_text(pass.pass)},
                                       {"pixels", json_text(pass.pixels)},
                                       {"samples", json_text(pass.paths_so_far)},
+                                      {"dropped_samples", json_text(pass.dropped_samples)},
                                       {"seconds", json_text(pass.seconds)},
                                       {"cpu_seconds", json_text(pass.cpu_seconds)},
                                       {"noise", json_text(pass.noise)}});
@@ -228,6 +229,7 @@ class RenderJob {
     picture.metadata["scene"] = scene_.source;
     picture.metadata["seed"] = std::to_string(settings_.render.seed);
     picture.metadata["samples"] = fmt::format("{}", result.samples_per_pixel);
+    picture.metadata["dropped_samples"] = std::to_string(result.dropped_samples);
     picture.metadata["stopped_by"] = stopped_by_;
     picture.metadata["time"] = fmt::format("{:.3f} s", seconds);
     picture.metadata["model"] = model_->name();
@@ -247,6 +249,7 @@ class RenderJob {
     told_summary(failed ? "failed" : (signal_status != 0 ? "interrupted" : "done"),
                  {{"passes", json_text(result.passes)},
                   {"samples_per_pixel", json_text(result.samples_per_pixel)},
+                  {"dropped_samples", json_text(result.dropped_samples)},
                   {"seconds", json_text(seconds)},
                   {"stopped_by", json_text(stopped_by_)},
                   {"noise", json_text(noise_)},
@@ -255,6 +258,12 @@ class RenderJob {
                   {"exact_queries", json_text(result.exact_queries)},
                   {"cache_hash", json_text(hash)},
                   {"image", json_text(settings_.output.string())}});
+    if (result.dropped_samples > 0) {
+      warn(
+          fmt::format("{} samples were infinite or not a number and are left out of the picture, which is the mean of "
+                      "the others; materials that return more light than falls on them (`gain` above 1) make such",
+                      result.dropped_samples));
+    }
     if (written) {
       note(fmt::format("{}{}: {:.4g} samples a pixel in {:.1f} s", signal_status != 0 ? "interrupted, " : "",
                        settings_.output.string(), result.samples_per_pixel, seconds));

@@ -10,10 +10,18 @@ namespace tress::integrate {
 namespace {
 
 constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
+constexpr float largest = std::numeric_limits<float>::max();
 
 }  // namespace
 
-void PixelSums::add(const PathSums& path) {
+bool PixelSums::add(const PathSums& path) {
+  vertices += path.vertices;
+  queries += path.queries;
+  exact_queries += path.exact_queries;
+  if (!path.is_finite()) {
+    ++dropped;
+    return false;
+  }
   const glm::dvec3 value(path.beauty());
   const glm::dvec3 before = samples > 0 ? beauty() / static_cast<double>(samples) : glm::dvec3(0.0);
   for (std::size_t layer = 0; layer < layers.size(); ++layer) layers[layer] += glm::dvec3(path.layers[layer]);
@@ -22,12 +30,10 @@ void PixelSums::add(const PathSums& path) {
   coverage += static_cast<double>(path.coverage);
   distance_cm += static_cast<double>(path.distance_cm);
   objective += static_cast<double>(path.objective);
-  vertices += path.vertices;
-  queries += path.queries;
-  exact_queries += path.exact_queries;
   ++samples;
   const glm::dvec3 after = beauty() / static_cast<double>(samples);
   if (samples > 1) squared_deviations += glm::max((value - before) * (value - after), glm::dvec3(0.0));
+  return true;
 }
 
 glm::dvec3 PixelSums::beauty() const {
@@ -39,7 +45,7 @@ glm::dvec3 PixelSums::beauty() const {
 glm::dvec3 PixelSums::variance_of_mean() const {
   if (samples < 2) return glm::dvec3(0.0);
   const auto n = static_cast<double>(samples);
-  return glm::min(squared_deviations / (n * (n - 1)), glm::dvec3(std::numeric_limits<float>::max()));
+  return squared_deviations / (n * (n - 1));
 }
 
 Film::Film(const image::Window& window, bool glint, bool timed)
@@ -102,7 +108,7 @@ image::Picture Film::picture() const {
   add_three("", rgb, [&](const PixelSums& pixel) {
     glm::vec3 sum(0.0f);  // of the layers as they are in the file
     for (const glm::dvec3& layer : pixel.layers) sum += glm::vec3(layer / samples(pixel));
-    return sum;
+    return glm::clamp(sum, -largest, largest);  // a mean of finite sums is finite, but for the rounding of this one
   });
   add("A", [&](const PixelSums& pixel) { return static_cast<float>(pixel.coverage / samples(pixel)); });
   for (std::size_t layer = 0; layer < layer_count; ++layer) {
@@ -116,7 +122,8 @@ image::Picture Film::picture() const {
   add_three("albedo.", rgb, [&](const PixelSums& pixel) { return pixel.albedo / samples(pixel); });
   add_three("N.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.normal); });
   add("Z", [&](const PixelSums& pixel) { return static_cast<float>(over_covered(pixel, pixel.distance_cm)); });
-  add_three("variance.", rgb, [](const PixelSums& pixel) { return pixel.variance_of_mean(); });
+  add_three("variance.", rgb,
+            [](const PixelSums& pixel) { return glm::min(pixel.variance_of_mean(), static_cast<double>(largest)); });
   const auto over_queries = [](const PixelSums& pixel, double sum) {
     return pixel.queries > 0 ? static_cast<float>(sum / static_cast<double>(pixel.queries)) : 0.0f;
   };
@@ -130,7 +137,8 @@ std::vector<PixelCost> Film::costs() const {
   std::vector<PixelCost> costs(pixels_.size());
   for (std::size_t i = 0; i < costs.size(); ++i) {
     const PixelSums& sums = pixels_[i];
-    costs[i] = {timed() ? cpu_seconds_[i] : 0, sums.samples, sums.vertices, sums.queries, sums.exact_queries};
+    const std::uint64_t paths = std::uint64_t{sums.samples} + sums.dropped;
+    costs[i] = {timed() ? cpu_seconds_[i] : 0, paths, sums.vertices, sums.queries, sums.exact_queries};
   }
   return costs;
 }
@@ -155,6 +163,12 @@ double Film::samples_per_pixel() const {
   double total = 0;
   for (const PixelSums& pixel : pixels_) total += pixel.samples;
   return pixels_.empty() ? 0 : total / static_cast<double>(pixels_.size());
+}
+
+std::uint64_t Film::dropped_samples() const {
+  std::uint64_t total = 0;
+  for (const PixelSums& pixel : pixels_) total += pixel.dropped;
+  return total;
 }
 
 std::uint64_t Film::queries() const {

@@ -21,15 +21,18 @@ struct PixelSums {
   double coverage = 0, distance_cm = 0, objective = 0;
   /// Sum of the squared deviations of the paths' beauty from their mean (Welford 1962: no cancellation).
   glm::dvec3 squared_deviations{0.0};
-  std::uint64_t vertices = 0, queries = 0, exact_queries = 0;
-  std::uint32_t samples = 0;
+  std::uint64_t vertices = 0, queries = 0, exact_queries = 0;  ///< of dropped paths too: they were work
+  std::uint32_t samples = 0;                                   ///< paths in the sums
+  std::uint32_t dropped = 0;  ///< paths that were not finite (PathSums::is_finite): in no sum above, in no mean
 
-  void add(const PathSums& path);
+  /// Adds the path, or counts it as dropped; tells whether it was added. What is added stays finite: 2^32 times the
+  /// square of the largest float is a double.
+  bool add(const PathSums& path);
   /// Sum of the layers, in their order.
   glm::dvec3 beauty() const;
   /// Estimated variance of the pixel's mean, per channel: that of n independent paths, s^2 / n; 0 for less than two.
   /// Paths of a pixel are stratified, which makes their mean better than independent ones would, and s^2 no smaller:
-  /// read it as an upper bound. At most the largest float.
+  /// read it as an upper bound. May be past the largest float, which is what a picture then has.
   glm::dvec3 variance_of_mean() const;
 };
 
@@ -45,8 +48,9 @@ class Film {
   PixelSums& pixel(int x, int y) { return pixels_[index(x, y)]; }
   const PixelSums& pixel(int x, int y) const { return pixels_[index(x, y)]; }
 
-  /// Each pixel is the mean of the samples it has. A pixel that has none yet (an interrupted sample 0) shows the
-  /// sampled pixel nearest in steps along rows and columns; if there is none at all, black with A = 0.
+  /// Every value is finite. Each pixel is the mean of the samples it has, dropped ones not counted. A pixel that has
+  /// none (an interrupted sample 0, or all were dropped) shows the sampled pixel nearest in steps along rows and
+  /// columns; if there is none at all, black with A = 0.
   /// Beauty is the sum of the layers, in their order in the file. albedo, like every color, is the mean over all
   /// paths, those that met nothing counting as black; N and Z are means over the paths that met something, 0 where
   /// none did: N is shorter than 1 where tangents differ.
@@ -62,7 +66,9 @@ class Film {
   /// the channels of the pixels with A > 0. 0 if there are none, or they are black, or no pixel has two samples.
   double relative_noise() const;
 
+  /// Of the samples that are in the picture.
   double samples_per_pixel() const;
+  std::uint64_t dropped_samples() const;
   std::uint64_t queries() const;
   std::uint64_t exact_queries() const;
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -33,6 +34,15 @@ struct PathSums {
     glm::vec3 sum(0.0f);
     for (const glm::vec3& layer : layers) sum += layer;
     return sum;
+  }
+
+  /// Whether all of it can go to the film: no channel is NaN or infinite, nor is the sum of the layers.
+  bool is_finite() const {
+    const glm::vec3 light = beauty();  // finite only if every layer is
+    for (int c = 0; c < 3; ++c) {
+      if (!std::isfinite(light[c]) || !std::isfinite(albedo[c]) || !std::isfinite(normal[c])) return false;
+    }
+    return std::isfinite(coverage) && std::isfinite(distance_cm) && std::isfinite(objective);
   }
 };
 

@@ -1,7 +1,6 @@
 #include "integrate/path_tracer.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -21,11 +20,6 @@ enum Dimension : std::uint32_t {
 
 constexpr float least_survival = 0.05f;
 constexpr float nowhere = std::numeric_limits<float>::infinity();
-
-[[maybe_unused]] bool is_finite(const PathSums& sums) {
-  const glm::vec3 total = sums.beauty();
-  return std::isfinite(total.x) && std::isfinite(total.y) && std::isfinite(total.z);
-}
 
 /// Without regard to sign.
 float largest_channel(const glm::vec3& color) {
@@ -89,6 +83,10 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
   const int first_samples = vertex.bcsdf_samples;
   for (int depth = 2;; ++depth) {  // of the hit that the ray may find
     const float largest = largest_channel(first_total * throughput);
+    if (!std::isfinite(largest)) {  // gains above 1, again and again: whatever it meets, the film will drop it
+      radiance = glm::vec3(nowhere);
+      break;
+    }
     if (!(largest > 0)) break;
     const geometry::Ray ray = ray_from(vertex.hit, sample.direction);
     const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
@@ -157,7 +155,6 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
     const std::array<float, 2> second = stratified.pair(index, phi_and_spare);
     follow(vertex, scattering_.sample(vertex, {first[0], first[1], second[0], second[1]}, sums), random, sums);
   }
-  assert(is_finite(sums));
   return sums;
 }
 

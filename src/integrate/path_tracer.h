@@ -25,7 +25,8 @@ class PathTracer {
   PathTracer(const scene::Scene& scene, const geometry::FiberScene& fibers, const fiber::FiberModel& model,
              const std::vector<fiber::FiberId>& fiber_ids, const RenderOptions& options);
 
-  /// One sample of pixel (x, y). Pure up to what the model's service notes.
+  /// One sample of pixel (x, y). Pure up to what the model's service notes. Not finite where fibers return more light
+  /// than falls on them (`gain` above 1) until floats end.
   PathSums trace(int x, int y, std::uint32_t sample) const;
 
  private:

@@ -32,6 +32,7 @@ int blocks_along(int length) { return (length + block_size - 1) / block_size; }
 struct PathCount {
   std::uint64_t pixels = 0;   ///< sampled, a path each
   std::uint64_t covered = 0;  ///< of them, paths that met something
+  std::uint64_t dropped = 0;  ///< of them, paths that were not finite
 };
 
 /// Samples the pixels of a pass that lie in one block, in order.
@@ -49,7 +50,7 @@ PathCount render_block(const PathTracer& tracer, int block, int pass, Film& film
     for (int x = left; x < right; ++x) {
       if (!in_pass(pass, x, y)) continue;
       const PathSums path = tracer.trace(x, y, sample_of_pass(pass));
-      film.pixel(x, y).add(path);
+      count.dropped += film.pixel(x, y).add(path) ? 0 : 1;
       ++count.pixels;
       count.covered += path.coverage > 0 ? 1 : 0;
       if (!film.timed()) continue;
@@ -64,14 +65,15 @@ PathCount render_block(const PathTracer& tracer, int block, int pass, Film& film
 /// the samples whatever the number of threads.
 PathCount render_pass(const PathTracer& tracer, int pass, const std::atomic<bool>& stop, Film& film) {
   const int blocks = blocks_along(film.window().width) * blocks_along(film.window().height);
-  std::atomic<std::uint64_t> pixels{0}, covered{0};
+  std::atomic<std::uint64_t> pixels{0}, covered{0}, dropped{0};
   tbb::parallel_for(0, blocks, [&](int block) {
     if (stop.load(std::memory_order_relaxed)) return;
     const PathCount count = render_block(tracer, block, pass, film);
     pixels += count.pixels;
     covered += count.covered;
+    dropped += count.dropped;
   });
-  return {pixels, covered};
+  return {pixels, covered, dropped};
 }
 
 bool splits_glint(const scene::Scene& scene) {
@@ -108,6 +110,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     progress.pass = pass;
     const PathCount paths = render_pass(tracer, pass, stop, film);
     progress.pixels = paths.pixels;
+    progress.dropped_samples = paths.dropped;
     progress.paths_so_far += progress.pixels;
     if (service) {
       progress.table = service->publish(paths.covered);
@@ -130,6 +133,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   result.samples_per_pixel = film.samples_per_pixel();
   result.queries = film.queries();
   result.exact_queries = film.exact_queries();
+  result.dropped_samples = film.dropped_samples();
   return result;
 }
 

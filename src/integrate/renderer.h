@@ -32,7 +32,8 @@ struct RenderOptions {
 struct PassProgress {
   int pass = 0;  ///< from 0
   int pass_count = 0;
-  std::uint64_t pixels = 0;  ///< pixels sampled in this pass
+  std::uint64_t pixels = 0;           ///< pixels sampled in this pass
+  std::uint64_t dropped_samples = 0;  ///< of them, not finite and not in the picture
   std::uint64_t paths_so_far = 0, paths_total = 0;
   double noise = 0;            ///< of the picture so far, relative (Film::relative_noise)
   double seconds = 0;          ///< wall time of the pass
@@ -48,6 +49,7 @@ struct RenderResult {
   double samples_per_pixel = 0;
   bool interrupted = false;  ///< by `stop`; not by on_pass
   std::uint64_t queries = 0, exact_queries = 0;
+  std::uint64_t dropped_samples = 0;  ///< not finite and not in the picture (PICTURE.md)
 };
 
 /// Renders in the calling oneTBB arena. The same seed gives the same bits for any number of threads.

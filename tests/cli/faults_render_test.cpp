@@ -71,6 +71,32 @@ class Faults : public CommandTest {
   }
 };
 
+TEST_F(Faults, PathsThatOverflowAreLeftOutAndToldAndThePictureIsSaved) {
+  write_text(path("scene.json"), R"({
+    "camera": {"frame": true},
+    "image": {"width": 24, "height": 32, "samples": 4},
+    "environment": {"constant": [1, 1, 1]},
+    "materials": [{"name": "bright", "sigma_a": [0, 0, 0],
+                   "gain": {"R": 100, "TT": 100, "TRT": 100, "TRRT": 100, "residual": 100}}],
+    "grooms": [{"generate": "curly_lock", "strands": 1500, "radius_cm": 0.02, "material": "bright"}]
+  })");
+  const Outcome outcome = run(render(path("out/a.exr"), {"--telemetry", path("run.jsonl")}));
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Result<image::Picture> picture = image::read_exr(path("out/a.exr"));  // refuses what is not finite
+  ASSERT_TRUE(picture);
+  std::uint64_t dropped = 0;
+  for (const auto& pass : telemetry_lines(path("run.jsonl"), "pass")) {
+    dropped += pass.at("dropped_samples").get<std::uint64_t>();
+  }
+  EXPECT_GT(dropped, 20u);
+  EXPECT_LT(dropped, 24u * 32 * 4 / 2);
+  const auto summary = telemetry_lines(path("run.jsonl"), "summary").at(0);
+  EXPECT_EQ(summary.at("dropped_samples"), dropped);
+  EXPECT_EQ(summary.at("status"), "done");
+  EXPECT_EQ(picture->metadata.at("dropped_samples"), std::to_string(dropped));
+  EXPECT_THAT(outcome.err, HasSubstr(std::to_string(dropped) + " samples were infinite"));
+}
+
 TEST_F(Faults, AReaderOfTelemetryThatGoesStopsTelemetryAlone) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
   const Outcome outcome = run_in_shell(
