@@ -53,9 +53,10 @@ LightSampler::LightSampler(const scene::Scene& scene) : scene_(scene) {
   }
   if (!scene.lights.empty()) {
     const std::vector<glm::vec3> points = lit_points(scene);
+    const SceneSize size(scene);
     for (const scene::Light& light : scene.lights) {
       if (light.radiance == glm::vec3(0.0f)) continue;
-      choices_.push_back({&light, 0});
+      choices_.push_back({&light, 0, LightClearance(light, scene, size)});
       fluence.push_back(mean_fluence(light, points));
     }
   }
@@ -81,11 +82,13 @@ LightSampler::Arrival LightSampler::sample(const glm::vec3& point, float u_light
     const scene::LightSample drawn = scene::sample_light(*choice.light, point, u[0], u[1]);
     arrival.direction = drawn.direction;
     arrival.distance_cm = drawn.distance;
+    arrival.shadow = choice.clearance.shadow(point, drawn.direction, drawn.distance);
     arrival.radiance = drawn.radiance;
     arrival.density = choice.probability * drawn.pdf_solid_angle;
   } else {
     const scene::Environment::Sample drawn = scene_.environment.sample(u[0], u[1]);
     arrival.direction = drawn.direction;
+    arrival.shadow = {drawn.direction, arrival.distance_cm};
     arrival.radiance = drawn.radiance;
     arrival.density = choice.probability * drawn.pdf_solid_angle;
   }

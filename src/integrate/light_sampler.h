@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "integrate/light_clearance.h"
 #include "scene/light.h"
 #include "scene/scene.h"
 
@@ -23,16 +24,20 @@ class LightSampler {
   /// Light that may come from one direction.
   struct Arrival {
     glm::vec3 direction{0, 0, 1};                                ///< unit, world
-    float distance_cm = std::numeric_limits<float>::infinity();  ///< what lies before it shadows
+    float distance_cm = std::numeric_limits<float>::infinity();  ///< to the light
     glm::vec3 radiance{0.0f};                                    ///< linear RGB, unshadowed
     float density = 0;  ///< 1/sr: of this light being drawn, and this direction to it; 0: no light
+    /// Of sample(): what is met on this way shadows. It ends above the light by LightClearance::bound_cm(), so that a
+    /// mesh flush with the light does not.
+    LightClearance::Segment shadow{};
   };
 
   /// u_light, u uniform in [0, 1).
   Arrival sample(const glm::vec3& point, float u_light, const std::array<float, 2>& u) const;
 
-  /// Calls visit(Arrival) for each light that a ray in a unit direction meets within distance_cm; infinity: the ray
-  /// met nothing and sees distant lights and the environment. Lights hide nothing. `density` is that of sample()
+  /// Calls visit(Arrival) for each light that a ray in a unit direction meets within distance_cm, or flush with what it
+  /// meets there (LightClearance); infinity: the ray met nothing and sees distant lights and the environment. Lights
+  /// hide nothing. `density` is that of sample()
   /// drawing this direction by this light, so that each light is an integral of its own.
   template <class Visit>
   void along(const glm::vec3& origin, const glm::vec3& direction, float distance_cm, Visit&& visit) const {
@@ -41,8 +46,10 @@ class LightSampler {
       Arrival arrival;
       arrival.direction = direction;
       if (choice.light != nullptr) {
-        const scene::LightSample met = scene::light_along(*choice.light, origin, direction, distance_cm);
+        if (!escapes && choice.light->kind == scene::Light::Kind::distant) continue;
+        const scene::LightSample met = scene::light_along(*choice.light, origin, direction);
         if (!(met.pdf_solid_angle > 0)) continue;
+        if (!choice.clearance.is_seen(origin, direction, met.distance, distance_cm)) continue;
         arrival.distance_cm = met.distance;
         arrival.radiance = met.radiance;
         arrival.density = choice.probability * met.pdf_solid_angle;
@@ -62,6 +69,7 @@ class LightSampler {
   struct Choice {
     const scene::Light* light;  ///< null: the environment
     float probability;
+    LightClearance clearance{};
   };
   const scene::Scene& scene_;
   std::vector<Choice> choices_;  ///< sum of the probabilities 1

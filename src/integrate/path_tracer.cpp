@@ -53,7 +53,7 @@ ScatteredLayers PathTracer::light(const Vertex& vertex, float u_light, const std
   const LightSampler::Arrival light = lights_.sample(vertex.hit.axis, u_light, u);
   if (!(light.density > 0) || light.radiance == glm::vec3(0.0f)) return scattered;
   if (vertex.hit.is_surface && !(glm::dot(vertex.hit.normal, light.direction) > 0)) return scattered;
-  if (fibers_.occluded(ray_from(vertex.hit, light.direction), light.distance_cm)) return scattered;
+  if (fibers_.occluded(ray_from(vertex.hit, light.shadow.direction), light.shadow.distance_cm)) return scattered;
   const Scattered value = scattering_.evaluate(vertex, light.direction, sums);
   const float density = static_cast<float>(vertex.light_samples) * light.density * value.solid_angle +
                         static_cast<float>(vertex.bcsdf_samples) * value.pdf;
