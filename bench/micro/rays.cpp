@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "geometry/fiber_scene.h"
-#include "scene/generated_grooms.h"
-#include "scene/strand_fibers.h"
+#include "scene/generate/generated_grooms.h"
+#include "scene/model/strand_fibers.h"
 #include "tress/base/random.h"
 
 namespace tress {

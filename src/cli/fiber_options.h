@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 namespace tress::cli {
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 namespace tress::geometry {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "geometry/strand_frames.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 namespace tress::geometry {
 

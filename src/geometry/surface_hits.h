@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 namespace tress::geometry {
 

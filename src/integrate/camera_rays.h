@@ -4,7 +4,7 @@
 #include <array>
 
 #include "geometry/fiber_scene.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 namespace tress::integrate {
 

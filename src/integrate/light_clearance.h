@@ -4,7 +4,7 @@
 #include <glm/ext/vector_double3.hpp>
 #include <glm/vec3.hpp>
 
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 namespace tress::integrate {
 

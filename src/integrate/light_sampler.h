@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "integrate/light_clearance.h"
-#include "scene/light.h"
-#include "scene/scene.h"
+#include "scene/model/light.h"
+#include "scene/model/scene.h"
 
 namespace tress::integrate {
 

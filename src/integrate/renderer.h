@@ -9,7 +9,7 @@
 #include "geometry/fiber_scene.h"
 #include "image/picture.h"
 #include "integrate/film.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 #include "tress/adaptive/service.h"
 #include "tress/fiber/fiber_model.h"
 

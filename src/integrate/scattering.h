@@ -7,7 +7,7 @@
 
 #include "geometry/fiber_scene.h"
 #include "integrate/path_sums.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 #include "tress/fiber/fiber_model.h"
 
 namespace tress::integrate {

@@ -1,6 +1,6 @@
 // Any bytes as a scene file: refused by the path in it, or a description.
 #include "fuzz/fuzz.h"
-#include "scene/scene_file.h"
+#include "scene/read/scene_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tress;

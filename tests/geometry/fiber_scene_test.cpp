@@ -6,7 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "scene/strand_fibers.h"
+#include "scene/model/strand_fibers.h"
 #include "tress/base/random.h"
 
 namespace tress::geometry {

@@ -9,7 +9,7 @@
 
 #include "geometry/fiber_scene.h"
 #include "geometry/strand_frames.h"
-#include "scene/strand_fibers.h"
+#include "scene/model/strand_fibers.h"
 #include "tress/base/random.h"
 
 namespace tress::geometry {

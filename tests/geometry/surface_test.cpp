@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "geometry/fiber_scene.h"
-#include "scene/strand_fibers.h"
+#include "scene/model/strand_fibers.h"
 #include "tress/base/random.h"
 
 namespace tress::geometry {

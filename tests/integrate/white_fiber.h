@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "integrate/renderer.h"
-#include "scene/strand_fibers.h"
+#include "scene/model/strand_fibers.h"
 #include "tress/base/random.h"
 
 namespace tress::integrate {

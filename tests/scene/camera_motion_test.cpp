@@ -1,4 +1,4 @@
-#include "scene/camera_motion.h"
+#include "scene/model/camera_motion.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "scene/generated_grooms.h"
-#include "scene/scene_file.h"
+#include "scene/generate/generated_grooms.h"
+#include "scene/read/scene_file.h"
 
 namespace tress::scene {
 namespace {

@@ -1,4 +1,4 @@
-#include "scene/environment.h"
+#include "scene/model/environment.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "scene/studio_environment.h"
+#include "scene/generate/studio_environment.h"
 #include "support/chi_square.h"
 #include "tress/base/random.h"
 

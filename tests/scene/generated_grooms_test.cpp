@@ -1,4 +1,4 @@
-#include "scene/generated_grooms.h"
+#include "scene/generate/generated_grooms.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "scene/groom_taper.h"
-#include "scene/head_scalp.h"
-#include "scene/scene_file.h"
+#include "scene/generate/head_scalp.h"
+#include "scene/model/groom_taper.h"
+#include "scene/read/scene_file.h"
 
 namespace tress::scene {
 namespace {

@@ -1,4 +1,4 @@
-#include "scene/hair_file.h"
+#include "scene/read/hair_file.h"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +12,8 @@
 #include <tuple>
 #include <vector>
 
-#include "scene/groom_assembly.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
+#include "scene/read/groom_assembly.h"
 
 namespace tress::scene {
 namespace {

@@ -1,4 +1,4 @@
-#include "scene/hdr_file.h"
+#include "scene/read/hdr_file.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "image/picture.h"
-#include "scene/environment_file.h"
+#include "scene/read/environment_file.h"
 #include "tress/base/random.h"
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION

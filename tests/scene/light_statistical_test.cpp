@@ -6,8 +6,8 @@
 #include <numbers>
 #include <vector>
 
-#include "scene/light.h"
 #include "scene/lights.h"
+#include "scene/model/light.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
 #include "support/seed.h"

@@ -1,4 +1,4 @@
-#include "scene/light.h"
+#include "scene/model/light.h"
 
 #include <gtest/gtest.h>
 

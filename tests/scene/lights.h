@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/light.h"
+#include "scene/model/light.h"
 
 namespace tress::test {
 

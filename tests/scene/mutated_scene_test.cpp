@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/scene_file.h"
+#include "scene/read/scene_file.h"
 #include "tress/base/random.h"
 
 namespace tress::scene {

@@ -1,4 +1,4 @@
-#include "scene/obj_file.h"
+#include "scene/read/obj_file.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "scene/mesh_reader.h"
+#include "scene/read/mesh_reader.h"
 #include "tress/base/random.h"
 
 namespace tress::scene {

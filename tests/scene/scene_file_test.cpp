@@ -1,4 +1,4 @@
-#include "scene/scene_file.h"
+#include "scene/read/scene_file.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 namespace tress::scene {
 namespace {

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/scene_file.h"
+#include "scene/read/scene_file.h"
 #include "support/json_schema.h"
 #include "tress/base/random.h"
 

@@ -1,12 +1,12 @@
-#include "scene/sky_environment.h"
+#include "scene/generate/sky_environment.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "scene/environment_reader.h"
-#include "scene/light.h"
+#include "scene/model/light.h"
+#include "scene/read/environment_reader.h"
 
 namespace tress::scene {
 namespace {

@@ -1,4 +1,4 @@
-#include "scene/strand_fibers.h"
+#include "scene/model/strand_fibers.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "scene/scene_file.h"
-#include "scene/stochastic_rounding.h"
+#include "scene/model/stochastic_rounding.h"
+#include "scene/read/scene_file.h"
 #include "tress/base/random.h"
 
 namespace tress::scene {

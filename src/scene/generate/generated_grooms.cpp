@@ -1,0 +1,112 @@
+#include "scene/generate/generated_grooms.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "scene/generate/groom_kinds.h"
+
+namespace tress::scene {
+namespace {
+
+struct Kind {
+  std::string name;
+  std::uint32_t strands;
+  std::uint32_t points;  ///< per strand, at least
+  Groom (*generate)(const GroomShape&);
+  std::vector<ShapeParameter> parameters;
+};
+
+constexpr double points_per_wave = 10;
+constexpr std::uint32_t most_points_per_strand = 512;
+
+ShapeParameter length(double usual) { return {"length_cm", 0.1, 1000, usual}; }
+ShapeParameter clump(double usual) { return {"clump", 0, 1, usual}; }
+ShapeParameter frizz(double usual) { return {"frizz", 0, 1, usual}; }
+ShapeParameter length_variation(double usual) { return {"length_variation", 0, 0.9, usual}; }
+ShapeParameter wavelength(double usual) { return {"wavelength_cm", 0.2, 1000, usual}; }
+ShapeParameter curl_diameter(double usual) { return {"curl_diameter_cm", 0.02, 20, usual}; }
+
+const std::vector<Kind>& kinds() {
+  static const std::vector<Kind> all{
+      {"curly_lock",
+       5513,
+       72,
+       curly_lock,
+       {length(24), length_variation(0.14), wavelength(3.85), curl_diameter(1.9), clump(0.8), frizz(0.15)}},
+      {"straight", 19226, 28, head_groom, {length(32), length_variation(0.1), clump(0.45), frizz(0.15)}},
+      {"wavy",
+       19226,
+       28,
+       head_groom,
+       {length(30),
+        length_variation(0.14),
+        wavelength(6),
+        {"wave_amplitude_cm", 0, 10, 0.55},
+        clump(0.7),
+        frizz(0.25)}},
+      {"curly",
+       19226,
+       28,
+       head_groom,
+       {length(24), length_variation(0.2), wavelength(4), curl_diameter(1.7), clump(0.9), frizz(0.15)}},
+      {"fur_ball",
+       40000,
+       14,
+       fur_ball,
+       {length(2.2), length_variation(0.3), {"ball_radius_cm", 0.1, 1000, 5}, clump(0.6), frizz(0.25)}},
+      {"single_fiber", 1, 16, single_fiber, {length(10)}}};
+  return all;
+}
+
+const Kind& kind_of(const std::string& name) {
+  const auto found = std::find_if(kinds().begin(), kinds().end(), [&](const Kind& kind) { return kind.name == name; });
+  assert(found != kinds().end());
+  return found == kinds().end() ? kinds().back() : *found;
+}
+
+}  // namespace
+
+const std::vector<std::string>& generated_groom_kinds() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const Kind& kind : kinds()) all.push_back(kind.name);
+    return all;
+  }();
+  return names;
+}
+
+const std::vector<ShapeParameter>& shape_parameters(const std::string& kind) { return kind_of(kind).parameters; }
+std::uint32_t usual_strands(const std::string& kind) { return kind_of(kind).strands; }
+
+std::uint32_t points_per_strand(const GroomRecipe& recipe) {
+  const Kind& kind = kind_of(recipe.kind);
+  double length_cm = 0, wavelength_cm = 0;
+  for (const ShapeParameter& parameter : kind.parameters) {
+    const auto given = recipe.shape.find(parameter.key);
+    const double value = given == recipe.shape.end() ? parameter.usual : given->second;
+    if (parameter.key == "length_cm") length_cm = value;
+    if (parameter.key == "wavelength_cm") wavelength_cm = value;
+  }
+  if (!(wavelength_cm > 0)) return kind.points;
+  const double wanted = std::min<double>(points_per_wave * length_cm / wavelength_cm, most_points_per_strand);
+  return std::max(kind.points, static_cast<std::uint32_t>(wanted));
+}
+
+Groom generate_groom(const GroomRecipe& recipe) {
+  const Kind& kind = kind_of(recipe.kind);
+  GroomShape shape;
+  shape.strands = recipe.strands.value_or(kind.strands);
+  shape.seed = recipe.seed;
+  shape.radius_cm = static_cast<float>(recipe.radius_cm);
+  shape.points = points_per_strand(recipe);
+  for (const ShapeParameter& parameter : kind.parameters) {
+    const auto given = recipe.shape.find(parameter.key);
+    shape.values[parameter.key] = given == recipe.shape.end() ? parameter.usual : given->second;
+  }
+  Groom groom = kind.generate(shape);
+  groom.name = recipe.kind;
+  return groom;
+}
+
+}  // namespace tress::scene

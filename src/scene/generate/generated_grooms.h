@@ -1,0 +1,47 @@
+// Grooms that need no file: hair on a head, a lock, a ball of fur, single fibers.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/model/scene.h"
+
+namespace tress::scene {
+
+/// A number that shapes a kind of groom, and the value it has where nothing is said.
+struct ShapeParameter {
+  std::string key;
+  double low, high, usual;
+};
+
+struct GroomRecipe {
+  std::string kind;                           ///< one of generated_groom_kinds()
+  std::optional<std::uint32_t> strands = {};  ///< unset: usual_strands(kind)
+  std::uint64_t seed = 0;
+  std::map<std::string, double> shape = {};  ///< by key of shape_parameters(kind), in range; absent: the usual value
+  double radius_cm = 0.004;                  ///< before the taper
+};
+
+/// "curly_lock", "straight", "wavy", "curly", "fur_ball", "single_fiber".
+const std::vector<std::string>& generated_groom_kinds();
+
+/// Of a known kind.
+const std::vector<ShapeParameter>& shape_parameters(const std::string& kind);
+std::uint32_t usual_strands(const std::string& kind);
+
+/// Points per strand, for the same recipe; kind and shape must be in range.
+std::uint32_t points_per_strand(const GroomRecipe& recipe);
+
+/// z up, centimetres; the same recipe gives the same points. Radii are those of the recipe along the whole strand, but
+/// for the finer undercoat of fur. kind must be known. curly_lock: helices of varying phase clumped in one lock that
+/// hangs from z = 0. straight, wavy, curly: rooted on the scalp of a head of 9 cm around the origin, parted along x =
+/// 0, face towards +y (a camera at -y sees the back of the head), falling under gravity along the head, clumped towards
+/// the tips. Lengths are measured along the fall: waves and curls take more hair. fur_ball: a ball around the origin,
+/// combed down and around, under guard hairs a shorter and finer undercoat. single_fiber: hangs from z = 0; more than
+/// one stand side by side along x, .1 cm apart.
+Groom generate_groom(const GroomRecipe& recipe);
+
+}  // namespace tress::scene

@@ -1,0 +1,19 @@
+// A sky without a picture: three colors.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include "scene/model/environment.h"
+
+namespace tress::scene {
+
+/// Radiance, linear RGB, >= 0. Above the horizon from `horizon` to `zenith` with the square root of the sine of the
+/// elevation, so that the pale band is narrow as in a clear sky; below it `ground`.
+struct GradientSky {
+  glm::vec3 zenith{0.18f, 0.32f, 0.70f}, horizon{0.75f, 0.82f, 0.90f}, ground{0.22f, 0.20f, 0.18f};
+};
+
+/// As a map of one column, so that its importance sampling is the map's; rows hold the mean over their solid angle.
+Environment gradient_environment(const GradientSky& sky, float scale);
+
+}  // namespace tress::scene

@@ -1,0 +1,45 @@
+// Where the camera is at a frame: still, framed on the hair, between keyframes, or going around.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/model/scene.h"
+
+namespace tress::scene {
+
+struct CameraKey {
+  int frame = 0;
+  Camera camera;
+};
+
+/// A level circle around `look_at`, counter-clockwise from above; frame 0 is on the side of -y.
+struct Turntable {
+  int frames = 1;                    ///< of one turn; frame numbers repeat after them
+  std::optional<glm::vec3> look_at;  ///< unset: the middle of the hair
+  std::optional<float> distance_cm;  ///< from the axis; unset: all hair is seen in every frame, from 8 degrees above
+  float height_cm = 0;               ///< above look_at, with distance_cm
+};
+
+/// At most one of `framed`, `keys`, `turntable`; else `camera` as it is.
+struct CameraDescription {
+  Camera camera;                ///< only its angle of view where it is framed or goes around
+  bool framed = true;           ///< placed to see all grooms
+  std::vector<CameraKey> keys;  ///< by rising frame number
+  std::optional<Turntable> turntable;
+};
+
+/// The eye, the point looked at, up and the angle of view are linear between keys and hold before and after them.
+/// Without a frame: that of the first key, or 0. Fails where a camera between keys looks along its up or at its eye;
+/// `name` is the scene file of the message.
+Result<Camera> camera_at(const CameraDescription& description, std::optional<int> frame,
+                         const std::vector<Groom>& grooms, const Image& image, const std::string& name);
+
+/// What keeps the camera from seeing anything: looks at its own eye, or along `up`. Nothing where it can.
+struct CameraFault {
+  std::string key, expected, found;
+};
+std::optional<CameraFault> fault_of(const Camera& camera);
+
+}  // namespace tress::scene

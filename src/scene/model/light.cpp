@@ -1,0 +1,201 @@
+#include "scene/model/light.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/ext/vector_double3.hpp>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+namespace tress::scene {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double smallest_spherical_rectangle = 1e-6;  ///< sr; below, rounding of its angles would tell
+
+/// Directions within an angle of an axis, by 1 - cos of that angle: exact for the smallest cones.
+struct Cone {
+  double one_minus_cos;
+  double solid_angle() const { return 2 * pi * one_minus_cos; }
+  /// Unit, around `axis` (unit), uniform in solid angle. *below gets 1 - cos to the axis.
+  glm::dvec3 draw(const glm::dvec3& axis, double u1, double u2, double* below) const {
+    *below = u1 * one_minus_cos;
+    const double sin_axis = std::sqrt(std::max(0.0, *below * (2 - *below)));
+    const glm::dvec3 aside = std::abs(axis.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
+    const glm::dvec3 x = glm::normalize(glm::cross(aside, axis)), y = glm::cross(axis, x);
+    const double turn = 2 * pi * u2;
+    return (1 - *below) * axis + sin_axis * (std::cos(turn) * x + std::sin(turn) * y);
+  }
+};
+
+Cone distant_cone(const Light& light) {
+  const double s = std::sin(0.5 * light.half_angle_rad);
+  return {2 * s * s};
+}
+
+/// Of a sphere of radius r seen from outside at distance d > r.
+Cone sphere_cone(double r, double d) {
+  const double sin2 = r / d * (r / d);
+  return {sin2 / (1 + std::sqrt(std::max(0.0, 1 - sin2)))};
+}
+
+/// The answer in single precision, or none where one of its values is not finite or nothing is seen.
+LightSample finite_sample(const Light& light, const glm::dvec3& direction, double distance, double pdf) {
+  LightSample sample;
+  for (int c = 0; c < 3; ++c)
+    if (!(std::abs(direction[c]) <= 1.5) || !std::isfinite(light.radiance[c])) return {};
+  const float density = static_cast<float>(pdf);
+  if (!(density > 0 && std::isfinite(density) && distance >= 0)) return {};
+  sample.direction = glm::vec3(direction);
+  sample.distance = static_cast<float>(std::min(distance, static_cast<double>(distant_cm)));
+  sample.radiance = light.radiance;
+  sample.pdf_solid_angle = density;
+  return sample;
+}
+
+/// A rectangle as a point sees it: the point is the origin, x and y along the edges, the rectangle at height -depth.
+struct SeenRectangle {
+  glm::dvec3 x, y, n;
+  double x0, x1, y0, y1, depth;  ///< depth > 0 where the point is on the side that it shines to
+  double area = 0, solid_angle = 0;
+
+  SeenRectangle(const Light& light, const glm::dvec3& point) {
+    const glm::dvec3 u(light.edge_u), v(light.edge_v), to(glm::dvec3(light.center) - point);
+    const double half_u = glm::length(u), half_v = glm::length(v);
+    x = u / half_u;
+    y = v / half_v;
+    n = glm::cross(x, y);
+    x0 = glm::dot(to, x) - half_u, x1 = x0 + 2 * half_u;
+    y0 = glm::dot(to, y) - half_v, y1 = y0 + 2 * half_v;
+    depth = -glm::dot(to, n);
+    area = 4 * half_u * half_v;
+    if (depth > 0) solid_angle = corner(x1, y1) - corner(x1, y0) - corner(x0, y1) + corner(x0, y0);
+  }
+
+  /// Solid angle of the rectangle from below the point to (a, b), signed.
+  double corner(double a, double b) const {
+    return std::atan2(a * b, depth * std::sqrt(a * a + b * b + depth * depth));
+  }
+
+  bool by_area() const { return !(solid_angle > smallest_spherical_rectangle); }
+
+  /// Density of the direction to the place (a, b).
+  double pdf(double a, double b) const {
+    if (!by_area()) return 1 / solid_angle;
+    const double d2 = a * a + b * b + depth * depth;
+    return d2 * std::sqrt(d2) / (depth * area);
+  }
+
+  /// Urena et al. 2013, equations 3 to 7, with the angles of the spherical rectangle as sums of corner().
+  void draw(double u1, double u2, double* a, double* b) const {
+    if (by_area()) {
+      *a = x0 + u1 * (x1 - x0);
+      *b = y0 + u2 * (y1 - y0);
+      return;
+    }
+    const double depth2 = depth * depth;
+    const double b0 = -y0 / std::sqrt(depth2 + y0 * y0), b1 = y1 / std::sqrt(depth2 + y1 * y1);
+    const double angle = u1 * solid_angle + corner(x0, y1) - corner(x0, y0);
+    const double f = (std::cos(angle) * b0 + b1) / std::sin(angle);
+    const double across = std::sqrt(std::max(f * f - depth2 / (depth2 + y0 * y0), 1e-300));
+    *a = std::clamp(std::copysign(depth / across, f), x0, x1);
+    const double d = std::sqrt(*a * *a + depth2);
+    const double h0 = y0 / std::sqrt(d * d + y0 * y0), h1 = y1 / std::sqrt(d * d + y1 * y1);
+    const double h = h0 + u2 * (h1 - h0);
+    *b = std::clamp(h * d / std::sqrt(std::max(1 - h * h, 1e-300)), y0, y1);
+  }
+};
+
+LightSample sample_sphere(const Light& light, const glm::dvec3& point, double u1, double u2) {
+  const glm::dvec3 to = glm::dvec3(light.center) - point;
+  const double d = glm::length(to), r = light.radius_cm;
+  if (!(d > r)) {
+    const double z = 1 - 2 * u1, flat = std::sqrt(std::max(0.0, 1 - z * z));
+    const glm::dvec3 direction(flat * std::cos(2 * pi * u2), flat * std::sin(2 * pi * u2), z);
+    const double along = glm::dot(to, direction);
+    return finite_sample(light, direction, along + std::sqrt(std::max(0.0, along * along + r * r - d * d)),
+                         1 / (4 * pi));
+  }
+  const Cone cone = sphere_cone(r, d);
+  double below;
+  const glm::dvec3 direction = cone.draw(to / d, u1, u2, &below);
+  const double half_chord = std::sqrt(std::max(0.0, r * r - d * d * below * (2 - below)));
+  return finite_sample(light, direction, std::max(0.0, d * (1 - below) - half_chord), 1 / cone.solid_angle());
+}
+
+LightSample sample_rectangle(const Light& light, const glm::dvec3& point, double u1, double u2) {
+  const SeenRectangle seen(light, point);
+  if (!(seen.depth > 0)) return {};
+  double a, b;
+  seen.draw(u1, u2, &a, &b);
+  const glm::dvec3 to = a * seen.x + b * seen.y - seen.depth * seen.n;
+  const double distance = glm::length(to);
+  return finite_sample(light, to / distance, distance, seen.pdf(a, b));
+}
+
+LightSample sphere_along(const Light& light, const glm::dvec3& origin, const glm::dvec3& direction) {
+  const glm::dvec3 to = glm::dvec3(light.center) - origin;
+  const double along = glm::dot(to, direction), r = light.radius_cm, d = glm::length(to);
+  const glm::dvec3 aside = to - along * direction;
+  const double half_chord2 = r * r - glm::dot(aside, aside);
+  if (!(d > r)) return finite_sample(light, direction, along + std::sqrt(std::max(0.0, half_chord2)), 1 / (4 * pi));
+  if (!(half_chord2 > 0 && along > 0)) return {};
+  return finite_sample(light, direction, std::max(0.0, along - std::sqrt(half_chord2)),
+                       1 / sphere_cone(r, d).solid_angle());
+}
+
+LightSample rectangle_along(const Light& light, const glm::dvec3& origin, const glm::dvec3& direction) {
+  const SeenRectangle seen(light, origin);
+  const double sinking = -glm::dot(direction, seen.n);
+  if (!(seen.depth > 0 && sinking > 0)) return {};
+  const double distance = seen.depth / sinking;
+  const double a = distance * glm::dot(direction, seen.x), b = distance * glm::dot(direction, seen.y);
+  if (!(a >= seen.x0 && a <= seen.x1 && b >= seen.y0 && b <= seen.y1)) return {};
+  return finite_sample(light, direction, distance, seen.pdf(a, b));
+}
+
+}  // namespace
+
+LightSample sample_light(const Light& light, const glm::vec3& point, float u1, float u2) {
+  const glm::dvec3 from(point);
+  switch (light.kind) {
+    case Light::Kind::sphere:
+      return sample_sphere(light, from, u1, u2);
+    case Light::Kind::rectangle:
+      return sample_rectangle(light, from, u1, u2);
+    case Light::Kind::distant:
+      break;
+  }
+  const Cone cone = distant_cone(light);
+  double below;
+  const glm::dvec3 direction = cone.draw(glm::normalize(glm::dvec3(light.direction)), u1, u2, &below);
+  return finite_sample(light, direction, distant_cm, 1 / cone.solid_angle());
+}
+
+LightSample light_along(const Light& light, const glm::vec3& origin, const glm::vec3& direction, float max_distance) {
+  const glm::dvec3 unit = glm::normalize(glm::dvec3(direction)), from(origin);
+  LightSample met;
+  if (light.kind == Light::Kind::sphere) {
+    met = sphere_along(light, from, unit);
+  } else if (light.kind == Light::Kind::rectangle) {
+    met = rectangle_along(light, from, unit);
+  } else {
+    // 2 (1 - cos) is the squared distance of the unit directions: no cancellation in the narrowest cone.
+    const glm::dvec3 aside = unit - glm::normalize(glm::dvec3(light.direction));
+    const Cone cone = distant_cone(light);
+    if (glm::dot(aside, aside) <= 2 * cone.one_minus_cos)
+      met = finite_sample(light, unit, distant_cm, 1 / cone.solid_angle());
+  }
+  return met.distance <= max_distance ? met : LightSample{};
+}
+
+glm::vec3 direction_towards(double azimuth_rad, double elevation_rad) {
+  const double flat = std::cos(elevation_rad);
+  return glm::vec3(flat * std::sin(azimuth_rad), -flat * std::cos(azimuth_rad), std::sin(elevation_rad));
+}
+
+glm::vec3 distant_radiance(const glm::vec3& irradiance, double half_angle_rad) {
+  const double s = std::sin(half_angle_rad);
+  return irradiance * static_cast<float>(1 / (pi * s * s));
+}
+
+}  // namespace tress::scene

@@ -1,0 +1,119 @@
+// A scene in memory: what the renderer draws. Made by load_scene(); every value in range.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/ext/vector_uint3.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/model/environment.h"
+#include "tress/base/error.h"
+#include "tress/fiber/parameters.h"
+
+namespace tress::scene {
+
+/// Right-handed world, z up, centimetres.
+struct Camera {
+  glm::vec3 eye{0, -60, 0};
+  glm::vec3 look_at{0, 0, 0};
+  glm::vec3 up{0, 0, 1};
+  float vertical_fov_deg = 30;
+};
+
+struct Image {
+  int width = 512, height = 512;
+  int samples = 64;
+};
+
+/// How strands of one material differ: half ranges, uniform, of mean 0 (strand_fibers.h).
+struct StrandVariation {
+  float eccentricity = 0;  ///< absolute
+  float width = 0;         ///< relative, one factor for the roughness and every given width
+  float color = 0;         ///< relative, one factor for the absorption of every channel
+  std::uint64_t seed = 0;
+};
+
+struct Material {
+  std::string name = "brown";
+  fiber::FiberParameters fiber;
+  /// Turns of the major axis along the strand follow the curl diameter of the eccentricity, unless given here (cm).
+  std::optional<double> curl_diameter_cm;
+  bool twist = true;  ///< false: the major axis stays in the rotation-minimising frame
+  StrandVariation variation;
+  bool color_from_file = false;          ///< strands have Groom::color instead of the fiber's sigma_a
+  std::optional<double> root_angle_rad;  ///< major axis at the root; unset: by a hash of the strand
+};
+
+/// A light beside the environment. Seen by rays that leave a fiber or a surface, not by the camera.
+struct Light {
+  enum class Kind { distant, sphere, rectangle };
+  Kind kind = Kind::distant;
+  glm::vec3 radiance{1.0f};        ///< linear RGB, >= 0, the same in all directions it shines into
+  glm::vec3 direction{0, 0, 1};    ///< distant: unit, towards the light
+  float half_angle_rad = 0.0047f;  ///< distant: angular radius, (0, pi/2]
+  glm::vec3 center{0, 0, 0};       ///< sphere, rectangle: cm
+  float radius_cm = 1;             ///< sphere: > 0
+  /// rectangle: half edges, cm, orthogonal, not 0; shines towards edge_u x edge_v.
+  glm::vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0};
+};
+
+/// Triangles that occlude: a diffuse surface, seen from both sides.
+struct Mesh {
+  std::string name;
+  std::vector<glm::vec3> positions;   ///< cm
+  std::vector<glm::uvec3> triangles;  ///< indices into positions, in range
+  glm::vec3 albedo{0.18f};            ///< linear RGB, [0, 1]
+};
+
+/// Strands of one material. Strand s has the points [first_point[s], first_point[s+1]), root first, at least two
+/// distinct ones.
+struct Groom {
+  std::string name;
+  std::uint32_t material = 0;
+  std::vector<std::uint32_t> fiber;        ///< per strand: index into Scene::fibers
+  std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries
+  std::vector<glm::vec3> points;           ///< cm
+  std::vector<float> radius_cm;            ///< per point: of the circle with the same mean projected width
+  /// Per strand, multiple scattering albedo, linear RGB in [0, 1]; empty unless its material takes colors of the file.
+  std::vector<glm::vec3> color;
+  bool linear = false;  ///< straight from point to point; else the uniform cubic B-spline that the points control
+  std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
+};
+
+struct Scene {
+  std::string source;  ///< what it was loaded from
+  Camera camera;
+  Image image;
+  Environment environment;
+  bool environment_visible = true;  ///< shown behind the hair (background layer) or black there
+  std::vector<Light> lights;
+  std::vector<Mesh> meshes;
+  std::vector<Material> materials;
+  /// The distinct fibers of all strands: the materials' own, varied and quantised per strand (design section 5).
+  std::vector<fiber::FiberParameters> fibers;
+  std::vector<Groom> grooms;
+  std::vector<std::string> notes;     ///< said on stderr: chosen units, framing
+  std::vector<std::string> warnings;  ///< degenerate strands and their number, ...
+};
+
+/// What the command line sets over the scene.
+struct Overrides {
+  std::optional<std::string> environment_file;
+  std::optional<double> environment_rotate_deg;
+  std::optional<glm::vec3> color;
+  std::optional<std::pair<float, float>> melanin;
+  std::optional<glm::vec3> sigma_a;
+  std::optional<float> eccentricity, roughness;
+  std::optional<bool> y_up;
+  std::optional<double> cm_per_unit;
+  std::optional<int> width, height, samples;
+  std::optional<int> frame;  ///< of a moving camera
+};
+
+/// A scene JSON file, or a bare .hair file. Errors name the file and the JSON path or byte.
+Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides = {});
+
+}  // namespace tress::scene

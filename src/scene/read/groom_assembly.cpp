@@ -1,0 +1,96 @@
+#include "scene/read/groom_assembly.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+
+namespace tress::scene {
+namespace {
+
+constexpr float usual_radius_cm = 0.004f;
+constexpr double usual_longest_side_cm = 30;
+/// Radii outside are taken for a wrong unit; a human hair has .0008 to .009 cm.
+constexpr double smallest_radius_cm = 5e-4, largest_radius_cm = 0.05;
+constexpr float thinnest_tip_cm = 1e-4f;
+constexpr double world_cm = 1e6;
+
+/// The points of one strand without those equal to the one before.
+void append_distinct(const HairFile& hair, std::uint32_t strand, std::vector<std::uint32_t>* kept) {
+  kept->clear();
+  for (std::uint32_t i = hair.first_point[strand]; i < hair.first_point[strand + 1]; ++i)
+    if (kept->empty() || hair.points[i] != hair.points[kept->back()]) kept->push_back(i);
+}
+
+}  // namespace
+
+Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placement, const std::string& name,
+                             std::vector<std::string>* notes, std::vector<std::string>* warnings) {
+  glm::vec3 low(1e30f), high(-1e30f);
+  float thickest = hair.thickness.empty() ? hair.default_thickness : 0.0f;
+  for (float thickness : hair.thickness) thickest = std::max(thickest, thickness);
+  for (const auto& p : hair.points) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  const auto sides = high - low;
+  const double longest = std::max({sides.x, sides.y, sides.z, 0.0f});
+  double scale = 1;
+  if (placement.cm_per_unit) {
+    scale = *placement.cm_per_unit;
+  } else if (longest > 0) {
+    scale = usual_longest_side_cm / longest;
+    notes->push_back(fmt::format("{}: no unit given, longest side {:g} units taken for {:g} cm ({:g} cm per unit)",
+                                 name, longest, usual_longest_side_cm, scale));
+  }
+  const double extent = std::max(
+      {std::abs(low.x), std::abs(low.y), std::abs(low.z), std::abs(high.x), std::abs(high.y), std::abs(high.z)});
+  if (!(extent * scale <= world_cm))
+    return Error{name, "points", fmt::format("coordinates within {:g} cm", world_cm),
+                 fmt::format("{:g} cm at {:g} cm per unit", extent * scale, scale)};
+
+  const double file_radius = thickest / 2 * scale;
+  const bool use_file = !placement.radius_cm && file_radius >= smallest_radius_cm && file_radius <= largest_radius_cm;
+  const auto one_radius = static_cast<float>(placement.radius_cm.value_or(usual_radius_cm));
+  if (!placement.radius_cm && !use_file)
+    notes->push_back(thickest > 0
+                         ? fmt::format("{}: thickness of the file gives a radius of {:g} cm, {:g} cm used", name,
+                                       file_radius, usual_radius_cm)
+                         : fmt::format("{}: no thickness in the file, radius {:g} cm used", name, usual_radius_cm));
+  Groom groom;
+  groom.name = name;
+  groom.first_point.push_back(0);
+  std::size_t degenerate = 0;
+  std::vector<std::uint32_t> kept;
+  const auto strands = static_cast<std::uint32_t>(hair.first_point.size() - 1);
+  for (std::uint32_t s = 0; s < strands; ++s) {
+    append_distinct(hair, s, &kept);
+    glm::vec3 color(0.0f);
+    const std::size_t begin = groom.points.size();
+    for (std::uint32_t i : kept) {
+      const glm::vec3 file = hair.points[i] * static_cast<float>(scale);
+      const glm::vec3 point = placement.y_up ? glm::vec3(file.x, -file.z, file.y) : file;
+      if (groom.points.size() > begin && point == groom.points.back()) continue;
+      const float thickness = hair.thickness.empty() ? hair.default_thickness : hair.thickness[i];
+      color += hair.color.empty() ? hair.default_color : hair.color[i];
+      groom.points.push_back(point);
+      groom.radius_cm.push_back(use_file ? std::max(static_cast<float>(thickness / 2 * scale), thinnest_tip_cm)
+                                         : one_radius);
+    }
+    if (groom.points.size() - begin < 2) {
+      ++degenerate;
+      groom.points.resize(begin);
+      groom.radius_cm.resize(begin);
+    } else {
+      if (placement.colors) groom.color.push_back(color / static_cast<float>(groom.points.size() - begin));
+      groom.first_point.push_back(static_cast<std::uint32_t>(groom.points.size()));
+    }
+  }
+  if (degenerate)
+    warnings->push_back(fmt::format("{}: {} of {} strands are degenerate (one point or no length) and left out", name,
+                                    degenerate, strands));
+  return groom;
+}
+
+}  // namespace tress::scene

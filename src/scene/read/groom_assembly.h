@@ -1,0 +1,25 @@
+// From strands as a file has them to a groom in the world: axes, unit, radius, degenerate strands.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/model/scene.h"
+#include "scene/read/hair_file.h"
+
+namespace tress::scene {
+
+struct GroomPlacement {
+  bool y_up = false;                  ///< y of the file becomes z, its z becomes -y
+  std::optional<double> cm_per_unit;  ///< unset: the longest side of the bounding box is 30 cm
+  std::optional<double> radius_cm;    ///< unset: the file's, or .004 cm where it has none or an absurd one
+  bool colors = false;                ///< strands have the mean of the colors of their points
+};
+
+/// Appends to `notes` what was chosen and to `warnings` what was left out. A groom without strands is possible.
+/// Fails where the placed groom leaves a world of 10^6 cm.
+Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placement, const std::string& name,
+                             std::vector<std::string>* notes, std::vector<std::string>* warnings);
+
+}  // namespace tress::scene

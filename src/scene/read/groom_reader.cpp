@@ -1,0 +1,102 @@
+#include "scene/read/groom_reader.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdint>
+
+namespace tress::scene {
+namespace {
+
+constexpr std::int64_t most_generated_strands = 1'000'000;
+constexpr std::uint64_t most_generated_points = 100'000'000;
+constexpr Taper usual_generated_taper{.root = 1, .tip = 0.4};
+
+/// The keys that shape any kind, each once.
+std::vector<std::string> shape_keys() {
+  std::vector<std::string> keys;
+  for (const std::string& kind : generated_groom_kinds())
+    for (const ShapeParameter& parameter : shape_parameters(kind))
+      if (std::find(keys.begin(), keys.end(), parameter.key) == keys.end()) keys.push_back(parameter.key);
+  return keys;
+}
+
+void read_recipe(const JsonReader& json, GroomRecipe* recipe) {
+  if (const auto x = json.integer("strands", 1, most_generated_strands))
+    recipe->strands = static_cast<std::uint32_t>(*x);
+  recipe->seed = static_cast<std::uint64_t>(json.integer("seed", 0, INT64_MAX).value_or(0));
+  recipe->radius_cm = json.number("radius_cm", 1e-4, 1).value_or(recipe->radius_cm);
+  std::vector<std::string> keys;
+  for (const ShapeParameter& parameter : shape_parameters(recipe->kind)) {
+    keys.push_back(parameter.key);
+    if (const auto x = json.number(parameter.key, parameter.low, parameter.high)) recipe->shape[parameter.key] = *x;
+  }
+  for (const std::string& key : shape_keys())
+    if (json.has(key) && std::find(keys.begin(), keys.end(), key) == keys.end())
+      json.fail(key, fmt::format("a key that shapes \"{}\" ({})", recipe->kind, fmt::join(keys, ", ")), "another");
+  const std::uint64_t points =
+      std::uint64_t{recipe->strands.value_or(usual_strands(recipe->kind))} * points_per_strand(*recipe);
+  if (points > most_generated_points)
+    json.fail(json.has("strands") ? "strands" : "",
+              fmt::format("at most {} points, at {} a strand", most_generated_points, points_per_strand(*recipe)),
+              fmt::format("{}", points));
+}
+
+Taper read_taper(const JsonReader& json, Taper taper) {
+  if (!json.has("taper")) return taper;
+  const auto given = json.child("taper");
+  if (!given.object({"root", "tip"})) return taper;
+  return {.root = given.number("root", 0, 10).value_or(1), .tip = given.number("tip", 0, 10).value_or(1)};
+}
+
+std::uint32_t read_material_reference(const JsonReader& json, const std::vector<Material>& materials) {
+  if (!json.has("material")) return 0;
+  std::vector<std::string> names;
+  for (const auto& material : materials) names.push_back(material.name);
+  const auto name = json.text("material");
+  for (std::uint32_t m = 0; name && m < names.size(); ++m)
+    if (names[m] == *name) return m;
+  if (name)
+    json.fail("material", fmt::format("a name of /materials (the nearest is \"{}\")", nearest_name(*name, names)),
+              fmt::format("\"{}\"", name->substr(0, 64)));
+  return 0;
+}
+
+}  // namespace
+
+GroomDescription read_groom(const JsonReader& json, const std::vector<Material>& materials) {
+  GroomDescription groom;
+  const auto shapes = shape_keys();
+  std::vector<std::string> known{"file",  "generate", "strands", "seed",        "radius_cm",
+                                 "taper", "basis",    "up",      "cm_per_unit", "material"};
+  known.insert(known.end(), shapes.begin(), shapes.end());
+  if (!json.object(known) || !json.at_most_one({"file", "generate"})) return groom;
+  groom.file = json.text("file");
+  const auto kind = json.choice("generate", generated_groom_kinds());
+  if (!json.has("file") && !json.has("generate")) json.fail("", "one of file, generate", "neither");
+  if (kind) {
+    for (const char* key : {"up", "cm_per_unit"})
+      if (json.has(key)) json.fail(key, "this key beside \"file\" only", "it beside \"generate\"");
+    groom.recipe.kind = *kind;
+    read_recipe(json, &groom.recipe);
+    groom.taper = read_taper(json, *kind == "single_fiber" ? Taper{} : usual_generated_taper);
+  } else {
+    std::vector<std::string> generated{"strands", "seed"};
+    generated.insert(generated.end(), shapes.begin(), shapes.end());
+    for (const std::string& key : generated)
+      if (json.has(key)) json.fail(key, "this key beside \"generate\" only", "it beside \"file\"");
+    if (const auto up = json.choice("up", {"y", "z"})) groom.placement.y_up = *up == "y";
+    groom.placement.cm_per_unit = json.number("cm_per_unit", 1e-6, 1e6);
+    groom.placement.radius_cm = json.number("radius_cm", 1e-4, 1);
+    groom.taper = read_taper(json, {});
+  }
+  groom.linear = json.choice("basis", {"bspline", "linear"}).value_or("bspline") == "linear";
+  groom.material = read_material_reference(json, materials);
+  groom.placement.colors = groom.material < materials.size() && materials[groom.material].color_from_file;
+  if (kind && groom.placement.colors)
+    json.fail("material", "a material with a color, beside \"generate\"", "one with \"color\": \"file\"");
+  return groom;
+}
+
+}  // namespace tress::scene

@@ -1,0 +1,110 @@
+#include "scene/read/hair_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace tress::scene {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, ".hair files are little endian");
+
+constexpr std::size_t header_bytes = 128;
+constexpr std::uint32_t has_segments = 1, has_points = 2, has_thickness = 4, has_transparency = 8, has_colors = 16;
+/// Coordinates and thicknesses beyond this are damage: their squares must stay far from overflow.
+constexpr float largest_coordinate = 1e9f;
+
+template <class T>
+T read(std::span<const unsigned char> bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+}  // namespace
+
+Result<HairFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name) {
+  const auto error = [&](std::size_t byte, std::string expected, std::string found) {
+    return Error{name, fmt::format("byte {}", byte), std::move(expected), std::move(found)};
+  };
+  if (bytes.empty()) return error(0, "a .hair file", "an empty file");
+  if (bytes.size() < 4 || std::memcmp(bytes.data(), "HAIR", 4) != 0)
+    return error(0, "\"HAIR\", the mark of a .hair file", "something else");
+  if (bytes.size() < header_bytes)
+    return error(bytes.size(), fmt::format("a header of {} bytes", header_bytes), "the end of the file");
+
+  const std::uint64_t strands = read<std::uint32_t>(bytes, 4), points = read<std::uint32_t>(bytes, 8);
+  const auto bits = read<std::uint32_t>(bytes, 12), default_segments = read<std::uint32_t>(bytes, 16);
+  if (strands == 0) return error(4, "one strand or more", "0 strands");
+  if (points == 0) return error(8, "one point or more", "0 points");
+  if (!(bits & has_points)) return error(12, "a file with points (bit 2)", fmt::format("bits {}", bits));
+  if (bits & ~31u) return error(12, "no bits but 1, 2, 4, 8, 16", fmt::format("bits {}", bits));
+  const std::uint64_t needed = header_bytes + (bits & has_segments ? 2 * strands : 0) + 12 * points +
+                               (bits & has_thickness ? 4 * points : 0) + (bits & has_transparency ? 4 * points : 0) +
+                               (bits & has_colors ? 12 * points : 0);
+  if (needed > bytes.size())
+    return error(bytes.size(), fmt::format("{} bytes for {} strands and {} points", needed, strands, points),
+                 fmt::format("the end of the file after {}", bytes.size()));
+  // Without an array of segments the number of strands is bounded by the points it takes.
+  if (!(bits & has_segments) && strands * (std::uint64_t{default_segments} + 1) != points)
+    return error(16, fmt::format("{} strands of equal length to use {} points", strands, points),
+                 fmt::format("{} segments each", default_segments));
+
+  HairFile hair;
+  hair.default_thickness = read<float>(bytes, 20);
+  hair.first_point.reserve(strands + 1);
+  hair.first_point.push_back(0);
+  std::size_t offset = header_bytes;
+  std::uint64_t used = 0;
+  for (std::uint64_t s = 0; s < strands; ++s) {
+    used += std::uint64_t{1} + (bits & has_segments ? read<std::uint16_t>(bytes, offset + 2 * s) : default_segments);
+    if (used > points)
+      return error(bits & has_segments ? offset + 2 * s : 16, fmt::format("strands of {} points in total", points),
+                   fmt::format("strand {} goes on to point {}", s, used));
+    hair.first_point.push_back(static_cast<std::uint32_t>(used));
+  }
+  if (used != points)
+    return error(8, fmt::format("the {} points that the segments need", used), fmt::format("{}", points));
+  if (bits & has_segments) offset += 2 * strands;
+
+  hair.points.resize(points);
+  for (std::uint64_t i = 0; i < points; ++i)
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t byte = offset + 12 * i + 4 * static_cast<std::size_t>(c);
+      const auto x = read<float>(bytes, byte);
+      if (!(std::abs(x) <= largest_coordinate))
+        return error(byte, fmt::format("point {} finite and within {:g}", i, largest_coordinate),
+                     fmt::format("{:g}", x));
+      hair.points[i][c] = x;
+    }
+  offset += 12 * points;
+  if (bits & has_thickness) {
+    hair.thickness.resize(points);
+    for (std::uint64_t i = 0; i < points; ++i) {
+      const auto x = read<float>(bytes, offset + 4 * i);
+      if (!(x >= 0 && x <= largest_coordinate))
+        return error(offset + 4 * i, fmt::format("thickness {} finite and >= 0", i), fmt::format("{:g}", x));
+      hair.thickness[i] = x;
+    }
+  }
+  if (bits & has_thickness) offset += 4 * points;
+  if (bits & has_transparency) offset += 4 * points;
+  const auto read_color = [&](std::size_t byte) {
+    glm::vec3 color(0.0f);  // also where it is not a number
+    for (int c = 0; c < 3; ++c)
+      if (const auto x = read<float>(bytes, byte + 4 * static_cast<std::size_t>(c)); x > 0)
+        color[c] = std::min(x, 1.0f);
+    return color;
+  };
+  hair.default_color = read_color(28);
+  if (bits & has_colors) {
+    hair.color.reserve(points);
+    for (std::uint64_t i = 0; i < points; ++i) hair.color.push_back(read_color(offset + 12 * i));
+  }
+  return hair;
+}
+
+}  // namespace tress::scene

@@ -1,0 +1,184 @@
+#include "scene/read/json_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace tress::scene {
+namespace {
+
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t change = diagonal + (a[i - 1] != b[j - 1]);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, change});
+    }
+  }
+  return row[b.size()];
+}
+
+/// What a value is, short enough for a message; invalid UTF-8 is replaced.
+std::string shown(const nlohmann::json& value) {
+  if (value.is_object()) return "an object";
+  if (value.is_array()) return fmt::format("an array of {}", value.size());
+  std::string text = value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  return text;
+}
+
+}  // namespace
+
+std::string nearest_name(const std::string& word, const std::vector<std::string>& known) {
+  const std::string start = word.substr(0, 64);
+  return *std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
+    return edit_distance(start, a) < edit_distance(start, b);
+  });
+}
+
+void JsonReader::fail(const std::string& key, std::string expected, std::string found) const {
+  if (error_->has_value()) return;
+  const std::string place = path_ + (key.empty() ? "" : "/" + key);
+  *error_ = Error{file_, place.empty() ? "/" : place, std::move(expected), std::move(found)};
+}
+
+bool JsonReader::object(const std::vector<std::string>& known) const {
+  if (keys_) (*keys_)[path_] = known;
+  if (!value_.is_object()) {
+    fail("", "an object", shown(value_));
+    return false;
+  }
+  for (const auto& [key, value] : value_.items())
+    if (std::find(known.begin(), known.end(), key) == known.end()) {
+      fail(key.size() > 64 ? key.substr(0, 61) + "..." : key,
+           fmt::format("a known key (the nearest is \"{}\")", nearest_name(key, known)), "an unknown one");
+      return false;
+    }
+  return true;
+}
+
+const nlohmann::json* JsonReader::find(const std::string& key) const {
+  if (!value_.is_object()) return nullptr;
+  const auto it = value_.find(key);
+  return it == value_.end() ? nullptr : &*it;
+}
+
+JsonReader JsonReader::child(const std::string& key) const {
+  return JsonReader(*find(key), path_ + "/" + key, file_, error_, keys_);
+}
+
+std::vector<JsonReader> JsonReader::items(const std::string& key, std::size_t most) const {
+  std::vector<JsonReader> items;
+  const auto* value = find(key);
+  if (!value) return items;
+  if (!value->is_array() || value->size() > most) {
+    fail(key, fmt::format("an array of at most {}", most), shown(*value));
+    return items;
+  }
+  for (std::size_t i = 0; i < value->size(); ++i)
+    items.emplace_back((*value)[i], fmt::format("{}/{}/{}", path_, key, i), file_, error_, keys_);
+  return items;
+}
+
+std::optional<double> JsonReader::number_at(const nlohmann::json& value, const std::string& key, double low,
+                                            double high) const {
+  const double x = value.is_number() ? value.get<double>() : std::nan("");
+  if (x >= low && x <= high) return x;
+  fail(key, fmt::format("{:g}..{:g}", low, high), shown(value));
+  return std::nullopt;
+}
+
+std::optional<double> JsonReader::number(const std::string& key, double low, double high) const {
+  const auto* value = find(key);
+  return value ? number_at(*value, key, low, high) : std::nullopt;
+}
+
+std::optional<std::int64_t> JsonReader::integer(const std::string& key, std::int64_t low, std::int64_t high) const {
+  const auto* value = find(key);
+  if (!value) return std::nullopt;
+  const bool fits = value->is_number_unsigned() ? value->get<std::uint64_t>() <= std::uint64_t{INT64_MAX}
+                                                : value->is_number_integer();
+  if (fits)
+    if (const auto x = value->get<std::int64_t>(); x >= low && x <= high) return x;
+  fail(key, fmt::format("a whole number, {}..{}", low, high), shown(*value));
+  return std::nullopt;
+}
+
+std::optional<bool> JsonReader::boolean(const std::string& key) const {
+  const auto* value = find(key);
+  if (!value) return std::nullopt;
+  if (value->is_boolean()) return value->get<bool>();
+  fail(key, "true or false", shown(*value));
+  return std::nullopt;
+}
+
+std::optional<std::string> JsonReader::text(const std::string& key) const {
+  const auto* value = find(key);
+  if (!value) return std::nullopt;
+  if (value->is_string() && !value->get_ref<const std::string&>().empty()) {
+    const auto& text = value->get_ref<const std::string&>();
+    if (text.size() <= 4096 && text.find('\0') == std::string::npos) return text;
+  }
+  fail(key, "a text of 1..4096 characters", shown(*value));
+  return std::nullopt;
+}
+
+std::optional<std::string> JsonReader::choice(const std::string& key, const std::vector<std::string>& known) const {
+  const auto* value = find(key);
+  if (!value) return std::nullopt;
+  if (value->is_string()) {
+    const auto& text = value->get_ref<const std::string&>();
+    if (std::find(known.begin(), known.end(), text) != known.end()) return text;
+  }
+  fail(key, fmt::format("one of {}", fmt::join(known, ", ")), shown(*value));
+  return std::nullopt;
+}
+
+std::optional<glm::vec3> JsonReader::triple(const std::string& key, double low, double high) const {
+  const auto* value = find(key);
+  if (!value) return std::nullopt;
+  if (!value->is_array() || value->size() != 3) {
+    fail(key, "an array of 3 numbers", shown(*value));
+    return std::nullopt;
+  }
+  glm::vec3 triple;
+  for (int c = 0; c < 3; ++c) {
+    const auto x = number_at((*value)[static_cast<std::size_t>(c)], fmt::format("{}/{}", key, c), low, high);
+    if (!x) return std::nullopt;
+    triple[c] = static_cast<float>(*x);
+  }
+  return triple;
+}
+
+bool JsonReader::at_most_one(const std::vector<std::string>& keys) const {
+  std::vector<std::string> there;
+  for (const auto& key : keys)
+    if (has(key)) there.push_back(key);
+  if (there.size() < 2) return true;
+  fail("", fmt::format("at most one of {}", fmt::join(keys, ", ")), fmt::format("{}", fmt::join(there, ", ")));
+  return false;
+}
+
+bool JsonReader::exactly_one(const std::vector<std::string>& keys) const {
+  if (!at_most_one(keys)) return false;
+  if (std::any_of(keys.begin(), keys.end(), [&](const auto& key) { return has(key); })) return true;
+  fail("", fmt::format("one of {}", fmt::join(keys, ", ")), "none of them");
+  return false;
+}
+
+bool JsonReader::need(const std::vector<std::string>& keys) const {
+  for (const auto& key : keys)
+    if (!has(key)) {
+      fail(key, "this key", "none");
+      return false;
+    }
+  return true;
+}
+
+}  // namespace tress::scene

@@ -1,0 +1,162 @@
+#include "scene/read/obj_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+namespace tress::scene {
+namespace {
+
+/// Statements that say nothing about polygons.
+constexpr std::array<std::string_view, 16> read_over{"vt",         "vn",        "vp",  "o",      "g",      "s",
+                                                     "mg",         "usemtl",    "l",   "mtllib", "usemap", "maplib",
+                                                     "shadow_obj", "trace_obj", "lod", "p"};
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
+/// Words of a statement, in turn.
+class Words {
+ public:
+  explicit Words(std::string_view text) : text_(text) {}
+
+  /// Empty at the end.
+  std::string_view next() {
+    while (!text_.empty() && is_blank(text_.front())) text_.remove_prefix(1);
+    std::size_t size = 0;
+    while (size < text_.size() && !is_blank(text_[size])) ++size;
+    const auto word = text_.substr(0, size);
+    text_.remove_prefix(size);
+    return word;
+  }
+
+ private:
+  std::string_view text_;
+};
+
+/// The whole word as a number; nothing where it is none or out of the range of T.
+template <class T>
+std::optional<T> number(std::string_view word) {
+  T value{};
+  if (word.starts_with('+')) word.remove_prefix(1);
+  const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (code != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  return value;
+}
+
+class ObjReader {
+ public:
+  explicit ObjReader(const std::string& name) : name_(name) {}
+
+  /// One statement without its comment; an error ends the reading.
+  std::optional<Error> statement(std::string_view text, std::size_t line) {
+    line_ = line;
+    Words words(text);
+    const auto keyword = words.next();
+    if (keyword.empty()) return std::nullopt;
+    if (keyword == "v") return vertex(words);
+    if (keyword == "f") return face(words);
+    if (std::find(read_over.begin(), read_over.end(), keyword) != read_over.end()) return std::nullopt;
+    return error("v, f or another statement of polygons", shown(keyword));
+  }
+
+  Result<ObjFile> finish() {
+    if (file_.triangles.empty()) return Error{name_, "", "a face or more", fmt::format("none in {} lines", line_)};
+    return std::move(file_);
+  }
+
+ private:
+  Error error(std::string expected, std::string found) const {
+    return {name_, fmt::format("line {}", line_), std::move(expected), std::move(found)};
+  }
+
+  /// Short enough for a message, printable.
+  static std::string shown(std::string_view word) {
+    std::string text(word.substr(0, 40));
+    for (char& c : text)
+      if (c < ' ' || c > '~') c = '?';
+    return text.empty() ? "the end of the line" : text;
+  }
+
+  std::optional<Error> vertex(Words& words) {
+    glm::vec3 position;
+    for (int c = 0; c < 3; ++c) {
+      const auto word = words.next();
+      const auto x = number<float>(word);
+      if (!x || !std::isfinite(*x)) return error("a finite coordinate", shown(word));
+      position[c] = *x;
+    }
+    if (file_.positions.size() == UINT32_MAX) return error("fewer vertices", "2^32 of them");
+    file_.positions.push_back(position);
+    return std::nullopt;
+  }
+
+  /// One corner: the vertex, then up to two indices that must be numbers and are not used.
+  std::optional<Error> corner(std::string_view word, std::uint32_t* vertex) const {
+    const auto whole = word;
+    for (int part = 0; part < 3; ++part) {
+      const auto slash = word.find('/');
+      const auto index = number<std::int64_t>(word.substr(0, slash));
+      const bool left_out = part == 1 && slash == 0;
+      if (!index && !left_out) return error("a corner as v, v/vt, v//vn or v/vt/vn", shown(whole));
+      if (part == 0) {
+        const auto count = static_cast<std::int64_t>(file_.positions.size());
+        const std::int64_t from_zero = *index > 0 ? *index - 1 : *index + count;
+        if (*index == 0 || from_zero < 0 || from_zero >= count)
+          return error(fmt::format("an index of one of the {} vertices so far", count), shown(whole));
+        *vertex = static_cast<std::uint32_t>(from_zero);
+      }
+      if (slash == std::string_view::npos) return std::nullopt;
+      word.remove_prefix(slash + 1);
+    }
+    return error("a corner as v, v/vt, v//vn or v/vt/vn", shown(whole));
+  }
+
+  std::optional<Error> face(Words& words) {
+    std::uint32_t first = 0, last = 0, corners = 0;
+    for (auto word = words.next(); !word.empty(); word = words.next(), ++corners) {
+      std::uint32_t vertex = 0;
+      if (auto error = corner(word, &vertex)) return error;
+      if (corners == 0) first = vertex;
+      if (corners > 1) file_.triangles.emplace_back(first, last, vertex);
+      last = vertex;
+    }
+    if (corners < 3) return error("a face of three corners or more", fmt::format("{}", corners));
+    return std::nullopt;
+  }
+
+  const std::string& name_;
+  std::size_t line_ = 0;
+  ObjFile file_;
+};
+
+}  // namespace
+
+Result<ObjFile> parse_obj_file(std::span<const unsigned char> bytes, const std::string& name) {
+  std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  ObjReader reader(name);
+  std::string joined;  // of lines that end with a backslash
+  for (std::size_t line = 1; !text.empty(); ++line) {
+    const auto end = text.find('\n');
+    auto piece = text.substr(0, end);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    while (!piece.empty() && is_blank(piece.back())) piece.remove_suffix(1);
+    piece = piece.substr(0, piece.find('#'));
+    const bool goes_on = piece.ends_with('\\') && !text.empty();
+    if (goes_on) piece.remove_suffix(1);
+    if (goes_on || !joined.empty()) {
+      joined.append(piece).push_back(' ');
+      if (goes_on) continue;
+      piece = joined;
+    }
+    if (auto error = reader.statement(piece, line)) return *error;
+    joined.clear();
+  }
+  return reader.finish();
+}
+
+}  // namespace tress::scene

@@ -1,0 +1,77 @@
+#include "scene/read/scene_file.h"
+
+#include <fmt/format.h>
+
+#include "scene/read/camera_reader.h"
+#include "scene/read/json_reader.h"
+#include "scene/read/light_reader.h"
+#include "scene/read/material_reader.h"
+
+namespace tress::scene {
+namespace {
+
+constexpr std::size_t most_materials = 4096, most_grooms = 4096, most_lights = 1024, most_meshes = 4096;
+constexpr std::int64_t most_image_pixels = std::int64_t{1} << 26;
+
+void read_image(const JsonReader& json, Image* image) {
+  if (!json.object({"width", "height", "samples"})) return;
+  image->width = static_cast<int>(json.integer("width", 1, 65536).value_or(image->width));
+  image->height = static_cast<int>(json.integer("height", 1, 65536).value_or(image->height));
+  image->samples = static_cast<int>(json.integer("samples", 1, 1'000'000).value_or(image->samples));
+  if (std::int64_t{image->width} * image->height > most_image_pixels)
+    json.fail("", fmt::format("at most {} pixels", most_image_pixels),
+              fmt::format("{} x {}", image->width, image->height));
+}
+
+/// The answer of a scene that has one, which tests hold a render against: checked here, used by no render.
+void read_expected(const JsonReader& json) {
+  if (json.object({"radiance"})) json.triple("radiance", 0, 1e6);
+}
+
+Error not_json(const std::string& name, const nlohmann::json::parse_error& error) {
+  std::string why = error.what();
+  if (const auto colon = why.find("] "); colon != std::string::npos) why = why.substr(colon + 2);
+  return {name, fmt::format("byte {}", error.byte), "JSON", why.substr(0, 200)};
+}
+
+}  // namespace
+
+Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, const std::string& name,
+                                          KnownKeys* keys) {
+  nlohmann::json document;
+  try {
+    document = nlohmann::json::parse(text.begin(), text.end());
+  } catch (const nlohmann::json::parse_error& error) {
+    return not_json(name, error);
+  } catch (const nlohmann::json::exception& error) {
+    return Error{name, "", "JSON with numbers in range", error.what()};
+  }
+  std::optional<Error> error;
+  const JsonReader root(document, "", name, &error, keys);
+  SceneDescription scene;
+  if (root.object({"$schema", "camera", "image", "environment", "environment_visible", "lights", "meshes", "materials",
+                   "grooms", "expected"})) {
+    root.text("$schema");
+    if (root.has("expected")) read_expected(root.child("expected"));
+    if (root.has("camera")) scene.camera = read_camera(root.child("camera"));
+    if (root.has("image")) read_image(root.child("image"), &scene.image);
+    if (root.has("environment")) scene.environment = read_environment(root.child("environment"));
+    scene.environment_visible = root.boolean("environment_visible").value_or(true);
+    for (const auto& item : root.items("lights", most_lights)) scene.lights.push_back(read_light(item));
+    for (const auto& item : root.items("meshes", most_meshes)) scene.meshes.push_back(read_mesh(item));
+    for (const auto& item : root.items("materials", most_materials)) {
+      scene.materials.push_back(read_material(item, scene.materials.size()));
+      for (std::size_t m = 0; m + 1 < scene.materials.size(); ++m)
+        if (scene.materials[m].name == scene.materials.back().name)
+          item.fail("name", "a name of its own", fmt::format("that of /materials/{}", m));
+    }
+    if (scene.materials.empty()) scene.materials.emplace_back();
+    for (const auto& item : root.items("grooms", most_grooms))
+      scene.grooms.push_back(read_groom(item, scene.materials));
+    if (scene.grooms.empty()) root.fail("grooms", "one groom or more", "none");
+  }
+  if (error) return *error;
+  return scene;
+}
+
+}  // namespace tress::scene
