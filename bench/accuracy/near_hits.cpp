@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "geometry/fiber_scene.h"
+#include "scene/read/load_scene.h"
 #include "tress/base/random.h"
 #include "tress/fiber/parameters.h"
 

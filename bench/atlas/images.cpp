@@ -31,6 +31,7 @@
 #include "integrate/pass_order.h"
 #include "integrate/path_tracer.h"
 #include "references/registry.h"
+#include "scene/read/load_scene.h"
 #include "tress/adaptive/service.h"
 
 namespace tress::bench {

@@ -29,7 +29,7 @@
 #include "integrate/film.h"
 #include "integrate/pass_order.h"
 #include "integrate/renderer.h"
-#include "scene/model/scene.h"
+#include "scene/read/load_scene.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/traced_nodes.h"
 #include "tress/fiber/elliptical_model.h"

@@ -21,7 +21,7 @@
 
 #include "geometry/fiber_scene.h"
 #include "integrate/renderer.h"
-#include "scene/model/scene.h"
+#include "scene/read/load_scene.h"
 #include "tress/adaptive/cache.h"
 #include "tress/fiber/elliptical_model.h"
 

@@ -34,6 +34,7 @@
 #include "program_counters.h"
 #include "recorded_paths.h"
 #include "references/registry.h"
+#include "scene/read/load_scene.h"
 #include "tress/adaptive/service.h"
 
 namespace tress::bench {

@@ -11,6 +11,7 @@
 #include "geometry/fiber_scene.h"
 #include "scene/generate/generated_grooms.h"
 #include "scene/model/strand_fibers.h"
+#include "scene/read/load_scene.h"
 #include "tress/base/random.h"
 
 namespace tress {

@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "scene/model/scene.h"
+#include "scene/read/load_scene.h"
 
 namespace tress::cli {
 

@@ -18,7 +18,7 @@
 #include "cli/output_path.h"
 #include "cli/telemetry_lines.h"
 #include "references/registry.h"
-#include "scene/model/scene.h"
+#include "scene/read/load_scene.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "scene/model/scene.h"
+#include "scene/read/load_scene.h"
 #include "tress/adaptive/options.h"
 
 namespace tress::cli {

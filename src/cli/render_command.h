@@ -8,7 +8,7 @@
 #include "cli/stop_rule.h"
 #include "cli/warm_cache_session.h"
 #include "integrate/renderer.h"
-#include "scene/model/scene.h"
+#include "scene/read/load_scene.h"
 #include "tress/adaptive/options.h"
 #include "tress/fiber/elliptical_model.h"
 

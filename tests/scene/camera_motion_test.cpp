@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "scene/generate/generated_grooms.h"
+#include "scene/read/load_scene.h"
 #include "scene/read/scene_file.h"
 
 namespace tress::scene {

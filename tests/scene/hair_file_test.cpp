@@ -12,8 +12,8 @@
 #include <tuple>
 #include <vector>
 
-#include "scene/model/scene.h"
 #include "scene/read/groom_assembly.h"
+#include "scene/read/load_scene.h"
 
 namespace tress::scene {
 namespace {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "scene/read/load_scene.h"
 #include "scene/read/mesh_reader.h"
 #include "tress/base/random.h"
 

@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "scene/model/scene.h"
+#include "scene/read/load_scene.h"
 
 namespace tress::scene {
 namespace {

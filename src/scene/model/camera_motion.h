@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "scene/model/scene.h"
+#include "tress/base/error.h"
 
 namespace tress::scene {
 

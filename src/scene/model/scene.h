@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <glm/ext/vector_uint3.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -10,7 +9,6 @@
 #include <vector>
 
 #include "scene/model/environment.h"
-#include "tress/base/error.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::scene {
@@ -98,22 +96,5 @@ struct Scene {
   std::vector<std::string> notes;     ///< said on stderr: chosen units, framing
   std::vector<std::string> warnings;  ///< degenerate strands and their number, ...
 };
-
-/// What the command line sets over the scene.
-struct Overrides {
-  std::optional<std::string> environment_file;
-  std::optional<double> environment_rotate_deg;
-  std::optional<glm::vec3> color;
-  std::optional<std::pair<float, float>> melanin;
-  std::optional<glm::vec3> sigma_a;
-  std::optional<float> eccentricity, roughness;
-  std::optional<bool> y_up;
-  std::optional<double> cm_per_unit;
-  std::optional<int> width, height, samples;
-  std::optional<int> frame;  ///< of a moving camera
-};
-
-/// A scene JSON file, or a bare .hair file. Errors name the file and the JSON path or byte.
-Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides = {});
 
 }  // namespace tress::scene

@@ -1,3 +1,5 @@
+#include "scene/read/load_scene.h"
+
 #include <fmt/format.h>
 
 #include <cstring>
@@ -7,7 +9,6 @@
 #include "scene/generate/studio_environment.h"
 #include "scene/model/camera_motion.h"
 #include "scene/model/groom_taper.h"
-#include "scene/model/scene.h"
 #include "scene/model/strand_fibers.h"
 #include "scene/read/environment_file.h"
 #include "scene/read/input_file.h"

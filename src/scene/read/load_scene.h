@@ -1,0 +1,32 @@
+// Files into a scene.
+#pragma once
+
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "scene/model/scene.h"
+#include "tress/base/error.h"
+
+namespace tress::scene {
+
+/// What the command line sets over the scene.
+struct Overrides {
+  std::optional<std::string> environment_file;
+  std::optional<double> environment_rotate_deg;
+  std::optional<glm::vec3> color;
+  std::optional<std::pair<float, float>> melanin;
+  std::optional<glm::vec3> sigma_a;
+  std::optional<float> eccentricity, roughness;
+  std::optional<bool> y_up;
+  std::optional<double> cm_per_unit;
+  std::optional<int> width, height, samples;
+  std::optional<int> frame;  ///< of a moving camera
+};
+
+/// A scene JSON file, or a bare .hair file. Errors name the file and the JSON path or byte.
+Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides = {});
+
+}  // namespace tress::scene
