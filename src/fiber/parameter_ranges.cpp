@@ -9,9 +9,9 @@ namespace tress::fiber {
 namespace {
 
 /// False for NaN.
-bool is_within(float x, double low, double high) {
+bool is_within(float x, const ParameterRange& range) {
   constexpr double rounding = 1e-5;
-  return double{x} >= low * (1 - rounding) && double{x} <= high * (1 + rounding);
+  return double{x} >= range.least * (1 - rounding) && double{x} <= range.most * (1 + rounding);
 }
 
 bool is_not_negative(const glm::vec3& color) {
@@ -19,23 +19,25 @@ bool is_not_negative(const glm::vec3& color) {
   return sound(color.x) && sound(color.y) && sound(color.z);
 }
 
-bool are_angles(const auto& angles, double least_degrees) {
+bool are_angles(const auto& angles, const ParameterRange& degrees) {
   constexpr double degree = std::numbers::pi / 180;
   return std::ranges::all_of(angles, [&](const std::optional<float>& angle) {
-    return !angle || is_within(*angle, least_degrees * degree, 45 * degree);
+    return !angle || is_within(*angle, {degrees.least * degree, degrees.most * degree});
   });
 }
 
 }  // namespace
 
 const char* out_of_range(const FiberParameters& parameters) {
-  if (!is_within(parameters.eta, 1.05, 3)) return "eta";
-  if (!is_within(parameters.eccentricity, 0.5, 1) || parameters.eccentricity > 1) return "eccentricity";
-  if (!is_within(parameters.roughness, 0.01, 1)) return "roughness";
+  if (!is_within(parameters.eta, eta_range)) return "eta";
+  if (!is_within(parameters.eccentricity, eccentricity_range) ||
+      double{parameters.eccentricity} > eccentricity_range.most)
+    return "eccentricity";
+  if (!is_within(parameters.roughness, roughness_range)) return "roughness";
   if (!(std::isfinite(parameters.tilt) && parameters.tilt >= 0)) return "tilt";
   if (!is_not_negative(parameters.sigma_a)) return "sigma_a";
-  if (!are_angles(parameters.azimuthal_sigma, 0.5)) return "azimuthal_sigma";
-  if (!are_angles(parameters.longitudinal_lambda, 0.25)) return "longitudinal_lambda";
+  if (!are_angles(parameters.azimuthal_sigma, azimuthal_sigma_range_deg)) return "azimuthal_sigma";
+  if (!are_angles(parameters.longitudinal_lambda, longitudinal_lambda_range_deg)) return "longitudinal_lambda";
   if (!std::ranges::all_of(parameters.gain, is_not_negative)) return "gain";
   return nullptr;
 }

@@ -138,7 +138,7 @@ TEST(GroomReader, TakesTheKeysOfItsKindOnly) {
   EXPECT_EQ(message(R"("generate": "wavy", "wave_amplitude_cm": 1, "taper": {"root": 1, "tip": 0.2})"), "");
   const std::pair<std::string, std::string> wrong[] = {
       {R"("generate": "straight", "wavelength_cm": 3)", "/grooms/0/wavelength_cm: expected a key that shapes"},
-      {R"("generate": "wavy", "wave_amplitude_cm": 11)", "/grooms/0/wave_amplitude_cm: expected 0..10, found 11"},
+      {R"("generate": "wavy", "wave_amplitude_cm": 11)", "/grooms/0/wave_amplitude_cm: expected 0..10 cm, found 11"},
       {R"("generate": "curly", "clump": -1)", "/grooms/0/clump"},
       {R"("file": "a.hair", "clump": 1)", "/grooms/0/clump: expected this key beside \"generate\""},
       {R"("generate": "wavy", "up": "y")", "/grooms/0/up"},

@@ -90,7 +90,7 @@ TEST(SceneFile, ReadsLights) {
       {R"({"distant": {"radiance": [1, 1, 1]}})", "/lights/0/distant: expected direction, or azimuth_deg"},
       {R"({"sphere": {"center": [0, 0, 0], "radiance": [1, 1, 1]}})", "/lights/0/sphere/radius_cm: expected this key"},
       {R"({"sphere": {"center": [0, 0, 0], "radius_cm": 0, "radiance": [1, 1, 1]}})",
-       "/lights/0/sphere/radius_cm: expected 0.001..1e+06, found 0"}};
+       "/lights/0/sphere/radius_cm: expected 0.001..1000000 cm, found 0"}};
   for (const auto& [light, place] : wrong) {
     const auto found = message(R"({"lights": [)" + light + "], " + groom + "}");
     EXPECT_NE(found.find(place), std::string::npos) << found;

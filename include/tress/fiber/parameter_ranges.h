@@ -1,9 +1,23 @@
-// The ranges that FiberParameters states.
+// The ranges of FiberParameters: stated here and nowhere else.
 #pragma once
 
 #include "tress/fiber/parameters.h"
 
 namespace tress::fiber {
+
+/// Both ends belong to it.
+struct ParameterRange {
+  double least, most;
+};
+inline constexpr ParameterRange eta_range{1.05, 3};
+inline constexpr ParameterRange eccentricity_range{0.5, 1};
+inline constexpr ParameterRange roughness_range{0.01, 1};
+inline constexpr ParameterRange azimuthal_sigma_range_deg{0.5, 45};
+inline constexpr ParameterRange longitudinal_lambda_range_deg{0.25, 45};
+/// What is sensible of hair; every finite number >= 0 is a fiber.
+inline constexpr ParameterRange tilt_range_deg{0, 15};
+inline constexpr ParameterRange sigma_a_range{0, 1e4};
+inline constexpr ParameterRange gain_range{0, 100};
 
 /// Null if the parameters are a fiber that every model takes; else the name of a member of FiberParameters that is out
 /// of its range or not finite. Ends of ranges may be off by 1e-5 of themselves, as degrees turned into radians are. Any

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "scene/generate/groom_kinds.h"
+#include "scene/model/parameters.h"
 
 namespace tress::scene {
 namespace {
@@ -20,12 +21,17 @@ struct Kind {
 constexpr double points_per_wave = 10;
 constexpr std::uint32_t most_points_per_strand = 512;
 
-ShapeParameter length(double usual) { return {"length_cm", 0.1, 1000, usual}; }
-ShapeParameter clump(double usual) { return {"clump", 0, 1, usual}; }
-ShapeParameter frizz(double usual) { return {"frizz", 0, 1, usual}; }
-ShapeParameter length_variation(double usual) { return {"length_variation", 0, 0.9, usual}; }
-ShapeParameter wavelength(double usual) { return {"wavelength_cm", 0.2, 1000, usual}; }
-ShapeParameter curl_diameter(double usual) { return {"curl_diameter_cm", 0.02, 20, usual}; }
+/// In the range of the key in the parameter table.
+ShapeParameter shape(const char* key, double usual) {
+  const Range& range = parameter_at(std::string("/grooms/0/") + key)->range;
+  return {key, range.least, range.most, usual};
+}
+ShapeParameter length(double usual) { return shape("length_cm", usual); }
+ShapeParameter clump(double usual) { return shape("clump", usual); }
+ShapeParameter frizz(double usual) { return shape("frizz", usual); }
+ShapeParameter length_variation(double usual) { return shape("length_variation", usual); }
+ShapeParameter wavelength(double usual) { return shape("wavelength_cm", usual); }
+ShapeParameter curl_diameter(double usual) { return shape("curl_diameter_cm", usual); }
 
 const std::vector<Kind>& kinds() {
   static const std::vector<Kind> all{
@@ -39,12 +45,7 @@ const std::vector<Kind>& kinds() {
        19226,
        28,
        head_groom,
-       {length(30),
-        length_variation(0.14),
-        wavelength(6),
-        {"wave_amplitude_cm", 0, 10, 0.55},
-        clump(0.7),
-        frizz(0.25)}},
+       {length(30), length_variation(0.14), wavelength(6), shape("wave_amplitude_cm", 0.55), clump(0.7), frizz(0.25)}},
       {"curly",
        19226,
        28,
@@ -54,7 +55,7 @@ const std::vector<Kind>& kinds() {
        40000,
        14,
        fur_ball,
-       {length(2.2), length_variation(0.3), {"ball_radius_cm", 0.1, 1000, 5}, clump(0.6), frizz(0.25)}},
+       {length(2.2), length_variation(0.3), shape("ball_radius_cm", 5), clump(0.6), frizz(0.25)}},
       {"single_fiber", 1, 16, single_fiber, {length(10)}}};
   return all;
 }

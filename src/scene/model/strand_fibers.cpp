@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "scene/model/parameters.h"
 #include "scene/model/stochastic_rounding.h"
 #include "tress/base/random.h"
 
@@ -122,7 +123,8 @@ std::optional<Error> check(const Scene& scene, std::size_t index) {
   const double low_e = double{fiber.eccentricity} - variation.eccentricity + rounding,
                high_e = double{fiber.eccentricity} + variation.eccentricity - rounding;
   if (variation.eccentricity > 0 && (low_e < 0.5 || high_e > 1))
-    return wrong("eccentricity", "eccentricities within 0.5..1", fmt::format("{:.4g}..{:.4g}", low_e, high_e));
+    return wrong("eccentricity", "eccentricities within " + words(*parameter_at("/materials/0/eccentricity")),
+                 fmt::format("{:.4g}..{:.4g}", low_e, high_e));
   if (!(variation.width > 0)) return std::nullopt;
   double narrowest = fiber.roughness / degree / 2, widest = 0;
   for (const auto& sigma : fiber.azimuthal_sigma) {

@@ -2,20 +2,19 @@
 
 #include <fmt/format.h>
 
-#include "scene/model/limits.h"
+#include "scene/model/parameters.h"
 
 namespace tress::scene {
 namespace {
 
 constexpr std::size_t most_keys = 100'000;
-constexpr std::int64_t last_frame = 1'000'000;
 
 /// The keys that a still camera and a keyframe share, over the defaults in `camera`.
 Camera read_view(const JsonReader& json, Camera camera) {
-  camera.eye = json.triple("eye", -world_cm, world_cm).value_or(camera.eye);
-  camera.look_at = json.triple("look_at", -world_cm, world_cm).value_or(camera.look_at);
-  camera.up = json.triple("up", -world_cm, world_cm).value_or(camera.up);
-  if (const auto x = json.number("vertical_fov_deg", 0.1, 150)) camera.vertical_fov_deg = static_cast<float>(*x);
+  camera.eye = json.triple("eye").value_or(camera.eye);
+  camera.look_at = json.triple("look_at").value_or(camera.look_at);
+  camera.up = json.triple("up").value_or(camera.up);
+  if (const auto x = json.number("vertical_fov_deg")) camera.vertical_fov_deg = static_cast<float>(*x);
   return camera;
 }
 
@@ -27,7 +26,7 @@ void check_view(const JsonReader& json, const Camera& camera) {
 void read_keys(const JsonReader& json, CameraDescription* camera) {
   for (const auto& item : json.items("frames", most_keys)) {
     if (!item.object({"frame", "eye", "look_at", "up", "vertical_fov_deg"}) || !item.need({"frame", "eye"})) return;
-    const auto frame = item.integer("frame", 0, last_frame);
+    const auto frame = item.integer("frame");
     const CameraKey key{static_cast<int>(frame.value_or(0)), read_view(item, camera->camera)};
     check_view(item, key.camera);
     if (!camera->keys.empty() && key.frame <= camera->keys.back().frame)
@@ -42,10 +41,10 @@ void read_keys(const JsonReader& json, CameraDescription* camera) {
 Turntable read_turntable(const JsonReader& json) {
   Turntable turntable;
   if (!json.object({"frames", "look_at", "distance_cm", "height_cm"}) || !json.need({"frames"})) return turntable;
-  turntable.frames = static_cast<int>(json.integer("frames", 1, last_frame).value_or(1));
-  turntable.look_at = json.triple("look_at", -world_cm, world_cm);
-  if (const auto x = json.number("distance_cm", 1e-3, world_cm)) turntable.distance_cm = static_cast<float>(*x);
-  if (const auto x = json.number("height_cm", -world_cm, world_cm)) turntable.height_cm = static_cast<float>(*x);
+  turntable.frames = static_cast<int>(json.integer("frames").value_or(1));
+  turntable.look_at = json.triple("look_at");
+  if (const auto x = json.number("distance_cm")) turntable.distance_cm = static_cast<float>(*x);
+  if (const auto x = json.number("height_cm")) turntable.height_cm = static_cast<float>(*x);
   if (json.has("height_cm") && !json.has("distance_cm"))
     json.fail("height_cm", "this key beside \"distance_cm\" only", "it alone");
   if (turntable.distance_cm)

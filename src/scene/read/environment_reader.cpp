@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "scene/model/limits.h"
+#include "scene/model/parameters.h"
 #include "scene/read/light_reader.h"
 
 namespace tress::scene {
@@ -12,9 +12,9 @@ namespace {
 void read_sky(const JsonReader& json, EnvironmentDescription* environment) {
   if (!json.object({"zenith", "horizon", "ground", "sun"})) return;
   GradientSky& sky = environment->sky;
-  sky.zenith = json.triple("zenith", 0, most_environment).value_or(sky.zenith);
-  sky.horizon = json.triple("horizon", 0, most_environment).value_or(sky.horizon);
-  sky.ground = json.triple("ground", 0, most_environment).value_or(sky.ground);
+  sky.zenith = json.triple("zenith").value_or(sky.zenith);
+  sky.horizon = json.triple("horizon").value_or(sky.horizon);
+  sky.ground = json.triple("ground").value_or(sky.ground);
   if (json.has("sun")) environment->sun = read_distant_light(json.child("sun"));
 }
 
@@ -27,15 +27,15 @@ EnvironmentDescription read_environment(const JsonReader& json) {
       !json.exactly_one({"file", "constant", "studio", "sky"}))
     return environment;
   if (const auto file = json.text("file")) environment.kind = Kind::file, environment.file = *file;
-  if (const auto constant = json.triple("constant", 0, most_environment))
+  if (const auto constant = json.triple("constant"))
     environment.kind = Kind::constant, environment.constant = *constant;
   if (json.has("studio") && !json.boolean("studio").value_or(true)) json.fail("studio", "true", "false");
   if (json.has("sky")) {
     environment.kind = Kind::sky;
     read_sky(json.child("sky"), &environment);
   }
-  environment.rotate_deg = json.number("rotate_deg", -360, 360).value_or(0);
-  environment.scale = static_cast<float>(json.number("scale", 0, 1e6).value_or(1));
+  environment.rotate_deg = json.number("rotate_deg").value_or(0);
+  environment.scale = static_cast<float>(json.number("scale").value_or(1));
   return environment;
 }
 

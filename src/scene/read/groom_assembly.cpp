@@ -6,6 +6,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 
+#include "scene/model/parameters.h"
+
 namespace tress::scene {
 namespace {
 
@@ -14,7 +16,6 @@ constexpr double usual_longest_side_cm = 30;
 /// Radii outside are taken for a wrong unit; a human hair has .0008 to .009 cm.
 constexpr double smallest_radius_cm = 5e-4, largest_radius_cm = 0.05;
 constexpr float thinnest_tip_cm = 1e-4f;
-constexpr double world_cm = 1e6;
 
 /// The points of one strand without those equal to the one before.
 void append_distinct(const HairFile& hair, std::uint32_t strand, std::vector<std::uint32_t>* kept) {

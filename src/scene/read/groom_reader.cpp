@@ -9,7 +9,6 @@
 namespace tress::scene {
 namespace {
 
-constexpr std::int64_t most_generated_strands = 1'000'000;
 constexpr std::uint64_t most_generated_points = 100'000'000;
 constexpr Taper usual_generated_taper{.root = 1, .tip = 0.4};
 
@@ -23,14 +22,13 @@ std::vector<std::string> shape_keys() {
 }
 
 void read_recipe(const JsonReader& json, GroomRecipe* recipe) {
-  if (const auto x = json.integer("strands", 1, most_generated_strands))
-    recipe->strands = static_cast<std::uint32_t>(*x);
-  recipe->seed = static_cast<std::uint64_t>(json.integer("seed", 0, INT64_MAX).value_or(0));
-  recipe->radius_cm = json.number("radius_cm", 1e-4, 1).value_or(recipe->radius_cm);
+  if (const auto x = json.integer("strands")) recipe->strands = static_cast<std::uint32_t>(*x);
+  recipe->seed = static_cast<std::uint64_t>(json.integer("seed").value_or(0));
+  recipe->radius_cm = json.number("radius_cm").value_or(recipe->radius_cm);
   std::vector<std::string> keys;
   for (const ShapeParameter& parameter : shape_parameters(recipe->kind)) {
     keys.push_back(parameter.key);
-    if (const auto x = json.number(parameter.key, parameter.low, parameter.high)) recipe->shape[parameter.key] = *x;
+    if (const auto x = json.number(parameter.key)) recipe->shape[parameter.key] = *x;
   }
   for (const std::string& key : shape_keys())
     if (json.has(key) && std::find(keys.begin(), keys.end(), key) == keys.end())
@@ -47,7 +45,7 @@ Taper read_taper(const JsonReader& json, Taper taper) {
   if (!json.has("taper")) return taper;
   const auto given = json.child("taper");
   if (!given.object({"root", "tip"})) return taper;
-  return {.root = given.number("root", 0, 10).value_or(1), .tip = given.number("tip", 0, 10).value_or(1)};
+  return {.root = given.number("root").value_or(1), .tip = given.number("tip").value_or(1)};
 }
 
 std::uint32_t read_material_reference(const JsonReader& json, const std::vector<Material>& materials) {
@@ -87,8 +85,8 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
     for (const std::string& key : generated)
       if (json.has(key)) json.fail(key, "this key beside \"generate\" only", "it beside \"file\"");
     if (const auto up = json.choice("up", {"y", "z"})) groom.placement.y_up = *up == "y";
-    groom.placement.cm_per_unit = json.number("cm_per_unit", 1e-6, 1e6);
-    groom.placement.radius_cm = json.number("radius_cm", 1e-4, 1);
+    groom.placement.cm_per_unit = json.number("cm_per_unit");
+    groom.placement.radius_cm = json.number("radius_cm");
     groom.taper = read_taper(json, {});
   }
   groom.linear = json.choice("basis", {"bspline", "linear"}).value_or("bspline") == "linear";

@@ -86,27 +86,35 @@ std::vector<JsonReader> JsonReader::items(const std::string& key, std::size_t mo
   return items;
 }
 
-std::optional<double> JsonReader::number_at(const nlohmann::json& value, const std::string& key, double low,
-                                            double high) const {
+/// Null, which is an error of the document, where the table has no row: no number is read without a range.
+const Parameter* JsonReader::parameter_of(const std::string& key) const {
+  const Parameter* parameter = parameter_at(path_ + "/" + key);
+  if (!parameter) fail(key, "a key of the parameter table", "another");
+  return parameter;
+}
+
+std::optional<double> JsonReader::number_at(const nlohmann::json& value, const std::string& key,
+                                            const Parameter& parameter) const {
   const double x = value.is_number() ? value.get<double>() : std::nan("");
-  if (x >= low && x <= high) return x;
-  fail(key, fmt::format("{:g}..{:g}", low, high), shown(value));
+  if (parameter.range.contains(x)) return x;
+  fail(key, words(parameter), shown(value));
   return std::nullopt;
 }
 
-std::optional<double> JsonReader::number(const std::string& key, double low, double high) const {
+std::optional<double> JsonReader::number(const std::string& key) const {
   const auto* value = find(key);
-  return value ? number_at(*value, key, low, high) : std::nullopt;
+  const Parameter* parameter = value ? parameter_of(key) : nullptr;
+  return parameter ? number_at(*value, key, *parameter) : std::nullopt;
 }
 
-std::optional<std::int64_t> JsonReader::integer(const std::string& key, std::int64_t low, std::int64_t high) const {
+std::optional<std::int64_t> JsonReader::integer(const std::string& key) const {
   const auto* value = find(key);
-  if (!value) return std::nullopt;
+  const Parameter* parameter = value ? parameter_of(key) : nullptr;
+  if (!parameter) return std::nullopt;
   const bool fits = value->is_number_unsigned() ? value->get<std::uint64_t>() <= std::uint64_t{INT64_MAX}
                                                 : value->is_number_integer();
-  if (fits)
-    if (const auto x = value->get<std::int64_t>(); x >= low && x <= high) return x;
-  fail(key, fmt::format("a whole number, {}..{}", low, high), shown(*value));
+  if (fits && parameter->range.contains(value->get<double>())) return value->get<std::int64_t>();
+  fail(key, words(*parameter), shown(*value));
   return std::nullopt;
 }
 
@@ -140,16 +148,17 @@ std::optional<std::string> JsonReader::choice(const std::string& key, const std:
   return std::nullopt;
 }
 
-std::optional<glm::vec3> JsonReader::triple(const std::string& key, double low, double high) const {
+std::optional<glm::vec3> JsonReader::triple(const std::string& key) const {
   const auto* value = find(key);
-  if (!value) return std::nullopt;
+  const Parameter* parameter = value ? parameter_of(key) : nullptr;
+  if (!parameter) return std::nullopt;
   if (!value->is_array() || value->size() != 3) {
     fail(key, "an array of 3 numbers", shown(*value));
     return std::nullopt;
   }
   glm::vec3 triple;
   for (int c = 0; c < 3; ++c) {
-    const auto x = number_at((*value)[static_cast<std::size_t>(c)], fmt::format("{}/{}", key, c), low, high);
+    const auto x = number_at((*value)[static_cast<std::size_t>(c)], fmt::format("{}/{}", key, c), *parameter);
     if (!x) return std::nullopt;
     triple[c] = static_cast<float>(*x);
   }

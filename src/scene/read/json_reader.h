@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/model/parameters.h"
 #include "tress/base/error.h"
 
 namespace tress::scene {
@@ -36,12 +37,13 @@ class JsonReader {
   JsonReader child(const std::string& key) const;
   std::vector<JsonReader> items(const std::string& key, std::size_t most) const;
 
-  std::optional<double> number(const std::string& key, double low, double high) const;
-  std::optional<std::int64_t> integer(const std::string& key, std::int64_t low, std::int64_t high) const;
+  /// In the range that the parameter table has for the place; so are those of triple().
+  std::optional<double> number(const std::string& key) const;
+  std::optional<std::int64_t> integer(const std::string& key) const;
   std::optional<bool> boolean(const std::string& key) const;
   std::optional<std::string> text(const std::string& key) const;
   std::optional<std::string> choice(const std::string& key, const std::vector<std::string>& known) const;
-  std::optional<glm::vec3> triple(const std::string& key, double low, double high) const;
+  std::optional<glm::vec3> triple(const std::string& key) const;
 
   /// At most one of the keys may be there; false and an error otherwise.
   bool at_most_one(const std::vector<std::string>& keys) const;
@@ -56,7 +58,9 @@ class JsonReader {
 
  private:
   const nlohmann::json* find(const std::string& key) const;
-  std::optional<double> number_at(const nlohmann::json& value, const std::string& key, double low, double high) const;
+  std::optional<double> number_at(const nlohmann::json& value, const std::string& key,
+                                  const Parameter& parameter) const;
+  const Parameter* parameter_of(const std::string& key) const;
 
   const nlohmann::json& value_;
   std::string path_, file_;

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "scene/model/light.h"
-#include "scene/model/limits.h"
+#include "scene/model/parameters.h"
 
 namespace tress::scene {
 namespace {
@@ -17,27 +17,26 @@ void read_distant(const JsonReader& json, Light* light) {
   const bool angles = json.has("azimuth_deg") || json.has("elevation_deg");
   if (json.has("direction") == angles)
     json.fail("", "direction, or azimuth_deg and elevation_deg", angles ? "both" : "neither");
-  if (const auto x = json.triple("direction", -world_cm, world_cm)) {
+  if (const auto x = json.triple("direction")) {
     if (!(glm::length(*x) > 1e-6f)) return json.fail("direction", "a direction", "one of no length");
     light->direction = glm::normalize(*x);
   }
-  const double azimuth_deg = json.number("azimuth_deg", -360, 360).value_or(0);
-  const double elevation_deg = json.number("elevation_deg", -90, 90).value_or(0);
+  const double azimuth_deg = json.number("azimuth_deg").value_or(0);
+  const double elevation_deg = json.number("elevation_deg").value_or(0);
   if (angles) light->direction = direction_towards(azimuth_deg * radians, elevation_deg * radians);
-  const double half_angle_rad = json.number("angle_deg", 0.01, 180).value_or(sun_angle_deg) / 2 * radians;
+  const double half_angle_rad = json.number("angle_deg").value_or(sun_angle_deg) / 2 * radians;
   light->half_angle_rad = static_cast<float>(half_angle_rad);
   if (json.has("radiance") == json.has("irradiance"))
     json.fail("", "one of radiance, irradiance", json.has("radiance") ? "both" : "neither");
-  if (const auto x = json.triple("radiance", 0, most_radiance)) light->radiance = *x;
-  if (const auto x = json.triple("irradiance", 0, most_radiance))
-    light->radiance = distant_radiance(*x, half_angle_rad);
+  if (const auto x = json.triple("radiance")) light->radiance = *x;
+  if (const auto x = json.triple("irradiance")) light->radiance = distant_radiance(*x, half_angle_rad);
 }
 
 void read_sphere(const JsonReader& json, Light* light) {
   if (!json.object({"center", "radius_cm", "radiance"}) || !json.need({"center", "radius_cm", "radiance"})) return;
-  if (const auto x = json.triple("center", -world_cm, world_cm)) light->center = *x;
-  if (const auto x = json.number("radius_cm", 1e-3, world_cm)) light->radius_cm = static_cast<float>(*x);
-  if (const auto x = json.triple("radiance", 0, most_radiance)) light->radiance = *x;
+  if (const auto x = json.triple("center")) light->center = *x;
+  if (const auto x = json.number("radius_cm")) light->radius_cm = static_cast<float>(*x);
+  if (const auto x = json.triple("radiance")) light->radiance = *x;
 }
 
 /// Half edges of a rectangle that faces `look_at`, its height along `up` as far as it goes.
@@ -45,11 +44,11 @@ void read_rectangle(const JsonReader& json, Light* light) {
   if (!json.object({"center", "look_at", "up", "width_cm", "height_cm", "radiance"}) ||
       !json.need({"center", "look_at", "width_cm", "height_cm", "radiance"}))
     return;
-  if (const auto x = json.triple("center", -world_cm, world_cm)) light->center = *x;
-  const auto look_at = json.triple("look_at", -world_cm, world_cm);
-  const auto width = json.number("width_cm", 1e-3, world_cm), height = json.number("height_cm", 1e-3, world_cm);
-  if (const auto x = json.triple("radiance", 0, most_radiance)) light->radiance = *x;
-  const auto up = json.triple("up", -world_cm, world_cm);
+  if (const auto x = json.triple("center")) light->center = *x;
+  const auto look_at = json.triple("look_at");
+  const auto width = json.number("width_cm"), height = json.number("height_cm");
+  if (const auto x = json.triple("radiance")) light->radiance = *x;
+  const auto up = json.triple("up");
   if (json.failed()) return;
   if (!(glm::distance(*look_at, light->center) > 1e-5f))
     return json.fail("look_at", "a point other than center", "the same point");

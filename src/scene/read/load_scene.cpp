@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <cstring>
-#include <glm/common.hpp>
 #include <numbers>
 
 #include "scene/generate/studio_environment.h"
 #include "scene/model/camera_motion.h"
 #include "scene/model/groom_taper.h"
+#include "scene/model/parameters.h"
 #include "scene/model/strand_fibers.h"
 #include "scene/read/environment_file.h"
 #include "scene/read/input_file.h"
@@ -28,56 +29,72 @@ SceneDescription bare_hair_file(const std::filesystem::path& file) {
   return scene;
 }
 
-std::optional<Error> out_of_range(const std::string& option, double value, double low, double high) {
-  if (value >= low && value <= high) return std::nullopt;
-  return Error{"", option, fmt::format("{:g}..{:g}", low, high), fmt::format("{:g}", value)};
+/// Of an option that a caller gave a value out of the range of its parameter; the command line has checked them.
+std::optional<Error> fault_of(const Overrides& o) {
+  std::optional<Error> error;
+  const auto check = [&](const char* option, const auto& value) {
+    const Parameter& parameter = option_parameter(option);
+    const auto one = [&](const auto x) {
+      Range range = parameter.range;  // its ends as the type of the value has them
+      range.least = static_cast<double>(static_cast<decltype(x)>(range.least));
+      range.most = static_cast<double>(static_cast<decltype(x)>(range.most));
+      if (!error && !range.contains(x))
+        error = Error{"", option, words(parameter), fmt::format("{:g}", static_cast<double>(x))};
+    };
+    if constexpr (requires { value->length(); }) {
+      for (int c = 0; value && c < 3; ++c) one((*value)[c]);
+    } else if constexpr (requires { value->second; }) {
+      if (value) one(value->first), one(value->second);
+    } else if (value) {
+      one(*value);
+    }
+  };
+  check("--rotate", o.environment_rotate_deg);
+  check("--color", o.color);
+  check("--melanin", o.melanin);
+  check("--sigma-a", o.sigma_a);
+  check("--eccentricity", o.eccentricity);
+  check("--roughness", o.roughness);
+  check("--cm-per-unit", o.cm_per_unit);
+  check("--resolution", o.width);
+  check("--resolution", o.height);
+  check("--spp", o.samples);
+  check("--frame", o.frame);
+  return error;
 }
 
 std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) {
   using Kind = EnvironmentDescription::Kind;
-  std::optional<Error> error;
-  const auto check = [&](const char* option, double value, double low, double high) {
-    if (!error) error = out_of_range(option, value, low, high);
-    return !error;
-  };
+  if (auto error = fault_of(overrides)) return error;
   if (overrides.environment_file) {
     scene->environment = EnvironmentDescription{};
     scene->environment.kind = Kind::file;
     scene->environment.file = std::filesystem::absolute(*overrides.environment_file).string();
   }
-  if (overrides.environment_rotate_deg && check("--rotate", *overrides.environment_rotate_deg, -360, 360))
-    scene->environment.rotate_deg = *overrides.environment_rotate_deg;
+  if (overrides.environment_rotate_deg) scene->environment.rotate_deg = *overrides.environment_rotate_deg;
   for (auto& material : scene->materials) {
     auto& fiber = material.fiber;
     if (overrides.color || overrides.melanin || overrides.sigma_a) material.color_from_file = false;
-    bool colors_fit = true;
-    for (int c = 0; c < 3; ++c) {
-      if (overrides.color) colors_fit = check("--color", (*overrides.color)[c], 0, 1) && colors_fit;
-      if (overrides.sigma_a) colors_fit = check("--sigma-a", (*overrides.sigma_a)[c], 0, 1e4) && colors_fit;
-    }
-    if (overrides.color && colors_fit)
-      fiber.sigma_a = fiber::sigma_a_from_color(glm::clamp(*overrides.color, glm::vec3(0.001f), glm::vec3(0.999f)));
-    if (overrides.melanin && check("--melanin", overrides.melanin->first, 0, 100) &&
-        check("--melanin", overrides.melanin->second, 0, 100))
+    if (overrides.color) fiber.sigma_a = fiber::sigma_a_from_color(*overrides.color);
+    if (overrides.melanin)
       fiber.sigma_a = fiber::sigma_a_from_melanin(overrides.melanin->first, overrides.melanin->second);
-    if (overrides.sigma_a && colors_fit) fiber.sigma_a = *overrides.sigma_a;
-    if (overrides.eccentricity && check("--eccentricity", *overrides.eccentricity, 0.5, 1))
-      fiber.eccentricity = *overrides.eccentricity;
-    if (overrides.roughness && check("--roughness", *overrides.roughness, 0.01, 1))
-      fiber.roughness = *overrides.roughness;
+    if (overrides.sigma_a) fiber.sigma_a = *overrides.sigma_a;
+    if (overrides.eccentricity) fiber.eccentricity = *overrides.eccentricity;
+    if (overrides.roughness) fiber.roughness = *overrides.roughness;
   }
   for (auto& groom : scene->grooms) {
     if (!groom.file) continue;
     if (overrides.y_up) groom.placement.y_up = *overrides.y_up;
-    if (overrides.cm_per_unit && check("--cm-per-unit", *overrides.cm_per_unit, 1e-6, 1e6))
-      groom.placement.cm_per_unit = *overrides.cm_per_unit;
+    if (overrides.cm_per_unit) groom.placement.cm_per_unit = *overrides.cm_per_unit;
   }
   auto& image = scene->image;
-  if (overrides.width && check("--resolution", *overrides.width, 1, 65536)) image.width = *overrides.width;
-  if (overrides.height && check("--resolution", *overrides.height, 1, 65536)) image.height = *overrides.height;
-  if (overrides.samples && check("--spp", *overrides.samples, 1, 1e6)) image.samples = *overrides.samples;
-  check("--resolution (pixels)", static_cast<double>(image.width) * image.height, 1, 1 << 26);
-  return error;
+  image.width = overrides.width.value_or(image.width);
+  image.height = overrides.height.value_or(image.height);
+  image.samples = overrides.samples.value_or(image.samples);
+  const std::int64_t pixels = std::int64_t{image.width} * image.height;
+  if (pixels > most_image_pixels)
+    return Error{"", "--resolution", fmt::format("at most {} pixels", most_image_pixels), fmt::format("{}", pixels)};
+  return std::nullopt;
 }
 
 Result<Environment> make_environment(const EnvironmentDescription& description, const std::filesystem::path& folder,

@@ -39,8 +39,8 @@ void read_lobes(const JsonReader& json, fiber::FiberParameters* fiber) {
     for (std::size_t p = 0; p < lobes.size(); ++p) {
       // GLINT was part of TRT: unless it is named, splitting it off changes no picture.
       const std::string& lobe = p == glint && !by_lobe.has(lobes[p]) ? lobes[trt] : lobes[p];
-      if (key == tint) fiber->gain[p] *= by_lobe.triple(lobe, 0, 1).value_or(glm::vec3(1.0f));
-      if (key == gain) fiber->gain[p] *= static_cast<float>(by_lobe.number(lobe, 0, 100).value_or(1));
+      if (key == tint) fiber->gain[p] *= by_lobe.triple(lobe).value_or(glm::vec3(1.0f));
+      if (key == gain) fiber->gain[p] *= static_cast<float>(by_lobe.number(lobe).value_or(1));
     }
     if (by_lobe.has(lobes[glint])) fiber->split_glint = true;
   }

@@ -16,37 +16,37 @@ constexpr double radians = std::numbers::pi / 180;
 
 /// Angles in degrees by lobe name.
 template <std::size_t n>
-void read_lobe_angles(const JsonReader& json, const std::string& key, const std::vector<std::string>& lobes, double low,
+void read_lobe_angles(const JsonReader& json, const std::string& key, const std::vector<std::string>& lobes,
                       std::array<std::optional<float>, n>* angles) {
   if (!json.has(key)) return;
   const auto by_lobe = json.child(key);
   if (!by_lobe.object(lobes)) return;
   for (std::size_t i = 0; i < n; ++i)
-    if (const auto x = by_lobe.number(lobes[i], low, 45)) (*angles)[i] = static_cast<float>(*x * radians);
+    if (const auto x = by_lobe.number(lobes[i])) (*angles)[i] = static_cast<float>(*x * radians);
 }
 
 void read_color(const JsonReader& json, Material* material) {
   fiber::FiberParameters* fiber = &material->fiber;
   if (!json.at_most_one({"color", "melanin", "sigma_a"})) return;
-  if (const auto sigma_a = json.triple("sigma_a", 0, 1e4)) fiber->sigma_a = *sigma_a;
+  if (const auto sigma_a = json.triple("sigma_a")) fiber->sigma_a = *sigma_a;
   if (json.is_text("color"))
     material->color_from_file = json.choice("color", {"file"}).has_value();
-  else if (const auto color = json.triple("color", 0.001, 0.999))
+  else if (const auto color = json.triple("color"))
     fiber->sigma_a = fiber::sigma_a_from_color(*color);
   if (!json.has("melanin")) return;
   const auto melanin = json.child("melanin");
   if (!melanin.object({"eumelanin", "pheomelanin"})) return;
-  fiber->sigma_a = fiber::sigma_a_from_melanin(static_cast<float>(melanin.number("eumelanin", 0, 100).value_or(0)),
-                                               static_cast<float>(melanin.number("pheomelanin", 0, 100).value_or(0)));
+  fiber->sigma_a = fiber::sigma_a_from_melanin(static_cast<float>(melanin.number("eumelanin").value_or(0)),
+                                               static_cast<float>(melanin.number("pheomelanin").value_or(0)));
 }
 
 StrandVariation read_variation(const JsonReader& json) {
   StrandVariation variation;
   if (!json.object({"eccentricity", "width", "color", "seed"})) return variation;
-  variation.eccentricity = static_cast<float>(json.number("eccentricity", 0, 0.25).value_or(0));
-  variation.width = static_cast<float>(json.number("width", 0, 0.9).value_or(0));
-  variation.color = static_cast<float>(json.number("color", 0, 0.9).value_or(0));
-  variation.seed = static_cast<std::uint64_t>(json.integer("seed", 0, INT64_MAX).value_or(0));
+  variation.eccentricity = static_cast<float>(json.number("eccentricity").value_or(0));
+  variation.width = static_cast<float>(json.number("width").value_or(0));
+  variation.color = static_cast<float>(json.number("color").value_or(0));
+  variation.seed = static_cast<std::uint64_t>(json.integer("seed").value_or(0));
   return variation;
 }
 
@@ -72,18 +72,18 @@ Material read_material(const JsonReader& json, std::size_t index) {
   if (!json.object(known)) return material;
   auto& fiber = material.fiber;
   material.name = json.text("name").value_or(fmt::format("material {}", index));
-  if (const auto x = json.number("eta", 1.05, 3)) fiber.eta = static_cast<float>(*x);
-  if (const auto x = json.number("eccentricity", 0.5, 1)) fiber.eccentricity = static_cast<float>(*x);
-  if (const auto x = json.number("roughness", 0.01, 1)) fiber.roughness = static_cast<float>(*x);
-  if (const auto x = json.number("tilt_deg", 0, 15)) fiber.tilt = static_cast<float>(*x * radians);
+  if (const auto x = json.number("eta")) fiber.eta = static_cast<float>(*x);
+  if (const auto x = json.number("eccentricity")) fiber.eccentricity = static_cast<float>(*x);
+  if (const auto x = json.number("roughness")) fiber.roughness = static_cast<float>(*x);
+  if (const auto x = json.number("tilt_deg")) fiber.tilt = static_cast<float>(*x * radians);
   read_color(json, &material);
   if (json.has("variation")) material.variation = read_variation(json.child("variation"));
-  read_lobe_angles(json, "azimuthal_sigma_deg", {"TT", "TRT", "TRRT"}, 0.5, &fiber.azimuthal_sigma);
-  read_lobe_angles(json, "longitudinal_lambda_deg", {"R", "TT", "TRT", "TRRT"}, 0.25, &fiber.longitudinal_lambda);
+  read_lobe_angles(json, "azimuthal_sigma_deg", {"TT", "TRT", "TRRT"}, &fiber.azimuthal_sigma);
+  read_lobe_angles(json, "longitudinal_lambda_deg", {"R", "TT", "TRT", "TRRT"}, &fiber.longitudinal_lambda);
   read_lobes(json, &fiber);
-  material.curl_diameter_cm = json.number("curl_diameter_cm", 0.05, 1000);
+  material.curl_diameter_cm = json.number("curl_diameter_cm");
   material.twist = json.boolean("twist").value_or(true);
-  if (const auto x = json.number("root_angle_deg", -360, 360)) material.root_angle_rad = *x * radians;
+  if (const auto x = json.number("root_angle_deg")) material.root_angle_rad = *x * radians;
   return material;
 }
 

@@ -6,7 +6,7 @@
 #include <glm/ext/vector_double3.hpp>
 #include <glm/geometric.hpp>
 
-#include "scene/model/limits.h"
+#include "scene/model/parameters.h"
 
 namespace tress::scene {
 
@@ -15,9 +15,9 @@ MeshDescription read_mesh(const JsonReader& json) {
   if (!json.object({"file", "up", "cm_per_unit", "translate", "albedo"}) || !json.need({"file"})) return mesh;
   mesh.file = json.text("file").value_or("");
   if (const auto up = json.choice("up", {"y", "z"})) mesh.y_up = *up == "y";
-  mesh.cm_per_unit = json.number("cm_per_unit", 1e-6, 1e6).value_or(mesh.cm_per_unit);
-  mesh.translate = json.triple("translate", -world_cm, world_cm).value_or(mesh.translate);
-  mesh.albedo = json.triple("albedo", 0, 1).value_or(mesh.albedo);
+  mesh.cm_per_unit = json.number("cm_per_unit").value_or(mesh.cm_per_unit);
+  mesh.translate = json.triple("translate").value_or(mesh.translate);
+  mesh.albedo = json.triple("albedo").value_or(mesh.albedo);
   return mesh;
 }
 

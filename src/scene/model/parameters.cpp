@@ -1,0 +1,332 @@
+#include "scene/model/parameters.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cctype>
+#include <cmath>
+#include <string>
+#include <unordered_map>
+
+#include "tress/fiber/parameter_ranges.h"
+
+namespace tress::scene {
+namespace {
+
+using enum ValueKind;
+
+constexpr Range of(const fiber::ParameterRange& range) { return {range.least, range.most}; }
+
+constexpr Range none{0, 0}, share{0, 1}, factor{0, 1e6}, world{-world_cm, world_cm}, length{1e-3, world_cm};
+constexpr Range turn{-360, 360}, light{0, 1e9}, sky{0, 1e6}, radius{1e-4, 1}, per_unit{1e-6, 1e6};
+constexpr Range frames{0, 1e6}, pixels{1, 65536}, seeds{0, past_int64}, half_range{0, 0.9};
+constexpr Range accuracy{0, 1, true}, paths{1, 4096};
+constexpr std::string_view degrees = "degrees", cm = "cm";
+
+constexpr std::array table{
+    Parameter{"/$schema", "", text, none, "", "", "", "for editors: where schema.json is"},
+    Parameter{"/camera/frame", "", flag, none, "", "", "true without `eye`",
+              "place the camera so that all grooms are seen, from 8 degrees above; excludes `eye`, `look_at`, `up`"},
+    Parameter{"/camera/eye", "", triple, world, cm, "", "", "where the camera is"},
+    Parameter{"/camera/look_at", "", triple, world, cm, "", "[0, 0, 0]", "the middle of the picture"},
+    Parameter{"/camera/up", "", triple, world, "", "", "[0, 0, 1]", "the direction that is up in the picture"},
+    Parameter{"/camera/vertical_fov_deg", "", number, {0.1, 150}, degrees, "", "30", "vertical angle of view"},
+    Parameter{"/camera/frames/N/frame", "", whole, frames, "", "", "needed",
+              "a keyframe's number; rising; linear between keyframes, held before and after; beside it `eye` (needed), "
+              "`look_at`, `up`, `vertical_fov_deg` as in `camera`"},
+    Parameter{"/camera/turntable/frames",
+              "",
+              whole,
+              {1, 1e6},
+              "",
+              "",
+              "needed",
+              "frames of one turn, counter-clockwise from above; frame 0 is at -y"},
+    Parameter{"/camera/turntable/look_at", "", triple, world, cm, "", "the middle of the hair",
+              "what the camera goes around"},
+    Parameter{"/camera/turntable/distance_cm", "", number, length, cm, "", "all hair seen, from 8 degrees above",
+              "from the vertical axis through `look_at`"},
+    Parameter{"/camera/turntable/height_cm", "", number, world, cm, "", "0", "above `look_at`; beside `distance_cm`"},
+    Parameter{"/image/width", "", whole, pixels, "", "", "512", "pixels; width times height is 2^26 at most"},
+    Parameter{"/image/height", "", whole, pixels, "", "", "512", "pixels"},
+    Parameter{"/image/samples", "--spp", whole, {1, 1e6}, "", "", "64", "samples a pixel"},
+    Parameter{"/environment/file", "", text, none, "", "", "",
+              "a path to an EXR or HDR (RGBE) picture, told by content; latitude-longitude, top row up"},
+    Parameter{"/environment/constant", "", triple, sky, "", "", "", "linear RGB radiance from everywhere"},
+    Parameter{"/environment/studio", "", only_true, none, "", "", "of `file`, `constant`, `studio`, `sky`",
+              "soft key, rim and fill lights before a neutral background"},
+    Parameter{"/environment/sky/zenith", "", triple, sky, "", "", "[0.18, 0.32, 0.7]",
+              "linear RGB radiance; down to the horizon with the square root of the sine of the elevation"},
+    Parameter{"/environment/sky/horizon", "", triple, sky, "", "", "[0.75, 0.82, 0.9]", "linear RGB radiance"},
+    Parameter{"/environment/sky/ground", "", triple, sky, "", "", "[0.22, 0.2, 0.18]",
+              "linear RGB radiance of everything below the horizon; beside it `sun`, keys as in `lights/N/distant`, "
+              "which turns and scales with the sky and is not seen in the background"},
+    Parameter{"/environment/rotate_deg", "--rotate", number, turn, degrees, "", "0",
+              "turn of the environment about the vertical, counter-clockwise from above"},
+    Parameter{"/environment/scale", "", number, factor, "", "", "1", "factor of the radiance"},
+    Parameter{"/environment_visible", "", flag, none, "", "", "true",
+              "the environment is shown behind the hair; else it is black there"},
+    Parameter{"/lights/N/distant/direction", "", triple, world, "", "", "",
+              "towards the light, of any length; or `azimuth_deg` and `elevation_deg`"},
+    Parameter{"/lights/N/distant/azimuth_deg", "", number, turn, degrees, "", "0",
+              "0 is -y, counter-clockwise from above (+x is 90)"},
+    Parameter{"/lights/N/distant/elevation_deg", "", number, {-90, 90}, degrees, "", "0", "above the horizon"},
+    Parameter{"/lights/N/distant/angle_deg",
+              "",
+              number,
+              {0.01, 180},
+              degrees,
+              "",
+              "0.53",
+              "full angular diameter; uniform within"},
+    Parameter{"/lights/N/distant/radiance", "", triple, light, "", "", "this or `irradiance`",
+              "linear RGB, the same in all directions that the light shines into"},
+    Parameter{"/lights/N/distant/irradiance", "", triple, light, "", "", "",
+              "in place of `radiance`: linear RGB, on a plane across the direction"},
+    Parameter{"/lights/N/sphere/center", "", triple, world, cm, "", "needed", "shines inwards too"},
+    Parameter{"/lights/N/sphere/radius_cm", "", number, length, cm, "", "needed", "of the sphere"},
+    Parameter{"/lights/N/sphere/radiance", "", triple, light, "", "", "needed", "linear RGB"},
+    Parameter{"/lights/N/rectangle/center", "", triple, world, cm, "", "needed", "of the rectangle"},
+    Parameter{"/lights/N/rectangle/look_at", "", triple, world, cm, "", "needed", "it shines to this side only"},
+    Parameter{"/lights/N/rectangle/up", "", triple, world, "", "", "[0, 0, 1], level ones [0, 1, 0]",
+              "where the height runs"},
+    Parameter{"/lights/N/rectangle/width_cm", "", number, length, cm, "", "needed", "full edge"},
+    Parameter{"/lights/N/rectangle/height_cm", "", number, length, cm, "", "needed", "full edge"},
+    Parameter{"/lights/N/rectangle/radiance", "", triple, light, "", "", "needed", "linear RGB"},
+    Parameter{"/meshes/N/file", "", text, none, "", "", "needed",
+              "a path to an OBJ file; its polygons, as a diffuse surface seen from both sides"},
+    Parameter{"/meshes/N/up", "", choice, none, "", "y, z", "z", "axis of the file that points up; y becomes z, z -y"},
+    Parameter{"/meshes/N/cm_per_unit", "", number, per_unit, cm, "", "1", "length of a unit of the file"},
+    Parameter{"/meshes/N/translate", "", triple, world, cm, "", "[0, 0, 0]", "after the above"},
+    Parameter{"/meshes/N/albedo", "", triple, share, "", "", "[0.18, 0.18, 0.18]", "linear RGB"},
+    Parameter{"/materials/N/name", "", text, none, "", "", "material N", "distinct; grooms refer to it"},
+    Parameter{"/materials/N/eta", "", number, of(fiber::eta_range), "", "", "1.55", "index of refraction"},
+    Parameter{"/materials/N/eccentricity", "--eccentricity", number, of(fiber::eccentricity_range), "", "", "0.85",
+              "minor over major semi-axis of the cross-section"},
+    Parameter{"/materials/N/roughness", "--roughness", number, of(fiber::roughness_range), "", "", "0.2",
+              "Beckmann roughness of the surface: the energies of the lobes, and the widths that are not given"},
+    Parameter{"/materials/N/tilt_deg", "", number, of(fiber::tilt_range_deg), degrees, "", "3",
+              "tilt of the cuticle scales"},
+    Parameter{"/materials/N/color",
+              "--color",
+              either,
+              {0.001, 0.999},
+              "",
+              "file",
+              "",
+              "multiple scattering albedo, linear RGB, that the hair should have; \"file\": that of each strand of a "
+              ".hair file, the mean over its points; at most one of `color`, `melanin`, `sigma_a`"},
+    Parameter{"/materials/N/melanin",
+              "--melanin",
+              numbers_by_name,
+              {0, 100},
+              "",
+              "eumelanin, pheomelanin",
+              "0 each; without any color eumelanin 1.3",
+              "concentrations of eumelanin and pheomelanin"},
+    Parameter{"/materials/N/sigma_a", "--sigma-a", triple, of(fiber::sigma_a_range), "", "", "",
+              "absorption, RGB, per major semi-axis"},
+    Parameter{"/materials/N/azimuthal_sigma_deg", "", numbers_by_name, of(fiber::azimuthal_sigma_range_deg), degrees,
+              "TT, TRT, TRRT", "by the roughness", "blur of the exit azimuth: a standard deviation"},
+    Parameter{"/materials/N/longitudinal_lambda_deg", "", numbers_by_name, of(fiber::longitudinal_lambda_range_deg),
+              degrees, "R, TT, TRT, TRRT", "by the roughness", "logistic scale in theta_h"},
+    Parameter{"/materials/N/longitudinal_shape", "", choice, none, "", "logistic, gaussian, cauchy", "logistic",
+              "of the lobes in theta_h, with the same width at half height"},
+    Parameter{"/materials/N/fresnel", "", choice, none, "", "exact, longitudinal, bravais, none", "exact",
+              "of R; only `exact` conserves energy"},
+    Parameter{"/materials/N/gain", "", numbers_by_name, of(fiber::gain_range), "", "R, TT, TRT, TRRT, residual, GLINT",
+              "1 each", "factor of a lobe; above 1 a fiber may return more than it receives"},
+    Parameter{"/materials/N/tint", "", triples_by_name, share, "", "R, TT, TRT, TRRT, residual, GLINT",
+              "[1, 1, 1] each", "factor by channel; GLINT without a gain or tint has that of TRT"},
+    Parameter{"/materials/N/glint", "", only_true, none, "", "", "",
+              "GLINT is a lobe and layer of its own; naming GLINT above does so too"},
+    Parameter{"/materials/N/curl_diameter_cm",
+              "",
+              number,
+              {0.05, 1000},
+              cm,
+              "",
+              "by the eccentricity",
+              "turns of the major axis along the strand"},
+    Parameter{"/materials/N/twist", "", flag, none, "", "", "true", "false: the major axis does not turn"},
+    Parameter{"/materials/N/root_angle_deg", "", number, turn, degrees, "", "by a hash of the strand",
+              "major axis at the root"},
+    Parameter{"/materials/N/variation/eccentricity",
+              "",
+              number,
+              {0, 0.25},
+              "",
+              "",
+              "0",
+              "half range over the strands, uniform, absolute"},
+    Parameter{"/materials/N/variation/width", "", number, half_range, "", "", "0",
+              "half range of one factor of the roughness and of every width given"},
+    Parameter{"/materials/N/variation/color", "", number, half_range, "", "", "0",
+              "half range of one factor of the absorption"},
+    Parameter{"/materials/N/variation/seed", "", whole, seeds, "", "", "0", "other strands for another number"},
+    Parameter{"/grooms/N/file", "", text, none, "", "", "this or `generate`", "a path to a .hair file"},
+    Parameter{"/grooms/N/generate", "", choice, none, "", "curly_lock, straight, wavy, curly, fur_ball, single_fiber",
+              "", "a kind of groom that needs no file (below)"},
+    Parameter{"/grooms/N/strands", "", whole, {1, 1e6}, "", "", "by kind", "generated only; 10^8 points at most"},
+    Parameter{"/grooms/N/seed", "", whole, seeds, "", "", "0", "generated only; another groom for another number"},
+    Parameter{"/grooms/N/radius_cm", "", number, radius, cm, "", "the file's, or 0.004",
+              "of the circle with the same mean projected width"},
+    Parameter{"/grooms/N/taper",
+              "",
+              numbers_by_name,
+              {0, 10},
+              "",
+              "root, tip",
+              "1, 1; generated 1, 0.4 but for `single_fiber`",
+              "factors of the radius, linear along the length of the strand"},
+    Parameter{"/grooms/N/basis", "", choice, none, "", "bspline, linear", "bspline",
+              "strands are uniform cubic B-splines that the points control (through root and tip, rounding bends), or "
+              "straight from point to point"},
+    Parameter{"/grooms/N/up", "--up", choice, none, "", "y, z", "z",
+              "files only: axis of the file that points up; y becomes z, z becomes -y"},
+    Parameter{"/grooms/N/cm_per_unit", "--cm-per-unit", number, per_unit, cm, "", "longest side 30 cm",
+              "files only: length of a unit of the file"},
+    Parameter{"/grooms/N/material", "", text, none, "", "", "the first", "its name; without any materials: brown hair"},
+    Parameter{"/grooms/N/length_cm", "", number, {0.1, 1000}, cm, "", "by kind", "length along the fall"},
+    Parameter{"/grooms/N/length_variation", "", number, half_range, "", "", "by kind",
+              "half range of a factor of the length"},
+    Parameter{"/grooms/N/clump", "", number, share, "", "", "by kind", "how far strands gather towards the tips"},
+    Parameter{"/grooms/N/frizz", "", number, share, "", "", "by kind", "flyaways and wandering"},
+    Parameter{"/grooms/N/wavelength_cm",
+              "",
+              number,
+              {0.2, 1000},
+              cm,
+              "",
+              "by kind",
+              "length of one wave or turn along the fall"},
+    Parameter{"/grooms/N/wave_amplitude_cm", "", number, {0, 10}, cm, "", "by kind", "of waves, to one side"},
+    Parameter{"/grooms/N/curl_diameter_cm", "", number, {0.02, 20}, cm, "", "by kind", "of curls"},
+    Parameter{"/grooms/N/ball_radius_cm", "", number, {0.1, 1000}, cm, "", "by kind", "of the ball under the fur"},
+    Parameter{"/expected/radiance",
+              "",
+              triple,
+              {0, 1e6},
+              "",
+              "",
+              "",
+              "the answer of a scene that has one; does not change the picture"},
+    Parameter{"", "--resolution", whole, pixels, "", "", "the scene's", "width and height in pixels, 2^26 in all"},
+    Parameter{"", "--frame", whole, frames, "", "", "0, or the first keyframe", "frame of a moving camera"},
+    Parameter{"",
+              "--time",
+              number,
+              {0, 1e7, true},
+              "seconds",
+              "",
+              "",
+              "as many samples as fit, one at least; the picture then depends on the machine"},
+    Parameter{"", "--noise", number, accuracy, "", "", "",
+              "samples until the noise relative to the brightness of what is covered is at most this, 16384 at most"},
+    Parameter{"", "--threads", whole, {1, 1024}, "", "", "one per hardware thread", "threads to work with"},
+    Parameter{"", "--seed", whole, {0, past_uint64}, "", "", "0", "same seed, same result, for any number of threads"},
+    Parameter{"", "--light-samples", whole, paths, "", "", "1", "samples of the lights at the first hit"},
+    Parameter{"", "--bcsdf-samples", whole, paths, "", "", "1", "samples of the fiber at the first hit"},
+    Parameter{"", "--max-depth", whole, paths, "", "", "64", "hits of a path"},
+    Parameter{"",
+              "--quadrature-points",
+              whole,
+              {1, 65536},
+              "",
+              "",
+              "by model",
+              "points over the width of the fiber, for models that integrate at every vertex"},
+    Parameter{
+        "", "--picture-error", number, accuracy, "", "", "",
+        "in place of --epsilon: the relative error that fits may make in the picture; each row is then learned as "
+        "well as the light it carries asks for"},
+    Parameter{"",
+              "--components",
+              whole,
+              {1, 8},
+              "",
+              "",
+              "8",
+              "components of a row, at most or, for learners of a fixed number, exactly"},
+    Parameter{"", "--epsilon", number, accuracy, "", "", "0.01",
+              "relative squared error under which a row is converged"},
+    Parameter{"", "--table-memory", number, {0, 1 << 20}, "MB of 2^20 bytes", "", "256", "ceiling of the table"},
+    Parameter{"", "--e", number, of(fiber::eccentricity_range), "", "", "0.85", "minor over major semi-axis"},
+    Parameter{"", "--theta-d", number, {-89.9, 89.9}, degrees, "", "0", "difference angle"},
+    Parameter{"", "--phi", number, turn, degrees, "", "0", "azimuth of the known direction from the major axis"},
+    Parameter{"", "--sigma", number, of(fiber::azimuthal_sigma_range_deg), degrees, "", "by the lobe",
+              "blur of the exit azimuth"},
+    Parameter{"", "--eta", number, of(fiber::eta_range), "", "", "1.55", "index of refraction"},
+    Parameter{"", "--samples", whole, {1, 1 << 20}, "", "", "360", "azimuths printed"},
+};
+
+/// Keys that are those of another place.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> same{
+    {{"/environment/sky/sun/", "/lights/N/distant/"},
+     {"/camera/frames/N/eye", "/camera/eye"},
+     {"/camera/frames/N/look_at", "/camera/look_at"},
+     {"/camera/frames/N/up", "/camera/up"},
+     {"/camera/frames/N/vertical_fov_deg", "/camera/vertical_fov_deg"}}};
+
+/// Indices become N, places that are like others those.
+std::string general(std::string_view place) {
+  std::string key;
+  for (std::size_t i = 0; i < place.size();) {
+    const std::size_t end = std::min(place.find('/', i + 1), place.size());
+    const auto part = place.substr(i + 1, end - i - 1);
+    const bool index = !part.empty() && std::ranges::all_of(part, [](unsigned char c) { return std::isdigit(c); });
+    key.append("/").append(index ? "N" : part);
+    i = end;
+  }
+  for (const auto& [from, to] : same)
+    if (key.starts_with(from)) return std::string(to) + key.substr(from.size());
+  return key;
+}
+
+bool is_named(const Parameter& parameter, std::string_view name) {
+  if (parameter.kind != numbers_by_name && parameter.kind != triples_by_name) return false;
+  return fmt::format(", {},", parameter.choices).find(fmt::format(", {},", name)) != std::string::npos;
+}
+
+}  // namespace
+
+std::span<const Parameter> parameters() { return table; }
+
+const Parameter* parameter_at(std::string_view place) {
+  static const auto by_key = [] {
+    std::unordered_map<std::string_view, const Parameter*> all;
+    for (const Parameter& parameter : table)
+      if (!parameter.key.empty()) all.emplace(parameter.key, &parameter);
+    return all;
+  }();
+  const std::string key = general(place);
+  if (const auto found = by_key.find(key); found != by_key.end()) return found->second;
+  const std::size_t last = key.rfind('/');
+  if (last == std::string::npos) return nullptr;
+  const auto found = by_key.find(std::string_view(key).substr(0, last));
+  return found != by_key.end() && is_named(*found->second, key.substr(last + 1)) ? found->second : nullptr;
+}
+
+const Parameter& option_parameter(std::string_view option) {
+  const auto found = std::ranges::find(table, option, &Parameter::option);
+  assert(found != table.end());
+  return found == table.end() ? table.front() : *found;
+}
+
+std::string words(const Parameter& parameter) {
+  const Range& range = parameter.range;
+  const auto end = [](double x) {
+    if (x >= past_int64) return fmt::format("2^{} - 1", x == past_int64 ? 63 : 64);
+    return x == std::round(x) ? fmt::format("{:.0f}", x) : fmt::format("{:g}", x);
+  };
+  std::string text = range.least_open || range.most_open
+                         ? fmt::format("a number {} {} and {} {}", range.least_open ? ">" : ">=", end(range.least),
+                                       range.most_open ? "<" : "<=", end(range.most))
+                         : fmt::format("{}..{}", end(range.least), end(range.most));
+  if (parameter.kind == whole) text = fmt::format("a whole number, {}", text);
+  return parameter.unit.empty() ? text : fmt::format("{} {}", text, parameter.unit);
+}
+
+}  // namespace tress::scene

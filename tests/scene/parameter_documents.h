@@ -1,0 +1,128 @@
+// The parameter table as the documents have it.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "scene/generate/generated_grooms.h"
+#include "scene/model/parameters.h"
+
+namespace tress::scene {
+
+inline std::string values_as_text(const Parameter& parameter) {
+  switch (parameter.kind) {
+    case ValueKind::number:
+    case ValueKind::whole:
+      return words(parameter);
+    case ValueKind::triple:
+      return "3 numbers, " + words(parameter);
+    case ValueKind::numbers_by_name:
+      return fmt::format("`{}`, each {}", parameter.choices, words(parameter));
+    case ValueKind::triples_by_name:
+      return fmt::format("`{}`, each 3 numbers, {}", parameter.choices, words(parameter));
+    case ValueKind::either:
+      return fmt::format("3 numbers, {}, or `{}`", words(parameter), parameter.choices);
+    case ValueKind::choice:
+      return fmt::format("one of `{}`", parameter.choices);
+    case ValueKind::text:
+      return "text";
+    case ValueKind::flag:
+      return "true, false";
+    case ValueKind::only_true:
+      return "true";
+  }
+  return {};
+}
+
+/// Keys of a scene file; of keys in the same object the first has the whole path.
+inline std::string scene_keys_as_markdown() {
+  std::string table = "| key, option | value | default | meaning |\n|---|---|---|---|\n";
+  std::string_view before;
+  for (const Parameter& parameter : parameters()) {
+    if (parameter.key.empty()) continue;
+    const std::string_view key = parameter.key.substr(1), object = key.substr(0, key.rfind('/') + 1);
+    const bool same = !object.empty() && object == before;
+    before = object;
+    const std::string option = parameter.option.empty() ? "" : fmt::format(", `{}`", parameter.option);
+    table += fmt::format("| `{}{}`{} | {} | {} | {} |\n", same ? ".../" : "", same ? key.substr(object.size()) : key,
+                         option, values_as_text(parameter), parameter.usual, parameter.sentence);
+  }
+  return table;
+}
+
+/// Keys of generated grooms, with the default of each kind.
+inline std::string generated_grooms_as_markdown() {
+  std::string head = "| key, range |", line = "|---|", table = "| `strands` |";
+  for (const std::string& kind : generated_groom_kinds()) {
+    head += fmt::format(" `{}` |", kind);
+    line += "---|";
+    table += fmt::format(" {} |", usual_strands(kind));
+  }
+  table = head + "\n" + line + "\n" + table + "\n";
+  constexpr std::string_view grooms = "/grooms/N/";
+  for (const Parameter& parameter : parameters()) {
+    if (!parameter.key.starts_with(grooms) || parameter.usual != "by kind" || parameter.kind == ValueKind::whole)
+      continue;
+    const std::string_view key = parameter.key.substr(grooms.size());
+    table += fmt::format("| `{}`, {} |", key, words(parameter));
+    for (const std::string& kind : generated_groom_kinds()) {
+      std::string usual = " |";
+      for (const ShapeParameter& shape : shape_parameters(kind))
+        if (shape.key == key) usual = fmt::format(" {:g} |", shape.usual);
+      table += usual;
+    }
+    table += "\n";
+  }
+  return table;
+}
+
+/// In place of the table of `text` with the same first line. False where there is none.
+inline bool replace_table(const std::string& table, std::string* text) {
+  const std::size_t begin = text->find(table.substr(0, table.find('\n') + 1));
+  if (begin == std::string::npos) return false;
+  std::size_t end = begin;
+  while (end < text->size() && (*text)[end] == '|') end = text->find('\n', end) + 1;
+  text->replace(begin, end - begin, table);
+  return true;
+}
+
+/// Gives every value of a schema the range and the sentence of its parameter; the number of values, or -1 where one has
+/// no parameter.
+inline int describe_values(nlohmann::ordered_json* node, const std::string& place) {
+  const auto sum = [](int a, int b) { return a < 0 || b < 0 ? -1 : a + b; };
+  int count = 0;
+  if (node->contains("oneOf") && node->value("type", "") != "object") {
+    for (auto& alternative : (*node)["oneOf"]) count = sum(count, describe_values(&alternative, place));
+    return count;
+  }
+  if (node->value("type", "") == "object") {
+    for (auto& [key, property] : (*node)["properties"].items())
+      count = sum(count, describe_values(&property, place + "/" + key));
+    return count;
+  }
+  if (node->contains("items") && !(*node)["items"].contains("minimum"))
+    return describe_values(&(*node)["items"], place + "/0");
+  const Parameter* parameter = parameter_at(place);
+  if (parameter == nullptr) return -1;
+  auto& number = node->contains("items") ? (*node)["items"] : *node;
+  const auto put = [&](const char* key, double end) {
+    if (end >= past_int64)
+      number[key] = INT64_MAX;
+    else if (end == static_cast<double>(static_cast<std::int64_t>(end)))
+      number[key] = static_cast<std::int64_t>(end);
+    else
+      number[key] = end;
+  };
+  if (number.contains("minimum")) {
+    number["type"] = parameter->kind == ValueKind::whole ? "integer" : "number";
+    put("minimum", parameter->range.least);
+    put("maximum", parameter->range.most);
+  }
+  (*node)["description"] = parameter->sentence;
+  return 1;
+}
+
+}  // namespace tress::scene
