@@ -8,26 +8,50 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validation_results.hpp>
+#include <valijson/validator.hpp>
 #include <vector>
 
 #include "scene/read/scene_file.h"
-#include "support/json_schema.h"
 #include "tress/base/random.h"
 
 namespace tress::scene {
 namespace {
 
 using nlohmann::json;
-using test::broken_rule;
 using Path = std::vector<std::string>;  ///< keys from the root; "0" into an array
 
 const json& schema() {
   static const json read =
       json::parse(std::ifstream(std::filesystem::path(TRESS_SOURCE_DIR) / "scenes" / "schema.json"));
   return read;
+}
+
+/// Empty where `value` is valid under a part of the schema, else what is not.
+std::string broken_rule(const json& part, const json& value) {
+  using Adapter = valijson::adapters::NlohmannJsonAdapter;
+  static std::map<const json*, std::unique_ptr<valijson::Schema>>
+      parsed;  // parts of schema(), which stay where they are
+  auto& rules = parsed[&part];
+  if (!rules) {
+    rules = std::make_unique<valijson::Schema>();
+    valijson::SchemaParser(valijson::SchemaParser::kDraft7).populateSchema(Adapter(part), *rules);
+  }
+  valijson::ValidationResults results;
+  valijson::Validator validator(valijson::Validator::kStrongTypes);
+  if (validator.validate(*rules, Adapter(value), &results)) return "";
+  valijson::ValidationResults::Error error;
+  std::string why;
+  if (results.popError(error))
+    for (const std::string& place : error.context) why.append(place);
+  return why.append(": ").append(error.description);
 }
 
 std::string joined(const Path& path) {
