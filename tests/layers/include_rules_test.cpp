@@ -119,6 +119,29 @@ std::string folder_of(const std::string& name) {
   return {};
 }
 
+/// Every (folder, folder that it includes), by the text of the files.
+std::set<std::pair<std::string, std::string>> folder_pairs() {
+  std::set<std::pair<std::string, std::string>> pairs;
+  for (const char* root : {"include", "adaptive", "src"}) {
+    for (const Include& include : includes_under(root)) {
+      const std::string from = fs::path(include.path).parent_path().string(), to = folder_of(include.name);
+      if (!to.empty() && to != from) pairs.emplace(from, to);
+    }
+  }
+  return pairs;
+}
+
+// The SVG has the arrows that it was drawn from in a comment, one a line.
+TEST(Documents, TheArchitectureIsDrawnFromTheseIncludes) {
+  std::ifstream stream(fs::path(TRESS_SOURCE_DIR) / "src" / "architecture.svg");
+  std::string line;
+  while (std::getline(stream, line) && line != "<!-- arrows") continue;
+  std::set<std::string> drawn, found;
+  while (std::getline(stream, line) && line != "-->") drawn.insert(line);
+  for (const auto& [from, to] : folder_pairs()) found.insert(from + " to " + to);
+  EXPECT_EQ(drawn, found) << "draw again: bench/figures/architecture.py (needs Debian's graphviz)";
+}
+
 TEST(IncludeRules, EveryPairOfFoldersPointsDownwards) {
   std::set<std::pair<std::string, std::string>> pairs;
   for (const char* root : {"include", "adaptive", "src"}) {
