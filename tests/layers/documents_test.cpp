@@ -126,6 +126,37 @@ TEST(Documents, NameFilesThatExist) {
   EXPECT_GT(names, 20);
 }
 
+/// SUITE.NAME of every test of GoogleTest and RapidCheck.
+std::set<std::string> names_of_tests() {
+  const std::regex declared(R"((?:TEST(?:_[FP])?|RC_GTEST_PROP)\((\w+), (\w+))");
+  std::set<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(TRESS_SOURCE_DIR) / "tests")) {
+    if (entry.path().extension() != ".cpp") continue;
+    std::ifstream stream(entry.path());
+    std::smatch match;
+    for (std::string line; std::getline(stream, line);) {
+      if (!line.starts_with("TEST") && !line.starts_with("RC_GTEST_PROP")) continue;
+      if (std::regex_search(line, match, declared)) names.insert(match.str(1) + "." + match.str(2));
+    }
+  }
+  return names;
+}
+
+TEST(Documents, NameTestsThatExist) {
+  const std::set<std::string> tests = names_of_tests();
+  const std::regex name(R"(\b([A-Z][A-Za-z]+\.(?:[A-Z][a-z]+[A-Z]\w+|[a-z]+_\w+))\b)");
+  int names = 0;
+  for (const Document& document : documents()) {
+    for (const Line& line : document.lines) {
+      for (const std::string& test : captures(line.text, name)) {
+        ++names;
+        EXPECT_TRUE(tests.contains(test)) << name_of(document) << ":" << line.number << ": no test " << test;
+      }
+    }
+  }
+  EXPECT_GT(names, 10);
+}
+
 TEST(Documents, WriteNumbersWithTheirZero) {
   const std::regex bare(R"((?:^|[^\w.])(\.\d+))");
   for (const Document& document : documents()) {
