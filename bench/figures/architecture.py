@@ -24,6 +24,7 @@ GROUPS = [  # title, color, the folders that begin so
 ]
 
 SAYS = {  # a phrase for a folder; one without is drawn with its name alone
+    "include/tress": "versions",
     "include/tress/base": "errors, random numbers,\nreplacement of files",
     "include/tress/adaptive": "the service's interface",
     "include/tress/fiber": "the BCSDF's interface",
@@ -133,7 +134,7 @@ def main():
         for arrow in sorted(known - found):
             print(f"src/architecture.svg: no longer there: {arrow}", file=sys.stderr)
         if known != found:
-            sys.exit("architecture.py: draw again: bench/figures/architecture.py")
+            sys.exit("to draw it again: bench/figures/architecture.py")
         return
     made = subprocess.run(["dot", "-Tsvg"], input=dot(pairs, folders), capture_output=True, text=True, check=True).stdout
     head = "<!-- arrows\n" + listing(pairs).replace(" -> ", " to ") + "\n-->\n"
