@@ -53,7 +53,7 @@ TEST(Determinism, ThreadsAndOrderChangeNoBit) {
   const Learned one = run(1, 64 << 20);
   EXPECT_GT(one.last.rows_open, 0u) << "open rows must be among those compared";
   EXPECT_GT(one.last.rows_converged, 0u);
-  for (const unsigned threads : {2u, 8u}) expect_same(one, run(threads, 64 << 20));
+  for (const unsigned threads : {2u, 8u, 16u}) expect_same(one, run(threads, 64 << 20));
 }
 
 TEST(Determinism, ThreadsAndOrderChangeNoBitWhenMemoryIsHalfOfTheDemand) {
@@ -65,7 +65,7 @@ TEST(Determinism, ThreadsAndOrderChangeNoBitWhenMemoryIsHalfOfTheDemand) {
   const std::size_t half = unlimited.publish().bytes / 2;
   const Learned one = run(1, half, 0.001);
   EXPECT_TRUE(one.last.at_ceiling);
-  for (const unsigned threads : {2u, 8u}) expect_same(one, run(threads, half, 0.001));
+  for (const unsigned threads : {2u, 8u, 16u}) expect_same(one, run(threads, half, 0.001));
 }
 
 TEST(Determinism, AnotherSeedIsAnotherTable) {

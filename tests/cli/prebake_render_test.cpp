@@ -78,7 +78,7 @@ TEST_F(Prebake, AnswersEveryQueryOfAFrozenRenderAndGivesTheSameMean) {
 }
 
 TEST_F(Prebake, IsTheSameFileForAnyNumberOfThreads) {
-  for (const char* threads : {"1", "2", "8"}) {
+  for (const char* threads : {"1", "2", "8", "16"}) {
     ASSERT_EQ(bake(std::string(threads) + ".cache", {"--threads", threads}).status, 0);
   }
   EXPECT_EQ(read_text(path("1.cache")), read_text(path("2.cache")));

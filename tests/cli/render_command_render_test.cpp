@@ -102,7 +102,7 @@ TEST_F(Render, TheSameBitsForAnyNumberOfThreads) {
   // First with room for all rows, then with about half of what they need, so that the ceiling binds.
   std::string memory = "256";
   for (const std::string table : {"whole", "half"}) {
-    for (const std::string threads : {"1", "2", "8"}) {
+    for (const std::string threads : {"1", "2", "8", "16"}) {
       const std::string name = table + threads;
       render_well(name + ".exr", {"--threads", threads, "--warm-cache", path(name + ".cache"), "--telemetry",
                                   path(name + ".jsonl"), "--table-memory", memory});

@@ -91,7 +91,7 @@ TEST(Renderer, gives_the_same_bits_for_any_number_of_threads) {
   options.light_samples = 2;
   options.bcsdf_samples = 2;
   const RenderResult one = render_with(scene, model, fibers, options, 1);
-  for (const int threads : {2, 8}) {
+  for (const int threads : {2, 8, 16}) {
     const RenderResult many = render_with(scene, model, fibers, options, threads);
     ASSERT_EQ(one.picture.channels.size(), many.picture.channels.size());
     for (std::size_t i = 0; i < one.picture.channels.size(); ++i) {
