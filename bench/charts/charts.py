@@ -37,7 +37,8 @@ import matplotlib.pyplot as pyplot  # noqa: E402
 ROOT = figures.ROOT
 SHARED = os.path.join(os.path.dirname(ROOT), "shared")
 reference_chunk = 32  # samples of one picture of a reference
-PICTURE_FOLDERS = ("include", "adaptive", "src/fiber", "src/models", "src/scene", "src/intersect", "src/integrate")
+PICTURE_FOLDERS = ("include", "adaptive", "src/fiber", "src/models", "src/references", "src/scene", "src/geometry",
+                   "src/integrate")
 
 
 # ---- programs -------------------------------------------------------------------------------------------------------
@@ -216,8 +217,9 @@ def picture_sources(flags):
         return sorted(files)
     # The registry names every model; what the others are does not matter here.
     known, found = {path for path in files if not path.endswith("registry.cpp")}, set()
-    stack = [path for path in files if os.path.relpath(path, ROOT).split(os.sep)[1] in ("scene", "intersect", "integrate")]
-    stack.append(os.path.join(ROOT, "src", "models", model + ".cpp"))
+    stack = [path for path in files if os.path.relpath(path, ROOT).split(os.sep)[1] in ("scene", "geometry", "integrate")]
+    stack.append(next(path for path in files if os.path.basename(path) == model + ".cpp"
+                      and os.path.basename(os.path.dirname(path)) == "models"))
     while stack:
         path = stack.pop()
         if path in found:

@@ -10,6 +10,7 @@
 
 #include "adaptive/knot_tables.h"
 #include "support/chi_square.h"
+#include "support/scale.h"
 #include "support/seed.h"
 #include "tress/base/random.h"
 
@@ -27,7 +28,7 @@ TEST(KnotDensityStatistical, DrawsFromItsProposal) {
       for (const float share : {0.0f, 0.05f}) {
         const KnotDensity table = rough_table(count, 0.6f, seed);
         const std::size_t bins = 3 * count;
-        constexpr int draws = 100000;
+        const int draws = test::scaled(100000);
         std::vector<double> counts(bins, 0.0), expected(bins);
         RandomStream random(test::seed(11), count, seed);
         for (int i = 0; i < draws; ++i) {

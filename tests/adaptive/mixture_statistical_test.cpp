@@ -8,6 +8,7 @@
 
 #include "support/chi_square.h"
 #include "support/quadrature.h"
+#include "support/scale.h"
 #include "support/seed.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/base/random.h"
@@ -17,7 +18,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr int bins = 200;
-constexpr int draws = 200000;
+const int draws = test::scaled(200000);
 constexpr std::size_t tests_in_file = 27;
 
 template <class Sample, class Density>

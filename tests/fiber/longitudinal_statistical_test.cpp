@@ -7,6 +7,7 @@
 #include "fiber/longitudinal.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
+#include "support/scale.h"
 #include "support/seed.h"
 #include "tress/base/random.h"
 
@@ -19,7 +20,8 @@ TEST(LongitudinalSampling, FollowsItsDensity) {
   const float inclinations[] = {-half_pi, -1.2f, 0.0f, 0.5f, 1.55f};
   const float tilts[] = {-0.3f, 0.0f, 0.13f};
   const float scales[] = {fiber::smallest_lambda, 0.05f, 0.5f};
-  constexpr int samples = 100000, bins = 180;
+  constexpr int bins = 180;
+  const int samples = test::scaled(100000);
   const double level = test::sidak_level(1e-3, 3 * 45);
   std::uint64_t stream = 0;
   for (int k = 0; k < 3 * 5; ++k) {

@@ -10,6 +10,7 @@
 
 #include "fiber/microsurface_walk.h"
 #include "support/chi_square.h"
+#include "support/scale.h"
 #include "support/seed.h"
 #include "tress/base/random.h"
 
@@ -40,7 +41,8 @@ TEST(MicrosurfaceWalk, LambdaIsThatOfTheMaskingFunction) {
 // The slope along w of the facets that light from below the horizon meets, against its density (c - x) e^{-x^2}.
 // Seed 1, family level 1e-4 over 8 tests of 40 bins.
 TEST(MicrosurfaceWalk, FacetsSeenFromBelowAreDistributedAsTheirProjectedArea) {
-  constexpr int bins = 40, samples = 40000;
+  constexpr int bins = 40;
+  const int samples = test::scaled(40000);
   const std::vector<double> cs{-0.02, -0.3, -0.9, -1.1, -2.0, -4.0, -12.0, 0.2};
   for (const double c : cs) {
     const float alpha = 0.4f;

@@ -9,6 +9,7 @@
 #include "fiber/reflection.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
+#include "support/scale.h"
 #include "support/seed.h"
 #include "tress/base/random.h"
 
@@ -18,7 +19,8 @@ using namespace tress;
 constexpr double pi = std::numbers::pi;
 
 TEST(ReflectionSampling, FollowsItsDensityWithBoundedWeights) {
-  constexpr int samples = 100000, bins = 120;
+  constexpr int bins = 120;
+  const int samples = test::scaled(100000);
   const double level = test::sidak_level(1e-3, 2 * 36);
   std::uint64_t stream = 0;
   double largest = 0, worst_variance = 0;

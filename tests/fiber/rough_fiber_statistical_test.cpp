@@ -11,6 +11,7 @@
 #include "fiber/fiber3d_reference.h"
 #include "fiber/rough_fiber.h"
 #include "support/chi_square.h"
+#include "support/scale.h"
 #include "support/seed.h"
 
 namespace tress {
@@ -50,7 +51,7 @@ void trace(const FiberParameters& parameters, const FiberDirection& wr, int path
 TEST(rough_fiber_statistics, is_the_fiber_of_the_reference) {
   const auto all = test::fiber3d_reference(test::reference_rows("fiber3d.csv"));
   ASSERT_FALSE(all.empty());
-  constexpr int paths = 1000000;
+  const int paths = test::scaled(1000000);
   for (const auto& [id, reference] : all) {
     const test::TracedFlux traced =
         test::trace_flux(reference.parameters, reference.wr, paths, test::seed(1000 + static_cast<std::uint64_t>(id)));
@@ -70,7 +71,8 @@ TEST(rough_fiber_statistics, is_the_fiber_of_the_reference) {
 // within 5 standard errors (60 of them: 3e-5) and 2e-4 for what slopes of 1e-4 still change. (Late orders at grazing
 // angles are slow to: they are .0028 off at alpha .003, .0013 at .001 and .0002 at .0003.)
 TEST(rough_fiber_statistics, becomes_the_smooth_fiber) {
-  constexpr int paths = 200000, offsets = 32768;
+  constexpr int offsets = 32768;
+  const int paths = test::scaled(200000);
   for (const float e : {1.0f, 0.85f, 0.6f}) {
     for (const double theta : {0.0, 30.0, 60.0, 80.0}) {
       FiberParameters parameters = clear_fiber(e, 1e-4f);
@@ -173,7 +175,7 @@ TEST(rough_fiber_statistics, tilt_turns_each_order_as_to_first_order) {
   const double tau = 1 * degree, eta = static_cast<double>(parameters.eta);
   parameters.tilt = static_cast<float>(tau);
   std::array<test::SampleMean, 3> theta;
-  trace(parameters, {0, 0.4f}, 600000, 7, [&](const RoughExit& exit) {
+  trace(parameters, {0, 0.4f}, test::scaled(600000), 7, [&](const RoughExit& exit) {
     if (exit.order < 3 && exit.throughput.g > 0) {
       theta[static_cast<std::size_t>(exit.order)].add(static_cast<double>(exit.angles().theta));
     }

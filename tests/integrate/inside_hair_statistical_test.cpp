@@ -11,6 +11,7 @@
 
 #include "integrate/picture_mean.h"
 #include "integrate/white_fiber.h"
+#include "support/scale.h"
 #include "support/seed.h"
 #include "tress/adaptive/service.h"
 #include "tress/fiber/elliptical_model.h"
@@ -86,7 +87,7 @@ TEST(Furnace, of_lossless_fibers_is_one_from_within_end_on_and_in_the_same_place
     const RenderResult result = render_with(place.scene, model, fibers, long_paths(8, 52), 2);
     for (const char* color : {"R", "G", "B"}) {
       const Mean mean = mean_of(result, color);
-      EXPECT_LT(mean.error, 0.02) << place.name;
+      EXPECT_LT(mean.error, 0.02 * test::widened(8)) << place.name;
       EXPECT_LT(std::abs(mean.value - 1), z_limit * mean.error) << place.name << " " << color;
     }
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "integrate/renderer.h"
+#include "support/scale.h"
 #include "support/seed.h"
 
 namespace tress::integrate {
@@ -30,7 +31,7 @@ inline Mean mean_of(const RenderResult& result, const std::string& name) {
 
 inline RenderOptions long_paths(int samples, std::uint64_t seed) {
   RenderOptions options;
-  options.samples = samples;
+  options.samples = test::scaled(samples);
   options.max_depth = 2000;
   options.roulette_depth = 4;
   options.seed = test::seed(seed);

@@ -104,7 +104,7 @@ TEST(evidence, samples_follow_the_density_over_all_parameters_and_states) {
       // Lobes under 4 degrees have no rows that answer: every event traces the vertex, and learning takes minutes.
       if (rows == Rows::converged && narrow(c)) continue;
       const auto model = model_in(rows, parameters_of(c), known_of(c));
-      const double p = p_value_of(*model, model->begin(known_of(c)), 71 + tests++);
+      const double p = p_value_of(*model, model->begin(known_of(c)), test::seed(71 + tests++));
       EXPECT_GT(p, test::sidak_level(family_level, whole_tests))
           << test::name_of(rows) << " e " << c.e << " roughness " << c.roughness << " theta_r " << c.theta_deg;
       smallest = std::min(smallest, p);
@@ -128,7 +128,7 @@ TEST(evidence, samples_of_every_lobe_alone_follow_its_density) {
       parameters.gain[lobe] = glm::vec3(1.0f);
       for (const Rows rows : {Rows::open, Rows::converged}) {
         const auto model = model_in(rows, parameters, known_of(c));
-        const double p = p_value_of(*model, model->begin(known_of(c)), 171 + tests++);
+        const double p = p_value_of(*model, model->begin(known_of(c)), test::seed(171 + tests++));
         EXPECT_GT(p, test::sidak_level(family_level, family))
             << fiber::lobe_names[lobe] << ' ' << test::name_of(rows) << " e " << c.e << " theta_r " << c.theta_deg;
         smallest = std::min(smallest, p);

@@ -133,7 +133,7 @@ TEST(deon2011_statistics, samples_follow_the_density_where_channels_are_dark) {
   const fiber::FiberId id = model->add_fiber(parameters);
   const FiberEvent event = model->begin(id, {0.2f, 1.0f}, 0, 0, 0);
   ASSERT_GT(event.energy[1].g, 0.01f);  // that of TT in green, which is 1e-31 or so without the gain
-  const double p = p_value_of(*model, event, 211);
+  const double p = p_value_of(*model, event, test::seed(211));
   EXPECT_GT(p, family_level);
 }
 

@@ -60,8 +60,8 @@ TEST_P(every_model_statistics, samples_follow_the_density) {
     const OneFiber fiber(info(), fiber_of(k));
     if (!fiber.model().evaluates()) return;
     const auto event = fiber.begin({k.theta_deg * degree, k.phi}, k.h);
-    const test::ChiSquare result =
-        test::samples_against_density(fiber.model(), event, is_slow() ? 6000 : 20000, is_slow() ? 12 : 16, 17);
+    const test::ChiSquare result = test::samples_against_density(fiber.model(), event, is_slow() ? 6000 : 20000,
+                                                                 is_slow() ? 12 : 16, test::seed(17));
     EXPECT_GT(result.degrees_of_freedom, 20);
     EXPECT_GT(result.p_value, test::sidak_level(family_level, 2 * references::models().size()))
         << "theta_r " << k.theta_deg;
