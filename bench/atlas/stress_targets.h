@@ -54,7 +54,10 @@ class ListedTarget final : public adaptive::Target {
 /// that total internal reflection cuts (a tenth to nine tenths of their rays come out; e .5 to .8, sigma 1 to 10). Made
 /// up: flat; zero, of no light or 1e-30 to 1e-3 of it; spike, one direction blurred by .1 to 2 degrees; comb, 2 to 20
 /// directions of Pareto masses (index 1) blurred by 1 degree; hidden, a flat row with a thousandth to a tenth of its
-/// light in one direction blurred by 1 degree.
+/// light in one direction blurred by 1 degree; two hidden, in two directions; neighbours, one direction blurred by 1
+/// degree with a hundredth to a third of its light 2 to 10 blurs beside it. In phase with the gap fill of an empty
+/// sketch, so that it sees next to nothing of them: phase, a lobe and 4 to 44 bumps midway between two
+/// points, of 0.5 to 2.5 hundredths of the variation in all, blurred by 0.6 to 6 degrees; fine phase, by 0.6 degrees.
 class StressTargets {
  public:
   StressTargets(std::uint64_t seed, std::string family)
@@ -69,6 +72,10 @@ class StressTargets {
     if (family_ == "spike") return rays_over_circle(std::pow(10.0, between(-1, 0)), 1, float(between(0.1, 2)) * degree);
     if (family_ == "hidden") return rays_over_circle(between(0.1, 1), std::pow(10.0, between(-3, -1)), degree);
     if (family_ == "comb") return comb();
+    if (family_ == "two hidden") return two_hidden();
+    if (family_ == "neighbours") return neighbours();
+    if (family_ == "phase") return in_phase(float(0.6 * std::pow(10.0, between(0, 1))) * degree);
+    if (family_ == "fine phase") return in_phase(0.6f * degree);
     RandomRows::Row row = fibers_.next(target_);
     return {std::move(row.rays), row.description.blur_rad};
   }
@@ -97,6 +104,40 @@ class StressTargets {
     std::vector<double> mass;
     for (int i = 0; i < teeth; ++i) sum += mass.emplace_back(1 / std::max(between(0, 1), 1e-3));
     for (const double m : mass) row.rays.push_back({anywhere(), static_cast<float>(m / sum), 1.0f});
+    return row;
+  }
+
+  StressRow two_hidden() {
+    StressRow row = rays_over_circle(between(0.1, 1), std::pow(10.0, between(-3, -1)), degree);
+    row.rays.push_back({anywhere(), row.rays[0].weight * static_cast<float>(std::pow(10.0, between(-1, 1))), 1.0f});
+    return row;
+  }
+
+  StressRow neighbours() {
+    StressRow row = rays_over_circle(between(0.1, 1), 1, degree);
+    const float away = degree * static_cast<float>(between(2, 10));
+    row.rays.push_back(
+        {row.rays[0].azimuth + away, row.rays[0].weight * static_cast<float>(std::pow(10.0, between(-2, -0.5))), 1.0f});
+    return row;
+  }
+
+  /// Bumps as far apart as the points that fill an empty sketch, each between two of them.
+  StressRow in_phase(float blur_rad) {
+    StressRow row{{}, blur_rad};
+    const auto points = static_cast<int>(std::ceil(2 * std::numbers::pi / (2.5 * static_cast<double>(blur_rad))));
+    const double apart = 2 * std::numbers::pi / points;
+    const float centre = anywhere(), half_width = static_cast<float>(between(0.1, 1));
+    for (int i = -16; i <= 16; ++i) {
+      row.rays.push_back({centre + half_width * static_cast<float>(i) / 16, 1.0f / 33, 1.0f});
+    }
+    const double variation = 0.5 / static_cast<double>(half_width) - 0.5 / std::numbers::pi;
+    const int bumps = 4 + static_cast<int>(between(0, 0.4) * std::min(points, 100));
+    const double of_one = between(0.005, 0.025) * variation / bumps;
+    const double mass = std::sqrt(of_one * 2 * std::sqrt(std::numbers::pi) * static_cast<double>(blur_rad));
+    for (int i = 0; i < bumps; ++i) {
+      const auto gap = std::floor(between(0, points));
+      row.rays.push_back({static_cast<float>(apart * (gap + 0.5) - std::numbers::pi), static_cast<float>(mass), 1.0f});
+    }
     return row;
   }
 
