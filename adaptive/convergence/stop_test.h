@@ -26,9 +26,8 @@ class StopTest {
   std::uint64_t scores() const { return scores_.count(); }
 
   /// Tests and clears the scores. False, and nothing done, while there are too few. Not beside add().
-  /// known: relative squared L2 error on pairs that are known anyhow, asked where the scores alone would end the row.
-  /// It must be within epsilon too: a region that the proposal hardly draws from may be wrong without any score seeing
-  /// it.
+  /// known: the most that the relative squared L2 error can be, asked where the scores alone would end the row. It must
+  /// be within epsilon too: a region that the proposal hardly draws from may be wrong without any score seeing it.
   bool run(const Options& options, const std::function<double()>& known);
 
   /// The verdict on an error that is known, as relative squared L2, not sampled: converged if it is at most epsilon,
@@ -40,7 +39,7 @@ class StopTest {
   /// squared L2; negative before the first test.
   float bound() const { return bound_; }
   bool last_failed() const { return last_failed_; }
-  /// Whether the scores of the last test passed and the known pairs did not.
+  /// Whether the scores of the last test passed and the known error did not.
   bool overruled() const { return overruled_; }
   std::uint32_t failed() const { return failed_; }
 

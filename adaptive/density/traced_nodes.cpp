@@ -62,10 +62,11 @@ TracedNodes::TracedNodes(std::span<const TracedRay> rays, float blur_rad)
   // Trapezoid on a circle: errs by the harmonics of g^2 from K = `points` on, and those are under exp(-(K sigma)^2/4)
   // of its mass, 3e-5.
   const auto points = std::max(32, static_cast<int>(std::ceil(6.5 / blur_rad_)));
+  grid_.assign(static_cast<std::size_t>(points), 0.0f);
   const double mean = mass / (2 * pi);
   double sum = 0;
   for (int i = 0; i < points && size() > 0; ++i) {
-    const double g = density(static_cast<float>(-pi + 2 * pi * i / points));
+    const double g = grid_[static_cast<std::size_t>(i)] = density(static_cast<float>(-pi + 2 * pi * i / points));
     sum += (g - mean) * (g - mean);
   }
   variation_ = static_cast<float>(std::max(sum * 2 * pi / points, 1e-3 / (2 * pi)));
@@ -77,7 +78,7 @@ std::uint32_t TracedNodes::bucket_of(float azimuth) const {
 }
 
 std::size_t TracedNodes::bytes() const {
-  return sizeof(*this) + sizeof(float) * (azimuth_.size() + weight_.size() + attribute_.size()) +
+  return sizeof(*this) + sizeof(float) * (azimuth_.size() + weight_.size() + attribute_.size() + grid_.size()) +
          sizeof(std::uint32_t) * starts_.size();
 }
 

@@ -6,9 +6,11 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "fit/known_error.h"
 #include "fit/problem.h"
 
 namespace tress::adaptive {
@@ -16,16 +18,6 @@ namespace {
 
 /// Of nine floats that were scaled to the energy and added up, with room to spare.
 bool is_mass(double mass, double energy) { return std::abs(mass - energy) <= 1e-4 * energy + 1e-30; }
-
-constexpr int most_refinements = 3;
-constexpr double least_seen = 1.0 / 32;  // of epsilon: what may hide between two pairs
-
-/// From pair i to the next on the circle.
-double gap_after(const std::vector<ObservedPair>& pairs, std::size_t i) {
-  return i + 1 < pairs.size()
-             ? static_cast<double>(pairs[i + 1].azimuth) - static_cast<double>(pairs[i].azimuth)
-             : static_cast<double>(pairs[0].azimuth) + 2 * std::numbers::pi - static_cast<double>(pairs[i].azimuth);
-}
 
 }  // namespace
 
@@ -86,42 +78,28 @@ void FitContext::fill_gaps() {
 }
 
 bool FitContext::test() {
-  return stop.run(options, [this] { return held_residual(); });
+  return stop.run(options, [this] { return largest_error(); });
 }
 
-double FitContext::held_residual() {
-  fill_gaps();
-  for (int round = 0; round < most_refinements && look_closer(); ++round) {
+double FitContext::largest_error() {
+  const std::span<const float> grid = nodes.grid();
+  KnownError error = known_error(fit, nodes, grid);
+  if (error.most <= options.epsilon) return error.most;
+  const auto step_azimuth = [](std::size_t i, std::size_t n) {
+    return wrap_angle(
+        static_cast<float>((static_cast<double>(i) / static_cast<double>(n) - 0.5) * 2 * std::numbers::pi));
+  };
+  if (error.seen <= options.epsilon) {
+    std::vector<float> finer(2 * grid.size());
+    for (std::size_t i = 0; i < finer.size(); ++i) {
+      finer[i] = i % 2 == 0 ? grid[i / 2] : g(step_azimuth(i, finer.size()));
+      if (i % 2 != 0) sketch.offer(step_azimuth(i, finer.size()), finer[i]);
+    }
+    error = known_error(fit, nodes, finer);
+    if (error.most <= options.epsilon) return error.most;
   }
-  const std::vector<ObservedPair> pairs = sketch.pairs();
-  double sum = 0;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const double off = static_cast<double>(pairs[i].g) - static_cast<double>(fit.density(pairs[i].azimuth));
-    sum += 0.5 * (gap_after(pairs, i) + gap_after(pairs, i > 0 ? i - 1 : pairs.size() - 1)) * off * off;
-  }
-  double factor = 1;
-  if (fitted_to_pairs) {
-    const auto n = static_cast<double>(pairs.size());
-    factor = n / std::max(n - 4.0 * fit.component_count - 1, n / 4);
-  }
-  return factor * factor * sum / static_cast<double>(nodes.variation());
-}
-
-bool FitContext::look_closer() {
-  const std::vector<ObservedPair> pairs = sketch.pairs();
-  const double worth = options.epsilon * static_cast<double>(nodes.variation()) * least_seen;
-  bool asked = false;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const double gap = gap_after(pairs, i);
-    if (gap <= nodes.blur_rad()) continue;
-    const float x = wrap_angle(static_cast<float>(pairs[i].azimuth + gap / 2));
-    const double here = pairs[i].g, next = pairs[(i + 1) % pairs.size()].g, between = fit.density(x);
-    const double swing = std::max({here, next, between}) - std::min({here, next, between});
-    if (gap * swing * swing <= worth) continue;
-    sketch.offer(x, g(x));
-    asked = true;
-  }
-  return asked;
+  for (std::size_t i = 0; i < grid.size(); ++i) sketch.offer(step_azimuth(i, grid.size()), grid[i]);
+  return error.most;
 }
 
 void RowLearner::before_test(FitContext&) {}

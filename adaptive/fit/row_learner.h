@@ -33,8 +33,6 @@ struct FitContext {
   /// them one by one draws as many anew (replay), so that nothing depends on the order in which threads brought them.
   std::uint64_t own_draws = 0;
 
-  bool fitted_to_pairs = false;  ///< RowLearner::fits_pairs()
-
   // What the call did, for the report.
   std::uint64_t g_evaluations = 0;
   std::uint64_t fits = 0;
@@ -56,14 +54,10 @@ struct FitContext {
   void fill_gaps();
   /// The row's test, on what was scored and what is known. False, and nothing done, while there are too few scores.
   bool test();
-  /// Integral of (g - f)^2 over the exact pairs of the sketch, each with half the distance between its neighbours;
-  /// relative to the variation. The sketch is covered first, and g asked in the middle of gaps of more than a blur
-  /// where g or f swing enough to hide a 32nd of epsilon. Where the fit was made of the pairs, as it would be on others
-  /// (N^2/(N - 4D - 1)^2, as a fit's growth is judged). Needs has_fit.
-  double held_residual();
-
- private:
-  bool look_closer();
+  /// The most that the relative squared L2 error of `fit` can be (known_error), on the steps that the row's variation
+  /// was made of; where they leave open whether it is within epsilon, g is asked half way between them too. If it is
+  /// not, they are offered to the sketch. Needs has_fit.
+  double largest_error();
 };
 
 /// Whether a fit may be published at all: at most `components` components, weights >= 0 of sum `energy`, modes on the
@@ -89,8 +83,6 @@ class RowLearner {
   /// After the test, if the row is still open.
   virtual void learn(FitContext& context) = 0;
 
-  /// Whether the pairs of the sketch are what it fits to.
-  virtual bool fits_pairs() const { return false; }
   /// Memory of the object, constant: the table's ceiling counts it before a row is created.
   virtual std::size_t bytes() const = 0;
 };

@@ -11,7 +11,6 @@ class SketchLearner : public RowLearner {
   void begin(FitContext& context) override;
   void before_test(FitContext& context) override;
   void learn(FitContext& context) override;
-  bool fits_pairs() const override { return true; }
   std::size_t bytes() const override { return sizeof(*this); }
 
  protected:

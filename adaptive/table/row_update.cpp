@@ -47,8 +47,7 @@ FitContext Service::Table::context_of(Row& row, const Options& options) const {
                     .fit = learning.fit,
                     .has_fit = learning.has_fit,
                     .knots = learning.knots,
-                    .count = learning.count,
-                    .fitted_to_pairs = learning.learner->fits_pairs()};
+                    .count = learning.count};
 }
 
 void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {

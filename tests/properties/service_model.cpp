@@ -4,10 +4,12 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "fit/fit_mixture.h"
+#include "fit/known_error.h"
 
 namespace tress::adaptive {
 namespace {
@@ -319,33 +321,26 @@ std::vector<double> gaps(const std::vector<ObservedPair>& pairs) {
 
 }  // namespace
 
-double ServiceModel::held_residual(Row& row, PassReport& report) {
-  cover(row, report);
-  std::vector<ObservedPair> pairs = row.sketch->pairs();
-  const double variation = row.nodes->variation(), blur = row.nodes->blur_rad();
-  for (int round = 0; round < 3; ++round) {
-    const std::vector<double> gap = gaps(pairs);
-    bool asked = false;
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const float x = wrap_angle(static_cast<float>(pairs[i].azimuth + gap[i] / 2));
-      const auto [low, high] = std::minmax({pairs[i].g, pairs[(i + 1) % pairs.size()].g, row.fit.density(x)});
-      const double swing = static_cast<double>(high) - static_cast<double>(low);
-      if (gap[i] <= blur || gap[i] * swing * swing <= options_.epsilon * variation / 32) continue;
-      ask_g(row, x, report);
-      asked = true;
+double ServiceModel::largest_error(Row& row, PassReport& report) {
+  const std::span<const float> grid = row.nodes->grid();
+  const auto azimuth = [](std::size_t i, std::size_t n) {
+    const double turns = static_cast<double>(i) / static_cast<double>(n) - 0.5;
+    return wrap_angle(static_cast<float>(turns * 2 * std::numbers::pi));
+  };
+  KnownError error = known_error(row.fit, *row.nodes, grid);
+  if (error.most > options_.epsilon && error.seen <= options_.epsilon) {
+    std::vector<float> finer;
+    for (std::size_t i = 0; i < grid.size(); ++i) {
+      const float between = azimuth(2 * i + 1, 2 * grid.size());
+      ask_g(row, between, report);
+      finer.insert(finer.end(), {grid[i], row.nodes->density(between)});
     }
-    if (!asked) break;
-    pairs = row.sketch->pairs();
+    error = known_error(row.fit, *row.nodes, finer);
   }
-  const std::vector<double> gap = gaps(pairs);
-  double sum = 0;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const double off = static_cast<double>(pairs[i].g) - static_cast<double>(row.fit.density(pairs[i].azimuth));
-    sum += 0.5 * (gap[i] + gap[(i + gap.size() - 1) % gap.size()]) * off * off;
+  if (error.most > options_.epsilon) {
+    for (std::size_t i = 0; i < grid.size(); ++i) offer(row, azimuth(i, grid.size()), grid[i]);
   }
-  const auto n = static_cast<double>(pairs.size());
-  const double factor = n / std::max(n - 4.0 * row.fit.component_count - 1, n / 4);
-  return factor * factor * sum / variation;
+  return error.most;
 }
 
 void ServiceModel::refine(Row& row, PassReport& report) {
@@ -392,7 +387,7 @@ bool ServiceModel::test(Row& row, PassReport& report) {
   row.last_failed = !(row.bound <= options_.epsilon);
   row.overruled = false;
   if (!row.last_failed && row.passed + 1 >= needed) {
-    row.bound = std::max(row.bound, static_cast<float>(held_residual(row, report)));
+    row.bound = std::max(row.bound, static_cast<float>(largest_error(row, report)));
     row.last_failed = row.overruled = !(row.bound <= options_.epsilon);
   }
   row.objective = row.bound;

@@ -101,8 +101,8 @@ class ServiceModel {
   bool refit(Row& row, const SliceDescription& slice, PassReport& report);
   void offer(Row& row, float x, float g);
   bool test(Row& row, PassReport& report);
-  /// What the exact pairs say of the fit, in gaps that were looked into first.
-  double held_residual(Row& row, PassReport& report);
+  /// The most that the error of the fit can be, from the steps of the variation and, if need be, from those between.
+  double largest_error(Row& row, PassReport& report);
   void refine(Row& row, PassReport& report);
   void ask_g(Row& row, float x, PassReport& report);
   void update(Place place, PassReport& report);

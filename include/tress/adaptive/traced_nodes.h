@@ -25,6 +25,8 @@ class TracedNodes {
   float energy() const { return energy_; }
   /// max(integral (g - mean)^2 dx, 1e-3 / 2 pi): what the objective is relative to. 1/rad.
   float variation() const { return variation_; }
+  /// g at equal steps from -pi on, 6.5/blur of them or more: what variation() was made of. 1/rad.
+  std::span<const float> grid() const { return grid_; }
   /// The same on every machine of one word size: sizes, not capacities.
   std::size_t bytes() const;
 
@@ -35,7 +37,8 @@ class TracedNodes {
   std::uint32_t bucket_of(float azimuth) const;
 
   std::vector<float> azimuth_, weight_, attribute_;  ///< the first two padded with rays of no weight
-  std::vector<std::uint32_t> starts_;                ///< per bucket about a blur wide, its first ray; then size()
+  std::vector<float> grid_;
+  std::vector<std::uint32_t> starts_;  ///< per bucket about a blur wide, its first ray; then size()
   float blur_rad_ = 0, energy_ = 0, variation_ = 0;
   float buckets_per_rad_ = 0, precision_ = 0, peak_ = 0;  ///< precision 1/(2 blur^2), peak of the Gaussian
 };
