@@ -1,3 +1,3 @@
-#include "cli/command_line.h"
+#include "cli/commands.h"
 
 int main(int argc, char** argv) { return tress::cli::run(argc, argv); }

@@ -1,22 +1,27 @@
-#include "cli/cache_merge_command.h"
-
+// tress cache merge: many warm caches into one.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <system_error>
 #include <utility>
 #include <vector>
 
-#include "cli/cache_output.h"
+#include "cli/commands.h"
 #include "cli/console.h"
-#include "cli/output_path.h"
+#include "cli/output_files.h"
 #include "tress/adaptive/cache.h"
 
 namespace tress::cli {
 namespace {
+
+struct CacheMergeSettings {
+  std::vector<std::filesystem::path> files;  ///< at least one; any order, twice the same, with common ancestors
+  std::filesystem::path output;              ///< may be one of `files`; otherwise a cache that is there is replaced
+};
 
 /// Any number of caches as one. Its parts are held as a tree, so that a row goes through few hands.
 class ManyCaches {
@@ -34,7 +39,7 @@ class ManyCaches {
       }
       Error error = cache.error();
       if (error.expected.starts_with("model ")) error.expected += " as in " + first_.string();
-      fail(error.message());
+      log_error(error.message());
       refused = true;
     }
     return !refused;
@@ -74,18 +79,18 @@ Result<adaptive::CacheSave> write(const CacheMergeSettings& settings, adaptive::
   return adaptive::replace_cache(settings.output, merged);
 }
 
-}  // namespace
-
+/// The same bytes for any order of the files. Says what the output holds. Exit status 1, with every refused file named
+/// and nothing written, if one cannot be read or is of another model, or if `output` is there and is no cache.
 int run_cache_merge(const CacheMergeSettings& settings) {
   if (const auto error = check_output(settings.output)) {
-    fail(error->message());
+    log_error(error->message());
     return 1;
   }
   ManyCaches caches;
   if (!caches.open(settings.files)) return 1;
   const Result<adaptive::CacheSave> written = write(settings, caches.joined());
   if (!written) {
-    fail(written.error().message());
+    log_error(written.error().message());
     return 1;
   }
   tell_removed(settings.output, written->removed);
@@ -93,6 +98,18 @@ int run_cache_merge(const CacheMergeSettings& settings) {
   fmt::print("{}: {} files merged, {} pages, {} rows, {} of them converged, hash {}\n", settings.output.string(),
              settings.files.size(), contents.slices, contents.rows(), contents.converged_rows, contents.hash);
   return 0;
+}
+
+}  // namespace
+
+Command add_cache_merge(CLI::App& cache) {
+  const auto settings = std::make_shared<CacheMergeSettings>();
+  CLI::App* merge = cache.add_subcommand("merge", "Join caches of one model; the same file for any order of them");
+  merge->add_option("FILES", settings->files, "warm caches")->required()->type_name("A B ...");
+  merge->add_option("-o,--output", settings->output, "the joined cache; may be one of them")
+      ->required()
+      ->type_name("OUT");
+  return {merge, [settings] { return run_cache_merge(*settings); }};
 }
 
 }  // namespace tress::cli

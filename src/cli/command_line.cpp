@@ -1,29 +1,87 @@
-#include "cli/command_line.h"
+// The tress command: words to commands, and the exit status.
+#include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <new>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "cli/cache_options.h"
+#include "base/nearest_word.h"
+#include "cli/commands.h"
 #include "cli/console.h"
-#include "cli/diff_command.h"
-#include "cli/fit_options.h"
-#include "cli/option_types.h"
-#include "cli/render_options.h"
-#include "cli/standard_streams.h"
-#include "cli/unknown_word.h"
+#include "cli/options.h"
+#include "cli/process.h"
 #include "tress/version.h"
 
 namespace tress::cli {
 namespace {
 
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+  }
+  return names;
+}
+
+/// Options that other renderers or later versions have, and what does nearly that here.
+const std::map<std::string, std::string>& known_elsewhere() {
+  static const std::map<std::string, std::string> known{{"--samples", "--spp"}, {"--cache", "--warm-cache"}};
+  return known;
+}
+
+bool is_option(const std::string& word) {
+  return word.size() > 1 && word[0] == '-' && (std::isalpha(static_cast<unsigned char>(word[1])) || word[1] == '-') &&
+         !parse_number(word) && word != "-nan" && word != "-inf";
+}
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  return names;
+}
+
+/// The first word that no command or option answers to, as a message that names the nearest; empty if there is none.
+/// CLI11 would only say that it did not expect it.
+std::string unknown_word(const CLI::App& root, const std::vector<std::string>& words) {
+  const CLI::App* app = &root;
+  std::string path = "tress";
+  std::size_t at = 0;
+  for (std::vector<std::string> commands = command_names(*app); !commands.empty(); commands = command_names(*app)) {
+    if (at == words.size() || is_option(words[at])) break;
+    if (std::find(commands.begin(), commands.end(), words[at]) == commands.end()) {
+      return fmt::format("{}: no command \"{}\", nearest: {}", path, words[at], nearest_word(words[at], commands));
+    }
+    app = app->get_subcommand(words[at]);
+    path += " " + words[at++];
+  }
+  const std::vector<std::string> names = option_names(*app);
+  const auto has = [&](const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+  for (; at < words.size() && words[at] != "--"; ++at) {
+    if (!is_option(words[at])) continue;
+    const bool is_long = words[at][1] == '-';
+    const std::string name = is_long ? words[at].substr(0, words[at].find('=')) : words[at].substr(0, 2);
+    if (has(name)) continue;
+    const auto elsewhere = known_elsewhere().find(name);
+    const bool use_it = elsewhere != known_elsewhere().end() && has(elsewhere->second);
+    return fmt::format("{}: no option {}, nearest: {}", path, name,
+                       use_it ? elsewhere->second : nearest_word(name, names));
+  }
+  return {};
+}
+
 int wrong_usage(const std::string& message) {
-  fail(message);
+  log_error(message);
   std::fputs("usage: tress render|fit|diff|cache ...; --help tells more\n", stderr);
   return 2;
 }
@@ -33,20 +91,12 @@ int run_checked(int argc, char** argv) {
                "tress");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("tress ") + version());
-  RenderSettings render_settings;
-  bool quiet = false;
-  CLI::App* render = add_render(app, render_settings, quiet);
-  FitSettings fit_settings;
-  CLI::App* fit = add_fit(app, fit_settings);
-
-  DiffSettings diff_settings;
-  CLI::App* diff = app.add_subcommand("diff", "Compare two pictures");
-  diff->add_option("A", diff_settings.a, "picture")->required()->type_name("A.exr");
-  diff->add_option("B", diff_settings.b, "picture held against A")->required()->type_name("B.exr");
-  diff->add_flag("--json", diff_settings.json, "print JSON");
-
-  CacheOptions cache_options;
-  CLI::App* cache = add_cache(app, cache_options, quiet);
+  std::vector<Command> commands{add_render(app), add_fit(app), add_diff(app)};
+  CLI::App* cache = app.add_subcommand("cache", "Look into warm caches, merge them, or make one beforehand");
+  cache->require_subcommand(1);
+  for (const auto& add : {add_cache_info, add_cache_verify, add_cache_merge, add_cache_prebake}) {
+    commands.push_back(add(*cache));
+  }
 
   const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (const std::string message = unknown_word(app, words); !message.empty()) return wrong_usage(message);
@@ -62,17 +112,12 @@ int run_checked(int argc, char** argv) {
     }
     return wrong_usage(error.what());
   }
-  open_console(quiet);
-  if (render->parsed()) {
-    if (const std::string message = contradiction(*render, render_settings); !message.empty()) {
-      return wrong_usage(message);
-    }
-    return run_render(render_settings);
+  const auto asked = std::ranges::find_if(commands, [](const Command& command) { return command.app->parsed(); });
+  try {
+    return asked->run();
+  } catch (const WrongUsage& error) {
+    return wrong_usage(error.what());
   }
-  if (fit->parsed()) return run_fit(fit_settings);
-  if (diff->parsed()) return run_diff(diff_settings);
-  if (const std::string message = contradiction(*cache, cache_options); !message.empty()) return wrong_usage(message);
-  return run_cache(*cache, cache_options);
 }
 
 }  // namespace
@@ -83,12 +128,12 @@ int run(int argc, char** argv) {
   try {
     status = run_checked(argc, argv);
   } catch (const std::bad_alloc&) {
-    fail("memory: expected more, found none left; what had been saved is as it was");
+    log_error("memory: expected more, found none left; what had been saved is as it was");
   } catch (const std::exception& error) {
-    if (std::ferror(stdout) == 0) fail(error.what());  // else told below
+    if (std::ferror(stdout) == 0) log_error(error.what());  // else told below
   }
   if (const std::optional<Error> error = flush_results()) {
-    fail(error->message());
+    log_error(error->message());
     status = std::max(status, 1);
   }
   return status;

@@ -32,27 +32,25 @@ void clear_bar() {
 
 }  // namespace
 
-void open_console(bool quiet) { quiet_ = quiet; }
-
-bool console_is_quiet() { return quiet_; }
+void quiet_console() { quiet_ = true; }
 
 bool console_is_terminal() { return isatty(STDERR_FILENO) == 1; }
 
-void note(const std::string& text) {
-  if (!quiet_) said(text);
+void log_note(const std::string& text) {
+  if (!quiet_) log_always(text);
 }
 
-void warn(const std::string& text) {
+void log_warning(const std::string& text) {
   clear_bar();
   logger().warn("warning: {}", text);
 }
 
-void fail(const std::string& text) {
+void log_error(const std::string& text) {
   clear_bar();
   logger().error("error: {}", text);
 }
 
-void said(const std::string& text) {
+void log_always(const std::string& text) {
   clear_bar();
   logger().info("{}", text);
 }

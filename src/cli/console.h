@@ -5,18 +5,17 @@
 
 namespace tress::cli {
 
-/// Sets up the logger on stderr. quiet: notes and the bar are dropped; warnings, errors and said() stay.
-/// Called once, by run(), before anything is said. One thread at a time for everything here.
-void open_console(bool quiet);
-bool console_is_quiet();
+/// From now on notes and the bar are dropped; errors, warnings and log_always() stay. One thread at a time for
+/// everything here.
+void quiet_console();
 /// Whether stderr is a terminal, so that a line may be redrawn.
 bool console_is_terminal();
 
-void note(const std::string& text);
-void warn(const std::string& text);
-void fail(const std::string& text);
+void log_note(const std::string& text);
+void log_warning(const std::string& text);
+void log_error(const std::string& text);
 /// A line that --quiet does not drop: what happened to the warm cache.
-void said(const std::string& text);
+void log_always(const std::string& text);
 
 /// Redraws the last line of a terminal; removed by the next line said, or by an empty text. Nothing elsewhere.
 void draw_bar(const std::string& text);

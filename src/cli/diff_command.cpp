@@ -1,28 +1,39 @@
-#include "cli/diff_command.h"
-
+// tress diff: how far one picture is from another.
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cli/commands.h"
 #include "cli/console.h"
 #include "image/picture.h"
 
 namespace tress::cli {
+namespace {
 
+struct DiffSettings {
+  std::filesystem::path a, b;
+  bool json = false;
+};
+
+/// Prints relMSE, MAE, bias (mean of B - A by channel), the largest difference and whether all channels are identical.
+/// Parts of one image (--crop) are held against each other and the whole where both have pixels. Exit status 0 whatever
+/// the difference; 1 if a picture cannot be read, or they are of images of different size or have no pixel in common.
 int run_diff(const DiffSettings& settings) {
   const Result<image::Picture> a = image::read_exr(settings.a);
   if (!a) {
-    fail(a.error().message());
+    log_error(a.error().message());
     return 1;
   }
   const Result<image::Picture> b = image::read_exr(settings.b);
   if (!b) {
-    fail(b.error().message());
+    log_error(b.error().message());
     return 1;
   }
   const Result<image::Difference> difference = image::compare(*a, *b, settings.a.string(), settings.b.string());
   if (!difference) {
-    fail(difference.error().message());
+    log_error(difference.error().message());
     return 1;
   }
   const image::Difference& d = *difference;
@@ -36,6 +47,17 @@ int run_diff(const DiffSettings& settings) {
         d.rel_mse, d.mae, d.bias[0], d.bias[1], d.bias[2], d.largest, d.identical ? "yes" : "no");
   }
   return 0;
+}
+
+}  // namespace
+
+Command add_diff(CLI::App& tress) {
+  const auto settings = std::make_shared<DiffSettings>();
+  CLI::App* diff = tress.add_subcommand("diff", "Compare two pictures");
+  diff->add_option("A", settings->a, "picture")->required()->type_name("A.exr");
+  diff->add_option("B", settings->b, "picture held against A")->required()->type_name("B.exr");
+  diff->add_flag("--json", settings->json, "print JSON");
+  return {diff, [settings] { return run_diff(*settings); }};
 }
 
 }  // namespace tress::cli

@@ -1,25 +1,47 @@
-#include "cli/fit_command.h"
-
+// tress fit: one row of the table beside its reference.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <functional>
+#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
+#include <string>
 #include <vector>
 
+#include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/curve_plot.h"
 #include "cli/learned_row.h"
-#include "cli/output_path.h"
+#include "cli/options.h"
+#include "cli/output_files.h"
 #include "fiber/fourier_reference.h"
 #include "fiber/reflection.h"
 #include "tress/adaptive/traced_nodes.h"
 #include "tress/fiber/elliptical_model.h"
+#include "tress/fiber/lobes.h"
 
 namespace tress::cli {
 namespace {
+
+/// Angles in degrees, as typed. Every value in range.
+struct FitSettings {
+  fiber::Lobe lobe = fiber::Lobe::trt;  ///< any but the residual; trt is the whole of p = 2
+  double eccentricity = 0.85;           ///< [0.5, 1]
+  double theta_d = 30;                  ///< [-89.9, 89.9]; its sign changes nothing
+  double phi = 45;                      ///< phi_r, absolute azimuth of the known direction from the major axis
+  double sigma = 10;                    ///< blur, [.5, 45]
+  double eta = 1.55;                    ///< [1.05, 3]
+  double sigma_a = 0;                   ///< per major semi-axis, one channel
+  double epsilon = 0.01;
+  int samples = 360;  ///< azimuths printed
+  bool json = false;
+  std::optional<std::filesystem::path> plot;  ///< PNG
+};
 
 constexpr double pi = std::numbers::pi;
 constexpr int integration_nodes = 8192;  // equally spaced on the circle: spectral for the blurs allowed here
@@ -125,20 +147,20 @@ int draw(const std::filesystem::path& file, const std::vector<double>& target, c
   const image::Picture picture =
       plot_curves({{target, glm::vec3(0.02f, 0.02f, 0.02f)}, {fit, glm::vec3(0.8f, 0.05f, 0.02f)}});
   if (const std::optional<Error> error = image::write_png(file, picture)) {
-    fail(error->message());
+    log_error(error->message());
     return 1;
   }
   remove_leftovers(file);
-  note(fmt::format("{}: reference black, fit red, azimuth -180 to 180 degrees", file.string()));
+  log_note(fmt::format("{}: reference black, fit red, azimuth -180 to 180 degrees", file.string()));
   return 0;
 }
 
-}  // namespace
-
+/// Learns the row at exactly (phi, theta_d) and prints or draws it beside the Fourier reference.
+/// Exit status 1 if the row does not converge.
 int run_fit(const FitSettings& settings) {
   if (settings.plot) {
     if (const std::optional<Error> error = check_output(*settings.plot)) {
-      fail(error->message());
+      log_error(error->message());
       return 1;
     }
   }
@@ -153,8 +175,8 @@ int run_fit(const FitSettings& settings) {
   const char* lobe = fiber::lobe_names[static_cast<std::size_t>(settings.lobe)];
   int status = 0;
   if (!curves.converged) {
-    fail(fmt::format("lobe {}: expected the row to converge to epsilon {}, found it refused at {:.3g}", lobe,
-                     settings.epsilon, error));
+    log_error(fmt::format("lobe {}: expected the row to converge to epsilon {}, found it refused at {:.3g}", lobe,
+                          settings.epsilon, error));
     status = 1;
   }
   if (settings.json) {
@@ -173,6 +195,44 @@ int run_fit(const FitSettings& settings) {
              curves.energy, error, curves.components, curves.evaluations);
   if (!settings.plot) return status;
   return std::max(status, draw(*settings.plot, target, fit));
+}
+
+}  // namespace
+
+Command add_fit(CLI::App& tress) {
+  const auto settings = std::make_shared<FitSettings>();
+  FitSettings& s = *settings;
+  CLI::App* fit = tress.add_subcommand("fit", "Learn one row and show it beside its reference");
+  const std::map<std::string, fiber::Lobe> lobes{{"R", fiber::Lobe::r},
+                                                 {"TT", fiber::Lobe::tt},
+                                                 {"TRT", fiber::Lobe::trt},
+                                                 {"GLINT", fiber::Lobe::glint},
+                                                 {"TRRT", fiber::Lobe::trrt}};
+  add_choice(
+      fit, "--lobe", {"TT", "TRT", "GLINT", "TRRT", "R"},
+      [&s, lobes](const std::string& name) { s.lobe = lobes.at(name); }, "lobe")
+      ->required();
+  add_number(fit, "--e", {0.5, 1}, [&s](double x) { s.eccentricity = x; }, "minor over major semi-axis, .5 to 1");
+  add_number(fit, "--theta-d", {-89.9, 89.9}, [&s](double x) { s.theta_d = x; }, "difference angle, degrees");
+  add_number(
+      fit, "--phi", {-36000, 36000}, [&s](double x) { s.phi = x; },
+      "azimuth of the known direction from the major axis, degrees");
+  add_number(fit, "--sigma", {0.5, 45}, [&s](double x) { s.sigma = x; }, "blur of the exit azimuth, degrees");
+  add_number(fit, "--eta", {1.05, 3}, [&s](double x) { s.eta = x; }, "index of refraction, default 1.55");
+  add_number(fit, "--sigma-a", {0, 1000}, [&s](double x) { s.sigma_a = x; }, "absorption per major semi-axis");
+  add_number(fit, "--epsilon", {0, 1, true}, [&s](double x) { s.epsilon = x; }, "default .01");
+  add_integer(fit, "--samples", 1, 1 << 20, [&s](int n) { s.samples = n; }, "azimuths printed, default 360");
+  auto* json = fit->add_flag("--json", s.json, "print the curves as JSON");
+  fit->add_option_function<std::string>(
+         "-o,--output",
+         [&s](const std::string& file) {
+           if (std::filesystem::path(file).extension() != ".png") refuse("-o", "a name that ends in .png", file);
+           s.plot = file;
+         },
+         "draw the curves")
+      ->type_name("plot.png")
+      ->excludes(json);
+  return {fit, [settings] { return run_fit(*settings); }};
 }
 
 }  // namespace tress::cli

@@ -1,342 +1,236 @@
-#include "cli/render_command.h"
-
+// tress render: from a scene to a picture.
 #include <fmt/format.h>
-#include <tbb/global_control.h>
-#include <tbb/info.h>
-#include <tbb/task_arena.h>
 
-#include <array>
-#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
-#include <new>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <string>
+#include <set>
+#include <system_error>
 #include <vector>
 
+#include "cli/commands.h"
 #include "cli/console.h"
-#include "cli/interrupt.h"
-#include "cli/json_text.h"
-#include "cli/output_path.h"
-#include "cli/progress.h"
-#include "cli/telemetry_lines.h"
-#include "geometry/fiber_scene.h"
+#include "cli/options.h"
+#include "cli/render_job.h"
 #include "references/registry.h"
-#include "tress/adaptive/telemetry.h"
 
 namespace tress::cli {
 namespace {
 
-using Extra = adaptive::TelemetryWriter::Extra;
-using Clock = std::chrono::steady_clock;
+glm::vec3 color_of(const std::vector<double>& x) { return glm::vec3(float(x[0]), float(x[1]), float(x[2])); }
 
-/// X0, Y0, X1, Y1 as on the command line.
-std::array<int, 4> edges_of(const image::Window& window) {
-  return {window.left, window.top, window.left + window.width, window.top + window.height};
+void add_appearance(CLI::App* app, scene::Overrides& o) {
+  auto* color = add_numbers(
+      app, "--color", 3, 3, {0, 1, true, true}, [&o](const auto& x) { o.color = color_of(x); },
+      "multiple scattering albedo R,G,B that the hair should have");
+  auto* melanin = add_numbers(
+      app, "--melanin", 1, 2, {0, 100},
+      [&o](const auto& x) { o.melanin = {float(x[0]), x.size() > 1 ? float(x[1]) : 0.0f}; },
+      "concentrations: eumelanin[,pheomelanin]");
+  auto* sigma_a = add_numbers(
+      app, "--sigma-a", 3, 3, {0, 1000}, [&o](const auto& x) { o.sigma_a = color_of(x); },
+      "absorption R,G,B per major semi-axis");
+  color->excludes(melanin)->excludes(sigma_a);
+  melanin->excludes(sigma_a);
+  add_fiber_shape(app, o);
+  auto* environment = app->add_option_function<std::string>(
+      "--environment", [&o](const std::string& file) { o.environment_file = file; },
+      "latitude-longitude picture that lights the scene");
+  environment->type_name("FILE");
+  add_number(
+      app, "--rotate", {-36000, 36000}, [&o](double x) { o.environment_rotate_deg = x; },
+      "turn of the environment about the vertical, degrees")
+      ->needs(environment);
+  add_choice(
+      app, "--up", {"y", "z"}, [&o](const std::string& axis) { o.y_up = axis == "y"; },
+      "axis of the hair file that points up");
+  add_number(
+      app, "--cm-per-unit", {0, 1e6, true}, [&o](double x) { o.cm_per_unit = x; }, "length of a unit of the hair file");
 }
 
-/// One render, from the loaded scene to the saved files.
-class RenderJob {
- public:
-  RenderJob(const RenderSettings& settings, const scene::Scene& scene, int threads, Clock::time_point start,
-            TelemetryLines telemetry)
-      : settings_(settings), scene_(scene), threads_(threads), start_(start), telemetry_(std::move(telemetry)) {
-    const fiber::ModelInfo& info = *references::find_model(settings.model);
-    if (info.make_target != nullptr) target_ = info.make_target();
-    if (target_ && settings.estimator != fiber::Estimator::exact) {
-      adaptive::Options options = settings.table;
-      options.seed = settings.render.seed;
-      // A frozen table is used as it is: it learns nothing, the light of its rows neither.
-      if (settings.cache_mode == CacheMode::frozen && options.picture_error > 0) options.epsilon = 1;
-      service_ = std::make_unique<adaptive::Service>(options, *target_);
-    }
-    if (settings.warm_cache && service_) {
-      cache_.emplace(*settings.warm_cache, settings.cache_mode, target_->model_name());
-    }
-    model_ = info.make({settings.estimator, service_.get(), settings.quadrature_points.value_or(0)});
+std::vector<std::string> model_words() {
+  std::vector<std::string> words;
+  for (const fiber::ModelInfo& model : references::models()) words.emplace_back(model.name);
+  words.emplace_back("exact");
+  return words;
+}
+
+void add_learning(CLI::App* app, RenderSettings& s) {
+  add_choice(
+      app, "--model", model_words(),
+      [&s](const std::string& name) {
+        if (name == "exact") {
+          s.estimator = fiber::Estimator::exact;
+        } else {
+          s.model = name;
+        }
+      },
+      "fiber model; exact is elliptical with --estimator exact");
+  add_integer(
+      app, "--quadrature-points", 1, 65536, [&s](int n) { s.quadrature_points = n; },
+      "over the width of the fiber, for models that integrate at every vertex");
+  add_choice(
+      app, "--estimator", {"fitted", "corrected", "exact"},
+      [&s](const std::string& name) {
+        for (const auto e : {fiber::Estimator::fitted, fiber::Estimator::corrected, fiber::Estimator::exact}) {
+          if (name == fiber::estimator_name(e)) s.estimator = e;
+        }
+      },
+      "fitted: converged rows answer; corrected: they do, and one vertex in 16 is traced to mend the bias; exact: "
+      "traced at "
+      "every vertex");
+  add_learner(app, s.table);
+  add_number(
+      app, "--picture-error", {0, 1, true}, [&s](double x) { s.table.picture_error = x; },
+      "in place of --epsilon: the relative error that fits may make in the picture; each row is then learned as well "
+      "as the light it carries asks for")
+      ->excludes(app->get_option("--epsilon"));
+  auto* cache = app->add_option_function<std::string>(
+      "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; }, "table to start from and to save");
+  cache->type_name("FILE");
+  const std::map<std::string, CacheMode> modes{{"append", CacheMode::append},
+                                               {"frozen", CacheMode::frozen},
+                                               {"scratch", CacheMode::scratch},
+                                               {"require", CacheMode::require}};
+  add_choice(
+      app, "--cache-mode", {"append", "frozen", "scratch", "require"},
+      [&s, modes](const std::string& name) { s.cache_mode = modes.at(name); },
+      "append (default): load, refine, save merged; frozen: use it as it is, never save; scratch: start cold and "
+      "replace; "
+      "require: append, but the file must be there and whole")
+      ->needs(cache);
+  auto* telemetry = app->add_option_function<std::string>(
+      "--telemetry", [&s](const std::string& file) { s.telemetry = file; }, "convergence as JSON Lines");
+  telemetry->type_name("FILE");
+  add_choice(
+      app, "--telemetry-level", {"pass", "rows"},
+      [&s](const std::string& level) { s.telemetry_rows = level == "rows"; }, "rows: a line a changed row too")
+      ->needs(telemetry);
+}
+
+/// What the parser cannot see: options that contradict each other, and files that would overwrite each other. A
+/// message, empty if there is nothing.
+std::string contradiction(const CLI::App& render, const RenderSettings& s) {
+  const auto given = [&](const char* name) { return render.get_option(name)->as<std::string>(); };
+  if (render.count("--model") && given("--model") == "exact" && render.count("--estimator") &&
+      given("--estimator") != "exact") {
+    return "--estimator: expected exact with --model exact, found " + given("--estimator");
   }
-
-  /// Inside the arena.
-  int run() {
-    try {
-      return rendered();
-    } catch (const std::bad_alloc&) {
-      // A table that was left in the middle of a step is not saved; what had been is as it was.
-      fail(
-          fmt::format("{}: memory: expected room for the scene, the picture and the table of at most {:.4g} MB "
-                      "(--table-memory), found none left; nothing is saved, what had been is as it was",
-                      settings_.scene.string(), double(settings_.table.memory_bytes) / double(1 << 20)));
-    }
-    told_summary("failed", {});
-    return 1;
-  }
-
- private:
-  int rendered() {
-    const InterruptGuard interrupt;
-    add_fibers();
-    if (const int status = open_cache(); status != 0) return status;
-    const geometry::FiberScene fibers(scene_);
-
-    integrate::RenderOptions options = settings_.render;
-    options.samples = settings_.stop.samples(scene_.image.samples);
-    if (!model_->evaluates()) {
-      options.light_samples = 0;
-      note(fmt::format("model {} can only be sampled: light is met by chance, and small lights make noise",
-                       model_->name()));
-    }
-    Progress progress;
-    integrate::RenderResult result =
-        integrate::render(scene_, fibers, *model_, fiber_ids_, service_.get(), options, interrupt.requested(),
-                          [&](const integrate::PassProgress& pass) {
-                            const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-                            const Outlook ahead = outlook(settings_.stop, pass, elapsed, progress.seconds());
-                            told_pass(pass);
-                            progress.update(pass, ahead);
-                            if (cache_) cache_->save_if_due(*service_);
-                            if (ahead.reason != nullptr) stopped_by_ = ahead.reason;
-                            noise_ = pass.noise;
-                            bias_bound_ = pass.table.bias_bound;
-                            return ahead.reason == nullptr && !interrupt.requested();
-                          });
-    progress.finish();
-    return save(result, progress.seconds(), interrupt.exit_status());
-  }
-
-  void add_fibers() {
-    for (const fiber::FiberParameters& parameters : scene_.fibers) fiber_ids_.push_back(model_->add_fiber(parameters));
-    for (const scene::Material& material : scene_.materials) tell_narrow_blurs(material);
-    if (!service_) return;
-    note(fmt::format("{} pages for {} fiber{}, table of at most {:.4g} MB", service_->slice_count(),
-                     scene_.fibers.size(), scene_.fibers.size() == 1 ? "" : "s",
-                     double(settings_.table.memory_bytes) / double(1 << 20)));
-  }
-
-  /// Under a blur of 4 degrees a grid of rows would explode, and g is traced at every vertex instead.
-  void tell_narrow_blurs(const scene::Material& material) const {
-    if (!service_) return;
-    const std::array<float, 3> sigmas = fiber::azimuthal_sigmas(material.fiber);
-    for (int lobe = 0; lobe < 3; ++lobe) {
-      const double degrees = double(sigmas[std::size_t(lobe)]) * 180 / std::numbers::pi;
-      if (degrees >= 4) continue;
-      note(
-          fmt::format("material {}: {} is blurred by {:.2f} degrees, less than 4: its rows only propose, and it is "
-                      "traced at every vertex",
-                      material.name, fiber::lobe_names[std::size_t(lobe) + 1], degrees));
+  const fiber::ModelInfo& model = *references::find_model(s.model);
+  if (model.make_target == nullptr) {
+    for (const char* option : {"--estimator", "--learner", "--components", "--epsilon", "--picture-error",
+                               "--table-memory", "--warm-cache"}) {
+      if (render.count(option)) return fmt::format("{}: expected a model with rows, found --model {}", option, s.model);
     }
   }
-
-  int open_cache() {
-    std::optional<Error> refused;
-    if (cache_) {
-      refused = cache_->open(*service_);
-      if (!refused) model_->rows_changed();
-      // A frozen table answers every picture alike, whatever part of it is rendered.
-      if (settings_.cache_mode == CacheMode::frozen && cache_->loaded() == "loaded") service_->set_learning(false);
-    } else if (settings_.warm_cache) {
-      said(fmt::format("warm cache {}: not used, the exact estimator has no rows", settings_.warm_cache->string()));
+  if (s.table.picture_error > 0 && s.table.learner == &adaptive::knot_learner) {
+    return "--picture-error: expected a learner that fits mixtures, found --learner table";
+  }
+  if (s.quadrature_points && !model.has_quadrature) {
+    return fmt::format("--quadrature-points: expected a model that integrates, found --model {}", s.model);
+  }
+  std::filesystem::path preview = s.output;
+  std::vector<std::filesystem::path> files{s.scene, s.output, preview.replace_extension(".png")};
+  if (s.warm_cache) files.push_back(*s.warm_cache);
+  if (s.telemetry) files.push_back(*s.telemetry);
+  if (s.heatmap) files.push_back(*s.heatmap);
+  std::set<std::filesystem::path> seen;
+  for (const std::filesystem::path& file : files) {
+    std::error_code error;
+    const std::filesystem::path whole = std::filesystem::weakly_canonical(file, error);
+    if (!error && !seen.insert(whole).second) {
+      return fmt::format("{}: expected different files for scene, picture, preview, heat map, cache and telemetry",
+                         file.string());
     }
-    told_header();
-    if (!refused) return 0;
-    fail(fmt::format("warm cache {} is required: {}", settings_.warm_cache->string(), refused->message()));
-    told_summary("refused", {});
-    return 1;
   }
-
-  /// A model without rows is what it is at every vertex.
-  const char* estimator_name() const {
-    return fiber::estimator_name(target_ ? settings_.estimator : fiber::Estimator::exact);
-  }
-
-  Extra cache_fields() const {
-    if (!settings_.warm_cache) return {};
-    nlohmann::ordered_json cache = {{"file", settings_.warm_cache->string()},
-                                    {"mode", cache_mode_name(settings_.cache_mode)}};
-    if (cache_) {
-      cache["loaded"] = cache_->loaded();
-      cache["rows_loaded"] = cache_->rows_loaded();
-      cache["saved"] = cache_->saved();
-      cache["rows_saved"] = cache_->rows_saved();
-      if (!cache_->reason().empty()) cache["reason"] = cache_->reason();
-    } else {
-      cache["loaded"] = "not asked";
-    }
-    return {{"warm_cache", json_text(cache)}};
-  }
-
-  void told_header() {
-    Extra fields{{"scene", json_text(scene_.source)},
-                 {"model", json_text(model_->name())},
-                 {"estimator", json_text(estimator_name())},
-                 {"learner", json_text(settings_.table.learner->name)},
-                 {"epsilon", json_text(settings_.table.epsilon)},
-                 {"seed", json_text(settings_.render.seed)},
-                 {"samples", json_text(settings_.stop.samples(scene_.image.samples))},
-                 {"width", json_text(scene_.image.width)},
-                 {"height", json_text(scene_.image.height)},
-                 {"threads", json_text(threads_)},
-                 {"pages", json_text(service_ ? service_->slice_count() : 0)},
-                 {"memory_limit", json_text(settings_.table.memory_bytes)}};
-    if (settings_.quadrature_points) fields.emplace("quadrature_points", json_text(*settings_.quadrature_points));
-    if (settings_.stop.seconds) fields.emplace("time_limit", json_text(*settings_.stop.seconds));
-    if (settings_.stop.noise) fields.emplace("noise_target", json_text(*settings_.stop.noise));
-    if (const auto& crop = settings_.render.crop) fields.emplace("crop", json_text(edges_of(*crop)));
-    if (settings_.table.picture_error > 0) fields.emplace("picture_error", json_text(settings_.table.picture_error));
-    fields.merge(cache_fields());
-    telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.header(fields); });
-    if (!settings_.telemetry_rows || !service_ || !telemetry_.wanted()) return;
-    service_->set_row_listener([this](const adaptive::RowReport& row) {
-      telemetry_.write(
-          [&](adaptive::TelemetryWriter& writer) { return writer.row(row, {{"pass", json_text(passes_told_)}}); });
-    });
-  }
-
-  void told_pass(const integrate::PassProgress& pass) {
-    telemetry_.write([&](adaptive::TelemetryWriter& writer) {
-      return writer.pass(pass.table, {{"pass", json_text(pass.pass)},
-                                      {"pixels", json_text(pass.pixels)},
-                                      {"samples", json_text(pass.paths_so_far)},
-                                      {"dropped_samples", json_text(pass.dropped_samples)},
-                                      {"seconds", json_text(pass.seconds)},
-                                      {"cpu_seconds", json_text(pass.cpu_seconds)},
-                                      {"noise", json_text(pass.noise)}});
-    });
-    passes_told_ = pass.pass + 1;
-  }
-
-  void told_summary(const char* status, Extra fields) {
-    fields.emplace("status", json_text(status));
-    fields.merge(cache_fields());
-    telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.summary(fields); });
-  }
-
-  int save(integrate::RenderResult& result, double seconds, int signal_status) {
-    bool failed = false;
-    const auto told = [&](const std::optional<Error>& error) {
-      if (!error) return false;
-      fail(error->message());
-      return failed = true;
-    };
-    const auto write = [&](const std::filesystem::path& file, const std::optional<Error>& error) {
-      if (told(error)) return false;
-      remove_leftovers(file);
-      return true;
-    };
-
-    std::string hash;
-    if (service_) hash = adaptive::cache_hash(*service_->rows());
-    image::Picture& picture = result.picture;
-    picture.metadata["scene"] = scene_.source;
-    picture.metadata["seed"] = std::to_string(settings_.render.seed);
-    picture.metadata["samples"] = fmt::format("{}", result.samples_per_pixel);
-    picture.metadata["dropped_samples"] = std::to_string(result.dropped_samples);
-    picture.metadata["stopped_by"] = stopped_by_;
-    picture.metadata["time"] = fmt::format("{:.3f} s", seconds);
-    picture.metadata["model"] = model_->name();
-    if (settings_.quadrature_points)
-      picture.metadata["quadrature_points"] = std::to_string(*settings_.quadrature_points);
-    picture.metadata["estimator"] = estimator_name();
-    picture.metadata["epsilon"] = fmt::format("{}", settings_.table.epsilon);
-    picture.metadata["cache_hash"] = hash;
-    const bool written = write(settings_.output, image::write_exr(settings_.output, picture));
-    std::filesystem::path preview = settings_.output;
-    preview.replace_extension(".png");
-    if (written) write(preview, image::write_png(preview, picture));
-    if (result.heatmap) write(*settings_.heatmap, image::write_exr(*settings_.heatmap, *result.heatmap));
-    // Last: it may have to wait for another session, and the picture must not.
-    if (cache_) told(cache_->save(*service_));
-
-    told_summary(failed ? "failed" : (signal_status != 0 ? "interrupted" : "done"),
-                 {{"passes", json_text(result.passes)},
-                  {"samples_per_pixel", json_text(result.samples_per_pixel)},
-                  {"dropped_samples", json_text(result.dropped_samples)},
-                  {"seconds", json_text(seconds)},
-                  {"stopped_by", json_text(stopped_by_)},
-                  {"noise", json_text(noise_)},
-                  {"bias_bound", json_text(bias_bound_)},
-                  {"queries", json_text(result.queries)},
-                  {"exact_queries", json_text(result.exact_queries)},
-                  {"cache_hash", json_text(hash)},
-                  {"image", json_text(settings_.output.string())}});
-    if (result.dropped_samples > 0) {
-      warn(
-          fmt::format("{} samples were infinite or not a number and are left out of the picture, which is the mean of "
-                      "the others; materials that return more light than falls on them (`gain` above 1) make such",
-                      result.dropped_samples));
-    }
-    if (written) {
-      note(fmt::format("{}{}: {:.4g} samples a pixel in {:.1f} s", signal_status != 0 ? "interrupted, " : "",
-                       settings_.output.string(), result.samples_per_pixel, seconds));
-    }
-    return failed || telemetry_.failed() ? 1 : signal_status;
-  }
-
-  const RenderSettings& settings_;
-  const scene::Scene& scene_;
-  int threads_;
-  Clock::time_point start_;
-  std::unique_ptr<adaptive::Target> target_;
-  std::unique_ptr<adaptive::Service> service_;
-  std::unique_ptr<fiber::FiberModel> model_;
-  std::optional<WarmCacheSession> cache_;
-  std::vector<fiber::FiberId> fiber_ids_;
-  TelemetryLines telemetry_;
-  int passes_told_ = 0;
-  const char* stopped_by_ = "signal";
-  double noise_ = 0, bias_bound_ = 0;  ///< after the last pass
-};
-
-/// What must be writable, checked before anything is rendered.
-std::optional<Error> check_outputs(const RenderSettings& settings) {
-  std::filesystem::path preview = settings.output;
-  preview.replace_extension(".png");
-  if (auto error = check_output(settings.output)) return error;
-  if (auto error = check_output(preview)) return error;
-  if (settings.heatmap) {
-    if (auto error = check_output(*settings.heatmap)) return error;
-  }
-  if (settings.warm_cache && settings.cache_mode != CacheMode::frozen) {
-    return check_output(*settings.warm_cache);
-  }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace
 
-int run_render(const RenderSettings& settings) {
-  const Clock::time_point start = Clock::now();
-  const Result<scene::Scene> scene = scene::load_scene(settings.scene, settings.overrides);
-  if (!scene) {
-    fail(scene.error().message());
-    return 1;
-  }
-  if (const auto& crop = settings.render.crop) {
-    const auto [x0, y0, x1, y1] = edges_of(*crop);
-    if (x1 > scene->image.width || y1 > scene->image.height) {
-      fail(fmt::format("--crop: expected pixels within {} x {}, found {},{},{},{}", scene->image.width,
-                       scene->image.height, x0, y0, x1, y1));
-      return 2;
-    }
-  }
-  for (const std::string& text : scene->notes) note(text);
-  for (const std::string& text : scene->warnings) warn(text);
-  if (const std::optional<Error> error = check_outputs(settings)) {
-    fail(error->message());
-    return 1;
-  }
-  Result<TelemetryLines> telemetry = TelemetryLines::open(settings.telemetry);
-  if (!telemetry) {
-    fail(telemetry.error().message());
-    return 1;
-  }
-
-  const int threads = settings.threads.value_or(tbb::info::default_concurrency());
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
-  tbb::task_arena arena(threads);
-  return arena.execute([&] {
-    RenderJob job(settings, *scene, threads, start, std::move(*telemetry));
-    return job.run();
-  });
+Command add_render(CLI::App& tress) {
+  const auto settings = std::make_shared<RenderSettings>();
+  RenderSettings& s = *settings;
+  CLI::App* render = tress.add_subcommand("render", "Render a scene, or a bare .hair file");
+  render
+      ->add_option_function<std::string>(
+          "SCENE", [&s](const std::string& file) { s.scene = file; }, "scene JSON or .hair file")
+      ->required();
+  render
+      ->add_option_function<std::string>(
+          "-o,--output",
+          [&s](const std::string& file) {
+            if (std::filesystem::path(file).extension() != ".exr") refuse("-o", "a name that ends in .exr", file);
+            s.output = file;
+          },
+          "picture; a .png is written beside it")
+      ->required()
+      ->type_name("OUT.exr");
+  auto* samples = add_integer(
+      render, "--spp", 1, StopRule::most_samples, [&s](int n) { s.overrides.samples = n; }, "samples a pixel");
+  auto* time = add_number(
+      render, "--time", {0, 1e7, true}, [&s](double x) { s.stop.seconds = x; },
+      "seconds: as many samples as fit, one at least; the picture then depends on the machine");
+  auto* noise = add_number(
+      render, "--noise", {0, 1, true}, [&s](double x) { s.stop.noise = x; },
+      "samples until the noise relative to the brightness of what is covered is at most this, 16384 at most");
+  samples->excludes(time)->excludes(noise);
+  time->excludes(noise);
+  render
+      ->add_option_function<std::string>(
+          "--resolution",
+          [&s](const std::string& text) {
+            const auto size = parse_resolution(text);
+            if (!size || size->width < 1 || size->height < 1 || size->width > 16384 || size->height > 16384) {
+              refuse("--resolution", "WxH, each from 1 to 16384", text);
+            }
+            s.overrides.width = size->width;
+            s.overrides.height = size->height;
+          },
+          "size of the picture")
+      ->type_name("WxH");
+  add_integer(render, "--frame", 0, 1000000, [&s](int n) { s.overrides.frame = n; }, "frame of a moving camera");
+  render
+      ->add_option_function<std::string>(
+          "--crop",
+          [&s](const std::string& text) {
+            const auto crop = parse_crop(text);
+            if (!crop) refuse("--crop", "X0,Y0,X1,Y1 in whole pixels, X0 < X1 and Y0 < Y1", text);
+            s.render.crop = crop;
+          },
+          "render only these pixels, X1 and Y1 excluded, of the same picture")
+      ->type_name("X0,Y0,X1,Y1");
+  add_threads(render, s.threads);
+  add_unsigned(
+      render, "--seed", [&s](std::uint64_t seed) { s.render.seed = seed; },
+      "same seed, same picture, for any number of threads");
+  add_integer(
+      render, "--light-samples", 1, 4096, [&s](int n) { s.render.light_samples = n; }, "at the first hit, default 1");
+  add_integer(
+      render, "--bcsdf-samples", 1, 4096, [&s](int n) { s.render.bcsdf_samples = n; }, "at the first hit, default 1");
+  add_integer(render, "--max-depth", 1, 4096, [&s](int n) { s.render.max_depth = n; }, "hits of a path, default 64");
+  render
+      ->add_option_function<std::string>(
+          "--heatmap",
+          [&s](const std::string& file) {
+            if (std::filesystem::path(file).extension() != ".exr")
+              refuse("--heatmap", "a name that ends in .exr", file);
+            s.heatmap = file;
+            s.render.heatmap = true;
+          },
+          "what each pixel cost: CPU time, vertices, queries, traces")
+      ->type_name("FILE.exr");
+  add_appearance(render, s.overrides);
+  add_learning(render, s);
+  add_quiet(render);
+  return {render, [render, settings] {
+            if (const std::string message = contradiction(*render, *settings); !message.empty()) {
+              throw WrongUsage(message);
+            }
+            return run_render(*settings);
+          }};
 }
 
 }  // namespace tress::cli

@@ -3,13 +3,21 @@
 
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "cli/console.h"
 #include "tress/adaptive/telemetry.h"
 
 namespace tress::cli {
+
+/// A path need not be UTF-8; a line of telemetry must be.
+template <class T>
+std::string json_text(const T& value) {
+  return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
 class TelemetryLines {
  public:
@@ -26,7 +34,7 @@ class TelemetryLines {
   void write(Write&& line) {
     if (!writer_) return;
     if (const std::optional<Error> error = line(*writer_)) {
-      warn("telemetry stops: " + error->message());
+      log_warning("telemetry stops: " + error->message());
       writer_.reset();
       failed_ = true;
     }

@@ -12,7 +12,7 @@
 
 #include "adaptive/drive_service.h"
 #include "adaptive/toy_target.h"
-#include "cli/interrupt.h"
+#include "cli/process.h"
 #include "cli/run_tress.h"
 #include "cli/warm_cache_session.h"
 #include "tress/adaptive/cache.h"

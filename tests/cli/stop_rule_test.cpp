@@ -1,11 +1,11 @@
 // When a render ends, and what it says is left.
-#include "cli/stop_rule.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <optional>
 #include <string>
+
+#include "cli/progress.h"
 
 namespace tress::cli {
 namespace {

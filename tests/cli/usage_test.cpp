@@ -1,7 +1,6 @@
 // Help, and what is said and returned when the command is used wrongly.
 #include <gmock/gmock.h>
 
-#include "cli/nearest.h"
 #include "cli/run_tress.h"
 
 namespace tress::test {
@@ -110,14 +109,6 @@ TEST_F(Usage, WhatIsMissingOrBrokenIsExitOne) {
   EXPECT_THAT(refused.err, HasSubstr("not.cache"));
   EXPECT_EQ(run({"cache", "info", path("none.cache")}).status, 1);
   EXPECT_EQ(run({"diff", path("a.exr"), path("b.exr")}).status, 1);
-}
-
-TEST(NearestWord, CountsSwappedLettersAsOneEdit) {
-  EXPECT_EQ(cli::edit_distance("", "abc"), 3);
-  EXPECT_EQ(cli::edit_distance("inof", "info"), 1);
-  EXPECT_EQ(cli::edit_distance("kitten", "sitting"), 3);
-  EXPECT_EQ(cli::nearest_word("--sp", {"--seed", "--spp"}), "--spp");
-  EXPECT_EQ(cli::nearest_word("x", {}), "");
 }
 
 }  // namespace

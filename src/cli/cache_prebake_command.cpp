@@ -1,29 +1,40 @@
-#include "cli/prebake_command.h"
-
+// tress cache prebake: the whole table of a scene beforehand, as the paper makes its own.
 #include <fmt/format.h>
-#include <tbb/global_control.h>
-#include <tbb/info.h>
-#include <tbb/task_arena.h>
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <optional>
+#include <string>
 #include <system_error>
 
 #include "cli/bake_table.h"
-#include "cli/cache_output.h"
+#include "cli/commands.h"
 #include "cli/console.h"
-#include "cli/interrupt.h"
-#include "cli/json_text.h"
-#include "cli/output_path.h"
+#include "cli/options.h"
+#include "cli/output_files.h"
+#include "cli/process.h"
 #include "cli/telemetry_lines.h"
 #include "references/registry.h"
 #include "scene/read/load_scene.h"
 #include "tress/adaptive/cache.h"
+#include "tress/adaptive/options.h"
 #include "tress/adaptive/service.h"
 
 namespace tress::cli {
 namespace {
+
+/// Every value in range: the command line has been checked.
+struct PrebakeSettings {
+  std::filesystem::path scene, output;
+  scene::Overrides overrides;
+  std::string model = "elliptical";  ///< of references::models(), with rows
+  adaptive::Options table;
+  std::optional<int> threads;
+  std::optional<std::filesystem::path> telemetry;
+};
 
 using Clock = std::chrono::steady_clock;
 
@@ -40,7 +51,7 @@ class BakeNotes {
     if (console_is_terminal()) return draw_bar(text);
     if (seconds_since(last_) < 10) return;
     last_ = Clock::now();
-    note(text);
+    log_note(text);
   }
 
  private:
@@ -65,8 +76,8 @@ class PrebakeJob {
   int run() {
     const InterruptGuard interrupt;
     const Clock::time_point start = Clock::now();
-    note(fmt::format("{} pages, learner {}, epsilon {}", service_->slice_count(), settings_.table.learner->name,
-                     settings_.table.epsilon));
+    log_note(fmt::format("{} pages, learner {}, epsilon {}", service_->slice_count(), settings_.table.learner->name,
+                         settings_.table.epsilon));
     BakeNotes notes;
     const BakeProgress baked = bake_table(*service_, [&](const BakeProgress& progress) {
       notes.tell(progress);
@@ -84,20 +95,20 @@ class PrebakeJob {
     const Result<adaptive::CacheSave> saved = adaptive::replace_cache(settings_.output, *service_->rows());
     hash_ = saved ? saved->contents.hash : adaptive::cache_hash(*service_->rows());
     if (!saved) {
-      fail(saved.error().message());
+      log_error(saved.error().message());
       return 1;
     }
     tell_removed(settings_.output, saved->removed);
     const std::uint64_t left = baked.nodes - baked.decided();
     if (baked.refused > 0) {
-      warn(fmt::format("{} of {} rows did not converge in {} tests; renders answer them by g at the node",
-                       baked.refused, baked.nodes, settings_.table.tests_before_refusal));
+      log_warning(fmt::format("{} of {} rows did not converge in {} tests; renders answer them by g at the node",
+                              baked.refused, baked.nodes, settings_.table.tests_before_refusal));
     }
     if (left > 0) {
-      warn(fmt::format("{} of {} rows were not learned: {}", left, baked.nodes,
-                       signal_status != 0      ? "interrupted"
-                       : baked.last.at_ceiling ? "the table is full, see --table-memory"
-                                               : "they were still open after 4096 passes"));
+      log_warning(fmt::format("{} of {} rows were not learned: {}", left, baked.nodes,
+                              signal_status != 0      ? "interrupted"
+                              : baked.last.at_ceiling ? "the table is full, see --table-memory"
+                                                      : "they were still open after 4096 passes"));
     }
     fmt::print("{}: {} pages, {} rows, {} of them converged, {} refused, hash {}\n", settings_.output.string(),
                service_->slice_count(), baked.nodes - left, baked.converged, baked.refused, hash_);
@@ -150,8 +161,7 @@ class PrebakeJob {
   std::string hash_;
 };
 
-}  // namespace
-
+/// Empty if all is well; else what contradicts what, as a message: wrong usage.
 std::string contradiction(const PrebakeSettings& settings) {
   if (references::find_model(settings.model)->make_target == nullptr) {
     return fmt::format("cache prebake: expected a model with rows, found --model {}", settings.model);
@@ -166,26 +176,64 @@ std::string contradiction(const PrebakeSettings& settings) {
   return {};
 }
 
+/// Learns every row of every slice that the fibers of the scene have and saves them as a warm cache, replacing one that
+/// is there. Rows that did not converge are counted on stderr and saved as open. Exit status: 0, also with such rows; 1
+/// with nothing written; 130, 143 or 129 after a signal, with what was learned by then.
 int run_prebake(const PrebakeSettings& settings) {
   if (const std::optional<Error> error = check_cache_output(settings.output)) {
-    fail(error->message());
+    log_error(error->message());
     return 1;
   }
   const Result<scene::Scene> scene = scene::load_scene(settings.scene, settings.overrides);
   if (!scene) {
-    fail(scene.error().message());
+    log_error(scene.error().message());
     return 1;
   }
-  for (const std::string& text : scene->warnings) warn(text);
+  for (const std::string& text : scene->warnings) log_warning(text);
   Result<TelemetryLines> telemetry = TelemetryLines::open(settings.telemetry);
   if (!telemetry) {
-    fail(telemetry.error().message());
+    log_error(telemetry.error().message());
     return 1;
   }
-  const int threads = settings.threads.value_or(tbb::info::default_concurrency());
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
-  tbb::task_arena arena(threads);
-  return arena.execute([&] { return PrebakeJob(settings, *scene, *telemetry, threads).run(); });
+  return run_threaded(settings.threads,
+                      [&](int threads) { return PrebakeJob(settings, *scene, *telemetry, threads).run(); });
+}
+
+}  // namespace
+
+Command add_cache_prebake(CLI::App& cache) {
+  const auto settings = std::make_shared<PrebakeSettings>();
+  PrebakeSettings& s = *settings;
+  CLI::App* prebake = cache.add_subcommand("prebake", "Learn the whole table of a scene without rendering");
+  prebake
+      ->add_option_function<std::string>(
+          "SCENE", [&s](const std::string& file) { s.scene = file; }, "scene JSON or .hair file")
+      ->required();
+  prebake
+      ->add_option_function<std::string>(
+          "-o,--output", [&s](const std::string& file) { s.output = file; },
+          "warm cache; one that is there is replaced")
+      ->required()
+      ->type_name("FILE");
+  std::vector<std::string> models;
+  for (const fiber::ModelInfo& model : references::models()) models.emplace_back(model.name);
+  add_choice(
+      prebake, "--model", models, [&s](const std::string& name) { s.model = name; }, "fiber model, one that has rows");
+  add_learner(prebake, s.table);
+  add_fiber_shape(prebake, s.overrides);
+  add_threads(prebake, s.threads);
+  add_unsigned(
+      prebake, "--seed", [&s](std::uint64_t seed) { s.table.seed = seed; },
+      "same seed, same table, for any number of threads");
+  prebake
+      ->add_option_function<std::string>(
+          "--telemetry", [&s](const std::string& file) { s.telemetry = file; }, "convergence as JSON Lines")
+      ->type_name("FILE");
+  add_quiet(prebake);
+  return {prebake, [settings] {
+            if (const std::string message = contradiction(*settings); !message.empty()) throw WrongUsage(message);
+            return run_prebake(*settings);
+          }};
 }
 
 }  // namespace tress::cli

@@ -1,4 +1,4 @@
-#include "cli/output_path.h"
+#include "cli/output_files.h"
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/console.h"
+#include "tress/adaptive/cache.h"
 #include "tress/base/replace_file.h"
 
 namespace tress::cli {
@@ -24,10 +25,21 @@ std::optional<Error> check_output(const std::filesystem::path& file) {
 
 void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers) {
   for (const std::filesystem::path& leftover : leftovers) {
-    said(fmt::format("{}: removed {}, left by a save that was killed", file.string(), leftover.string()));
+    log_always(fmt::format("{}: removed {}, left by a save that was killed", file.string(), leftover.string()));
   }
 }
 
 void remove_leftovers(const std::filesystem::path& file) { tell_removed(file, tress::remove_leftovers(file)); }
+
+std::optional<Error> check_cache_output(const std::filesystem::path& file) {
+  if (auto error = check_output(file)) return error;
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return std::nullopt;
+  const auto there = adaptive::CacheFile::open(file, "");
+  if (there) return std::nullopt;
+  Error error = there.error();
+  error.expected = "a new name, or a warm cache to replace: " + error.expected;
+  return error;
+}
 
 }  // namespace tress::cli

@@ -1,15 +1,16 @@
-#include "cli/cache_command.h"
-
+// tress cache info and verify: what is in a warm cache, and whether it is whole.
 #include <fmt/format.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 #include <string>
 
+#include "cli/commands.h"
 #include "cli/console.h"
 #include "tress/adaptive/cache.h"
 #include "tress/fiber/elliptical_model.h"
@@ -17,6 +18,11 @@
 
 namespace tress::cli {
 namespace {
+
+struct CacheSettings {
+  std::filesystem::path file;
+  bool json = false;
+};
 
 /// The number that a float was written as: .85, not .8500000238.
 double as_typed(float x) { return std::stod(fmt::format("{}", x)); }
@@ -53,12 +59,11 @@ SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::RowSou
   return summary;
 }
 
-}  // namespace
-
+/// Prints model, format, slices and hash. Exit status 1 if the file is refused.
 int run_cache_info(const CacheSettings& settings) {
   const Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(settings.file, "");
   if (!cache) {
-    fail(cache.error().message());
+    log_error(cache.error().message());
     return 1;
   }
   adaptive::CacheFile& rows = **cache;
@@ -84,7 +89,7 @@ int run_cache_info(const CacheSettings& settings) {
                         parameters[1], sigma_deg, s.nodes, s.open, s.converged, s.components, s.knots, s.bytes);
   }
   if (const std::optional<Error> error = rows.failure()) {
-    fail(error->message());
+    log_error(error->message());
     return 1;
   }
   if (settings.json) {
@@ -111,6 +116,7 @@ int run_cache_info(const CacheSettings& settings) {
   return 0;
 }
 
+/// Exit status 0 if every byte of the file is as it was written, 1 with the reason if not.
 int run_cache_verify(const CacheSettings& settings) {
   const Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(settings.file, "");
   if (settings.json) {
@@ -121,8 +127,26 @@ int run_cache_verify(const CacheSettings& settings) {
     fmt::print("{}: ok\n", settings.file.string());
   }
   if (cache) return 0;
-  fail(cache.error().message());
+  log_error(cache.error().message());
   return 1;
+}
+
+Command add_look(CLI::App& cache, const char* name, const char* what, int (*run)(const CacheSettings&)) {
+  const auto settings = std::make_shared<CacheSettings>();
+  CLI::App* command = cache.add_subcommand(name, what);
+  command->add_option("FILE", settings->file, "warm cache")->required()->type_name("FILE");
+  command->add_flag("--json", settings->json, "print JSON");
+  return {command, [settings, run] { return run(*settings); }};
+}
+
+}  // namespace
+
+Command add_cache_info(CLI::App& cache) {
+  return add_look(cache, "info", "Print model, format, pages and hash", run_cache_info);
+}
+
+Command add_cache_verify(CLI::App& cache) {
+  return add_look(cache, "verify", "Exit 0 if the file is whole, 1 if it is refused", run_cache_verify);
 }
 
 }  // namespace tress::cli

@@ -18,4 +18,8 @@ void remove_leftovers(const std::filesystem::path& file);
 /// Says what has been removed.
 void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers);
 
+/// Error if the folder of `file` cannot be written, or `file` is there and is no warm cache: what is replaced must be
+/// one.
+std::optional<Error> check_cache_output(const std::filesystem::path& file);
+
 }  // namespace tress::cli

@@ -1,8 +1,17 @@
-#include "cli/interrupt.h"
+#include "cli/process.h"
+
+#include <fcntl.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+#include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstddef>
+#include <cstdio>
+#include <cstring>
 
 namespace tress::cli {
 namespace {
@@ -53,6 +62,30 @@ const std::atomic<bool>& InterruptGuard::requested() const { return stop_request
 int InterruptGuard::exit_status() const {
   const int signal = first_signal;
   return signal == 0 ? 0 : 128 + signal;
+}
+
+void prepare_standard_streams() {
+  for (int number = STDIN_FILENO; number <= STDERR_FILENO; ++number) {
+    if (::fcntl(number, F_GETFD) != -1) continue;
+    // The lowest free number is this one. The wrong way round, so that what is asked of it fails.
+    (void)::open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+  }
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+std::optional<Error> flush_results() {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return std::nullopt;
+  const char* why = errno != 0 ? std::strerror(errno) : "an earlier write that failed";
+  return Error{"standard output", "", "room for the results", why};
+}
+
+int run_threaded(std::optional<int> threads, const std::function<int(int)>& work) {
+  const int count = threads.value_or(tbb::info::default_concurrency());
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(count));
+  tbb::task_arena arena(count);
+  return arena.execute([&] { return work(count); });
 }
 
 }  // namespace tress::cli

@@ -1,8 +1,8 @@
-#include "cli/nearest.h"
+#include "base/nearest_word.h"
 
 #include <algorithm>
 
-namespace tress::cli {
+namespace tress {
 
 int edit_distance(const std::string& a, const std::string& b) {
   const std::size_t columns = b.size() + 1;
@@ -31,4 +31,4 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   return best == candidates.end() ? std::string() : *best;
 }
 
-}  // namespace tress::cli
+}  // namespace tress

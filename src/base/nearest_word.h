@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-namespace tress::cli {
+namespace tress {
 
 /// Insertions, deletions, replacements and swaps of neighbours that turn a into b.
 int edit_distance(const std::string& a, const std::string& b);
 /// Of the candidates, the one at the smallest edit distance; the first of equals; empty if there are none.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& candidates);
 
-}  // namespace tress::cli
+}  // namespace tress

@@ -1,11 +1,11 @@
-// tress render: from a scene to a picture, learning on the way.
+// One render, from the settings to the saved files, learning on the way.
 #pragma once
 
 #include <filesystem>
 #include <optional>
 #include <string>
 
-#include "cli/stop_rule.h"
+#include "cli/progress.h"
 #include "cli/warm_cache_session.h"
 #include "integrate/renderer.h"
 #include "scene/read/load_scene.h"

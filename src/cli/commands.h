@@ -1,0 +1,35 @@
+// The tress command and its commands: render, fit, diff, cache info, verify, merge and prebake; each has its file.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace tress::cli {
+
+/// A command that has been added to the parser, and what it does once its options are parsed: exit status 0 done, 1
+/// could not, 2 wrong usage, 130, 143 or 129 interrupted by a signal with everything saved.
+struct Command {
+  CLI::App* app;
+  std::function<int()> run;
+};
+
+Command add_render(CLI::App& tress);
+Command add_fit(CLI::App& tress);
+Command add_diff(CLI::App& tress);
+Command add_cache_info(CLI::App& cache);
+Command add_cache_verify(CLI::App& cache);
+Command add_cache_merge(CLI::App& cache);
+Command add_cache_prebake(CLI::App& cache);
+
+/// What the parser cannot see, thrown by run(): options that contradict each other. Exit status 2.
+struct WrongUsage : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The whole program. Exit status as above.
+int run(int argc, char** argv);
+
+}  // namespace tress::cli
