@@ -103,7 +103,9 @@ TEST(BiasBound, holds_against_exact) {
     learning.epsilon = epsilon;
     const Told told = render(scene, Estimator::fitted, learning, 24);
     const Mean bias = relative_difference(told.pixels, exact.pixels);
-    EXPECT_LE(std::abs(bias.value), told.bound + 4 * bias.error) << "epsilon " << epsilon;
+    // The bound is of first order: over the hits of a path, errors that sum to b make a factor of e^b at most. At .01
+    // that is the bound itself; at .3 a bias of .175 was found beside a bound of .16 (TRESS_TEST_SEED=1).
+    EXPECT_LE(std::abs(bias.value), std::expm1(told.bound) + 4 * bias.error) << "epsilon " << epsilon;
   }
 }
 
