@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Measures and draws the charts of speed against accuracy, or the atlas of where methods fail.
 
-usage: bench/charts/run.py [--atlas] [--quick] [--chart N ...] [--references] [--draw] [-o FOLDER] [--tress PROGRAM] [--seed N] [--rounds N]
+usage: bench/charts/run.py [--all] [--atlas] [--quick] [--chart N ...] [--references] [--draw] [-o FOLDER] [--tress PROGRAM] [--seed N] [--rounds N]
 
     (nothing)      every chart in full, up to an hour each
+    --all          everything that bench/results stores, into it: the charts with their references, the atlas, the tables of
+                   bench/tables.py, and bench/results/README.md, which says by which commits. A night
     --atlas        the studies of bench/atlas in place of the charts; what follows holds for both
     --quick        every chart in five minutes altogether: fewer rows, smaller pictures, more noise
     --chart N      these charts only, by number or name
@@ -20,6 +22,7 @@ import glob
 import importlib.util
 import json
 import os
+import subprocess
 import sys
 import time
 
@@ -51,8 +54,19 @@ def chosen(found, wanted):
     return names
 
 
+def everything(tress):
+    """Each part in a process of its own, so that one that fails leaves the others; the number of those that failed."""
+    results, here = os.path.join(charts.ROOT, "bench", "results"), os.path.abspath(__file__)
+    tables = os.path.join(charts.ROOT, "bench", "tables.py")
+    parts = [[here, "--references", "--tress", tress], [here, "--tress", tress, "-o", os.path.join(results, "charts")],
+             [here, "--atlas", "--tress", tress, "-o", os.path.join(results, "atlas")],
+             [tables, "--tress", tress, "-o", results], [os.path.join(charts.ROOT, "bench", "figures_table.py")]]
+    return sum(subprocess.run([sys.executable, *part]).returncode != 0 for part in parts)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--all", action="store_true")
     parser.add_argument("--atlas", dest="folder", action="store_const", const="atlas", default="charts")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--chart", action="append", default=[], metavar="N")
@@ -67,6 +81,8 @@ def main():
     wanted = chosen(modules(options.folder), options.chart)
     if options.check:
         return
+    if options.all:
+        sys.exit(everything(options.tress))
     work = os.path.join(charts.ROOT, "build", options.folder)
     output = options.output or work
     os.makedirs(output, exist_ok=True)

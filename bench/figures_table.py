@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""Writes bench/results/README.md: every stored figure with the commit it was made by, its date and its age.
+
+usage: bench/figures_table.py [--check]
+
+--check writes nothing and ends with 1 where a figure names no commit of the history. A file whose measuring commit is not in
+the history any more (the branch was rebased) has that as `measured_by_lost_commit` and, as `commit`, the one that stored it.
+The test StoredFigures asks the same of every build.
+"""
+import glob
+import json
+import os
+import re
+import subprocess
+import sys
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+RESULTS = os.path.join(ROOT, "bench", "results")
+
+
+def git(*words):
+    done = subprocess.run(["git", "-C", ROOT, *words], capture_output=True, text=True)
+    return done.stdout.strip() if done.returncode == 0 else None
+
+
+def stored():
+    """[(name, context)] of every JSON in bench/results."""
+    found = []
+    for path in sorted(glob.glob(os.path.join(RESULTS, "**", "*.json"), recursive=True)):
+        with open(path) as file:
+            content = json.load(file)
+        context = content.get("context", {}) if isinstance(content, dict) else {}
+        found.append((os.path.relpath(path, RESULTS), context))
+    return found
+
+
+def main():
+    lost, groups = [], {}
+    for name, context in stored():
+        commit = context.get("commit", "")
+        if not re.fullmatch("[0-9a-f]{40}", commit) or git("merge-base", "--is-ancestor", commit, "HEAD") is None:
+            lost.append(name)
+        stem = re.sub(r"rows_.*\.json", "rows_*.json", name)
+        groups.setdefault((stem, commit, context.get("measured_by_lost_commit", "")), []).append(context)
+    for name in lost:
+        print(f"{name}: no commit of the history", file=sys.stderr)
+    if lost or "--check" in sys.argv:
+        sys.exit(1 if lost else 0)
+    lines = ["# Stored figures", "",
+             "Written by `bench/figures_table.py`; `StoredFigures` holds that every commit is in the history. *Age*: commits from it to the",
+             f"one this table was written at ({git('rev-parse', '--short', 'HEAD')}, {git('show', '-s', '--format=%cs', 'HEAD')}). Made again by `./bootstrap bench --all`, in a night.", "",
+             "| figure | commit | date | age | remarks |", "|---|---|---|---|---|"]
+    for (stem, commit, was), contexts in sorted(groups.items()):
+        remarks = []
+        if len(contexts) > 1:
+            remarks.append(f"{len(contexts)} files")
+        if was:
+            remarks.append(f"stored by this commit; measured by {was[:10]}, which is not in the history" if re.fullmatch("[0-9a-f]+", was)
+                           else "stored by this commit; it does not say which one measured it")
+        if contexts[0].get("quick"):
+            remarks.append("a `--quick` run")
+        if contexts[0].get("changed_files"):
+            remarks.append(f"{contexts[0]['changed_files']} files were changed and not committed")
+        age = git("rev-list", "--count", f"{commit}..HEAD")
+        lines.append(f"| {stem} | {commit[:10]} | {git('show', '-s', '--format=%cs', commit)} | {age} | {'; '.join(remarks)} |")
+    with open(os.path.join(RESULTS, "README.md"), "w") as file:
+        file.write("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()
