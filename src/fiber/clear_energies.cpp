@@ -49,10 +49,10 @@ float ClearEnergies::theta_of(int node) {
   return static_cast<float>(node / azimuths * pi / (inclinations - 1) - pi / 2);
 }
 
-ClearEnergies::ClearEnergies(const EnergyKey& key, int paths)
+ClearEnergies::ClearEnergies(const EnergyKey& key)
     : key_(key), clear_(node_count), rules_(offset(Lobe::glint, key.glint_sigma > 0 ? path_points : 0)) {
   const std::vector<LobeMoments> moments =
-      TracedEnergies(key, paths).at(uniform_axis(azimuths, 0, pi / 2), uniform_axis(inclinations, -pi / 2, pi / 2));
+      TracedEnergies(key).at(uniform_axis(azimuths, 0, pi / 2), uniform_axis(inclinations, -pi / 2, pi / 2));
   tbb::parallel_for(tbb::blocked_range<int>(0, node_count, 16), [&](const auto& range) {
     for (int node = range.begin(); node != range.end(); ++node) set(node, moments[static_cast<std::size_t>(node)]);
   });
@@ -104,10 +104,8 @@ std::size_t ClearEnergies::bytes() const {
 
 std::shared_ptr<const ClearEnergies> SharedEnergies::find(const EnergyKey& key) {
   std::shared_ptr<const ClearEnergies>& made = made_[key];
-  if (made != nullptr) return made;
-  constexpr int all = TracedEnergies::paths_per_node, of_all = 8;
-  const int paths = std::clamp(all * of_all / static_cast<int>(made_.size()), all / 8, all);
-  return made = std::make_shared<const ClearEnergies>(key, paths);
+  if (made == nullptr) made = std::make_shared<const ClearEnergies>(key);
+  return made;
 }
 
 }  // namespace tress::fiber

@@ -23,7 +23,7 @@ class ClearEnergies {
   static constexpr int azimuths = 24, inclinations = 65, node_count = azimuths * inclinations;
 
   /// Traces in parallel in the calling oneTBB arena; the same bits on any number of threads.
-  explicit ClearEnergies(const EnergyKey& key, int paths = TracedEnergies::paths_per_node);
+  explicit ClearEnergies(const EnergyKey& key);
 
   const EnergyKey& key() const { return key_; }
 
@@ -54,9 +54,7 @@ class ClearEnergies {
   std::vector<float> rules_;  ///< [lobe - 1][point][weight, length][node]
 };
 
-/// One ClearEnergies per key, made when first asked for. The first 8 have all paths, the n-th of later ones 8/n of them
-/// and at least an eighth: their noise is independent, so that what many fibers return together is no noisier. One
-/// thread.
+/// One ClearEnergies per key, made when first asked for: the same bits whatever was asked for before. One thread.
 class SharedEnergies {
  public:
   std::shared_ptr<const ClearEnergies> find(const EnergyKey& key);

@@ -39,6 +39,7 @@ const char* out_of_range(const FiberParameters& parameters) {
   if (!are_angles(parameters.azimuthal_sigma, azimuthal_sigma_range_deg)) return "azimuthal_sigma";
   if (!are_angles(parameters.longitudinal_lambda, longitudinal_lambda_range_deg)) return "longitudinal_lambda";
   if (!std::ranges::all_of(parameters.gain, is_not_negative)) return "gain";
+  if (!is_within(parameters.energy_path_share, energy_path_share_range)) return "energy_path_share";
   return nullptr;
 }
 

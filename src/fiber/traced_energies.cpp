@@ -52,8 +52,12 @@ std::vector<double> cosine_series(std::size_t nodes, const std::vector<double>& 
 }  // namespace
 
 EnergyKey energy_key(const FiberParameters& fiber) {
-  return {fiber.eta, fiber.eccentricity, fiber.roughness, fiber.tilt,
-          fiber.split_glint ? azimuthal_sigmas(fiber)[1] : 0};
+  return {fiber.eta,
+          fiber.eccentricity,
+          fiber.roughness,
+          fiber.tilt,
+          fiber.split_glint ? azimuthal_sigmas(fiber)[1] : 0,
+          std::max(1, static_cast<int>(std::lround(static_cast<float>(EnergyKey{}.paths) * fiber.energy_path_share)))};
 }
 
 double length_decay(Lobe lobe) {
@@ -61,9 +65,9 @@ double length_decay(Lobe lobe) {
   return decay[static_cast<std::size_t>(lobe)];
 }
 
-TracedEnergies::TracedEnergies(const EnergyKey& key, int paths)
+TracedEnergies::TracedEnergies(const EnergyKey& key)
     : azimuths_(key.eccentricity < 1 ? most_azimuths : 1),
-      paths_(key.eccentricity < 1 ? paths : 4 * paths),
+      paths_(key.eccentricity < 1 ? key.paths : 4 * key.paths),
       nodes_(azimuths_ * inclinations) {
   const bool even = !(key.tilt > 0);  // theta and -theta are alike
   const std::size_t own = (even ? (inclinations + 1) / 2 : inclinations) * azimuths_;

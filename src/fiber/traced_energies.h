@@ -15,6 +15,7 @@ struct EnergyKey {
   float eta = 1.55f, eccentricity = 0.85f;
   float roughness = 0.2f, tilt = 0;
   float glint_sigma = 0;  ///< blur of TRT where it is split into GLINT and the rest; else 0
+  int paths = 320;        ///< per node of an elliptical fiber; a round one has 12 times fewer nodes, 4 times the paths
   friend auto operator<=>(const EnergyKey&, const EnergyKey&) = default;
 };
 
@@ -39,10 +40,8 @@ struct LobeMoments {
 class TracedEnergies {
  public:
   static constexpr std::size_t most_azimuths = 12, inclinations = 24;
-  static constexpr int paths_per_node = 320;
 
-  /// paths: per node, of an elliptical fiber; a round one has 12 times fewer nodes and 4 times the paths.
-  explicit TracedEnergies(const EnergyKey& key, int paths = paths_per_node);
+  explicit TracedEnergies(const EnergyKey& key);
 
   /// At all phi of one axis and theta of the other, [theta][phi]. phi in [0, pi/2], theta within +-pi/2, radians. A
   /// series may be negative where there is little light.

@@ -263,6 +263,49 @@ TEST(EnergyTable, OneFiberIsTracedOnce) {
   EXPECT_NE(first, shared.find({1.55f, 0.85f, 0.21f}));
 }
 
+TEST(EnergyTable, AFiberHasTheSameEnergiesWhateverWasAddedBefore) {
+  std::vector<fiber::EnergyKey> keys;
+  for (int i = 0; i < 12; ++i) keys.push_back({1.55f, 1, 0.1f + 0.05f * float(i)});
+  fiber::SharedEnergies forwards, backwards;
+  for (int i = 0; i < 12; ++i) {
+    forwards.find(keys[std::size_t(i)]);
+    backwards.find(keys[std::size_t(11 - i)]);
+  }
+  for (const fiber::EnergyKey& key : keys) {
+    const auto a = forwards.find(key), b = backwards.find(key);
+    for (int node = 0; node < fiber::ClearEnergies::node_count; ++node) {
+      ASSERT_EQ(a->clear(node), b->clear(node)) << key.roughness;
+      for (const auto lobe : {fiber::Lobe::tt, fiber::Lobe::residual}) {
+        for (int k = 0; k < fiber::path_points; ++k) {
+          ASSERT_EQ(a->weights(lobe, k)[node], b->weights(lobe, k)[node]) << key.roughness;
+          ASSERT_EQ(a->lengths(lobe, k)[node], b->lengths(lobe, k)[node]) << key.roughness;
+        }
+      }
+    }
+  }
+}
+
+TEST(EnergyTable, AShareOfThePathsIsAsMuchNoisier) {
+  fiber::FiberParameters fiber;
+  EXPECT_EQ(fiber::energy_key(fiber).paths, 320);
+  fiber.energy_path_share = 0.125f;
+  EXPECT_EQ(fiber::energy_key(fiber).paths, 40);
+  // .007 of one direction times the root of 8 is .02; of 500 directions, correlated over some 30, the rms is within a
+  // factor of 1.5 of that and of its difference to all paths.
+  const fiber::EnergyTable few = make_table(fiber);
+  fiber.energy_path_share = 1;
+  const fiber::EnergyTable all = make_table(fiber);
+  RandomStream random(8);
+  double squares = 0;
+  for (int i = 0; i < 500; ++i) {
+    const float phi = pi * random.next(), theta = std::asin(1.9f * random.next() - 0.95f);
+    squares += std::pow(few.interpolated(phi, theta).clear[1] - all.interpolated(phi, theta).clear[1], 2) / 500;
+  }
+  RecordProperty("rms of TT", std::to_string(std::sqrt(squares)));
+  EXPECT_GT(std::sqrt(squares), 0.01);
+  EXPECT_LT(std::sqrt(squares), 0.03);
+}
+
 TEST(EnergyTable, WeakLobesGiveTheirEnergyToTheResidual) {
   const fiber::EnergyTable dark = make_table(1.55f, 0.85f, glm::vec3(3.0f));
   RandomStream random(5);

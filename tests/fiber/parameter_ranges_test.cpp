@@ -28,6 +28,7 @@ TEST(ParameterRanges, TakeTheirEnds) {
     fiber.azimuthal_sigma.fill((low ? 0.5f : 45.0f) * degree);
     fiber.longitudinal_lambda.fill((low ? 0.25f : 45.0f) * degree);
     fiber.gain.fill(glm::vec3(low ? 0.0f : 100.0f));
+    fiber.energy_path_share = low ? 0.01f : 1.0f;
     EXPECT_EQ(fiber::out_of_range(fiber), nullptr);
   }
 }
@@ -41,7 +42,8 @@ TEST(ParameterRanges, NameWhatIsOutOfThem) {
       {"sigma_a", [](auto& f, float x) { f.sigma_a.y = x; }},
       {"azimuthal_sigma", [](auto& f, float x) { f.azimuthal_sigma[1] = x; }},
       {"longitudinal_lambda", [](auto& f, float x) { f.longitudinal_lambda[3] = x; }},
-      {"gain", [](auto& f, float x) { f.gain[5].z = x; }}};
+      {"gain", [](auto& f, float x) { f.gain[5].z = x; }},
+      {"energy_path_share", [](auto& f, float x) { f.energy_path_share = x; }}};
   for (const auto& [name, set] : members) {
     for (const float x : {nan, infinity, -infinity, -1e-3f}) {
       FiberParameters fiber;

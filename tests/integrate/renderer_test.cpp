@@ -13,6 +13,7 @@
 #include "integrate/film.h"
 #include "integrate/pass_order.h"
 #include "integrate/white_fiber.h"
+#include "tress/fiber/elliptical_model.h"
 
 namespace tress::integrate {
 namespace {
@@ -307,6 +308,45 @@ TEST(Renderer, stops_after_a_pass_when_told) {
   EXPECT_EQ(result.passes, 5);
   EXPECT_EQ(result.samples_per_pixel, 2);
   EXPECT_FALSE(result.interrupted);
+}
+
+TEST(Renderer, the_order_of_materials_changes_no_pixel) {
+  // Twelve materials, a strand of each after the other; the scene names them from any of them on.
+  constexpr std::uint32_t count = 12;
+  const auto rendered = [&](std::uint32_t first) {
+    scene::Scene scene = tangle(60, 24, 24);
+    const scene::Groom all = scene.grooms[0];
+    scene.camera.vertical_fov_deg = 14;
+    scene.grooms.assign(count, {});
+    scene.materials.assign(count, {});
+    for (std::uint32_t which = 0; which < count; ++which) {
+      scene::Material& material = scene.materials[(which + first) % count];
+      material.name = "material " + std::to_string(which);
+      material.fiber.eccentricity = 1;
+      material.fiber.tilt = 0;
+      material.fiber.roughness = 0.1f + 0.03f * static_cast<float>(which);
+      scene::Groom& groom = scene.grooms[which];
+      groom.material = (which + first) % count;
+      groom.first_point = {0};
+      for (std::uint32_t strand = which; strand < all.strand_count(); strand += count) {
+        for (std::uint32_t i = all.first_point[strand]; i < all.first_point[strand + 1]; ++i) {
+          groom.points.push_back(all.points[i]);
+          groom.radius_cm.push_back(all.radius_cm[i]);
+        }
+        groom.first_point.push_back(static_cast<std::uint32_t>(groom.points.size()));
+      }
+    }
+    scene::assign_fibers(&scene);
+    const auto model = fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
+    std::vector<fiber::FiberId> fibers;
+    for (const fiber::FiberParameters& fiber : scene.fibers) fibers.push_back(model->add_fiber(fiber));
+    return render_with(scene, *model, fibers, few_samples(1), 2);
+  };
+  const RenderResult given = rendered(0), rotated = rendered(5);
+  EXPECT_GT(given.queries, 100u);
+  const auto difference = image::compare(given.picture, rotated.picture, "given", "rotated");
+  ASSERT_TRUE(difference);
+  EXPECT_TRUE(difference->identical);
 }
 
 TEST(Film, unsampled_pixels_show_the_nearest_sampled_one) {

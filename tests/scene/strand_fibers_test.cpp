@@ -168,6 +168,26 @@ TEST(StrandFibers, AreDistinctAndFew) {
   EXPECT_EQ(used.size(), scene.fibers.size());
 }
 
+TEST(StrandFibers, OfManyShapesShareThePathsOfTheirEnergies) {
+  const auto share = [](const StrandVariation& variation) {
+    Scene scene = varied_scene(variation);
+    scene.materials.emplace_back();  // of one shape, whatever the other one does
+    scene.materials[1].name = "plain";
+    scene.grooms.push_back(strands(10, 1));
+    EXPECT_FALSE(assign_fibers(&scene));
+    EXPECT_EQ(fiber_of(scene, 1, 0).energy_path_share, 1);
+    for (const std::uint32_t fiber : scene.grooms[0].fiber) {
+      EXPECT_EQ(scene.fibers[fiber].energy_path_share, fiber_of(scene, 0, 0).energy_path_share);
+    }
+    return fiber_of(scene, 0, 0).energy_path_share;
+  };
+  EXPECT_EQ(share({}), 1);
+  EXPECT_EQ(share({.color = 0.9f}), 1);                              // colors have one shape
+  EXPECT_EQ(share({.eccentricity = 0.03f}), 1);                      // 7
+  EXPECT_EQ(share({.eccentricity = 0.05f}), 8 / 11.0f);              // .80 to .90
+  EXPECT_EQ(share({.eccentricity = 0.15f, .width = 0.5f}), 0.125f);  // 31 x 13
+}
+
 TEST(StrandFibers, DependNeitherOnTheOrderOfGroomsNorOnPlaces) {
   const StrandVariation variation{.eccentricity = 0.05f, .width = 0.1f, .color = 0.3f};
   Scene forwards = varied_scene(variation, 500);

@@ -14,6 +14,7 @@ inline constexpr ParameterRange eccentricity_range{0.5, 1};
 inline constexpr ParameterRange roughness_range{0.01, 1};
 inline constexpr ParameterRange azimuthal_sigma_range_deg{0.5, 45};
 inline constexpr ParameterRange longitudinal_lambda_range_deg{0.25, 45};
+inline constexpr ParameterRange energy_path_share_range{0.01, 1};
 /// What is sensible of hair; every finite number >= 0 is a fiber.
 inline constexpr ParameterRange tilt_range_deg{0, 15};
 inline constexpr ParameterRange sigma_a_range{0, 1e4};
