@@ -9,7 +9,9 @@
 // sigma 1..10 as it is. e .7..1, eta 1.55, lobes and nodes of the slice uniform, E_p >= .001 (less is uniform in the
 // program). A vertex is one look-up with one azimuth drawn from the row's own proposal; --foreign adds uniform ones
 // that are observed and not scored. --trt split asks GLINT and the rest of TRT instead of TT, TRT and TRRT. --sigma-a
-// draws from the proposal under that absorption (per semi-axis).
+// draws from the proposal under that absorption (per semi-axis), and tells how far the fits are from g under it,
+// relative to the variation of that. `floor`: of the rows whose variation is below the least one that errors are
+// relative to.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -80,6 +82,22 @@ adaptive::Mixture absorbed(adaptive::Mixture fit, const adaptive::TracedNodes& n
   return fit;
 }
 
+/// The rays under an absorption.
+std::vector<adaptive::TracedRay> absorbed(std::vector<adaptive::TracedRay> rays, double sigma_a) {
+  for (adaptive::TracedRay& ray : rays) {
+    ray.weight *= static_cast<float>(std::exp(-sigma_a * static_cast<double>(ray.attribute)));
+  }
+  return rays;
+}
+
+/// Integral of (g - mean g)^2, as TracedNodes::variation() without its floor.
+double own_variation(const adaptive::TracedNodes& nodes) {
+  const double mean = static_cast<double>(nodes.energy()) / (2 * pi);
+  double sum = 0;
+  for (const float g : nodes.grid()) sum += (static_cast<double>(g) - mean) * (static_cast<double>(g) - mean);
+  return sum * 2 * pi / static_cast<double>(nodes.grid().size());
+}
+
 void ask(const Setting& setting, const adaptive::Service& service, Row& row, RandomStream& random) {
   const float share = service.options().uniform_share_open;
   adaptive::Mixture proposal;
@@ -133,7 +151,8 @@ nlohmann::json study(const Setting& setting) {
   }
 
   std::vector<double> errors, all_errors, own, vertices;
-  std::map<std::string, std::vector<double>> errors_of_lobe;
+  std::map<std::string, std::vector<double>> errors_of_lobe, absorbed_of_lobe;
+  int at_floor = 0, above_own = 0;
   double worst = -1;
   std::string worst_row;
   int falsely = 0, below_a_tenth = 0;
@@ -143,14 +162,26 @@ nlohmann::json study(const Setting& setting) {
     if (view.fit == nullptr && view.knots == nullptr) continue;
     std::vector<adaptive::TracedRay> rays;
     target->trace(row.description, row.description.axis_a[0], row.description.axis_b[0], rays);
-    const double error = bench::true_objective(view, adaptive::TracedNodes(rays, row.description.blur_rad));
+    const adaptive::TracedNodes nodes(rays, row.description.blur_rad);
+    const double error = bench::true_objective(view, nodes);
     below_a_tenth += error < 0.1 ? 1 : 0;
     all_errors.push_back(error);
     if (!row.converged) continue;
     own.push_back(static_cast<double>(row.own));
     vertices.push_back(static_cast<double>(row.vertices));
     errors.push_back(error);
-    errors_of_lobe[fmt::format("p{}", row.description.key.lobe)].push_back(error);
+    const std::string lobe = fmt::format("p{}", row.description.key.lobe);
+    errors_of_lobe[lobe].push_back(error);
+    const double variation = own_variation(nodes), stated = static_cast<double>(nodes.variation());
+    if (variation < stated * (1 - 1e-6)) {
+      ++at_floor;
+      above_own += error * stated > setting.epsilon * variation ? 1 : 0;
+    }
+    if (setting.sigma_a > 0 && view.fit != nullptr) {
+      const adaptive::TracedNodes colored(absorbed(rays, setting.sigma_a), row.description.blur_rad);
+      absorbed_of_lobe[lobe].push_back(bench::true_objective(absorbed(*view.fit, nodes, setting.sigma_a), colored) *
+                                       static_cast<double>(colored.variation()) / own_variation(colored));
+    }
     slack.push_back(static_cast<double>(view.objective) / std::max(error, 1e-12));
     falsely += error > setting.epsilon ? 1 : 0;
     if (error > worst) {
@@ -171,8 +202,11 @@ nlohmann::json study(const Setting& setting) {
       cache_row_bytes += static_cast<double>(28 + (row.state == adaptive::RowState::converged ? parts : 0));
     }
   }
-  nlohmann::json lobes;
-  for (const auto& [lobe, values] : errors_of_lobe) lobes[lobe] = bench::spread(values);
+  const auto by_lobe = [](const std::map<std::string, std::vector<double>>& errors_by_lobe) {
+    nlohmann::json lobes = nlohmann::json::object();
+    for (const auto& [lobe, values] : errors_by_lobe) lobes[lobe] = bench::spread(values);
+    return lobes;
+  };
   return {{"domain", setting.domain},
           {"learner", setting.learner->name},
           {"most_components", setting.components},
@@ -192,7 +226,10 @@ nlohmann::json study(const Setting& setting) {
           {"vertices", bench::spread(vertices)},
           {"relative_l2", bench::spread(errors)},
           {"relative_l2_of_all", bench::spread(all_errors)},
-          {"relative_l2_of_lobe", lobes},
+          {"relative_l2_of_lobe", by_lobe(errors_of_lobe)},
+          {"absorbed_relative_l2_of_lobe", by_lobe(absorbed_of_lobe)},
+          {"at_floor_share", at_floor / n},
+          {"at_floor_above_epsilon_share", above_own / n},
           {"worst_row", worst_row},
           {"bound_over_error_p50", bench::quantile(slack, .5)},
           {"components", components},
@@ -222,6 +259,13 @@ void print(const nlohmann::json& r) {
   fmt::print("converged {:.2f} %, below .1 {:.2f} %, refused {}, false {} (worst: {})\n",
              100 * r["converged_share"].get<double>(), 100 * r["below_a_tenth_share"].get<double>(),
              r["refused"].get<int>(), r["false"].get<int>(), r["worst_row"].get<std::string>());
+  for (const auto& [lobe, of_lobe] : r["absorbed_relative_l2_of_lobe"].items()) {
+    fmt::print("{} clear: median {:.2g}, 90 % {:.2g}; absorbed: {:.2g}, {:.2g}\n", lobe,
+               r["relative_l2_of_lobe"][lobe]["p50"].get<double>(), r["relative_l2_of_lobe"][lobe]["p90"].get<double>(),
+               of_lobe["p50"].get<double>(), of_lobe["p90"].get<double>());
+  }
+  fmt::print("floor: {:.2f} % of rows below it, {:.2f} % beyond epsilon of their own variation\n",
+             100 * r["at_floor_share"].get<double>(), 100 * r["at_floor_above_epsilon_share"].get<double>());
   fmt::print("knots {}, in a cache {:.0f} bytes a row\n", r["knots"].dump(), r["cache_row_bytes"].get<double>());
   fmt::print("components {}; a row: g {:.1f} (top-up {:.2f}), refits {:.2f}, bytes {:.0f}, learning {:.0f} us\n",
              r["components"].dump(), r["g_evaluations_a_row"].get<double>(), r["top_ups_a_row"].get<double>(),
