@@ -239,10 +239,15 @@ def draw_brightness(axis, data):
     axis.legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
 
 
+FAIRNESS = """Not equal company: ours has a rough fiber's energies, from the tracer that is also the judge; the others have a smooth fiber's,
+and their published widths. What they reach with the same energies and tuned widths: bench_far_field --fair (bench/README.md)."""
+
+
 def draw(data, path):
     chart = charts.Chart(TITLE, columns=2, rows=2, width=6.0, height=4.2)
     draw_main(chart.axes[0], data)
     draw_times(chart.axes[1], data)
     draw_budgets(chart.axes[2], data)
     draw_brightness(chart.axes[3], data)
+    chart.figure.text(0.5, -0.005, FAIRNESS, ha="center", va="top", fontsize=7.5)
     chart.save(path)

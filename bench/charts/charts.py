@@ -392,9 +392,9 @@ class Chart:
 
     def save(self, path_without_suffix):
         self.figure.tight_layout()
-        self.figure.savefig(path_without_suffix + ".svg", metadata={"Date": None})
+        self.figure.savefig(path_without_suffix + ".svg", metadata={"Date": None}, bbox_inches="tight")
         pixels = io.BytesIO()
-        self.figure.savefig(pixels, format="png", dpi=110)
+        self.figure.savefig(pixels, format="png", dpi=110, bbox_inches="tight")
         pyplot.close(self.figure)
         # 256 colors: a third of the bytes, and these pictures are in the repository.
         picture = PIL.Image.open(pixels).convert("RGB").quantize(256, dither=PIL.Image.Dither.NONE)
