@@ -1,6 +1,7 @@
 // What the BCSDF of one vertex costs: begin, sample (with S and Q there) and one evaluation for a light.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -86,6 +87,21 @@ void start_up(benchmark::State& state) {
   state.counters["MB"] = static_cast<double>(bytes) * 1e-6;
 }
 
+// The energies of the n shapes that the strands of one material take: e in 50 steps, roughness in degrees.
+void start_up_shapes(benchmark::State& state) {
+  const auto count = static_cast<int>(state.range(0));
+  for (auto _ : state) {
+    const auto model = fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
+    for (int i = 0; i < count; ++i) {
+      fiber::FiberParameters fiber;
+      fiber.eccentricity = 0.99f - 0.01f * static_cast<float>(i % 50);
+      fiber.roughness = static_cast<float>(8 + i / 50) * 0.0174533f;
+      fiber.energy_path_share = std::clamp(8 / static_cast<float>(count), 0.125f, 1.0f);
+      benchmark::DoNotOptimize(model->add_fiber(fiber));
+    }
+  }
+}
+
 const glm::vec3 clear(0.0f), brown(0.545f, 0.906f, 1.781f);
 BENCHMARK_CAPTURE(vertex, converged_brown, Rows::converged, brown);
 BENCHMARK_CAPTURE(vertex, converged_clear, Rows::converged, clear);
@@ -95,6 +111,13 @@ BENCHMARK_CAPTURE(vertex, exact_brown, Rows::traced_at_vertex, brown);
 BENCHMARK_CAPTURE(scattered, fitted, fiber::Estimator::fitted);
 BENCHMARK_CAPTURE(scattered, corrected, fiber::Estimator::corrected);
 BENCHMARK(start_up)->Arg(1)->Arg(100)->Arg(1000)->Unit(benchmark::kMillisecond)->Iterations(1);
+BENCHMARK(start_up_shapes)
+    ->Arg(1)
+    ->Arg(16)
+    ->Arg(1000)
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(1)
+    ->MeasureProcessCPUTime();
 
 }  // namespace
 }  // namespace tress
