@@ -2,6 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
 
 #include "geometry/fiber_scene.h"
 #include "scene/model/scene.h"
@@ -19,7 +22,31 @@ class CameraRays {
   geometry::Ray ray(int x, int y, const std::array<float, 2>& u) const;
 
  private:
+  /// Inverse CDF of the tent 1 - |x| on [-1, 1].
+  static float tent(float u) { return u < 0.5f ? std::sqrt(2 * u) - 1 : 1 - std::sqrt(2 - 2 * u); }
+
   glm::vec3 eye_, corner_, right_, down_;  ///< corner: direction of the top left; right, down: steps of one pixel
 };
+
+inline CameraRays::CameraRays(const scene::Camera& camera, const scene::Image& image) : eye_(camera.eye) {
+  const glm::vec3 forward = glm::normalize(camera.look_at - camera.eye);
+  glm::vec3 right = glm::cross(forward, camera.up);
+  if (glm::length(right) < 1e-6f * glm::length(camera.up)) {
+    right = glm::cross(forward, std::abs(forward.y) < 0.5f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0));
+  }
+  right = glm::normalize(right);
+  const glm::vec3 down = glm::cross(forward, right);
+  const float half_height = std::tan(camera.vertical_fov_deg * std::numbers::pi_v<float> / 360);
+  const float pixel = 2 * half_height / static_cast<float>(image.height);
+  right_ = pixel * right;
+  down_ = pixel * down;
+  corner_ = forward - 0.5f * static_cast<float>(image.width) * right_ - 0.5f * static_cast<float>(image.height) * down_;
+}
+
+inline geometry::Ray CameraRays::ray(int x, int y, const std::array<float, 2>& u) const {
+  const float column = static_cast<float>(x) + 0.5f + tent(u[0]);
+  const float row = static_cast<float>(y) + 0.5f + tent(u[1]);
+  return {eye_, glm::normalize(corner_ + column * right_ + row * down_)};
+}
 
 }  // namespace tress::integrate
