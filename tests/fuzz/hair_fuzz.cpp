@@ -14,7 +14,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   for (const bool y_up : {false, true}) {
     scene::GroomPlacement placement;
-    placement.y_up = placement.colors = y_up;
+    placement.guess_up = !y_up;
+    if (y_up) placement.y_up = placement.colors = true;
     std::vector<std::string> notes, warnings;
     const auto groom = scene::assemble_groom(*hair, placement, "some.hair", &notes, &warnings);
     if (!groom) fuzz::require_message(groom, "some.hair");

@@ -1,5 +1,6 @@
 #include "scene/model/camera_motion.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -118,6 +119,41 @@ TEST(CameraMotion, FramedTurntableSeesAllHairAllRoundAndNoLess) {
       EXPECT_LE(most, 1 / 1.06 + 1e-4);
       EXPECT_GE(most, 1 / 1.06 - 2e-3);
     }
+}
+
+TEST(CameraMotion, AFramedCameraTurnsAboutTheHair) {
+  const std::vector<Groom> grooms{generate_groom({.kind = "straight", .strands = 60, .seed = 4})};
+  const Image image{400, 600, 1};
+  const glm::vec3 from =
+      camera_at({}, {}, grooms, image, "s.json")->eye - camera_at({}, {}, grooms, image, "s.json")->look_at;
+  EXPECT_EQ(from.x, 0);
+  EXPECT_LT(from.y, 0);
+  for (const double turn_deg : {-90.0, 0.0, 30.0, 90.0, 180.0, 360.0}) {
+    const auto description = described(fmt::format(R"({{"turn_deg": {}}})", turn_deg));
+    const auto camera = camera_at(description, {}, grooms, image, "s.json");
+    ASSERT_TRUE(camera);
+    const glm::vec3 eye = camera->eye - camera->look_at;
+    const double azimuth = std::atan2(eye.x, -eye.y) * 180 / std::numbers::pi;
+    EXPECT_NEAR(std::remainder(azimuth - turn_deg, 360), 0, 1e-3);
+    double most = 0;
+    for (const auto& p : grooms[0].points) most = std::max(most, reach(*camera, image, p));
+    EXPECT_NEAR(most, 1 / 1.06, 1e-4);  // no point is outside, and one decides the distance
+  }
+}
+
+TEST(LoadScene, TurnsACameraThatItPlacesAndNoOther) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "tress_turn.json";
+  std::ofstream(file) << "{" << groom << "}";
+  Overrides overrides;
+  overrides.turn_deg = 90;
+  const auto scene = load_scene(file, overrides);
+  std::ofstream(file) << R"({"camera": {"eye": [0, -60, 0]}, )" << groom << "}";
+  const auto placed = load_scene(file, overrides);
+  std::filesystem::remove(file);
+  ASSERT_TRUE(scene) << scene.error().message();
+  EXPECT_GT(scene->camera.eye.x - scene->camera.look_at.x, 1);
+  ASSERT_FALSE(placed);
+  EXPECT_EQ(placed.error().place, "--turn");
 }
 
 TEST(LoadScene, TakesTheCameraOfTheFrame) {

@@ -12,6 +12,7 @@
 #include <tuple>
 #include <vector>
 
+#include "scene/generate/generated_grooms.h"
 #include "scene/read/groom_assembly.h"
 #include "scene/read/load_scene.h"
 
@@ -131,6 +132,45 @@ TEST(GroomAssembly, StandsFilesWithYUpAndScalesTo30Centimetres) {
   EXPECT_EQ(groom->points[1], glm::vec3(0, -15, 30));
   EXPECT_FLOAT_EQ(groom->radius_cm[0], 0.004f);
   EXPECT_EQ(notes.size(), 2u);
+}
+
+/// The strands of a generated groom as a file would have them, z up or y up.
+HairFile file_of(const Groom& groom, bool y_up) {
+  HairFile hair;
+  hair.first_point = groom.first_point;
+  for (const glm::vec3& p : groom.points) hair.points.push_back(y_up ? glm::vec3(p.x, p.z, -p.y) : p);
+  return hair;
+}
+
+TEST(GroomAssembly, SeesWhichAxisStrandsFallAlong) {
+  for (const std::string& kind : generated_groom_kinds()) {
+    const Groom groom = generate_groom({.kind = kind, .strands = 400, .seed = 3});
+    EXPECT_FALSE(falls_along_y(file_of(groom, false))) << kind;
+    EXPECT_TRUE(falls_along_y(file_of(groom, true))) << kind;
+  }
+  EXPECT_FALSE(falls_along_y({.first_point = {0, 2}, .points = {{0, 0, 0}, {0, 2, 0}}, .thickness = {}}));
+  EXPECT_FALSE(falls_along_y({.first_point = {0, 2}, .points = {{1, 1, 1}, {1, 1, 1}}, .thickness = {}}));
+}
+
+TEST(GroomAssembly, AnAxisThatIsSaidWinsAndAGuessIsSaid) {
+  const Groom straight = generate_groom({.kind = "straight", .strands = 50, .seed = 3});
+  for (const bool lies_along_y : {false, true}) {
+    const HairFile hair = file_of(straight, lies_along_y);
+    const auto place = [&](GroomPlacement placement, const char* note) {
+      placement.cm_per_unit = 1;
+      std::vector<std::string> notes, warnings;
+      const auto groom = assemble_groom(hair, placement, "x", &notes, &warnings);
+      std::string all;
+      for (const std::string& line : notes) all += line + "\n";
+      EXPECT_EQ(all.find("for up") != std::string::npos, note[0] != 0) << all;
+      EXPECT_NE(all.find(note), std::string::npos) << all;
+      return groom->points;
+    };
+    EXPECT_EQ(place({.guess_up = true}, lies_along_y ? "y taken for up" : "--up y if"), straight.points);
+    EXPECT_EQ(place({.y_up = lies_along_y, .guess_up = true}, ""), straight.points);
+    EXPECT_EQ(place({.y_up = false, .guess_up = true}, ""), hair.points);
+    EXPECT_EQ(place({}, lies_along_y ? "but the strands fall along y" : ""), hair.points);  // of a scene file
+  }
 }
 
 /// A groom laid out as downloaded files are: no segments array, with or without thickness, and a comment.

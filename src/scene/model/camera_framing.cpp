@@ -11,7 +11,13 @@ namespace {
 
 constexpr float elevation_rad = 0.14f;  ///< 8 degrees above
 constexpr float margin = 1.06f;
-const glm::vec3 back(0, -std::cos(elevation_rad), std::sin(elevation_rad));
+
+/// Towards the camera.
+glm::vec3 back_of(double turn_rad) {
+  const float level = std::cos(elevation_rad);
+  return {static_cast<float>(std::sin(turn_rad)) * level, -static_cast<float>(std::cos(turn_rad)) * level,
+          std::sin(elevation_rad)};
+}
 
 /// Tangents of the half angles of view, with the margin.
 struct View {
@@ -22,9 +28,10 @@ struct View {
   }
 };
 
-/// From `distance_of(point - middle)` along `back`, the largest of all points.
+/// At `distance_of(point - middle)` along `back`, the largest of all points.
 template <class Distance>
-Camera placed(const std::vector<Groom>& grooms, const Camera& camera, const glm::vec3& middle, Distance distance_of) {
+Camera placed(const std::vector<Groom>& grooms, const Camera& camera, const glm::vec3& middle, const glm::vec3& back,
+              Distance distance_of) {
   float distance = 0.1f;
   for (const auto& groom : grooms)
     for (const auto& p : groom.points) distance = std::max(distance, distance_of(p - middle));
@@ -50,12 +57,14 @@ std::optional<glm::vec3> middle_of(const std::vector<Groom>& grooms) {
   return 0.5f * (low + high);
 }
 
-Camera frame_grooms(const std::vector<Groom>& grooms, const Image& image, const Camera& camera) {
+Camera frame_grooms(const std::vector<Groom>& grooms, const Image& image, const Camera& camera, double turn_rad) {
   const auto middle = middle_of(grooms);
   if (!middle) return camera;
   const View view(image, camera);
-  const glm::vec3 right(1, 0, 0), up = glm::cross(back, right);
-  return placed(grooms, camera, *middle, [&](const glm::vec3& d) {
+  const glm::vec3 back = back_of(turn_rad);
+  const glm::vec3 right(static_cast<float>(std::cos(turn_rad)), static_cast<float>(std::sin(turn_rad)), 0);
+  const glm::vec3 up = glm::cross(back, right);
+  return placed(grooms, camera, *middle, back, [&](const glm::vec3& d) {
     return glm::dot(d, back) + std::max(std::abs(glm::dot(d, right)) / view.right, std::abs(glm::dot(d, up)) / view.up);
   });
 }
@@ -68,7 +77,7 @@ Camera frame_grooms_all_round(const std::vector<Groom>& grooms, const Image& ima
   const float c = std::cos(elevation_rad), s = std::sin(elevation_rad);
   // A point at height z goes around on a circle of radius r: the largest of the above over its azimuth t, where
   // back . d = c r cos t + s z, right . d = r sin t, up . d = -s r cos t + c z, is closed.
-  return placed(grooms, camera, look_at.value_or(*middle), [&](const glm::vec3& d) {
+  return placed(grooms, camera, look_at.value_or(*middle), back_of(0), [&](const glm::vec3& d) {
     const float r = std::hypot(d.x, d.y), z = d.z;
     const float aside = r * std::hypot(c, 1 / view.right) + s * z;
     const float above = r * std::abs(c - s / view.up) + z * (s + c / view.up);

@@ -7,9 +7,9 @@
 
 namespace tress::scene {
 
-/// From -y and slightly above, at the vertical angle of view of `camera`, every point inside the picture with a small
-/// margin. Without points: `camera` as it is.
-Camera frame_grooms(const std::vector<Groom>& grooms, const Image& image, const Camera& camera);
+/// From -y and slightly above, or from `turn_rad` counter-clockwise of -y, at the vertical angle of view of `camera`,
+/// every point inside the picture with a small margin. Without points: `camera` as it is.
+Camera frame_grooms(const std::vector<Groom>& grooms, const Image& image, const Camera& camera, double turn_rad = 0);
 
 /// The same from a distance at which every point stays inside while the camera goes around `look_at` (the middle of the
 /// hair where unset) on a level circle. Without points: `camera` as it is.

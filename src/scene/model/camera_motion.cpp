@@ -56,7 +56,7 @@ std::optional<CameraFault> fault_of(const Camera& camera) {
 
 Result<Camera> camera_at(const CameraDescription& description, std::optional<int> frame,
                          const std::vector<Groom>& grooms, const Image& image, const std::string& name) {
-  if (description.framed) return frame_grooms(grooms, image, description.camera);
+  if (description.framed) return frame_grooms(grooms, image, description.camera, description.turn_rad);
   Camera camera = description.camera;
   int at = frame.value_or(0);
   if (description.turntable) {

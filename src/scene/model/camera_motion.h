@@ -27,6 +27,7 @@ struct Turntable {
 struct CameraDescription {
   Camera camera;                ///< only its angle of view where it is framed or goes around
   bool framed = true;           ///< placed to see all grooms
+  double turn_rad = 0;          ///< where it is framed: about the hair, counter-clockwise from above; 0: from -y
   std::vector<CameraKey> keys;  ///< by rising frame number
   std::optional<Turntable> turntable;
 };

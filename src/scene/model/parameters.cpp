@@ -29,6 +29,8 @@ constexpr std::array table{
     Parameter{"/$schema", "", text, none, "", "", "", "for editors: where schema.json is"},
     Parameter{"/camera/frame", "", flag, none, "", "", "true without `eye`",
               "place the camera so that all grooms are seen, from 8 degrees above; excludes `eye`, `look_at`, `up`"},
+    Parameter{"/camera/turn_deg", "--turn", number, turn, degrees, "", "0",
+              "where a camera that sees all grooms stands: counter-clockwise from above, 0 is -y"},
     Parameter{"/camera/eye", "", triple, world, cm, "", "", "where the camera is"},
     Parameter{"/camera/look_at", "", triple, world, cm, "", "[0, 0, 0]", "the middle of the picture"},
     Parameter{"/camera/up", "", triple, world, "", "", "[0, 0, 1]", "the direction that is up in the picture"},
@@ -184,7 +186,7 @@ constexpr std::array table{
     Parameter{"/grooms/N/basis", "", choice, none, "", "bspline, linear", "bspline",
               "strands are uniform cubic B-splines that the points control (through root and tip, rounding bends), or "
               "straight from point to point"},
-    Parameter{"/grooms/N/up", "--up", choice, none, "", "y, z", "z",
+    Parameter{"/grooms/N/up", "--up", choice, none, "", "y, z", "z; of a bare .hair file by how its strands fall",
               "files only: axis of the file that points up; y becomes z, z becomes -y"},
     Parameter{"/grooms/N/cm_per_unit", "--cm-per-unit", number, per_unit, cm, "", "longest side 30 cm",
               "files only: length of a unit of the file"},

@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <numbers>
+
 #include "scene/model/parameters.h"
 
 namespace tress::scene {
 namespace {
 
 constexpr std::size_t most_keys = 100'000;
+constexpr double radians = std::numbers::pi / 180;
 
 /// The keys that a still camera and a keyframe share, over the defaults in `camera`.
 Camera read_view(const JsonReader& json, Camera camera) {
@@ -56,13 +59,14 @@ Turntable read_turntable(const JsonReader& json) {
 
 CameraDescription read_camera(const JsonReader& json) {
   CameraDescription camera;
-  if (!json.object({"frame", "eye", "look_at", "up", "vertical_fov_deg", "frames", "turntable"})) return camera;
+  if (!json.object({"frame", "turn_deg", "eye", "look_at", "up", "vertical_fov_deg", "frames", "turntable"}))
+    return camera;
   const bool placed = json.has("eye") || json.has("look_at") || json.has("up");
   camera.camera = read_view(json, camera.camera);
   if (json.has("frames") || json.has("turntable")) {
     camera.framed = false;
-    if (placed || json.has("frame"))
-      json.fail("", "frames or turntable without frame, eye, look_at and up", "them beside it");
+    if (placed || json.has("frame") || json.has("turn_deg"))
+      json.fail("", "frames or turntable without frame, turn_deg, eye, look_at and up", "them beside it");
     if (!json.at_most_one({"frames", "turntable"})) return camera;
     if (json.has("frames")) read_keys(json, &camera);
     if (json.has("turntable")) camera.turntable = read_turntable(json.child("turntable"));
@@ -71,6 +75,9 @@ CameraDescription read_camera(const JsonReader& json) {
   camera.framed = json.boolean("frame").value_or(!json.has("eye"));
   if (camera.framed && placed) json.fail("", "\"frame\": true, or eye, look_at and up", "both");
   if (!camera.framed && !json.has("eye")) json.fail("eye", "an array of 3 numbers, or \"frame\": true", "neither");
+  if (!camera.framed && json.has("turn_deg"))
+    json.fail("turn_deg", "this key where the camera is placed to see the hair", "it beside \"eye\"");
+  camera.turn_rad = json.number("turn_deg").value_or(0) * radians;
   if (!camera.framed) check_view(json, camera.camera);
   return camera;
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/ext/vector_double3.hpp>
+#include <glm/geometric.hpp>
 
 #include "scene/model/parameters.h"
 
@@ -24,7 +26,32 @@ void append_distinct(const HairFile& hair, std::uint32_t strand, std::vector<std
     if (kept->empty() || hair.points[i] != hair.points[kept->back()]) kept->push_back(i);
 }
 
+/// What a reader of the note can do about the axis that was taken for up.
+std::string up_note(const std::string& name, const GroomPlacement& placement, bool falls) {
+  if (placement.guess_up)
+    return fmt::format("{}: {} taken for up, by how the strands fall; --up {} if it lies on its side", name,
+                       falls ? "y" : "z", falls ? "z" : "y");
+  return fmt::format("{}: z taken for up, but the strands fall along y; --up y or \"up\": \"y\" turns them", name);
+}
+
 }  // namespace
+
+bool falls_along_y(const HairFile& hair) {
+  constexpr double least_fall = 0.1;
+  glm::dvec3 fall(0.0);
+  std::size_t counted = 0;
+  for (std::size_t s = 0; s + 1 < hair.first_point.size(); ++s) {
+    double length = 0;
+    for (std::uint32_t i = hair.first_point[s] + 1; i < hair.first_point[s + 1]; ++i)
+      length += glm::distance(glm::dvec3(hair.points[i - 1]), glm::dvec3(hair.points[i]));
+    if (!(length > 0)) continue;
+    const glm::dvec3 root(hair.points[hair.first_point[s]]), tip(hair.points[hair.first_point[s + 1] - 1]);
+    fall += (tip - root) / length;
+    ++counted;
+  }
+  const auto strands = static_cast<double>(counted);
+  return fall.y < -least_fall * strands && fall.y < 2 * fall.z;
+}
 
 Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placement, const std::string& name,
                              std::vector<std::string>* notes, std::vector<std::string>* warnings) {
@@ -59,6 +86,9 @@ Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placeme
                          ? fmt::format("{}: thickness of the file gives a radius of {:g} cm, {:g} cm used", name,
                                        file_radius, usual_radius_cm)
                          : fmt::format("{}: no thickness in the file, radius {:g} cm used", name, usual_radius_cm));
+  const bool falls = !placement.y_up && falls_along_y(hair),
+             y_up = placement.y_up.value_or(placement.guess_up && falls);
+  if (!placement.y_up && (placement.guess_up || falls)) notes->push_back(up_note(name, placement, falls));
   Groom groom;
   groom.name = name;
   groom.first_point.push_back(0);
@@ -71,7 +101,7 @@ Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placeme
     const std::size_t begin = groom.points.size();
     for (std::uint32_t i : kept) {
       const glm::vec3 file = hair.points[i] * static_cast<float>(scale);
-      const glm::vec3 point = placement.y_up ? glm::vec3(file.x, -file.z, file.y) : file;
+      const glm::vec3 point = y_up ? glm::vec3(file.x, -file.z, file.y) : file;
       if (groom.points.size() > begin && point == groom.points.back()) continue;
       const float thickness = hair.thickness.empty() ? hair.default_thickness : hair.thickness[i];
       color += hair.color.empty() ? hair.default_color : hair.color[i];

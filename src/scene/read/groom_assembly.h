@@ -11,11 +11,17 @@
 namespace tress::scene {
 
 struct GroomPlacement {
-  bool y_up = false;                  ///< y of the file becomes z, its z becomes -y
-  std::optional<double> cm_per_unit;  ///< unset: the longest side of the bounding box is 30 cm
-  std::optional<double> radius_cm;    ///< unset: the file's, or .004 cm where it has none or an absurd one
-  bool colors = false;                ///< strands have the mean of the colors of their points
+  std::optional<bool> y_up = {};           ///< y of the file becomes z, its z becomes -y; unset: false, or by guess_up
+  bool guess_up = false;                   ///< where y_up is unset: by how the strands fall
+  std::optional<double> cm_per_unit = {};  ///< unset: the longest side of the bounding box is 30 cm
+  std::optional<double> radius_cm = {};    ///< unset: the file's, or .004 cm where it has none or an absurd one
+  bool colors = false;                     ///< strands have the mean of the colors of their points
 };
+
+/// Whether y of the file is up, by how its strands fall: from root to tip they go down on average, hair by its weight
+/// and fur by its comb. The mean over strands of tip - root over the length of the strand must be below -0.1 along y
+/// and twice as far down as along z.
+bool falls_along_y(const HairFile& hair);
 
 /// Appends to `notes` what was chosen and to `warnings` what was left out. A groom without strands is possible.
 /// Fails where the placed groom leaves a world of 10^6 cm.

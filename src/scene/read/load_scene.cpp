@@ -26,6 +26,7 @@ SceneDescription bare_hair_file(const std::filesystem::path& file) {
   scene.materials.emplace_back();
   scene.grooms.emplace_back();
   scene.grooms[0].file = std::filesystem::absolute(file).string();
+  scene.grooms[0].placement.guess_up = true;
   return scene;
 }
 
@@ -60,6 +61,7 @@ std::optional<Error> fault_of(const Overrides& o) {
   check("--resolution", o.height);
   check("--spp", o.samples);
   check("--frame", o.frame);
+  check("--turn", o.turn_deg);
   return error;
 }
 
@@ -86,6 +88,11 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
     if (!groom.file) continue;
     if (overrides.y_up) groom.placement.y_up = *overrides.y_up;
     if (overrides.cm_per_unit) groom.placement.cm_per_unit = *overrides.cm_per_unit;
+  }
+  if (overrides.turn_deg) {
+    if (!scene->camera.framed)
+      return Error{"", "--turn", "a camera that is placed to see the hair", "one that the scene places"};
+    scene->camera.turn_rad = *overrides.turn_deg * std::numbers::pi / 180;
   }
   auto& image = scene->image;
   image.width = overrides.width.value_or(image.width);

@@ -23,7 +23,8 @@ struct Overrides {
   std::optional<bool> y_up;
   std::optional<double> cm_per_unit;
   std::optional<int> width, height, samples;
-  std::optional<int> frame;  ///< of a moving camera
+  std::optional<int> frame;        ///< of a moving camera
+  std::optional<double> turn_deg;  ///< of a camera that is placed to see the hair
 };
 
 /// A scene JSON file, or a bare .hair file. Errors name the file and the JSON path or byte.
