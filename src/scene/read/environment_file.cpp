@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "image/picture.h"
+#include "scene/read/file_kind.h"
 #include "scene/read/hdr_file.h"
 #include "scene/read/input_file.h"
 
@@ -49,6 +50,9 @@ Result<Environment> load_environment(const std::filesystem::path& file, double r
                                      std::vector<std::string>* warnings) {
   const auto start = read_file_start(file, "an EXR or HDR picture", 16);
   if (!start) return start.error();
+  if (const std::string kind = known_kind_of(*start);
+      !kind.empty() && kind.find("OpenEXR") == kind.npos && kind.find("Radiance") == kind.npos)
+    return Error{file.string(), "", "an EXR or HDR picture", kind};
   auto map = is_hdr_file(*start) ? read_hdr_map(file) : read_exr_map(file);
   if (!map) return map.error();
   const auto width = static_cast<std::size_t>(map->width), count = map->pixels.size();

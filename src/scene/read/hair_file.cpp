@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "scene/read/file_kind.h"
+
 namespace tress::scene {
 namespace {
 
@@ -32,7 +34,7 @@ Result<HairFile> parse_hair_file(std::span<const unsigned char> bytes, const std
   };
   if (bytes.empty()) return error(0, "a .hair file", "an empty file");
   if (bytes.size() < 4 || std::memcmp(bytes.data(), "HAIR", 4) != 0)
-    return error(0, "\"HAIR\", the mark of a .hair file", "something else");
+    return error(0, "\"HAIR\", the mark of a .hair file", kind_of(bytes));
   if (bytes.size() < header_bytes)
     return error(bytes.size(), fmt::format("a header of {} bytes", header_bytes), "the end of the file");
 

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <numbers>
+#include <span>
+#include <string_view>
 
 #include "scene/generate/studio_environment.h"
 #include "scene/model/camera_motion.h"
@@ -12,6 +14,7 @@
 #include "scene/model/parameters.h"
 #include "scene/model/strand_fibers.h"
 #include "scene/read/environment_file.h"
+#include "scene/read/file_kind.h"
 #include "scene/read/input_file.h"
 #include "scene/read/scene_file.h"
 
@@ -133,18 +136,25 @@ Result<Mesh> make_mesh(const MeshDescription& description, const std::filesystem
   return place_mesh(*obj, description, file.string(), &scene->warnings);
 }
 
-bool is_hair_file(const std::filesystem::path& file, const std::vector<unsigned char>& bytes) {
-  return file.extension() == ".hair" || (bytes.size() >= 4 && std::memcmp(bytes.data(), "HAIR", 4) == 0);
+/// A scene is JSON, and that of a scene begins with a brace: whatever else there is, is told before it is read as JSON.
+bool may_be_json(const std::filesystem::path& file, std::span<const unsigned char> start) {
+  if (!known_kind_of(start).empty()) return false;
+  constexpr std::string_view blanks = " \t\r\n\xef\xbb\xbf";  // with the mark of UTF-8
+  const auto first =
+      std::ranges::find_if(start, [&](unsigned char c) { return blanks.find(static_cast<char>(c)) == blanks.npos; });
+  return file.extension() == ".json" || first == start.end() || *first == '{';
 }
 
 Result<SceneDescription> describe(const std::filesystem::path& file) {
   const bool hair = file.extension() == ".hair";
-  const auto bytes = read_input_file(file, hair ? "a .hair file" : "a scene (JSON or .hair)", most_hair_bytes);
+  const std::string wanted = hair ? "a .hair file" : "a scene (JSON) or a groom (.hair)";
+  const auto start = read_file_start(file, wanted, bytes_of_kind);
+  if (!start) return start.error();
+  if (hair || kind_of(*start) == "a .hair groom") return bare_hair_file(file);
+  if (!may_be_json(file, *start)) return Error{file.string(), "", wanted, kind_of(*start)};
+  const auto bytes =
+      read_input_file(file, fmt::format("a scene of at most {} bytes", most_scene_bytes), most_scene_bytes);
   if (!bytes) return bytes.error();
-  if (is_hair_file(file, *bytes)) return bare_hair_file(file);
-  if (bytes->size() > most_scene_bytes)
-    return Error{file.string(), "", fmt::format("a scene of at most {} bytes", most_scene_bytes),
-                 fmt::format("{}", bytes->size())};
   return parse_scene_file(*bytes, file.string());
 }
 

@@ -1,0 +1,57 @@
+// What is said of a file that is neither a scene nor a groom.
+#include "scene/read/file_kind.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "scene/read/load_scene.h"
+
+namespace tress::scene {
+namespace {
+
+using namespace std::string_literals;
+
+std::string refusal(const std::string& name, const std::string& bytes) {
+  const auto file = std::filesystem::path(testing::TempDir()) / name;
+  std::ofstream(file, std::ios::binary) << bytes;
+  const auto scene = load_scene(file);
+  std::filesystem::remove(file);
+  return scene ? "" : scene.error().message();
+}
+
+TEST(FileKind, IsToldOfWhatIsNeitherASceneNorAGroom) {
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"Ogawa\xff\0\1"s, "an Alembic archive (Ogawa)"},
+      {"\x89HDF\r\n\x1a\n\0"s, "an HDF5 file"},
+      {"PXR-USDC\0"s, "a binary USD file"},
+      {"#usda 1.0\n"s, "a USD text"},
+      {"\x1f\x8b\x08\0"s, "data packed by gzip"},
+      {"\x89PNG\r\n\x1a\n\0"s, "a PNG picture"},
+      {"solid cube\nfacet"s, "a text that begins \"solid cube\""},
+      {"\0\1\2\3\4"s, "binary data that begins 00 01 02 03"},
+      {"[1, 2]"s, "a text that begins \"[1, 2]\""}};
+  for (const auto& [bytes, kind] : files) {
+    for (const char* name : {"tress_kind.abc", "tress_kind"}) {
+      const std::string said = refusal(name, bytes);
+      EXPECT_NE(said.find("expected a scene (JSON) or a groom (.hair), found " + kind), std::string::npos) << said;
+    }
+    const std::string groom = refusal("tress_kind.hair", bytes);
+    EXPECT_NE(groom.find("the mark of a .hair file, found " + kind), std::string::npos) << groom;
+  }
+  EXPECT_NE(refusal("tress_kind.json", "\x89PNG\r\n\x1a\n").find("found a PNG picture"), std::string::npos);
+}
+
+TEST(FileKind, LeavesScenesToTheirParser) {
+  EXPECT_NE(refusal("tress_kind.json", "{").find("byte 2: expected JSON"), std::string::npos);
+  EXPECT_NE(refusal("tress_kind.json", "grooms").find("expected JSON"), std::string::npos);
+  EXPECT_NE(refusal("tress_kind", " \n{]").find("expected JSON"), std::string::npos);
+  EXPECT_EQ(refusal("tress_kind", R"( {"grooms": [{"generate": "single_fiber"}]})"), "");
+}
+
+}  // namespace
+}  // namespace tress::scene
