@@ -195,6 +195,17 @@ void CacheReader::begin(Section deepest) {
   error_.reset();
 }
 
+void CacheReader::begin_rows(const SliceDescription& slice, std::uint32_t rows, const ByteSource& table,
+                             const ByteSource& sketches) {
+  begin(Section::sketches);
+  reader(Section::rows) = ByteReader(&table, 0, table.size());
+  reader(Section::sketches) = ByteReader(&sketches, 0, sketches.size());
+  slice_ = slice;
+  rows_left_ = rows;
+  least_node_ = 0;
+  bins_ = Sketch::bin_count(slice.blur_rad);
+}
+
 const SliceDescription* CacheReader::next_slice() {
   while (next_row() != nullptr) {
   }

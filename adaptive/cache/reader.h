@@ -30,6 +30,9 @@ class CacheReader final : public RowSource {
 
   const std::string& model() const override { return model_; }
   void rewind() override { begin(format::Section::sketches); }
+  /// In place of all else: so many rows of a slice, as they stand in sections rows and sketches.
+  void begin_rows(const SliceDescription& slice, std::uint32_t rows, const ByteSource& table,
+                  const ByteSource& sketches);
   const SliceDescription* next_slice() override;
   const CachedRow* next_row() override;
   std::optional<Error> failure() const override { return error_; }

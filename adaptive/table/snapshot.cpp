@@ -68,12 +68,11 @@ SliceId Service::Table::add_slice(const SliceDescription& description) {
   slice_of_key_.emplace(description.key, id);
   if (const auto cached = unused_.find(description.key); cached != unused_.end()) {
     // A slice on other axes cannot be used, nor saved beside this one.
-    if (same_axes(cached->second.description, description)) {
-      const TableSnapshot kept{target_.model_name(), {std::move(cached->second)}};
-      SnapshotRows rows(kept);
+    if (same_axes(cached->second.description(), description)) {
+      PackedSliceRows rows(cached->second, target_.model_name());
       (void)take(rows);
     } else {
-      refusals_.push_back(other_axes(description, cached->second.description));
+      refusals_.push_back(other_axes(description, cached->second.description()));
     }
     unused_.erase(cached);
   }
@@ -95,8 +94,8 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
       const auto found = slice_of_key_.find(description->key);
       if (found == slice_of_key_.end()) {
         if (!answering) continue;
-        CachedSlice& unused = unused_.insert_or_assign(description->key, CachedSlice{*description, {}}).first->second;
-        while (const CachedRow* row = rows.next_row()) unused.rows.push_back(*row);
+        PackedSlice& unused = unused_.insert_or_assign(description->key, PackedSlice(*description)).first->second;
+        while (const CachedRow* row = rows.next_row()) unused.add(*row);
         continue;
       }
       const SliceId id = found->second;
@@ -152,29 +151,34 @@ class Service::Table::Rows final : public RowSource {
     used_ = table_.slice_of_key_.begin();
     unused_ = table_.unused_.begin();
     slice_ = nullptr;
-    cached_ = nullptr;
+    cached_.reset();
+    failure_.reset();
   }
   const SliceDescription* next_slice() override {
     while (used_ != table_.slice_of_key_.end() || unused_ != table_.unused_.end()) {
       slice_ = nullptr;
-      cached_ = nullptr;
+      cached_.reset();
       node_ = 0;
       const bool from_cache = used_ == table_.slice_of_key_.end() ||
                               (unused_ != table_.unused_.end() && compare_keys(unused_->first, used_->first) < 0);
       if (from_cache) {
-        cached_ = &(unused_++)->second;
-        return &cached_->description;
+        cached_.emplace((unused_++)->second, model_);
+        return cached_->next_slice();
       }
       slice_ = table_.slices_[(used_++)->second].get();
       stored_ = slice_->stored.begin();
       if (has_rows()) return &slice_->description;
     }
     slice_ = nullptr;
-    cached_ = nullptr;
+    cached_.reset();
     return nullptr;
   }
   const CachedRow* next_row() override {
-    if (cached_ != nullptr) return node_ < cached_->rows.size() ? &cached_->rows[node_++] : nullptr;
+    if (cached_) {
+      const CachedRow* row = cached_->next_row();
+      if (row == nullptr && !failure_) failure_ = cached_->failure();
+      return row;
+    }
     if (slice_ == nullptr) return nullptr;
     while (slice_->has_index() && node_ < slice_->description.node_count()) {
       const std::uint32_t node = node_++;
@@ -188,6 +192,7 @@ class Service::Table::Rows final : public RowSource {
     }
     return !slice_->has_index() && stored_ != slice_->stored.end() ? &(stored_++)->second : nullptr;
   }
+  std::optional<Error> failure() const override { return failure_; }
 
  private:
   bool has_rows() const {
@@ -201,10 +206,11 @@ class Service::Table::Rows final : public RowSource {
   const Table& table_;
   std::string model_;
   std::map<SliceKey, SliceId, KeyLess>::const_iterator used_;
-  std::map<SliceKey, CachedSlice, KeyLess>::const_iterator unused_;
-  const Slice* slice_ = nullptr;         ///< the running one, or
-  const CachedSlice* cached_ = nullptr;  ///< that of a cache
-  std::uint32_t node_ = 0;               ///< next node of slice_, or next row of cached_
+  std::map<SliceKey, PackedSlice, KeyLess>::const_iterator unused_;
+  const Slice* slice_ = nullptr;           ///< the running one, or
+  std::optional<PackedSliceRows> cached_;  ///< that of a cache
+  std::optional<Error> failure_;
+  std::uint32_t node_ = 0;  ///< next node of slice_
   std::map<std::uint32_t, CachedRow>::const_iterator stored_;
   CachedRow row_;
 };

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "cache/packed_slice.h"
 #include "density/mixture_store.h"
 #include "table/row.h"
 #include "table/slice.h"
@@ -138,7 +139,7 @@ class Service::Table {
   std::size_t learner_bytes_;  ///< of each open row
   std::vector<std::unique_ptr<Slice>> slices_;
   std::map<SliceKey, SliceId, KeyLess> slice_of_key_;
-  std::map<SliceKey, CachedSlice, KeyLess> unused_;  ///< cached slices that no add_slice() asked for
+  std::map<SliceKey, PackedSlice, KeyLess> unused_;  ///< cached slices that no add_slice() asked for
   std::deque<Row> rows_;                             ///< in order of creation
   MixtureStore mixtures_;                            ///< what is published
   std::vector<RowChange> changes_;

@@ -86,7 +86,12 @@ TEST_F(SavingMemory, OfATableDoesNotGrowWithItsRows) {
   const testing::MovingPeaks target;
   Service service(Options{}, target);
   ManyRows rows(many, 64);
-  ASSERT_FALSE(service.load(rows));  // slices nobody uses: kept
+  // Slices that nobody uses are kept in no more than their bytes.
+  const std::size_t kept = peak_of([&] { EXPECT_FALSE(service.load(rows)); });
+  EXPECT_LT(kept, encode_cache(collect(rows)).size() + constant);
+  EXPECT_LT(peak_of([&] { EXPECT_EQ(merge_into_cache(file_, *service.rows())->contents.rows(), many); }), constant);
+  EXPECT_EQ(content(), encode_cache(collect(rows))) << "unused";
+  fs::remove(file_);
   for (std::uint32_t lobe = 0; lobe < 2; ++lobe) {
     SliceDescription slice = testing::toy_slice(lobe, 250);
     slice.axis_b.resize(200);

@@ -1,0 +1,54 @@
+#include "cache/packed_slice.h"
+
+#include <cstring>
+
+namespace tress::adaptive {
+
+void GrowingBytes::append(std::string_view bytes) {
+  while (!bytes.empty()) {
+    if (pieces_.empty() || pieces_.back().size() == piece) pieces_.emplace_back();
+    std::string& last = pieces_.back();
+    const std::string_view taken = bytes.substr(0, piece - last.size());
+    const std::size_t wanted = last.size() + taken.size();
+    // Slices of few rows take little. A string at least doubles what it has, so it is not let come near a piece.
+    if (wanted > piece / 4) last.reserve(piece);
+    last.append(taken);
+    bytes.remove_prefix(taken.size());
+  }
+}
+
+std::size_t GrowingBytes::size() const {
+  return pieces_.empty() ? 0 : (pieces_.size() - 1) * piece + pieces_.back().size();
+}
+
+bool GrowingBytes::read(std::size_t offset, char* to, std::size_t size) const {
+  if (offset > this->size() || size > this->size() - offset) return false;
+  while (size > 0) {
+    const std::string_view from = std::string_view(pieces_[offset / piece]).substr(offset % piece, size);
+    std::memcpy(to, from.data(), from.size());
+    offset += from.size();
+    to += from.size();
+    size -= from.size();
+  }
+  return true;
+}
+
+void PackedSlice::add(const CachedRow& row) {
+  ByteWriter out;
+  format::write_row(out, row);
+  table_.append(out.bytes());
+  ++rows_;
+  if (row.state == RowState::converged) return;
+  out.clear();
+  format::write_sketch(out, row);
+  sketches_.append(out.bytes());
+}
+
+const SliceDescription* PackedSliceRows::next_slice() {
+  if (reader_) return nullptr;
+  reader_.emplace(slice_.table_, "");
+  reader_->begin_rows(slice_.description_, slice_.rows_, slice_.table_, slice_.sketches_);
+  return &slice_.description_;
+}
+
+}  // namespace tress::adaptive

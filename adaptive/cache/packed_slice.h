@@ -1,0 +1,63 @@
+// The rows of a slice in the bytes that they take in a cache file, a quarter of a CachedRow: what a session keeps of a
+// cache without using it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cache/byte_source.h"
+#include "cache/bytes.h"
+#include "cache/reader.h"
+#include "tress/adaptive/cache.h"
+
+namespace tress::adaptive {
+
+/// Bytes that grow without being copied: in pieces of 8 KB.
+class GrowingBytes final : public ByteSource {
+ public:
+  void append(std::string_view bytes);
+  std::size_t size() const override;
+  bool read(std::size_t offset, char* to, std::size_t size) const override;
+
+ private:
+  static constexpr std::size_t piece = 8192;
+  std::vector<std::string> pieces_;  ///< all but the last are full
+};
+
+class PackedSlice {
+ public:
+  explicit PackedSlice(SliceDescription slice) : description_(std::move(slice)) {}
+
+  /// In ascending order of node.
+  void add(const CachedRow& row);
+  const SliceDescription& description() const { return description_; }
+
+ private:
+  friend class PackedSliceRows;
+  SliceDescription description_;
+  std::uint32_t rows_ = 0;
+  GrowingBytes table_, sketches_;
+};
+
+/// A packed slice as a table of one. The slice must outlive it and stay as it is.
+class PackedSliceRows final : public RowSource {
+ public:
+  PackedSliceRows(const PackedSlice& slice, std::string model) : slice_(slice), model_(std::move(model)) {}
+  const std::string& model() const override { return model_; }
+  void rewind() override { reader_.reset(); }
+  const SliceDescription* next_slice() override;
+  const CachedRow* next_row() override { return reader_ ? reader_->next_row() : nullptr; }
+  /// Of values that no file may have: rows that a host made and that cannot be read back.
+  std::optional<Error> failure() const override { return reader_ ? reader_->failure() : std::nullopt; }
+
+ private:
+  const PackedSlice& slice_;
+  std::string model_;
+  std::optional<CacheReader> reader_;
+};
+
+}  // namespace tress::adaptive
