@@ -6,6 +6,7 @@
 #include <cmath>
 #include <ctime>
 #include <set>
+#include <utility>
 
 #include "table/table.h"
 
@@ -67,6 +68,7 @@ void Service::Table::update_rows(PassReport& report) {
         row.audit = Audit::due;  // looked at again when there is room
       }
       misfitting.insert(row.slice);
+      drop_forms(row.slice);
     }
     bytes_ = bytes_ - sizes[i] + bytes_of(row);
     report.g_evaluations += outcome.g_evaluations;
@@ -89,6 +91,20 @@ void Service::Table::update_rows(PassReport& report) {
 }
 
 PassReport Service::Table::publish(std::uint64_t paths) {
+  PassReport report;
+  if (options_.check_passes && (phase_.load() == Phase::publishing || readers_.load() != 0)) {
+    note({"", "publish", "no reader left", phase_.load() == Phase::publishing ? "publish() itself" : "one in look_up"});
+    return report;
+  }
+  if (options_.check_passes) phase_.store(Phase::publishing);
+  report = end_pass(paths);
+  if (options_.check_passes) phase_.store(Phase::between);
+  const std::scoped_lock lock(misuse_mutex_);
+  report.misuse = std::exchange(misuse_, std::nullopt);
+  return report;
+}
+
+PassReport Service::Table::end_pass(std::uint64_t paths) {
   const std::clock_t start = std::clock();
   PassReport report = between_passes_;
   between_passes_ = PassReport{};
@@ -132,6 +148,7 @@ PassReport Service::Table::publish(std::uint64_t paths) {
     return order != 0 ? order < 0 : x.node < y.node;
   });
   report.at_ceiling = !admit(candidates, report) || unindexed > 0;
+  make_room();
 
   for (const std::unique_ptr<Slice>& slice : slices_) {
     if (!slice->has_index()) continue;
@@ -165,7 +182,7 @@ void Service::Table::fill_totals(PassReport& report) const {
     if (objective >= 0) objectives.push_back(objective);
   }
   report.rows_reopened = reopened_;
-  report.bytes = bytes_;
+  report.bytes = bytes_ + formed_bytes_;
   report.bias_bound = bias_bound();
   std::ranges::sort(objectives);
   report.objective_p50 = quantile(objectives, 0.50);

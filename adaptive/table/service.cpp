@@ -1,12 +1,31 @@
 #include "tress/adaptive/service.h"
 
-#include <cassert>
 #include <cmath>
 #include <utility>
 
 #include "table/table.h"
 
 namespace tress::adaptive {
+namespace {
+
+/// A reader inside a call, where passes are checked.
+class Inside {
+ public:
+  explicit Inside(std::atomic<std::uint32_t>* readers) : readers_(readers) {
+    if (readers_ != nullptr) readers_->fetch_add(1);
+  }
+  ~Inside() {
+    if (readers_ != nullptr) readers_->fetch_sub(1);
+  }
+  Inside(const Inside&) = delete;
+  Inside& operator=(const Inside&) = delete;
+
+ private:
+  std::atomic<std::uint32_t>* readers_;
+};
+
+}  // namespace
+
 RowView view_of(const Slot& slot) {
   RowView view;
   view.row = slot.row;
@@ -80,28 +99,46 @@ void Service::Table::show(Row& row, const CachedRow& cached) {
 }
 
 RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t b) {
+  const bool is_there = slice_id < slices_.size() && b < slices_[slice_id]->description.axis_b.size() &&
+                        a < slices_[slice_id]->description.axis_a.size();
+  if (!is_there || options_.check_passes) [[unlikely]] {
+    const std::uint32_t node =
+        is_there ? a * static_cast<std::uint32_t>(slices_[slice_id]->description.axis_b.size()) + b : ~0u;
+    if (is_misuse("look_up", slice_id, node)) {
+      RowView nothing = bare_view(RowState::absent, slice_id, node);
+      nothing.nodes = &no_light();
+      return nothing;
+    }
+  }
+  const Inside inside(options_.check_passes ? &readers_ : nullptr);
   Slice& slice = *slices_[slice_id];
   const std::uint32_t node = a * static_cast<std::uint32_t>(slice.description.axis_b.size()) + b;
-  assert(node < slice.description.node_count());
   if (!slice.has_index()) {
     unindexed_queries_.add(1);
     traces_.fetch_add(1, std::memory_order_relaxed);
-    RowView view;
+    RowView view = bare_view(RowState::absent, slice_id, node);
     view.kept = trace(slice_id, node);
     view.nodes = view.kept.get();
     return view;
   }
   Slot& slot = slice.slots[node];
   slot.queries.fetch_add(1, std::memory_order_relaxed);
-  if (slot.row != Slot::no_row) return view_of(slot);
+  if (slot.row != Slot::no_row) {
+    RowView view = view_of(slot);
+    view.slice = slice_id;
+    view.node = node;
+    view.pass = pass_;
+    return view;
+  }
 
-  RowView view;
+  RowView view = bare_view(RowState::absent, slice_id, node);
   view.nodes = Slot::target_of<TracedNodes>(slot.word.load(std::memory_order_acquire));
   if (view.nodes != nullptr) return view;
   std::unique_ptr<const TracedNodes> traced = trace(slice_id, node);
   const std::size_t size = traced->bytes();
   const std::size_t before = memo_bytes_.fetch_add(size, std::memory_order_relaxed);
-  if (bytes_ + before + size > options_.memory_bytes) {
+  const std::size_t formed = formed_bytes_.load(std::memory_order_relaxed);
+  if (bytes_ + formed + before + size > options_.memory_bytes) {
     memo_bytes_.fetch_sub(size, std::memory_order_relaxed);
     traces_.fetch_add(1, std::memory_order_relaxed);
     view.kept = std::move(traced);
@@ -121,19 +158,28 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
 }
 
 RowView Service::Table::peek(SliceId slice_id, std::uint32_t a, std::uint32_t b) const {
+  if (slice_id >= slices_.size()) return {};
   const Slice& slice = *slices_[slice_id];
-  if (!slice.has_index()) return {};
-  const Slot& slot = slice.slots[a * slice.description.axis_b.size() + b];
-  return slot.row == Slot::no_row ? RowView{} : view_of(slot);
+  const std::uint32_t node = a * static_cast<std::uint32_t>(slice.description.axis_b.size()) + b;
+  RowView view = bare_view(RowState::absent, slice_id, node);
+  if (!slice.has_index() || node >= slice.description.node_count() || slice.slots[node].row == Slot::no_row)
+    return view;
+  view = view_of(slice.slots[node]);
+  view.slice = slice_id;
+  view.node = node;
+  view.pass = pass_;
+  return view;
 }
 
-void Service::Table::carry(SliceId slice, std::uint32_t node, float light) {
-  if (light > 0 && slices_[slice]->has_index())
-    slices_[slice]->light[node].fetch_add(fixed_light(light), std::memory_order_relaxed);
+void Service::Table::credit(const RowView& view, float light) {
+  if (is_stale("credit", view) || !(light > 0)) return;
+  if (view.slice < slices_.size() && slices_[view.slice]->has_index() &&
+      view.node < slices_[view.slice]->description.node_count())
+    slices_[view.slice]->light[view.node].fetch_add(fixed_light(light), std::memory_order_relaxed);
 }
 
 void Service::Table::observe(const RowView& view, float x, float g) {
-  if (view.row == RowView::no_row || !learns_) return;
+  if (view.row == RowView::no_row || !learns_ || is_stale("observe", view)) return;
   Row& row = rows_[view.row];
   if (row.state() != RowState::open) return;
   row.learning->sketch.offer(x, g);
@@ -141,6 +187,7 @@ void Service::Table::observe(const RowView& view, float x, float g) {
 }
 
 void Service::Table::score(const RowView& view, float x, float g, float q) {
+  if (is_stale("score", view)) return;
   observe(view, x, g);
   if (view.row == RowView::no_row || !learns_) return;
   Row& row = rows_[view.row];
@@ -151,7 +198,10 @@ void Service::Table::score(const RowView& view, float x, float g, float q) {
 Service::Service(const Options& options, const Target& target) : table_(std::make_unique<Table>(options, target)) {}
 Service::~Service() = default;
 const Options& Service::options() const { return table_->options(); }
-SliceId Service::add_slice(const SliceDescription& description) { return table_->add_slice(description); }
+Result<SliceId> Service::add_slice(const SliceDescription& description) { return table_->add_slice(description); }
+Result<const FormedRows*> Service::add_form(SliceId slice, std::shared_ptr<const RowForm> form) {
+  return table_->add_form(slice, std::move(form));
+}
 const SliceDescription& Service::slice(SliceId slice) const { return table_->slices()[slice]->description; }
 std::uint32_t Service::slice_count() const { return static_cast<std::uint32_t>(table_->slices().size()); }
 std::optional<Error> Service::load(RowSource& rows) { return table_->load(rows); }
@@ -162,13 +212,16 @@ std::optional<Error> Service::load(const TableSnapshot& image) {
 std::unique_ptr<RowSource> Service::rows() const { return table_->rows(); }
 TableSnapshot Service::snapshot() const { return table_->snapshot(); }
 RowView Service::look_up(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->look_up(slice, a, b); }
-void Service::count_converged(std::uint32_t queries) const { table_->count_converged(queries); }
-void Service::carry(SliceId slice, std::uint32_t node, float light) const { table_->carry(slice, node, light); }
+FormedLookup Service::look_up(const FormedRows& rows, std::uint32_t node) const { return table_->look_up(rows, node); }
+FormedLookup Service::fetch(const FormedRows& rows, std::uint32_t node) const { return table_->fetch(rows, node); }
+void Service::credit(const RowView& row, float light) const { table_->credit(row, light); }
+void AnswerReader::count() const {
+  if (service_ != nullptr) service_->table_->count_formed(queries_);
+}
 void Service::observe(const RowView& row, float x, float g) const { table_->observe(row, x, g); }
 void Service::score(const RowView& row, float x, float g, float q) const { table_->score(row, x, g, q); }
 void Service::set_learning(bool on) { table_->set_learning(on); }
 PassReport Service::publish(std::uint64_t paths) { return table_->publish(paths); }
-const std::vector<Service::RowChange>& Service::last_changes() const { return table_->changes(); }
 RowView Service::peek(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->peek(slice, a, b); }
 const std::vector<Error>& Service::refusals() const { return table_->refusals(); }
 void Service::set_row_listener(std::function<void(const RowReport&)> listener) {

@@ -122,6 +122,7 @@ struct Slice {
   /// Carried by each node over all passes, fixed_light(). Apart from the slots: converged rows add to it now and then.
   std::unique_ptr<std::atomic<std::uint64_t>[]> light;
   std::vector<std::uint32_t> queries_before;  ///< queries at the last publish()
+  std::vector<std::uint32_t> forms;           ///< of its rows, by their index in the table
   bool audited = false;                       ///< a row of a cache was checked
   std::map<std::uint32_t, CachedRow> stored;  ///< cached rows that memory had no room for, by node
 };

@@ -1,6 +1,5 @@
 // The table as plain data and back: slices, load and snapshot.
 #include <algorithm>
-#include <cassert>
 #include <string>
 
 #include "table/table.h"
@@ -16,7 +15,7 @@ bool same_axes(const SliceDescription& a, const SliceDescription& b) {
 }
 
 std::string describe(const SliceDescription& slice) {
-  std::string text = "page of lobe " + std::to_string(slice.key.lobe);
+  std::string text = "slice of lobe " + std::to_string(slice.key.lobe);
   for (const float parameter : slice.key.parameters) text += ", " + std::to_string(parameter);
   return text;
 }
@@ -54,10 +53,12 @@ CachedRow cached_form(const Row& row, const Slot& slot) {
 
 }  // namespace
 
-SliceId Service::Table::add_slice(const SliceDescription& description) {
-  assert(description.node_count() > 0);
+Result<SliceId> Service::Table::add_slice(const SliceDescription& description) {
+  if (std::optional<Error> early = within_pass("add_slice")) return std::move(*early);
+  if (description.node_count() == 0) return Error{"", describe(description), "at least one node", "none"};
   if (const auto found = slice_of_key_.find(description.key); found != slice_of_key_.end()) {
-    assert(same_axes(slices_[found->second]->description, description));
+    const SliceDescription& own = slices_[found->second]->description;
+    if (!same_axes(own, description)) return other_axes(own, description);
     return found->second;
   }
   const auto id = static_cast<SliceId>(slices_.size());
@@ -118,9 +119,6 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
   between_passes_.refits += resumed.refits;
   between_passes_.bad_fits += resumed.bad_fits;
   between_passes_.traces += resumed.traces;
-  std::ranges::sort(changes_, [](const RowChange& x, const RowChange& y) {
-    return x.slice != y.slice ? x.slice < y.slice : x.node < y.node;
-  });
   return rows.failure();
 }
 

@@ -6,12 +6,14 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "cache/packed_slice.h"
 #include "density/mixture_store.h"
+#include "table/block_store.h"
 #include "table/row.h"
 #include "table/slice.h"
 #include "table/striped_counter.h"
@@ -23,7 +25,7 @@ namespace tress::adaptive {
 /// What a reader sees of a node that has a row.
 RowView view_of(const Slot& slot);
 
-/// Reader methods (look_up, count_converged, carry, observe, score): any thread. All else: one thread, no reader.
+/// Reader methods (look_up, fetch, count_formed, observe, score, credit): any thread. All else: one thread, no reader.
 class Service::Table {
  public:
   Table(const Options& options, const Target& target)
@@ -32,13 +34,19 @@ class Service::Table {
   // service.cpp: what readers do
   RowView look_up(SliceId slice, std::uint32_t a, std::uint32_t b);
   RowView peek(SliceId slice, std::uint32_t a, std::uint32_t b) const;
-  void count_converged(std::uint32_t queries) { converged_queries_.add(queries); }
-  void carry(SliceId slice, std::uint32_t node, float light);
+  void credit(const RowView& view, float light);
   void observe(const RowView& view, float x, float g);
   void score(const RowView& view, float x, float g, float q);
 
-  // image.cpp
-  SliceId add_slice(const SliceDescription& description);
+  // forms.cpp
+  Result<const FormedRows*> add_form(SliceId slice, std::shared_ptr<const RowForm> form);
+  FormedLookup look_up(const FormedRows& rows, std::uint32_t node);
+  FormedLookup fetch(const FormedRows& rows, std::uint32_t node);
+  /// Queries of converged rows that were answered without look_up() or fetch().
+  void count_formed(std::uint32_t queries) { converged_queries_.add(queries); }
+
+  // snapshot.cpp
+  Result<SliceId> add_slice(const SliceDescription& description);
   std::optional<Error> load(RowSource& rows);
   std::unique_ptr<RowSource> rows() const;
   TableSnapshot snapshot() const;
@@ -48,13 +56,30 @@ class Service::Table {
 
   const Options& options() const { return options_; }
   const std::vector<std::unique_ptr<Slice>>& slices() const { return slices_; }
-  const std::vector<RowChange>& changes() const { return changes_; }
   const std::vector<Error>& refusals() const { return refusals_; }
   void set_learning(bool on) { learns_ = on; }
   void set_listener(std::function<void(const RowReport&)> listener) { listener_ = std::move(listener); }
 
  private:
   class Rows;
+  /// A row whose published fit or state changed.
+  struct RowChange {
+    SliceId slice;
+    std::uint32_t node;
+    RowState state;
+  };
+  /// What was made of the rows of a slice.
+  struct Made {
+    void* block;
+    std::size_t bytes;
+    std::uint32_t node;
+  };
+  struct Form {
+    std::unique_ptr<FormedRows> rows;
+    std::vector<Made> made;
+  };
+  enum class Phase : std::uint8_t { between, pass, publishing };
+
   /// A node that is to have a row: because it was asked for often enough, or because a cache has it.
   struct Candidate {
     SliceId slice;
@@ -120,10 +145,40 @@ class Service::Table {
   void fill_totals(PassReport& report) const;
   void announce();
 
-  // image.cpp
+  // snapshot.cpp
   /// Gives rows to cached rows until the ceiling, those that answer at once first, and keeps the rest as it is.
   std::optional<Error> take(RowSource& rows);
 
+  // forms.cpp
+  std::size_t form_of(const FormedRows& rows) const;
+  /// All rows of the slice are to be asked again: of readers that is, who so make them anew and show what is asked.
+  void drop_forms(SliceId slice);
+  void drop(Form& form);
+  /// Forms give way to rows.
+  void make_room();
+
+  // discipline.cpp
+  /// Keeps the first since the last publish().
+  void note(Error error);
+  /// Why a call that belongs between passes is refused.
+  std::optional<Error> within_pass(const char* call) const;
+  Error no_such_slice(const char* call, SliceId slice) const;
+  /// Notes a node that is not there and, where passes are checked, a reader inside publish().
+  bool is_misuse(const char* call, SliceId slice, std::uint32_t node);
+  /// The same of a view, which may be of an earlier pass. False unless passes are checked.
+  bool is_stale(const char* call, const RowView& row);
+  /// g of a node that is not there.
+  static const TracedNodes& no_light();
+
+  RowView bare_view(RowState state, SliceId slice, std::uint32_t node) const {
+    RowView view;
+    view.state = state;
+    view.slice = slice;
+    view.node = node;
+    view.pass = pass_;
+    return view;
+  }
+  PassReport end_pass(std::uint64_t paths);
   std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
   Slot& slot_of(const Row& row) const { return slices_[row.slice]->slots[row.node]; }
   /// Memory of the row and of what answers for it.
@@ -153,9 +208,17 @@ class Service::Table {
   std::uint64_t paths_ = 0;      ///< told to publish() so far
   std::uint64_t queried_ = 0;    ///< nodes ever asked for, as of the last publish()
   PassReport between_passes_;    ///< work of load() and add_slice(), told by the next publish()
+  std::vector<Form> forms_;
+  BlockStore blocks_;      ///< of all forms
+  std::mutex made_mutex_;  ///< of Form::made
+  std::mutex misuse_mutex_;
+  std::optional<Error> misuse_;
+  std::atomic<Phase> phase_{Phase::between};  ///< kept only where passes are checked
+  std::atomic<std::uint32_t> readers_{0};     ///< likewise: inside look_up()
+  std::atomic<std::size_t> formed_bytes_{0};  ///< of all forms and their entries
   std::atomic<std::size_t> memo_bytes_{0};
   std::atomic<std::uint64_t> traces_{0};  ///< by readers, in the running pass
-  StripedCounter converged_queries_;      ///< likewise, of those answered from copies
+  StripedCounter converged_queries_;      ///< likewise, of those answered by forms
   StripedCounter unindexed_queries_;      ///< likewise, of slices without an index
 };
 

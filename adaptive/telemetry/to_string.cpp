@@ -53,6 +53,7 @@ std::string to_string(const Options& options) {
           number(static_cast<double>(options.uniform_share_open)) + " open";
   text += ", " + std::to_string(options.tests_before_refusal) + " tests before refusal";
   text += ", at most " + std::to_string(options.max_components) + " components";
+  if (options.check_passes) text += ", passes checked";
   return text + ", seed " + std::to_string(options.seed);
 }
 
@@ -62,7 +63,8 @@ std::string to_string(const PassReport& report) {
   return std::to_string(report.queries) + " queries, " + number(100 * share) +
          " % answered by fits; rows: " + std::to_string(report.rows_open) + " open, " +
          std::to_string(report.rows_converged) + " converged, " + std::to_string(report.rows_refused) + " refused; " +
-         megabytes(report.bytes) + (report.at_ceiling ? ", at the ceiling" : "");
+         megabytes(report.bytes) + (report.at_ceiling ? ", at the ceiling" : "") +
+         (report.misuse ? "; misuse: " + report.misuse->message() : "");
 }
 
 }  // namespace tress::adaptive

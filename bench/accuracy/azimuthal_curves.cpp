@@ -45,7 +45,6 @@ nlohmann::json curve(const char* name, const char* label, fiber::Estimator estim
       (void)model->evaluate(event, {-wr.theta, 6.28f * (random.next() - 0.5f)});
     }
     (void)service->publish();
-    model->rows_changed();
   }
   // M at the specular cone: of the logistic normalised over the hemisphere, or half of Marschner's Gaussian.
   const float lambda = fiber::longitudinal_lambda(parameters, 2, wr.theta);

@@ -307,7 +307,6 @@ class Pekelis2015 : public Told {
           (void)model_->sample(event.event, {random.next(), random.next(), random.next(), random.next()});
       }
       (void)service_.publish();
-      model_->rows_changed();
     }
   }
 

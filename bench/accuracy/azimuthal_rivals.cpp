@@ -42,7 +42,7 @@
 #include "fiber/ray_batch.h"
 #include "fit/fit_knots.h"
 #include "learned_rows.h"
-#include "models/elliptical/absorbed_row.h"
+#include "models/absorbed_row_pool.h"
 #include "models/elliptical/ray_shape.h"
 #include "models/elliptical/vertex_trace.h"
 #include "random_rows.h"

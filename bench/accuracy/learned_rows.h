@@ -26,7 +26,7 @@ class LearnedRows {
   LearnedRows(const adaptive::Options& options, const adaptive::Target& target,
               const std::vector<adaptive::SliceDescription>& slices)
       : service_(options, target) {
-    for (const auto& slice : slices) rows_.push_back({service_.add_slice(slice), 0, 0, adaptive::RowState::absent});
+    for (const auto& slice : slices) rows_.push_back({*service_.add_slice(slice), 0, 0, adaptive::RowState::absent});
   }
 
   /// `vertices` look-ups of each row that has not converged, each with one azimuth drawn from the row's own proposal;
@@ -37,7 +37,7 @@ class LearnedRows {
       if (rows_[i].state != adaptive::RowState::converged) ask(rows_[i], vertices, random);
     }
     const adaptive::PassReport report = service_.publish();
-    for (const auto& change : service_.last_changes()) rows_[change.slice].state = change.state;
+    for (Row& row : rows_) row.state = service_.peek(row.slice, 0, 0).state;
     return report;
   }
 

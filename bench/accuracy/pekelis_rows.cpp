@@ -117,7 +117,7 @@ struct Learned {
 /// The rows of one slice, by a service of its own: no more than a slice is in memory.
 Learned learn(const Setting& setting, const adaptive::Target& target, Slice& slice, nlohmann::json& curves) {
   adaptive::Service service(setting.options, target);
-  const adaptive::SliceId id = service.add_slice(slice.description);
+  const adaptive::SliceId id = *service.add_slice(slice.description);
   RandomStream random(setting.seed, 7);
   const float share = setting.options.uniform_share_open;
   Learned learned;

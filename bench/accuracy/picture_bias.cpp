@@ -42,8 +42,8 @@ class DrawnByAnother final : public fiber::FiberModel {
     values_.add_fiber(parameters);
     return sampler_.add_fiber(parameters);
   }
-  fiber::FiberEvent begin(fiber::FiberId id, const fiber::FiberDirection& wr, float xi1, float xi2,
-                          float h) const override {
+  fiber::FiberEvent make_event(fiber::FiberId id, const fiber::FiberDirection& wr, float xi1, float xi2,
+                               float h) const override {
     return sampler_.begin(id, wr, xi1, xi2, h);
   }
   fiber::FiberSample sample(const fiber::FiberEvent& event, const std::array<float, 4>& u) const override {
@@ -123,7 +123,6 @@ int run(const Settings& settings) {
   if (!image) stop_with(image.error().message());
   if (const auto error = rows.load(std::move(*image))) stop_with(error->message());
   rows.set_learning(false);
-  sampler->rows_changed();
 
   const std::atomic<bool> never{false};
   std::vector<double> bias;

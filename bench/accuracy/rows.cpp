@@ -60,7 +60,7 @@ std::vector<Row> draw_rows(const Setting& setting, const adaptive::Target& targe
   while (rows.size() < static_cast<std::size_t>(setting.rows)) {
     Row row;
     row.description = random.next(target).description;
-    row.slice = service.add_slice(row.description);
+    row.slice = *service.add_slice(row.description);
     if (row.slice != rows.size()) continue;  // drawn before
     rows.push_back(std::move(row));
   }
@@ -144,8 +144,8 @@ nlohmann::json study(const Setting& setting) {
     evaluations += report.g_evaluations;
     validation_draws += report.validation_draws;
     refits += report.refits;
-    for (const auto& change : service.last_changes()) {
-      if (change.state == adaptive::RowState::converged) rows[change.slice].converged = true;
+    for (Row& row : rows) {
+      row.converged = row.converged || service.peek(row.slice, 0, 0).state == adaptive::RowState::converged;
     }
     if (report.rows_converged == rows.size()) break;
   }

@@ -92,7 +92,6 @@ class Job {
       const std::uint64_t covered = trace_pass(tracer, pass);
       if (service_) {
         service_->publish(covered);
-        model_->rows_changed();
       }
     }
     nlohmann::ordered_json told = statistics();

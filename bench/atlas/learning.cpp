@@ -254,7 +254,7 @@ nlohmann::json study(const Stress& stress, const Learner& learner, const bench::
   }
   adaptive::Service service(options, target);
   std::vector<Row> rows;
-  for (std::size_t i = 0; i < count; ++i) rows.push_back({service.add_slice(target.slice(i))});
+  for (std::size_t i = 0; i < count; ++i) rows.push_back({*service.add_slice(target.slice(i))});
 
   const Asked host(stress, seed);
   double cpu = 0;
@@ -278,10 +278,11 @@ nlohmann::json study(const Stress& stress, const Learner& learner, const bench::
     told_ceiling = told_ceiling || report.at_ceiling;
     most_bytes = std::max(most_bytes, report.bytes);
     violations += report.bytes > options.memory_bytes ? 1 : 0;
-    for (const auto& change : service.last_changes()) {
-      rows[change.slice].state = change.state;
-      const adaptive::RowView view = service.peek(change.slice, 0, 0);
-      violations += within_constraints(view, truths[change.slice].energy(), options.max_components) ? 0 : 1;
+    for (std::size_t i = 0; i < count; ++i) {
+      const adaptive::RowView view = service.peek(rows[i].slice, 0, 0);
+      rows[i].state = view.state;
+      if (view.fit == nullptr && view.knots == nullptr) continue;
+      violations += within_constraints(view, truths[i].energy(), options.max_components) ? 0 : 1;
     }
     if (report.rows_converged + report.rows_refused == count) break;
   }

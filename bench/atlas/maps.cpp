@@ -213,7 +213,6 @@ struct Teacher {
         }
       }
       report = service->publish();
-      model.rows_changed();
       if (pass > 2 && report.rows_open == 0) break;
     }
   }

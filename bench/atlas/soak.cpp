@@ -67,7 +67,6 @@ void live(const Settings& settings, int life, std::string& saved) {
     Result<adaptive::TableSnapshot> image = adaptive::decode_cache(saved, target->model_name(), "saved");
     if (!image) stop_with(image.error().message());
     if (const auto error = service.load(std::move(*image))) stop_with(error->message());
-    model->rows_changed();
   }
   integrate::RenderOptions options;
   options.samples = settings.samples;

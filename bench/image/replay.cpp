@@ -229,7 +229,7 @@ class Workbench {
         }
         case Step::begin: {
           const Begin& event = paths_.begins[begun++];
-          if (parts.scattering) vertex = scattering_->begin(event.hit, event.ray_direction, event.xi);
+          if (parts.scattering) vertex = scattering_->begin(event.hit, event.ray_direction, event.xi, 0);
           if (parts.scattering) sum.add(vertex.albedo.x);
           break;
         }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "fit/fit_knots.h"
-#include "models/elliptical/absorbed_row.h"
+#include "models/absorbed_row_pool.h"
 #include "tress/adaptive/traced_nodes.h"
 #include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"

@@ -115,7 +115,7 @@ void look_up(benchmark::State& state) {
     slice.axis_a.push_back(static_cast<float>(i) * 1e-3f);
     slice.axis_b.push_back(static_cast<float>(i) * 1e-3f);
   }
-  const SliceId id = service.add_slice(slice);
+  const SliceId id = *service.add_slice(slice);
   PassReport report;
   while (report.rows_converged < slice.node_count()) {
     for (std::uint32_t n = 0; n < slice.node_count(); ++n) {

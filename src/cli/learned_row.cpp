@@ -46,7 +46,7 @@ LearnedRow learn_row(const RowRequest& request) {
   options.queries_before_creation = 1;
   const std::unique_ptr<adaptive::Target> target = fiber::make_elliptical_target();
   adaptive::Service service(options, *target);
-  const adaptive::SliceId id = service.add_slice(slice);
+  const adaptive::SliceId id = *service.add_slice(slice);
 
   LearnedRow learned;
   learned.phi_r = request.phi_r;

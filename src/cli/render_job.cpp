@@ -126,7 +126,6 @@ class RenderJob {
     std::optional<Error> refused;
     if (cache_) {
       refused = cache_->open(*service_);
-      if (!refused) model_->rows_changed();
       // A frozen table answers every picture alike, whatever part of it is rendered.
       if (settings_.cache_mode == CacheMode::frozen && cache_->loaded() == "loaded") service_->set_learning(false);
     } else if (settings_.warm_cache) {

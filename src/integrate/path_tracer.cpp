@@ -101,9 +101,9 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
       throughput /= survival;
     }
     const float xi1 = random.next(), xi2 = random.next();
-    vertex = scattering_.begin(*hit, ray.direction, {xi1, xi2});
+    const float importance = luminance_of(first_total * throughput) / static_cast<float>(first_samples);
+    vertex = scattering_.begin(*hit, ray.direction, {xi1, xi2}, importance);
     vertex.light_samples = std::min(1, options_.light_samples);
-    vertex.event.importance = luminance_of(first_total * throughput) / static_cast<float>(first_samples);
     ++sums.vertices;
     if (vertex.light_samples > 0) {
       const float u_light = random.next(), u1 = random.next(), u2 = random.next();
@@ -132,10 +132,10 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
     if (scene_.environment_visible) sums.layers[background_layer] = scene_.environment.radiance(ray.direction);
     return sums;
   }
-  Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(sample, grid_node));
+  Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(sample, grid_node),
+                                    1 / static_cast<float>(options_.bcsdf_samples));
   vertex.light_samples = options_.light_samples;
   vertex.bcsdf_samples = options_.bcsdf_samples;
-  vertex.event.importance = 1 / static_cast<float>(options_.bcsdf_samples);
   sums.vertices = 1;
   sums.coverage = 1;
   sums.albedo = vertex.albedo;

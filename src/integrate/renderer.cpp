@@ -112,10 +112,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     progress.pixels = paths.pixels;
     progress.dropped_samples = paths.dropped;
     progress.paths_so_far += progress.pixels;
-    if (service) {
-      progress.table = service->publish(paths.covered);
-      model.rows_changed();
-    }
+    if (service) progress.table = service->publish(paths.covered);
     progress.cpu_seconds = process_cpu_seconds() - cpu_start;
     progress.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     progress.noise = film.relative_noise();

@@ -34,8 +34,8 @@ Scattered scattered_by_surface(const glm::vec3& albedo, float cosine) {
 
 }  // namespace
 
-Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_direction,
-                         const std::array<float, 2>& xi) const {
+Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi,
+                         float importance) const {
   Vertex vertex;
   vertex.hit = hit;
   if (hit.is_surface) {
@@ -45,7 +45,7 @@ Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_directio
   const std::uint32_t fiber = scene_.grooms[hit.groom].fiber[hit.strand];
   const LocalDirection known = to_local(hit, -ray_direction);
   const float h = offset_of(hit, known, scene_.fibers[fiber].eccentricity);
-  vertex.event = model_.begin(fiber_ids_[fiber], known.direction, xi[0], xi[1], h);
+  vertex.event = model_.begin(fiber_ids_[fiber], known.direction, xi[0], xi[1], h, importance);
   for (const glm::vec3& lobe : vertex.event.energy) vertex.albedo += lobe;
   return vertex;
 }

@@ -41,8 +41,9 @@ class Scattering {
   Scattering(const scene::Scene& scene, const fiber::FiberModel& model, const std::vector<fiber::FiberId>& fiber_ids)
       : scene_(scene), model_(model), fiber_ids_(fiber_ids) {}
 
-  /// ray_direction: of the ray that met the hit. xi: the grid node of a fiber's event.
-  Vertex begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi) const;
+  /// ray_direction: of the ray that met the hit. xi: the grid node of a fiber's event. importance: FiberModel::begin().
+  Vertex begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi,
+               float importance) const;
 
   /// direction: unit, world, away from the hit. Counts queries in `sums`.
   Scattered evaluate(const Vertex& vertex, const glm::vec3& direction, PathSums& sums) const;

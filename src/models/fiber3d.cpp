@@ -47,7 +47,7 @@ class Fiber3d final : public FiberModel {
     return id;
   }
 
-  FiberEvent begin(FiberId id, const FiberDirection& wr, float xi1, float xi2, float h) const override {
+  FiberEvent make_event(FiberId id, const FiberDirection& wr, float xi1, float xi2, float h) const override {
     const FiberRecord& fiber = store_[id];
     FiberEvent event;
     event.fiber = id;

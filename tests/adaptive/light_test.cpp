@@ -31,8 +31,7 @@ void ask_node(const Service& service, SliceId slice, std::uint32_t a, std::uint3
   RandomStream random(5, a, b);
   for (int i = 0; i < queries; ++i) {
     const RowView row = service.look_up(slice, a, b);
-    const auto width = static_cast<std::uint32_t>(service.slice(slice).axis_b.size());
-    service.carry(slice, a * width + b, share * static_cast<float>(paths) / static_cast<float>(queries));
+    service.credit(row, share * static_cast<float>(paths) / static_cast<float>(queries));
     if (row.state == RowState::converged) continue;
     const float u = service.options().uniform_share_open, x = row.sample(random.next(), u);
     service.score(row, x, row.nodes->density(x), row.proposal_density(x, u));
@@ -44,7 +43,7 @@ TEST(Light, DecidesWhoIsBornFirst) {
   Options options;
   options.memory_bytes = 20000;  // for a few rows of the eight
   Service service(options, target);
-  const SliceId slice = service.add_slice(testing::toy_slice(1, 8));
+  const SliceId slice = *service.add_slice(testing::toy_slice(1, 8));
   // The more light, the fewer queries.
   for (std::uint32_t b = 0; b < 8; ++b)
     ask_node(service, slice, 0, b, 40 - 4 * static_cast<int>(b), 0.001f * static_cast<float>(b + 1));
@@ -60,7 +59,7 @@ TEST(Light, DecidesWhoIsBornFirst) {
 TEST(Light, DecidesHowWellARowIsLearned) {
   const testing::MovingPeaks target;
   Service service(light_driven(0.01), target);
-  const SliceId slice = service.add_slice(testing::toy_slice(1, 4));
+  const SliceId slice = *service.add_slice(testing::toy_slice(1, 4));
   const std::vector<float> shares{1.0f, 0.05f, 1e-6f};
   for (int pass = 0; pass < 30; ++pass) {
     for (std::uint32_t a = 0; a < shares.size(); ++a) ask_node(service, slice, a, 0, 60, shares[a]);
@@ -92,7 +91,7 @@ TEST(Light, IsOffUnlessAskedFor) {
   std::vector<std::string> tables;
   for (const float share : {0.0f, 0.5f}) {
     Service service(Options{}, target);
-    const SliceId slice = service.add_slice(testing::toy_slice(1, 4));
+    const SliceId slice = *service.add_slice(testing::toy_slice(1, 4));
     for (int pass = 0; pass < 6; ++pass) {
       for (std::uint32_t a = 0; a < 4; ++a) ask_node(service, slice, a, 1, 40, share);
       service.publish(paths);
@@ -121,7 +120,8 @@ Learned learn(unsigned threads) {
       workers.emplace_back([&, w] {
         for (std::uint32_t i = w; i < 4000; i += threads) {
           const std::uint32_t slice = i % 3, node = i % 64;
-          service.carry(slice, node, (slice == 2 ? 1e-5f : 0.01f) * static_cast<float>(1 + i % 7));
+          service.credit(service.peek(slice, node / 8, node % 8),
+                         (slice == 2 ? 1e-5f : 0.01f) * static_cast<float>(1 + i % 7));
         }
       });
     }
@@ -151,11 +151,11 @@ TEST(Light, ThreadsAndOrderChangeNoBit) {
 TEST(Light, TellsWhatItsRowsMayDoToThePicture) {
   const testing::MovingPeaks target;
   Service service(light_driven(0.01), target);
-  const SliceId slice = service.add_slice(testing::toy_slice(1, 4));
+  const SliceId slice = *service.add_slice(testing::toy_slice(1, 4));
   ask_node(service, slice, 2, 0, 60, 1e-6f);
   EXPECT_LT(service.publish(paths).bias_bound, 1e-5);
   // Half of the light of the second pass: a quarter of all.
-  service.carry(slice, 2 * 4, 0.5f * static_cast<float>(paths));
+  service.credit(service.peek(slice, 2, 0), 0.5f * static_cast<float>(paths));
   const double expected = 0.25 * std::sqrt(std::sqrt(std::numbers::pi) / 0.2);
   EXPECT_NEAR(service.publish(paths).bias_bound, expected, 1e-3 * expected);
 }
@@ -164,7 +164,7 @@ TEST(Light, TellsWhatItsRowsMayDoToThePicture) {
 TableSnapshot taught(double picture_error, float bright, float faint) {
   const testing::MovingPeaks target;
   Service service(light_driven(picture_error), target);
-  const SliceId slice = service.add_slice(testing::toy_slice(1, 4));
+  const SliceId slice = *service.add_slice(testing::toy_slice(1, 4));
   for (int pass = 0; pass < 30; ++pass) {
     ask_node(service, slice, 0, 0, 60, bright);
     ask_node(service, slice, 1, 0, 60, faint);
@@ -183,7 +183,7 @@ TEST(Light, ACacheOfOneErrorServesAnother) {
 
   for (const float share : {0.3f, 1e-6f}) {
     Service service(light_driven(0.01), target);
-    const SliceId slice = service.add_slice(testing::toy_slice(1, 4));
+    const SliceId slice = *service.add_slice(testing::toy_slice(1, 4));
     ASSERT_FALSE(service.load(image));
     EXPECT_EQ(service.peek(slice, 0, 0).state, RowState::converged) << "good enough for any light";
     EXPECT_EQ(service.peek(slice, 1, 0).state, RowState::absent) << "nothing is known of its light yet";
@@ -201,7 +201,7 @@ TEST(Light, ACacheOfOneErrorServesAnother) {
   }
   // And without the knob every row has to reach epsilon, as ever.
   Service uniform(Options{}, target);
-  const SliceId slice = uniform.add_slice(testing::toy_slice(1, 4));
+  const SliceId slice = *uniform.add_slice(testing::toy_slice(1, 4));
   ASSERT_FALSE(uniform.load(image));
   EXPECT_EQ(uniform.peek(slice, 0, 0).state, RowState::converged);
   EXPECT_EQ(uniform.peek(slice, 1, 0).state, RowState::open);

@@ -22,7 +22,7 @@ Options small() {
 
 std::vector<SliceId> add(Service& service, std::uint32_t slices) {
   std::vector<SliceId> ids;
-  for (std::uint32_t lobe = 0; lobe < slices; ++lobe) ids.push_back(service.add_slice(testing::toy_slice(lobe, size)));
+  for (std::uint32_t lobe = 0; lobe < slices; ++lobe) ids.push_back(*service.add_slice(testing::toy_slice(lobe, size)));
   return ids;
 }
 
@@ -41,7 +41,7 @@ TEST(ManySlices, AreAnsweredByGWhereTheirIndexHasNoRoomAndThatIsTold) {
     ASSERT_NE(view.nodes, nullptr);
     EXPECT_EQ(view.nodes->density(0.3f), nodes.density(0.3f));
     service.score(view, 0.3f, 1, 1);  // of no effect
-    service.carry(ids[2], size + 2, 1);
+    service.credit(view, 1);
     const PassReport report = service.publish(1);
     EXPECT_TRUE(report.at_ceiling);
     EXPECT_EQ(report.queries, 1u);

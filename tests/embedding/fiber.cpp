@@ -36,7 +36,6 @@ int main() {
       lamps += model->evaluate(event, lamp).total().y;  // S, per dtheta dphi; over cos^2 theta it is f
     }
     const adaptive::PassReport report = service.publish();
-    model->rows_changed();
     share =
         static_cast<double>(report.converged_queries) / static_cast<double>(std::max<std::uint64_t>(1, report.queries));
     furnace = sum / events;

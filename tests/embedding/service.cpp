@@ -43,7 +43,7 @@ int main(int argc, char** argv) {
   description.axis_a = {0.0f, 1.0f, 2.0f};
   description.axis_b = {0.25f, 0.75f};
   Service service(Options{}, beam);
-  const SliceId slice = service.add_slice(description);
+  const SliceId slice = *service.add_slice(description);
   bool right = true;
   for (std::uint64_t pass = 0; pass < 8; ++pass) {
     for (std::uint32_t node = 0; node < 6; ++node) {
@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
   Result<TableSnapshot> image = load_cache(argv[1], beam.model_name());
   Service next(Options{}, beam);
   right = right && image && !next.load(std::move(*image));
-  const RowView warm = next.look_up(next.add_slice(description), 2, 1);
+  const RowView warm = next.look_up(*next.add_slice(description), 2, 1);
   std::printf("the next session begins %s\n", warm.state == RowState::converged ? "converged" : "cold");
   return right && warm.state == RowState::converged ? 0 : 1;
 }

@@ -30,8 +30,8 @@ class WhiteFiber : public fiber::FiberModel {
     shares_.push_back(shares);
     return static_cast<fiber::FiberId>(shares_.size() - 1);
   }
-  fiber::FiberEvent begin(fiber::FiberId fiber, const fiber::FiberDirection& wr, float xi1, float xi2,
-                          float /*h*/) const override {
+  fiber::FiberEvent make_event(fiber::FiberId fiber, const fiber::FiberDirection& wr, float xi1, float xi2,
+                               float /*h*/) const override {
     if (on_begin) on_begin();
     fiber::FiberEvent event;
     event.fiber = fiber;

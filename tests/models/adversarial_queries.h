@@ -72,7 +72,6 @@ class TaughtModel {
       }
       if (converged == rows || pass == passes) return;
       service_->publish();
-      model_->rows_changed();
     }
   }
 

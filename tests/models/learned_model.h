@@ -53,7 +53,6 @@ class LearnedModel {
         (void)model_->evaluate(event, {3.1f * (random.next() - 0.5f), 6.28f * (random.next() - 0.5f)});
       }
       report_ = service_.publish();
-      model_->rows_changed();
     }
   }
 

@@ -81,7 +81,7 @@ TEST(many_fibers, of_one_color_read_the_same_rows_and_of_another_their_own) {
   EXPECT_GT(std::abs(c.g / c.r - a.g / a.r), 1e-3);
 }
 
-TEST(many_fibers, queries_answered_from_copies_are_counted) {
+TEST(many_fibers, queries_answered_by_forms_are_counted) {
   const FiberDirection known{0.3f, 0.7f};
   const auto model = test::model_in(Rows::converged, FiberParameters{}, known);
   std::uint64_t queries = 0, exact = 0;
@@ -115,7 +115,6 @@ TEST(many_fibers, rows_that_cease_to_be_converged_are_asked_again) {
   const auto model = fiber::make_elliptical_model(Estimator::fitted, &service);
   const FiberId id = model->add_fiber(FiberParameters{});
   ASSERT_FALSE(service.load(std::move(image)).has_value());
-  model->rows_changed();
   int reopened = 0, exact = 0;
   for (int pass = 0; pass < 4; ++pass) {
     exact = 0;
@@ -127,7 +126,6 @@ TEST(many_fibers, rows_that_cease_to_be_converged_are_asked_again) {
     }
     const adaptive::PassReport report = service.publish();
     reopened = static_cast<int>(report.rows_reopened);
-    model->rows_changed();
   }
   EXPECT_GT(reopened, 3);  // more than the one a slice that was checked first
   EXPECT_GT(exact, 3);

@@ -88,7 +88,8 @@ class WronglyTold final : public fiber::FiberModel {
   explicit WronglyTold(const fiber::FiberModel& of) : of_(of) {}
   std::string name() const override { return "wrongly told"; }
   fiber::FiberId add_fiber(const fiber::FiberParameters&) override { return 0; }
-  fiber::FiberEvent begin(fiber::FiberId id, const FiberDirection& wr, float xi1, float xi2, float h) const override {
+  fiber::FiberEvent make_event(fiber::FiberId id, const FiberDirection& wr, float xi1, float xi2,
+                               float h) const override {
     return of_.begin(id, wr, xi1, xi2, h);
   }
   fiber::FiberSample sample(const fiber::FiberEvent& event, const std::array<float, 4>& u) const override {

@@ -66,7 +66,7 @@ TEST(random_rows, learned_from_render_like_samples_are_close_to_the_reference) {
     double energy = 0;
     for (const auto& ray : rays) energy += ray.weight;
     if (energy < 1e-3) continue;
-    row.slice = service.add_slice(row.description);
+    row.slice = *service.add_slice(row.description);
     rows.push_back(row);
   }
   std::uint64_t evaluations = 0, samples = 0;

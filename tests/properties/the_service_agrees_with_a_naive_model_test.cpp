@@ -55,7 +55,7 @@ class Session {
 
   void add_slice(std::uint32_t index) {
     if (ids_.size() > index) return;
-    ids_.push_back(service_.add_slice(slice_of(index)));
+    ids_.push_back(*service_.add_slice(slice_of(index)));
     twin_.add_slice(slice_of(index));
     model_.add_slice(slice_of(index));
     model_.check_loaded(service_);
@@ -121,7 +121,7 @@ class Session {
   void ask(const Service& service, const Queries& one, float u, bool spare) const {
     using Ask = ServiceModel::Ask;
     const RowView row = service.look_up(ids_[one.slice], one.node / 2, one.node % 2);
-    if (one.light > 0) service.carry(ids_[one.slice], one.node, one.light);
+    if (one.light > 0) service.credit(row, one.light);
     if (one.how == Ask::look || (spare && (row.state != RowState::open || !learns_))) return;
     const RowView flat;
     const RowView& proposal = one.how == Ask::score ? row : flat;
@@ -204,13 +204,13 @@ RC_GTEST_PROP(Service, CreatesRowsInTheOrderOfLightThenQueriesThenKey, ()) {
   for (std::uint32_t p = 0; p < host_slices; ++p) {
     SliceDescription slice = slice_of(p);
     slice.blur_rad = 0.3f;  // rows of one size
-    const SliceId id = service.add_slice(slice);
+    const SliceId id = *service.add_slice(slice);
     for (std::uint32_t n = 0; n < host_nodes; ++n) {
       // Few values, so that there are ties.
       const float light = 0.25f * static_cast<float>(drawn[2 * all.size()] % 3);
       const std::uint32_t queries = options.queries_before_creation + drawn[2 * all.size() + 1] % 2;
       for (std::uint32_t i = 0; i < queries; ++i) service.look_up(id, n / 2, n % 2);
-      if (light > 0) service.carry(id, n, light);
+      if (light > 0) service.credit(service.peek(id, n / 2, n % 2), light);
       all.push_back({light, queries, slice.key, n, id});
     }
   }

@@ -184,7 +184,7 @@ TEST(Learners, FixedNumbersOfComponentsAreKept) {
     options.max_components = 3;
     options.queries_before_creation = 1;
     Service service(options, target);
-    const SliceId slice = service.add_slice(testing::toy_slice(1, 1));
+    const SliceId slice = *service.add_slice(testing::toy_slice(1, 1));
     service.look_up(slice, 0, 0);
     service.publish();
     ASSERT_NE(service.peek(slice, 0, 0).fit, nullptr);

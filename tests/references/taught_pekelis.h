@@ -33,7 +33,6 @@ class TaughtPekelis {
         (void)model_->evaluate(event, {-wr.theta, 6.28f * (random.next() - 0.5f)});
       }
       report_ = service_.publish();
-      model_->rows_changed();
     }
   }
   const adaptive::PassReport& report() const { return report_; }

@@ -14,10 +14,11 @@ struct Options {
   double epsilon = 0.01;
   /// In place of an epsilon for all rows alike: the relative error that the fits may make in the light of the picture,
   /// under light as of a sky; PassReport::bias_bound is at most ten times it. Each row then has an epsilon of its own
-  /// by the light that it carries (Service::carry), and one that carries next to none is never fitted; epsilon is what
+  /// by the light that it carries (Service::credit), and one that carries next to none is never fitted; epsilon is what
   /// rows of a cache are taken at before their light is known. 0: off. For learners that fit mixtures.
   double picture_error = 0;
-  /// Ceiling for rows, sketches, traced nodes and their memo, bytes. Past it no row is created. The index of the
+  /// Ceiling for rows, sketches, traced nodes and their memo, and forms of rows, bytes. Past it no row is created and
+  /// what is made of rows is not kept; forms make room for rows at a publish(). The index of the
   /// slices, 28 bytes a node, may take as much again, or 16 MB if that is more; a slice that has no room for one is
   /// answered by tracing whenever it is asked, and told as `at_ceiling`.
   std::size_t memory_bytes = std::size_t{256} << 20;
@@ -34,6 +35,10 @@ struct Options {
   /// D: the most components of a fit, at most Mixture::max_components. Methods of a fixed number have this many.
   std::uint32_t max_components = 8;
   std::uint64_t seed = 0;
+  /// Tells calls outside of their time in PassReport::misuse, by name: readers while publish() runs, a view of an
+  /// earlier pass, a slice or form added during a pass. For the development of a host: answers are then all looked up
+  /// one by one, some five times slower.
+  bool check_passes = false;
 
   /// queries_before_creation, or 1 where the learner builds a row on its first query.
   std::uint32_t queries_to_creation() const {

@@ -36,16 +36,19 @@ struct PassReport {
   std::uint64_t rows_converged = 0;
   std::uint64_t rows_reopened = 0;
   std::uint64_t rows_refused = 0;
-  std::uint64_t bytes = 0;
+  std::uint64_t bytes = 0;  ///< of the rows and of what is made of them
   bool at_ceiling = false;  ///< a creation was put off for want of memory, or a slice without an index was asked
   double objective_p50 = 0, objective_p90 = 0, objective_p99 = 0, objective_max = 0;  ///< running, of tested rows
   std::array<std::uint64_t, Mixture::max_components + 1> components{};  ///< converged mixtures by number of components
   std::array<std::uint64_t, KnotDensity::sizes> knots{};  ///< converged knot tables by number of knots: 32, 64, 128
   double effective_sample_size = 0;  ///< mean over scored samples of (sum w)^2/(n sum w^2), w = g/q; 0 if none
   /// What the converged rows may do to the mean radiance of the picture, relative: E8 of ESTIMATOR.md has what it rests
-  /// on. 0 without light told (Service::carry).
+  /// on. 0 without light told (Service::credit).
   double bias_bound = 0;
   double learning_cpu_seconds = 0;  ///< CPU time inside publish()
+  /// The first call since the last publish() that the service could not make sense of: a node that is not there, with
+  /// Options::check_passes also calls outside of their time. None is a mistake of data: the host is to be mended.
+  std::optional<Error> misuse;
 };
 
 /// One row as it stands after a publish().

@@ -22,10 +22,9 @@ using FiberId = std::uint32_t;
 struct FiberEvent {
   FiberId fiber = 0;
   FiberDirection wr;
-  float xi1 = 0, xi2 = 0;  ///< uniform in [0, 1)
-  float importance = 0;    ///< set after begin(): luminance of what a unit of light scattered here is
-                           ///< worth to the picture; 0: models with rows count no light
-  LobeColors energy{};     ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
+  float xi1 = 0, xi2 = 0;                     ///< uniform in [0, 1)
+  float importance = 0;                       ///< as begin() was told
+  LobeColors energy{};                        ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
   std::array<float, lobe_count> selection{};  ///< probability of each lobe, sums to 1
   /// What the model that began the event keeps with it (constants of its lobes for wr). Nobody else reads it.
   alignas(16) std::array<std::byte, 320> model_constants;
@@ -61,17 +60,25 @@ class FiberModel {
   virtual FiberId add_fiber(const FiberParameters& parameters) = 0;
   /// h in [-1, 1]: where the ray of wr meets the fiber, over its projected half width, towards rising azimuth. Uniform
   /// over all rays; near-field models (chiang2016, fiber3d) depend on it, far-field ones have the mean over it.
-  virtual FiberEvent begin(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const = 0;
+  /// importance: luminance of what a unit of light scattered here is worth to the picture, over the number of
+  /// directions that will be drawn: the throughput of the path so far, 1 at its first hit. Rows are credited with it.
+  FiberEvent begin(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h, float importance = 1) const {
+    FiberEvent event = make_event(fiber, wr, xi1, xi2, h);
+    event.importance = importance;
+    return event;
+  }
   /// u: four independent uniforms in [0,1): lobe, theta, phi, spare. Cannot fail; finite for every input.
   virtual FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const = 0;
   virtual FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const = 0;
   /// False: the model can only be sampled. sample() then gives its weight as total() over a pdf of 1, evaluate() gives
   /// 0, and no light may be sampled: light is met by sampled directions alone.
   virtual bool evaluates() const { return true; }
-  /// After the service has published or loaded: takes over what changed.
-  virtual void rows_changed() {}
-  /// Memory of fibers, energies and copies of rows, without the service's own; 0 if not known.
+  /// Memory of fibers and energies, without what the service keeps of rows; 0 if not known.
   virtual std::size_t bytes() const { return 0; }
+
+ private:
+  /// begin(), but for the importance.
+  virtual FiberEvent make_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const = 0;
 };
 
 }  // namespace tress::fiber

@@ -72,13 +72,17 @@ float AbsorbedRow::sample_knots(float u, const glm::vec3& channel_weights, float
   }
 }
 
-const AbsorbedRow* AbsorbedRowPool::make(const adaptive::KnotDensity& table, float objective,
-                                         const glm::vec3& sigma_a) {
+std::size_t absorbed_bytes(const adaptive::KnotDensity& table) {
+  return sizeof(AbsorbedRow) + table.knots().size() / block_size * sizeof(AbsorbedKnots);
+}
+
+const AbsorbedRow* put_absorbed(const adaptive::KnotDensity& table, float objective, const glm::vec3& sigma_a,
+                                void* memory) {
   const std::span<const adaptive::Knot> knots = table.knots();
   const std::size_t count = knots.size();
   const std::size_t blocks = count / block_size;
-  AbsorbedRow* row =
-      allocate(blocks, objective, AbsorbedRow::has_knots | static_cast<std::uint32_t>(std::countr_zero(count)));
+  AbsorbedRow* row = new_absorbed(memory, blocks, objective,
+                                  AbsorbedRow::has_knots | static_cast<std::uint32_t>(std::countr_zero(count)));
   for (std::size_t k = 0; k < blocks; ++k) new (row + 1 + k) AbsorbedKnots;
   const double h = 2 * std::numbers::pi / static_cast<double>(count);
   std::array<double, adaptive::KnotDensity::most> density{};

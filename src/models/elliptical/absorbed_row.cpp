@@ -42,26 +42,20 @@ float AbsorbedRow::sample(float u, const glm::vec3& channel_weights, float u_sha
   return sample_mixture(*this, u, (1 - u_share) * channel_weights);
 }
 
-AbsorbedRow* AbsorbedRowPool::allocate(std::size_t lines_behind, float objective, std::uint32_t tags) {
-  const std::scoped_lock lock(mutex_);
-  if (used_lines_ + 1 + lines_behind > chunk_lines) {
-    chunks_.push_back(std::make_unique<AbsorbedRow[]>(chunk_lines));
-    used_lines_ = 0;
-  }
-  AbsorbedRow* row = chunks_.back().get() + used_lines_;
-  used_lines_ += 1 + lines_behind;
+AbsorbedRow* new_absorbed(void* memory, std::size_t lines_behind, float objective, std::uint32_t tags) {
+  auto* row = static_cast<AbsorbedRow*>(memory);
+  std::uninitialized_value_construct_n(row, 1 + lines_behind);
   row->tail = (std::bit_cast<std::uint32_t>(objective) & ~0xffu) | tags;
   return row;
 }
 
-std::size_t AbsorbedRowPool::bytes() const {
-  const std::scoped_lock lock(mutex_);
-  return chunks_.size() * chunk_lines * sizeof(AbsorbedRow);
+std::size_t absorbed_bytes(const adaptive::Mixture& fit) {
+  return sizeof(AbsorbedRow) * std::max(1u, (fit.component_count + 1) / 2);
 }
 
-const AbsorbedRow* AbsorbedRowPool::make(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a) {
+const AbsorbedRow* put_absorbed(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a, void* memory) {
   const std::uint32_t behind = fit.component_count > 2 ? (fit.component_count - 1) / 2 : 0;
-  AbsorbedRow* row = allocate(behind, objective, behind);
+  AbsorbedRow* row = new_absorbed(memory, behind, objective, behind);
   std::array<double, 3> mass{}, uniform{};
   for (std::size_t c = 0; c < 3; ++c) {
     mass[c] = uniform[c] =

@@ -6,9 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
-#include <memory>
-#include <mutex>
-#include <vector>
 
 #include "base/float4.h"
 #include "tress/adaptive/knot_density.h"
@@ -66,24 +63,18 @@ struct alignas(64) AbsorbedRow {
 };
 static_assert(sizeof(AbsorbedRow) == 64 && sizeof(AbsorbedKnots) == 64);
 
+/// A row with this many lines behind it, all of them constructed as rows.
+AbsorbedRow* new_absorbed(void* memory, std::size_t lines_behind, float objective, std::uint32_t tags);
+
 /// A row of density 0 that is none of the service's.
 inline constexpr AbsorbedRow row_of_nothing{.tail = AbsorbedRow::has_no_row};
 
-/// Owns blocks until it is destroyed. Any thread.
-class AbsorbedRowPool {
- public:
-  /// A row's fit under one absorption.
-  const AbsorbedRow* make(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a);
-  const AbsorbedRow* make(const adaptive::KnotDensity& table, float objective, const glm::vec3& sigma_a);
-  std::size_t bytes() const;
-
- private:
-  /// A row with this many lines of 64 bytes behind it, all of them constructed as rows.
-  AbsorbedRow* allocate(std::size_t lines_behind, float objective, std::uint32_t tags);
-  static constexpr std::size_t chunk_lines = 512;
-  mutable std::mutex mutex_;
-  std::vector<std::unique_ptr<AbsorbedRow[]>> chunks_;
-  std::size_t used_lines_ = chunk_lines;  ///< of the last chunk
-};
+/// A row's fit under one absorption, as lines of 64 bytes: how many bytes it takes, and the row put into as many, which
+/// are aligned to 64 and never destroyed. Pure.
+std::size_t absorbed_bytes(const adaptive::Mixture& fit);
+std::size_t absorbed_bytes(const adaptive::KnotDensity& table);
+const AbsorbedRow* put_absorbed(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a, void* memory);
+const AbsorbedRow* put_absorbed(const adaptive::KnotDensity& table, float objective, const glm::vec3& sigma_a,
+                                void* memory);
 
 }  // namespace tress::fiber

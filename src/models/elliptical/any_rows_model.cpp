@@ -27,8 +27,8 @@ std::uint64_t hash_of(float a, float b, std::uint64_t before) {
 }  // namespace
 
 AnyRowsModel::AnyRowsModel(Estimator estimator, adaptive::Service* service)
-    : estimator_(estimator),
-      service_(estimator == Estimator::exact ? nullptr : service),
+    : RowModel(estimator == Estimator::exact ? nullptr : service),
+      estimator_(estimator),
       fibers_(service_),
       inclinations_(elliptical_slice(1, 1.55f, 1.0f, smallest_grid_sigma)) {
   assert(estimator == Estimator::exact || service != nullptr);
@@ -42,7 +42,7 @@ glm::vec3 AnyRowsModel::channel_weights(const FiberEvent& event, std::size_t lob
 
 RowReader AnyRowsModel::reader_of(const FiberEvent& event, const VertexConstants& constants, std::size_t i) const {
   const auto lobe = static_cast<std::size_t>(row_lobes[i]);
-  return {fibers_[event.fiber], service_, fibers_.pool(), i, constants.fold.phi, channel_weights(event, lobe)};
+  return {fibers_[event.fiber], service_, i, constants.fold.phi, channel_weights(event, lobe)};
 }
 
 std::uint64_t AnyRowsModel::hash_of_event(const FiberDirection& wr, float xi1, float xi2) const {
@@ -56,38 +56,46 @@ std::optional<float> AnyRowsModel::correction(const VertexConstants& constants, 
   return static_cast<float>(hash & 0xffffff) * 0x1p-24f;
 }
 
-std::uint32_t AnyRowsModel::fetch(const FiberEvent& event, const VertexConstants& constants, std::size_t i,
-                                  const Inclination& at) const {
+void AnyRowsModel::complete(const FiberEvent& event, const VertexConstants& constants, const Inclination& at,
+                            DirectionRows& rows, Answers& answers) const {
+  answers.asked = std::make_unique<std::array<adaptive::FormedLookup, 4>>();
   const FiberRecord& fiber = fibers_[event.fiber];
-  if (!fiber.answers_by_rows || !(event.selection[static_cast<std::size_t>(row_lobes[i])] > 0)) return 0;
-  const std::uint32_t node = constants.first_node[i] + at.node;
-  const SliceRows& slice = fiber.rows[i]->slice();
-  if (fiber.rows[i]->find(node) != nullptr || !(slice.uniform[node] || slice.converged[node])) return 0;
-  return reader_of(event, constants, i).ask(node).counted ? 1 : 0;
+  if (!fiber.answers_by_rows) return;
+  answers.all = true;
+  for (std::size_t i = 0; i < row_lobes.size(); ++i) {
+    if (answers.row[i] != nullptr) continue;
+    adaptive::FormedLookup& found = (*answers.asked)[i] =
+        rows.fetch(fiber.rows[i]->formed(), constants.runs[i].first_node + at.node, row_lobes[i]);
+    answers.row[i] = static_cast<const AbsorbedRow*>(found.answer.block());
+    answers.all = answers.all && found.answer;
+  }
 }
 
-FiberSample AnyRowsModel::sample_any(const FiberEvent& event, const VertexConstants& constants, int p, float theta_i,
-                                     const Inclination& at, const std::array<float, 3>& u) const {
+void AnyRowsModel::ask(const FiberEvent& event, const VertexConstants& constants, std::size_t i, const Inclination& at,
+                       DirectionRows& rows, Answers& answers) const {
+  adaptive::FormedLookup& found = (*answers.asked)[i];
+  if (found.row.nodes != nullptr) return;
+  const adaptive::FormedRows& formed = fibers_[event.fiber].rows[i]->formed();
+  found = rows.ask(formed, constants.runs[i].first_node + at.node, row_lobes[i]);
+  answers.row[i] = static_cast<const AbsorbedRow*>(found.answer.block());
+}
+
+float AnyRowsModel::sample_any(const FiberEvent& event, const VertexConstants& constants, int p, const Inclination& at,
+                               const std::array<float, 3>& u, DirectionRows& rows, Answers& answers) const {
   const std::size_t i = row_lobe_of(p);
   const RowReader reader = reader_of(event, constants, i);
-  std::uint32_t node = 0;
-  RowQuery query;
-  if (service_ != nullptr) {
-    node = constants.first_node[i] + at.node;
-    query.row = fibers_[event.fiber].rows[i]->find(node);
-    if (query.row == nullptr) query = reader.ask(node);
-  }
-  FiberSample sample;
-  sample.lobe = static_cast<Lobe>(p);
-  sample.wi.theta = theta_i;
-  sample.wi.phi = constants.fold.absolute(reader.sample(query, node, at.theta_d, u[0], u[1], u[2]), event.wr.phi);
-  sample.value = value_of_any(event, constants, sample.wi, at, p, &query, 0);
-  return sample;
+  if (service_ != nullptr) ask(event, constants, i, at, rows, answers);
+  const AbsorbedRow* row = answers.row[i];
+  const float x =
+      row != nullptr
+          ? row->sample(u[1], channel_weights(event, static_cast<std::size_t>(p)), uniform_share_)
+          : reader.sample(service_ != nullptr ? &(*answers.asked)[i].row : nullptr, at.theta_d, u[0], u[1], u[2]);
+  return constants.fold.absolute(x, event.wr.phi);
 }
 
 FiberValue AnyRowsModel::value_of_any(const FiberEvent& event, const VertexConstants& constants,
-                                      const FiberDirection& wi, const Inclination& at, int drawn, const RowQuery* known,
-                                      std::uint32_t fetched) const {
+                                      const FiberDirection& wi, const Inclination& at, int drawn, DirectionRows& rows,
+                                      Answers& answers) const {
   const FiberRecord& fiber = fibers_[event.fiber];
   FiberValue value;
   if (event.selection[0] > 0) {
@@ -103,26 +111,28 @@ FiberValue AnyRowsModel::value_of_any(const FiberEvent& event, const VertexConst
   const bool exact_anyway =
       estimator_ == Estimator::corrected &&
       std::any_of(fiber.proposes_only.begin(), fiber.proposes_only.end(), [](bool only) { return only; });
-  const int counted = known != nullptr && known->counted ? drawn : nothing_drawn;
-  std::uint32_t from_copies = 0;
   const Float4 widths = constants.longitudinal.density(wi.theta);
   for (std::size_t i = 0; i < row_lobes.size(); ++i) {
     const auto lobe = static_cast<std::size_t>(row_lobes[i]);
     if (!(event.selection[lobe] > 0)) continue;
     const float m = widths[row_orders[i] - 1];
-    const AbsorbedRow* row = service_ != nullptr && static_cast<int>(lobe) != counted
-                                 ? fiber.rows[i]->find(constants.first_node[i] + at.node)
-                                 : nullptr;
+    if (service_ != nullptr && answers.row[i] == nullptr) ask(event, constants, i, at, rows, answers);
     RowValue azimuthal;
     bool asks = true, exact = false;
-    if (row != nullptr) {
+    if (const AbsorbedRow* row = answers.row[i]; row != nullptr) {
       azimuthal = row->evaluate(x, channel_weights(event, lobe), uniform_share_);
       asks = row->has_row();
-      from_copies += asks ? 1 : 0;
       value.objective += row->objective();
     } else {
-      azimuthal = trace_or_ask(event, constants, i, at, x, static_cast<int>(lobe) == drawn ? known : nullptr, value,
-                               asks, exact);
+      const RowReader reader = reader_of(event, constants, i);
+      exact = true;
+      if (service_ == nullptr) {
+        azimuthal = reader.evaluate_at_vertex(at.theta_d, x);
+      } else {
+        const adaptive::RowView& open = (*answers.asked)[i].row;
+        value.objective += open.objective;
+        azimuthal = reader.evaluate_open(open, x, static_cast<int>(lobe) == drawn);
+      }
     }
     value.queries += asks ? 1 : 0;
     if ((correct || exact_anyway || fiber.proposes_only[i]) && service_ != nullptr) {
@@ -143,43 +153,8 @@ FiberValue AnyRowsModel::value_of_any(const FiberEvent& event, const VertexConst
     value.s[residual] = event.energy[residual] * (inverse_two_pi * m);
     value.pdf += event.selection[residual] * inverse_two_pi * m;
   }
-  if (from_copies > fetched) service_->count_converged(from_copies - fetched);
   value.pdf = std::max(value.pdf, smallest_pdf);
   return value;
-}
-
-RowValue AnyRowsModel::trace_or_ask(const FiberEvent& event, const VertexConstants& constants, std::size_t i,
-                                    const Inclination& at, float x, const RowQuery* known, FiberValue& value,
-                                    bool& asks, bool& exact) const {
-  const RowReader reader = reader_of(event, constants, i);
-  exact = true;
-  if (service_ == nullptr) return reader.evaluate_at_vertex(at.theta_d, x);
-  const std::uint32_t node = constants.first_node[i] + at.node;
-  const RowQuery asked = known == nullptr ? reader.ask(node) : RowQuery{};
-  const RowQuery& query = known == nullptr ? asked : *known;
-  if (query.row != nullptr) {
-    asks = query.row->has_row();
-    exact = false;
-    value.objective += query.row->objective();
-    const auto lobe = static_cast<std::size_t>(row_lobes[i]);
-    return query.row->evaluate(x, channel_weights(event, lobe), uniform_share_);
-  }
-  value.objective += query.view.objective;
-  return reader.evaluate_open(query, node, x, known != nullptr);
-}
-
-void AnyRowsModel::tell_light(const FiberEvent& event, const VertexConstants& constants, const Inclination& at,
-                              const FiberValue& value, bool tells_all) const {
-  if (service_ == nullptr) return;
-  const FiberRecord& fiber = fibers_[event.fiber];
-  for (std::size_t i = 0; i < row_lobes.size(); ++i) {
-    // By now every row that has converged is copied, whichever thread did it.
-    const AbsorbedRow* row = constants.slots[i][at.node].load(std::memory_order_acquire);
-    if (!fiber.rows[i] || (row != nullptr && !(tells_all && row->has_row()))) continue;
-    const float light = event.importance * luminance(value.s[static_cast<std::size_t>(row_lobes[i])]) / value.pdf;
-    service_->carry(fiber.rows[i]->slice().slice, constants.first_node[i] + at.node,
-                    row == nullptr ? light : light * static_cast<float>(light_interval));
-  }
 }
 
 const char* estimator_name(Estimator estimator) {

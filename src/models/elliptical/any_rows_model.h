@@ -4,12 +4,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "models/elliptical/fiber_store.h"
 #include "models/elliptical/row_reader.h"
 #include "models/elliptical/vertex_constants.h"
+#include "models/row_model.h"
 #include "tress/fiber/elliptical_model.h"
 #include "tress/fiber/fiber_model.h"
 
@@ -17,13 +19,12 @@ namespace tress::fiber {
 
 /// Everything but begin(), and but the directions whose rows have all converged: the model derived from it answers
 /// those in lanes, and asks here for the rest.
-class AnyRowsModel : public FiberModel {
+class AnyRowsModel : public RowModel {
  public:
   AnyRowsModel(Estimator estimator, adaptive::Service* service);
 
   std::string name() const override { return "elliptical"; }
   FiberId add_fiber(const FiberParameters& parameters) override { return fibers_.add(parameters); }
-  void rows_changed() override { fibers_.rows_changed(); }
   std::size_t bytes() const override { return fibers_.bytes(); }
 
  protected:
@@ -44,29 +45,25 @@ class AnyRowsModel : public FiberModel {
   /// Shares of the channels in the luminance of a lobe's energy. The lobe is selected.
   static glm::vec3 channel_weights(const FiberEvent& event, std::size_t lobe);
 
-  /// Copies the converged row of lobe i of row_lobes, if it is one: the copies that another thread has made are not to
-  /// decide which way an answer is computed. Queries that the service counted.
-  std::uint32_t fetch(const FiberEvent& event, const VertexConstants& constants, std::size_t i,
-                      const Inclination& at) const;
-  /// What draws the azimuth of lobe p at the inclination theta_i: a row that is not there yet, g of a node or the
-  /// vertex. u: for the channel, the ray and the blur.
-  FiberSample sample_any(const FiberEvent& event, const VertexConstants& constants, int p, float theta_i,
-                         const Inclination& at, const std::array<float, 3>& u) const;
-  /// S and Q at wi, whatever answers for each row. fetched: queries of these rows that fetch() had counted.
+  /// What the rows of one direction are answered by.
+  struct Answers {
+    std::array<const AbsorbedRow*, 4> row;  ///< converged, or a node without a row; null: g of `asked`
+    bool all = false;                       ///< none is null
+    /// Rows that were not there to be read; null if all were.
+    std::unique_ptr<std::array<adaptive::FormedLookup, 4>> asked;
+  };
+  /// Makes the answers of converged rows that nobody has asked yet: what another thread has made is not to decide which
+  /// way an answer is computed.
+  void complete(const FiberEvent& event, const VertexConstants& constants, const Inclination& at, DirectionRows& rows,
+                Answers& answers) const;
+  /// The azimuth of lobe p, whose row has not converged: drawn by g of the node or of the vertex. u: for the channel,
+  /// the ray and the blur. In [-pi, pi), absolute.
+  float sample_any(const FiberEvent& event, const VertexConstants& constants, int p, const Inclination& at,
+                   const std::array<float, 3>& u, DirectionRows& rows, Answers& answers) const;
+  static constexpr int nothing_drawn = -1;
+  /// S and Q at wi, whatever answers for each row. drawn: the lobe whose row, not converged, drew wi.
   FiberValue value_of_any(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,
-                          const Inclination& at, std::uint32_t fetched) const {
-    return value_of_any(event, constants, wi, at, nothing_drawn, nullptr, fetched);
-  }
-
-  /// Tells the service what light a drawn direction brings by each row, in proportion to the importance of the event:
-  /// S/Q of its lobe, whose mean over directions is the lobe's energy. Always of rows that have not converged; of those
-  /// that have at one event in light_interval, as many times.
-  void tell_light(const FiberEvent& event, const VertexConstants& constants, const Inclination& at,
-                  const FiberValue& value) const {
-    const bool tells_all = static_cast<std::uint32_t>(event.xi1 * 0x1p24f) % light_interval == 0;
-    if (tells_all || value.exact_queries != 0) [[unlikely]]
-      tell_light(event, constants, at, value, tells_all);
-  }
+                          const Inclination& at, int drawn, DirectionRows& rows, Answers& answers) const;
 
   /// Whether `corrected` traces this direction, for all lobes, and where its rays are placed, in [0, 1): pure functions
   /// of the event and the direction, so that sample() and evaluate() agree. Any bit of xi or of a direction changes the
@@ -78,23 +75,14 @@ class AnyRowsModel : public FiberModel {
   static constexpr float smallest_pdf = 1e-30f;  ///< where every lobe has underflowed; S is 0 there
 
   Estimator estimator_;
-  adaptive::Service* service_;  ///< null for `exact`
-  float uniform_share_ = 0;     ///< of the proposal of converged rows
+  float uniform_share_ = 0;  ///< of the proposal of converged rows
   FiberStore fibers_;
 
  private:
-  static constexpr std::uint32_t light_interval = 16;  ///< decided by the last bits of xi1, which choose no node
-  void tell_light(const FiberEvent& event, const VertexConstants& constants, const Inclination& at,
-                  const FiberValue& value, bool tells_all) const;
-  static constexpr int nothing_drawn = -1;
-  /// drawn: the lobe that drew wi, whose query (if it makes any) is then `known`.
-  FiberValue value_of_any(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,
-                          const Inclination& at, int drawn, const RowQuery* known, std::uint32_t fetched) const;
   RowReader reader_of(const FiberEvent& event, const VertexConstants& constants, std::size_t i) const;
-  /// A node that has no copy, or that sample_any() has just asked for: `known`; without a service, the trace at the
-  /// vertex.
-  RowValue trace_or_ask(const FiberEvent& event, const VertexConstants& constants, std::size_t i, const Inclination& at,
-                        float x, const RowQuery* known, FiberValue& value, bool& asks, bool& exact) const;
+  /// Looks up the row of lobe i, which has no answer yet, unless it has been: then it has one, or is in `asked`.
+  void ask(const FiberEvent& event, const VertexConstants& constants, std::size_t i, const Inclination& at,
+           DirectionRows& rows, Answers& answers) const;
 
   RowGrid inclinations_;  ///< read along its second axis, which all slices share
 };

@@ -24,31 +24,54 @@ const AbsorbedRow* uniform_row() {
 
 constexpr std::size_t most_inclinations = 32;
 
+/// A row under one absorption.
+class AbsorbedForm final : public adaptive::RowForm {
+ public:
+  AbsorbedForm(std::shared_ptr<const SliceRows> slice, const glm::vec3& sigma_a)
+      : slice_(std::move(slice)), sigma_a_(sigma_a) {}
+  std::size_t bytes(const adaptive::RowView& row) const override {
+    return row.knots != nullptr ? absorbed_bytes(*row.knots) : absorbed_bytes(*row.fit);
+  }
+  void write(const adaptive::RowView& row, void* memory) const override {
+    if (row.knots != nullptr) {
+      put_absorbed(*row.knots, row.objective, sigma_a_, memory);
+    } else {
+      put_absorbed(*row.fit, row.objective, sigma_a_, memory);
+    }
+  }
+  const void* instead_of_row(std::uint32_t node) const override {
+    return slice_->uniform[node] ? uniform_row() : nullptr;
+  }
+
+ private:
+  std::shared_ptr<const SliceRows> slice_;
+  glm::vec3 sigma_a_;
+};
+
 }  // namespace
 
-const ColoredRows::Slot* rows_of_nothing() {
-  struct Slots {
-    Slots() {
-      for (ColoredRows::Slot& slot : all) slot.store(&row_of_nothing, std::memory_order_relaxed);
+adaptive::RowRun rows_of_nothing() {
+  struct Entries {
+    Entries() {
+      for (adaptive::RowEntry& entry : all) entry.put(adaptive::RowAnswer::without_row(&row_of_nothing));
     }
-    std::array<ColoredRows::Slot, most_inclinations> all;
+    std::array<adaptive::RowEntry, most_inclinations> all;
   };
-  static const Slots slots;
-  return slots.all.data();
+  static const Entries entries;
+  return {entries.all.data(), 0, 0};
 }
 
-const ColoredRows::Slot* no_rows() {
-  static const std::array<ColoredRows::Slot, most_inclinations> slots{};
-  return slots.data();
+adaptive::RowRun no_rows() {
+  static const std::array<adaptive::RowEntry, most_inclinations> entries{};
+  return {entries.data(), 0, 0};
 }
 
 SliceRows::SliceRows(adaptive::Service& service, const adaptive::SliceDescription& description)
-    : slice(service.add_slice(description)),
+    : slice(service.add_slice(description).value()),
       grid(description),
       width(static_cast<std::uint32_t>(description.axis_b.size())),
       node_count(description.node_count()),
-      uniform(node_count),
-      converged(node_count) {
+      uniform(node_count) {
   assert(width <= most_inclinations);
   const EllipticalTarget target;
   std::vector<adaptive::TracedRay> rays;
@@ -59,33 +82,16 @@ SliceRows::SliceRows(adaptive::Service& service, const adaptive::SliceDescriptio
     float mass = 0;
     for (const adaptive::TracedRay& ray : rays) mass += ray.weight;
     uniform[node] = mass < smallest_row_energy;
-    converged[node] = service.peek(slice, a, b).state == adaptive::RowState::converged;
   }
 }
 
-ColoredRows::ColoredRows(std::shared_ptr<const SliceRows> slice, const glm::vec3& sigma_a)
+ColoredRows::ColoredRows(adaptive::Service& service, std::shared_ptr<const SliceRows> slice, const glm::vec3& sigma_a)
     : slice_(std::move(slice)),
       sigma_a_(sigma_a),
-      rows_(std::make_unique<Slot[]>(slice_->node_count)),
+      formed_(service.add_form(slice_->slice, std::make_shared<AbsorbedForm>(slice_, sigma_a)).value()),
       mass_memo_(std::make_unique<std::atomic<float>[]>(std::size_t{3} * slice_->node_count)) {
   for (std::size_t k = 0; k < std::size_t{3} * slice_->node_count; ++k)
     mass_memo_[k].store(-1, std::memory_order_relaxed);
-}
-
-const AbsorbedRow* ColoredRows::put(std::uint32_t node, const adaptive::RowView& view, AbsorbedRowPool& pool) const {
-  const AbsorbedRow* row = view.knots != nullptr ? pool.make(*view.knots, view.objective, sigma_a_)
-                                                 : pool.make(*view.fit, view.objective, sigma_a_);
-  rows_[node].store(row, std::memory_order_release);
-  return row;
-}
-
-const AbsorbedRow* ColoredRows::put_uniform(std::uint32_t node) const {
-  rows_[node].store(uniform_row(), std::memory_order_release);
-  return uniform_row();
-}
-
-void ColoredRows::forget() {
-  for (std::uint32_t node = 0; node < slice_->node_count; ++node) rows_[node].store(nullptr, std::memory_order_relaxed);
 }
 
 glm::vec3 ColoredRows::absorbed_mass(std::uint32_t node, const adaptive::TracedNodes& nodes) const {

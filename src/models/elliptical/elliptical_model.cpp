@@ -38,7 +38,7 @@ class EllipticalModel final : public AnyRowsModel {
  public:
   using AnyRowsModel::AnyRowsModel;
 
-  FiberEvent begin(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
+  FiberEvent make_event(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
     const FiberRecord& fiber = fibers_[id];
     FiberEvent event;
     event.fiber = id;
@@ -68,7 +68,6 @@ class EllipticalModel final : public AnyRowsModel {
         {event.wr.theta, widths.tilt + widths.shift, widths.lambda, parameters.longitudinal_shape},
         splat(0),
         {},
-        {},
         fold,
         inverse_sum,
         is_black ? glm::vec3(0.0f) : parameters.gain[0] * (energies.clear[0] / energies.smooth_reflection),
@@ -77,66 +76,74 @@ class EllipticalModel final : public AnyRowsModel {
       const float selection = event.selection[static_cast<std::size_t>(row_lobes[i])];
       const ColoredRows* rows = fiber.rows[i].get();
       constants->uniform_pdf[static_cast<int>(i)] = selection * uniform_share_ * inverse_two_pi;
-      if (rows != nullptr) {
-        const SliceRows& slice = rows->slice();
-        constants->first_node[i] = slice.grid.choose_azimuth(fold.phi, xi1) * slice.width;
+      if (rows == nullptr || (fiber.answers_by_rows && !(selection > 0))) {
+        constants->runs[i] = fiber.answers_by_rows ? rows_of_nothing() : no_rows();
+        continue;
       }
-      constants->slots[i] = !fiber.answers_by_rows ? no_rows()
-                            : selection > 0        ? rows->slots(constants->first_node[i])
-                                                   : rows_of_nothing();
+      constants->runs[i] = rows->formed().run(rows->slice().grid.choose_azimuth(fold.phi, xi1));
+      if (!fiber.answers_by_rows) constants->runs[i].entries = no_rows().entries;
     }
     return event;
   }
 
-  FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
+ private:
+  FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u, DirectionRows& rows) const override {
     const VertexConstants& constants = constants_in<VertexConstants>(event);
     FiberSample sample;
     const std::size_t p = lobe_of(event, u[0]);
     sample.lobe = static_cast<Lobe>(p);
     Inclination at;
-    std::uint32_t counted = 0;
+    Answers answers;
+    int drawn = nothing_drawn;
     if (p == 0) {
       const ReflectionLobe& reflection = constants.reflection;
       sample.wi.phi = reflection.sample_azimuth(u[2]);
       sample.wi.theta = reflection.longitudinal(sample.wi.phi).sample(u[1]);
       at = inclination_of(event, sample.wi.theta);
+      read(event, constants, at, rows, answers);
     } else {
       const bool has_rows = p != residual;
       const std::size_t i = has_rows ? row_lobe_of(static_cast<int>(p)) : 2;
       sample.wi.theta = constants.longitudinal.sample(row_orders[i] - 1, u[1]);
       at = inclination_of(event, sample.wi.theta);
+      read(event, constants, at, rows, answers);
       float x = pi * (2 * u[2] - 1);
       if (has_rows) {
-        const AbsorbedRow* row = constants.slots[i][at.node].load(std::memory_order_acquire);
+        const AbsorbedRow* row = answers.row[i];
         if (row == nullptr) [[unlikely]] {
-          counted = fetch(event, constants, i, at);
-          row = constants.slots[i][at.node].load(std::memory_order_acquire);
+          drawn = static_cast<int>(p);
+          const std::array<float, 3> any{spare_of(event, p, u[0]), u[2], u[3]};
+          sample.wi.phi = sample_any(event, constants, drawn, at, any, rows, answers);
+        } else {
+          const glm::vec3 weights = channel_weights(event, p);
+          x = (row->tail & AbsorbedRow::has_knots) != 0 ? row->sample(u[2], weights, uniform_share_)
+                                                        : sample_mixture(*row, u[2], (1 - uniform_share_) * weights);
         }
-        if (row == nullptr) [[unlikely]] {
-          sample = sample_any(event, constants, static_cast<int>(p), sample.wi.theta, at,
-                              {spare_of(event, p, u[0]), u[2], u[3]});
-          tell_light(event, constants, at, sample.value);
-          return sample;
-        }
-        const glm::vec3 weights = channel_weights(event, p);
-        x = (row->tail & AbsorbedRow::has_knots) != 0 ? row->sample(u[2], weights, uniform_share_)
-                                                      : sample_mixture(*row, u[2], (1 - uniform_share_) * weights);
       }
-      sample.wi.phi = wrap_once(event.wr.phi + constants.fold.sign * x);
+      if (drawn == nothing_drawn) sample.wi.phi = wrap_once(event.wr.phi + constants.fold.sign * x);
     }
-    value_at(event, constants, sample.wi, at, counted, sample.value);
-    tell_light(event, constants, at, sample.value);
+    value_at(event, constants, sample.wi, at, drawn, rows, answers, sample.value);
     return sample;
   }
 
-  FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
+  FiberValue value(const FiberEvent& event, const FiberDirection& wi, DirectionRows& rows) const override {
+    const VertexConstants& constants = constants_in<VertexConstants>(event);
     const FiberDirection at = clamped(wi);
+    const Inclination inclination = inclination_of(event, at.theta);
+    Answers answers;
+    read(event, constants, inclination, rows, answers);
     FiberValue value;
-    value_at(event, constants_in<VertexConstants>(event), at, inclination_of(event, at.theta), 0, value);
+    value_at(event, constants, at, inclination, nothing_drawn, rows, answers, value);
     return value;
   }
 
- private:
+  void read(const FiberEvent& event, const VertexConstants& constants, const Inclination& at, DirectionRows& rows,
+            Answers& answers) const {
+    answers.all = rows.read(constants.runs, row_lobes, at.node, answers.row);
+    if (!answers.all) [[unlikely]]
+      complete(event, constants, at, rows, answers);
+  }
+
   static constexpr float pi = std::numbers::pi_v<float>;
   static constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 
@@ -170,28 +177,16 @@ class EllipticalModel final : public AnyRowsModel {
     return load4(event, offsetof(FiberEvent, energy) / sizeof(float) + 3 * static_cast<std::size_t>(lobe));
   }
 
-  /// counted: queries of these rows that the service has counted already. One function, not inlined: sample() and
-  /// evaluate() agree to the bit. S and Q at wi, theta in [-pi/2, pi/2], phi in [-pi, pi).
+  /// One function, not inlined: sample() and evaluate() agree to the bit. S and Q at wi, theta in [-pi/2, pi/2], phi in
+  /// [-pi, pi).
   [[gnu::noinline]] void value_at(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,
-                                  const Inclination& at, std::uint32_t counted, FiberValue& value) const {
-    std::array<const AbsorbedRow*, 4> row;
-    bool all = true;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      row[i] = constants.slots[i][at.node].load(std::memory_order_acquire);
-      all = all && row[i] != nullptr;
-    }
-    if (!all) [[unlikely]] {
-      all = true;
-      for (std::size_t i = 0; i < row.size(); ++i) {
-        counted += fetch(event, constants, i, at);
-        row[i] = constants.slots[i][at.node].load(std::memory_order_acquire);
-        all = all && row[i] != nullptr;
-      }
-    }
-    if (!all || (estimator_ == Estimator::corrected && correction(constants, wi))) [[unlikely]] {
-      value = value_of_any(event, constants, wi, at, counted);
+                                  const Inclination& at, int drawn, DirectionRows& rows, Answers& answers,
+                                  FiberValue& value) const {
+    if (!answers.all || (estimator_ == Estimator::corrected && correction(constants, wi))) [[unlikely]] {
+      value = value_of_any(event, constants, wi, at, drawn, rows, answers);
       return;
     }
+    const std::array<const AbsorbedRow*, 4>& row = answers.row;
 
     const float turn = wrap_once(wi.phi - event.wr.phi);
     const ReflectionLobe::At r = constants.reflection.at_difference(turn);
@@ -234,7 +229,6 @@ class EllipticalModel final : public AnyRowsModel {
     value.queries = static_cast<std::uint16_t>(asked);
     value.exact_queries = 0;
     value.objective = objective;
-    if (asked > counted) service_->count_converged(asked - counted);
   }
 
   /// S and pdf, in whole vectors: what reads them back finds each number in one store.

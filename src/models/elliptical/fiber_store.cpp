@@ -49,42 +49,18 @@ std::shared_ptr<const EnergyTable> FiberStore::energies_of(const FiberParameters
 
 std::shared_ptr<const ColoredRows> FiberStore::rows_of(int slice_lobe, float sigma_rad,
                                                        const FiberParameters& parameters) {
-  const auto [named, unknown] =
-      slice_of_key_.try_emplace({slice_lobe, parameters.eta, parameters.eccentricity, sigma_rad}, adaptive::SliceId{0});
-  if (unknown) {
-    const adaptive::SliceDescription description =
-        elliptical_slice(slice_lobe, parameters.eta, parameters.eccentricity, sigma_rad);
-    auto slice = std::make_shared<SliceRows>(*service_, description);
-    named->second = slice->slice;
-    slices_[slice->slice].slice = std::move(slice);
+  std::shared_ptr<const SliceRows>& slice = slices_[{slice_lobe, parameters.eta, parameters.eccentricity, sigma_rad}];
+  if (!slice) {
+    slice = std::make_shared<const SliceRows>(
+        *service_, elliptical_slice(slice_lobe, parameters.eta, parameters.eccentricity, sigma_rad));
   }
-  SliceEntry& entry = slices_[named->second];
-  std::shared_ptr<const ColoredRows>& shared = colored_rows_[{named->second, values_of(parameters.sigma_a)}];
-  if (!shared) {
-    auto rows = std::make_shared<ColoredRows>(entry.slice, parameters.sigma_a);
-    entry.colors.push_back(rows);
-    shared = std::move(rows);
-  }
+  std::shared_ptr<const ColoredRows>& shared = colored_rows_[{slice->slice, values_of(parameters.sigma_a)}];
+  if (!shared) shared = std::make_shared<const ColoredRows>(*service_, slice, parameters.sigma_a);
   return shared;
 }
 
-void FiberStore::rows_changed() {
-  if (service_ == nullptr) return;
-  std::set<adaptive::SliceId> to_forget;
-  for (const adaptive::Service::RowChange& change : service_->last_changes()) {
-    const auto entry = slices_.find(change.slice);
-    if (entry == slices_.end()) continue;
-    std::vector<bool>::reference converged = entry->second.slice->converged[change.node];
-    if (converged) to_forget.insert(change.slice);
-    converged = change.state == adaptive::RowState::converged;
-  }
-  for (const adaptive::SliceId slice : to_forget) {
-    for (const std::shared_ptr<ColoredRows>& rows : slices_[slice].colors) rows->forget();
-  }
-}
-
 std::size_t FiberStore::bytes() const {
-  std::size_t bytes = fibers_.size() * sizeof(FiberRecord) + pool_.bytes();
+  std::size_t bytes = fibers_.size() * sizeof(FiberRecord);
   std::set<const ClearEnergies*> clear;
   for (const auto& [key, table] : colored_energies_) {
     bytes += table->bytes();

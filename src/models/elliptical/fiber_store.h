@@ -15,8 +15,8 @@
 namespace tress::fiber {
 
 /// Shared: clear energies by their key, colored ones by that and (sigma_a, gain, Fresnel of R), the rows of a slice by
-/// its key, and absorbed by (slice, sigma_a). Thread-safety: operator[] and pool(): any thread, during a pass; the
-/// rest: one thread, between passes.
+/// its key, and absorbed by (slice, sigma_a). Thread-safety: operator[]: any thread, during a pass; the rest: one
+/// thread, between passes.
 class FiberStore {
  public:
   /// service null: fibers have no rows.
@@ -26,19 +26,10 @@ class FiberStore {
   FiberId add(const FiberParameters& parameters);
   const FiberRecord& operator[](FiberId id) const { return fibers_[id]; }
 
-  /// Takes over Service::last_changes() in O(changes). Only where a row that was converged is so no more are the
-  /// colors of its slice visited; that slice's rows are then all asked of the service again.
-  void rows_changed();
-
-  AbsorbedRowPool& pool() const { return pool_; }
-  /// Of energies, rows and fibers, without the service's own.
+  /// Of energies and fibers, without the service's own.
   std::size_t bytes() const;
 
  private:
-  struct SliceEntry {
-    std::shared_ptr<SliceRows> slice;
-    std::vector<std::shared_ptr<ColoredRows>> colors;
-  };
   using Color = std::array<float, 3>;
   using EnergyTableKey = std::tuple<EnergyKey, Color, std::array<float, 3 * lobe_count>, ReflectionFresnel>;
 
@@ -50,10 +41,9 @@ class FiberStore {
   std::vector<FiberRecord> fibers_;  ///< by id
   SharedEnergies clear_;
   std::map<EnergyTableKey, std::shared_ptr<const EnergyTable>> colored_energies_;
-  std::map<adaptive::SliceId, SliceEntry> slices_;
-  std::map<std::tuple<int, float, float, float>, adaptive::SliceId> slice_of_key_;  ///< slice lobe, eta, e, sigma
+  std::map<std::tuple<int, float, float, float>, std::shared_ptr<const SliceRows>>
+      slices_;  ///< slice lobe, eta, e, sigma
   std::map<std::pair<adaptive::SliceId, Color>, std::shared_ptr<const ColoredRows>> colored_rows_;
-  mutable AbsorbedRowPool pool_;
 };
 
 }  // namespace tress::fiber

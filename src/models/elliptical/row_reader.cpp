@@ -20,19 +20,6 @@ glm::vec3 normalised(const glm::vec3& density, const glm::vec3& mass) {
 
 }  // namespace
 
-RowQuery RowReader::ask(std::uint32_t node) const {
-  RowQuery query;
-  const SliceRows& slice = rows().slice();
-  if (slice.uniform[node]) {
-    query.row = rows().put_uniform(node);
-    return query;
-  }
-  query.counted = true;
-  query.view = service_->look_up(slice.slice, node / slice.width, node % slice.width);
-  if (query.view.state == adaptive::RowState::converged) query.row = rows().put(node, query.view, pool_);
-  return query;
-}
-
 float RowReader::sample_rays(const RayShape& rays, const glm::vec3& mass, float share, float u_channel, float u_ray,
                              float u_blur) const {
   if (u_channel < share) return -pi + 2 * pi * u_ray;
@@ -42,20 +29,17 @@ float RowReader::sample_rays(const RayShape& rays, const glm::vec3& mass, float 
   return draw_azimuth(rays, fiber_.parameters.sigma_a[c], mass[c], u_ray, u_blur);
 }
 
-float RowReader::sample(const RowQuery& query, std::uint32_t node, float theta_d, float u_channel, float u_ray,
-                        float u_blur) const {
-  if (service_ == nullptr) {
+float RowReader::sample(const adaptive::RowView* row, float theta_d, float u_channel, float u_ray, float u_blur) const {
+  if (row == nullptr) {
     const VertexTrace& trace = VertexTrace::at(vertex(theta_d));
     if (trace.mass(row_lobe_).clear < smallest_row_energy) return -pi + 2 * pi * u_ray;
     return sample_rays(trace.shape(row_lobe_, fiber_.sigma[row_lobe_]), trace.mass(row_lobe_).absorbed,
                        vertex_uniform_share, u_channel, u_ray, u_blur);
   }
-  const adaptive::Options& options = service_->options();
-  if (query.row != nullptr) return query.row->sample(u_ray, channel_weights_, options.uniform_share_converged);
-  if (query.view.fit != nullptr) return query.view.fit->sample(u_ray, options.uniform_share_open);
-  const adaptive::TracedNodes& nodes = *query.view.nodes;
-  return sample_rays(shape_of(nodes), rows().absorbed_mass(node, nodes), options.uniform_share_open, u_channel, u_ray,
-                     u_blur);
+  const float share = service_->options().uniform_share_open;
+  if (row->fit != nullptr) return row->fit->sample(u_ray, share);
+  const adaptive::TracedNodes& nodes = *row->nodes;
+  return sample_rays(shape_of(nodes), rows().absorbed_mass(row->node, nodes), share, u_channel, u_ray, u_blur);
 }
 
 VertexKey RowReader::vertex(float theta_d) const {
@@ -77,19 +61,18 @@ RowValue RowReader::at_vertex(const VertexKey& key, float x) const {
 
 RowValue RowReader::evaluate_at_vertex(float theta_d, float x) const { return at_vertex(vertex(theta_d), x); }
 
-RowValue RowReader::evaluate_open(const RowQuery& query, std::uint32_t node, float x, bool drawn) const {
-  const adaptive::TracedNodes& nodes = *query.view.nodes;
+RowValue RowReader::evaluate_open(const adaptive::RowView& row, float x, bool drawn) const {
+  const adaptive::TracedNodes& nodes = *row.nodes;
   const ClearAndAbsorbed g = ray_density(shape_of(nodes), fiber_.parameters.sigma_a, x);
   RowValue value;
-  value.shape = normalised(g.absorbed, rows().absorbed_mass(node, nodes));
+  value.shape = normalised(g.absorbed, rows().absorbed_mass(row.node, nodes));
   const float share = service_->options().uniform_share_open;
-  value.proposal = query.view.fit != nullptr
-                       ? query.view.fit->proposal_density(x, share)
-                       : (1 - share) * glm::dot(channel_weights_, value.shape) + share * inverse_two_pi;
-  if (drawn && query.view.fit != nullptr) {
-    service_->score(query.view, x, g.clear, value.proposal);
+  value.proposal = row.fit != nullptr ? row.fit->proposal_density(x, share)
+                                      : (1 - share) * glm::dot(channel_weights_, value.shape) + share * inverse_two_pi;
+  if (drawn && row.fit != nullptr) {
+    service_->score(row, x, g.clear, value.proposal);
   } else {
-    service_->observe(query.view, x, g.clear);
+    service_->observe(row, x, g.clear);
   }
   return value;
 }

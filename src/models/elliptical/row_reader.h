@@ -7,38 +7,27 @@
 
 namespace tress::fiber {
 
-/// What was found at a node.
-struct RowQuery {
-  const AbsorbedRow* row = nullptr;  ///< a converged row or a node without a row; null: read g of `view`
-  bool counted = false;              ///< the service was asked and has counted the query
-  adaptive::RowView view;
-};
-
 /// Reads rows for one lobe of one event. Plain references: lives no longer than the call that made it. Any thread.
 /// `service` null: every answer is traced at the vertex.
 class RowReader {
  public:
   /// folded_phi_r: of fold_azimuth(event.wr.phi). row_lobe: index into row_lobes. channel_weights: the shares of the
   /// channels in the luminance of the lobe's energy, sum 1.
-  RowReader(const FiberRecord& fiber, const adaptive::Service* service, AbsorbedRowPool& pool, std::size_t row_lobe,
-            float folded_phi_r, const glm::vec3& channel_weights)
+  RowReader(const FiberRecord& fiber, const adaptive::Service* service, std::size_t row_lobe, float folded_phi_r,
+            const glm::vec3& channel_weights)
       : fiber_(fiber),
         service_(service),
-        pool_(pool),
         row_lobe_(row_lobe),
         phi_r_(folded_phi_r),
         channel_weights_(channel_weights) {}
 
-  /// Asks the service for a node that ColoredRows::find() does not have (one query), and keeps what has converged.
-  RowQuery ask(std::uint32_t node) const;
+  /// Draws x, the folded relative azimuth, from the proposal of the row, which has not converged; null: of the vertex,
+  /// where the model has no service. u in [0, 1).
+  float sample(const adaptive::RowView* row, float theta_d, float u_channel, float u_ray, float u_blur) const;
 
-  /// Draws x, the folded relative azimuth, from the proposal. u in [0, 1). `node` is that of the query.
-  float sample(const RowQuery& query, std::uint32_t node, float theta_d, float u_channel, float u_ray,
-               float u_blur) const;
-
-  /// Shape and proposal at x of a query without a row, which sample() drew from it (`drawn`) or another density did.
-  /// Tells the service what g is there.
-  RowValue evaluate_open(const RowQuery& query, std::uint32_t node, float x, bool drawn) const;
+  /// Shape and proposal at x of a row that has not converged, which sample() drew from it (`drawn`) or another density
+  /// did. Tells the service what g is there.
+  RowValue evaluate_open(const adaptive::RowView& row, float x, bool drawn) const;
 
   /// The same, traced at (phi_r, theta_d).
   RowValue evaluate_at_vertex(float theta_d, float x) const;
@@ -56,7 +45,6 @@ class RowReader {
 
   const FiberRecord& fiber_;
   const adaptive::Service* service_;
-  AbsorbedRowPool& pool_;
   std::size_t row_lobe_;
   float phi_r_;  ///< folded
   glm::vec3 channel_weights_;

@@ -20,9 +20,8 @@ struct VertexConstants {
   LongitudinalLobes longitudinal;  ///< by order p - 1: TT, TRT (and GLINT), TRRT (and the residual); R's last, unused
   Float4 uniform_pdf;              ///< of each lobe: its selection times the uniform share of its proposal, 1/rad
   /// Rows of the nodes that xi1 chose, by the node in |theta_d|. Of lobes that are not selected a row of nothing; all
-  /// slots are empty where rows do not answer by themselves.
-  std::array<const ColoredRows::Slot*, 4> slots;
-  std::array<std::uint32_t, 4> first_node{};  ///< of those rows, of lobes that have any
+  /// are without answers where rows do not answer by themselves.
+  std::array<adaptive::RowRun, 4> runs;
   FoldedAzimuth fold;
   float inverse_luminance;    ///< 1 over the luminance of all lobes: makes their selections
   glm::vec3 reflection_gain;  ///< of R, times what roughness leaves of its energy

@@ -73,7 +73,7 @@ class Deon2011 final : public FiberModel {
            quadrature_.groups.capacity() * sizeof(OffsetQuadrature::Group);
   }
 
-  FiberEvent begin(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
+  FiberEvent make_event(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
     const FiberConstants& fiber = fibers_[id];
     FiberEvent event;
     event.fiber = id;

@@ -68,7 +68,7 @@ class Marschner2003 final : public FiberModel {
     return id;
   }
 
-  FiberEvent begin(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
+  FiberEvent make_event(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
     const FiberRecord& fiber = fibers_[id];
     FiberEvent event;
     event.fiber = id;

@@ -105,7 +105,7 @@ class Ou2012 final : public FiberModel {
     return id;
   }
 
-  FiberEvent begin(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
+  FiberEvent make_event(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
     const Fiber& fiber = fibers_[id];
     const FiberParameters& parameters = ids_[id];
     FiberEvent event;

@@ -19,6 +19,7 @@
 #include "fiber/surface_fresnel.h"
 #include "models/elliptical/ray_shape.h"
 #include "models/registry.h"
+#include "models/row_model.h"
 #include "references/models/marschner_lobes.h"
 #include "references/models/pekelis2015_target.h"
 #include "tress/adaptive/mixture.h"
@@ -56,14 +57,14 @@ struct EventConstants {
 };
 
 /// N and its proposal at one azimuth.
-struct RowAnswer {
+struct Answer {
   float density = 0, proposal = inverse_two_pi;
 };
 
-class Pekelis2015 final : public FiberModel {
+class Pekelis2015 final : public RowModel {
  public:
   Pekelis2015(const ModelSettings& settings, PekelisReading reading)
-      : service_(settings.estimator == Estimator::exact ? nullptr : settings.service), reading_(reading) {}
+      : RowModel(settings.estimator == Estimator::exact ? nullptr : settings.service), reading_(reading) {}
 
   std::string name() const override {
     return reading_ == PekelisReading::as_printed ? "pekelis2015-printed" : "pekelis2015";
@@ -95,7 +96,7 @@ class Pekelis2015 final : public FiberModel {
     return id;
   }
 
-  FiberEvent begin(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
+  FiberEvent make_event(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
     const FiberRecord& fiber = fibers_[id];
     FiberEvent event;
     event.fiber = id;
@@ -111,7 +112,17 @@ class Pekelis2015 final : public FiberModel {
     return event;
   }
 
-  FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
+  std::size_t bytes() const override {
+    std::size_t bytes = tables_.bytes();
+    for (const FiberRecord& fiber : fibers_) {
+      bytes += sizeof(FiberRecord) + sizeof(FiberParameters);
+      for (const auto& energy : fiber.energy) bytes += energy.size() * sizeof(glm::vec3);
+    }
+    return bytes;
+  }
+
+ private:
+  FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u, DirectionRows& rows) const override {
     const FiberRecord& fiber = fibers_[event.fiber];
     const EventConstants& constants = constants_in<EventConstants>(event);
     FiberSample sample;
@@ -125,30 +136,20 @@ class Pekelis2015 final : public FiberModel {
     } else if (l == tt) {
       x = transmission(event, theta_d).sample(u[2]);
     } else {
-      x = sample_row(fiber, l, constants.fold.phi, theta_d, u);
+      x = sample_row(fiber, l, constants.fold.phi, theta_d, u, rows);
     }
     sample.wi.phi = constants.fold.absolute(x, event.wr.phi);
-    sample.value = value_at(event, sample.wi, l);
+    sample.value = value_at(event, sample.wi, l, rows);
     return sample;
   }
 
-  FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
-    return value_at(event, clamped(wi), nothing_drawn);
+  FiberValue value(const FiberEvent& event, const FiberDirection& wi, DirectionRows& rows) const override {
+    return value_at(event, clamped(wi), nothing_drawn, rows);
   }
 
-  std::size_t bytes() const override {
-    std::size_t bytes = tables_.bytes();
-    for (const FiberRecord& fiber : fibers_) {
-      bytes += sizeof(FiberRecord) + sizeof(FiberParameters);
-      for (const auto& energy : fiber.energy) bytes += energy.size() * sizeof(glm::vec3);
-    }
-    return bytes;
-  }
-
- private:
   adaptive::SliceId slice_of(const adaptive::SliceDescription& description) {
     const auto [entry, is_new] = slices_.try_emplace(description.key, adaptive::SliceId{0});
-    if (is_new) entry->second = service_->add_slice(description);
+    if (is_new) entry->second = service_->add_slice(description).value();
     return entry->second;
   }
 
@@ -158,19 +159,21 @@ class Pekelis2015 final : public FiberModel {
     return pekelis_transmission(pekelis_transmission_scale(eta_prime, reading_) * fibers_[event.fiber].sigma_tt);
   }
 
-  adaptive::RowView row_of(const FiberRecord& fiber, std::size_t lobe, float phi_r, float theta_d) const {
+  /// Both rows share a layer of the value unless the fiber splits the glint off.
+  adaptive::RowView row_of(const FiberRecord& fiber, std::size_t lobe, float phi_r, float theta_d,
+                           DirectionRows& rows) const {
     const RowSlice& slice = fiber.slices[lobe - trt];
     const PekelisNode node = nearest_pekelis_node(slice.description, phi_r, theta_d);
-    return service_->look_up(slice.id, node.a, node.b);
+    return rows.ask(slice.id, node.a, node.b, Lobe::trt);
   }
 
   float sample_row(const FiberRecord& fiber, std::size_t lobe, float phi_r, float theta_d,
-                   const std::array<float, 4>& u) const {
+                   const std::array<float, 4>& u, DirectionRows& rows) const {
     if (service_ == nullptr) {
       const auto l = static_cast<MarschnerLobe>(lobe);
       return fiber.table->sample(l, fiber.table->place(l, phi_r, theta_d), u[3], u[2]);
     }
-    const adaptive::RowView view = row_of(fiber, lobe, phi_r, theta_d);
+    const adaptive::RowView view = row_of(fiber, lobe, phi_r, theta_d, rows);
     const adaptive::Options& options = service_->options();
     if (view.state == adaptive::RowState::converged || view.fit != nullptr)
       return view.sample(u[2], uniform_share(view));
@@ -186,9 +189,7 @@ class Pekelis2015 final : public FiberModel {
   }
 
   /// drawn: x was drawn from this row's own proposal.
-  RowAnswer ask_row(const FiberRecord& fiber, std::size_t lobe, float phi_r, float theta_d, float x, bool drawn,
-                    FiberValue& value) const {
-    const adaptive::RowView view = row_of(fiber, lobe, phi_r, theta_d);
+  Answer ask_row(const adaptive::RowView& view, float x, bool drawn, FiberValue& value) const {
     ++value.queries;
     value.objective += view.objective;
     const float share = uniform_share(view);
@@ -214,7 +215,8 @@ class Pekelis2015 final : public FiberModel {
 
   /// A_p N_p of TRT or GLINT without gain, and its proposal.
   glm::vec3 row_lobe(const FiberRecord& fiber, std::size_t lobe, float phi_r, float theta_d, float x,
-                     const PekelisAttenuation& attenuation, bool drawn, float& proposal, FiberValue& value) const {
+                     const PekelisAttenuation& attenuation, bool drawn, const adaptive::RowView& row, float& proposal,
+                     FiberValue& value) const {
     const auto at = [](float angle) { return static_cast<double>(angle); };
     const MarschnerCircle circle =
         marschner_trt_circle(fiber.shape.eta, fiber.shape.eccentricity, at(phi_r), at(theta_d), at(x));
@@ -240,12 +242,12 @@ class Pekelis2015 final : public FiberModel {
       return attenuated *
              static_cast<float>(pekelis_curve(fiber.slices[lobe - trt].description.key, at(phi_r), at(theta_d), at(x)));
     }
-    const RowAnswer answer = ask_row(fiber, lobe, phi_r, theta_d, x, drawn, value);
+    const Answer answer = ask_row(row, x, drawn, value);
     proposal = answer.proposal;
     return attenuated * answer.density;
   }
 
-  FiberValue value_at(const FiberEvent& event, const FiberDirection& wi, std::size_t drawn) const {
+  FiberValue value_at(const FiberEvent& event, const FiberDirection& wi, std::size_t drawn, DirectionRows& rows) const {
     const FiberRecord& fiber = fibers_[event.fiber];
     const FiberParameters& parameters = ids_[event.fiber];
     const EventConstants& constants = constants_in<EventConstants>(event);
@@ -259,6 +261,7 @@ class Pekelis2015 final : public FiberModel {
       if (!(chosen > 0)) continue;
       glm::vec3 azimuthal;
       float proposal = 0;
+      adaptive::RowView row;
       if (l == r) {
         proposal = pekelis_reflection(x, reflection_sigma);
         const SurfaceFresnel fresnel(parameters.eta, theta_d, parameters.reflection_fresnel);
@@ -267,10 +270,13 @@ class Pekelis2015 final : public FiberModel {
         proposal = transmission(event, theta_d).density(x);
         azimuthal = proposal * attenuation(1, transmitted_cosine(fiber, theta_d, x));
       } else {
-        azimuthal = row_lobe(fiber, l, constants.fold.phi, theta_d, x, attenuation, l == drawn, proposal, value);
+        if (service_ != nullptr) row = row_of(fiber, l, constants.fold.phi, theta_d, rows);
+        azimuthal = row_lobe(fiber, l, constants.fold.phi, theta_d, x, attenuation, l == drawn, row, proposal, value);
       }
       const auto lane = static_cast<int>(l);
-      value.s[static_cast<std::size_t>(layer_of(parameters, l))] += gain_of(parameters, l) * azimuthal * seen[lane];
+      const glm::vec3 s = gain_of(parameters, l) * azimuthal * seen[lane];
+      value.s[static_cast<std::size_t>(layer_of(parameters, l))] += s;
+      if (l >= trt && service_ != nullptr) rows.tell_part(row, s);
       value.pdf += chosen * m[lane] * proposal;
     }
     value.pdf = std::max(value.pdf, smallest_pdf);
@@ -296,7 +302,6 @@ class Pekelis2015 final : public FiberModel {
     return decay / (constants.lambda * tail * tail) * (ratio * ratio);
   }
 
-  adaptive::Service* service_;
   PekelisReading reading_;
   FiberIds ids_;
   std::vector<FiberRecord> fibers_;

@@ -1,0 +1,57 @@
+// The memory of what is made of rows: lines of 64 bytes, side by side.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace tress::adaptive {
+
+/// Owns all that it has given, to its end. Any thread.
+class BlockStore {
+ public:
+  static constexpr std::size_t line_bytes = 64;
+  /// What a block of so many bytes takes.
+  static constexpr std::size_t rounded(std::size_t bytes) { return (bytes + line_bytes - 1) / line_bytes * line_bytes; }
+
+  /// bytes: rounded(), > 0.
+  void* take(std::size_t bytes) {
+    const std::size_t lines = bytes / line_bytes;
+    const std::scoped_lock lock(mutex_);
+    if (std::vector<void*>& free = free_[lines]; !free.empty()) {
+      void* memory = free.back();
+      free.pop_back();
+      return memory;
+    }
+    if (lines > chunk_lines) {
+      large_.push_back(std::make_unique<Line[]>(lines));
+      return large_.back().get();
+    }
+    if (used_lines_ + lines > chunk_lines) {
+      chunks_.push_back(std::make_unique<Line[]>(chunk_lines));
+      used_lines_ = 0;
+    }
+    void* memory = chunks_.back().get() + used_lines_;
+    used_lines_ += lines;
+    return memory;
+  }
+  /// The memory is used again by the next block of as many bytes.
+  void give_back(void* memory, std::size_t bytes) {
+    const std::scoped_lock lock(mutex_);
+    free_[bytes / line_bytes].push_back(memory);
+  }
+
+ private:
+  struct alignas(line_bytes) Line {
+    std::byte bytes[line_bytes];
+  };
+  static constexpr std::size_t chunk_lines = 512;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Line[]>> chunks_, large_;
+  std::size_t used_lines_ = chunk_lines;            ///< of the last chunk
+  std::map<std::size_t, std::vector<void*>> free_;  ///< by their number of lines
+};
+
+}  // namespace tress::adaptive

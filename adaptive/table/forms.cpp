@@ -1,0 +1,114 @@
+// What is made of rows: on first touch, whichever thread is first, and dropped when its row changes.
+#include <new>
+#include <string>
+#include <utility>
+
+#include "table/table.h"
+
+namespace tress::adaptive {
+
+Result<const FormedRows*> Service::Table::add_form(SliceId slice, std::shared_ptr<const RowForm> form) {
+  if (std::optional<Error> early = within_pass("add_form")) return std::move(*early);
+  if (slice >= slices_.size()) return no_such_slice("add_form", slice);
+  const SliceDescription& description = slices_[slice]->description;
+  std::unique_ptr<FormedRows> rows(new FormedRows);
+  rows->slice_ = slice;
+  rows->width_ = static_cast<std::uint32_t>(description.axis_b.size());
+  rows->height_ = static_cast<std::uint32_t>(description.axis_a.size());
+  rows->form_ = std::move(form);
+  const std::size_t size = sizeof(RowEntry) * description.node_count();
+  const bool has_room = bytes_ + formed_bytes_ + size <= options_.memory_bytes;
+  rows->stride_ = has_room && !options_.check_passes ? rows->width_ : 0;
+  rows->owned_ = std::make_unique<RowEntry[]>(rows->stride_ != 0 ? description.node_count() : rows->width_);
+  rows->entries_ = rows->owned_.get();
+  if (rows->stride_ != 0) formed_bytes_ += size;
+  forms_.push_back({std::move(rows), {}});
+  slices_[slice]->forms.push_back(static_cast<std::uint32_t>(forms_.size() - 1));
+  return forms_.back().rows.get();
+}
+
+FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
+  FormedLookup found;
+  Slice& slice = *slices_[rows.slice_];
+  const bool is_there = node < slice.description.node_count();
+  if ((!is_there || options_.check_passes) && is_misuse("fetch", rows.slice_, node)) return found;
+  RowEntry* entry = rows.stride_ != 0 ? &rows.entries_[node] : nullptr;
+  if (entry != nullptr && entry->get()) {  // another thread was first
+    found.answer = entry->get();
+    found.row = bare_view(RowState::converged, rows.slice_, node);
+    converged_queries_.add(found.answer.has_row() ? 1 : 0);
+    return found;
+  }
+  if (const void* instead = rows.form_->instead_of_row(node)) {
+    found.answer = RowAnswer::without_row(instead);
+    if (entry != nullptr) entry->put(found.answer);
+    return found;
+  }
+  if (!slice.has_index()) return found;
+  Slot& slot = slice.slots[node];
+  if (slot.mixture() == nullptr && slot.knots() == nullptr) return found;
+  slot.queries.fetch_add(1, std::memory_order_relaxed);  // where it shows that the row was asked, and may be audited
+  RowView row = view_of(slot);
+  row.slice = rows.slice_;
+  row.node = node;
+  row.pass = pass_;
+  found.row = bare_view(RowState::converged, rows.slice_, node);
+  found.row.row = row.row;
+
+  const std::size_t size = BlockStore::rounded(rows.form_->bytes(row));
+  const std::size_t before = formed_bytes_.fetch_add(size, std::memory_order_relaxed);
+  const std::size_t others = bytes_ + memo_bytes_.load(std::memory_order_relaxed);
+  if (entry == nullptr || others + before + size > options_.memory_bytes) {
+    formed_bytes_.fetch_sub(size, std::memory_order_relaxed);
+    constexpr std::align_val_t line{BlockStore::line_bytes};
+    std::shared_ptr<void> block(::operator new(size, line), [](void* memory) { ::operator delete(memory, line); });
+    rows.form_->write(row, block.get());
+    found.answer = RowAnswer::of_row(block.get());
+    found.kept = std::move(block);
+    return found;
+  }
+  void* block = blocks_.take(size);
+  rows.form_->write(row, block);
+  found.answer = entry->put_first(RowAnswer::of_row(block));
+  if (found.answer.block() == block) {
+    const std::scoped_lock lock(made_mutex_);
+    forms_[form_of(rows)].made.push_back({block, size, node});
+  } else {
+    formed_bytes_.fetch_sub(size, std::memory_order_relaxed);  // another thread was first: the same bytes
+    blocks_.give_back(block, size);
+  }
+  return found;
+}
+
+FormedLookup Service::Table::look_up(const FormedRows& rows, std::uint32_t node) {
+  FormedLookup found = fetch(rows, node);
+  if (!found.answer) found.row = look_up(rows.slice_, node / rows.width_, node % rows.width_);
+  return found;
+}
+
+std::size_t Service::Table::form_of(const FormedRows& rows) const {
+  for (const std::uint32_t form : slices_[rows.slice_]->forms) {
+    if (forms_[form].rows.get() == &rows) return form;
+  }
+  return forms_.size();
+}
+
+void Service::Table::drop_forms(SliceId slice) {
+  for (const std::uint32_t form : slices_[slice]->forms) drop(forms_[form]);
+}
+
+void Service::Table::drop(Form& form) {
+  for (const Made& one : form.made) {
+    form.rows->entries_[one.node].put({});
+    blocks_.give_back(one.block, one.bytes);
+    formed_bytes_ -= one.bytes;
+  }
+  form.made.clear();
+}
+
+void Service::Table::make_room() {
+  if (bytes_ + formed_bytes_ <= options_.memory_bytes) return;
+  for (Form& form : forms_) drop(form);
+}
+
+}  // namespace tress::adaptive

@@ -1,0 +1,135 @@
+// Rows in the form that a host reads: what the table makes of them, keeps beside them, and drops when they change.
+//
+//   struct Halved final : RowForm { ... };                                    // what a converged row becomes
+//   const FormedRows* rows = *service.add_form(slice, std::make_shared<Halved>());
+//   // any number of threads, during a pass:
+//   AnswerReader reader(service);                                             // counts what it reads
+//   RowAnswer answer = reader.read(rows->run(a), b);                          // an atomic load
+//   if (!answer) { FormedLookup found = service.look_up(*rows, node); ... }   // made now, or open: found.row
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "tress/adaptive/row_view.h"
+
+namespace tress::adaptive {
+
+class Service;
+
+/// How a converged row becomes what a host reads of it. Pure: the same row gives the same bytes, on whatever thread.
+/// Called by readers during a pass; any thread.
+class RowForm {
+ public:
+  virtual ~RowForm() = default;
+  /// Size of the block, > 0; rounded up to lines of 64 bytes.
+  virtual std::size_t bytes(const RowView& row) const = 0;
+  /// Fills it. memory: aligned to 64, of bytes(row), not constructed. What is put there is never destroyed.
+  virtual void write(const RowView& row, void* memory) const = 0;
+  /// What answers a node for good in place of a row; such a node is never learned and not counted. Null where there is
+  /// a row. Aligned to 2; lives as long as the form.
+  virtual const void* instead_of_row(std::uint32_t /*node*/) const { return nullptr; }
+};
+
+/// What a node is answered by in some form; false: by nothing of it yet. A value of eight bytes.
+class RowAnswer {
+ public:
+  RowAnswer() = default;
+  static RowAnswer of_row(const void* block) { return RowAnswer(reinterpret_cast<std::uintptr_t>(block)); }
+  /// No row of the table's stands behind it.
+  static RowAnswer without_row(const void* block) { return RowAnswer(reinterpret_cast<std::uintptr_t>(block) | 1); }
+  explicit operator bool() const { return word_ != 0; }
+  bool has_row() const { return (word_ & 1) == 0; }
+  /// What RowForm wrote, or gave in place of the row.
+  const void* block() const { return reinterpret_cast<const void*>(word_ & ~std::uintptr_t{1}); }
+
+ private:
+  friend class RowEntry;
+  explicit RowAnswer(std::uintptr_t word) : word_(word) {}
+  std::uintptr_t word_ = 0;
+};
+
+/// Where an answer is put when it has been made.
+class RowEntry {
+ public:
+  RowEntry() = default;
+  explicit RowEntry(RowAnswer answer) : word_(answer.word_) {}
+  void put(RowAnswer answer) { word_.store(answer.word_, std::memory_order_release); }
+  /// Puts the answer unless one is there. What then is there.
+  RowAnswer put_first(RowAnswer answer) {
+    std::uintptr_t seen = 0;
+    const bool is_first =
+        word_.compare_exchange_strong(seen, answer.word_, std::memory_order_acq_rel, std::memory_order_acquire);
+    return is_first ? answer : RowAnswer(seen);
+  }
+
+ private:
+  friend class AnswerReader;
+  friend class Service;
+  RowAnswer get() const { return RowAnswer(word_.load(std::memory_order_acquire)); }
+  std::atomic<std::uintptr_t> word_{0};
+};
+
+/// The entries of the nodes (a, 0), (a, 1), ... of one slice in one form. Valid as long as the service.
+struct RowRun {
+  const RowEntry* entries = nullptr;
+  SliceId slice = 0;
+  std::uint32_t first_node = 0;  ///< (a, 0)
+};
+
+/// The rows of a slice in one form: a handle that the service owns. Reading it: any thread.
+class FormedRows {
+ public:
+  /// a: an index into axis_a. Past the end of it: a run without answers.
+  RowRun run(std::uint32_t a) const { return {entries_ + (a < height_ ? a * stride_ : 0), slice_, a * width_}; }
+  SliceId slice() const { return slice_; }
+  std::uint32_t width() const { return width_; }  ///< nodes of axis_b
+  const RowForm& form() const { return *form_; }
+  FormedRows(const FormedRows&) = delete;
+  FormedRows& operator=(const FormedRows&) = delete;
+
+ private:
+  friend class Service;
+  FormedRows() = default;
+  SliceId slice_ = 0;
+  std::uint32_t width_ = 0, height_ = 0;
+  std::uint32_t stride_ = 0;  ///< width_, or 0 where there was no room for entries: all runs are then one empty one
+  RowEntry* entries_ = nullptr;
+  std::shared_ptr<const RowForm> form_;
+  std::unique_ptr<RowEntry[]> owned_;
+};
+
+/// A look-up in a form: the answer of a converged row, else the row to be answered by g and taught.
+struct FormedLookup {
+  RowAnswer answer;
+  RowView row;                       ///< observe, score and credit it, whatever its state
+  std::shared_ptr<const void> kept;  ///< holds an answer that the table had no room for
+};
+
+/// Reads answers that have been made, and counts the queries: all at once, when it goes. One thread; short-lived.
+class AnswerReader {
+ public:
+  /// service null: there is nothing to count.
+  explicit AnswerReader(const Service* service) : service_(service) {}
+  ~AnswerReader() {
+    if (queries_ != 0) count();
+  }
+  AnswerReader(const AnswerReader&) = delete;
+  AnswerReader& operator=(const AnswerReader&) = delete;
+
+  /// b: index into axis_b, in range.
+  RowAnswer read(const RowRun& run, std::uint32_t b) {
+    const RowAnswer answer = run.entries[b].get();
+    queries_ += answer && answer.has_row() ? 1 : 0;
+    return answer;
+  }
+
+ private:
+  void count() const;
+  const Service* service_;
+  std::uint32_t queries_ = 0;
+};
+
+}  // namespace tress::adaptive

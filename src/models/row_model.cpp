@@ -1,0 +1,18 @@
+#include "models/row_model.h"
+
+namespace tress::fiber {
+
+void DirectionRows::credit_all(const FiberValue& value) const {
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Asked& one = asked_[i];
+    adaptive::RowView row;
+    row.slice = one.slice;
+    row.node = one.node;
+    row.pass = one.pass;
+    const float s = one.part >= 0 ? one.part : luminance(value.s[static_cast<std::size_t>(one.lobe)]);
+    const float light = importance_ * s / value.pdf;
+    service_->credit(row, one.times == 1 ? light : light * static_cast<float>(one.times));
+  }
+}
+
+}  // namespace tress::fiber

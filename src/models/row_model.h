@@ -1,0 +1,129 @@
+// What all models with rows are made of: the ways to the rows, each counted and credited whatever the model does.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "base/color.h"
+#include "tress/adaptive/service.h"
+#include "tress/fiber/fiber_model.h"
+
+namespace tress::fiber {
+
+/// The rows that one direction asks. The only way of a model to its rows: what it looks up here is written down, and
+/// once the direction is drawn each row is credited with the light that it brings (ESTIMATOR.md, E8):
+///   importance of the event * S/Q,  S the luminance of the lobe that the row is of.
+/// Rows that answer by a form are credited at one event of light_interval, as many times; all others always.
+class DirectionRows {
+ public:
+  /// Of a direction that is given, not drawn: most lie where M has no light, and nothing is credited.
+  explicit DirectionRows(const adaptive::Service* service) : service_(service), reader_(service) {}
+  /// Of one that the event draws. service null: there are no rows.
+  DirectionRows(const adaptive::Service* service, const FiberEvent& event)
+      : service_(service),
+        reader_(service),
+        importance_(event.importance),
+        tells_formed_(event.importance > 0 && static_cast<std::uint32_t>(event.xi1 * 0x1p24f) % light_interval == 0) {}
+
+  /// The answers at node b of each run that are there; null where there is none yet. True if all are. `Row` is what the
+  /// form writes. lobes: that the runs are of.
+  template <class Row, std::size_t n>
+  bool read(const std::array<adaptive::RowRun, n>& runs, const std::array<Lobe, n>& lobes, std::uint32_t b,
+            std::array<const Row*, n>& rows) {
+    bool all = true;
+    for (std::size_t i = 0; i < n; ++i) {
+      const adaptive::RowAnswer answer = reader_.read(runs[i], b);
+      rows[i] = static_cast<const Row*>(answer.block());
+      all = all && answer;
+      if (tells_formed_ && answer && answer.has_row()) [[unlikely]]
+        write_down(runs[i].slice, runs[i].first_node + b, 0, lobes[i], light_interval);
+    }
+    return all;
+  }
+  /// The same of one node, made now if its row has converged; null if it has not.
+  adaptive::FormedLookup fetch(const adaptive::FormedRows& rows, std::uint32_t node, Lobe lobe) {
+    adaptive::FormedLookup found = service_->fetch(rows, node);
+    if (tells_formed_ && found.answer && found.answer.has_row())
+      write_down(found.row.slice, found.row.node, found.row.pass, lobe, light_interval);
+    return found;
+  }
+  /// The row at a node, whatever it has become.
+  adaptive::FormedLookup ask(const adaptive::FormedRows& rows, std::uint32_t node, Lobe lobe) {
+    adaptive::FormedLookup found = service_->look_up(rows, node);
+    if (importance_ > 0 && !(found.answer && !found.answer.has_row()))
+      write_down(found.row.slice, found.row.node, found.row.pass, lobe, 1);
+    return found;
+  }
+  adaptive::RowView ask(adaptive::SliceId slice, std::uint32_t a, std::uint32_t b, Lobe lobe) {
+    const adaptive::RowView row = service_->look_up(slice, a, b);
+    if (importance_ > 0) write_down(row.slice, row.node, row.pass, lobe, 1);
+    return row;
+  }
+  /// S of a row that was asked here, where it is not the whole of its lobe's.
+  void tell_part(const adaptive::RowView& row, const glm::vec3& s) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (asked_[i].slice == row.slice && asked_[i].node == row.node) asked_[i].part = luminance(s);
+    }
+  }
+
+ private:
+  friend class RowModel;
+  static constexpr std::uint32_t light_interval = 16;  ///< decided by the last bits of xi1, which choose no node
+  static constexpr std::size_t most = 8;
+
+  struct Asked {
+    adaptive::SliceId slice;
+    std::uint32_t node, pass;
+    Lobe lobe;
+    std::uint32_t times;
+    float part;  ///< negative: the lobe's
+  };
+  void write_down(adaptive::SliceId slice, std::uint32_t node, std::uint32_t pass, Lobe lobe, std::uint32_t times) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (asked_[i].slice == slice && asked_[i].node == node) return;  // asked to draw, and again to evaluate
+    }
+    if (count_ < most) asked_[count_++] = {slice, node, pass, lobe, times, -1};
+  }
+  /// value: of the direction that was drawn.
+  void credit(const FiberValue& value) const {
+    if (count_ != 0) [[unlikely]]
+      credit_all(value);
+  }
+  void credit_all(const FiberValue& value) const;
+
+  const adaptive::Service* service_;
+  adaptive::AnswerReader reader_;
+  float importance_ = 0;
+  bool tells_formed_ = false;
+  std::size_t count_ = 0;
+  std::array<Asked, most> asked_;  ///< the first count_
+};
+
+/// A model with rows: draws and evaluates through DirectionRows, so that no row is asked without being counted, and
+/// none brings light without being credited.
+class RowModel : public FiberModel {
+ public:
+  /// service null: the model answers without rows.
+  explicit RowModel(adaptive::Service* service) : service_(service) {}
+  FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const final {
+    DirectionRows rows(service_, event);
+    FiberSample drawn = draw(event, u, rows);
+    rows.credit(drawn.value);
+    return drawn;
+  }
+  FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const final {
+    DirectionRows rows(service_);
+    return value(event, wi, rows);
+  }
+
+ protected:
+  adaptive::Service* service_;
+
+ private:
+  /// As sample() and evaluate().
+  virtual FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u, DirectionRows& rows) const = 0;
+  virtual FiberValue value(const FiberEvent& event, const FiberDirection& wi, DirectionRows& rows) const = 0;
+};
+
+}  // namespace tress::fiber
