@@ -209,12 +209,10 @@ Command add_cache_prebake(CLI::App& cache) {
       ->add_option_function<std::string>(
           "SCENE", [&s](const std::string& file) { s.scene = file; }, "scene JSON or .hair file")
       ->required();
-  prebake
-      ->add_option_function<std::string>(
-          "-o,--output", [&s](const std::string& file) { s.output = file; },
-          "warm cache; one that is there is replaced")
-      ->required()
-      ->type_name("FILE");
+  add_file(
+      prebake, "-o,--output", [&s](const std::string& file) { s.output = file; },
+      "warm cache; one that is there is replaced")
+      ->required();
   std::vector<std::string> models;
   for (const fiber::ModelInfo& model : references::models()) models.emplace_back(model.name);
   add_choice(
@@ -222,13 +220,8 @@ Command add_cache_prebake(CLI::App& cache) {
   add_learner(prebake, s.table);
   add_fiber_shape(prebake, s.overrides);
   add_threads(prebake, s.threads);
-  add_unsigned(
-      prebake, "--seed", [&s](std::uint64_t seed) { s.table.seed = seed; },
-      "same seed, same table, for any number of threads");
-  prebake
-      ->add_option_function<std::string>(
-          "--telemetry", [&s](const std::string& file) { s.telemetry = file; }, "convergence as JSON Lines")
-      ->type_name("FILE");
+  add_whole(prebake, "--seed", [&s](std::uint64_t seed) { s.table.seed = seed; });
+  add_file(prebake, "--telemetry", [&s](const std::string& file) { s.telemetry = file; }, "convergence as JSON Lines");
   add_quiet(prebake);
   return {prebake, [settings] {
             if (const std::string message = contradiction(*settings); !message.empty()) throw WrongUsage(message);

@@ -212,25 +212,19 @@ Command add_fit(CLI::App& tress) {
       fit, "--lobe", {"TT", "TRT", "GLINT", "TRRT", "R"},
       [&s, lobes](const std::string& name) { s.lobe = lobes.at(name); }, "lobe")
       ->required();
-  add_number(fit, "--e", {0.5, 1}, [&s](double x) { s.eccentricity = x; }, "minor over major semi-axis, .5 to 1");
-  add_number(fit, "--theta-d", {-89.9, 89.9}, [&s](double x) { s.theta_d = x; }, "difference angle, degrees");
-  add_number(
-      fit, "--phi", {-36000, 36000}, [&s](double x) { s.phi = x; },
-      "azimuth of the known direction from the major axis, degrees");
-  add_number(fit, "--sigma", {0.5, 45}, [&s](double x) { s.sigma = x; }, "blur of the exit azimuth, degrees");
-  add_number(fit, "--eta", {1.05, 3}, [&s](double x) { s.eta = x; }, "index of refraction, default 1.55");
-  add_number(fit, "--sigma-a", {0, 1000}, [&s](double x) { s.sigma_a = x; }, "absorption per major semi-axis");
-  add_number(fit, "--epsilon", {0, 1, true}, [&s](double x) { s.epsilon = x; }, "default .01");
-  add_integer(fit, "--samples", 1, 1 << 20, [&s](int n) { s.samples = n; }, "azimuths printed, default 360");
+  add_number(fit, "--e", [&s](double x) { s.eccentricity = x; });
+  add_number(fit, "--theta-d", [&s](double x) { s.theta_d = x; });
+  add_number(fit, "--phi", [&s](double x) { s.phi = x; });
+  add_number(fit, "--sigma", [&s](double x) { s.sigma = x; });
+  add_number(fit, "--eta", [&s](double x) { s.eta = x; });
+  add_numbers(
+      fit, "--sigma-a", 1, 1, [&s](const auto& x) { s.sigma_a = x[0]; },
+      "absorption per major semi-axis, of one channel");
+  add_number(fit, "--epsilon", [&s](double x) { s.epsilon = x; });
+  add_whole(fit, "--samples", [&s](std::uint64_t n) { s.samples = int(n); });
   auto* json = fit->add_flag("--json", s.json, "print the curves as JSON");
-  fit->add_option_function<std::string>(
-         "-o,--output",
-         [&s](const std::string& file) {
-           if (std::filesystem::path(file).extension() != ".png") refuse("-o", "a name that ends in .png", file);
-           s.plot = file;
-         },
-         "draw the curves")
-      ->type_name("plot.png")
+  add_file(
+      fit, "-o,--output", [&s](const std::string& file) { s.plot = file; }, "draw the curves", ".png")
       ->excludes(json);
   return {fit, [settings] { return run_fit(*settings); }};
 }

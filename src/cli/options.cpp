@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -15,15 +17,29 @@
 #include "base/nearest_word.h"
 #include "cli/console.h"
 #include "references/registry.h"
-#include "tress/adaptive/mixture.h"
+#include "scene/model/parameters.h"
 
 namespace tress::cli {
 
-std::string Range::words() const {
-  return fmt::format("a number {} {} and {} {}", low_open ? ">" : ">=", low, high_open ? "<" : "<=", high);
+namespace {
+
+/// What help, manual and completion say of an option: "sentence; range; default: what".
+std::string help_of(const scene::Parameter& parameter, const std::string& sentence) {
+  std::string text = sentence.empty() ? std::string(parameter.sentence) : sentence;
+  std::erase(text, '`');
+  text += "; " + scene::words(parameter);
+  if (!parameter.key.empty()) return text + "; default: the scene's";
+  return parameter.usual.empty() ? text : fmt::format("{}; default: {}", text, parameter.usual);
 }
 
-bool Range::contains(double x) const { return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high); }
+std::string placeholder(const scene::Parameter& parameter) {
+  if (parameter.unit == "degrees") return "DEGREES";
+  if (parameter.unit == "seconds") return "SECONDS";
+  if (parameter.unit.starts_with("MB")) return "MB";
+  return parameter.kind == scene::ValueKind::whole ? "N" : "X";
+}
+
+}  // namespace
 
 std::optional<double> parse_number(const std::string& text) {
   double value = 0;
@@ -79,104 +95,88 @@ std::optional<image::Window> parse_crop(const std::string& text) {
   return image::Window{edges[0], edges[1], edges[2] - edges[0], edges[3] - edges[1]};
 }
 
-void refuse(const std::string& option, const std::string& expected, const std::string& found) {
-  throw CLI::ValidationError(option, fmt::format("expected {}, found {}", expected, found));
-}
-
 std::string joined(const std::vector<std::string>& words, const std::string& between) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
   return text;
 }
 
-CLI::Option* add_number(CLI::App* app, const std::string& name, const Range& range, std::function<void(double)> set,
-                        const std::string& help) {
-  return app
-      ->add_option_function<std::string>(
-          name,
-          [=](const std::string& text) {
-            const std::optional<double> value = parse_number(text);
-            if (!value || !range.contains(*value)) refuse(name, range.words(), text);
-            set(*value);
-          },
-          help)
-      ->type_name("X");
+CLI::Validator expecting(const std::string& expected, std::function<bool(const std::string&)> is_good) {
+  return CLI::Validator(
+      [=](std::string& text) {
+        return is_good(text) ? std::string() : fmt::format("expected {}, found {}", expected, text);
+      },
+      "");
 }
 
-CLI::Option* add_integer(CLI::App* app, const std::string& name, int low, int high, std::function<void(int)> set,
-                         const std::string& help) {
+CLI::Option* add_number(CLI::App* app, const std::string& name, std::function<void(double)> set,
+                        const std::string& sentence) {
+  const scene::Parameter& parameter = scene::option_parameter(name);
   return app
       ->add_option_function<std::string>(
-          name,
-          [=](const std::string& text) {
-            const std::optional<std::uint64_t> value = parse_unsigned(text);
-            if (!value || *value < std::uint64_t(low) || *value > std::uint64_t(high)) {
-              refuse(name, fmt::format("a whole number from {} to {}", low, high), text);
-            }
-            set(static_cast<int>(*value));
-          },
-          help)
-      ->type_name("N");
+          name, [set](const std::string& text) { set(*parse_number(text)); }, help_of(parameter, sentence))
+      ->check(expecting(scene::words(parameter),
+                        [&parameter](const std::string& text) {
+                          const std::optional<double> value = parse_number(text);
+                          return value && parameter.range.contains(*value);
+                        }))
+      ->type_name(placeholder(parameter));
 }
 
-CLI::Option* add_unsigned(CLI::App* app, const std::string& name, std::function<void(std::uint64_t)> set,
-                          const std::string& help) {
+CLI::Option* add_whole(CLI::App* app, const std::string& name, std::function<void(std::uint64_t)> set) {
+  const scene::Parameter& parameter = scene::option_parameter(name);
   return app
       ->add_option_function<std::string>(
-          name,
-          [=](const std::string& text) {
-            const std::optional<std::uint64_t> value = parse_unsigned(text);
-            if (!value) refuse(name, "a whole number from 0 to 2^64 - 1", text);
-            set(*value);
-          },
-          help)
-      ->type_name("N");
+          name, [set](const std::string& text) { set(*parse_unsigned(text)); }, help_of(parameter, ""))
+      ->check(expecting(scene::words(parameter),
+                        [&parameter](const std::string& text) {
+                          const std::optional<std::uint64_t> value = parse_unsigned(text);
+                          return value && parameter.range.contains(double(*value));
+                        }))
+      ->type_name(placeholder(parameter));
 }
 
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,
-                         const Range& range, std::function<void(const std::vector<double>&)> set,
-                         const std::string& help) {
+                         std::function<void(const std::vector<double>&)> set, const std::string& sentence) {
+  const scene::Parameter& parameter = scene::option_parameter(name);
+  const std::string how_many = least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most);
   return app
       ->add_option_function<std::string>(
-          name,
-          [=](const std::string& text) {
-            const auto values = parse_numbers(text);
-            const bool good = values && values->size() >= least && values->size() <= most &&
-                              std::all_of(values->begin(), values->end(), [&](double x) { return range.contains(x); });
-            if (!good) {
-              const std::string how_many =
-                  least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most);
-              refuse(name, fmt::format("{} values separated by commas, each {}", how_many, range.words()), text);
-            }
-            set(*values);
-          },
-          help)
+          name, [set](const std::string& text) { set(*parse_numbers(text)); }, help_of(parameter, sentence))
+      ->check(expecting(fmt::format("{} values separated by commas, each {}", how_many, scene::words(parameter)),
+                        [&parameter, least, most](const std::string& text) {
+                          const auto values = parse_numbers(text);
+                          return values && values->size() >= least && values->size() <= most &&
+                                 std::ranges::all_of(*values, [&](double x) { return parameter.range.contains(x); });
+                        }))
       ->type_name("X,...");
 }
 
 CLI::Option* add_choice(CLI::App* app, const std::string& name, const std::vector<std::string>& choices,
                         std::function<void(const std::string&)> set, const std::string& help) {
   const std::string words = joined(choices, "|");
-  return app
-      ->add_option_function<std::string>(
-          name,
-          [=](const std::string& text) {
-            if (std::find(choices.begin(), choices.end(), text) == choices.end()) {
-              refuse(name, words, fmt::format("{} (nearest: {})", text, nearest_word(text, choices)));
-            }
-            set(text);
+  return app->add_option_function<std::string>(name, set, help)
+      ->check(CLI::Validator(
+          [=](std::string& text) {
+            if (std::ranges::find(choices, text) != choices.end()) return std::string();
+            return fmt::format("expected {}, found {} (nearest: {})", words, text, nearest_word(text, choices));
           },
-          help)
+          ""))
       ->type_name(words);
 }
 
+CLI::Option* add_file(CLI::App* app, const std::string& name, std::function<void(const std::string&)> set,
+                      const std::string& help, const std::string& ending) {
+  CLI::Option* option = app->add_option_function<std::string>(name, set, help)->type_name("FILE" + ending);
+  if (ending.empty()) return option;
+  return option->check(expecting("a name that ends in " + ending, [ending](const std::string& file) {
+    return std::filesystem::path(file).extension() == ending;
+  }));
+}
+
 void add_fiber_shape(CLI::App* app, scene::Overrides& overrides) {
-  add_number(
-      app, "--eccentricity", {0.5, 1}, [&overrides](double x) { overrides.eccentricity = float(x); },
-      "minor over major semi-axis of the cross-section, .5 to 1");
-  add_number(
-      app, "--roughness", {0.01, 1}, [&overrides](double x) { overrides.roughness = float(x); },
-      "Beckmann roughness of the fiber surface, .01 to 1");
+  add_number(app, "--eccentricity", [&overrides](double x) { overrides.eccentricity = float(x); });
+  add_number(app, "--roughness", [&overrides](double x) { overrides.roughness = float(x); });
 }
 
 void add_learner(CLI::App* app, adaptive::Options& table) {
@@ -189,23 +189,17 @@ void add_learner(CLI::App* app, adaptive::Options& table) {
   add_choice(
       app, "--learner", names, [&table](const std::string& name) { table.learner = references::find_learner(name); },
       help);
-  add_integer(
-      app, "--components", 1, adaptive::Mixture::max_components,
-      [&table](int n) { table.max_components = static_cast<std::uint32_t>(n); },
-      "components of a row, at most or, for learners of a fixed number, exactly; default 8");
-  add_number(
-      app, "--epsilon", {0, 1, true}, [&table](double x) { table.epsilon = x; },
-      "relative squared error under which a row is converged, default .01");
-  add_number(
-      app, "--table-memory", {0, 1 << 20},
-      [&table](double x) { table.memory_bytes = std::size_t(x * double(1 << 20)); },
-      "ceiling of the table in MB (2^20 bytes), fractions too, default 256");
+  add_whole(app, "--components", [&table](std::uint64_t n) { table.max_components = static_cast<std::uint32_t>(n); });
+  add_number(app, "--epsilon", [&table](double x) { table.epsilon = x; });
+  add_number(app, "--table-memory", [&table](double x) { table.memory_bytes = std::size_t(x * double(1 << 20)); });
 }
 
 void add_threads(CLI::App* app, std::optional<int>& threads) {
-  add_integer(app, "--threads", 1, 1024, [&threads](int n) { threads = n; }, "default: one per hardware thread");
+  add_whole(app, "--threads", [&threads](std::uint64_t n) { threads = int(n); });
 }
 
-void add_quiet(CLI::App* app) { app->add_flag_callback("--quiet", quiet_console, "no progress and no notes"); }
+void add_quiet(CLI::App* app) {
+  app->add_flag_callback("--quiet", quiet_console, "no progress and no notes; errors and warnings stay");
+}
 
 }  // namespace tress::cli

@@ -15,14 +15,6 @@
 
 namespace tress::cli {
 
-/// What a number must be. Both ends belong to the range unless open.
-struct Range {
-  double low, high;
-  bool low_open = false, high_open = false;
-  std::string words() const;  ///< "0 < x <= 1"
-  bool contains(double x) const;
-};
-
 /// The number that the whole text spells, finite; nothing else around it.
 std::optional<double> parse_number(const std::string& text);
 std::optional<std::uint64_t> parse_unsigned(const std::string& text);
@@ -36,29 +28,27 @@ std::optional<Resolution> parse_resolution(const std::string& text);
 /// "X0,Y0,X1,Y1": pixels [X0, X1) x [Y0, Y1), at least one, of an image of no more than 2^24 a side.
 std::optional<image::Window> parse_crop(const std::string& text);
 
-/// Throws the parser's error "OPTION: expected ..., found ...".
-[[noreturn]] void refuse(const std::string& option, const std::string& expected, const std::string& found);
-
 std::string joined(const std::vector<std::string>& words, const std::string& between);
 
-CLI::Option* add_number(CLI::App* app, const std::string& name, const Range& range, std::function<void(double)> set,
-                        const std::string& help);
+/// A check of the parser's: refuses a text with "expected ..., found ...".
+CLI::Validator expecting(const std::string& expected, std::function<bool(const std::string&)> is_good);
 
-CLI::Option* add_integer(CLI::App* app, const std::string& name, int low, int high, std::function<void(int)> set,
-                         const std::string& help);
-
-/// From 0 to 2^64 - 1.
-CLI::Option* add_unsigned(CLI::App* app, const std::string& name, std::function<void(std::uint64_t)> set,
-                          const std::string& help);
-
-/// `least` to `most` numbers in range, separated by commas.
+/// A number, a whole one, or `least` to `most` of them separated by commas. Range, unit, default and sentence are those
+/// of the table of parameters, where the option must be; `sentence` stands for that of the table where an option says
+/// it in another way than a scene file.
+CLI::Option* add_number(CLI::App* app, const std::string& name, std::function<void(double)> set,
+                        const std::string& sentence = "");
+CLI::Option* add_whole(CLI::App* app, const std::string& name, std::function<void(std::uint64_t)> set);
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,
-                         const Range& range, std::function<void(const std::vector<double>&)> set,
-                         const std::string& help);
+                         std::function<void(const std::vector<double>&)> set, const std::string& sentence);
 
 /// One of the words; a wrong one is answered with the nearest.
 CLI::Option* add_choice(CLI::App* app, const std::string& name, const std::vector<std::string>& choices,
                         std::function<void(const std::string&)> set, const std::string& help);
+
+/// A path; `ending`, ".exr", is one that the name must have.
+CLI::Option* add_file(CLI::App* app, const std::string& name, std::function<void(const std::string&)> set,
+                      const std::string& help, const std::string& ending = "");
 
 /// The shape of all fibers, and with it the slices of their rows: --eccentricity and --roughness; parsing fills
 /// `overrides`, which must outlive it.

@@ -6,7 +6,9 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
+#include <string>
 #include <system_error>
 #include <vector>
 
@@ -15,6 +17,7 @@
 #include "cli/options.h"
 #include "cli/render_job.h"
 #include "references/registry.h"
+#include "scene/model/parameters.h"
 
 namespace tress::cli {
 namespace {
@@ -23,31 +26,24 @@ glm::vec3 color_of(const std::vector<double>& x) { return glm::vec3(float(x[0]),
 
 void add_appearance(CLI::App* app, scene::Overrides& o) {
   auto* color = add_numbers(
-      app, "--color", 3, 3, {0, 1, true, true}, [&o](const auto& x) { o.color = color_of(x); },
-      "multiple scattering albedo R,G,B that the hair should have");
+      app, "--color", 3, 3, [&o](const auto& x) { o.color = color_of(x); },
+      "multiple scattering albedo R,G,B that the hair should have, linear");
   auto* melanin = add_numbers(
-      app, "--melanin", 1, 2, {0, 100},
-      [&o](const auto& x) { o.melanin = {float(x[0]), x.size() > 1 ? float(x[1]) : 0.0f}; },
+      app, "--melanin", 1, 2, [&o](const auto& x) { o.melanin = {float(x[0]), x.size() > 1 ? float(x[1]) : 0.0f}; },
       "concentrations: eumelanin[,pheomelanin]");
   auto* sigma_a = add_numbers(
-      app, "--sigma-a", 3, 3, {0, 1000}, [&o](const auto& x) { o.sigma_a = color_of(x); },
-      "absorption R,G,B per major semi-axis");
+      app, "--sigma-a", 3, 3, [&o](const auto& x) { o.sigma_a = color_of(x); }, "absorption R,G,B per major semi-axis");
   color->excludes(melanin)->excludes(sigma_a);
   melanin->excludes(sigma_a);
   add_fiber_shape(app, o);
-  auto* environment = app->add_option_function<std::string>(
-      "--environment", [&o](const std::string& file) { o.environment_file = file; },
+  auto* environment = add_file(
+      app, "--environment", [&o](const std::string& file) { o.environment_file = file; },
       "latitude-longitude picture that lights the scene");
-  environment->type_name("FILE");
-  add_number(
-      app, "--rotate", {-36000, 36000}, [&o](double x) { o.environment_rotate_deg = x; },
-      "turn of the environment about the vertical, degrees")
-      ->needs(environment);
+  add_number(app, "--rotate", [&o](double x) { o.environment_rotate_deg = x; })->needs(environment);
   add_choice(
       app, "--up", {"y", "z"}, [&o](const std::string& axis) { o.y_up = axis == "y"; },
       "axis of the hair file that points up");
-  add_number(
-      app, "--cm-per-unit", {0, 1e6, true}, [&o](double x) { o.cm_per_unit = x; }, "length of a unit of the hair file");
+  add_number(app, "--cm-per-unit", [&o](double x) { o.cm_per_unit = x; }, "length of a unit of the hair file, in cm");
 }
 
 std::vector<std::string> model_words() {
@@ -68,9 +64,7 @@ void add_learning(CLI::App* app, RenderSettings& s) {
         }
       },
       "fiber model; exact is elliptical with --estimator exact");
-  add_integer(
-      app, "--quadrature-points", 1, 65536, [&s](int n) { s.quadrature_points = n; },
-      "over the width of the fiber, for models that integrate at every vertex");
+  add_whole(app, "--quadrature-points", [&s](std::uint64_t n) { s.quadrature_points = int(n); });
   add_choice(
       app, "--estimator", {"fitted", "corrected", "exact"},
       [&s](const std::string& name) {
@@ -82,14 +76,11 @@ void add_learning(CLI::App* app, RenderSettings& s) {
       "traced at "
       "every vertex");
   add_learner(app, s.table);
-  add_number(
-      app, "--picture-error", {0, 1, true}, [&s](double x) { s.table.picture_error = x; },
-      "in place of --epsilon: the relative error that fits may make in the picture; each row is then learned as well "
-      "as the light it carries asks for")
-      ->excludes(app->get_option("--epsilon"));
-  auto* cache = app->add_option_function<std::string>(
-      "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; }, "table to start from and to save");
-  cache->type_name("FILE");
+  add_number(app, "--picture-error", [&s](double x) {
+    s.table.picture_error = x;
+  })->excludes(app->get_option("--epsilon"));
+  auto* cache = add_file(
+      app, "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; }, "table to start from and to save");
   const std::map<std::string, CacheMode> modes{{"append", CacheMode::append},
                                                {"frozen", CacheMode::frozen},
                                                {"scratch", CacheMode::scratch},
@@ -101,13 +92,31 @@ void add_learning(CLI::App* app, RenderSettings& s) {
       "replace; "
       "require: append, but the file must be there and whole")
       ->needs(cache);
-  auto* telemetry = app->add_option_function<std::string>(
-      "--telemetry", [&s](const std::string& file) { s.telemetry = file; }, "convergence as JSON Lines");
-  telemetry->type_name("FILE");
+  auto* telemetry =
+      add_file(app, "--telemetry", [&s](const std::string& file) { s.telemetry = file; }, "convergence as JSON Lines");
   add_choice(
       app, "--telemetry-level", {"pass", "rows"},
       [&s](const std::string& level) { s.telemetry_rows = level == "rows"; }, "rows: a line a changed row too")
       ->needs(telemetry);
+}
+
+void add_resolution(CLI::App* app, scene::Overrides& o) {
+  const scene::Parameter& parameter = scene::option_parameter("--resolution");
+  const auto is_good = [&parameter](const std::string& text) {
+    const std::optional<Resolution> size = parse_resolution(text);
+    return size && parameter.range.contains(size->width) && parameter.range.contains(size->height) &&
+           std::int64_t{size->width} * size->height <= scene::most_image_pixels;
+  };
+  app->add_option_function<std::string>(
+         "--resolution",
+         [&o](const std::string& text) {
+           const Resolution size = *parse_resolution(text);
+           o.width = size.width;
+           o.height = size.height;
+         },
+         fmt::format("{}; default: {}", parameter.sentence, parameter.usual))
+      ->check(expecting("WxH, each " + scene::words(parameter) + ", 2^26 pixels in all", is_good))
+      ->type_name("WxH");
 }
 
 /// What the parser cannot see: options that contradict each other, and files that would overwrite each other. A
@@ -158,70 +167,36 @@ Command add_render(CLI::App& tress) {
       ->add_option_function<std::string>(
           "SCENE", [&s](const std::string& file) { s.scene = file; }, "scene JSON or .hair file")
       ->required();
-  render
-      ->add_option_function<std::string>(
-          "-o,--output",
-          [&s](const std::string& file) {
-            if (std::filesystem::path(file).extension() != ".exr") refuse("-o", "a name that ends in .exr", file);
-            s.output = file;
-          },
-          "picture; a .png is written beside it")
-      ->required()
-      ->type_name("OUT.exr");
-  auto* samples = add_integer(
-      render, "--spp", 1, StopRule::most_samples, [&s](int n) { s.overrides.samples = n; }, "samples a pixel");
-  auto* time = add_number(
-      render, "--time", {0, 1e7, true}, [&s](double x) { s.stop.seconds = x; },
-      "seconds: as many samples as fit, one at least; the picture then depends on the machine");
-  auto* noise = add_number(
-      render, "--noise", {0, 1, true}, [&s](double x) { s.stop.noise = x; },
-      "samples until the noise relative to the brightness of what is covered is at most this, 16384 at most");
+  add_file(
+      render, "-o,--output", [&s](const std::string& file) { s.output = file; }, "picture; a .png is written beside it",
+      ".exr")
+      ->required();
+  auto* samples = add_whole(render, "--spp", [&s](std::uint64_t n) { s.overrides.samples = int(n); });
+  auto* time = add_number(render, "--time", [&s](double x) { s.stop.seconds = x; });
+  auto* noise = add_number(render, "--noise", [&s](double x) { s.stop.noise = x; });
   samples->excludes(time)->excludes(noise);
   time->excludes(noise);
+  add_resolution(render, s.overrides);
+  add_whole(render, "--frame", [&s](std::uint64_t n) { s.overrides.frame = int(n); });
   render
       ->add_option_function<std::string>(
-          "--resolution",
-          [&s](const std::string& text) {
-            const auto size = parse_resolution(text);
-            if (!size || size->width < 1 || size->height < 1 || size->width > 16384 || size->height > 16384) {
-              refuse("--resolution", "WxH, each from 1 to 16384", text);
-            }
-            s.overrides.width = size->width;
-            s.overrides.height = size->height;
-          },
-          "size of the picture")
-      ->type_name("WxH");
-  add_integer(render, "--frame", 0, 1000000, [&s](int n) { s.overrides.frame = n; }, "frame of a moving camera");
-  render
-      ->add_option_function<std::string>(
-          "--crop",
-          [&s](const std::string& text) {
-            const auto crop = parse_crop(text);
-            if (!crop) refuse("--crop", "X0,Y0,X1,Y1 in whole pixels, X0 < X1 and Y0 < Y1", text);
-            s.render.crop = crop;
-          },
+          "--crop", [&s](const std::string& text) { s.render.crop = parse_crop(text); },
           "render only these pixels, X1 and Y1 excluded, of the same picture")
+      ->check(expecting("X0,Y0,X1,Y1 in whole pixels, X0 < X1 and Y0 < Y1",
+                        [](const std::string& text) { return parse_crop(text).has_value(); }))
       ->type_name("X0,Y0,X1,Y1");
   add_threads(render, s.threads);
-  add_unsigned(
-      render, "--seed", [&s](std::uint64_t seed) { s.render.seed = seed; },
-      "same seed, same picture, for any number of threads");
-  add_integer(
-      render, "--light-samples", 1, 4096, [&s](int n) { s.render.light_samples = n; }, "at the first hit, default 1");
-  add_integer(
-      render, "--bcsdf-samples", 1, 4096, [&s](int n) { s.render.bcsdf_samples = n; }, "at the first hit, default 1");
-  add_integer(render, "--max-depth", 1, 4096, [&s](int n) { s.render.max_depth = n; }, "hits of a path, default 64");
-  render
-      ->add_option_function<std::string>(
-          "--heatmap",
-          [&s](const std::string& file) {
-            if (std::filesystem::path(file).extension() != ".exr")
-              refuse("--heatmap", "a name that ends in .exr", file);
-            s.heatmap = file;
-            s.render.heatmap = true;
-          },
-          "what each pixel cost: CPU time, vertices, queries, traces")
-      ->type_name("FILE.exr");
+  add_whole(render, "--seed", [&s](std::uint64_t seed) { s.render.seed = seed; });
+  add_whole(render, "--light-samples", [&s](std::uint64_t n) { s.render.light_samples = int(n); });
+  add_whole(render, "--bcsdf-samples", [&s](std::uint64_t n) { s.render.bcsdf_samples = int(n); });
+  add_whole(render, "--max-depth", [&s](std::uint64_t n) { s.render.max_depth = int(n); });
+  add_file(
+      render, "--heatmap",
+      [&s](const std::string& file) {
+        s.heatmap = file;
+        s.render.heatmap = true;
+      },
+      "what each pixel cost: CPU time, vertices, queries, traces", ".exr");
   add_appearance(render, s.overrides);
   add_learning(render, s);
   add_quiet(render);

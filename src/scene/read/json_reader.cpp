@@ -4,25 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "base/nearest_word.h"
 
 namespace tress::scene {
 namespace {
-
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t change = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, change});
-    }
-  }
-  return row[b.size()];
-}
 
 /// What a value is, short enough for a message; invalid UTF-8 is replaced.
 std::string shown(const nlohmann::json& value) {
@@ -36,10 +22,7 @@ std::string shown(const nlohmann::json& value) {
 }  // namespace
 
 std::string nearest_name(const std::string& word, const std::vector<std::string>& known) {
-  const std::string start = word.substr(0, 64);
-  return *std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
-    return edit_distance(start, a) < edit_distance(start, b);
-  });
+  return nearest_word(word.substr(0, 64), known);
 }
 
 void JsonReader::fail(const std::string& key, std::string expected, std::string found) const {
