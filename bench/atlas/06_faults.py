@@ -85,7 +85,7 @@ def next_session(desk, case, out):
     for name in left:
         os.utime(os.path.join(out, name), (hour_ago, hour_ago))
     before = read(os.path.join(out, "t.cache"))
-    done = desk.do(desk.render(out))
+    done = desk.do([word for word in desk.render(out) if word != "--quiet"])
     if done.returncode != 0 or "loaded" not in done.stderr:
         case.bad("lost", f"the next session: {done.stderr}")
     for name in left:

@@ -37,7 +37,9 @@ void quiet_console() { quiet_ = true; }
 bool console_is_terminal() { return isatty(STDERR_FILENO) == 1; }
 
 void log_note(const std::string& text) {
-  if (!quiet_) log_always(text);
+  if (quiet_) return;
+  clear_bar();
+  logger().info("{}", text);
 }
 
 void log_warning(const std::string& text) {
@@ -48,11 +50,6 @@ void log_warning(const std::string& text) {
 void log_error(const std::string& text) {
   clear_bar();
   logger().error("error: {}", text);
-}
-
-void log_always(const std::string& text) {
-  clear_bar();
-  logger().info("{}", text);
 }
 
 void draw_bar(const std::string& text) {

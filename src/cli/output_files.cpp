@@ -25,7 +25,7 @@ std::optional<Error> check_output(const std::filesystem::path& file) {
 
 void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers) {
   for (const std::filesystem::path& leftover : leftovers) {
-    log_always(fmt::format("{}: removed {}, left by a save that was killed", file.string(), leftover.string()));
+    log_note(fmt::format("{}: removed {}, left by a save that was killed", file.string(), leftover.string()));
   }
 }
 

@@ -25,25 +25,45 @@ std::string duration(double seconds) {
 
 }  // namespace
 
-Outlook outlook(const StopRule& rule, const integrate::PassProgress& pass, double elapsed, double rendering) {
+double Forecast::pace() const {
+  const Done& now = done_.back();
+  const auto half = std::ranges::find_if(done_, [&](const Done& then) { return 2 * then.paths >= now.paths; });
+  const Done& then = half == done_.end() || &*half == &now ? done_[done_.size() - 2] : *half;
+  return (now.seconds - then.seconds) / std::max(1.0, now.paths - then.paths);
+}
+
+void Forecast::watch(const integrate::PassProgress& pass) {
+  done_.push_back({static_cast<double>(pass.paths_so_far), done_.back().seconds + pass.seconds});
+  const double pace = pass.seconds / std::max(1.0, static_cast<double>(pass.pixels));
+  const bool compares = pass.table.queries == 0 ? pass.pass >= 1 : pass.pass > integrate::initial_passes;
+  if (compares && pace >= 0.75 * last_pace_ && pace <= last_pace_ / 0.75) is_steady_ = true;
+  last_pace_ = pace;
+}
+
+Outlook Forecast::after(const integrate::PassProgress& pass, double elapsed) {
+  watch(pass);
   const bool is_even = pass.pass + 1 >= integrate::initial_passes;  // every pixel has as many samples
   const int samples = static_cast<int>(integrate::sample_of_pass(pass.pass)) + 1;
   Outlook result;
-  if (rule.seconds) {
-    result.share = ratio(elapsed, *rule.seconds);
-    result.seconds_left = std::max(0.0, *rule.seconds - elapsed);
+  if (rule_.seconds) {
+    result.share = ratio(elapsed, *rule_.seconds);
+    result.seconds_left = std::max(0.0, *rule_.seconds - elapsed);
     const int samples_at_most = pass.pass_count - integrate::initial_passes + 1;
     const double pixels = static_cast<double>(pass.paths_total) / samples_at_most;
     const double next = pass.seconds * pixels / std::max(1.0, static_cast<double>(pass.pixels));
-    if (is_even && elapsed + next > *rule.seconds) result.reason = "time";
+    if (is_even && elapsed + next > *rule_.seconds) result.reason = "time";
   } else {
-    result.share = ratio(static_cast<double>(pass.paths_so_far), static_cast<double>(pass.paths_total));
-    if (rule.noise && samples >= StopRule::least_samples_noise) {
-      const double wanted = pass.noise / *rule.noise;
+    const auto paths = static_cast<double>(pass.paths_so_far);
+    result.share = ratio(paths, static_cast<double>(pass.paths_total));
+    const bool noise_is_known = samples >= StopRule::least_samples_noise;
+    if (rule_.noise && noise_is_known) {
+      const double wanted = pass.noise / *rule_.noise;
       result.share = std::max(result.share, ratio(1, wanted * wanted));
-      if (pass.noise <= *rule.noise) result.reason = "noise";
+      if (pass.noise <= *rule_.noise) result.reason = "noise";
     }
-    result.seconds_left = result.share > 0 ? rendering * (1 - result.share) / result.share : 0;
+    if (is_steady_ && result.share > 0 && (!rule_.noise || noise_is_known)) {
+      result.seconds_left = pace() * paths * (1 - result.share) / result.share;
+    }
   }
   if (result.reason == nullptr && pass.pass + 1 >= pass.pass_count) result.reason = "samples";
   return result;
@@ -62,8 +82,11 @@ void Progress::update(const integrate::PassProgress& pass, const Outlook& outloo
     table = fmt::format(", {:.1f} % of queries on converged rows",
                         100.0 * double(pass.table.converged_queries) / double(pass.table.queries));
   }
-  const std::string text = fmt::format("{:3.0f} %, pass {}, {} left, noise {:.3g}{}", 100 * share, pass.pass + 1,
-                                       duration(outlook.seconds_left), pass.noise, table);
+  const std::string left =
+      outlook.seconds_left ? duration(*outlook.seconds_left) + " left" : std::string("time left not known yet");
+  // The variance of a pixel is known from its second sample on.
+  const std::string noise = pass.noise > 0 ? fmt::format("noise {:.2g}", pass.noise) : "noise not known yet";
+  const std::string text = fmt::format("{:3.0f} %, pass {}, {}, {}{}", 100 * share, pass.pass + 1, left, noise, table);
   if (console_is_terminal()) {
     const int full = std::clamp(static_cast<int>(share * bar_cells), 0, bar_cells);
     draw_bar(fmt::format("[{}{}] {}", std::string(std::size_t(full), '#'),

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <optional>
+#include <vector>
 
 #include "integrate/renderer.h"
 
@@ -23,15 +24,37 @@ struct StopRule {
 };
 
 struct Outlook {
-  const char* reason = nullptr;  ///< to end here: "samples", "time", "noise"; null: go on
-  double share = 0;              ///< of the work that is done, as far as can be told, [0, 1]
-  double seconds_left = 0;
+  const char* reason = nullptr;        ///< to end here: "samples", "time", "noise"; null: go on
+  double share = 0;                    ///< of the work that is done, as far as can be told, [0, 1]
+  std::optional<double> seconds_left;  ///< unset until it can be known within a factor of two
 };
 
-/// After a pass, `elapsed` seconds after the command began and `rendering` after the first pass did. Ends only where
-/// every pixel has as many samples, one at least. By time: where the next pass, if it goes like this one, would end too
-/// late. The time left until a noise is reached takes it to fall as 1 / sqrt(samples).
-Outlook outlook(const StopRule& rule, const integrate::PassProgress& pass, double elapsed, double rendering);
+/// What the passes so far tell of those to come. One thread at a time.
+class Forecast {
+ public:
+  explicit Forecast(const StopRule& rule) : rule_(rule) {}
+
+  /// After each pass, `elapsed` seconds after the command began. Ends only where every pixel has as many samples, one
+  /// at least. By time: where the next pass, if it goes like this one, would end too late. The time left until a noise
+  /// is reached takes it to fall as 1 / sqrt(samples).
+  ///
+  /// The first passes cost up to ten times a later one, as long as rows are learned. So the time left is the work left
+  /// at the pace of the later half of what is done, and is told from the first pass on whose pace is that of the one
+  /// before it by a quarter; where rows are learned, both must be passes over the whole picture.
+  Outlook after(const integrate::PassProgress& pass, double elapsed);
+
+ private:
+  struct Done {
+    double paths, seconds;  ///< at the end of a pass, since the first began
+  };
+  double pace() const;  ///< seconds a path
+  void watch(const integrate::PassProgress& pass);
+
+  StopRule rule_;
+  std::vector<Done> done_{{0, 0}};
+  double last_pace_ = 0;
+  bool is_steady_ = false;
+};
 
 /// One thread at a time. Says nothing under --quiet.
 class Progress {

@@ -81,12 +81,13 @@ class RenderJob {
       log_note(fmt::format("model {} can only be sampled: light is met by chance, and small lights make noise",
                            model_->name()));
     }
+    Forecast forecast(settings_.stop);
     Progress progress;
     integrate::RenderResult result =
         integrate::render(scene_, fibers, *model_, fiber_ids_, service_.get(), options, interrupt.requested(),
                           [&](const integrate::PassProgress& pass) {
                             const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-                            const Outlook ahead = outlook(settings_.stop, pass, elapsed, progress.seconds());
+                            const Outlook ahead = forecast.after(pass, elapsed);
                             told_pass(pass);
                             progress.update(pass, ahead);
                             if (cache_) cache_->save_if_due(*service_);
@@ -129,7 +130,7 @@ class RenderJob {
       // A frozen table answers every picture alike, whatever part of it is rendered.
       if (settings_.cache_mode == CacheMode::frozen && cache_->loaded() == "loaded") service_->set_learning(false);
     } else if (settings_.warm_cache) {
-      log_always(
+      log_warning(
           fmt::format("warm cache {}: not used, the exact estimator has no rows", settings_.warm_cache->string()));
     }
     told_header();

@@ -49,14 +49,14 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
   last_save_ = Clock::now();
   if (mode_ == CacheMode::frozen) saved_ = "frozen";
   if (mode_ == CacheMode::scratch) {
-    log_always(fmt::format("warm cache {}: scratch, starting cold; the file is replaced at the end", file_.string()));
+    log_note(fmt::format("warm cache {}: scratch, starting cold; the file is replaced at the end", file_.string()));
     return std::nullopt;
   }
   if (!is_there(file_)) {
     loaded_ = "absent";
     const Error error{file_.string(), "", "a warm cache", "no such file"};
     if (mode_ == CacheMode::require) return error;
-    log_always(fmt::format("warm cache {}: not there yet, starting cold", file_.string()));
+    log_note(fmt::format("warm cache {}: not there yet, starting cold", file_.string()));
     return std::nullopt;
   }
   const Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(file_, model_);
@@ -72,15 +72,15 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
   if (error) {
     refuse(error->message());
     if (mode_ == CacheMode::require) return error;
-    log_always(fmt::format("warm cache {}: refused, starting cold, the file is left as it is: {}", file_.string(),
-                           error->message()));
+    log_warning(fmt::format("warm cache {}: refused, starting cold, the file is left as it is: {}", file_.string(),
+                            error->message()));
     return std::nullopt;
   }
   loaded_ = "loaded";
   expects_file_ = true;
   rows_loaded_ = contents.rows();
-  log_always(fmt::format("warm cache {}: loaded {} rows, {} of them converged ({})", file_.string(), contents.rows(),
-                         contents.converged_rows, cache_mode_name(mode_)));
+  log_note(fmt::format("warm cache {}: loaded {} rows, {} of them converged ({})", file_.string(), contents.rows(),
+                       contents.converged_rows, cache_mode_name(mode_)));
   return std::nullopt;
 }
 
@@ -117,8 +117,8 @@ std::optional<Error> WarmCacheSession::merge(const adaptive::Service& service) {
     case adaptive::CacheUpdate::Outcome::refused:
       saved_ = "refused";
       reason_ = update->refusal->message();
-      log_always(fmt::format("warm cache {}: not saved, the file is now refused and left as it is: {}", file_.string(),
-                             reason_));
+      log_warning(fmt::format("warm cache {}: not saved, the file is now refused and left as it is: {}", file_.string(),
+                              reason_));
       break;
     case adaptive::CacheUpdate::Outcome::merged:
       tell_saved("merged", "merged and saved", update->contents);
@@ -135,8 +135,8 @@ void WarmCacheSession::tell_saved(const char* outcome, const char* words, const 
   saved_ = outcome;
   reason_.clear();
   expects_file_ = true;
-  log_always(fmt::format("warm cache {}: {} {} rows, {} of them converged", file_.string(), words, contents.rows(),
-                         contents.converged_rows));
+  log_note(fmt::format("warm cache {}: {} {} rows, {} of them converged", file_.string(), words, contents.rows(),
+                       contents.converged_rows));
 }
 
 }  // namespace tress::cli

@@ -20,7 +20,8 @@ enum class CacheMode {
 const char* cache_mode_name(CacheMode mode);
 
 /// Saves by adaptive::merge_into_cache, so other sessions may save into the file at the same time.
-/// One thread, between passes. Every step says one line on stderr, whatever --quiet says.
+/// One thread, between passes. Every step is a note on stderr; that a file is refused, which changes the result, is a
+/// warning.
 /// A file that is refused (truncated, flipped, of another model, of a later format) is never written over, but for
 /// scratch, which was asked to replace it.
 class WarmCacheSession {

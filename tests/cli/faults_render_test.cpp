@@ -175,8 +175,10 @@ TEST_F(Faults, WhatAKilledRenderLeftIsRemovedAndTold) {
   for (const char* mode : {"append", "scratch"}) {
     write_text(path("out/t.cache.tmp-12-3"), "half");
     fs::last_write_time(path("out/t.cache.tmp-12-3"), hour_ago);
-    const Outcome outcome = run(render(path("out/a.exr"), {"--warm-cache", path("out/t.cache"), "--cache-mode", mode,
-                                                           "--heatmap", path("out/h.exr")}));
+    std::vector<std::string> arguments = render(
+        path("out/a.exr"), {"--warm-cache", path("out/t.cache"), "--cache-mode", mode, "--heatmap", path("out/h.exr")});
+    std::erase(arguments, "--quiet");
+    const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("removed " + path("out/t.cache.tmp-12-3"))) << mode;
     if (mode == std::string("append")) {
