@@ -1,6 +1,9 @@
 // tress diff: how far one picture is from another.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,6 +19,11 @@ struct DiffSettings {
   std::filesystem::path a, b;
   bool json = false;
 };
+
+/// The one farthest from 0.
+double largest_of(const std::array<double, 3>& x) {
+  return *std::ranges::max_element(x, {}, [](double value) { return std::abs(value); });
+}
 
 /// Prints relMSE, MAE, bias (mean of B - A by channel), the largest difference and whether all channels are identical.
 /// Parts of one image (--crop) are held against each other and the whole where both have pixels. Exit status 0 whatever
@@ -43,8 +51,17 @@ int run_diff(const DiffSettings& settings) {
     fmt::print("{}\n", json.dump());
   } else {
     fmt::print(
-        "relMSE     {:.6g}\nMAE        {:.6g}\nbias       {:.6g} {:.6g} {:.6g}\nlargest    {:.6g}\nidentical  {}\n",
-        d.rel_mse, d.mae, d.bias[0], d.bias[1], d.bias[2], d.largest, d.identical ? "yes" : "no");
+        "relMSE     {:<9.3g} mean of (B - A)^2 / A^2: B is off by {:.2g} % of the brightness of A, root mean square\n"
+        "MAE        {:<9.3g} mean of |B - A|, linear color values as in the files\n"
+        "bias       {:<9.2g} mean of B - A, the largest of R {:+.2g}, G {:+.2g}, B {:+.2g}: near 0 beside MAE where "
+        "only\n"
+        "                     noise differs, which falls on both sides; else B is brighter (+) or darker (-)\n"
+        "largest    {:<9.3g} |B - A| of the channel and pixel where it is largest\n"
+        "identical  {:<9} {}\n"
+        "0 is best everywhere: the pictures are the same.\n",
+        d.rel_mse, 100 * std::sqrt(d.rel_mse), d.mae, largest_of(d.bias), d.bias[0], d.bias[1], d.bias[2], d.largest,
+        d.identical ? "yes" : "no",
+        d.identical ? "every channel of every pixel, to the bit" : "at least one value of one channel differs");
   }
   return 0;
 }

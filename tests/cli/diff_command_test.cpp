@@ -1,4 +1,6 @@
 // tress diff: the figures that it prints, on pictures whose difference is known.
+#include <gmock/gmock.h>
+
 #include "cli/run_tress.h"
 #include "image/picture.h"
 
@@ -29,6 +31,13 @@ TEST(DiffOfPictures, TellsIdenticalAndDifferentApart) {
   EXPECT_EQ(some.at("bias")[0], 0.125);
   EXPECT_EQ(some.at("bias")[1], 0.0);
   EXPECT_NEAR(some.at("MAE"), 0.25 / 6, 1e-7);
+  // For people: rounded, aligned, and each number with what it means.
+  const Outcome text = Process(folder, {"diff", a, b}).wait();
+  EXPECT_THAT(text.out, ::testing::HasSubstr("MAE        0.0417    mean of |B - A|"));
+  EXPECT_THAT(text.out, ::testing::HasSubstr("R +0.12, G +0, B +0"));
+  EXPECT_THAT(text.out, ::testing::HasSubstr("largest    0.25      |B - A|"));
+  EXPECT_THAT(text.out, ::testing::HasSubstr("identical  no        at least one value of one channel differs"));
+  EXPECT_THAT(text.out, ::testing::HasSubstr("0 is best"));
   fs::remove_all(folder);
 }
 
