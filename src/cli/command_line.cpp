@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <exception>
 #include <map>
+#include <memory>
 #include <new>
 #include <optional>
 #include <string>
@@ -16,9 +17,11 @@
 #include "base/nearest_word.h"
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/manual.h"
 #include "cli/options.h"
 #include "cli/process.h"
 #include "tress/version.h"
+#include "tress_commit.h"
 
 namespace tress::cli {
 namespace {
@@ -82,32 +85,97 @@ std::string unknown_word(const CLI::App& root, const std::vector<std::string>& w
 
 int wrong_usage(const std::string& message) {
   log_error(message);
-  std::fputs("usage: tress render|fit|diff|cache ...; --help tells more\n", stderr);
+  std::fputs("usage: tress render|fit|diff|cache|help ...; --help tells more\n", stderr);
   return 2;
 }
+
+/// "tress 0.2.0 (commit 1234567)" and what it was built with.
+std::string version_text() {
+  const std::string commit = TRESS_COMMIT;
+  return fmt::format("tress {}{}\nreads and writes warm caches of format {} and telemetry of schema {}\nbuilt with {}",
+                     version(), commit.empty() ? "" : fmt::format(" (commit {})", commit), cache_format_version,
+                     telemetry_schema_version, TRESS_LIBRARIES);
+}
+
+/// What tress help is asked for.
+struct HelpSettings {
+  std::vector<std::string> words;  ///< of a command, none: the program
+  bool manual = false;
+  std::string completion;  ///< of this shell; empty: none
+};
+
+int run_help(const CLI::App& tress, const HelpSettings& settings) {
+  const CLI::App* app = &tress;
+  std::string path = "tress";
+  for (const std::string& word : settings.words) {
+    const std::vector<std::string> names = command_names(*app);
+    if (std::ranges::find(names, word) == names.end()) {
+      throw WrongUsage(names.empty()
+                           ? fmt::format("{} has no commands, found \"{}\"", path, word)
+                           : fmt::format("{}: no command \"{}\", nearest: {}", path, word, nearest_word(word, names)));
+    }
+    app = app->get_subcommand(word);
+    path += " " + word;
+  }
+  if (!settings.completion.empty()) {
+    fmt::print("{}", settings.completion == "bash" ? bash_completion(tress) : zsh_completion(tress));
+  } else if (settings.manual) {
+    fmt::print("{}", manual_page(*app, path));
+  } else {
+    fmt::print("{}", app->get_formatter()->make_help(app, path, CLI::AppFormatMode::Normal));
+  }
+  return 0;
+}
+
+Command add_help(CLI::App& tress) {
+  const auto settings = std::make_shared<HelpSettings>();
+  CLI::App* help = tress.add_subcommand("help", "Tell the options of a command, or write its manual page");
+  help->add_option("COMMAND", settings->words, "as in: tress help cache merge")->type_name("");
+  auto* manual = help->add_flag("--man", settings->manual, "as a manual page: tress help render --man | man -l -");
+  add_choice(
+      help, "--completion", {"bash", "zsh"}, [settings](const std::string& shell) { settings->completion = shell; },
+      "the completion script of this shell")
+      ->excludes(manual);
+  return {help, [&tress, settings] { return run_help(tress, *settings); }};
+}
+
+constexpr const char* examples =
+    "Examples:\n"
+    "  tress render mine.hair -o mine.exr                        a bare .hair file is a scene\n"
+    "  tress render mine.hair -o a.exr --warm-cache mine.cache   the next shot starts calibrated\n"
+    "  tress diff a.exr b.exr                                    how far two pictures are apart\n"
+    "  tress help render                                         all options of a command";
 
 int run_checked(int argc, char** argv) {
   CLI::App app("Renders hair whose fibers have elliptical cross-sections, learning its scattering tables on the way",
                "tress");
   app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("tress ") + version());
+  app.set_version_flag("--version", version_text());
+  app.footer(examples);
   std::vector<Command> commands{add_render(app), add_fit(app), add_diff(app)};
   CLI::App* cache = app.add_subcommand("cache", "Look into warm caches, merge them, or make one beforehand");
   cache->require_subcommand(1);
   for (const auto& add : {add_cache_info, add_cache_verify, add_cache_merge, add_cache_prebake}) {
     commands.push_back(add(*cache));
   }
+  commands.push_back(add_help(app));
 
-  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  if (words.size() >= 2 && words[0] == "cache" && words[1] == "help") std::swap(words[0], words[1]);
   if (const std::string message = unknown_word(app, words); !message.empty()) return wrong_usage(message);
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version: standard output
     if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
       const CLI::App& asked = cache->parsed() ? *cache : app;
       if (asked.get_subcommands().empty()) {
-        return wrong_usage("expected a command: " + joined(command_names(asked), "|"));
+        const int status = wrong_usage("expected a command: " + joined(command_names(asked), "|"));
+        for (const CLI::App* command : asked.get_subcommands([](const CLI::App*) { return true; })) {
+          fmt::print(stderr, "  {:8} {}\n", command->get_name(), command->get_description());
+        }
+        if (&asked == &app) fmt::print(stderr, "{}\n", examples);
+        return status;
       }
     }
     return wrong_usage(error.what());

@@ -40,6 +40,9 @@ void add_appearance(CLI::App* app, scene::Overrides& o) {
       app, "--environment", [&o](const std::string& file) { o.environment_file = file; },
       "latitude-longitude picture that lights the scene");
   add_number(app, "--rotate", [&o](double x) { o.environment_rotate_deg = x; })->needs(environment);
+  add_number(
+      app, "--turn", [&o](double x) { o.turn_deg = x; },
+      "where the automatic camera stands: counter-clockwise from above, 0 is -y");
   add_choice(
       app, "--up", {"y", "z"}, [&o](const std::string& axis) { o.y_up = axis == "y"; },
       "axis of the hair file that points up");

@@ -1,7 +1,15 @@
 // Help, and what is said and returned when the command is used wrongly.
 #include <gmock/gmock.h>
 
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
 #include "cli/run_tress.h"
+#include "scene/model/parameters.h"
+#include "tress/version.h"
 
 namespace tress::test {
 namespace {
@@ -32,6 +40,118 @@ TEST_F(Usage, EveryCommandHasHelpOnStandardOutput) {
     EXPECT_THAT(outcome.err, IsEmpty());
   }
   EXPECT_THAT(run({"render", "--help"}).out, HasSubstr("--warm-cache"));
+}
+
+TEST_F(Usage, HelpIsACommandToo) {
+  const std::vector<std::vector<std::string>> commands{{},
+                                                       {"render"},
+                                                       {"fit"},
+                                                       {"diff"},
+                                                       {"cache"},
+                                                       {"cache", "info"},
+                                                       {"cache", "verify"},
+                                                       {"cache", "merge"},
+                                                       {"cache", "prebake"}};
+  for (const std::vector<std::string>& command : commands) {
+    std::vector<std::string> word{"help"}, option = command;
+    word.insert(word.end(), command.begin(), command.end());
+    option.push_back("--help");
+    const Outcome outcome = run(word);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, IsEmpty());
+    EXPECT_THAT(outcome.out, HasSubstr("--help"));
+    if (command.size() == 1) EXPECT_THAT(outcome.out, HasSubstr("tress " + command[0]));
+    EXPECT_EQ(run(option).status, 0);
+  }
+  EXPECT_THAT(run({"cache", "help", "merge"}).out, HasSubstr("--output"));
+  expect_wrong({"help", "rendr"}, "nearest: render");
+  expect_wrong({"help", "render", "more"}, "has no commands");
+}
+
+TEST_F(Usage, VersionTellsTheCommitTheFormatsAndTheLibraries) {
+  const Outcome outcome = run({"--version"});
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_TRUE(outcome.out.starts_with(std::string("tress ") + version())) << outcome.out;
+  for (const char* part : {"warm caches of format", "Embree", "OpenEXR", "oneTBB", "CLI11"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(part));
+  }
+  if (fs::exists(fs::path(TRESS_SOURCE_DIR) / ".git")) EXPECT_THAT(outcome.out, HasSubstr("(commit "));
+}
+
+/// The long and short options that --help tells of a command.
+std::set<std::string> options_in(const std::string& help) {
+  std::set<std::string> options;
+  const std::regex head(R"(^  (-[^ ]*))");
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch match;
+    if (!std::regex_search(line, match, head)) continue;
+    std::istringstream names(match[1]);
+    for (std::string name; std::getline(names, name, ',');) options.insert(name);
+  }
+  return options;
+}
+
+TEST_F(Usage, EveryOptionIsInTheManualAndInTheCompletions) {
+  const std::string bash = run({"help", "--completion", "bash"}).out, zsh = run({"help", "--completion", "zsh"}).out;
+  write_text(path("bash"), bash);
+  int options = 0;
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{{"render"},
+                                                                                       {"fit"},
+                                                                                       {"diff"},
+                                                                                       {"help"},
+                                                                                       {"cache", "info"},
+                                                                                       {"cache", "verify"},
+                                                                                       {"cache", "merge"},
+                                                                                       {"cache", "prebake"}}) {
+    std::vector<std::string> help{"help"}, asked{"help"};
+    for (const std::string& word : command) help.push_back(word);
+    const std::string told = run(help).out;
+    asked.push_back(command[0]);
+    asked.emplace_back("--man");
+    const std::string page = run(asked).out;
+    EXPECT_TRUE(page.starts_with(".TH \"TRESS")) << page.substr(0, 40);
+    EXPECT_THAT(page, HasSubstr(".SH EXIT STATUS"));
+    std::string words = "tress", name = "_tress";
+    for (const std::string& word : command) {
+      words += " " + word;
+      name += "_" + word;
+    }
+    // What bash offers after "tress COMMAND -".
+    const std::string ask = "source " + path("bash") + "; COMP_WORDS=(" + words +
+                            " -); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _tress; printf '%s\\n' \"${COMPREPLY[@]}\"";
+    const std::string offered = Process(folder_, {"-c", ask}, "/bin/bash").wait().out;
+    const std::size_t begin = zsh.find("\n" + name + "() {"), end = zsh.find("\n}\n", begin);
+    ASSERT_NE(begin, std::string::npos) << name;
+    for (const std::string& option : options_in(told)) {
+      ++options;
+      std::string typed;
+      for (const char c : option) typed += c == '-' ? "\\-" : std::string(1, c);
+      EXPECT_THAT(page, HasSubstr("\\fB" + typed + "\\fR")) << words;
+      EXPECT_THAT("\n" + offered, HasSubstr("\n" + option + "\n")) << words;
+      EXPECT_THAT(zsh.substr(begin, end - begin), HasSubstr("'" + option + "[")) << words;
+    }
+  }
+  EXPECT_GT(options, 70) << "hardly anything was checked";
+}
+
+TEST_F(Usage, CompletionOffersTheWordsOfAnOption) {
+  write_text(path("bash"), run({"help", "--completion", "bash"}).out);
+  const std::string ask =
+      "source " + path("bash") +
+      "; COMP_WORDS=(tress render a.json --cache-mode fr); COMP_CWORD=4; _tress; echo ${COMPREPLY[@]}";
+  EXPECT_EQ(Process(folder_, {"-c", ask}, "/bin/bash").wait().out, "frozen\n");
+}
+
+/// The default that the table of parameters tells of an option of tress fit is the one that it has.
+TEST_F(Usage, FitHasTheDefaultsThatItTells) {
+  const std::vector<std::string> plain{"fit", "--lobe", "TRT", "--json"};
+  std::vector<std::string> spelt = plain;
+  for (const char* name : {"--e", "--theta-d", "--phi", "--sigma", "--eta", "--epsilon", "--samples"}) {
+    spelt.emplace_back(name);
+    spelt.emplace_back(scene::option_parameter(name).usual);
+  }
+  EXPECT_EQ(run(plain).out, run(spelt).out);
 }
 
 TEST_F(Usage, AWrongOptionNamesTheNearest) {
@@ -77,13 +197,14 @@ TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--rotate", "10"}, "--environment");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--model", "exact", "--estimator", "fitted"}, "--model exact");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--quadrature-points", "10"}, "--quadrature-points");
-  expect_wrong({"render", "a.json", "-o", "a.exr", "--model", "deon2011", "--quadrature-points", "0"}, "1 to 65536");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--model", "deon2011", "--quadrature-points", "0"}, "1..65536");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--telemetry", "a.exr"}, "different files");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "a.exr"}, "different files");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "heat.png"}, ".exr");
   expect_wrong({"render", "a.json", "-o", "a.png"}, ".exr");
   expect_wrong({"render", "a.json"}, "--output is required");
-  expect_wrong({}, "render|fit|diff|cache");
+  expect_wrong({}, "render|fit|diff|cache|help");
+  expect_wrong({}, "Render a scene");
   expect_wrong({"cache"}, "info|verify|merge|prebake");
   expect_wrong({"cache", "prebake", "a.json"}, "--output is required");
   expect_wrong({"cache", "prebake", "a.json", "-o", "a", "--learner", "sketchy"}, "nearest: sketch");
