@@ -206,13 +206,13 @@ std::string zsh_completion(const CLI::App& tress) {
         below.empty() ? " \\\n    '*:file:_files'\n}\n" : fmt::format(" \\\n    '1:command:({})'\n}}\n", spaced(below));
   });
   return text + R"(_tress() {
-  local path=tress
-  while (( CURRENT > 2 )) && [[ $words[2] != -* ]] && (( $+functions[_${path// /_}_$words[2]] )); do
-    path="$path $words[2]"
+  local at=tress
+  while (( CURRENT > 2 )) && [[ $words[2] != -* ]] && (( $+functions[_${at// /_}_$words[2]] )); do
+    at="$at $words[2]"
     shift words
     (( CURRENT-- ))
   done
-  if [[ $path == tress ]]; then _tress_itself; else _${path// /_}; fi
+  if [[ $at == tress ]]; then _tress_itself; else _${at// /_}; fi
 }
 _tress "$@"
 )";

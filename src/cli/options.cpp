@@ -28,6 +28,7 @@ std::string help_of(const scene::Parameter& parameter, const std::string& senten
   std::string text = sentence.empty() ? std::string(parameter.sentence) : sentence;
   std::erase(text, '`');
   text += "; " + scene::words(parameter);
+  if (!sentence.empty()) return text;
   if (!parameter.key.empty()) return text + "; default: the scene's";
   return parameter.usual.empty() ? text : fmt::format("{}; default: {}", text, parameter.usual);
 }

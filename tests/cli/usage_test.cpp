@@ -173,14 +173,14 @@ TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
 
 TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
   const std::vector<std::pair<std::string, std::string>> wrong{
-      {"--spp", "-1"},       {"--spp", "0"},         {"--spp", "4x"},         {"--epsilon", "0"},
-      {"--epsilon", "nan"},  {"--epsilon", "-0.1"},  {"--resolution", "0x4"}, {"--resolution", "16385x4"},
-      {"--threads", "0"},    {"--threads", "-2"},    {"--seed", "-1"},        {"--table-memory", "-1"},
-      {"--color", "1,0,0"},  {"--color", ".5,.5"},   {"--melanin", "-1"},     {"--sigma-a", "1,2,inf"},
-      {"--components", "0"}, {"--components", "9"},  {"--roughness", "0"},    {"--eccentricity", "2"},
-      {"--up", "x"},         {"--cm-per-unit", "0"}, {"--max-depth", "0"},    {"--resolution", "64"},
-      {"--time", "0"},       {"--noise", "-1"},      {"--noise", "2"},        {"--crop", "0,0,4"},
-      {"--crop", "4,0,4,4"}, {"--crop", "-1,0,4,4"}, {"--crop", "0,0,1,1,"}};
+      {"--spp", "-1"},        {"--spp", "0"},        {"--spp", "4x"},         {"--epsilon", "0"},
+      {"--epsilon", "nan"},   {"--epsilon", "-0.1"}, {"--resolution", "0x4"}, {"--resolution", "65537x4"},
+      {"--threads", "0"},     {"--threads", "-2"},   {"--seed", "-1"},        {"--table-memory", "-1"},
+      {"--color", "1,0,0"},   {"--color", ".5,.5"},  {"--melanin", "-1"},     {"--sigma-a", "1,2,inf"},
+      {"--components", "0"},  {"--components", "9"}, {"--roughness", "0"},    {"--eccentricity", "2"},
+      {"--up", "x"},          {"--turn", "361"},     {"--cm-per-unit", "0"},  {"--max-depth", "0"},
+      {"--resolution", "64"}, {"--time", "0"},       {"--noise", "-1"},       {"--noise", "2"},
+      {"--crop", "0,0,4"},    {"--crop", "4,0,4,4"}, {"--crop", "-1,0,4,4"},  {"--crop", "0,0,1,1,"}};
   for (const auto& [option, value] : wrong) {
     expect_wrong({"render", "a.json", "-o", "a.exr", option, value}, option + ": expected ");
     expect_wrong({"render", "a.json", "-o", "a.exr", option, value}, "found " + value);
