@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "scene/generate/studio_environment.h"
+#include "scene/generate/generated_environments.h"
 #include "support/chi_square.h"
 #include "tress/base/random.h"
 

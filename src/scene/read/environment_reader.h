@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "scene/generate/sky_environment.h"
+#include "scene/generate/generated_environments.h"
 #include "scene/model/scene.h"
 #include "scene/read/json_reader.h"
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <string_view>
 
-#include "scene/generate/studio_environment.h"
+#include "scene/generate/generated_environments.h"
 #include "scene/model/camera_motion.h"
 #include "scene/model/groom_taper.h"
 #include "scene/model/parameters.h"

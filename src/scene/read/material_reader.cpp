@@ -2,17 +2,31 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "scene/read/lobe_reader.h"
+#include "tress/fiber/parameters.h"
 
 namespace tress::scene {
 namespace {
 
 constexpr double radians = std::numbers::pi / 180;
+
+/// In the order of the enumerators.
+const std::vector<std::string> shapes{"logistic", "gaussian", "cauchy"};
+const std::vector<std::string> fresnels{"exact", "longitudinal", "bravais", "none"};
+
+std::size_t place_of(const std::string& name, const std::vector<std::string>& names) {
+  std::size_t place = 0;
+  while (place + 1 < names.size() && names[place] != name) ++place;
+  return place;
+}
 
 /// Angles in degrees by lobe name.
 template <std::size_t n>
@@ -50,25 +64,58 @@ StrandVariation read_variation(const JsonReader& json) {
   return variation;
 }
 
+/// Naming GLINT splits it off TRT; where it is not named it has the gain and tint of TRT, so that "glint": true changes
+/// layers only.
+void read_lobes(const JsonReader& json, fiber::FiberParameters* fiber) {
+  if (const auto shape = json.choice("longitudinal_shape", shapes))
+    fiber->longitudinal_shape = static_cast<fiber::LongitudinalShape>(place_of(*shape, shapes));
+  if (const auto fresnel = json.choice("fresnel", fresnels))
+    fiber->reflection_fresnel = static_cast<fiber::ReflectionFresnel>(place_of(*fresnel, fresnels));
+  const std::vector<std::string> lobes(std::begin(fiber::lobe_names), std::end(fiber::lobe_names));
+  constexpr auto trt = static_cast<std::size_t>(fiber::Lobe::trt);
+  constexpr auto glint = static_cast<std::size_t>(fiber::Lobe::glint);
+  const std::string gain = "gain", tint = "tint";
+  for (const std::string& key : {gain, tint}) {
+    if (!json.has(key)) continue;
+    const auto by_lobe = json.child(key);
+    if (!by_lobe.object(lobes)) return;
+    for (std::size_t p = 0; p < lobes.size(); ++p) {
+      // GLINT was part of TRT: unless it is named, splitting it off changes no picture.
+      const std::string& lobe = p == glint && !by_lobe.has(lobes[p]) ? lobes[trt] : lobes[p];
+      if (key == tint) fiber->gain[p] *= by_lobe.triple(lobe).value_or(glm::vec3(1.0f));
+      if (key == gain) fiber->gain[p] *= static_cast<float>(by_lobe.number(lobe).value_or(1));
+    }
+    if (by_lobe.has(lobes[glint])) fiber->split_glint = true;
+  }
+  if (json.has("glint")) {
+    if (!json.boolean("glint").value_or(true)) json.fail("glint", "true", "false");
+    fiber->split_glint = true;
+  }
+}
+
 }  // namespace
 
 Material read_material(const JsonReader& json, std::size_t index) {
   Material material;
-  std::vector<std::string> known{"name",
-                                 "eta",
-                                 "eccentricity",
-                                 "roughness",
-                                 "tilt_deg",
-                                 "color",
-                                 "melanin",
-                                 "sigma_a",
-                                 "azimuthal_sigma_deg",
-                                 "longitudinal_lambda_deg",
-                                 "curl_diameter_cm",
-                                 "twist",
-                                 "root_angle_deg",
-                                 "variation"};
-  known.insert(known.end(), lobe_keys().begin(), lobe_keys().end());
+  const std::vector<std::string> known{"name",
+                                       "eta",
+                                       "eccentricity",
+                                       "roughness",
+                                       "tilt_deg",
+                                       "color",
+                                       "melanin",
+                                       "sigma_a",
+                                       "azimuthal_sigma_deg",
+                                       "longitudinal_lambda_deg",
+                                       "curl_diameter_cm",
+                                       "twist",
+                                       "root_angle_deg",
+                                       "variation",
+                                       "longitudinal_shape",
+                                       "fresnel",
+                                       "gain",
+                                       "tint",
+                                       "glint"};
   if (!json.object(known)) return material;
   auto& fiber = material.fiber;
   material.name = json.text("name").value_or(fmt::format("material {}", index));

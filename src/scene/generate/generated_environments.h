@@ -1,4 +1,4 @@
-// A sky without a picture: three colors.
+// Environments that need no picture: a studio, and a sky of three colors.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -6,6 +6,10 @@
 #include "scene/model/environment.h"
 
 namespace tress::scene {
+
+/// The light of a bare .hair file: a soft studio for a camera at -y: key softbox upper left in front, long rim light
+/// behind and above, dim fill, neutral background. Latitude-longitude map of 256 x 128.
+Environment studio_environment(double rotate_rad, float scale);
 
 /// Radiance, linear RGB, >= 0. Above the horizon from `horizon` to `zenith` with the square root of the sine of the
 /// elevation, so that the pale band is narrow as in a clear sky; below it `ground`.

@@ -1,4 +1,4 @@
-#include "scene/generate/sky_environment.h"
+#include "scene/generate/generated_environments.h"
 
 #include <gtest/gtest.h>
 
