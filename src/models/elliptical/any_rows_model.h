@@ -8,10 +8,10 @@
 #include <optional>
 #include <string>
 
+#include "fiber/row_model.h"
 #include "models/elliptical/fiber_store.h"
 #include "models/elliptical/row_reader.h"
 #include "models/elliptical/vertex_constants.h"
-#include "models/row_model.h"
 #include "tress/fiber/elliptical_model.h"
 #include "tress/fiber/fiber_model.h"
 

@@ -1,4 +1,4 @@
-#include "models/row_model.h"
+#include "fiber/row_model.h"
 
 namespace tress::fiber {
 
