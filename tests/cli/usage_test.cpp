@@ -60,7 +60,9 @@ TEST_F(Usage, HelpIsACommandToo) {
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_THAT(outcome.err, IsEmpty());
     EXPECT_THAT(outcome.out, HasSubstr("--help"));
-    if (command.size() == 1) EXPECT_THAT(outcome.out, HasSubstr("tress " + command[0]));
+    if (command.size() == 1) {
+      EXPECT_THAT(outcome.out, HasSubstr("tress " + command[0]));
+    }
     EXPECT_EQ(run(option).status, 0);
   }
   EXPECT_THAT(run({"cache", "help", "merge"}).out, HasSubstr("--output"));
@@ -75,7 +77,9 @@ TEST_F(Usage, VersionTellsTheCommitTheFormatsAndTheLibraries) {
   for (const char* part : {"warm caches of format", "Embree", "OpenEXR", "oneTBB", "CLI11"}) {
     EXPECT_THAT(outcome.out, HasSubstr(part));
   }
-  if (fs::exists(fs::path(TRESS_SOURCE_DIR) / ".git")) EXPECT_THAT(outcome.out, HasSubstr("(commit "));
+  if (fs::exists(fs::path(TRESS_SOURCE_DIR) / ".git")) {
+    EXPECT_THAT(outcome.out, HasSubstr("(commit "));
+  }
 }
 
 /// The long and short options that --help tells of a command.

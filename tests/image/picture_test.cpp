@@ -18,8 +18,10 @@
 namespace tress::image {
 namespace {
 
-std::filesystem::path temporary(const char* name) {
-  return std::filesystem::path(testing::TempDir()) / (std::string("tress_picture_") + name);
+/// Of the running test alone: tests run side by side, in processes of their own.
+std::filesystem::path temporary(const std::string& name) {
+  const std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
+  return std::filesystem::path(testing::TempDir()) / ("tress_picture_" + test + "_" + name);
 }
 
 Picture gradient() {
