@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "fuzz/fuzz.h"
-#include "scene/read/groom_assembly.h"
-#include "scene/read/hair_file.h"
+#include "scene/read/assembly.h"
+#include "scene/read/input_files.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tress;

@@ -1,7 +1,7 @@
 // Any bytes as an .obj file: refused by the line, or a mesh that can be placed.
 #include "fuzz/fuzz.h"
-#include "scene/read/mesh_reader.h"
-#include "scene/read/obj_file.h"
+#include "scene/read/assembly.h"
+#include "scene/read/input_files.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tress;

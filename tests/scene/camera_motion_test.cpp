@@ -1,5 +1,3 @@
-#include "scene/model/camera_motion.h"
-
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -11,6 +9,7 @@
 #include <numbers>
 
 #include "scene/generate/generated_grooms.h"
+#include "scene/model/camera.h"
 #include "scene/read/load_scene.h"
 #include "scene/read/scene_file.h"
 

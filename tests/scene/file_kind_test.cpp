@@ -1,6 +1,4 @@
 // What is said of a file that is neither a scene nor a groom.
-#include "scene/read/file_kind.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -9,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "scene/read/input_files.h"
 #include "scene/read/load_scene.h"
 
 namespace tress::scene {

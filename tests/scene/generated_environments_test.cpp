@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "scene/model/light.h"
-#include "scene/read/environment_reader.h"
+#include "scene/read/scene_file.h"
 
 namespace tress::scene {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "scene/generate/head_scalp.h"
-#include "scene/model/groom_taper.h"
+#include "scene/generate/groom_kinds.h"
+#include "scene/read/assembly.h"
 #include "scene/read/scene_file.h"
 
 namespace tress::scene {

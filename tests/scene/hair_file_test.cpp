@@ -1,5 +1,3 @@
-#include "scene/read/hair_file.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +11,8 @@
 #include <vector>
 
 #include "scene/generate/generated_grooms.h"
-#include "scene/read/groom_assembly.h"
+#include "scene/read/assembly.h"
+#include "scene/read/input_files.h"
 #include "scene/read/load_scene.h"
 
 namespace tress::scene {

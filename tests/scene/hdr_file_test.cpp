@@ -1,5 +1,3 @@
-#include "scene/read/hdr_file.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +7,7 @@
 #include <fstream>
 
 #include "image/picture.h"
-#include "scene/read/environment_file.h"
+#include "scene/read/input_files.h"
 #include "tress/base/random.h"
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION

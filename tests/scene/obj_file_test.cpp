@@ -1,5 +1,3 @@
-#include "scene/read/obj_file.h"
-
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -7,8 +5,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "scene/read/assembly.h"
+#include "scene/read/input_files.h"
 #include "scene/read/load_scene.h"
-#include "scene/read/mesh_reader.h"
 #include "tress/base/random.h"
 
 namespace tress::scene {

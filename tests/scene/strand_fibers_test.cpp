@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "scene/model/stochastic_rounding.h"
 #include "scene/read/scene_file.h"
 #include "tress/base/random.h"
 

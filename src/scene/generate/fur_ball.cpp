@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "scene/generate/groom_kinds.h"
-#include "scene/generate/groom_random.h"
 
 namespace tress::scene {
 namespace {

@@ -1,11 +1,14 @@
-// The generators behind generate_groom(), one file each.
+// The generators behind generate_groom(), and what they share: random shapes, and a head to root hair on.
 #pragma once
 
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "scene/model/scene.h"
+#include "tress/base/random.h"
 
 namespace tress::scene {
 
@@ -34,5 +37,39 @@ inline float smooth_step(float x) {
   if (!(x > 0)) return 0;
   return x < 1 ? x * x * (3 - 2 * x) : 1;
 }
+
+/// Uniform in [low, high).
+inline float uniform(RandomStream& random, float low, float high) { return low + (high - low) * random.next(); }
+
+/// About normal, mean 0, standard deviation 1, within 3.5: a sum of four uniforms.
+inline float kernel(RandomStream& random) {
+  const float sum = random.next() + random.next() + random.next() + random.next();
+  return (sum - 2.0f) * 1.7320508f;
+}
+
+/// A smooth wander of a strand sideways: two slow waves of random phase and direction.
+class Wander {
+ public:
+  explicit Wander(RandomStream& random);
+  /// t in [0, 1] along the strand; about unit amplitude.
+  glm::vec3 at(float t) const;
+
+ private:
+  glm::vec3 slow_, fast_;
+  glm::vec3 slow_phase_, fast_phase_;
+};
+
+/// A point of the scalp on the unit sphere, everything above the neck but the face (+y); on the head after
+/// multiplication by head_semi_axes_cm().
+glm::vec3 scalp_point(RandomStream& random);
+glm::vec3 head_semi_axes_cm();
+
+/// Moves p (cm) out of the head inflated by `clearance` cm.
+glm::vec3 outside_head(const glm::vec3& p, float clearance);
+
+/// `count` points, equally far apart, of a strand that leaves the scalp along its normal, away from the parting, then
+/// falls along the head and freely below it. Stiffness: the length in cm over which gravity turns it.
+std::vector<glm::vec3> fall_from_scalp(const glm::vec3& on_scalp, float length_cm, float clearance, float stiffness,
+                                       std::uint32_t count);
 
 }  // namespace tress::scene

@@ -6,8 +6,6 @@
 #include <numbers>
 
 #include "scene/generate/groom_kinds.h"
-#include "scene/generate/groom_random.h"
-#include "scene/generate/head_scalp.h"
 
 namespace tress::scene {
 namespace {

@@ -1,11 +1,9 @@
-#include "scene/generate/head_scalp.h"
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "scene/generate/groom_random.h"
+#include "scene/generate/groom_kinds.h"
 
 namespace tress::scene {
 namespace {

@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "scene/model/parameters.h"
-#include "scene/model/stochastic_rounding.h"
 #include "tress/base/random.h"
 
 namespace tress::scene {

@@ -1,6 +1,8 @@
-// Which fiber each strand is of.
+// Which fiber each strand is of, and the rounding that keeps fibers few and their mean.
 #pragma once
 
+#include <cmath>
+#include <cstdint>
 #include <optional>
 
 #include "scene/model/scene.h"
@@ -24,5 +26,19 @@ std::optional<Error> assign_fibers(Scene* scene);
 
 /// Absorptions that vary are powers of this, or 0: 9 % standard deviation at most, none in the mean.
 constexpr double color_ratio = 1.2;
+
+// Rounding that keeps the mean: E over u, uniform in [0, 1), of the rounded value is the value.
+
+/// floor(x + u), u uniform in [0, 1): the whole number below or above, of mean x. Within [low, high] where x is, for
+/// whole low and high.
+inline std::int64_t round_stochastically(double x, double u) { return static_cast<std::int64_t>(std::floor(x + u)); }
+
+/// k with ratio^k the power below or above x > 0, ratio > 1, of mean ratio^k = x. The standard deviation is at most
+/// (ratio - 1)/(2 sqrt(ratio)) of x.
+inline std::int64_t round_to_power(double x, double ratio, double u) {
+  const double k = std::floor(std::log(x) / std::log(ratio));
+  const double below = std::pow(ratio, k);
+  return static_cast<std::int64_t>(k) + (u * (below * ratio - below) < x - below ? 1 : 0);
+}
 
 }  // namespace tress::scene

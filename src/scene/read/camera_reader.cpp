@@ -1,10 +1,9 @@
-#include "scene/read/camera_reader.h"
-
 #include <fmt/format.h>
 
 #include <numbers>
 
 #include "scene/model/parameters.h"
+#include "scene/read/scene_file.h"
 
 namespace tress::scene {
 namespace {

@@ -1,11 +1,7 @@
-#include "scene/read/environment_file.h"
-
 #include <fmt/format.h>
 
 #include "image/picture.h"
-#include "scene/read/file_kind.h"
-#include "scene/read/hdr_file.h"
-#include "scene/read/input_file.h"
+#include "scene/read/input_files.h"
 
 namespace tress::scene {
 namespace {

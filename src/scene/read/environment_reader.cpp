@@ -1,10 +1,8 @@
-#include "scene/read/environment_reader.h"
-
 #include <cmath>
 #include <numbers>
 
 #include "scene/model/parameters.h"
-#include "scene/read/light_reader.h"
+#include "scene/read/scene_file.h"
 
 namespace tress::scene {
 namespace {

@@ -1,11 +1,11 @@
-#include "scene/read/file_kind.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <string_view>
+
+#include "scene/read/input_files.h"
 
 namespace tress::scene {
 namespace {

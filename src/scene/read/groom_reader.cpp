@@ -1,10 +1,10 @@
-#include "scene/read/groom_reader.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdint>
+
+#include "scene/read/scene_file.h"
 
 namespace tress::scene {
 namespace {

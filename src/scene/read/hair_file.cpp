@@ -1,5 +1,3 @@
-#include "scene/read/hair_file.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "scene/read/file_kind.h"
+#include "scene/read/input_files.h"
 
 namespace tress::scene {
 namespace {

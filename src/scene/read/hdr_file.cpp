@@ -1,5 +1,3 @@
-#include "scene/read/hdr_file.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,8 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+
+#include "scene/read/input_files.h"
 
 namespace tress::scene {
 namespace {

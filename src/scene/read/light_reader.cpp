@@ -1,10 +1,9 @@
-#include "scene/read/light_reader.h"
-
 #include <glm/geometric.hpp>
 #include <numbers>
 
 #include "scene/model/light.h"
 #include "scene/model/parameters.h"
+#include "scene/read/scene_file.h"
 
 namespace tress::scene {
 namespace {

@@ -9,13 +9,11 @@
 #include <string_view>
 
 #include "scene/generate/generated_environments.h"
-#include "scene/model/camera_motion.h"
-#include "scene/model/groom_taper.h"
+#include "scene/model/camera.h"
 #include "scene/model/parameters.h"
 #include "scene/model/strand_fibers.h"
-#include "scene/read/environment_file.h"
-#include "scene/read/file_kind.h"
-#include "scene/read/input_file.h"
+#include "scene/read/assembly.h"
+#include "scene/read/input_files.h"
 #include "scene/read/scene_file.h"
 
 namespace tress::scene {

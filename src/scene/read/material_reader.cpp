@@ -1,5 +1,3 @@
-#include "scene/read/material_reader.h"
-
 #include <fmt/format.h>
 
 #include <array>
@@ -11,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/read/scene_file.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::scene {

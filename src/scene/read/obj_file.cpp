@@ -1,5 +1,3 @@
-#include "scene/read/obj_file.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,8 @@
 #include <cmath>
 #include <optional>
 #include <string_view>
+
+#include "scene/read/input_files.h"
 
 namespace tress::scene {
 namespace {

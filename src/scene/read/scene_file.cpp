@@ -2,10 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "scene/read/camera_reader.h"
 #include "scene/read/json_reader.h"
-#include "scene/read/light_reader.h"
-#include "scene/read/material_reader.h"
 
 namespace tress::scene {
 namespace {
@@ -34,6 +31,17 @@ Error not_json(const std::string& name, const nlohmann::json::parse_error& error
 }
 
 }  // namespace
+
+MeshDescription read_mesh(const JsonReader& json) {
+  MeshDescription mesh;
+  if (!json.object({"file", "up", "cm_per_unit", "translate", "albedo"}) || !json.need({"file"})) return mesh;
+  mesh.file = json.text("file").value_or("");
+  if (const auto up = json.choice("up", {"y", "z"})) mesh.y_up = *up == "y";
+  mesh.cm_per_unit = json.number("cm_per_unit").value_or(mesh.cm_per_unit);
+  mesh.translate = json.triple("translate").value_or(mesh.translate);
+  mesh.albedo = json.triple("albedo").value_or(mesh.albedo);
+  return mesh;
+}
 
 Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, const std::string& name,
                                           KnownKeys* keys) {

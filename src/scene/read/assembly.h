@@ -1,4 +1,5 @@
-// From strands as a file has them to a groom in the world: axes, unit, radius, degenerate strands.
+// From strands and polygons as a file has them to a groom or a mesh in the world: axes, unit, radius, taper, what is
+// degenerate.
 #pragma once
 
 #include <optional>
@@ -6,7 +7,7 @@
 #include <vector>
 
 #include "scene/model/scene.h"
-#include "scene/read/hair_file.h"
+#include "scene/read/input_files.h"
 
 namespace tress::scene {
 
@@ -27,5 +28,26 @@ bool falls_along_y(const HairFile& hair);
 /// Fails where the placed groom leaves a world of 10^6 cm.
 Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placement, const std::string& name,
                              std::vector<std::string>* notes, std::vector<std::string>* warnings);
+
+/// Factors of the radius, linear in between along the normalised length of the strand's points.
+struct Taper {
+  double root = 1, tip = 1;
+};
+
+/// No radius becomes less than 1e-4 cm, unless it was.
+void apply_taper(const Taper& taper, Groom* groom);
+
+struct MeshDescription {
+  std::string file;           ///< as written
+  bool y_up = false;          ///< y of the file becomes z, its z becomes -y
+  double cm_per_unit = 1;     ///< before translation
+  glm::vec3 translate{0.0f};  ///< cm, in the world's axes
+  glm::vec3 albedo = Mesh{}.albedo;
+};
+
+/// The mesh in the world. Triangles without area are left out, which is a warning. Fails where the placed mesh leaves a
+/// world of 10^6 cm. `name` is the file.
+Result<Mesh> place_mesh(const ObjFile& file, const MeshDescription& description, const std::string& name,
+                        std::vector<std::string>* warnings);
 
 }  // namespace tress::scene

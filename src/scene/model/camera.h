@@ -1,4 +1,4 @@
-// Where the camera is at a frame: still, framed on the hair, between keyframes, or going around.
+// Where the camera is at a frame: still, placed so that it sees all of the hair, between keyframes, or going around.
 #pragma once
 
 #include <optional>
@@ -43,5 +43,17 @@ struct CameraFault {
   std::string key, expected, found;
 };
 std::optional<CameraFault> fault_of(const Camera& camera);
+
+/// From -y and slightly above, or from `turn_rad` counter-clockwise of -y, at the vertical angle of view of `camera`,
+/// every point inside the picture with a small margin. Without points: `camera` as it is.
+Camera frame_grooms(const std::vector<Groom>& grooms, const Image& image, const Camera& camera, double turn_rad = 0);
+
+/// The same from a distance at which every point stays inside while the camera goes around `look_at` (the middle of the
+/// hair where unset) on a level circle. Without points: `camera` as it is.
+Camera frame_grooms_all_round(const std::vector<Groom>& grooms, const Image& image, const Camera& camera,
+                              const std::optional<glm::vec3>& look_at);
+
+/// Middle of the bounding box of all points; nothing without any.
+std::optional<glm::vec3> middle_of(const std::vector<Groom>& grooms);
 
 }  // namespace tress::scene

@@ -1,4 +1,4 @@
-#include "scene/read/groom_assembly.h"
+#include "scene/read/assembly.h"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@ constexpr float usual_radius_cm = 0.004f;
 constexpr double usual_longest_side_cm = 30;
 /// Radii outside are taken for a wrong unit; a human hair has .0008 to .009 cm.
 constexpr double smallest_radius_cm = 5e-4, largest_radius_cm = 0.05;
-constexpr float thinnest_tip_cm = 1e-4f;
+constexpr float thinnest_cm = 1e-4f;
 
 /// The points of one strand without those equal to the one before.
 void append_distinct(const HairFile& hair, std::uint32_t strand, std::vector<std::uint32_t>* kept) {
@@ -106,7 +106,7 @@ Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placeme
       const float thickness = hair.thickness.empty() ? hair.default_thickness : hair.thickness[i];
       color += hair.color.empty() ? hair.default_color : hair.color[i];
       groom.points.push_back(point);
-      groom.radius_cm.push_back(use_file ? std::max(static_cast<float>(thickness / 2 * scale), thinnest_tip_cm)
+      groom.radius_cm.push_back(use_file ? std::max(static_cast<float>(thickness / 2 * scale), thinnest_cm)
                                          : one_radius);
     }
     if (groom.points.size() - begin < 2) {
@@ -122,6 +122,49 @@ Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placeme
     warnings->push_back(fmt::format("{}: {} of {} strands are degenerate (one point or no length) and left out", name,
                                     degenerate, strands));
   return groom;
+}
+
+void apply_taper(const Taper& taper, Groom* groom) {
+  if (taper.root == 1 && taper.tip == 1) return;
+  for (std::uint32_t s = 0; s < groom->strand_count(); ++s) {
+    const std::size_t begin = groom->first_point[s], end = groom->first_point[s + 1];
+    double whole = 0, along = 0;
+    for (std::size_t i = begin + 1; i < end; ++i) whole += glm::distance(groom->points[i - 1], groom->points[i]);
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i > begin) along += glm::distance(groom->points[i - 1], groom->points[i]);
+      const double factor = whole > 0 ? taper.root + (taper.tip - taper.root) * along / whole : taper.root;
+      float& radius = groom->radius_cm[i];
+      radius = std::max(static_cast<float>(factor * radius), std::min(thinnest_cm, radius));
+    }
+  }
+}
+
+Result<Mesh> place_mesh(const ObjFile& file, const MeshDescription& description, const std::string& name,
+                        std::vector<std::string>* warnings) {
+  Mesh mesh;
+  mesh.name = name;
+  mesh.albedo = description.albedo;
+  mesh.positions.reserve(file.positions.size());
+  for (const auto& p : file.positions) {
+    const glm::dvec3 turned = description.y_up ? glm::dvec3(p.x, -p.z, p.y) : glm::dvec3(p);
+    const glm::dvec3 placed = turned * description.cm_per_unit + glm::dvec3(description.translate);
+    for (int c = 0; c < 3; ++c)
+      if (!(std::abs(placed[c]) <= world_cm))
+        return Error{name, fmt::format("vertex {}", mesh.positions.size() + 1),
+                     fmt::format("coordinates within {:g} cm", world_cm),
+                     fmt::format("{:g} cm at {:g} cm per unit", placed[c], description.cm_per_unit)};
+    mesh.positions.emplace_back(placed);
+  }
+  mesh.triangles.reserve(file.triangles.size());
+  for (const auto& t : file.triangles) {
+    const glm::dvec3 a(mesh.positions[t.x]), b(mesh.positions[t.y]), c(mesh.positions[t.z]);
+    if (glm::length(glm::cross(b - a, c - a)) > 0) mesh.triangles.push_back(t);
+  }
+  const auto left_out = file.triangles.size() - mesh.triangles.size();
+  if (left_out)
+    warnings->push_back(
+        fmt::format("{}: {} of {} triangles have no area and are left out", name, left_out, file.triangles.size()));
+  return mesh;
 }
 
 }  // namespace tress::scene

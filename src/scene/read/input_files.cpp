@@ -1,4 +1,4 @@
-#include "scene/read/input_file.h"
+#include "scene/read/input_files.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,91 @@
+// Files that a scene is made of: their bytes with the reasons why not, what they are by their first bytes, and what the
+// formats of strands, meshes and environments hold.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/ext/vector_uint3.hpp>
+#include <glm/vec3.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "scene/model/environment.h"
+#include "tress/base/error.h"
+
+namespace tress::scene {
+
+/// The bytes of a regular file of at most `most_bytes`. `what` completes "expected ...". Never waits on pipes or
+/// devices.
+Result<std::vector<unsigned char>> read_input_file(const std::filesystem::path& file, const std::string& what,
+                                                   std::uintmax_t most_bytes);
+
+/// The first bytes of a regular file, at most `bytes` of them.
+Result<std::vector<unsigned char>> read_file_start(const std::filesystem::path& file, const std::string& what,
+                                                   std::size_t bytes);
+
+/// How many bytes kind_of() looks at.
+constexpr std::size_t bytes_of_kind = 64;
+
+/// The format that the first bytes of a file are the mark of: "an Alembic archive (Ogawa)", "a PNG picture"; empty
+/// where they are none that is known.
+std::string known_kind_of(std::span<const unsigned char> start);
+
+/// The same, and where there is no mark what the bytes look like: "a text that begins \"solid\"", "binary data that
+/// begins 00 01 02 03". Printable, for messages.
+std::string kind_of(std::span<const unsigned char> start);
+
+// Cem Yuksel's .hair files (www.cemyuksel.com/research/hairmodels).
+
+/// Strands as the file has them: file units, file axes, degenerate ones included.
+struct HairFile {
+  std::vector<std::uint32_t> first_point;  ///< strand count + 1 entries
+  std::vector<glm::vec3> points;           ///< finite
+  std::vector<float> thickness;            ///< per point, a diameter in file units; empty: default_thickness
+  float default_thickness = 0;
+  std::vector<glm::vec3> color = {};  ///< per point, linear RGB in [0, 1]; empty: default_color
+  glm::vec3 default_color{0.0f};      ///< as color
+};
+
+/// Parses the bytes of a .hair file. Every count is held against the number of bytes before memory is taken; points and
+/// thicknesses must be finite. `name` is the file named in errors, which give the byte.
+Result<HairFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name);
+
+// Wavefront .obj files: the polygons, nothing else.
+
+/// File units, file axes.
+struct ObjFile {
+  std::vector<glm::vec3> positions;   ///< finite
+  std::vector<glm::uvec3> triangles;  ///< indices into positions, in range; at least one
+};
+
+/// Parses the bytes of an .obj file. Faces name vertices as v, v/vt, v//vn or v/vt/vn, those read so far, from 1 on or
+/// from -1 backwards; polygons become fans of triangles around their first vertex. Texture coordinates, normals, lines,
+/// points, groups and materials are read over; curved surfaces are refused. Memory is a small multiple of the number of
+/// bytes. `name` is the file named in errors, which give the line.
+Result<ObjFile> parse_obj_file(std::span<const unsigned char> bytes, const std::string& name);
+
+// Radiance pictures (.hdr, RGBE), and environments from them and from OpenEXR.
+
+struct HdrPicture {
+  int width = 0, height = 0;
+  std::vector<glm::vec3> pixels;  ///< row-major, top row first; finite, >= 0
+};
+
+/// Whether the bytes begin as such a file does.
+bool is_hdr_file(std::span<const unsigned char> bytes);
+
+/// Parses the bytes of an RGBE file whose scan lines run left to right from the top (-Y +X), run-length encoded by
+/// component or flat. A value is mantissa * 2^(exponent - 136); an EXPOSURE in the header is not applied. The size is
+/// held against `most_pixels` and against the number of bytes before memory is taken; a file that ends early is an
+/// error. `name` is the file named in errors, which give the byte.
+Result<HdrPicture> parse_hdr_file(std::span<const unsigned char> bytes, const std::string& name,
+                                  std::size_t most_pixels);
+
+/// A latitude-longitude map, top row up: OpenEXR with R, G, B, or RGBE (.hdr); which is told by its first bytes, not by
+/// its name. At most 2^27 pixels, radiance at most 1e12. Negative values become 0, which is a warning; NaN and infinity
+/// are errors. A map that is not twice as wide as high is a warning too.
+Result<Environment> load_environment(const std::filesystem::path& file, double rotate_rad, float scale,
+                                     std::vector<std::string>* warnings);
+
+}  // namespace tress::scene
