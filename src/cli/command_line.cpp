@@ -17,7 +17,6 @@
 #include "base/nearest_word.h"
 #include "cli/commands.h"
 #include "cli/console.h"
-#include "cli/manual.h"
 #include "cli/options.h"
 #include "cli/process.h"
 #include "tress/version.h"

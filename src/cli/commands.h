@@ -1,4 +1,5 @@
 // The tress command and its commands: render, fit, diff, cache info, verify, merge and prebake; each has its file.
+// And the parser in other forms: manual pages and shell completion, so that no option is missing in them.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -31,5 +32,14 @@ struct WrongUsage : std::runtime_error {
 
 /// The whole program. Exit status as above.
 int run(int argc, char** argv);
+
+/// A page in the man macros of the command, all commands below it included; `path`: "tress", "tress cache".
+std::string manual_page(const CLI::App& command, const std::string& path);
+
+/// A script for /usr/share/bash-completion/completions/tress.
+std::string bash_completion(const CLI::App& tress);
+
+/// A function for a folder in zsh's fpath, _tress.
+std::string zsh_completion(const CLI::App& tress);
 
 }  // namespace tress::cli

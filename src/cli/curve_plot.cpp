@@ -1,7 +1,7 @@
-#include "cli/curve_plot.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "cli/fit_command.h"
 
 namespace tress::cli {
 namespace {

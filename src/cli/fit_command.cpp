@@ -1,4 +1,6 @@
 // tress fit: one row of the table beside its reference.
+#include "cli/fit_command.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,8 +17,6 @@
 
 #include "cli/commands.h"
 #include "cli/console.h"
-#include "cli/curve_plot.h"
-#include "cli/learned_row.h"
 #include "cli/options.h"
 #include "cli/output_files.h"
 #include "fiber/fourier_reference.h"

@@ -1,9 +1,8 @@
-#include "cli/learned_row.h"
-
 #include <cmath>
 #include <memory>
 #include <numbers>
 
+#include "cli/fit_command.h"
 #include "fiber/row_axes.h"
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"

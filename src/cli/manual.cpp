@@ -1,5 +1,3 @@
-#include "cli/manual.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "cli/commands.h"
 #include "tress/version.h"
 
 namespace tress::cli {

@@ -1,9 +1,10 @@
 // tress fit: what it prints is the row that it says it is.
+#include "cli/fit_command.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "cli/learned_row.h"
 #include "cli/run_tress.h"
 
 namespace tress::test {

@@ -1,8 +1,11 @@
-// One row of the table, learned on its own to convergence.
+// What the fit command works with: one row of the table, learned on its own to convergence, and curves over the azimuth
+// as a small picture.
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
+#include "image/picture.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/fiber/lobes.h"
 
@@ -35,5 +38,14 @@ LearnedRow learn_row(const RowRequest& request);
 /// Share of the light of a component that an absorption leaves, path lengths of this mean and variance:
 /// (1 + sigma_a v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. In (0, 1].
 double transmitted_share(double sigma_a, double mean, double variance);
+
+/// A line of one color, linear RGB. Values over equally spaced azimuths from -180 degrees, finite.
+struct Curve {
+  std::vector<double> values;
+  glm::vec3 color;
+};
+
+/// 960 x 540, white, zero line and ticks every 45 degrees; the vertical axis runs from 0 to 1.05 of the largest value.
+image::Picture plot_curves(const std::vector<Curve>& curves);
 
 }  // namespace tress::cli
