@@ -20,15 +20,15 @@ inline FiberDirection clamped(const FiberDirection& w) {
 /// Where a model's constants of an event lie: new (place_of<Constants>(event)) Constants{...}.
 template <class Constants>
 void* place_of(FiberEvent& event) {
-  static_assert(sizeof(Constants) <= sizeof(FiberEvent::model_constants) && alignof(Constants) <= 16);
+  static_assert(sizeof(Constants) <= sizeof(EventConstants) && alignof(Constants) <= alignof(EventConstants));
   static_assert(std::is_trivially_copyable_v<Constants>);
-  return event.model_constants.data();
+  return event.constants.bytes_.data();
 }
 
 /// The constants that were put there, by the same type.
 template <class Constants>
 const Constants& constants_in(const FiberEvent& event) {
-  return *std::launder(reinterpret_cast<const Constants*>(event.model_constants.data()));
+  return *std::launder(reinterpret_cast<const Constants*>(event.constants.bytes_.data()));
 }
 
 }  // namespace tress::fiber

@@ -17,6 +17,15 @@ namespace tress::fiber {
 
 using FiberId = std::uint32_t;
 
+/// Room for what a model keeps with an event. Opaque: only models read it (src/fiber/event_constants.h).
+class alignas(16) EventConstants {
+  template <class Constants>
+  friend void* place_of(struct FiberEvent& event);
+  template <class Constants>
+  friend const Constants& constants_in(const struct FiberEvent& event);
+  std::array<std::byte, 320> bytes_;
+};
+
 /// One shading event. xi1, xi2 choose the grid node of every direction of this event, light samples included:
 /// sample, eval and pdf then agree, and the mean is the interpolated density. Plain data, made by begin().
 struct FiberEvent {
@@ -26,8 +35,7 @@ struct FiberEvent {
   float importance = 0;                       ///< as begin() was told
   LobeColors energy{};                        ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
   std::array<float, lobe_count> selection{};  ///< probability of each lobe, sums to 1
-  /// What the model that began the event keeps with it (constants of its lobes for wr). Nobody else reads it.
-  alignas(16) std::array<std::byte, 320> model_constants;
+  EventConstants constants;                   ///< of the model that began the event: of its lobes, for wr
 };
 
 /// S per lobe and the density of the sampler, at one direction.
