@@ -99,9 +99,26 @@ PassReport Service::Table::publish(std::uint64_t paths) {
   if (options_.check_passes) phase_.store(Phase::publishing);
   report = end_pass(paths);
   if (options_.check_passes) phase_.store(Phase::between);
-  const std::scoped_lock lock(misuse_mutex_);
-  report.misuse = std::exchange(misuse_, std::nullopt);
+  {
+    const std::scoped_lock lock(misuse_mutex_);
+    report.misuse = std::exchange(misuse_, std::nullopt);
+  }
+  tell_of(report);
   return report;
+}
+
+void Service::Table::tell_of(const PassReport& report) {
+  if (report.misuse) tell(report.misuse->message());
+  if (report.at_ceiling && !ceiling_told_) {
+    ceiling_told_ = true;
+    tell("the table is at its ceiling of " + std::to_string(options_.memory_bytes) +
+         " bytes: what has no row is traced at every query");
+  }
+  if (report.rows_reopened > reopened_told_) {
+    tell(std::to_string(report.rows_reopened - reopened_told_) +
+         " cached rows do not fit their target and are learned anew");
+    reopened_told_ = report.rows_reopened;
+  }
 }
 
 PassReport Service::Table::end_pass(std::uint64_t paths) {

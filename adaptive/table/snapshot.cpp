@@ -64,7 +64,11 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& description) {
   const auto id = static_cast<SliceId>(slices_.size());
   const std::size_t index = Slice::index_bytes(description);
   const bool has_index = index_bytes_ + index <= std::max(options_.memory_bytes, least_index_bytes);
-  if (has_index) index_bytes_ += index;
+  if (has_index) {
+    index_bytes_ += index;
+  } else {
+    tell(describe(description) + ": no room for its index, so it is traced whenever it is asked");
+  }
   slices_.push_back(std::make_unique<Slice>(description, has_index));
   slice_of_key_.emplace(description.key, id);
   if (const auto cached = unused_.find(description.key); cached != unused_.end()) {
@@ -74,6 +78,7 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& description) {
       (void)take(rows);
     } else {
       refusals_.push_back(other_axes(description, cached->second.description()));
+      tell(refusals_.back().message());
     }
     unused_.erase(cached);
   }

@@ -164,6 +164,12 @@ class Service::Table {
   std::optional<Error> within_pass(const char* call) const;
   Error no_such_slice(const char* call, SliceId slice) const;
   /// Notes a node that is not there and, where passes are checked, a reader inside publish().
+  /// Options::log, if there is one.
+  void tell(const std::string& sentence) const {
+    if (options_.log) options_.log(sentence);
+  }
+  /// What of a pass is worth a sentence.
+  void tell_of(const PassReport& report);
   bool is_misuse(const char* call, SliceId slice, std::uint32_t node);
   /// The same of a view, which may be of an earlier pass. False unless passes are checked.
   bool is_stale(const char* call, const RowView& row);
@@ -201,13 +207,15 @@ class Service::Table {
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;
   bool learns_ = true;
-  std::uint32_t pass_ = 0;       ///< number of the publish() that runs or ran last
-  std::size_t bytes_ = 0;        ///< of all rows
-  std::size_t index_bytes_ = 0;  ///< of all slices
-  std::uint64_t reopened_ = 0;   ///< in this session
-  std::uint64_t paths_ = 0;      ///< told to publish() so far
-  std::uint64_t queried_ = 0;    ///< nodes ever asked for, as of the last publish()
-  PassReport between_passes_;    ///< work of load() and add_slice(), told by the next publish()
+  std::uint32_t pass_ = 0;           ///< number of the publish() that runs or ran last
+  std::size_t bytes_ = 0;            ///< of all rows
+  std::size_t index_bytes_ = 0;      ///< of all slices
+  std::uint64_t reopened_ = 0;       ///< in this session
+  std::uint64_t paths_ = 0;          ///< told to publish() so far
+  std::uint64_t reopened_told_ = 0;  ///< of reopened_, by Options::log
+  bool ceiling_told_ = false;        ///< likewise
+  std::uint64_t queried_ = 0;        ///< nodes ever asked for, as of the last publish()
+  PassReport between_passes_;        ///< work of load() and add_slice(), told by the next publish()
   std::vector<Form> forms_;
   BlockStore blocks_;      ///< of all forms
   std::mutex made_mutex_;  ///< of Form::made

@@ -156,5 +156,27 @@ TEST(Discipline, ASliceOrAFormAddedDuringAPassIsRefused) {
   EXPECT_TRUE(service.add_form(slice, std::make_shared<Nothing>()));
 }
 
+TEST(Discipline, TheLogTellsMisuseAndTheCeilingOnceEach) {
+  const testing::MovingPeaks target;
+  std::vector<std::string> told;
+  Options options;
+  options.queries_before_creation = 1;
+  options.memory_bytes = 1000;  // an index for the slice fits in its own 16 MB, a row does not
+  options.log = [&](const std::string& sentence) { told.push_back(sentence); };
+  Service service(options, target);
+  const SliceId slice = *service.add_slice(testing::toy_slice(0, 4));
+  EXPECT_TRUE(told.empty());
+  for (int pass = 0; pass < 3; ++pass) {
+    service.look_up(slice, 1, 1);
+    EXPECT_TRUE(service.publish().at_ceiling);
+  }
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_NE(told[0].find("ceiling of 1000 bytes"), std::string::npos) << told[0];
+  service.look_up(slice, 9, 9);
+  service.publish();
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_NE(told[1].find("a node below 16"), std::string::npos) << told[1];
+}
+
 }  // namespace
 }  // namespace tress::adaptive

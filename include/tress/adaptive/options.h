@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <string>
 
 #include "tress/adaptive/learner.h"
 
@@ -22,7 +24,7 @@ struct Options {
   /// slices, 28 bytes a node, may take as much again, or 16 MB if that is more; a slice that has no room for one is
   /// answered by tracing whenever it is asked, and told as `at_ceiling`.
   std::size_t memory_bytes = std::size_t{256} << 20;
-  /// Touches of an absent row, over all passes, before it is created: at the end of the pass of the last of them, since
+  /// Queries of an absent row, over all passes, before it is created: at the end of the pass of the last of them, since
   /// the published table does not change during one. For learners that wait for them: see queries_to_creation().
   std::uint32_t queries_before_creation = 8;
   /// Share of the proposal that stays uniform for ever, converged and open rows (bounds the weight by 1/(1-u)).
@@ -37,8 +39,12 @@ struct Options {
   std::uint64_t seed = 0;
   /// Tells calls outside of their time in PassReport::misuse, by name: readers while publish() runs, a view of an
   /// earlier pass, a slice or form added during a pass. For the development of a host: answers are then all looked up
-  /// one by one, some five times slower.
+  /// one by one.
   bool check_passes = false;
+  /// Told in a sentence what a host may want to know or log and is no error: the first time that the ceiling holds rows
+  /// back, a slice that has no room for an index, cached rows that no longer fit their target, misuse. Called between
+  /// passes only, inside add_slice(), load() and publish(), by the thread that called those. May be empty.
+  std::function<void(const std::string& sentence)> log;
 
   /// queries_before_creation, or 1 where the learner builds a row on its first query.
   std::uint32_t queries_to_creation() const {
