@@ -140,7 +140,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       report.g_evaluations += outcomes[i].g_evaluations;
       report.refits += outcomes[i].refits;
       report.bad_fits += outcomes[i].bad_fits;
-      report.newly_converged += outcomes[i].converged ? 1 : 0;
+      count_converged(outcomes[i], report);
       reopened_ += outcomes[i].reopened ? 1 : 0;
     }
     report.creations += outcomes.size();

@@ -7,7 +7,8 @@
 
 namespace tress::adaptive {
 
-Result<const FormedRows*> Service::Table::add_form(SliceId slice, std::shared_ptr<const RowForm> form) {
+Result<const FormedRows*> Service::Table::add_form(SliceId slice, std::shared_ptr<const RowForm> form,
+                                                   const std::vector<float>& decay_rates) {
   if (std::optional<Error> early = within_pass("add_form")) return std::move(*early);
   if (slice >= slices_.size()) return no_such_slice("add_form", slice);
   const SliceDescription& description = slices_[slice]->description;
@@ -23,6 +24,7 @@ Result<const FormedRows*> Service::Table::add_form(SliceId slice, std::shared_pt
   rows->entries_ = rows->owned_.get();
   if (rows->stride_ != 0) formed_bytes_ += size;
   forms_.push_back({std::move(rows), {}});
+  for (const float rate : decay_rates) slices_[slice]->add_rate(rate);
   slices_[slice]->forms.push_back(static_cast<std::uint32_t>(forms_.size() - 1));
   return forms_.back().rows.get();
 }

@@ -22,6 +22,11 @@ double quantile(const std::vector<float>& ascending, double share) {
 
 }  // namespace
 
+void Service::Table::count_converged(const Outcome& outcome, PassReport& report) {
+  report.newly_converged += outcome.converged ? 1 : 0;
+  if (outcome.absorbed_error >= 0) absorbed_errors_.add(outcome.absorbed_error);
+}
+
 void Service::Table::update_rows(PassReport& report) {
   std::vector<std::uint32_t> dirty;
   double weighted_samples = 0;
@@ -61,7 +66,7 @@ void Service::Table::update_rows(PassReport& report) {
         report.g_evaluations += again.g_evaluations;
         report.refits += again.refits;
         report.bad_fits += again.bad_fits;
-        report.newly_converged += again.converged ? 1 : 0;
+        count_converged(again, report);
         ++reopened_;
         changes_.push_back({row.slice, row.node, row.state()});
       } else {
@@ -76,7 +81,7 @@ void Service::Table::update_rows(PassReport& report) {
     report.refits += outcome.refits;
     report.bad_fits += outcome.bad_fits;
     report.traces += outcome.traces;
-    report.newly_converged += outcome.converged ? 1 : 0;
+    count_converged(outcome, report);
     if (outcome.changed) changes_.push_back({row.slice, row.node, row.state()});
     if (outcome.weights.count > 0 && outcome.weights.mean_square > 0) {
       const Moments& w = outcome.weights;
@@ -206,6 +211,8 @@ void Service::Table::fill_totals(PassReport& report) const {
   report.objective_p90 = quantile(objectives, 0.90);
   report.objective_p99 = quantile(objectives, 0.99);
   report.objective_max = quantile(objectives, 1.00);
+  report.absorbed_objective = {absorbed_errors_.count(), absorbed_errors_.quantile(0.50),
+                               absorbed_errors_.quantile(0.90), absorbed_errors_.quantile(1.00)};
 }
 
 void Service::Table::announce() {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "fit/absorbed_error.h"
 #include "fit/fit_knots.h"
 #include "fit/fit_mixture.h"
 #include "table/table.h"
@@ -50,6 +51,17 @@ FitContext Service::Table::context_of(Row& row, const Options& options) const {
                     .count = learning.count};
 }
 
+template <class Fit>
+double Service::Table::largest_absorbed_error(const Row& row, const Fit& fit) const {
+  double largest = -1;
+  const Slice& slice = *slices_[row.slice];
+  if (slice.decay_rates.empty() || !stands_for_others(slice.description.key, row.node)) return largest;
+  for (const float rate : representative_rates(slice.decay_rates)) {
+    largest = std::max(largest, absorbed_error(fit, *row.learning->nodes, rate).value_or(-1));
+  }
+  return largest;
+}
+
 void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {
   Learning& learning = *row.learning;
   learning.fit = Mixture{};
@@ -57,6 +69,7 @@ void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {
   assign_attributes(learning.fit, *learning.nodes);
   learning.has_fit = true;
   learning.objective = 1;  // integral (g - mean)^2 / L, or less
+  outcome.absorbed_error = largest_absorbed_error(row, learning.fit);
   outcome.changed = outcome.converged = true;
 }
 
@@ -104,8 +117,10 @@ void Service::Table::conclude(Row& row, const FitContext& context, Outcome& outc
   if (learning.stop.verdict() == StopTest::Verdict::refused) return;
   if (learning.knots) {
     learning.knots = std::make_unique<const KnotDensity>(with_attributes(*learning.knots, *learning.nodes));
+    outcome.absorbed_error = largest_absorbed_error(row, *learning.knots);
   } else {
     assign_attributes(learning.fit, *learning.nodes);
+    outcome.absorbed_error = largest_absorbed_error(row, learning.fit);
   }
   outcome.converged = true;
 }

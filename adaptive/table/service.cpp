@@ -199,8 +199,9 @@ Service::Service(const Options& options, const Target& target) : table_(std::mak
 Service::~Service() = default;
 const Options& Service::options() const { return table_->options(); }
 Result<SliceId> Service::add_slice(const SliceDescription& description) { return table_->add_slice(description); }
-Result<const FormedRows*> Service::add_form(SliceId slice, std::shared_ptr<const RowForm> form) {
-  return table_->add_form(slice, std::move(form));
+Result<const FormedRows*> Service::add_form(SliceId slice, std::shared_ptr<const RowForm> form,
+                                            const std::vector<float>& decay_rates) {
+  return table_->add_form(slice, std::move(form), decay_rates);
 }
 const SliceDescription& Service::slice(SliceId slice) const { return table_->slices()[slice]->description; }
 std::uint32_t Service::slice_count() const { return static_cast<std::uint32_t>(table_->slices().size()); }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -117,12 +118,20 @@ struct Slice {
     return d.node_count() * (sizeof(Slot) + sizeof(std::uint64_t) + sizeof(std::uint32_t));
   }
 
+  /// Of a form. What is not finite and > 0 is left out.
+  void add_rate(float rate) {
+    if (!std::isfinite(rate) || !(rate > 0)) return;
+    const auto at = std::ranges::lower_bound(decay_rates, rate);
+    if (at == decay_rates.end() || *at != rate) decay_rates.insert(at, rate);
+  }
+
   SliceDescription description;
   std::unique_ptr<Slot[]> slots;  ///< null without an index, as are the next two
   /// Carried by each node over all passes, fixed_light(). Apart from the slots: converged rows add to it now and then.
   std::unique_ptr<std::atomic<std::uint64_t>[]> light;
   std::vector<std::uint32_t> queries_before;  ///< queries at the last publish()
   std::vector<std::uint32_t> forms;           ///< of its rows, by their index in the table
+  std::vector<float> decay_rates;             ///< of its forms, ascending, distinct
   bool audited = false;                       ///< a row of a cache was checked
   std::map<std::uint32_t, CachedRow> stored;  ///< cached rows that memory had no room for, by node
 };

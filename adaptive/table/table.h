@@ -14,6 +14,7 @@
 #include "cache/packed_slice.h"
 #include "density/mixture_store.h"
 #include "table/block_store.h"
+#include "table/error_quantiles.h"
 #include "table/row.h"
 #include "table/slice.h"
 #include "table/striped_counter.h"
@@ -39,7 +40,8 @@ class Service::Table {
   void score(const RowView& view, float x, float g, float q);
 
   // forms.cpp
-  Result<const FormedRows*> add_form(SliceId slice, std::shared_ptr<const RowForm> form);
+  Result<const FormedRows*> add_form(SliceId slice, std::shared_ptr<const RowForm> form,
+                                     const std::vector<float>& decay_rates);
   FormedLookup look_up(const FormedRows& rows, std::uint32_t node);
   FormedLookup fetch(const FormedRows& rows, std::uint32_t node);
   /// Queries of converged rows that were answered without look_up() or fetch().
@@ -93,6 +95,7 @@ class Service::Table {
     std::uint64_t g_evaluations = 0, validation_draws = 0, refits = 0, bad_fits = 0, traces = 0;
     bool changed = false, converged = false, audit_failed = false, reopened = false;
     const CachedRow* cached = nullptr;         ///< what a row is to be answered by from now on, without learning
+    double absorbed_error = -1;                ///< of a row that converged, largest_absorbed_error()
     Moments weights;                           ///< g/(q energy) of what was scored
     std::unique_ptr<const TracedNodes> nodes;  ///< of a row that failed its audit
   };
@@ -138,10 +141,15 @@ class Service::Table {
   FitContext context_of(Row& row, const Options& options) const;
   /// Takes over what a context and the stop test have come to.
   void conclude(Row& row, const FitContext& context, Outcome& outcome) const;
+  /// The largest error of a fit, whose attributes are known, at the decay rates of its slice; negative without any, and
+  /// of rows for which others stand.
+  template <class Fit>
+  double largest_absorbed_error(const Row& row, const Fit& fit) const;
   RandomStream stream_of(const Row& row, std::uint64_t purpose) const;
 
   // publish.cpp
   void update_rows(PassReport& report);
+  void count_converged(const Outcome& outcome, PassReport& report);
   void fill_totals(PassReport& report) const;
   void announce();
 
@@ -215,6 +223,7 @@ class Service::Table {
   std::uint64_t reopened_told_ = 0;  ///< of reopened_, by Options::log
   bool ceiling_told_ = false;        ///< likewise
   std::uint64_t queried_ = 0;        ///< nodes ever asked for, as of the last publish()
+  ErrorQuantiles absorbed_errors_;   ///< of rows that converged in this session: these stay so
   PassReport between_passes_;        ///< work of load() and add_slice(), told by the next publish()
   std::vector<Form> forms_;
   BlockStore blocks_;      ///< of all forms

@@ -131,6 +131,7 @@ TEST_F(Telemetry, LinesSatisfyTheSchemaAndAreThereAtOnce) {
   report.converged_queries = 150;
   report.rows_open = 7;
   report.objective_p99 = 0.02;
+  report.absorbed_objective = {6, 0.01, 0.04, 0.3};
   report.components[8] = 5;
   report.knots[1] = 4;
   RowReport row;
@@ -153,6 +154,7 @@ TEST_F(Telemetry, LinesSatisfyTheSchemaAndAreThereAtOnce) {
   EXPECT_EQ(told[1]["converged_query_share"], 0.75);
   EXPECT_EQ(told[1]["rows"]["open"], 7);
   EXPECT_EQ(told[1]["objective"]["p99"], 0.02);
+  EXPECT_EQ(told[1]["objective_absorbed"], json({{"rows", 6}, {"p50", 0.01}, {"p90", 0.04}, {"max", 0.3}}));
   EXPECT_EQ(told[1]["components"], json({0, 0, 0, 0, 0, 0, 0, 0, 5}));
   EXPECT_EQ(told[1]["knots"], json({0, 4, 0}));
   EXPECT_EQ(told[1]["seconds"], 0.25);

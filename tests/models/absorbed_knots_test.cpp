@@ -48,7 +48,7 @@ TEST(AbsorbedKnots, EachChannelHasItsShareOfEachKnotAndMassOne) {
     std::vector<double> colored(64);
     for (std::size_t k = 0; k < 64; ++k) {
       const adaptive::Knot& knot = table.knots()[k];
-      colored[k] = knot.density * absorbed_share(brown[c], knot.attribute_mean, knot.attribute_variance);
+      colored[k] = knot.density * adaptive::decayed_share(brown[c], knot.attribute_mean, knot.attribute_variance);
       mass += colored[k] * 2 * pi / 64;
     }
     double total = 0;

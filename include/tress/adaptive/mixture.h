@@ -38,6 +38,11 @@ struct Component {
   float attribute_variance = 0;  ///< likewise
 };
 
+/// Share of a weight that is left where the attribute takes exp(-rate attribute) of it: the gamma law of its moments,
+/// (1 + rate v/l)^(-l^2/v), exp(-rate l) for v -> 0 (ESTIMATOR.md, E1). rate >= 0, in 1/unit of the attribute (hair:
+/// the absorption). In [0, 1].
+double decayed_share(double rate, double attribute_mean, double attribute_variance);
+
 /// f(x) = sum_d weight_d p_d(x) + uniform_weight / 2 pi. Plain data; at most 8 components.
 struct Mixture {
   static constexpr int max_components = 8;

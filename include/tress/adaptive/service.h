@@ -17,6 +17,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/options.h"
@@ -68,8 +69,12 @@ class Service {
 
   /// Registers a form of the rows of a slice. Between passes. What is made of a row is kept until the row changes, and
   /// counts under Options::memory_bytes; past it answers are made anew whenever they are asked. Owned by the service.
+  /// decay_rates: those at which the form lets the attribute take light, exp(-rate attribute) of each ray (ours: the
+  /// absorption of the three channels); PassReport::absorbed_objective is measured at them, nothing else depends on
+  /// them. What is not finite and > 0 is left out.
   /// Error if there is no such slice.
-  Result<const FormedRows*> add_form(SliceId slice, std::shared_ptr<const RowForm> form);
+  Result<const FormedRows*> add_form(SliceId slice, std::shared_ptr<const RowForm> form,
+                                     const std::vector<float>& decay_rates = {});
 
   /// The row at node (a, b): indices into the slice's axes. Counts a query. A slice or a node that is not there is
   /// answered by g = 0 in any build, and told in PassReport::misuse.

@@ -90,7 +90,8 @@ const AbsorbedRow* put_absorbed(const adaptive::KnotDensity& table, float object
     const float sigma = sigma_a[static_cast<int>(c)];
     double mass = 0;
     for (std::size_t k = 0; k < count; ++k) {
-      density[k] = knots[k].density * absorbed_share(sigma, knots[k].attribute_mean, knots[k].attribute_variance);
+      density[k] =
+          knots[k].density * adaptive::decayed_share(sigma, knots[k].attribute_mean, knots[k].attribute_variance);
       mass += h * density[k];
     }
     const bool dark = !(mass > 1e-30);  // no light is left in this channel: its shape does not matter

@@ -21,13 +21,6 @@ float side_mass(float s) { return s * static_cast<float>(std::tanh(0.5 * std::nu
 
 }  // namespace
 
-double absorbed_share(double sigma_a, double path_mean, double path_variance) {
-  if (sigma_a <= 0 || path_mean <= 0) return 1;
-  const double spread = path_variance / path_mean;
-  if (!(sigma_a * spread > 1e-6)) return std::exp(-sigma_a * path_mean);
-  return std::exp(-path_mean / spread * std::log1p(sigma_a * spread));
-}
-
 RowValue AbsorbedRow::evaluate(float x, const glm::vec3& channel_weights, float u_share) const {
   if ((tail & has_knots) != 0) return evaluate_knots(x, channel_weights, u_share);
   RowValue value;
@@ -58,9 +51,9 @@ const AbsorbedRow* put_absorbed(const adaptive::Mixture& fit, float objective, c
   AbsorbedRow* row = new_absorbed(memory, behind, objective, behind);
   std::array<double, 3> mass{}, uniform{};
   for (std::size_t c = 0; c < 3; ++c) {
-    mass[c] = uniform[c] =
-        std::max(0.0f, fit.uniform_weight) *
-        absorbed_share(sigma_a[static_cast<int>(c)], fit.uniform_attribute_mean, fit.uniform_attribute_variance);
+    mass[c] = uniform[c] = std::max(0.0f, fit.uniform_weight) * adaptive::decayed_share(sigma_a[static_cast<int>(c)],
+                                                                                        fit.uniform_attribute_mean,
+                                                                                        fit.uniform_attribute_variance);
   }
   std::array<std::array<double, 3>, adaptive::Mixture::max_components> shares{};
   for (std::uint32_t d = 0; d < fit.component_count; ++d) {
@@ -71,7 +64,7 @@ const AbsorbedRow* put_absorbed(const adaptive::Mixture& fit, float objective, c
     line.inverse_right[d % 2] = 1 / part.shape.s_right;
     for (std::size_t c = 0; c < 3; ++c) {
       const float sigma = sigma_a[static_cast<int>(c)];
-      shares[d][c] = part.weight * absorbed_share(sigma, part.attribute_mean, part.attribute_variance);
+      shares[d][c] = part.weight * adaptive::decayed_share(sigma, part.attribute_mean, part.attribute_variance);
       mass[c] += shares[d][c];
     }
   }

@@ -19,10 +19,6 @@ struct RowValue {
   float proposal = 0;
 };
 
-/// Share of the mass of a component that is left under absorption sigma_a: the gamma law of the moments of its path,
-/// (1 + sigma_a v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. In [0, 1].
-double absorbed_share(double sigma_a, double path_mean, double path_variance);
-
 /// Four knots of a table, 64 bytes. Lanes 0 to 2 of each: the density of the channels, 1/rad, each channel of mass 1.
 /// Lane 3 of knot c, c < 3: the mass of channel c between -pi and the first knot.
 struct AbsorbedKnots {

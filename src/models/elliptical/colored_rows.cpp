@@ -88,7 +88,10 @@ SliceRows::SliceRows(adaptive::Service& service, const adaptive::SliceDescriptio
 ColoredRows::ColoredRows(adaptive::Service& service, std::shared_ptr<const SliceRows> slice, const glm::vec3& sigma_a)
     : slice_(std::move(slice)),
       sigma_a_(sigma_a),
-      formed_(service.add_form(slice_->slice, std::make_shared<AbsorbedForm>(slice_, sigma_a)).value()),
+      formed_(service
+                  .add_form(slice_->slice, std::make_shared<AbsorbedForm>(slice_, sigma_a),
+                            {sigma_a.x, sigma_a.y, sigma_a.z})
+                  .value()),
       mass_memo_(std::make_unique<std::atomic<float>[]>(std::size_t{3} * slice_->node_count)) {
   for (std::size_t k = 0; k < std::size_t{3} * slice_->node_count; ++k)
     mass_memo_[k].store(-1, std::memory_order_relaxed);

@@ -1,0 +1,110 @@
+#include "fit/absorbed_error.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+
+#include "fit/known_error.h"
+#include "tress/base/random.h"
+
+namespace tress::adaptive {
+namespace {
+
+constexpr double two_pi = 2 * std::numbers::pi;
+constexpr std::size_t most_rates = 4;
+constexpr std::uint64_t rows_a_measured = 8;
+constexpr double darkest = 69;         // exp(-69) = 1e-30
+constexpr double flattest = 1e-6;      // of E^2/(2 pi): floats err by 1e-10 of it
+constexpr std::size_t cell_steps = 4;  // Boole's rule is exact for the square of a parabola less a line
+
+/// What is left of the light, over what is left of the ray that loses least: the relative error does not depend on
+/// that scale, and floats hold it at any rate.
+struct Absorption {
+  double rate, least;
+  float of_ray(float weight, float attribute) const {
+    return static_cast<float>(weight * std::exp(-rate * (static_cast<double>(attribute) - least)));
+  }
+  float of_part(float weight, float mean, float variance) const {
+    return static_cast<float>(weight * decayed_share(rate, mean, variance) * std::exp(rate * least));
+  }
+};
+
+std::optional<Absorption> absorption_of(const TracedNodes& nodes, float rate) {
+  if (nodes.size() == 0) return std::nullopt;
+  const double least = std::ranges::min(nodes.attribute());
+  if (rate * least > darkest) return std::nullopt;
+  return Absorption{rate, least};
+}
+
+TracedNodes absorbed(const TracedNodes& nodes, const Absorption& absorption) {
+  std::vector<TracedRay> rays(nodes.size());
+  for (std::size_t j = 0; j < rays.size(); ++j) {
+    const float attribute = nodes.attribute()[j];
+    rays[j] = {nodes.azimuth()[j], absorption.of_ray(nodes.weight()[j], attribute), attribute};
+  }
+  return TracedNodes(rays, nodes.blur_rad());
+}
+
+/// As TracedNodes::variation(), whose floor is of rows that have lost nothing.
+double own_variation(const TracedNodes& nodes) {
+  const double energy = nodes.energy(), mean = energy / two_pi;
+  double sum = 0;
+  for (const float g : nodes.grid()) sum += (g - mean) * (g - mean);
+  return std::max(sum * two_pi / static_cast<double>(nodes.grid().size()), flattest * energy * energy / two_pi);
+}
+
+}  // namespace
+
+std::vector<float> representative_rates(std::span<const float> rates) {
+  if (rates.size() <= most_rates) return {rates.begin(), rates.end()};
+  std::vector<float> chosen;
+  for (std::size_t i = 0; i < most_rates; ++i) chosen.push_back(rates[i * (rates.size() - 1) / (most_rates - 1)]);
+  return chosen;
+}
+
+bool stands_for_others(const SliceKey& slice, std::uint32_t node) {
+  std::uint64_t mixed = mix_bits(slice.lobe);
+  for (const float parameter : slice.parameters)
+    mixed = mix_bits(mixed) ^ std::bit_cast<std::uint32_t>(parameter + 0.0f);
+  return mix_bits(mixed ^ std::uint64_t{node} << 32) % rows_a_measured == 0;
+}
+
+std::optional<double> absorbed_error(const Mixture& fit, const TracedNodes& nodes, float rate) {
+  const std::optional<Absorption> absorption = absorption_of(nodes, rate);
+  if (!absorption) return std::nullopt;
+  Mixture colored = fit;
+  for (std::size_t d = 0; d < fit.component_count; ++d) {
+    Component& part = colored.components[d];
+    part.weight = absorption->of_part(part.weight, part.attribute_mean, part.attribute_variance);
+  }
+  colored.uniform_weight =
+      absorption->of_part(fit.uniform_weight, fit.uniform_attribute_mean, fit.uniform_attribute_variance);
+  const TracedNodes target = absorbed(nodes, *absorption);
+  return known_error(colored, target, target.grid()).seen * target.variation() / own_variation(target);
+}
+
+std::optional<double> absorbed_error(const KnotDensity& table, const TracedNodes& nodes, float rate) {
+  const std::optional<Absorption> absorption = absorption_of(nodes, rate);
+  if (!absorption || table.empty()) return std::nullopt;
+  std::vector<Knot> knots(table.knots().begin(), table.knots().end());
+  for (Knot& knot : knots) {
+    knot.density = absorption->of_part(knot.density, knot.attribute_mean, knot.attribute_variance);
+  }
+  const KnotDensity colored(std::move(knots));
+  const TracedNodes target = absorbed(nodes, *absorption);
+  const std::size_t points = cell_steps * colored.knots().size();
+  constexpr std::array<double, cell_steps> boole{14.0 / 90, 32.0 / 90, 12.0 / 90, 32.0 / 90};  // ends of cells meet
+  double sum = 0;
+  for (std::size_t i = 0; i < points; ++i) {
+    const auto x = static_cast<float>((static_cast<double>(i) / static_cast<double>(points) - 0.5) * two_pi);
+    const double r = static_cast<double>(target.density(x)) - static_cast<double>(colored.density(x));
+    sum += boole[i % cell_steps] * r * r;
+  }
+  return sum * two_pi / static_cast<double>(colored.knots().size()) / own_variation(target);
+}
+
+}  // namespace tress::adaptive
