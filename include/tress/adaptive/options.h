@@ -44,7 +44,7 @@ struct Options {
   /// Told in a sentence what a host may want to know or log and is no error: the first time that the ceiling holds rows
   /// back, a slice that has no room for an index, cached rows that no longer fit their target, misuse. Called between
   /// passes only, inside add_slice(), load() and publish(), by the thread that called those. May be empty.
-  std::function<void(const std::string& sentence)> log;
+  std::function<void(const std::string& sentence)> log = nullptr;
 
   /// queries_before_creation, or 1 where the learner builds a row on its first query.
   std::uint32_t queries_to_creation() const {
