@@ -64,7 +64,7 @@ TEST(MicrosurfaceWalk, FacetsSeenFromBelowAreDistributedAsTheirProjectedArea) {
       mass += density;
     }
     for (double& count : expected) count *= samples / mass;
-    RandomStream random(test::seed(1), std::uint64_t(100 + 10 * c));
+    RandomStream random(test::seed(1), std::uint64_t(std::llround(100 + 10 * c)));
     for (int i = 0; i < samples; ++i) {
       const glm::vec3 m = Beckmann(alpha).visible_normal_within(w, up, {random.next(), random.next()}, random);
       const double x = -double(m.x / m.z) / double(alpha);  // slope along w, in alphas
