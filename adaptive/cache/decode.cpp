@@ -314,8 +314,8 @@ bool CacheReader::axis(ByteReader& in, const char* what, std::uint32_t size, std
 
 bool CacheReader::slice(ByteReader& in) {
   slice_.key.lobe = in.u32();
-  for (float& parameter : slice_.key.parameters) {
-    if (!finite(in, "a finite parameter", &parameter)) return false;
+  for (std::size_t i = 0; i < SliceKey::density_parameters; ++i) {
+    if (!finite(in, "a finite parameter", &slice_.key.parameters[i])) return false;
   }
   if (!number(in, "blur", format::least_blur_rad, format::largest_blur_rad, &slice_.blur_rad)) return false;
   const std::uint64_t a = in.u32();

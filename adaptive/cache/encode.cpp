@@ -12,7 +12,7 @@ namespace format {
 
 void write_description(ByteWriter& out, const SliceDescription& slice) {
   out.u32(slice.key.lobe);
-  for (const float parameter : slice.key.parameters) out.f32(parameter);
+  for (std::size_t i = 0; i < SliceKey::density_parameters; ++i) out.f32(slice.key.parameters[i]);
   out.f32(slice.blur_rad);
   out.u32(static_cast<std::uint32_t>(slice.axis_a.size()));
   out.u32(static_cast<std::uint32_t>(slice.axis_b.size()));

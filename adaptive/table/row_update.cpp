@@ -25,7 +25,8 @@ constexpr int audit_draws = 64;
 RandomStream Service::Table::stream_of(const Row& row, std::uint64_t purpose) const {
   const SliceKey& key = slices_[row.slice]->description.key;
   std::uint64_t mixed = mix_bits(options_.seed + purpose) ^ key.lobe;
-  for (const float parameter : key.parameters) mixed = mix_bits(mixed) ^ std::bit_cast<std::uint32_t>(parameter + 0.0f);
+  for (const float parameter : key.told_parameters())
+    mixed = mix_bits(mixed) ^ std::bit_cast<std::uint32_t>(parameter + 0.0f);
   return RandomStream(mixed, row.node, pass_);
 }
 

@@ -195,7 +195,10 @@ void Service::Table::score(const RowView& view, float x, float g, float q) {
   if (q > 0 && std::isfinite(q) && std::isfinite(g)) row.learning->add_score(x, g, q);
 }
 
-Service::Service(const Options& options, const Target& target) : table_(std::make_unique<Table>(options, target)) {}
+Service::Service(const Options& options, const Target& target)
+    : table_(std::make_unique<Table>(options, target, nullptr)) {}
+Service::Service(const Options& options, const Target& target, const SampledTarget& samples)
+    : table_(std::make_unique<Table>(options, target, &samples)) {}
 Service::~Service() = default;
 const Options& Service::options() const { return table_->options(); }
 Result<SliceId> Service::add_slice(const SliceDescription& description) { return table_->add_slice(description); }

@@ -16,7 +16,7 @@ bool same_axes(const SliceDescription& a, const SliceDescription& b) {
 
 std::string describe(const SliceDescription& slice) {
   std::string text = "slice of lobe " + std::to_string(slice.key.lobe);
-  for (const float parameter : slice.key.parameters) text += ", " + std::to_string(parameter);
+  for (const float parameter : slice.key.told_parameters()) text += ", " + std::to_string(parameter);
   return text;
 }
 

@@ -29,8 +29,9 @@ RowView view_of(const Slot& slot);
 /// Reader methods (look_up, fetch, count_formed, observe, score, credit): any thread. All else: one thread, no reader.
 class Service::Table {
  public:
-  Table(const Options& options, const Target& target)
-      : options_(options), target_(target), learner_bytes_(options.learner->make()->bytes()) {}
+  /// samples: null without slices of samples.
+  Table(const Options& options, const Target& target, const SampledTarget* samples)
+      : options_(options), target_(target), samples_(samples), learner_bytes_(options.learner->make()->bytes()) {}
 
   // service.cpp: what readers do
   RowView look_up(SliceId slice, std::uint32_t a, std::uint32_t b);
@@ -205,6 +206,7 @@ class Service::Table {
 
   Options options_;
   const Target& target_;
+  const SampledTarget* samples_;
   std::size_t learner_bytes_;  ///< of each open row
   std::vector<std::unique_ptr<Slice>> slices_;
   std::map<SliceKey, SliceId, KeyLess> slice_of_key_;

@@ -163,7 +163,7 @@ void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, Ran
       Part part{onto_unit(leaves.direction), weight * share, inside != leaves.refracted};
       part.away = glm::dot(part.direction, outward) > 0;
       if (!part.inside && part.away) {
-        exits.push_back({order, part.weight, path});
+        exits.push_back({order, part.weight, path, part.direction});
         continue;
       }
       parts[i] = part;
@@ -179,7 +179,7 @@ void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, Ran
       path += cross(point, chosen.direction);
       outward = outward_normal(point);
       if (path > longest_way && order > last_named_order) {
-        exits.push_back({order, weight, path});
+        exits.push_back({order, weight, path, chosen.direction});
         return;
       }
     }

@@ -32,7 +32,8 @@ struct RoughExit {
 /// A part of a path's light that left.
 struct SplitExit {
   int order;
-  float weight, path;  ///< of unit flux, clear; way inside, major semi-axes
+  float weight, path;   ///< of unit flux, clear; way inside, major semi-axes
+  glm::vec3 direction;  ///< unit, away from the fiber; of what left for the length of its way, that of its last event
 };
 
 /// What becomes of light that a microfacet sends against another one.

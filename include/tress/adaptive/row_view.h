@@ -7,6 +7,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
+#include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/traced_nodes.h"
 
 namespace tress::adaptive {
@@ -23,7 +24,10 @@ struct RowView {
   /// The answer of a converged row that is a knot table; null for all others. A converged row has one of the two,
   /// whatever the learner of this session: a cache may bring both kinds.
   const KnotDensity* knots = nullptr;
-  /// g, for every state but converged. Null for converged rows. Owned by the service, or by `kept` past the ceiling.
+  /// The answer of a converged row of a slice of samples; null for all others.
+  const RibbonRow* ribbons = nullptr;
+  /// g, for every state but converged; null in a slice of samples, where the host draws from its target itself. Null
+  /// for converged rows. Owned by the service, or by `kept` past the ceiling.
   const TracedNodes* nodes = nullptr;
   /// Which row: Service::observe(), score() and credit() read these. no_row: it is absent.
   SliceId slice = 0;

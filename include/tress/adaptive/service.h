@@ -23,6 +23,7 @@
 #include "tress/adaptive/options.h"
 #include "tress/adaptive/row_form.h"
 #include "tress/adaptive/row_view.h"
+#include "tress/adaptive/sampled_target.h"
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/telemetry.h"
 #include "tress/base/error.h"
@@ -37,6 +38,8 @@ class Service {
  public:
   /// `target` must outlive the service.
   Service(const Options& options, const Target& target);
+  /// The same with slices of samples beside those of densities; both targets have one model name, a precondition.
+  Service(const Options& options, const Target& target, const SampledTarget& samples);
   ~Service();
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;

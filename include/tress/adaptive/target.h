@@ -3,6 +3,7 @@
 
 #include <array>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -15,11 +16,27 @@ namespace tress::adaptive {
 /// Names a slice: which lobe, and the parameters that the target at its nodes depends on.
 /// The meaning is the host's; the service compares, orders (by value) and stores it. Finite values only; -0 is 0.
 struct SliceKey {
+  /// How many parameters a slice of densities has.
+  static constexpr std::size_t density_parameters = 3;
   std::uint32_t lobe = 0;
-  std::array<float, 3> parameters{};
+  /// Slices of densities use the first density_parameters; their others are 0.
+  std::array<float, 8> parameters{};
+
+  /// The parameters without the zeros at the end, at least density_parameters.
+  std::span<const float> told_parameters() const {
+    std::size_t count = parameters.size();
+    while (count > density_parameters && parameters[count - 1] == 0) --count;
+    return {parameters.data(), count};
+  }
 
   friend bool operator==(const SliceKey&, const SliceKey&) = default;
   friend auto operator<=>(const SliceKey& a, const SliceKey& b) = default;
+};
+
+/// What the rows of a slice are learned from.
+enum class SliceKind : std::uint8_t {
+  density = 0,  ///< Target::trace(): circular densities that can be evaluated
+  samples = 1,  ///< SampledTarget::draw(): densities over a cylinder that can only be drawn from
 };
 
 /// A slice is a grid of rows, one row per node (a, b).
@@ -30,6 +47,7 @@ struct SliceDescription {
   float blur_rad = 0.2f;  ///< standard deviation of the wrapped Gaussian kernel, radians, > 0
   /// D: the most components that a fit of this slice may have; Options::max_components is a limit too. Not saved.
   std::uint32_t max_components = Mixture::max_components;
+  SliceKind kind = SliceKind::density;  ///< blur and components are of densities only
 
   std::uint32_t node_count() const { return static_cast<std::uint32_t>(axis_a.size() * axis_b.size()); }
 };

@@ -81,6 +81,8 @@ class FiberModel {
   /// False: the model can only be sampled. sample() then gives its weight as total() over a pdf of 1, evaluate() gives
   /// 0, and no light may be sampled: light is met by sampled directions alone.
   virtual bool evaluates() const { return true; }
+  /// The same of one event: false where this event can only be sampled.
+  virtual bool evaluates(const FiberEvent& /*event*/) const { return evaluates(); }
   /// Memory of fibers and energies, without what the service keeps of rows; 0 if not known.
   virtual std::size_t bytes() const { return 0; }
 

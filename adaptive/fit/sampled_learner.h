@@ -1,0 +1,47 @@
+// How a row of a sampled target is learned: draws, fits, tests, doubles (ESTIMATOR.md, E9).
+#pragma once
+
+#include <cstdint>
+
+#include "tress/adaptive/ribbon.h"
+#include "tress/adaptive/sampled_target.h"
+
+namespace tress::adaptive {
+
+/// An unbiased estimate of the integral of (S - f)^2/f over all parts at the resolution of the test's cells, the masses
+/// of the parts included, with its standard deviation, from draws that f does not know.
+struct SampledTest {
+  double chi2 = 0, deviation = 0;
+  /// What a row is held to.
+  double bound() const { return chi2 + 2 * deviation; }
+};
+
+struct SampledRow {
+  RibbonRow row;            ///< of all paths drawn so far
+  float objective = 1;      ///< bound() of the last test, of the fit before its batch joined; >= 0
+  std::uint64_t paths = 0;  ///< drawn in all
+  enum class Verdict : std::uint8_t {
+    converged,  ///< bound() <= epsilon
+    refused,    ///< not within most_paths
+    unusable,   ///< the target's draws are none: SampledTarget
+  };
+  Verdict verdict = Verdict::refused;
+};
+
+struct SampledLimits {
+  double epsilon = 0.05;
+  std::uint32_t first_paths = 1024;     ///< of the first fit, and of the batch that tests it
+  std::uint32_t most_paths = 1u << 16;  ///< in all; a power of 2 times first_paths
+};
+
+/// Learns the row at (a, b): 1,024 paths teach the first fit; each following batch has as many paths as all before it,
+/// tests the fit of those, and then joins them. Ends where the test passes. Pure: depends on its arguments alone. Any
+/// thread; takes some 80 bytes a path of memory meanwhile.
+SampledRow learn_samples(const SampledTarget& target, const SliceDescription& slice, float a, float b,
+                         const SampledLimits& limits);
+
+/// Tests a row on fresh draws: `round` chooses streams that no learning has. count: a multiple of 4.
+SampledTest test_samples(const SampledTarget& target, const SliceDescription& slice, float a, float b,
+                         const RibbonRow& row, std::uint64_t round, std::uint32_t count);
+
+}  // namespace tress::adaptive

@@ -1,0 +1,107 @@
+// Density over a cylinder in two layers of knots: what a row of a sampled target is answered by (ESTIMATOR.md, E9).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace tress::adaptive {
+
+/// One knot of a layer. Between two knots density, mode and scales are linear in the azimuth.
+struct RibbonKnot {
+  float azimuth = 0;                       ///< radians in [-pi, pi), ascending within a layer
+  float density = 0;                       ///< of the layer's marginal over azimuth, 1/rad, >= 0
+  float mode = 0;                          ///< of the height, at this azimuth
+  float scale_below = 1, scale_above = 1;  ///< of the law of the height, > 0
+  /// Mean of exp(-rate attribute) over the light of the knot's hat, at Ribbon::decay_rates; in [0, 1].
+  std::array<float, 2> decays{1, 1};
+  friend bool operator==(const RibbonKnot&, const RibbonKnot&) = default;
+};
+
+/// The law of the height at an azimuth, of either side of its mode m, with d = |t - m| and s the scale of that side:
+///   normal:   sqrt(2/pi)/(s_below + s_above) exp(-d^2/2 s^2);
+///   logistic: 2/(s_below + s_above) E/(1 + E)^2, E = exp(-d/s).
+/// Mass 1 on the line, continuous at the mode.
+enum class HeightLaw : std::uint8_t { normal = 0, logistic = 1 };
+
+/// f(x, t) = sum over the two layers of density(x) law(t; mode(x), scales(x)), of mass 1 over both. The main layer has
+/// knots where its light is, the broad one equidistant ones (the first at -pi) and the logistic law.
+/// Immutable but for assignment; any thread may read. x in radians, any turn; t any number.
+class Ribbon {
+ public:
+  static constexpr std::size_t main_knots = 32, broad_knots = 8;
+  static constexpr std::array<float, 2> decay_rates{0.15f, 0.9f};
+  static constexpr float least_scale = 1e-3f, largest_scale = 0.9f, largest_mode = 12.0f;
+
+  /// The uniform density over the sphere: heights by the logistic law of scale 1/2 about 0.
+  Ribbon();
+  /// Knots as above, finite and within the bounds, of some mass: a precondition. Densities are scaled to mass 1.
+  Ribbon(std::span<const RibbonKnot, main_knots> main, HeightLaw main_law,
+         std::span<const RibbonKnot, broad_knots> broad);
+
+  std::span<const RibbonKnot> main() const { return main_; }
+  std::span<const RibbonKnot> broad() const { return broad_; }
+  HeightLaw main_law() const { return main_law_; }
+
+  /// f, per radian and unit of height.
+  float density(float x, float t) const;
+  /// The Rosenblatt transform: the mass below x from -pi on, and at x the share of it below t. Uniform in the unit
+  /// square if (x, t) was drawn from f.
+  std::array<float, 2> cdf(float x, float t) const;
+  /// Draws from f: u used up whole. x in [-pi, pi).
+  struct Place {
+    float azimuth, height;
+  };
+  Place sample(float u_azimuth, float u_height) const;
+
+ private:
+  std::array<RibbonKnot, main_knots> main_;
+  std::array<RibbonKnot, broad_knots> broad_;
+  HeightLaw main_law_ = HeightLaw::logistic;
+};
+
+/// What a converged row of a sampled target is answered by: a ribbon and a mass for each part, as it is kept and
+/// stored, quantised. Unpacking what was packed gives the same bytes again. Immutable but for assignment; any thread
+/// may read.
+class RibbonRow {
+ public:
+  static constexpr std::uint32_t most_parts = 4;
+
+  RibbonRow() = default;
+  struct Part {
+    Ribbon ribbon;
+    float mass = 0;  ///< of unit flux where no attribute takes light, >= 0
+  };
+  /// 1 to most_parts parts.
+  explicit RibbonRow(std::span<const Part> parts);
+
+  std::uint32_t parts() const { return parts_; }
+  float mass(std::uint32_t part) const { return mass_[part]; }
+  /// Decodes a part; a part without mass is the uniform density.
+  Ribbon ribbon(std::uint32_t part) const;
+  float total_mass() const;
+
+  /// The bytes that a cache stores, parts() times part_bytes, and back; false if they are no row.
+  static constexpr std::size_t part_bytes = 344;
+  std::span<const std::byte> packed() const { return {bytes_.data(), parts_ * part_bytes}; }
+  bool unpack(std::span<const std::byte> bytes, std::span<const float> masses);
+  std::size_t bytes() const { return sizeof(RibbonRow); }
+
+  friend bool operator==(const RibbonRow&, const RibbonRow&) = default;
+
+ private:
+  std::uint32_t parts_ = 0;
+  std::array<float, most_parts> mass_{};
+  std::array<std::byte, most_parts * part_bytes> bytes_{};
+};
+
+/// What is left of light whose attribute has these two means of decay, at another rate >= 0: the Laplace transform of
+/// the gamma law that goes through both. In [0, 1]; 1 at rate 0.
+struct GammaDecay {
+  float shape, scale;  ///< (1 + scale rate)^-shape; shape infinite: none, see from()
+  static GammaDecay from(const std::array<float, 2>& decays);
+  float at(float rate) const;
+};
+
+}  // namespace tress::adaptive
