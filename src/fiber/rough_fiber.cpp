@@ -136,7 +136,7 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
 }
 
 void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, RandomStream& random,
-                             std::vector<SplitExit>& exits) const {
+                             std::vector<SplitExit>& exits, const SplitRules& rules) const {
   struct Part {
     glm::vec3 direction;
     float weight = 0;
@@ -178,14 +178,14 @@ void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, Ran
       ++order;
       path += cross(point, chosen.direction);
       outward = outward_normal(point);
-      if (path > longest_way && order > last_named_order) {
+      if (path > rules.longest_way && order > last_named_order) {
         exits.push_back({order, weight, path, chosen.direction});
         return;
       }
     }
-    if (weight < split_below) {
-      if ((1 - random.next()) * split_below > weight) return;
-      weight = split_below;
+    if (weight < rules.roulette_below) {
+      if ((1 - random.next()) * rules.roulette_below > weight) return;
+      weight = rules.roulette_below;
     }
     w = -chosen.direction;
   }

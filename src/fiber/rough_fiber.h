@@ -36,6 +36,12 @@ struct SplitExit {
   glm::vec3 direction;  ///< unit, away from the fiber; of what left for the length of its way, that of its last event
 };
 
+/// Where trace_split() lets go of a path.
+struct SplitRules {
+  float roulette_below = 0.15f;  ///< of unit flux: what keeps less survives with the probability of what it keeps
+  float longest_way = 200;       ///< major semi-axes: what is still inside, and past TRRT, leaves where it is
+};
+
 /// What becomes of light that a microfacet sends against another one.
 enum class Masked {
   meets_others,  ///< it goes on until it leaves: a clear fiber returns all light (microsurface_walk.h)
@@ -61,8 +67,6 @@ enum class Masked {
 class RoughFiber {
  public:
   static constexpr float roulette_below = 0.02f;
-  static constexpr float split_below = 0.15f;  ///< where the roulette of trace_split() begins
-  static constexpr float longest_way = 200;    ///< of trace_split(), major semi-axes
   static constexpr int most_events = 1 << 16;  ///< a path that meets more surfaces counts as absorbed
 
   /// Reads eta, eccentricity, roughness (alpha of every event), tilt and sigma_a.
@@ -78,11 +82,11 @@ class RoughFiber {
   /// The facets where it enters and where it first and next meets the surface from inside.
   using FacetNumbers = std::array<std::array<float, 2>, 3>;
   /// All orders of a clear fiber from one path: at every facet what leaves is appended to `exits` and the rest goes on,
-  /// so that expectations over choices of reflection and refraction are exact. Weights sum to 1 on average. What is
-  /// still inside after a way of `longest_way`, and after TRRT, leaves there. sigma_a and Masked are not read: no light
-  /// is lost.
-  void trace_split(const RoughEntry& entry, const FacetNumbers& u, RandomStream& random,
-                   std::vector<SplitExit>& exits) const;
+  /// so that expectations over choices of reflection and refraction are exact. Weights sum to 1 on average and
+  /// are what trace() gives in the mean, but for what leaves where rules let go of it. sigma_a and Masked are not read:
+  /// no light is lost.
+  void trace_split(const RoughEntry& entry, const FacetNumbers& u, RandomStream& random, std::vector<SplitExit>& exits,
+                   const SplitRules& rules = {}) const;
 
  private:
   struct Event {

@@ -1,0 +1,126 @@
+#include "fiber/rough_rows.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include "base/sobol.h"
+#include "fiber/rough_fiber.h"
+#include "fiber/row_axes.h"
+#include "tress/base/random.h"
+#include "tress/fiber/elliptical_model.h"
+
+namespace tress::fiber {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+constexpr float largest_height = 12;
+constexpr float to_the_end = std::numeric_limits<float>::infinity();
+
+float clamped(float height) { return std::clamp(height, -largest_height, largest_height); }
+
+FiberParameters clear_fiber(const adaptive::SliceKey& key) {
+  FiberParameters fiber;
+  fiber.eta = key.parameters[0];
+  fiber.eccentricity = key.parameters[1];
+  fiber.roughness = key.parameters[2];
+  fiber.tilt = key.parameters[3];
+  fiber.sigma_a = glm::vec3(0.0f);
+  return fiber;
+}
+
+/// Of a slice, a place in it and a stream.
+std::uint64_t key_of(const adaptive::SliceKey& slice, float a, float b, std::uint64_t stream) {
+  std::uint64_t key = mix_bits(stream + slice.lobe);
+  const auto add = [&key](float x) { key = mix_bits(key + std::bit_cast<std::uint32_t>(x + 0.0f)); };  // -0 is 0
+  for (const float x : slice.parameters) add(x);
+  add(a);
+  add(b);
+  return key;
+}
+
+class RoughTarget : public adaptive::SampledTarget {
+ public:
+  std::uint32_t parts(const adaptive::SliceDescription&) const override { return rough_parts; }
+
+  void draw(const adaptive::SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
+            std::uint32_t count, std::vector<adaptive::SampledExit>& out) const override {
+    const RoughFiber fiber(clear_fiber(slice.key));
+    const std::uint64_t key = key_of(slice.key, a, b, stream);
+    const ScrambledSobol points(key);
+    const float specular = specular_height(a), cos_b = std::cos(b), sin_b = std::sin(b);
+    std::vector<SplitExit> exits;
+    for (std::uint32_t i = first; i != first + count; ++i) {
+      const ScrambledSobol::Point u = points.point(i);
+      RandomStream random(key, i);
+      exits.clear();
+      fiber.trace_split(fiber.entry({a, b}, 2 * u[0] - 1), {{{u[1], u[2]}, {u[3], u[4]}, {u[5], u[6]}}}, random, exits,
+                        {RoughFiber::roulette_below, to_the_end});
+      for (const SplitExit& exit : exits) {
+        const glm::vec3& w = exit.direction;
+        const float height = std::asinh(w.x / std::hypot(w.y, w.z));
+        out.push_back({std::atan2(w.z * cos_b - w.y * sin_b, w.y * cos_b + w.z * sin_b),
+                       clamped(clamped(height) - specular), rough_part(exit.order), exit.weight, exit.path});
+      }
+    }
+  }
+
+  std::string model_name() const override { return make_elliptical_target()->model_name(); }
+};
+
+}  // namespace
+
+float height_of(float theta) {
+  const float cosine = std::cos(theta);
+  if (!(cosine > 0)) return std::copysign(largest_height, theta);
+  return clamped(std::asinh(std::sin(theta) / cosine));
+}
+
+float theta_of(float height) { return std::atan(std::sinh(height)); }
+
+std::unique_ptr<adaptive::SampledTarget> make_rough_target() { return std::make_unique<RoughTarget>(); }
+
+adaptive::SliceDescription rough_slice(const FiberParameters& fiber) {
+  adaptive::SliceDescription slice;
+  slice.kind = adaptive::SliceKind::samples;
+  slice.key.lobe = rough_slice_lobe;
+  slice.key.parameters = {fiber.eta, fiber.eccentricity, fiber.roughness, fiber.tilt};
+  std::vector<double> thetas;
+  for (int theta = 0; theta <= 85; theta += 5) thetas.push_back(theta);
+  thetas.push_back(87.5);
+  if (fiber.tilt > 0) {
+    for (std::size_t i = thetas.size() - 1; i > 0; --i) slice.axis_a.push_back(static_cast<float>(-thetas[i] * degree));
+  }
+  for (const double theta : thetas) slice.axis_a.push_back(static_cast<float>(theta * degree));
+  const int phis = fiber.eccentricity < 1 ? 12 : 0;
+  for (int i = 0; i <= phis; ++i) slice.axis_b.push_back(static_cast<float>(7.5 * i * degree));
+  return slice;
+}
+
+RoughGrid::RoughGrid(const adaptive::SliceDescription& slice)
+    : thetas_(slice.axis_a), last_phi_(static_cast<std::uint32_t>(slice.axis_b.size() - 1)) {}
+
+RoughNode RoughGrid::choose(const FiberDirection& wr, float xi1, float xi2) const {
+  RoughNode node;
+  float theta = wr.theta;
+  if (thetas_.front() >= 0 && theta < 0) {
+    node.height_sign = -1;
+    theta = -theta;
+  }
+  const auto above = std::upper_bound(thetas_.begin() + 1, thetas_.end() - 1, theta);
+  const float below = *(above - 1);
+  node.a = static_cast<std::uint32_t>(above - thetas_.begin()) - 1;
+  if (xi1 * (*above - below) < theta - below) ++node.a;
+  const FoldedAzimuth folded = fold_azimuth(wr.phi);
+  node.azimuth_sign = folded.sign;
+  const float at = folded.phi * static_cast<float>(last_phi_ / (std::numbers::pi / 2)) + xi2;
+  node.b = std::min(static_cast<std::uint32_t>(at), last_phi_);
+  return node;
+}
+
+}  // namespace tress::fiber

@@ -1,0 +1,127 @@
+#include "fiber/rough_rows.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tress/fiber/elliptical_model.h"
+
+namespace {
+
+using namespace tress;
+using adaptive::SampledExit;
+using fiber::FiberParameters;
+constexpr float pi = std::numbers::pi_v<float>, degree = pi / 180;
+
+FiberParameters fiber_with(float eccentricity, float roughness, float tilt) {
+  FiberParameters fiber;
+  fiber.eccentricity = eccentricity;
+  fiber.roughness = roughness;
+  fiber.tilt = tilt;
+  return fiber;
+}
+
+bool alike(const SampledExit& x, const SampledExit& y) {
+  return x.azimuth == y.azimuth && x.height == y.height && x.part == y.part && x.weight == y.weight &&
+         x.attribute == y.attribute;
+}
+
+TEST(RoughRows, NodesAreFoldedByTheSymmetriesThatThereAre) {
+  const auto tilted = fiber::rough_slice(fiber_with(0.85f, 0.2f, 0.05f));
+  EXPECT_EQ(tilted.kind, adaptive::SliceKind::samples);
+  EXPECT_EQ(tilted.key.lobe, fiber::rough_slice_lobe);
+  EXPECT_EQ(tilted.axis_a.size(), 37u);
+  EXPECT_FLOAT_EQ(tilted.axis_a.front(), -87.5f * degree);
+  EXPECT_EQ(tilted.axis_a[18], 0);
+  EXPECT_EQ(tilted.axis_b.size(), 13u);
+  EXPECT_FLOAT_EQ(tilted.axis_b.back(), 90 * degree);
+  const auto round = fiber::rough_slice(fiber_with(1, 0.2f, 0));
+  EXPECT_EQ(round.axis_a.size(), 19u);
+  EXPECT_EQ(round.axis_a.front(), 0);
+  EXPECT_EQ(round.axis_b.size(), 1u);
+  for (const auto& axis : {tilted.axis_a, tilted.axis_b, round.axis_a}) {
+    EXPECT_EQ(std::adjacent_find(axis.begin(), axis.end(), std::greater_equal<>()), axis.end());
+  }
+}
+
+TEST(RoughRows, NodesAreChosenSoThatTheMeanInterpolates) {
+  constexpr int n = 1000;
+  for (const float tilt : {0.0f, 0.05f}) {
+    const auto slice = fiber::rough_slice(fiber_with(0.85f, 0.2f, tilt));
+    const fiber::RoughGrid grid(slice);
+    for (const float phi : {0.0f, 0.31f, -1.1f, pi / 2, 2.5f, -3.1f}) {
+      for (const float theta : {0.0f, 0.4f, -0.9f, 1.3f, -1.51f}) {
+        double mean_phi = 0, mean_theta = 0;
+        for (int i = 0; i < n; ++i) {
+          const float xi = (i + 0.5f) / n;
+          const fiber::RoughNode node = grid.choose({theta, phi}, xi, xi);
+          mean_theta += static_cast<double>(node.height_sign * slice.axis_a.at(node.a)) / n;
+          mean_phi += static_cast<double>(slice.axis_b.at(node.b)) / n;
+          EXPECT_EQ(node.height_sign, tilt == 0 && theta < 0 ? -1 : 1);
+        }
+        // One xi of n decides either way: a cell over n.
+        EXPECT_NEAR(mean_theta, static_cast<double>(theta), 0.1 / n);
+        EXPECT_NEAR(mean_phi, std::asin(std::abs(std::sin(static_cast<double>(phi)))), 0.14 / n);
+      }
+    }
+    EXPECT_EQ(grid.choose({pi / 2, 0}, 0.99999994f, 0.99999994f).a, slice.axis_a.size() - 1);
+    EXPECT_EQ(grid.choose({1.53f, pi / 2}, 0, 0.99999994f).a, slice.axis_a.size() - 1);
+    EXPECT_EQ(grid.choose({0, pi / 2}, 0, 0.99999994f).b, slice.axis_b.size() - 1);
+    EXPECT_EQ(grid.choose({-pi / 2, 0}, 0, 0).a, tilt == 0 ? slice.axis_a.size() - 1 : 0u);
+  }
+}
+
+TEST(RoughRows, PlacesAndDirectionsAreInverse) {
+  for (const float sign : {1.0f, -1.0f}) {
+    const fiber::RoughNode node{0, 0, sign, -sign};
+    for (const float theta_r : {-1.5f, -0.3f, 0.0f, 0.7f, pi / 2}) {
+      for (const float theta : {-1.5f, -0.2f, 0.0f, 1.1f, 1.57f}) {
+        EXPECT_NEAR(node.theta(node.height(theta, theta_r), theta_r), theta, 2e-6f);
+      }
+      EXPECT_NEAR(node.height(-theta_r, theta_r), 0, 1e-6f);
+    }
+    for (const float phi : {-3.1f, -0.3f, 0.0f, 2.0f}) {
+      EXPECT_NEAR(adaptive::wrap_angle(node.phi(node.azimuth(phi, 1.2f), 1.2f) - phi), 0, 1e-6f);
+    }
+  }
+  EXPECT_EQ(fiber::height_of(pi / 2), 12);
+  EXPECT_EQ(fiber::height_of(-2), -12);
+}
+
+TEST(RoughRows, DrawsArePureAndCutAnywhere) {
+  const auto target = fiber::make_rough_target();
+  EXPECT_EQ(target->model_name(), fiber::make_elliptical_target()->model_name());
+  const auto slice = fiber::rough_slice(fiber_with(0.85f, 0.2f, 0.05f));
+  EXPECT_EQ(target->parts(slice), fiber::rough_parts);
+  std::vector<SampledExit> whole, halves, other;
+  target->draw(slice, 0.3f, 0.7f, 5, 0, 64, whole);
+  target->draw(slice, 0.3f, 0.7f, 5, 0, 13, halves);
+  target->draw(slice, 0.3f, 0.7f, 5, 13, 51, halves);
+  target->draw(slice, 0.3f, 0.7f, 6, 0, 64, other);
+  EXPECT_TRUE(std::equal(whole.begin(), whole.end(), halves.begin(), halves.end(), alike));
+  EXPECT_FALSE(std::equal(whole.begin(), whole.end(), other.begin(), other.end(), alike));
+}
+
+TEST(RoughRows, DrawsAreFiniteInEveryCorner) {
+  const auto target = fiber::make_rough_target();
+  for (const float e : {0.5f, 1.0f}) {
+    for (const float alpha : {0.01f, 1.0f}) {
+      for (const float tilt : {0.0f, 0.26f}) {
+        const auto slice = fiber::rough_slice(fiber_with(e, alpha, tilt));
+        for (const float theta : {0.0f, 87.5f * degree, 90 * degree}) {
+          std::vector<SampledExit> exits;
+          target->draw(slice, theta, slice.axis_b.back(), 1, 0, 64, exits);
+          for (const SampledExit& exit : exits) {
+            EXPECT_TRUE(std::isfinite(exit.azimuth) && std::abs(exit.height) <= 12);
+            EXPECT_TRUE(exit.weight >= 0 && exit.weight <= 1 && exit.attribute >= 0 && std::isfinite(exit.attribute));
+            EXPECT_LT(exit.part, fiber::rough_parts);
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
