@@ -25,9 +25,16 @@ struct RibbonKnot {
 /// Mass 1 on the line, continuous at the mode.
 enum class HeightLaw : std::uint8_t { normal = 0, logistic = 1 };
 
+/// Of the law with this mode and these scales (> 0): the density at t, the mass below t, and the height that has the
+/// mass u in [0, 1] below it; finite, within 19 scales of the mode.
+float height_density(HeightLaw law, float t, float mode, float scale_below, float scale_above);
+float height_share_below(HeightLaw law, float t, float mode, float scale_below, float scale_above);
+float sample_height(HeightLaw law, float u, float mode, float scale_below, float scale_above);
+
 /// f(x, t) = sum over the two layers of density(x) law(t; mode(x), scales(x)), of mass 1 over both. The main layer has
-/// knots where its light is, the broad one equidistant ones (the first at -pi) and the logistic law.
-/// Immutable but for assignment; any thread may read. x in radians, any turn; t any number.
+/// knots where its light is, the broad one equidistant ones (the first at -pi) and the logistic law. From the last knot
+/// a layer goes on to its first.
+/// Immutable but for assignment; any thread may read. x in radians, any turn; t any finite number.
 class Ribbon {
  public:
   static constexpr std::size_t main_knots = 32, broad_knots = 8;
@@ -36,34 +43,42 @@ class Ribbon {
 
   /// The uniform density over the sphere: heights by the logistic law of scale 1/2 about 0.
   Ribbon();
-  /// Knots as above, finite and within the bounds, of some mass: a precondition. Densities are scaled to mass 1.
+  /// Knots as above, finite and within the bounds: a precondition. Densities are scaled to mass 1; if they have none,
+  /// it is the uniform density.
   Ribbon(std::span<const RibbonKnot, main_knots> main, HeightLaw main_law,
          std::span<const RibbonKnot, broad_knots> broad);
 
   std::span<const RibbonKnot> main() const { return main_; }
   std::span<const RibbonKnot> broad() const { return broad_; }
   HeightLaw main_law() const { return main_law_; }
+  /// The mass of the main layer.
+  float main_mass() const { return main_below_.back(); }
 
   /// f, per radian and unit of height.
   float density(float x, float t) const;
   /// The Rosenblatt transform: the mass below x from -pi on, and at x the share of it below t. Uniform in the unit
   /// square if (x, t) was drawn from f.
   std::array<float, 2> cdf(float x, float t) const;
-  /// Draws from f: u used up whole. x in [-pi, pi).
+  /// Draws from f: u in [0, 1), used up whole. x in [-pi, pi). u_azimuth chooses the layer, then the place in it.
   struct Place {
     float azimuth, height;
   };
   Place sample(float u_azimuth, float u_height) const;
 
  private:
+  void set_uniform();
+
   std::array<RibbonKnot, main_knots> main_;
   std::array<RibbonKnot, broad_knots> broad_;
+  /// The layer's mass from its first knot to each; to itself, once round, at the end.
+  std::array<float, main_knots + 1> main_below_;
+  std::array<float, broad_knots + 1> broad_below_;
   HeightLaw main_law_ = HeightLaw::logistic;
 };
 
 /// What a converged row of a sampled target is answered by: a ribbon and a mass for each part, as it is kept and
-/// stored, quantised. Unpacking what was packed gives the same bytes again. Immutable but for assignment; any thread
-/// may read.
+/// stored, quantised (ESTIMATOR.md, E9). What is packed once is packed again without change, and unpack() takes no
+/// other bytes than packing makes. Immutable but for assignment; any thread may read.
 class RibbonRow {
  public:
   static constexpr std::uint32_t most_parts = 4;
@@ -82,9 +97,12 @@ class RibbonRow {
   Ribbon ribbon(std::uint32_t part) const;
   float total_mass() const;
 
-  /// The bytes that a cache stores, parts() times part_bytes, and back; false if they are no row.
+  /// The bytes that a cache stores, parts() times part_bytes, and back. False, and nothing changed, if they are no row:
+  /// masses that are negative, not finite or 0 in all, a wrong size, knots out of order, bytes that packing never
+  /// writes.
   static constexpr std::size_t part_bytes = 344;
   std::span<const std::byte> packed() const { return {bytes_.data(), parts_ * part_bytes}; }
+  std::span<const float> masses() const { return {mass_.data(), parts_}; }
   bool unpack(std::span<const std::byte> bytes, std::span<const float> masses);
   std::size_t bytes() const { return sizeof(RibbonRow); }
 
@@ -96,10 +114,14 @@ class RibbonRow {
   std::array<std::byte, most_parts * part_bytes> bytes_{};
 };
 
-/// What is left of light whose attribute has these two means of decay, at another rate >= 0: the Laplace transform of
-/// the gamma law that goes through both. In [0, 1]; 1 at rate 0.
+/// What is left of light whose attribute has these two means of decay, at another rate >= 0: the Laplace transform
+/// (1 + scale rate)^-shape of the gamma law that goes through both. In [0, 1]; 1 at rate 0. Light of one attribute
+/// alone has a scale of least_scale, which changes nothing that a float sees at rates that leave light.
 struct GammaDecay {
-  float shape, scale;  ///< (1 + scale rate)^-shape; shape infinite: none, see from()
+  static constexpr float least_scale = 1e-3f;
+  float shape = 0, scale = least_scale;
+  /// decays: at Ribbon::decay_rates, in [0, 1]. What no law has, a second mean above the first or below its 6th power,
+  /// is taken as the nearest that one has.
   static GammaDecay from(const std::array<float, 2>& decays);
   float at(float rate) const;
 };

@@ -1,0 +1,328 @@
+// The packed form of a ribbon (ESTIMATOR.md, E9): every number is a code on a scale that is fixed, so that packing what
+// was unpacked finds the same codes.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+
+#include "tress/adaptive/ribbon.h"
+
+namespace tress::adaptive {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr std::size_t header_bytes = 8, main_bytes = 9, broad_bytes = 6;
+static_assert(header_bytes + Ribbon::main_knots * main_bytes + Ribbon::broad_knots * broad_bytes ==
+              RibbonRow::part_bytes);
+
+using Code = std::uint32_t;
+constexpr Code largest_of(int bits) { return (Code{1} << bits) - 1; }
+
+Code round_to_code(double x, Code largest) {
+  return static_cast<Code>(std::lround(std::clamp(x, 0.0, static_cast<double>(largest))));
+}
+
+/// Equal steps of the logarithm from `least` to `largest`.
+struct Logarithmic {
+  double least, largest;
+  int bits;
+  Code encode(float x) const {
+    return round_to_code(std::log(std::max(static_cast<double>(x), least) / least) / step(), largest_of(bits));
+  }
+  float decode(Code code) const { return static_cast<float>(least * std::exp(code * step())); }
+  double step() const { return std::log(largest / least) / largest_of(bits); }
+};
+constexpr Logarithmic scales{Ribbon::least_scale, Ribbon::largest_scale, 8};
+
+/// Density over the largest of its layer. 0 is none.
+struct Densities {
+  static constexpr double step = 0.05;
+  static constexpr Code largest = 255;
+  static Code encode(float density, float of) {
+    if (!(density > 0)) return 0;
+    return round_to_code(largest + std::log(static_cast<double>(density) / static_cast<double>(of)) / step, largest);
+  }
+  static float decode(Code code) {
+    return code == 0 ? 0 : static_cast<float>(std::exp((static_cast<double>(code) - largest) * step));
+  }
+};
+
+/// Modes by equal steps of asinh: fine near 0, where narrow lobes are.
+struct Modes {
+  static constexpr double bend = 0.5;
+  int bits;
+  double half() const { return (largest_of(bits) - 1) / 2; }
+  double reach() const { return std::asinh(Ribbon::largest_mode / bend); }
+  Code encode(float mode) const {
+    return round_to_code(half() * (1 + std::asinh(static_cast<double>(mode) / bend) / reach()), largest_of(bits) - 1);
+  }
+  float decode(Code code) const {
+    const double mode = bend * std::sinh((code / half() - 1) * reach());
+    return static_cast<float>(std::clamp(mode, -double{Ribbon::largest_mode}, double{Ribbon::largest_mode}));
+  }
+};
+constexpr Modes main_modes{14}, broad_modes{8};
+
+/// Two means of decay, as the attribute that each alone would tell, -ln(decay)/rate: the first of them by steps of its
+/// logarithm, 0 being none, and the second by its share of the first, which is between the ratio of the rates and 1.
+struct Decays {
+  static constexpr double least = 0.02, largest = 100;
+  static constexpr double first_rate = Ribbon::decay_rates[0], second_rate = Ribbon::decay_rates[1];
+  static constexpr double least_share = first_rate / second_rate;
+  static constexpr Code largest_share = 255;
+  int bits;
+
+  struct Codes {
+    Code attribute, share;
+  };
+  double step() const { return std::log(largest / least) / (largest_of(bits) - 1); }
+  Codes encode(const std::array<float, 2>& decays) const {
+    const double first = told(decays[0], first_rate), second = told(decays[1], second_rate);
+    if (first < least / 2) return {0, largest_share};
+    const double share = (second / first - least_share) / (1 - least_share);
+    const double from_least = std::log(std::max(first, least) / least) / step();
+    return {1 + round_to_code(from_least, largest_of(bits) - 1), round_to_code(share * largest_share, largest_share)};
+  }
+  std::array<float, 2> decode(Codes codes) const {
+    if (codes.attribute == 0) return {1, 1};
+    const double first = least * std::exp((codes.attribute - 1) * step());
+    const double second = first * (least_share + (1 - least_share) * codes.share / largest_share);
+    return {static_cast<float>(std::exp(-first * first_rate)), static_cast<float>(std::exp(-second * second_rate))};
+  }
+  static double told(float decay, double rate) {
+    constexpr double least_decay = 1e-37;
+    return -std::log(std::clamp(static_cast<double>(decay), least_decay, 1.0)) / rate;
+  }
+};
+constexpr Decays main_decays{10}, broad_decays{8};
+
+/// Numbers of any bits, lowest bit first.
+class BitWriter {
+ public:
+  explicit BitWriter(std::byte* out) : out_(out) {}
+  void put(Code code, int bits) {
+    for (int i = 0; i < bits; ++i, ++at_) {
+      out_[at_ / 8] |= static_cast<std::byte>(((code >> i) & 1u) << (at_ % 8));
+    }
+  }
+
+ private:
+  std::byte* out_;
+  std::size_t at_ = 0;
+};
+class BitReader {
+ public:
+  explicit BitReader(const std::byte* in) : in_(in) {}
+  Code get(int bits) {
+    Code code = 0;
+    for (int i = 0; i < bits; ++i, ++at_) {
+      code |= ((static_cast<Code>(in_[at_ / 8]) >> (at_ % 8)) & 1u) << i;
+    }
+    return code;
+  }
+
+ private:
+  const std::byte* in_;
+  std::size_t at_ = 0;
+};
+
+constexpr double azimuth_steps = 65536;
+float azimuth_of(Code code) { return static_cast<float>(-pi + code * (2 * pi / azimuth_steps)); }
+Code code_of_azimuth(float x) {
+  return round_to_code((static_cast<double>(x) + pi) * (azimuth_steps / (2 * pi)), largest_of(16));
+}
+
+constexpr Code largest_share = 65535;  // of the main layer's mass in the whole
+
+/// A part, as codes.
+struct PackedKnot {
+  Code azimuth = 0, density = 0, mode = 0, scale_below = 0, scale_above = 0;
+  Decays::Codes decays{0, 0};
+};
+struct PackedPart {
+  Code law = 0, main_share = 0;
+  std::array<PackedKnot, Ribbon::main_knots> main;
+  std::array<PackedKnot, Ribbon::broad_knots> broad;
+};
+
+void encode_layer(std::span<const RibbonKnot> knots, const Modes& modes, const Decays& decays,
+                  std::span<PackedKnot> out) {
+  float largest = 0;
+  for (const RibbonKnot& knot : knots) largest = std::max(largest, knot.density);
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    const RibbonKnot& knot = knots[k];
+    out[k] = {code_of_azimuth(knot.azimuth),   Densities::encode(knot.density, largest), modes.encode(knot.mode),
+              scales.encode(knot.scale_below), scales.encode(knot.scale_above),          decays.encode(knot.decays)};
+  }
+}
+
+void decode_layer(std::span<const PackedKnot> knots, const Modes& modes, const Decays& decays,
+                  std::span<RibbonKnot> out) {
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    const PackedKnot& knot = knots[k];
+    out[k] = {azimuth_of(knot.azimuth),        Densities::decode(knot.density), modes.decode(knot.mode),
+              scales.decode(knot.scale_below), scales.decode(knot.scale_above), decays.decode(knot.decays)};
+  }
+}
+
+double mass_of(std::span<const RibbonKnot> knots) {
+  double mass = 0;
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    const bool last = k + 1 == knots.size();
+    const RibbonKnot& next = knots[last ? 0 : k + 1];
+    const double width =
+        static_cast<double>(next.azimuth) - static_cast<double>(knots[k].azimuth) + (last ? 2 * pi : 0.0);
+    mass += 0.5 * width * (static_cast<double>(knots[k].density) + static_cast<double>(next.density));
+  }
+  return mass;
+}
+
+/// The code of a layer without mass: no density, and nothing else that would differ.
+void clear_layer(std::span<PackedKnot> knots) {
+  for (PackedKnot& knot : knots) knot = {knot.azimuth};
+}
+
+void write(const PackedPart& part, std::byte* out) {
+  BitWriter bits(out);
+  bits.put(part.law, 8);
+  bits.put(part.main_share, 16);
+  bits.put(0, 20);
+  bits.put(0, 20);
+  for (const PackedKnot& knot : part.main) {
+    bits.put(knot.azimuth, 16);
+    bits.put(knot.density, 8);
+    bits.put(knot.mode, main_modes.bits);
+    bits.put(knot.scale_below, scales.bits);
+    bits.put(knot.scale_above, scales.bits);
+    bits.put(knot.decays.attribute, main_decays.bits);
+    bits.put(knot.decays.share, 8);
+  }
+  for (const PackedKnot& knot : part.broad) {
+    bits.put(knot.density, 8);
+    bits.put(knot.mode, broad_modes.bits);
+    bits.put(knot.scale_below, scales.bits);
+    bits.put(knot.scale_above, scales.bits);
+    bits.put(knot.decays.attribute, broad_decays.bits);
+    bits.put(knot.decays.share, 8);
+  }
+}
+
+PackedPart read(const std::byte* in) {
+  PackedPart part;
+  BitReader bits(in);
+  part.law = bits.get(8);
+  part.main_share = bits.get(16);
+  bits.get(20);
+  bits.get(20);
+  for (PackedKnot& knot : part.main) {
+    knot = {bits.get(16), bits.get(8), bits.get(main_modes.bits), bits.get(scales.bits), bits.get(scales.bits), {}};
+    knot.decays = {bits.get(main_decays.bits), bits.get(8)};
+  }
+  for (std::size_t k = 0; k < Ribbon::broad_knots; ++k) {
+    const auto azimuth = static_cast<Code>(k * (65536 / Ribbon::broad_knots));
+    part.broad[k] = {azimuth, bits.get(8), bits.get(broad_modes.bits), bits.get(scales.bits), bits.get(scales.bits),
+                     {}};
+    part.broad[k].decays = {bits.get(broad_decays.bits), bits.get(8)};
+  }
+  return part;
+}
+
+Ribbon decode(const PackedPart& part) {
+  std::array<RibbonKnot, Ribbon::main_knots> main;
+  std::array<RibbonKnot, Ribbon::broad_knots> broad;
+  decode_layer(part.main, main_modes, main_decays, main);
+  decode_layer(part.broad, broad_modes, broad_decays, broad);
+  const double share = static_cast<double>(part.main_share) / largest_share;
+  const auto scale_to = [](std::span<RibbonKnot> knots, double mass) {
+    const double is = mass_of(knots), factor = is > 0 ? mass / is : 0;
+    for (RibbonKnot& knot : knots) knot.density = static_cast<float>(static_cast<double>(knot.density) * factor);
+  };
+  scale_to(main, share);
+  scale_to(broad, 1 - share);
+  return Ribbon(main, part.law == 0 ? HeightLaw::normal : HeightLaw::logistic, broad);
+}
+
+/// Largest density a code of its own, as packing leaves it; or no light and no codes.
+bool is_layer(std::span<const PackedKnot> knots, bool has_mass) {
+  Code largest = 0, any = 0;
+  for (const PackedKnot& knot : knots) {
+    largest = std::max(largest, knot.density);
+    any |= knot.density | knot.mode | knot.scale_below | knot.scale_above | knot.decays.attribute | knot.decays.share;
+  }
+  return has_mass ? largest == Densities::largest : any == 0;
+}
+
+PackedPart encode(const Ribbon& ribbon) {
+  PackedPart part;
+  part.law = static_cast<Code>(ribbon.main_law());
+  encode_layer(ribbon.main(), main_modes, main_decays, part.main);
+  encode_layer(ribbon.broad(), broad_modes, broad_decays, part.broad);
+  part.main_share = round_to_code(static_cast<double>(ribbon.main_mass()) * largest_share, largest_share);
+  // Steps of the azimuth may have left nothing of a layer that stands on one alone.
+  std::array<RibbonKnot, Ribbon::main_knots> main;
+  decode_layer(part.main, main_modes, main_decays, main);
+  if (!(mass_of(main) > 0)) part.main_share = 0;
+  const bool no_broad =
+      std::all_of(part.broad.begin(), part.broad.end(), [](const PackedKnot& k) { return k.density == 0; });
+  if (part.main_share == 0 && no_broad) return encode(Ribbon());
+  if (part.main_share == 0) clear_layer(part.main);
+  if (part.main_share == largest_share) clear_layer(part.broad);
+  return part;
+}
+
+/// Whether these bytes are those that packing makes of what they say.
+bool is_part(const std::byte* bytes) {
+  const PackedPart part = read(bytes);
+  if (part.law > 1) return false;
+  for (std::size_t k = 0; k + 1 < part.main.size(); ++k) {
+    if (part.main[k].azimuth > part.main[k + 1].azimuth) return false;
+  }
+  if (!is_layer(part.main, part.main_share > 0) || !is_layer(part.broad, part.main_share < largest_share)) return false;
+  std::array<std::byte, RibbonRow::part_bytes> again{};
+  write(encode(decode(part)), again.data());
+  return std::equal(again.begin(), again.end(), bytes);
+}
+
+}  // namespace
+
+RibbonRow::RibbonRow(std::span<const Part> parts)
+    : parts_(static_cast<std::uint32_t>(std::min<std::size_t>(parts.size(), most_parts))) {
+  for (std::uint32_t p = 0; p < parts_; ++p) {
+    if (!(parts[p].mass > 0)) continue;
+    mass_[p] = parts[p].mass;
+    write(encode(parts[p].ribbon), bytes_.data() + p * part_bytes);
+  }
+}
+
+Ribbon RibbonRow::ribbon(std::uint32_t part) const {
+  return mass_[part] > 0 ? decode(read(bytes_.data() + part * part_bytes)) : Ribbon();
+}
+
+float RibbonRow::total_mass() const {
+  float sum = 0;
+  for (const float mass : mass_) sum += mass;
+  return sum;
+}
+
+bool RibbonRow::unpack(std::span<const std::byte> bytes, std::span<const float> masses) {
+  if (masses.empty() || masses.size() > most_parts || bytes.size() != masses.size() * part_bytes) return false;
+  float sum = 0;
+  for (std::size_t p = 0; p < masses.size(); ++p) {
+    if (!(masses[p] >= 0) || std::signbit(masses[p])) return false;
+    sum += masses[p];
+    const std::span<const std::byte> part = bytes.subspan(p * part_bytes, part_bytes);
+    const bool well = masses[p] > 0
+                          ? is_part(part.data())
+                          : std::all_of(part.begin(), part.end(), [](std::byte b) { return b == std::byte{}; });
+    if (!well) return false;
+  }
+  if (!(sum > 0) || !std::isfinite(sum)) return false;
+  *this = RibbonRow();
+  parts_ = static_cast<std::uint32_t>(masses.size());
+  std::copy(masses.begin(), masses.end(), mass_.begin());
+  std::copy(bytes.begin(), bytes.end(), bytes_.begin());
+  return true;
+}
+
+}  // namespace tress::adaptive
