@@ -21,15 +21,21 @@ class CameraRays {
   /// centre. u uniform in [0,1)^2; every ray has weight 1.
   geometry::Ray ray(int x, int y, const std::array<float, 2>& u) const;
 
+  /// Angle between the rays of neighbouring pixels, about a ray of this direction.
+  float pixel_rad(const glm::vec3& direction) const { return pixel_ * glm::dot(direction, forward_); }
+
  private:
   /// Inverse CDF of the tent 1 - |x| on [-1, 1].
   static float tent(float u) { return u < 0.5f ? std::sqrt(2 * u) - 1 : 1 - std::sqrt(2 - 2 * u); }
 
-  glm::vec3 eye_, corner_, right_, down_;  ///< corner: direction of the top left; right, down: steps of one pixel
+  /// corner: direction of the top left; right, down: steps of one pixel where `forward`, unit, ends.
+  glm::vec3 eye_, forward_, corner_, right_, down_;
+  float pixel_;  ///< length of such a step
 };
 
-inline CameraRays::CameraRays(const scene::Camera& camera, const scene::Image& image) : eye_(camera.eye) {
-  const glm::vec3 forward = glm::normalize(camera.look_at - camera.eye);
+inline CameraRays::CameraRays(const scene::Camera& camera, const scene::Image& image)
+    : eye_(camera.eye), forward_(glm::normalize(camera.look_at - camera.eye)) {
+  const glm::vec3 forward = forward_;
   glm::vec3 right = glm::cross(forward, camera.up);
   if (glm::length(right) < 1e-6f * glm::length(camera.up)) {
     right = glm::cross(forward, std::abs(forward.y) < 0.5f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0));
@@ -37,9 +43,9 @@ inline CameraRays::CameraRays(const scene::Camera& camera, const scene::Image& i
   right = glm::normalize(right);
   const glm::vec3 down = glm::cross(forward, right);
   const float half_height = std::tan(camera.vertical_fov_deg * std::numbers::pi_v<float> / 360);
-  const float pixel = 2 * half_height / static_cast<float>(image.height);
-  right_ = pixel * right;
-  down_ = pixel * down;
+  pixel_ = 2 * half_height / static_cast<float>(image.height);
+  right_ = pixel_ * right;
+  down_ = pixel_ * down;
   corner_ = forward - 0.5f * static_cast<float>(image.width) * right_ - 0.5f * static_cast<float>(image.height) * down_;
 }
 

@@ -55,8 +55,9 @@ class LightSampler {
         arrival.density = choice.probability * met.pdf_solid_angle;
       } else {
         if (!escapes) continue;
-        arrival.radiance = scene_.environment.radiance(direction);
-        arrival.density = choice.probability * scene_.environment.pdf_solid_angle(direction);
+        const scene::Environment::Seen seen = scene_.environment.look(direction);
+        arrival.radiance = seen.radiance;
+        arrival.density = choice.probability * seen.pdf_solid_angle;
       }
       visit(arrival);
     }

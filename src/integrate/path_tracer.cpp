@@ -129,7 +129,8 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   const geometry::Ray ray = camera_.ray(x, y, stratified.pair(sample, pixel_position));
   const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
   if (!hit) {
-    if (scene_.environment_visible) sums.layers[background_layer] = scene_.environment.radiance(ray.direction);
+    if (scene_.environment_visible)
+      sums.layers[background_layer] = scene_.environment.backdrop(ray.direction, camera_.pixel_rad(ray.direction));
     return sums;
   }
   Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(sample, grid_node),

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 namespace tress::scene {
@@ -53,18 +54,20 @@ Environment studio_environment(double rotate_rad, float scale) {
 }
 
 Environment gradient_environment(const GradientSky& sky, float scale) {
-  constexpr int rows = 1024;  // even: the horizon is an edge
-  std::vector<glm::vec3> pixels;
-  pixels.reserve(rows);
-  for (int row = 0; row < rows / 2; ++row) {
-    // z is uniform in solid angle; the mean of sqrt z over [low, high].
-    const double high = std::cos(std::numbers::pi * row / rows);
-    const double low = row + 1 < rows / 2 ? std::cos(std::numbers::pi * (row + 1) / rows) : 0;
-    const auto t = static_cast<float>(2.0 / 3 * (high * std::sqrt(high) - low * std::sqrt(low)) / (high - low));
-    pixels.push_back(sky.horizon + t * (sky.zenith - sky.horizon));
+  constexpr int steps = 1024;  // of the root of z, in which the sky is linear: its mean is off by a part in 10^7
+  std::vector<double> fall;
+  std::vector<glm::vec3> values;
+  const auto add = [&](double at, const glm::vec3& radiance) {
+    fall.push_back(at);
+    values.push_back(scale * radiance);
+  };
+  for (int i = steps; i >= 0; --i) {
+    const double root = static_cast<double>(i) / steps;
+    add(1 - root * root, sky.horizon + static_cast<float>(root) * (sky.zenith - sky.horizon));
   }
-  pixels.resize(rows, sky.ground);
-  return Environment(1, rows, std::move(pixels), 0, scale);
+  add(1, sky.ground);  // the horizon is an edge
+  add(2, sky.ground);
+  return Environment(RadianceMap(std::move(fall), std::move(values)));
 }
 
 }  // namespace tress::scene

@@ -2,59 +2,42 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
+#include <glm/ext/vector_double3.hpp>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 namespace tress::scene {
 namespace {
 
 constexpr double pi = std::numbers::pi;
+constexpr float everywhere = static_cast<float>(1 / (4 * pi));  ///< density of a uniform direction
+constexpr int narrowest = 8;                                    ///< columns of the coarsest copy, at least
 
-double luminance(const glm::vec3& c) { return 0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b; }
+float luminance(const glm::vec3& c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
 
-/// Solid angle of one pixel of a row, sr: exact, the difference of the cosines of its edges.
-double pixel_solid_angle(int row, int width, int height) {
-  return 2 * pi / width * (std::cos(pi * row / height) - std::cos(pi * (row + 1) / height));
+/// In [0, 1], in proportion to (1 - x) at_0 + x at_1, both >= 0.
+double draw_linear(double at_0, double at_1, double u) {
+  const double root = std::sqrt(at_0 * at_0 + u * (at_1 * at_1 - at_0 * at_0));
+  return at_0 + root > 0 ? std::min(1.0, u * (at_0 + at_1) / (at_0 + root)) : u;
 }
 
-/// Cumulative sums of n weights scaled to end at exactly 1; uniform where all are 0. n + 1 entries.
-void accumulate(const double* weights, int n, float* cdf) {
-  double total = 0;
-  for (int i = 0; i < n; ++i) total += weights[i];
-  double sum = 0;
-  cdf[0] = 0;
-  for (int i = 0; i < n; ++i) {
-    sum += weights[i];
-    cdf[i + 1] = static_cast<float>(total > 0 ? sum / total : (i + 1.0) / n);
+double mix(double a, double b, double x) { return a + x * (b - a); }
+
+/// 2^32 times the share, below 2^32.
+std::uint32_t fixed_point(double share) {
+  return static_cast<std::uint32_t>(std::min(std::round(share * 0x1p32), 0x1p32 - 1));
+}
+
+std::vector<RadianceMap> coarser_maps(int width, int height, std::vector<glm::vec3> pixels) {
+  std::vector<RadianceMap> maps;
+  while (width % 2 == 0 && height % 2 == 0 && width > narrowest) {
+    pixels = halved(width, height, pixels);
+    width /= 2;
+    height /= 2;
+    maps.emplace_back(width, height, pixels);
   }
-  cdf[n] = 1;
-}
-
-/// Bin of u in [0, 1) with a positive probability, and the position in it, [0, 1).
-int find_bin(const float* cdf, int n, float u, float* within) {
-  int bin = static_cast<int>(std::upper_bound(cdf, cdf + n + 1, u) - cdf) - 1;
-  bin = std::clamp(bin, 0, n - 1);
-  while (bin > 0 && cdf[bin + 1] <= cdf[bin]) --bin;
-  const float mass = cdf[bin + 1] - cdf[bin];
-  *within = mass > 0 ? std::clamp((u - cdf[bin]) / mass, 0.0f, 0x1.fffffep-1f) : 0.5f;
-  return bin;
-}
-
-struct MapPlace {
-  int row, column;
-};
-
-/// The pixel that `direction` (unit) looks at. Column 0 begins at azimuth -pi from the map's centre, -y; columns
-/// grow to the right as seen from inside looking along -y with z up, that is towards -x.
-MapPlace place_of(const glm::vec3& direction, double rotate_rad, int width, int height) {
-  const double z = std::clamp(static_cast<double>(direction.z), -1.0, 1.0);
-  const double down = std::atan2(std::hypot(direction.x, direction.y), z);
-  const double azimuth = std::atan2(-direction.x, -direction.y) + rotate_rad;
-  double turns = azimuth / (2 * pi) + 0.5;
-  turns -= std::floor(turns);
-  return {std::clamp(static_cast<int>(down / pi * height), 0, height - 1),
-          std::clamp(static_cast<int>(turns * width), 0, width - 1)};
+  return maps;
 }
 
 }  // namespace
@@ -62,87 +45,106 @@ MapPlace place_of(const glm::vec3& direction, double rotate_rad, int width, int 
 Environment::Environment(const glm::vec3& radiance) : mean_(radiance) {}
 
 Environment::Environment(int width, int height, std::vector<glm::vec3> pixels, double rotate_rad, float scale)
-    : width_(width), height_(height), pixels_(std::move(pixels)), mean_(0.0f), rotate_rad_(rotate_rad) {
-  row_cdf_.resize(static_cast<std::size_t>(height) + 1);
-  column_cdf_.resize(static_cast<std::size_t>(height) * (static_cast<std::size_t>(width) + 1));
-  std::vector<double> row_weights(static_cast<std::size_t>(height)), weights(static_cast<std::size_t>(width));
-  double mean[3] = {0, 0, 0};
-  for (int row = 0; row < height; ++row) {
-    const double solid_angle = pixel_solid_angle(row, width, height);
-    double row_weight = 0;
-    for (int column = 0; column < width; ++column) {
-      auto& pixel =
-          pixels_[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column)];
-      pixel *= scale;
-      weights[static_cast<std::size_t>(column)] = luminance(pixel);
-      row_weight += luminance(pixel);
-      for (int c = 0; c < 3; ++c) mean[c] += solid_angle / (4 * pi) * pixel[c];
+    : mean_(0.0f), rotate_rad_(static_cast<float>(std::remainder(rotate_rad, 2 * pi))) {
+  for (glm::vec3& pixel : pixels) pixel *= scale;
+  map_ = RadianceMap(width, height, pixels);
+  pixel_rad_ = static_cast<float>(pi / height);
+  coarser_ = coarser_maps(width, height, std::move(pixels));
+  accumulate();
+}
+
+Environment::Environment(RadianceMap map) : map_(std::move(map)), mean_(0.0f) { accumulate(); }
+
+/// Sums over the cells: where each begins, the mean, the density.
+void Environment::accumulate() {
+  const std::size_t rows = map_.rows(), columns = map_.columns();
+  row_cdf_.assign(rows + 1, 0);
+  columns_.assign(rows * columns, 0);
+  std::vector<double> begins(columns);
+  glm::dvec3 mean(0.0);
+  for (std::size_t row = 0; row < rows; ++row) {
+    double sum = 0;
+    glm::dvec3 color(0.0);
+    for (std::size_t column = 0; column < columns; ++column) {
+      begins[column] = sum;
+      const RadianceMap::Place cell = map_.cell(row, column);
+      for (const std::size_t knot_row : {row, row + 1})
+        for (const std::size_t knot : {cell.left, cell.right}) {
+          color += 0.25 * glm::dvec3(map_.value(knot_row, knot));
+          sum += 0.25 * static_cast<double>(luminance(map_.value(knot_row, knot)));
+        }
     }
-    accumulate(weights.data(), width,
-               &column_cdf_[static_cast<std::size_t>(row) * (static_cast<std::size_t>(width) + 1)]);
-    // A black map is drawn uniformly over the sphere.
-    row_weights[static_cast<std::size_t>(row)] = row_weight * solid_angle;
+    if (sum > 0)
+      for (std::size_t column = 0; column < columns; ++column)
+        columns_[row * columns + column] = fixed_point(begins[column] / sum);
+    row_cdf_[row + 1] = row_cdf_[row] + sum * map_.cell_solid_angle(row);
+    mean += color * (map_.cell_solid_angle(row) / (4 * pi));
   }
-  double total = 0;
-  for (double w : row_weights) total += w;
-  if (!(total > 0))
-    for (int row = 0; row < height; ++row)
-      row_weights[static_cast<std::size_t>(row)] = pixel_solid_angle(row, width, height);
-  accumulate(row_weights.data(), height, row_cdf_.data());
-  mean_ = glm::vec3(static_cast<float>(mean[0]), static_cast<float>(mean[1]), static_cast<float>(mean[2]));
+  mean_ = glm::vec3(mean);
+  const double total = row_cdf_[rows];
+  if (!(total > 0)) return;
+  for (double& share : row_cdf_) share /= total;
+  per_luminance_ = static_cast<float>(1 / total);
 }
 
 Environment::Sample Environment::sample(float u1, float u2) const {
-  double cos_down, azimuth;
-  int row = 0, column = 0;
-  if (pixels_.empty()) {
-    cos_down = 1 - 2 * static_cast<double>(u1);
-    azimuth = 2 * pi * (u2 - 0.5);
-  } else {
-    float in_row, in_column;
-    row = find_bin(row_cdf_.data(), height_, u1, &in_row);
-    const float* columns = &column_cdf_[static_cast<std::size_t>(row) * (static_cast<std::size_t>(width_) + 1)];
-    column = find_bin(columns, width_, u2, &in_column);
-    const double top = std::cos(pi * row / height_), bottom = std::cos(pi * (row + 1) / height_);
-    cos_down = top + (bottom - top) * in_row;
-    azimuth = 2 * pi * ((column + static_cast<double>(in_column)) / width_ - 0.5) - rotate_rad_;
+  if (!(per_luminance_ > 0)) {  // constant, or black: uniform over the sphere
+    const double fall = 2 * static_cast<double>(u1), azimuth = 2 * pi * (u2 - 0.5);
+    const double flat = std::sqrt(std::max(0.0, fall * (2 - fall)));
+    return {glm::vec3(-flat * std::sin(azimuth), -flat * std::cos(azimuth), 1 - fall), mean_, everywhere};
   }
-  const double sin_down = std::sqrt(std::max(0.0, 1 - cos_down * cos_down));
-  Sample sample;
-  sample.direction = glm::vec3(static_cast<float>(-sin_down * std::sin(azimuth)),
-                               static_cast<float>(-sin_down * std::cos(azimuth)), static_cast<float>(cos_down));
-  // Looked up from the direction itself: float rounding at a pixel's edge cannot make sample and pdf disagree ...
-  sample.radiance = radiance(sample.direction);
-  sample.pdf_solid_angle = pdf_solid_angle(sample.direction);
-  if (!(sample.pdf_solid_angle > 0)) {  // ... except across the edge to a pixel that is never drawn.
-    const auto w = static_cast<std::size_t>(width_);
-    const float* columns = &column_cdf_[static_cast<std::size_t>(row) * (w + 1)];
-    const double mass =
-        static_cast<double>(row_cdf_[static_cast<std::size_t>(row) + 1] - row_cdf_[static_cast<std::size_t>(row)]) *
-        (columns[column + 1] - columns[column]);
-    sample.radiance = pixels_[static_cast<std::size_t>(row) * w + static_cast<std::size_t>(column)];
-    sample.pdf_solid_angle = static_cast<float>(mass / pixel_solid_angle(row, width_, height_));
-  }
+  // A cell, with a probability above 0; what is left of the numbers says where in it.
+  const auto row_end = std::upper_bound(row_cdf_.begin() + 1, row_cdf_.end() - 1, static_cast<double>(u1));
+  const auto row = static_cast<std::size_t>(row_end - row_cdf_.begin()) - 1;
+  const double in_row = std::clamp((u1 - row_cdf_[row]) / (row_cdf_[row + 1] - row_cdf_[row]), 0.0, 1.0);
+  const std::size_t columns = map_.columns();
+  const std::uint32_t* begins = &columns_[row * columns];
+  const auto key = static_cast<std::uint32_t>(static_cast<double>(u2) * 0x1p32);
+  const auto column = static_cast<std::size_t>(std::upper_bound(begins, begins + columns, key) - begins) - 1;
+  const double begin = begins[column], end = column + 1 < columns ? begins[column + 1] : 0x1p32;
+  const double in_column = (key - begin) / (end - begin);
+
+  RadianceMap::Place place = map_.cell(row, column);
+  const double top_left = luminance(map_.value(row, place.left)), top_right = luminance(map_.value(row, place.right));
+  const double bottom_left = luminance(map_.value(row + 1, place.left));
+  const double bottom_right = luminance(map_.value(row + 1, place.right));
+  const double down = draw_linear(top_left + top_right, bottom_left + bottom_right, in_row);
+  const double across = draw_linear(mix(top_left, bottom_left, down), mix(top_right, bottom_right, down), in_column);
+  place.down = static_cast<float>(down);
+  place.across = static_cast<float>(across);
+
+  const double fall = mix(map_.fall(row), map_.fall(row + 1), down);
+  const double flat = std::sqrt(std::max(0.0, fall * (2 - fall)));
+  const double azimuth = map_.azimuth(column, columns > 1 ? across : in_column) - static_cast<double>(rotate_rad_);
+  Sample sample{};
+  sample.direction = glm::vec3(-flat * std::sin(azimuth), -flat * std::cos(azimuth), 1 - fall);
+  sample.radiance = map_.at(place);
+  // No cell ends at the edge of its light but by rounding, and nothing comes from there.
+  sample.pdf_solid_angle = std::max(luminance(sample.radiance) * per_luminance_, std::numeric_limits<float>::min());
   return sample;
 }
 
-float Environment::pdf_solid_angle(const glm::vec3& direction) const {
-  if (pixels_.empty()) return static_cast<float>(1 / (4 * pi));
-  const auto place = place_of(direction, rotate_rad_, width_, height_);
-  const auto row = static_cast<std::size_t>(place.row), column = static_cast<std::size_t>(place.column);
-  const float* columns = &column_cdf_[row * (static_cast<std::size_t>(width_) + 1)];
-  const double mass = (static_cast<double>(row_cdf_[row + 1]) - row_cdf_[row]) *
-                      (static_cast<double>(columns[column + 1]) - columns[column]);
-  return static_cast<float>(mass / pixel_solid_angle(place.row, width_, height_));
+Environment::Seen Environment::look(const glm::vec3& direction) const {
+  if (map_.empty()) return {mean_, everywhere};
+  const glm::vec3 radiance = map_.at(map_.place(direction, rotate_rad_));
+  return {radiance, per_luminance_ > 0 ? luminance(radiance) * per_luminance_ : everywhere};
 }
 
 glm::vec3 Environment::radiance(const glm::vec3& direction) const {
-  if (pixels_.empty()) return mean_;
-  const auto place = place_of(direction, rotate_rad_, width_, height_);
-  return pixels_[static_cast<std::size_t>(place.row) * static_cast<std::size_t>(width_) +
-                 static_cast<std::size_t>(place.column)];
+  return map_.empty() ? mean_ : map_.at(map_.place(direction, rotate_rad_));
 }
 
-glm::vec3 Environment::mean() const { return mean_; }
+glm::vec3 Environment::backdrop(const glm::vec3& direction, float footprint_rad) const {
+  if (coarser_.empty() || !(footprint_rad > 2 * pixel_rad_)) return radiance(direction);
+  const auto coarsest = static_cast<float>(coarser_.size());
+  const float level = std::min(std::log2(footprint_rad / (2 * pixel_rad_)), coarsest);
+  const auto finer = static_cast<std::size_t>(level), next = std::min(finer + 1, coarser_.size());
+  const auto at = [&](std::size_t i) {
+    const RadianceMap& map = i == 0 ? map_ : coarser_[i - 1];
+    return map.at(map.place(direction, rotate_rad_));
+  };
+  const glm::vec3 fine = at(finer);
+  return fine + (level - static_cast<float>(finer)) * (at(next) - fine);
+}
 
 }  // namespace tress::scene

@@ -1,38 +1,60 @@
-// Light from everywhere: a constant or a latitude-longitude map, importance sampled.
+// Light from everywhere: a constant or a map, importance sampled.
 #pragma once
 
+#include <cstdint>
 #include <glm/vec3.hpp>
 #include <vector>
+
+#include "scene/model/radiance_map.h"
 
 namespace tress::scene {
 
 /// Radiance by direction, world frame z up. Latitude-longitude maps: top row is +z; the centre column looks along
-/// -y before rotation. Immutable after construction; any thread.
+/// -y before rotation; bilinear between the centres of the pixels, round the seam and over the poles (RadianceMap).
+/// Immutable after construction; any thread.
 class Environment {
  public:
   /// Constant radiance, linear RGB, >= 0.
   explicit Environment(const glm::vec3& radiance = glm::vec3(1.0f));
   /// width*height pixels, row-major, top row first; finite, >= 0. rotate_rad turns the light about +z.
   Environment(int width, int height, std::vector<glm::vec3> pixels, double rotate_rad, float scale);
+  /// Finite, >= 0.
+  explicit Environment(RadianceMap map);
 
   struct Sample {
     glm::vec3 direction;  ///< unit, towards the light
     glm::vec3 radiance;
     float pdf_solid_angle;  ///< 1/sr; > 0
   };
-  /// u1, u2 uniform in [0,1). Draws in proportion to luminance times solid angle (bilinear in nothing: per pixel).
+  /// u1, u2 uniform in [0,1). Draws in proportion to luminance: the density of a direction is the luminance seen along
+  /// it over the integral of the luminance, so that grey light is drawn without noise.
   Sample sample(float u1, float u2) const;
-  float pdf_solid_angle(const glm::vec3& direction) const;
+
+  /// What light comes from a direction (unit), and the density of sample() drawing it, 1/sr.
+  struct Seen {
+    glm::vec3 radiance;
+    float pdf_solid_angle;
+  };
+  Seen look(const glm::vec3& direction) const;
   glm::vec3 radiance(const glm::vec3& direction) const;
-  /// Mean radiance over the sphere.
-  glm::vec3 mean() const;
+  float pdf_solid_angle(const glm::vec3& direction) const { return look(direction).pdf_solid_angle; }
+  /// The radiance as a pixel sees it that is `footprint_rad` wide, the distance between neighbours: of a map with finer
+  /// pixels a copy whose own are half as wide as that, so that a picture with few samples has no grain of it.
+  glm::vec3 backdrop(const glm::vec3& direction, float footprint_rad) const;
+  /// Mean radiance over the sphere: that of the bilinear radiance.
+  glm::vec3 mean() const { return mean_; }
 
  private:
-  int width_ = 0, height_ = 0;
-  std::vector<glm::vec3> pixels_;
-  std::vector<float> row_cdf_, column_cdf_;
+  void accumulate();
+
+  RadianceMap map_;                     ///< empty: constant
+  std::vector<RadianceMap> coarser_;    ///< each of half as many pixels along both sides as the one before
+  std::vector<double> row_cdf_;         ///< where the rows of cells begin, from 0, and 1
+  std::vector<std::uint32_t> columns_;  ///< where the cells of each row begin, from 0, in 2^-32 of the row
   glm::vec3 mean_;
-  double rotate_rad_ = 0;
+  float per_luminance_ = 0;  ///< density over luminance, 1/sr; 0: nothing but black
+  float rotate_rad_ = 0;
+  float pixel_rad_ = 0;  ///< height of the pixels of a map; 0: it has none
 };
 
 }  // namespace tress::scene

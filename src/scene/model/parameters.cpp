@@ -55,7 +55,8 @@ constexpr std::array table{
     Parameter{"/image/height", "", whole, pixels, "", "", "512", "pixels"},
     Parameter{"/image/samples", "--spp", whole, {1, 1e6}, "", "", "64", "samples a pixel"},
     Parameter{"/environment/file", "", text, none, "", "", "",
-              "a path to an EXR or HDR (RGBE) picture, told by content; latitude-longitude, top row up"},
+              "a path to an EXR or HDR (RGBE) picture, told by content; latitude-longitude, top row up; bilinear "
+              "between its pixels"},
     Parameter{"/environment/constant", "", triple, sky, "", "", "", "linear RGB radiance from everywhere"},
     Parameter{"/environment/studio", "", only_true, none, "", "", "of `file`, `constant`, `studio`, `sky`",
               "soft key, rim and fill lights before a neutral background"},

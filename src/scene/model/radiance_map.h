@@ -1,0 +1,67 @@
+// Radiance over the sphere between the centres of a map's pixels: places, bilinear values, coarser copies.
+#pragma once
+
+#include <cstddef>
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tress::scene {
+
+/// Radiance at knots, bilinear in between: in azimuth, and in `fall` = 1 - cos of the angle from +z. Both are uniform
+/// in solid angle, so that the integral over a cell between four knots is the mean of the four times its solid angle.
+/// Continuous but where two rows of knots have the same fall. Immutable; any thread.
+class RadianceMap {
+ public:
+  /// Between which knots a direction lies: rows `row` and `row` + 1, columns `left` and `right`, and how far, [0, 1].
+  struct Place {
+    std::size_t row, left, right;
+    float down, across;
+  };
+
+  RadianceMap() = default;
+  /// The pixels of a latitude-longitude map, row-major, top row first: knots are their centres and the two poles, each
+  /// with the mean of the row that is nearest to it.
+  RadianceMap(int width, int height, const std::vector<glm::vec3>& pixels);
+  /// One value for every azimuth. fall: rising from 0 to 2; the same twice is an edge.
+  RadianceMap(std::vector<double> fall, std::vector<glm::vec3> values);
+
+  bool empty() const { return values_.empty(); }
+  std::size_t columns() const { return columns_; }
+  /// Rows of cells: one less than rows of knots.
+  std::size_t rows() const { return fall_.size() - 1; }
+  double fall(std::size_t knot_row) const { return fall_[knot_row]; }
+  /// Of each of the cells of a row, sr.
+  double cell_solid_angle(std::size_t row) const;
+
+  /// direction: unit; turn_rad is added to its azimuth. Column 0 begins at azimuth -pi from the map's centre, -y;
+  /// columns grow to the right as seen from inside looking along -y with z up, that is towards -x.
+  Place place(const glm::vec3& direction, float turn_rad) const;
+  /// The azimuth that is `across` between the centres of a column and the next, before it was turned.
+  double azimuth(std::size_t column, double across) const;
+  Place cell(std::size_t row, std::size_t column) const;
+
+  glm::vec3 at(const Place& place) const {
+    const glm::vec3 *above = &values_[place.row * columns_], *below = above + columns_;
+    const glm::vec3 top = above[place.left] + place.across * (above[place.right] - above[place.left]);
+    const glm::vec3 bottom = below[place.left] + place.across * (below[place.right] - below[place.left]);
+    return top + place.down * (bottom - top);
+  }
+  /// At a knot.
+  const glm::vec3& value(std::size_t knot_row, std::size_t column) const {
+    return values_[knot_row * columns_ + column];
+  }
+
+ private:
+  std::size_t row_of(double fall, float angle_down) const;
+
+  std::size_t columns_ = 0;
+  bool even_ = false;                ///< rows are those of a latitude-longitude map
+  std::vector<double> fall_;         ///< of the rows of knots
+  std::vector<float> inverse_step_;  ///< 1 / (difference of the falls), of the rows of cells; 0 at an edge
+  std::vector<glm::vec3> values_;    ///< row-major
+};
+
+/// Half as many pixels along both sides, both even: means by solid angle.
+std::vector<glm::vec3> halved(int width, int height, const std::vector<glm::vec3>& pixels);
+
+}  // namespace tress::scene
