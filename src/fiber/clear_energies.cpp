@@ -83,7 +83,8 @@ void ClearEnergies::set(int node, const LobeMoments& moments) {
   };
   double sum = reflected;
   for (const Lobe lobe : named) sum += mass_of(lobe);
-  const double share = std::min(1 / sum, 1.0);  // a series may overshoot
+  const double all = key_.medulla.absorption > 0 ? std::min(sum + mass_of(Lobe::residual), 1.0) : 1;
+  const double share = std::min(all / sum, 1.0);  // a series may overshoot
   const auto set_lobe = [&](Lobe lobe, double mass) {
     set(lobe, node, length_rule(moments.later[static_cast<std::size_t>(lobe)], length_decay(lobe), mass));
   };
@@ -91,7 +92,7 @@ void ClearEnergies::set(int node, const LobeMoments& moments) {
   for (const Lobe lobe : named) {
     if (lobe != Lobe::glint || key_.glint_sigma > 0) set_lobe(lobe, mass_of(lobe) * share);
   }
-  set_lobe(Lobe::residual, std::max(1 - sum * share, 0.0));
+  set_lobe(Lobe::residual, std::max(all - sum * share, 0.0));
 
   const float theta = std::clamp(theta_of(node), -largest_theta, largest_theta);
   const float smooth = reflected_energy(ReflectionFresnel::exact, key_.eta, key_.eccentricity, theta, phi_of(node));

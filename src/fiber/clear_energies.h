@@ -15,9 +15,9 @@ namespace tress::fiber {
 
 /// On 24 x 65 nodes, phi_r uniform on [0, pi/2], theta_r uniform on [-pi/2, pi/2]. Every node has the moments of
 /// TracedEnergies; lobes other than R keep the Gauss rule of y = e^(-decay l) over their path lengths l. The residual
-/// is everything after TRRT and takes what the others leave of 1. Standard error of an energy: .006 of all light
-/// (median over lobes and fibers; the error of its mean over directions .001). Immutable after construction; any
-/// thread.
+/// is everything after TRRT and takes what the others leave of 1, less what a medulla absorbs. Standard error of an
+/// energy: .006 of all light (median over lobes and fibers; the error of its mean over directions .001). Immutable
+/// after construction; any thread.
 class ClearEnergies {
  public:
   static constexpr int azimuths = 24, inclinations = 65, node_count = azimuths * inclinations;
@@ -27,8 +27,9 @@ class ClearEnergies {
 
   const EnergyKey& key() const { return key_; }
 
-  /// E_p of clear hair by lobe, which sum to 1; then what a smooth surface lets in, as a share of 1 - F at azimuthally
-  /// normal incidence: nearly constant, so that E_R of the smooth one is interpolated to 1e-4.
+  /// E_p of clear hair by lobe, which sum to 1 (without an absorbing medulla); then what a smooth surface lets in, as a
+  /// share of 1 - F at azimuthally normal incidence: nearly constant, so that E_R of the smooth one is interpolated to
+  /// 1e-4.
   static constexpr std::size_t let_in = lobe_count;
   using Node = std::array<float, lobe_count + 2>;
   /// The index is inclination * azimuths + azimuth.

@@ -11,7 +11,8 @@ namespace {
 /// False for NaN.
 bool is_within(float x, const ParameterRange& range) {
   constexpr double rounding = 1e-5;
-  return double{x} >= range.least * (1 - rounding) && double{x} <= range.most * (1 + rounding);
+  return double{x} >= range.least - rounding * std::abs(range.least) &&
+         double{x} <= range.most + rounding * std::abs(range.most);
 }
 
 bool is_not_negative(const glm::vec3& color) {
@@ -36,6 +37,10 @@ const char* out_of_range(const FiberParameters& parameters) {
   if (!is_within(parameters.roughness, roughness_range)) return "roughness";
   if (!(std::isfinite(parameters.tilt) && parameters.tilt >= 0)) return "tilt";
   if (!is_not_negative(parameters.sigma_a)) return "sigma_a";
+  if (!is_within(parameters.medulla_radius, medulla_radius_range)) return "medulla_radius";
+  if (!is_within(parameters.medulla_scattering, medulla_scattering_range)) return "medulla_scattering";
+  if (!is_within(parameters.medulla_asymmetry, medulla_asymmetry_range)) return "medulla_asymmetry";
+  if (!is_within(parameters.medulla_absorption, medulla_absorption_range)) return "medulla_absorption";
   if (!are_angles(parameters.azimuthal_sigma, azimuthal_sigma_range_deg)) return "azimuthal_sigma";
   if (!are_angles(parameters.longitudinal_lambda, longitudinal_lambda_range_deg)) return "longitudinal_lambda";
   if (!std::ranges::all_of(parameters.gain, is_not_negative)) return "gain";

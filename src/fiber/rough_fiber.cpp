@@ -36,6 +36,7 @@ RoughFiber::RoughFiber(const FiberParameters& parameters, Masked masked)
       eta_(parameters.eta),
       eccentricity_(parameters.eccentricity),
       tan_tilt_(std::tan(std::clamp(parameters.tilt, 0.0f, largest_tilt))),
+      medulla_(Medulla::of(parameters)),
       sigma_a_(parameters.sigma_a) {}
 
 RoughEntry RoughFiber::entry(const FiberDirection& wr, float h) const {
@@ -64,11 +65,12 @@ glm::vec3 RoughFiber::toward_face(const glm::vec3& w, const glm::vec3& facing) {
   return cosine < least_cosine ? glm::normalize(w + (least_cosine - cosine) * facing) : w;
 }
 
-float RoughFiber::cross(glm::vec2& point, const glm::vec3& direction) const {
-  const glm::vec2 across(direction.y, direction.z / eccentricity_);
-  const float length = std::max(-2 * glm::dot(point, across), 0.0f) / std::max(glm::dot(across, across), 1e-12f);
-  point = onto_unit(point + length * across);
-  return length;
+InnerWay RoughFiber::cross(InnerRay& ray, RandomStream& random) const {
+  if (medulla_.is_there()) return cross_with_medulla(medulla_, eccentricity_, ray, random);
+  const glm::vec2 across(ray.direction.y, ray.direction.z / eccentricity_);
+  const float length = std::max(-2 * glm::dot(ray.point, across), 0.0f) / std::max(glm::dot(across, across), 1e-12f);
+  ray.point = onto_unit(ray.point + length * across);
+  return {length, 1};
 }
 
 RoughFiber::Event RoughFiber::scatter(const glm::vec3& w, const glm::vec3& outward, bool from_inside,
@@ -102,8 +104,8 @@ RoughFiber::Event RoughFiber::scatter(const glm::vec3& w, const glm::vec3& outwa
 
 RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>& u, RandomStream& random) const {
   RoughExit exit;
-  glm::vec2 point = entry.point;
-  glm::vec3 outward = outward_normal(point), throughput(1.0f);
+  InnerRay ray{entry.point, entry.direction};
+  glm::vec3 outward = outward_normal(ray.point), throughput(1.0f);
   bool inside = false;
   Event event = scatter(entry.direction, outward, inside, {u[0], u[1]}, u[2], random);
   float u_choice = u[3];
@@ -111,6 +113,7 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
     throughput *= event.weight;
     if (!(largest(throughput) > 0)) return exit;
     inside = inside != event.refracted;
+    ray.direction = event.direction;
     const float away = glm::dot(event.direction, outward);
     if (!inside && away > 0) {
       exit.direction = event.direction;
@@ -119,9 +122,9 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
     }
     if (inside && away < 0) {
       ++exit.order;
-      const float length = cross(point, event.direction);
-      outward = outward_normal(point);
-      throughput *= glm::exp(-sigma_a_ * length);
+      const InnerWay way = cross(ray, random);
+      outward = outward_normal(ray.point);
+      throughput *= way.kept * glm::exp(-sigma_a_ * way.cortex);
     }  // else it meets another face of the cuticle on the same side
     const float kept = largest(throughput);
     if (!(kept > 0)) return exit;
@@ -130,7 +133,7 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
       throughput *= roulette_below / kept;
     }
     const std::array<float, 2> u_facet{random.next(), random.next()};
-    event = scatter(-event.direction, outward, inside, u_facet, u_choice, random);
+    event = scatter(-ray.direction, outward, inside, u_facet, u_choice, random);
   }
   return exit;
 }
@@ -142,8 +145,8 @@ void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, Ran
     float weight = 0;
     bool inside = false, away = false;
   };
-  glm::vec2 point = entry.point;
-  glm::vec3 outward = outward_normal(point), w = entry.direction;
+  InnerRay ray{entry.point, entry.direction};
+  glm::vec3 outward = outward_normal(ray.point), w = entry.direction;
   bool inside = false;
   float weight = 1, path = 0;
   int order = 0;
@@ -174,20 +177,24 @@ void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, Ran
     const Part& chosen = parts[second ? 1 : 0];
     weight = kept;
     inside = chosen.inside;
+    ray.direction = chosen.direction;
     if (inside && !chosen.away) {
       ++order;
-      path += cross(point, chosen.direction);
-      outward = outward_normal(point);
+      const InnerWay way = cross(ray, random);
+      outward = outward_normal(ray.point);
+      path += way.cortex;
+      weight *= way.kept;
       if (path > rules.longest_way && order > last_named_order) {
-        exits.push_back({order, weight, path, chosen.direction});
+        exits.push_back({order, weight, path, ray.direction});
         return;
       }
+      if (!(weight > 0)) return;
     }
     if (weight < rules.roulette_below) {
       if ((1 - random.next()) * rules.roulette_below > weight) return;
       weight = rules.roulette_below;
     }
-    w = -chosen.direction;
+    w = -ray.direction;
   }
 }
 

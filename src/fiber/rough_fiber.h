@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fiber/beckmann.h"
+#include "fiber/medulla.h"
 #include "tress/base/random.h"
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
@@ -32,7 +33,7 @@ struct RoughExit {
 /// A part of a path's light that left.
 struct SplitExit {
   int order;
-  float weight, path;   ///< of unit flux, clear; way inside, major semi-axes
+  float weight, path;   ///< of unit flux, where sigma_a is 0; way in the cortex, major semi-axes
   glm::vec3 direction;  ///< unit, away from the fiber; of what left for the length of its way, that of its last event
 };
 
@@ -60,8 +61,11 @@ enum class Masked {
 /// tilted normal alone would lose half the light at 60 degrees, that which the rising faces guide along the fiber. (The
 /// idea of the second face: Schuessler et al. 2017.) Without a tilt it is the fiber of the file.
 ///
-/// Left out: diffraction, polarisation between events, the displacement along the fiber between entry and exit,
-/// medulla.
+/// A medulla (FiberParameters) is met without refraction. In it light goes on in free flights, turned between them by
+/// Henyey and Greenstein's law, and keeps exp(-medulla_absorption l) of its length l; sigma_a colors the way in the
+/// cortex only. What it scatters has the order that it would have without: how often it was inside.
+///
+/// Left out: diffraction, polarisation between events, the displacement along the fiber between entry and exit.
 ///
 /// Immutable plain data; any thread.
 class RoughFiber {
@@ -69,7 +73,7 @@ class RoughFiber {
   static constexpr float roulette_below = 0.02f;
   static constexpr int most_events = 1 << 16;  ///< a path that meets more surfaces counts as absorbed
 
-  /// Reads eta, eccentricity, roughness (alpha of every event), tilt and sigma_a.
+  /// Reads eta, eccentricity, roughness (alpha of every event), tilt, sigma_a and the medulla.
   explicit RoughFiber(const FiberParameters& parameters, Masked masked = Masked::meets_others);
 
   /// wr: theta within +-pi/2. h in [-1, 1]: the offset over the projected half width, towards rising azimuth.
@@ -82,9 +86,10 @@ class RoughFiber {
   /// The facets where it enters and where it first and next meets the surface from inside.
   using FacetNumbers = std::array<std::array<float, 2>, 3>;
   /// All orders of a clear fiber from one path: at every facet what leaves is appended to `exits` and the rest goes on,
-  /// so that expectations over choices of reflection and refraction are exact. Weights sum to 1 on average and
+  /// so that expectations over choices of reflection and refraction are exact. Weights sum on average to 1, less
+  /// what a medulla absorbs, and
   /// are what trace() gives in the mean, but for what leaves where rules let go of it. sigma_a and Masked are not read:
-  /// no light is lost.
+  /// no light is lost but in the medulla.
   void trace_split(const RoughEntry& entry, const FacetNumbers& u, RandomStream& random, std::vector<SplitExit>& exits,
                    const SplitRules& rules = {}) const;
 
@@ -98,8 +103,8 @@ class RoughFiber {
   /// light is from.
   Event scatter(const glm::vec3& w, const glm::vec3& outward, bool from_inside, const std::array<float, 2>& u_facet,
                 float u_choice, RandomStream& random) const;
-  /// Where light that is inside and heads for the surface meets it: moves the point, tells the way.
-  float cross(glm::vec2& point, const glm::vec3& direction) const;
+  /// Where light that is inside and heads for the surface meets it: moves the ray there, tells the way.
+  InnerWay cross(InnerRay& ray, RandomStream& random) const;
   /// The direction as a surface sees it: not past its horizon.
   static glm::vec3 toward_face(const glm::vec3& w, const glm::vec3& facing);
   /// The normal, to the side that light from w arrives on, of the face of the cuticle that it meets; side: -1 inside.
@@ -109,6 +114,7 @@ class RoughFiber {
   Masked masked_;
   Beckmann facets_;
   float eta_, eccentricity_, tan_tilt_;
+  Medulla medulla_;
   glm::vec3 sigma_a_;
 };
 

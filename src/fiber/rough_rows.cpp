@@ -30,6 +30,7 @@ FiberParameters clear_fiber(const adaptive::SliceKey& key) {
   fiber.eccentricity = key.parameters[1];
   fiber.roughness = key.parameters[2];
   fiber.tilt = key.parameters[3];
+  Medulla{key.parameters[4], key.parameters[5], key.parameters[6], key.parameters[7]}.give_to(fiber);
   fiber.sigma_a = glm::vec3(0.0f);
   return fiber;
 }
@@ -90,6 +91,7 @@ adaptive::SliceDescription rough_slice(const FiberParameters& fiber) {
   slice.kind = adaptive::SliceKind::samples;
   slice.key.lobe = rough_slice_lobe;
   slice.key.parameters = {fiber.eta, fiber.eccentricity, fiber.roughness, fiber.tilt};
+  std::ranges::copy(Medulla::of(fiber).values(), slice.key.parameters.begin() + 4);
   std::vector<double> thetas;
   for (int theta = 0; theta <= 85; theta += 5) thetas.push_back(theta);
   thetas.push_back(87.5);

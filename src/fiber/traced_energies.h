@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "fiber/medulla.h"
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 
@@ -16,6 +17,7 @@ struct EnergyKey {
   float roughness = 0.2f, tilt = 0;
   float glint_sigma = 0;  ///< blur of TRT where it is split into GLINT and the rest; else 0
   int paths = 320;        ///< per node of an elliptical fiber; a round one has 12 times fewer nodes, 4 times the paths
+  Medulla medulla{};
   friend auto operator<=>(const EnergyKey&, const EnergyKey&) = default;
 };
 
@@ -27,7 +29,7 @@ EnergyKey energy_key(const FiberParameters& fiber);
 using LengthMoments = std::array<double, 6>;
 double length_decay(Lobe lobe);
 
-/// Clear light of unit flux by lobe. The residual is what leaves after TRRT.
+/// Light of unit flux by lobe, sigma_a 0. The residual is what leaves after TRRT.
 struct LobeMoments {
   double reflected = 0;
   std::array<LengthMoments, lobe_count> later{};  ///< by lobe; R's unused

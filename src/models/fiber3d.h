@@ -18,9 +18,10 @@ namespace tress::fiber {
 /// in the lobe of its order (R, TT, TRT, TRRT, the residual from p = 4 on) over a pdf of 1; evaluate() gives 0. A path
 /// that was absorbed has the weight 0.
 ///
-/// Of FiberParameters it reads eta, eccentricity, roughness (alpha, of every event), tilt, sigma_a and gain. What has
-/// no meaning for it is ignored: azimuthal_sigma, longitudinal_lambda, longitudinal_shape, reflection_fresnel. A fiber
-/// that splits off its glint has TRT paths parted by the share that the smooth fiber has at this h.
+/// Of FiberParameters it reads eta, eccentricity, roughness (alpha, of every event), tilt, sigma_a, the medulla and
+/// gain. What has no meaning for it is ignored: azimuthal_sigma, longitudinal_lambda, longitudinal_shape,
+/// reflection_fresnel. A fiber that splits off its glint has TRT paths parted by the share that the smooth fiber has at
+/// this h.
 ///
 /// FiberEvent::energy and selection are those of the smooth fiber: for the albedo layer only.
 /// Deterministic: the path follows from the event's numbers and the four uniforms of sample().

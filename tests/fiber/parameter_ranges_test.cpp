@@ -27,6 +27,9 @@ TEST(ParameterRanges, TakeTheirEnds) {
     fiber.sigma_a = glm::vec3(low ? 0.0f : 1e4f);
     fiber.azimuthal_sigma.fill((low ? 0.5f : 45.0f) * degree);
     fiber.longitudinal_lambda.fill((low ? 0.25f : 45.0f) * degree);
+    fiber.medulla_radius = low ? 0.0f : 0.95f;
+    fiber.medulla_scattering = fiber.medulla_absorption = low ? 0.0f : 100.0f;
+    fiber.medulla_asymmetry = low ? -0.95f : 0.95f;
     fiber.gain.fill(glm::vec3(low ? 0.0f : 100.0f));
     fiber.energy_path_share = low ? 0.01f : 1.0f;
     EXPECT_EQ(fiber::out_of_range(fiber), nullptr);
@@ -42,6 +45,10 @@ TEST(ParameterRanges, NameWhatIsOutOfThem) {
       {"sigma_a", [](auto& f, float x) { f.sigma_a.y = x; }},
       {"azimuthal_sigma", [](auto& f, float x) { f.azimuthal_sigma[1] = x; }},
       {"longitudinal_lambda", [](auto& f, float x) { f.longitudinal_lambda[3] = x; }},
+      {"medulla_radius", [](auto& f, float x) { f.medulla_radius = x; }},
+      {"medulla_scattering", [](auto& f, float x) { f.medulla_scattering = x; }},
+      {"medulla_asymmetry", [](auto& f, float x) { f.medulla_asymmetry = 1000 * x; }},
+      {"medulla_absorption", [](auto& f, float x) { f.medulla_absorption = x; }},
       {"gain", [](auto& f, float x) { f.gain[5].z = x; }},
       {"energy_path_share", [](auto& f, float x) { f.energy_path_share = x; }}};
   for (const auto& [name, set] : members) {

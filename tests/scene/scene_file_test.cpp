@@ -38,6 +38,9 @@ TEST(SceneFile, NamesThePathAndTheExpectation) {
       {R"({"expected": {"radiance": [1, 1, -1]}, )" + groom + "}", "/expected/radiance/2"},
       {R"({"materials": [{"variation": {"eccentricity": 0.3}}], )" + groom + "}",
        "/materials/0/variation/eccentricity"},
+      {R"({"materials": [{"medulla": {"scattering": 3}}], )" + groom + "}", "/materials/0/medulla"},
+      {R"({"materials": [{"medulla": {"radius": 0.5, "asymmetry": 1}}], )" + groom + "}",
+       "/materials/0/medulla/asymmetry"},
       {R"({"materials": [{"color": "red"}], )" + groom + "}", "/materials/0/color"},
       {R"({"materials": [{"color": "file"}], )" + groom + "}", "/grooms/0/material"},
       {R"({"grooms": [{"generate": "straight", "length_cm": 1e999}]})", "s.json"},
@@ -95,6 +98,19 @@ TEST(SceneFile, ReadsLights) {
     const auto found = message(R"({"lights": [)" + light + "], " + groom + "}");
     EXPECT_NE(found.find(place), std::string::npos) << found;
   }
+}
+
+TEST(SceneFile, ReadsTheMedulla) {
+  const auto scene = parsed(
+      R"({"materials": [{"medulla": {"radius": 0.7, "scattering": 4, "asymmetry": -0.2, "absorption": 0.5}},
+                        {"medulla": {"radius": 0.3}}], )" +
+      groom + "}");
+  const auto& fur = scene.materials.at(0).fiber;
+  EXPECT_EQ(fur.medulla_radius, 0.7f);
+  EXPECT_EQ(fur.medulla_scattering, 4);
+  EXPECT_EQ(fur.medulla_asymmetry, -0.2f);
+  EXPECT_EQ(fur.medulla_absorption, 0.5f);
+  EXPECT_EQ(scene.materials.at(1).fiber.medulla_scattering, 0);
 }
 
 TEST(SceneFile, ReadsShapesAndGainsOfLobes) {

@@ -18,6 +18,10 @@ inline constexpr ParameterRange energy_path_share_range{0.01, 1};
 /// What is sensible of hair; every finite number >= 0 is a fiber.
 inline constexpr ParameterRange tilt_range_deg{0, 15};
 inline constexpr ParameterRange sigma_a_range{0, 1e4};
+inline constexpr ParameterRange medulla_radius_range{0, 0.95};
+inline constexpr ParameterRange medulla_scattering_range{0, 100};
+inline constexpr ParameterRange medulla_asymmetry_range{-0.95, 0.95};
+inline constexpr ParameterRange medulla_absorption_range{0, 100};
 inline constexpr ParameterRange gain_range{0, 100};
 
 /// Null if the parameters are a fiber that every model takes; else the name of a member of FiberParameters that is out

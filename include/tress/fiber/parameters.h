@@ -31,6 +31,13 @@ struct FiberParameters {
   float roughness = 0.2f;
   float tilt = 0.0523599f;  ///< cuticle tilt tau >= 0, scales rise towards the tip; 3 degrees
   glm::vec3 sigma_a{1.3f * 0.419f, 1.3f * 0.697f, 1.3f * 1.37f};  ///< absorption per major semi-axis, >= 0, RGB
+  /// A concentric core, as of fur, an ellipse of this share, [0, 0.95], of the semi-axes: 0 is none. It has the
+  /// cortex's index, so that light goes straight in, and no pigment: sigma_a is of the cortex alone. The models `rough`
+  /// and `fiber3d` have it; the others are of fibers without one.
+  float medulla_radius = 0;
+  float medulla_scattering = 0;  ///< coefficient, per major semi-axis, [0, 100]
+  float medulla_asymmetry = 0;   ///< g of Henyey and Greenstein's phase function, [-0.95, 0.95]; > 0: forwards
+  float medulla_absorption = 0;  ///< coefficient, grey, per major semi-axis, [0, 100]
   /// Overrides by lobe, TT, TRT, TRRT: blur of the exit azimuth (standard deviation), [.5, 45] degrees ...
   std::array<std::optional<float>, 3> azimuthal_sigma{};
   /// ... and logistic scale in theta_h, R, TT, TRT, TRRT, [.25, 45] degrees.

@@ -53,6 +53,14 @@ void read_color(const JsonReader& json, Material* material) {
                                                static_cast<float>(melanin.number("pheomelanin").value_or(0)));
 }
 
+void read_medulla(const JsonReader& json, fiber::FiberParameters* fiber) {
+  if (!json.object({"radius", "scattering", "asymmetry", "absorption"}) || !json.need({"radius"})) return;
+  fiber->medulla_radius = static_cast<float>(json.number("radius").value_or(0));
+  fiber->medulla_scattering = static_cast<float>(json.number("scattering").value_or(0));
+  fiber->medulla_asymmetry = static_cast<float>(json.number("asymmetry").value_or(0));
+  fiber->medulla_absorption = static_cast<float>(json.number("absorption").value_or(0));
+}
+
 StrandVariation read_variation(const JsonReader& json) {
   StrandVariation variation;
   if (!json.object({"eccentricity", "width", "color", "seed"})) return variation;
@@ -101,6 +109,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
                                        "eccentricity",
                                        "roughness",
                                        "tilt_deg",
+                                       "medulla",
                                        "color",
                                        "melanin",
                                        "sigma_a",
@@ -122,6 +131,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
   if (const auto x = json.number("eccentricity")) fiber.eccentricity = static_cast<float>(*x);
   if (const auto x = json.number("roughness")) fiber.roughness = static_cast<float>(*x);
   if (const auto x = json.number("tilt_deg")) fiber.tilt = static_cast<float>(*x * radians);
+  if (json.has("medulla")) read_medulla(json.child("medulla"), &fiber);
   read_color(json, &material);
   if (json.has("variation")) material.variation = read_variation(json.child("variation"));
   read_lobe_angles(json, "azimuthal_sigma_deg", {"TT", "TRT", "TRRT"}, &fiber.azimuthal_sigma);

@@ -1,0 +1,80 @@
+#include "fiber/medulla.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numbers>
+
+namespace tress::fiber {
+namespace {
+
+constexpr int most_scatterings = 1 << 16;  // light that meets more is absorbed
+constexpr float least_across = 1e-12f;     // of a direction along the fiber, squared
+
+/// A ray in the circle that the cross-section is in (x, y/e).
+struct Line {
+  glm::vec2 across;
+  float across2;
+
+  Line(const glm::vec3& direction, float eccentricity)
+      : across(direction.y, direction.z / eccentricity), across2(std::max(glm::dot(across, across), least_across)) {}
+
+  /// From a point within the circle of that radius to where the line leaves it.
+  float way_out(const glm::vec2& point, float radius) const {
+    const float b = glm::dot(point, across) / across2;
+    const float c = std::max(radius * radius - glm::dot(point, point), 0.0f) / across2;
+    return std::max(std::sqrt(b * b + c) - b, 0.0f);
+  }
+};
+
+/// The cosine to the direction that light went in, of Henyey and Greenstein's law.
+float cosine_of_scattering(float g, float u) {
+  if (std::abs(g) < 1e-3f) return 1 - 2 * u;
+  const float share = (1 - g * g) / (1 - g + 2 * g * u);
+  return std::clamp((1 + g * g - share * share) / (2 * g), -1.0f, 1.0f);
+}
+
+glm::vec3 scattered(const glm::vec3& direction, float g, RandomStream& random) {
+  const float cosine = cosine_of_scattering(g, random.next()), sine = std::sqrt(1 - cosine * cosine);
+  const float turn = 2 * std::numbers::pi_v<float> * random.next();
+  const glm::vec3 axis = std::abs(direction.x) < 0.5f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
+  const glm::vec3 side = glm::normalize(glm::cross(direction, axis)), other = glm::cross(direction, side);
+  return glm::normalize(cosine * direction + sine * (std::cos(turn) * side + std::sin(turn) * other));
+}
+
+}  // namespace
+
+InnerWay cross_with_medulla(const Medulla& medulla, float eccentricity, InnerRay& ray, RandomStream& random) {
+  InnerWay way;
+  Line line(ray.direction, eccentricity);
+  const float middle = -glm::dot(ray.point, line.across) / line.across2;
+  const glm::vec2 nearest = ray.point + middle * line.across;
+  const float half2 = (medulla.radius * medulla.radius - glm::dot(nearest, nearest)) / line.across2;
+  if (half2 > 0 && middle > 0) {
+    const float half = std::sqrt(half2);
+    way.cortex = std::max(middle - half, 0.0f);
+    ray.point += way.cortex * line.across;
+    float left = 2 * half;
+    for (int met = 0;; ++met) {
+      const float flight = medulla.scattering > 0 ? -std::log(1 - random.next()) / medulla.scattering
+                                                  : std::numeric_limits<float>::infinity();
+      const float flown = std::min(flight, left);
+      way.kept *= std::exp(-medulla.absorption * flown);
+      ray.point += flown * line.across;
+      if (!(flight < left)) break;
+      if (met == most_scatterings || !(way.kept > 0)) return {way.cortex, 0};
+      ray.direction = scattered(ray.direction, medulla.asymmetry, random);
+      line = Line(ray.direction, eccentricity);
+      left = line.way_out(ray.point, medulla.radius);
+    }
+  }
+  const float rest = line.way_out(ray.point, 1);
+  way.cortex += rest;
+  ray.point += rest * line.across;
+  const float size = glm::length(ray.point);
+  ray.point = size > 0 ? ray.point / size : glm::vec2(1, 0);
+  return way;
+}
+
+}  // namespace tress::fiber
