@@ -103,7 +103,7 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
     const float xi1 = random.next(), xi2 = random.next();
     const float importance = luminance_of(first_total * throughput) / static_cast<float>(first_samples);
     vertex = scattering_.begin(*hit, ray.direction, {xi1, xi2}, importance);
-    vertex.light_samples = std::min(1, options_.light_samples);
+    vertex.light_samples = vertex.evaluates ? std::min(1, options_.light_samples) : 0;
     ++sums.vertices;
     if (vertex.light_samples > 0) {
       const float u_light = random.next(), u1 = random.next(), u2 = random.next();
@@ -135,14 +135,14 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   }
   Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(sample, grid_node),
                                     1 / static_cast<float>(options_.bcsdf_samples));
-  vertex.light_samples = options_.light_samples;
+  vertex.light_samples = vertex.evaluates ? options_.light_samples : 0;
   vertex.bcsdf_samples = options_.bcsdf_samples;
   sums.vertices = 1;
   sums.coverage = 1;
   sums.albedo = vertex.albedo;
   sums.normal = hit->is_surface ? hit->normal : hit->u;
   sums.distance_cm = hit->distance_cm;
-  const auto light_samples = static_cast<std::uint32_t>(options_.light_samples);
+  const auto light_samples = static_cast<std::uint32_t>(vertex.light_samples);
   for (std::uint32_t i = 0; i < light_samples; ++i) {
     const std::uint32_t index = sample * light_samples + i;
     const float u_light = lights_.has_choice() ? stratified.pair(index, light_choice)[0] : 0;

@@ -19,7 +19,7 @@ namespace tress::integrate {
 /// expression, S L / (n_l p_light c + n_b Q): Q is the density of the BCSDF sampler in the vertex's own measure (dtheta
 /// dphi on a fiber, solid angle on a surface), c the solid angle per unit of it (cos theta_i, 1), and p_light the
 /// density in solid angle of drawing that light and the direction by it. Light samples add it; BCSDF samples add it for
-/// every light that they meet.
+/// every light that they meet. At a vertex that can only be sampled n_l is 0.
 class PathTracer {
  public:
   PathTracer(const scene::Scene& scene, const geometry::FiberScene& fibers, const fiber::FiberModel& model,

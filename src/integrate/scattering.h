@@ -17,6 +17,7 @@ struct Vertex {
   geometry::Hit hit;
   fiber::FiberEvent event;  ///< of a fiber
   glm::vec3 albedo{0.0f};   ///< of one scattering
+  bool evaluates = true;    ///< false: no light may be sampled (FiberModel::evaluates)
   int light_samples = 1, bcsdf_samples = 1;
 };
 
