@@ -1,0 +1,61 @@
+#include "models/rough/traced_path.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "base/color.h"
+#include "fiber/cross_section.h"
+#include "tress/base/random.h"
+
+namespace tress::fiber {
+namespace {
+
+std::uint64_t bits_of(float a, float b) {
+  return (std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b);
+}
+
+float glint_share_of(const FiberParameters& parameters, const FiberDirection& wr, float h) {
+  if (!parameters.split_glint) return 0;
+  const CrossSection section(static_cast<double>(parameters.eta), static_cast<double>(parameters.eccentricity),
+                             static_cast<double>(wr.phi), static_cast<double>(wr.theta));
+  return static_cast<float>(
+      section.glint_share(static_cast<double>(h), static_cast<double>(azimuthal_sigmas(parameters)[1])));
+}
+
+}  // namespace
+
+TracedEvent TracedFibers::begin(const FiberEvent& event, const FiberRecord& fiber, float h) const {
+  const float offset = std::clamp(h, -1.0f, 1.0f);
+  return {fibers_[event.fiber].entry(event.wr, offset), glint_share_of(fiber.parameters, event.wr, offset),
+          RandomStream(bits_of(event.xi1, event.xi2), bits_of(event.wr.theta, event.wr.phi),
+                       std::bit_cast<std::uint32_t>(offset))
+              .next_bits()};
+}
+
+FiberSample TracedFibers::sample(FiberId id, const TracedEvent& event, const FiberRecord& fiber,
+                                 const std::array<float, 4>& u) const {
+  RandomStream random(bits_of(u[0], u[1]), bits_of(u[2], u[3]), event.seed);
+  const RoughExit exit = fibers_[id].trace(event.entry, u, random);
+  FiberSample sample;
+  sample.wi = exit.angles();
+  sample.lobe = static_cast<Lobe>(std::min(exit.order, static_cast<int>(Lobe::residual)));
+  sample.value.pdf = 1;
+  const auto give = [&](Lobe lobe, float share) {
+    const auto i = static_cast<std::size_t>(lobe);
+    sample.value.s[i] = fiber.parameters.gain[i] * (exit.throughput * share);
+  };
+  const float glint = sample.lobe == Lobe::trt ? event.glint_share : 0;
+  give(sample.lobe, 1 - glint);
+  if (glint > 0) give(Lobe::glint, glint);
+  return sample;
+}
+
+void set_energies(FiberEvent& event, const LobeColors& energies) {
+  event.energy = energies;
+  float sum = 0;
+  for (std::size_t p = 0; p < lobe_count; ++p) sum += event.selection[p] = luminance(event.energy[p]);
+  if (!(sum > 0)) event.selection[0] = sum = 1;
+  for (float& probability : event.selection) probability /= sum;
+}
+
+}  // namespace tress::fiber

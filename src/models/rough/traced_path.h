@@ -1,0 +1,43 @@
+// A vertex of the rough fiber that is answered by one traced path: the ground truth, and a row before it is learned.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "fiber/rough_fiber.h"
+#include "models/elliptical/fiber_record.h"
+#include "tress/fiber/fiber_model.h"
+
+namespace tress::fiber {
+
+/// What an event keeps for its paths.
+struct TracedEvent {
+  RoughEntry entry;
+  float glint_share;   ///< of TRT
+  std::uint64_t seed;  ///< by all numbers of the event
+};
+
+/// The fibers of a model that traces, by FiberId. add(): one thread, between passes; the rest: any thread, during one.
+class TracedFibers {
+ public:
+  /// Of the next id.
+  void add(const FiberParameters& parameters) { fibers_.emplace_back(parameters); }
+  std::size_t size() const { return fibers_.size(); }
+  std::size_t bytes() const { return fibers_.capacity() * sizeof(RoughFiber); }
+
+  /// event: its fiber, known direction (clamped()) and xi; h of FiberModel::begin().
+  TracedEvent begin(const FiberEvent& event, const FiberRecord& fiber, float h) const;
+  /// One path: its throughput times the gain as S, in the lobe of its order, over a pdf of 1.
+  FiberSample sample(FiberId id, const TracedEvent& event, const FiberRecord& fiber,
+                     const std::array<float, 4>& u) const;
+
+ private:
+  std::vector<RoughFiber> fibers_;
+};
+
+/// The energies of a fiber and what they make of the selection: shares of the luminance; R alone of a black one.
+void set_energies(FiberEvent& event, const LobeColors& energies);
+
+}  // namespace tress::fiber
