@@ -15,4 +15,12 @@ void DirectionRows::credit_all(const FiberValue& value) const {
   }
 }
 
+void EventRowModel::credit(const EventRow& row, float light) const {
+  adaptive::RowView view;
+  view.slice = row.formed->slice();
+  view.node = row.node;
+  view.pass = row.pass;
+  service_->credit(view, light * static_cast<float>(row.times));
+}
+
 }  // namespace tress::fiber

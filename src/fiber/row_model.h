@@ -4,8 +4,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <new>
 
 #include "base/color.h"
+#include "fiber/event_constants.h"
 #include "tress/adaptive/service.h"
 #include "tress/fiber/fiber_model.h"
 
@@ -124,6 +126,86 @@ class RowModel : public FiberModel {
   /// As sample() and evaluate().
   virtual FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u, DirectionRows& rows) const = 0;
   virtual FiberValue value(const FiberEvent& event, const FiberDirection& wi, DirectionRows& rows) const = 0;
+};
+
+/// The one row that an event asks for all its directions, asked when it begins: what of it the event keeps. The first
+/// member of the constants of an EventRowModel.
+struct EventRow {
+  const adaptive::FormedRows* formed = nullptr;  ///< null: no row was asked
+  const void* block = nullptr;  ///< what the form wrote; null: not converged, or past the table's ceiling
+  std::uint32_t node = 0, pass = 0;
+  bool has_converged = false;
+  std::uint8_t times = 0;  ///< how often the light of a direction is credited: those that have converged at one event
+                           ///< of light_interval, as many times
+};
+
+/// The way of an EventRowModel to its row, once an event.
+class RowOfEvent {
+ public:
+  /// Counts a query. The same whether another thread has been there before.
+  const EventRow& ask(const adaptive::FormedRows& rows, std::uint32_t node) {
+    adaptive::RowAnswer answer;
+    {
+      adaptive::AnswerReader reader(service_);
+      answer = reader.read(rows.run(node / rows.width()), node % rows.width());
+    }
+    if (answer) {
+      row_ = {&rows, answer.block(), node, 0, true, tells_formed_ ? light_interval : std::uint8_t{0}};
+      return row_;
+    }
+    const adaptive::FormedLookup found = service_->look_up(rows, node);
+    const bool has_converged = static_cast<bool>(found.answer), is_kept = has_converged && !found.kept;
+    row_ = {&rows,         is_kept ? found.answer.block() : nullptr,
+            node,          found.row.pass,
+            has_converged, has_converged ? (tells_formed_ ? light_interval : std::uint8_t{0}) : std::uint8_t{1}};
+    return row_;
+  }
+
+ private:
+  friend class EventRowModel;
+  static constexpr std::uint8_t light_interval = 16;  ///< decided by the last bits of xi1, which choose no node
+  RowOfEvent(const adaptive::Service* service, float xi1)
+      : service_(service), tells_formed_(static_cast<std::uint32_t>(xi1 * 0x1p24f) % light_interval == 0) {}
+
+  const adaptive::Service* service_;
+  bool tells_formed_;
+  EventRow row_;
+};
+
+/// A model whose events ask one row each: no row is asked without being counted, and each direction that is drawn
+/// credits the row with all of its light, importance * S/Q, S the luminance of all lobes.
+class EventRowModel : public FiberModel {
+ public:
+  /// service null: the model answers without rows.
+  explicit EventRowModel(adaptive::Service* service) : service_(service) {}
+  FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const final {
+    FiberSample drawn = draw(event, u);
+    const EventRow& row = constants_in<EventRow>(event);
+    if (row.times != 0 && event.importance > 0) [[unlikely]]
+      credit(row, event.importance * luminance(drawn.value.total()) / drawn.value.pdf);
+    return drawn;
+  }
+
+ protected:
+  /// What answers a row that has converged and is not kept (EventRow::block): made anew, a query more.
+  adaptive::FormedLookup made_anew(const EventRow& row) const { return service_->fetch(*row.formed, row.node); }
+
+  adaptive::Service* service_;
+
+ private:
+  FiberEvent make_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const final {
+    RowOfEvent row(service_, xi1);
+    FiberEvent event = start(fiber, wr, xi1, xi2, h, row);
+    new (place_of<EventRow>(event)) EventRow(row.row_);
+    return event;
+  }
+  void credit(const EventRow& row, float light) const;
+
+  /// As make_event(), with constants that begin with an EventRow, which is filled in afterwards.
+  virtual FiberEvent start(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h,
+                           RowOfEvent& row) const = 0;
+  /// As sample().
+  virtual FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u) const = 0;
 };
 
 }  // namespace tress::fiber

@@ -1,0 +1,47 @@
+#include "models/rough/rough_fibers.h"
+
+#include "models/rough/rough_row.h"
+
+namespace tress::fiber {
+namespace {
+
+/// A row under one absorption.
+class ColoredForm final : public adaptive::RowForm {
+ public:
+  explicit ColoredForm(const glm::vec3& sigma_a) : sigma_a_(sigma_a) {}
+  std::size_t bytes(const adaptive::RowView&) const override { return sizeof(RoughRow); }
+  void write(const adaptive::RowView& row, void* memory) const override {
+    put_rough_row(*row.ribbons, row.objective, sigma_a_, memory);
+  }
+
+ private:
+  glm::vec3 sigma_a_;
+};
+
+}  // namespace
+
+FiberId RoughFibers::add(const FiberParameters& parameters) {
+  FiberParameters exact = parameters;
+  exact.reflection_fresnel = ReflectionFresnel::exact;
+  const FiberId id = store_.add(exact);
+  if (id < rows_.size()) return id;
+  traced_.add(exact);
+  rows_.push_back(service_ != nullptr ? rows_of(exact) : RoughRows{});
+  return id;
+}
+
+RoughRows RoughFibers::rows_of(const FiberParameters& parameters) {
+  const adaptive::SliceDescription description = rough_slice(parameters);
+  const adaptive::SliceId slice = service_->add_slice(description).value();
+  std::shared_ptr<const RoughGrid>& grid = grids_[slice];
+  if (!grid) grid = std::make_shared<const RoughGrid>(description);
+  const glm::vec3& sigma_a = parameters.sigma_a;
+  const adaptive::FormedRows*& formed = formed_[{slice, {sigma_a.x, sigma_a.y, sigma_a.z}}];
+  if (formed == nullptr) {
+    formed =
+        service_->add_form(slice, std::make_shared<ColoredForm>(sigma_a), {sigma_a.x, sigma_a.y, sigma_a.z}).value();
+  }
+  return {grid, formed};
+}
+
+}  // namespace tress::fiber
