@@ -37,6 +37,7 @@ def smallest(cache, folder):
         "grid": ["2"], "learning": ["--rows", "4"], "longitudinal_shapes": ["--paths", "2000"],
         "models": ["--model", "chiang2016", "--samples", "1000"], "near_hits": [FIBER, "1000"],
         "pekelis_rows": ["--rows", "2"], "picture_bias": [LOCK, cache] + small + ["--seeds", "2"],
+        "ribbons": ["--truth-paths", "16384", "--e", "0.85", "--alpha", "0.2", "--theta", "30"],
         "rows": ["--rows", "8"],
         "replay": [LOCK, "--width", "16", "--height", "16", "--teach", "1", "--repeat", "1", "--inside", "0.01"],
         "atlas_faults": ["bytes", cache, "--rows", "1"],

@@ -3,18 +3,11 @@
 
 #include <cstdint>
 
+#include "convergence/held_out_test.h"
 #include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/sampled_target.h"
 
 namespace tress::adaptive {
-
-/// An unbiased estimate of the integral of (S - f)^2/f over all parts at the resolution of the test's cells, the masses
-/// of the parts included, with its standard deviation, from draws that f does not know.
-struct SampledTest {
-  double chi2 = 0, deviation = 0;
-  /// What a row is held to.
-  double bound() const { return chi2 + 2 * deviation; }
-};
 
 struct SampledRow {
   RibbonRow row;            ///< of all paths drawn so far
