@@ -15,6 +15,7 @@ namespace {
 
 class Fiber3d final : public FiberModel {
  public:
+  explicit Fiber3d(Masked masked) : traced_(masked) {}
   std::string name() const override { return "fiber3d"; }
   bool evaluates() const override { return false; }
   std::size_t bytes() const override { return store_.bytes() + traced_.bytes(); }
@@ -52,6 +53,8 @@ class Fiber3d final : public FiberModel {
 
 }  // namespace
 
-std::unique_ptr<FiberModel> make_fiber3d(const ModelSettings& /*settings*/) { return std::make_unique<Fiber3d>(); }
+std::unique_ptr<FiberModel> make_fiber3d(const ModelSettings& settings) {
+  return std::make_unique<Fiber3d>(settings.loses_masked_light ? Masked::is_lost : Masked::meets_others);
+}
 
 }  // namespace tress::fiber

@@ -18,6 +18,8 @@ struct ModelSettings {
   adaptive::Service* service = nullptr;  ///< must outlive the model; null for models that do not learn, and for `exact`
   /// Points of the quadrature over the fiber's width, of models that do one at every vertex; 0: the model's own.
   int quadrature_points = 0;
+  /// Of fiber3d: light that a facet masks is lost (fiber::Masked::is_lost).
+  bool loses_masked_light = false;
 };
 
 struct ModelInfo {

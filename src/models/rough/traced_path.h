@@ -22,8 +22,9 @@ struct TracedEvent {
 /// The fibers of a model that traces, by FiberId. add(): one thread, between passes; the rest: any thread, during one.
 class TracedFibers {
  public:
+  explicit TracedFibers(Masked masked = Masked::meets_others) : masked_(masked) {}
   /// Of the next id.
-  void add(const FiberParameters& parameters) { fibers_.emplace_back(parameters); }
+  void add(const FiberParameters& parameters) { fibers_.emplace_back(parameters, masked_); }
   std::size_t size() const { return fibers_.size(); }
   std::size_t bytes() const { return fibers_.capacity() * sizeof(RoughFiber); }
 
@@ -34,6 +35,7 @@ class TracedFibers {
                      const std::array<float, 4>& u) const;
 
  private:
+  Masked masked_;
   std::vector<RoughFiber> fibers_;
 };
 
