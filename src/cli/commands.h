@@ -1,4 +1,5 @@
-// The tress command and its commands: render, fit, diff, cache info, verify, merge and prebake; each has its file.
+// The tress command and its commands: render, fit, far-field, diff, cache info, verify, merge and prebake; each has
+// its file.
 // And the parser in other forms: manual pages and shell completion, so that no option is missing in them.
 #pragma once
 
@@ -19,6 +20,7 @@ struct Command {
 
 Command add_render(CLI::App& tress);
 Command add_fit(CLI::App& tress);
+Command add_far_field(CLI::App& tress);
 Command add_diff(CLI::App& tress);
 Command add_cache_info(CLI::App& cache);
 Command add_cache_verify(CLI::App& cache);

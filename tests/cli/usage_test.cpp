@@ -30,8 +30,15 @@ class Usage : public CommandTest {
 };
 
 TEST_F(Usage, EveryCommandHasHelpOnStandardOutput) {
-  const std::vector<std::vector<std::string>> commands{
-      {}, {"render"}, {"fit"}, {"diff"}, {"cache"}, {"cache", "info"}, {"cache", "verify"}, {"cache", "merge"}};
+  const std::vector<std::vector<std::string>> commands{{},
+                                                       {"render"},
+                                                       {"fit"},
+                                                       {"far-field"},
+                                                       {"diff"},
+                                                       {"cache"},
+                                                       {"cache", "info"},
+                                                       {"cache", "verify"},
+                                                       {"cache", "merge"}};
   for (std::vector<std::string> command : commands) {
     command.push_back("--help");
     const Outcome outcome = run(command);
@@ -46,6 +53,7 @@ TEST_F(Usage, HelpIsACommandToo) {
   const std::vector<std::vector<std::string>> commands{{},
                                                        {"render"},
                                                        {"fit"},
+                                                       {"far-field"},
                                                        {"diff"},
                                                        {"cache"},
                                                        {"cache", "info"},
@@ -102,6 +110,8 @@ TEST_F(Usage, EveryOptionIsInTheManualAndInTheCompletions) {
   int options = 0;
   for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{{"render"},
                                                                                        {"fit"},
+                                                                                       {"far-field"},
+                                                                                       {"far-field"},
                                                                                        {"diff"},
                                                                                        {"help"},
                                                                                        {"cache", "info"},
@@ -158,11 +168,24 @@ TEST_F(Usage, FitHasTheDefaultsThatItTells) {
   EXPECT_EQ(run(plain).out, run(spelt).out);
 }
 
+TEST_F(Usage, FarFieldHasTheDefaultsThatItTells) {
+  const std::vector<std::string> plain{"far-field", "--json"};
+  std::vector<std::string> spelt = plain;
+  for (const char* name :
+       {"--e", "--alpha", "--tilt", "--eta", "--theta-r", "--phi-r", "--bins", "--paths", "--epsilon", "--seed"}) {
+    spelt.emplace_back(name);
+    spelt.emplace_back(scene::option_parameter(name).usual);
+  }
+  for (const char* word : {"--model", "elliptical", "--sigma-a", "0"}) spelt.emplace_back(word);
+  EXPECT_EQ(run(plain).out, run(spelt).out);
+}
+
 TEST_F(Usage, AWrongOptionNamesTheNearest) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--thread", "2"}, "nearest: --threads");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--warmcache", "x"}, "nearest: --warm-cache");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--warmcache=x"}, "nearest: --warm-cache");
   expect_wrong({"fit", "--lobe", "TT", "--thetad", "3"}, "nearest: --theta-d");
+  expect_wrong({"far-field", "--thetar", "3"}, "nearest: --theta-r");
   expect_wrong({"diff", "a.exr", "b.exr", "--jsn"}, "nearest: --json");
   expect_wrong({"rendr", "a.json"}, "nearest: render");
   expect_wrong({"cache", "inof", "a"}, "nearest: info");
@@ -173,6 +196,7 @@ TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
                "expected fitted|corrected|exact, found stepwise");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--learner", "skech"}, "nearest: sketch");
   expect_wrong({"fit", "--lobe", "GLNT"}, "expected TT|TRT|GLINT|TRRT|R, found GLNT");
+  expect_wrong({"far-field", "--model", "eliptical"}, "nearest: elliptical");
 }
 
 TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
@@ -190,6 +214,14 @@ TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
     expect_wrong({"render", "a.json", "-o", "a.exr", option, value}, "found " + value);
   }
   expect_wrong({"fit", "--lobe", "TT", "--sigma", ".1"}, "--sigma: expected ");
+  const std::vector<std::pair<std::string, std::string>> wrong_of_fibers{
+      {"--e", "0.4"},        {"--alpha", "0"},    {"--tilt", "16"},   {"--eta", "1"},     {"--theta-r", "90"},
+      {"--phi-r", "361"},    {"--sigma-a", "-1"}, {"--bins", "36"},   {"--bins", "0x36"}, {"--bins", "36x721"},
+      {"--bins", "36x36x1"}, {"--paths", "0"},    {"--epsilon", "0"}, {"--seed", "-1"},   {"--sigma-a", "0,0,0,0"}};
+  for (const auto& [option, value] : wrong_of_fibers) {
+    expect_wrong({"far-field", option, value}, option + ": expected ");
+    expect_wrong({"far-field", option, value}, "found " + value);
+  }
 }
 
 TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
@@ -206,8 +238,10 @@ TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "a.exr"}, "different files");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "heat.png"}, ".exr");
   expect_wrong({"render", "a.json", "-o", "a.png"}, ".exr");
+  expect_wrong({"far-field", "--sigma-a", "1,2"}, "expected 1 value or 3, found 2");
+  expect_wrong({"far-field", "--model", "elliptical", "--lose-masked"}, "expected --model fiber3d");
   expect_wrong({"render", "a.json"}, "--output is required");
-  expect_wrong({}, "render|fit|diff|cache|help");
+  expect_wrong({}, "render|fit|far-field|diff|cache|help");
   expect_wrong({}, "Render a scene");
   expect_wrong({"cache"}, "info|verify|merge|prebake");
   expect_wrong({"cache", "prebake", "a.json"}, "--output is required");
