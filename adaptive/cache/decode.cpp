@@ -1,9 +1,13 @@
 // Reads a cache from bytes that may hold anything: reader.h.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <numbers>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,7 +41,18 @@ const char* section_name(Section section) {
 std::string byte(std::size_t position) { return "byte " + std::to_string(position); }
 
 bool is_known(std::uint32_t version) {
-  return version == format::version_of_mixtures || version == format::version_of_knots;
+  return version >= format::version_of_mixtures && version <= format::version_of_samples;
+}
+
+/// What a file of the version has that those before it have not.
+const char* reason_of(std::uint32_t version) {
+  if (version == format::version_of_samples) return " with slices of samples";
+  return version == format::version_of_knots ? " with knot rows" : " without knot rows";
+}
+
+/// Bins of a sketch in the slice; its rows of samples have none.
+std::uint32_t bins_of(const SliceDescription& slice) {
+  return slice.kind == SliceKind::samples ? 0 : Sketch::bin_count(slice.blur_rad);
 }
 
 }  // namespace
@@ -82,11 +97,11 @@ bool CacheReader::header(ByteReader& in, std::uint64_t* hash) {
     const std::uint32_t turned =
         version_ >> 24 | (version_ >> 8 & 0xff00u) | (version_ << 8 & 0xff0000u) | version_ << 24;
     return fail(byte(8),
-                "format version " + std::to_string(format::version_of_mixtures) + " or " +
-                    std::to_string(format::version_of_knots),
-                is_known(turned)
-                    ? "version " + std::to_string(turned) + " with its highest byte first"
-                    : (version_ > format::version_of_knots ? "later version " : "version ") + std::to_string(version_));
+                "format version " + std::to_string(format::version_of_mixtures) + " to " +
+                    std::to_string(format::version_of_samples),
+                is_known(turned) ? "version " + std::to_string(turned) + " with its highest byte first"
+                                 : (version_ > format::version_of_samples ? "later version " : "version ") +
+                                       std::to_string(version_));
   }
   const std::uint32_t sections = in.u32();
   if (sections != format::section_count) {
@@ -180,6 +195,7 @@ bool CacheReader::read_to_the_end(Section deepest) {
     while (deepest >= Section::rows && next_row() != nullptr) {
       ++(row_.state == RowState::converged ? contents_.converged_rows : contents_.open_rows);
       contents_.knot_rows += format::kind_of(row_) == format::Kind::knots ? 1 : 0;
+      contents_.ribbon_rows += format::kind_of(row_) == format::Kind::ribbons ? 1 : 0;
     }
   }
   return !error_;
@@ -190,7 +206,8 @@ void CacheReader::begin(Section deepest) {
   for (std::size_t i = 1; i < static_cast<std::size_t>(deepest); ++i) {
     readers_[i] = ByteReader(&bytes_, frames_[i].start, frames_[i].size);
   }
-  begun_ = has_slice_ = has_knots_ = false;
+  begun_ = has_slice_ = false;
+  needed_version_ = format::version_of_mixtures;
   slices_left_ = rows_left_ = 0;
   error_.reset();
 }
@@ -203,7 +220,7 @@ void CacheReader::begin_rows(const SliceDescription& slice, std::uint32_t rows, 
   slice_ = slice;
   rows_left_ = rows;
   least_node_ = 0;
-  bins_ = Sketch::bin_count(slice.blur_rad);
+  bins_ = bins_of(slice);
 }
 
 const SliceDescription* CacheReader::next_slice() {
@@ -239,17 +256,15 @@ const SliceDescription* CacheReader::next_slice() {
     return nullptr;
   }
   least_node_ = 0;
-  bins_ = Sketch::bin_count(slice_.blur_rad);
+  bins_ = bins_of(slice_);
   return &slice_;
 }
 
 /// After the last slice each section must be used up.
 bool CacheReader::end_of_slices() {
   if (!reads(Section::rows)) return end_of(Section::slices);
-  const std::uint32_t needed = has_knots_ ? format::version_of_knots : format::version_of_mixtures;
-  if (version_ != needed) {
-    return fail(byte(8),
-                "format version " + std::to_string(needed) + (has_knots_ ? " with" : " without") + " knot rows",
+  if (version_ != needed_version_) {
+    return fail(byte(8), "format version " + std::to_string(needed_version_) + reason_of(needed_version_),
                 std::to_string(version_));
   }
   return end_of(Section::rows) && (!reads(Section::sketches) || end_of(Section::sketches));
@@ -313,11 +328,25 @@ bool CacheReader::axis(ByteReader& in, const char* what, std::uint32_t size, std
 }
 
 bool CacheReader::slice(ByteReader& in) {
+  slice_.key = {};
   slice_.key.lobe = in.u32();
-  for (std::size_t i = 0; i < SliceKey::density_parameters; ++i) {
-    if (!finite(in, "a finite parameter", &slice_.key.parameters[i])) return false;
+  const bool tells_kind = version_ == format::version_of_samples;
+  const std::uint32_t kind = tells_kind ? in.u32() : 0;
+  if (kind > static_cast<std::uint32_t>(SliceKind::samples)) {
+    return fail(here(in, 4), "kind 0 (densities) or 1 (samples)", std::to_string(kind));
   }
-  if (!number(in, "blur", format::least_blur_rad, format::largest_blur_rad, &slice_.blur_rad)) return false;
+  slice_.kind = static_cast<SliceKind>(kind);
+  const bool samples = slice_.kind == SliceKind::samples;
+  if (samples) needed_version_ = format::version_of_samples;
+  const std::size_t stored = tells_kind ? slice_.key.parameters.size() : SliceKey::density_parameters;
+  for (std::size_t i = 0; i < stored; ++i) {
+    const float largest = samples || i < SliceKey::density_parameters ? huge : 0;
+    if (!number(in, "a finite parameter", -largest, largest, &slice_.key.parameters[i])) return false;
+  }
+  if (!number(in, "blur", samples ? 0 : format::least_blur_rad, samples ? 0 : format::largest_blur_rad,
+              &slice_.blur_rad)) {
+    return false;
+  }
   const std::uint64_t a = in.u32();
   const std::uint64_t b = in.u32();
   if (in.short_of_bytes()) return fail(here(in), "the sizes of the axes", "the end of the section");
@@ -348,15 +377,22 @@ bool CacheReader::row(ByteReader& in) {
   const bool converged = row_.state == RowState::converged;
   const std::uint32_t parts = in.u8();
   const std::uint32_t kind = in.u8();
+  const bool samples = slice_.kind == SliceKind::samples;
   const bool knots = kind == static_cast<std::uint32_t>(format::Kind::knots);
-  if (kind > (converged ? static_cast<std::uint32_t>(format::Kind::knots) : 0)) {
-    return fail(here(in, 1), converged ? "kind 0 (mixture) or 1 (knots)" : "kind 0 of an open row",
+  const auto ribbons_kind = static_cast<std::uint32_t>(format::Kind::ribbons);
+  if (!converged ? kind != 0 : samples ? kind != ribbons_kind : kind >= ribbons_kind) {
+    return fail(here(in, 1),
+                !converged ? "kind 0 of an open row"
+                : samples  ? "kind 2 (ribbons)"
+                           : "kind 0 (mixture) or 1 (knots)",
                 std::to_string(kind));
   }
-  const std::uint32_t most = converged ? Mixture::max_components : 0;
+  const std::uint32_t most = !converged ? 0 : samples ? RibbonRow::most_parts : Mixture::max_components;
+  if (converged && samples && parts == 0) return fail(here(in, 2), "1 to 4 ribbons", "0");
   if (knots && !KnotDensity::is_size(parts)) return fail(here(in, 2), "32, 64 or 128 knots", std::to_string(parts));
   if (!knots && parts > most) {
-    return fail(here(in, 2), "at most " + std::to_string(most) + " components", std::to_string(parts));
+    return fail(here(in, 2), "at most " + std::to_string(most) + (samples ? " ribbons" : " components"),
+                std::to_string(parts));
   }
   if (const std::uint32_t zero = in.u8(); zero != 0) return fail(here(in, 1), "0", std::to_string(zero));
   row_.generation = in.u32();
@@ -366,13 +402,15 @@ bool CacheReader::row(ByteReader& in) {
   row_.count = in.u64();
   row_.fit = {};
   if (!row_.knots.empty()) row_.knots = {};
+  row_.ribbons.reset();
+  if (converged && samples) return ribbons(in, parts);
   if (knots) return knot_density(in, parts);
   row_.fit.component_count = parts;
   return !converged || mixture(in);
 }
 
 bool CacheReader::knot_density(ByteReader& in, std::uint32_t number_of_knots) {
-  has_knots_ = true;
+  needed_version_ = std::max(needed_version_, format::version_of_knots);
   const std::string start = here(in);
   if (number_of_knots > in.remaining() / format::knot_bytes) {
     return fail(start, "at most " + std::to_string(in.remaining() / format::knot_bytes) + " knots",
@@ -391,6 +429,29 @@ bool CacheReader::knot_density(ByteReader& in, std::uint32_t number_of_knots) {
     return fail(start, "knots of mass " + std::to_string(row_.energy), std::to_string(mass));
   }
   row_.knots = KnotDensity(std::move(knots));
+  return true;
+}
+
+bool CacheReader::ribbons(ByteReader& in, std::uint32_t parts) {
+  std::array<float, RibbonRow::most_parts> masses{};
+  for (std::uint32_t p = 0; p < parts; ++p) {
+    if (!not_negative(in, "mass of a part", &masses[p])) return false;
+  }
+  const std::string start = here(in);
+  const std::size_t size = parts * RibbonRow::part_bytes;
+  if (size > in.remaining()) {
+    return fail(start, "at most " + std::to_string(in.remaining()) + " bytes of ribbons", std::to_string(size));
+  }
+  const std::string_view bytes = in.text(size);
+  if (in.short_of_bytes()) return fail(start, "ribbons", "the end of the section");
+  RibbonRow row;
+  if (!row.unpack(std::as_bytes(std::span(bytes)), std::span(masses).first(parts))) {
+    return fail(start, "ribbons as they are packed", "other bytes, or masses");
+  }
+  if (row.total_mass() != row_.energy) {
+    return fail(start, "ribbons of mass " + std::to_string(row_.energy), std::to_string(row.total_mass()));
+  }
+  row_.ribbons = std::make_shared<const RibbonRow>(row);
   return true;
 }
 

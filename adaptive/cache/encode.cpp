@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,10 +13,13 @@
 namespace tress::adaptive {
 namespace format {
 
-void write_description(ByteWriter& out, const SliceDescription& slice) {
+void write_description(ByteWriter& out, const SliceDescription& slice, std::uint32_t version) {
+  const bool tells_kind = version >= version_of_samples;
   out.u32(slice.key.lobe);
-  for (std::size_t i = 0; i < SliceKey::density_parameters; ++i) out.f32(slice.key.parameters[i]);
-  out.f32(slice.blur_rad);
+  if (tells_kind) out.u32(static_cast<std::uint32_t>(slice.kind));
+  const std::size_t parameters = tells_kind ? slice.key.parameters.size() : SliceKey::density_parameters;
+  for (std::size_t i = 0; i < parameters; ++i) out.f32(slice.key.parameters[i]);
+  out.f32(slice.kind == SliceKind::density ? slice.blur_rad : 0.0f);
   out.u32(static_cast<std::uint32_t>(slice.axis_a.size()));
   out.u32(static_cast<std::uint32_t>(slice.axis_b.size()));
   for (const float coordinate : slice.axis_a) out.f32(coordinate);
@@ -25,7 +31,9 @@ void write_row(ByteWriter& out, const CachedRow& row) {
   out.u32(row.node);
   out.u8(static_cast<std::uint8_t>(converged ? RowState::converged : RowState::open));
   const Kind kind = kind_of(row);
-  const std::size_t parts = kind == Kind::knots ? row.knots.knots().size() : row.fit.component_count;
+  const std::size_t parts = kind == Kind::ribbons ? row.ribbons->parts()
+                            : kind == Kind::knots ? row.knots.knots().size()
+                                                  : row.fit.component_count;
   out.u8(converged ? static_cast<std::uint8_t>(parts) : 0);
   out.u8(static_cast<std::uint8_t>(kind));
   out.u8(0);
@@ -34,6 +42,12 @@ void write_row(ByteWriter& out, const CachedRow& row) {
   out.f32(converged ? row.objective : 0.0f);
   out.u64(row.count);
   if (!converged) return;
+  if (kind == Kind::ribbons) {
+    for (const float mass : row.ribbons->masses()) out.f32(mass);
+    const std::span<const std::byte> packed = row.ribbons->packed();
+    out.text({reinterpret_cast<const char*>(packed.data()), packed.size()});
+    return;
+  }
   for (const Knot& knot : row.knots.knots()) {
     out.f32(knot.density);
     out.f32(knot.attribute_mean);
@@ -66,17 +80,18 @@ namespace {
 /// What is in the file before the rows that it counts.
 struct Counts {
   std::vector<std::uint32_t> rows;  ///< of each slice
-  bool knots = false;               ///< any of them is a knot table
+  std::uint32_t version = version_of_mixtures;
 };
 
 Counts count(RowSource& rows) {
   Counts counts;
   rows.rewind();
-  while (rows.next_slice() != nullptr) {
+  while (const SliceDescription* slice = rows.next_slice()) {
+    if (slice->kind == SliceKind::samples) counts.version = version_of_samples;
     std::uint32_t number = 0;
     while (const CachedRow* row = rows.next_row()) {
       ++number;
-      counts.knots = counts.knots || kind_of(*row) == Kind::knots;
+      if (kind_of(*row) == Kind::knots) counts.version = std::max(counts.version, version_of_knots);
     }
     counts.rows.push_back(number);
   }
@@ -134,7 +149,7 @@ bool write_payloads(RowSource& rows, const Counts& counts, Payload* slices, Payl
   if (slices != nullptr) slices->writer().u32(static_cast<std::uint32_t>(counts.rows.size()));
   while (const SliceDescription* slice = rows.next_slice()) {
     if (at == counts.rows.size()) return false;
-    if (slices != nullptr) write_description(slices->writer(), *slice);
+    if (slices != nullptr) write_description(slices->writer(), *slice, counts.version);
     if (slices != nullptr && !slices->flush()) return false;
     if (table != nullptr) table->writer().u32(counts.rows[at]);
     std::uint32_t left = counts.rows[at++];
@@ -174,7 +189,7 @@ bool write_cache(RowSource& rows, ByteSink& out) {
   Written payload(out);
   ByteWriter& head = payload.writer();
   head.text(magic);
-  head.u32(counts.knots ? version_of_knots : version_of_mixtures);
+  head.u32(counts.version);
   head.u32(section_count);
   head.u64(model_hash(rows.model()));
   write_frame(head, Section::model, model.bytes().size(), checksum(model.bytes()));
@@ -223,9 +238,9 @@ std::uint64_t model_hash(const std::string& model) {
   return format::checksum(text);
 }
 
-std::size_t cached_bytes(const SliceDescription& slice) {
+std::size_t cached_bytes(const SliceDescription& slice, std::uint32_t format) {
   ByteWriter out;
-  format::write_description(out, slice);
+  format::write_description(out, slice, format);
   return out.bytes().size() + sizeof(std::uint32_t);  // and the number of its rows
 }
 

@@ -12,9 +12,9 @@
 namespace tress::adaptive::format {
 
 constexpr std::string_view magic{"\x89TRESS\r\n", 8};  // as PNG's: text-mode transfers break it
-/// A file is of the first version that can hold it: 1 without knot rows, 2 with them.
-constexpr std::uint32_t version_of_mixtures = 1, version_of_knots = 2;
-static_assert(version_of_knots == cache_format_version);
+/// A file is of the first version that can hold it: 1 without knot rows, 2 with them, 3 with slices of samples.
+constexpr std::uint32_t version_of_mixtures = 1, version_of_knots = 2, version_of_samples = 3;
+static_assert(version_of_samples == cache_format_version);
 constexpr std::size_t header_bytes = 24;
 constexpr std::size_t section_header_bytes = 24;
 
@@ -38,9 +38,10 @@ constexpr float least_scale = 0.004f * 0.9999f, largest_scale = 0.5f * 1.0001f;
 constexpr float energy_slack = 1e-4f;
 
 /// What a converged row is: byte 6 of a row.
-enum class Kind : std::uint8_t { mixture = 0, knots = 1 };
+enum class Kind : std::uint8_t { mixture = 0, knots = 1, ribbons = 2 };
 inline Kind kind_of(const CachedRow& row) {
-  return row.state == RowState::converged && !row.knots.empty() ? Kind::knots : Kind::mixture;
+  if (row.state != RowState::converged) return Kind::mixture;
+  return row.ribbons ? Kind::ribbons : !row.knots.empty() ? Kind::knots : Kind::mixture;
 }
 
 /// XXH3, 64 bits, seed 0.
@@ -63,7 +64,7 @@ bool write_cache(RowSource& rows, ByteSink& out);
 void write_row(ByteWriter& out, const CachedRow& row);
 /// The sketch of an open row as it stands in section sketches.
 void write_sketch(ByteWriter& out, const CachedRow& row);
-/// The slice's description as it stands in section slices.
-void write_description(ByteWriter& out, const SliceDescription& slice);
+/// The slice's description as it stands in section slices of a file of that version.
+void write_description(ByteWriter& out, const SliceDescription& slice, std::uint32_t version);
 
 }  // namespace tress::adaptive::format

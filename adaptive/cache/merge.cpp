@@ -15,7 +15,7 @@ std::string encoded(const CachedRow& row) {
 
 std::string encoded(const SliceDescription& slice) {
   ByteWriter out;
-  format::write_description(out, slice);
+  format::write_description(out, slice, format::version_of_samples);
   return out.take();
 }
 

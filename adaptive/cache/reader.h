@@ -60,6 +60,7 @@ class CacheReader final : public RowSource {
   bool axis(ByteReader& in, const char* what, std::uint32_t size, std::vector<float>* coordinates);
   bool row(ByteReader& in);
   bool knot_density(ByteReader& in, std::uint32_t number_of_knots);
+  bool ribbons(ByteReader& in, std::uint32_t parts);
   bool mixture(ByteReader& in);
   bool sketch(ByteReader& in);
 
@@ -88,8 +89,8 @@ class CacheReader final : public RowSource {
   bool has_slice_ = false;  ///< slice_ has been read in this round
   SliceDescription slice_;
   CachedRow row_;
-  std::uint32_t bins_ = 0;  ///< of a sketch of the slice
-  bool has_knots_ = false;  ///< a row that was read is a knot table
+  std::uint32_t bins_ = 0;                                      ///< of a sketch of the slice
+  std::uint32_t needed_version_ = format::version_of_mixtures;  ///< by what was read
 };
 
 }  // namespace tress::adaptive

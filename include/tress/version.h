@@ -14,7 +14,7 @@ namespace tress {
 
 /// Formats have versions of their own, which rise when an older release can no longer read what is written.
 /// The newest format of a warm cache (adaptive/cache/CACHE_FORMAT.md); older ones are read.
-inline constexpr unsigned cache_format_version = 2;
+inline constexpr unsigned cache_format_version = 3;
 /// The `schema` of telemetry headers (adaptive/telemetry/schema.json).
 inline constexpr unsigned telemetry_schema_version = 1;
 

@@ -35,14 +35,14 @@ struct SliceSummary {
 };
 
 /// Of the running slice of the cache, whose rows it uses up.
-SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::RowSource& cache) {
+SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::CacheFile& cache) {
   SliceSummary summary;
   const std::uint32_t lobe = slice.key.lobe;
   summary.lobe = lobe == fiber::trt_rest_slice     ? "TRT without GLINT"
                  : lobe < fiber::lobe_names.size() ? fiber::lobe_names[lobe]
                                                    : std::to_string(lobe);
   summary.nodes = slice.node_count();
-  summary.bytes = adaptive::cached_bytes(slice);
+  summary.bytes = adaptive::cached_bytes(slice, cache.contents().format);
   while (const adaptive::CachedRow* next = cache.next_row()) {
     const adaptive::CachedRow& row = *next;
     summary.bytes += adaptive::cached_bytes(row);

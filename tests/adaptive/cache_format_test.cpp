@@ -239,15 +239,15 @@ TEST(CacheFormat, NeverCrashesOnFlipsBehindValidChecksums) {
 TEST(CacheFormat, RefusesForeignAndLaterFilesByName) {
   const std::string bytes = encode_cache(small_image());
   std::string later = bytes;
-  put(&later, 8, format::version_of_knots + 1, 4);
+  put(&later, 8, format::version_of_samples + 1, 4);
   const Error version = decode_cache(later, model, "hair.cache").error();
-  EXPECT_EQ(version.message(), "hair.cache: byte 8: expected format version 1 or 2, found later version 3");
+  EXPECT_EQ(version.message(), "hair.cache: byte 8: expected format version 1 to 3, found later version 4");
 
   // As a machine that writes the highest byte first would have it.
   std::string turned = bytes;
   put(&turned, 8, std::uint32_t{1} << 24, 4);
   EXPECT_EQ(decode_cache(turned, model, "hair.cache").error().message(),
-            "hair.cache: byte 8: expected format version 1 or 2, found version 1 with its highest byte first");
+            "hair.cache: byte 8: expected format version 1 to 3, found version 1 with its highest byte first");
 
   const Error other = decode_cache(bytes, "elliptical-2", "hair.cache").error();
   EXPECT_EQ(other.place, "byte 16");

@@ -10,6 +10,7 @@
 
 #include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
+#include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/target.h"
 #include "tress/base/error.h"
 #include "tress/base/replace_file.h"
@@ -34,12 +35,14 @@ struct CachedRow {
   std::uint32_t node = 0;           ///< a * axis_b.size() + b
   RowState state = RowState::open;  ///< open or converged
   std::uint32_t generation = 0;     ///< raised each time the row is reopened
-  Mixture fit;                      ///< converged rows without knots; empty for open ones
+  Mixture fit;                      ///< converged rows that are neither of the next two; empty for open ones
   KnotDensity knots;                ///< converged rows that are a knot table, of mass `energy`; empty for all others
+  /// Converged rows of slices of samples, of mass `energy`; null for all others. Shared: it does not change.
+  std::shared_ptr<const RibbonRow> ribbons;
   float energy = 0;
   float objective = 0;            ///< bound that passed the test, relative squared L2; 0 for open rows
-  std::uint64_t count = 0;        ///< g evaluations that taught it
-  std::vector<SketchBin> sketch;  ///< open rows, ascending index
+  std::uint64_t count = 0;        ///< g evaluations that taught it, or paths
+  std::vector<SketchBin> sketch;  ///< open rows of slices of densities, ascending index
 };
 
 struct CachedSlice {
@@ -129,13 +132,14 @@ struct CacheContents {
   std::uint32_t format = 0;  ///< version
   std::uint64_t bytes = 0;   ///< of the file
   std::uint64_t slices = 0, open_rows = 0, converged_rows = 0;
-  std::uint64_t knot_rows = 0;  ///< of the converged ones, those that are knot tables
-  std::string hash;             ///< as cache_hash()
+  std::uint64_t knot_rows = 0;    ///< of the converged ones, those that are knot tables
+  std::uint64_t ribbon_rows = 0;  ///< likewise, those of slices of samples
+  std::string hash;               ///< as cache_hash()
   std::uint64_t rows() const { return open_rows + converged_rows; }
 };
 
-/// Bytes that a slice without its rows, or a row with its sketch, takes in a cache.
-std::size_t cached_bytes(const SliceDescription& slice);
+/// Bytes that a slice without its rows, or a row with its sketch, takes in a cache. format: CacheContents::format.
+std::size_t cached_bytes(const SliceDescription& slice, std::uint32_t format);
 std::size_t cached_bytes(const CachedRow& row);
 
 /// A cache file as a source of rows, in about 100 KB of memory. It is the file as it was opened, whatever takes its
