@@ -18,10 +18,12 @@ constexpr std::uint32_t audit_one_in = 8;  // of the converged rows of a cache, 
 bool Service::Table::answers(SliceId slice, const CachedRow& cached) const {
   if (cached.state != RowState::converged) return false;
   const double objective = cached.objective;
-  return objective <= options_.epsilon || (paths_ > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
+  return objective <= epsilon_without_light(slice) ||
+         (paths_ > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
 }
 
 bool Service::Table::needs_nodes(const Candidate& candidate) const {
+  if (slices_[candidate.slice]->is_sampled()) return false;
   const auto& stored = slices_[candidate.slice]->stored;
   const auto found = stored.find(candidate.node);
   return found == stored.end() || !answers(candidate.slice, found->second);
@@ -30,6 +32,9 @@ bool Service::Table::needs_nodes(const Candidate& candidate) const {
 std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   const Slice& slice = *slices_[candidate.slice];
   const auto found = slice.stored.find(candidate.node);
+  if (slice.is_sampled()) {
+    return sizeof(Row) + sampled_bytes_needed(found == slice.stored.end() ? nullptr : &found->second);
+  }
   if (!needs_nodes(candidate)) {
     const CachedRow& row = found->second;
     return sizeof(Row) +
@@ -37,7 +42,7 @@ std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   }
   const bool keeps_earlier = found != slice.stored.end() && found->second.state == RowState::converged;
   return sizeof(Row) + Learning::bytes_before_nodes(slice.description.blur_rad, learner_bytes_) +
-         (keeps_earlier ? Learning::bytes_of(found->second) : 0) +
+         (keeps_earlier ? cached_row_bytes(found->second) : 0) +
          (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
 }
 
@@ -67,8 +72,13 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
       outcome.cached = cached;
       return outcome;
     }
-    row.learning->count = cached->count;
   }
+  return slice.is_sampled() ? learn(row, cached) : open(row, cached);
+}
+
+Service::Table::Outcome Service::Table::open(Row& row, const CachedRow* cached) const {
+  Outcome outcome;
+  if (cached != nullptr) row.learning->count = cached->count;
   if (cached != nullptr && cached->state == RowState::converged) {
     row.learning->fit = cached->fit;
     row.learning->has_fit = cached->knots.empty();
@@ -129,14 +139,10 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
     tbb::parallel_for(std::size_t{0}, outcomes.size(), [&](std::size_t i) { outcomes[i] = settle(rows_[first + i]); });
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
       Row& row = rows_[first + i];
-      if (outcomes[i].cached != nullptr) {
-        show(row, *outcomes[i].cached);
-      } else {
-        show(row, outcomes[i].converged);
-      }
+      show(row, outcomes[i]);
       slices_[row.slice]->stored.erase(row.node);
       bytes_ = bytes_ - sizes[i] + bytes_of(row);  // its learner may be done with it already
-      changes_.push_back({row.slice, row.node, row.state()});
+      changes_.push_back({row.slice, row.node, state_of(row)});
       report.g_evaluations += outcomes[i].g_evaluations;
       report.refits += outcomes[i].refits;
       report.bad_fits += outcomes[i].bad_fits;

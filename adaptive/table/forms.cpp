@@ -48,7 +48,7 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
   }
   if (!slice.has_index()) return found;
   Slot& slot = slice.slots[node];
-  if (slot.mixture() == nullptr && slot.knots() == nullptr) return found;
+  if (!slot.has_answer()) return found;
   slot.queries.fetch_add(1, std::memory_order_relaxed);  // where it shows that the row was asked, and may be audited
   RowView row = view_of(slot);
   row.slice = rows.slice_;

@@ -13,12 +13,17 @@ namespace {
 /// that a row may take. Where rows are fitted it was .17 at most, under a small bright window .4 (E8).
 constexpr double bound_sees = 1, share_sees = 0.1;
 constexpr double least_epsilon = 1e-3;  // below it rows begin to be refused
+/// Of chi^2: below the first, paths grow past what rows get; any first fit is within the second.
+constexpr double least_sampled_epsilon = 0.005, largest_sampled_epsilon = 0.5;
 
-/// An upper bound of 2 pi L/E^2, the square of how far g is from its mean, relative to it: a blurred density varies no
-/// more than the blur itself, integral G^2 = 1/(2 blur sqrt pi), and L is never below 1e-3/2pi.
-double relative_variation(float blur_rad, float energy) {
+/// An upper bound of what a row's objective is to be multiplied by for the square of an error relative to the light.
+/// Of a density 2 pi L/E^2, the square of how far g is from its mean, relative to it: a blurred density varies no more
+/// than the blur itself, integral G^2 = 1/(2 blur sqrt pi), and L is never below 1e-3/2pi. The objective of a row of
+/// samples is that square itself: |integral (f - S) light| <= sqrt(chi^2) sd_f(light).
+double relative_variation(const SliceDescription& slice, float energy) {
+  if (slice.kind == SliceKind::samples) return 1;
   const double e = std::max(static_cast<double>(energy), 1e-6);
-  return std::max(1 / (std::numbers::inv_sqrtpi_v<double> * static_cast<double>(blur_rad)), 1e-3 / (e * e));
+  return std::max(1 / (std::numbers::inv_sqrtpi_v<double> * static_cast<double>(slice.blur_rad)), 1e-3 / (e * e));
 }
 
 }  // namespace
@@ -30,22 +35,25 @@ double Service::Table::light_share(SliceId slice, std::uint32_t node, double uns
 }
 
 double Service::Table::epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
-  if (!is_light_driven()) return options_.epsilon;
+  const Slice& of = *slices_[slice];
+  if (!is_light_driven(of)) return epsilon_without_light(slice);
   // A path more than was seen: few paths do not show that a row carries nothing.
   const double share = light_share(slice, node, 1);
-  const double variation = relative_variation(slices_[slice]->description.blur_rad, energy);
+  const double variation = relative_variation(of.description, energy);
   const double rows = static_cast<double>(std::max<std::uint64_t>(queried_, 1));
   const double error = options_.picture_error / (share_sees * rows * share);
-  return std::clamp(error * error / variation, least_epsilon, 1.0);
+  const double epsilon = error * error / variation;
+  return of.is_sampled() ? std::clamp(epsilon, least_sampled_epsilon, largest_sampled_epsilon)
+                         : std::clamp(epsilon, least_epsilon, 1.0);
 }
 
 double Service::Table::bias_bound() const {
   if (paths_ == 0) return 0;
   double sum = 0;
   for (const Row& row : rows_) {
-    if (row.learning) continue;
-    const double objective = view_of(slot_of(row)).objective;
-    const double variation = relative_variation(slices_[row.slice]->description.blur_rad, row.energy);
+    if (state_of(row) != RowState::converged) continue;
+    const double objective = objective_of(row);
+    const double variation = relative_variation(slices_[row.slice]->description, row.energy);
     sum += light_share(row.slice, row.node, 0) * std::sqrt(variation * objective);
   }
   return bound_sees * sum;

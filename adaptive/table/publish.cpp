@@ -38,7 +38,7 @@ void Service::Table::update_rows(PassReport& report) {
     const bool told = row.learning && row.learning->observed.load(std::memory_order_relaxed) != 0;
     // The first cached row that is asked is checked for its slice, beside those chosen by key.
     const bool audits = row.audit == Audit::due || (row.audit == Audit::possible && !slice.audited);
-    const RowState state = row.state();
+    const RowState state = state_of(row);
     if (state == RowState::open ? asked || told : state == RowState::converged && audits && asked) {
       dirty.push_back(i);
       slice.audited = slice.audited || state == RowState::converged;
@@ -55,22 +55,12 @@ void Service::Table::update_rows(PassReport& report) {
   for (std::size_t i = 0; i < dirty.size(); ++i) {
     Row& row = rows_[dirty[i]];
     Outcome& outcome = outcomes[i];
-    if (row.learning) show(row, outcome.converged);
+    if (row.learning || outcome.ends_sampled()) show(row, outcome);
     if (outcome.audit_failed) {
-      const std::size_t wanted =
-          Learning::bytes_before_nodes(slices_[row.slice]->description.blur_rad, learner_bytes_) +
-          outcome.nodes->bytes();
-      if (bytes_ + wanted <= options_.memory_bytes) {
-        const Outcome again = reopen(row, std::move(outcome.nodes));
-        show(row, again.converged);
-        report.g_evaluations += again.g_evaluations;
-        report.refits += again.refits;
-        report.bad_fits += again.bad_fits;
-        count_converged(again, report);
+      if (outcome.nodes) start_anew(row, std::move(outcome.nodes), report);
+      if (row.audit == Audit::none) {
         ++reopened_;
-        changes_.push_back({row.slice, row.node, row.state()});
-      } else {
-        row.audit = Audit::due;  // looked at again when there is room
+        changes_.push_back({row.slice, row.node, state_of(row)});
       }
       misfitting.insert(row.slice);
       drop_forms(row.slice);
@@ -82,7 +72,7 @@ void Service::Table::update_rows(PassReport& report) {
     report.bad_fits += outcome.bad_fits;
     report.traces += outcome.traces;
     count_converged(outcome, report);
-    if (outcome.changed) changes_.push_back({row.slice, row.node, row.state()});
+    if (outcome.changed) changes_.push_back({row.slice, row.node, state_of(row)});
     if (outcome.weights.count > 0 && outcome.weights.mean_square > 0) {
       const Moments& w = outcome.weights;
       weighted_samples += static_cast<double>(w.count) * w.mean * w.mean / w.mean_square;
@@ -93,6 +83,21 @@ void Service::Table::update_rows(PassReport& report) {
     if (row.audit == Audit::possible && misfitting.contains(row.slice)) row.audit = Audit::due;
   }
   if (scored > 0) report.effective_sample_size = weighted_samples / static_cast<double>(scored);
+}
+
+void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nodes, PassReport& report) {
+  const std::size_t wanted =
+      Learning::bytes_before_nodes(slices_[row.slice]->description.blur_rad, learner_bytes_) + nodes->bytes();
+  if (bytes_ + wanted > options_.memory_bytes) {
+    row.audit = Audit::due;  // looked at again when there is room
+    return;
+  }
+  Outcome again = reopen(row, std::move(nodes));
+  show(row, again);
+  report.g_evaluations += again.g_evaluations;
+  report.refits += again.refits;
+  report.bad_fits += again.bad_fits;
+  count_converged(again, report);
 }
 
 PassReport Service::Table::publish(std::uint64_t paths) {
@@ -118,6 +123,13 @@ void Service::Table::tell_of(const PassReport& report) {
     ceiling_told_ = true;
     tell("the table is at its ceiling of " + std::to_string(options_.memory_bytes) +
          " bytes: what has no row is traced at every query");
+  }
+  if (report.unusable > 0 && !unusable_told_) {
+    unusable_told_ = true;
+    tell(
+        "a target of samples draws what is none (a weight that is negative or not finite, a place that is not finite, "
+        "a part that is not there, or no mass): such rows, " +
+        std::to_string(report.unusable) + " so far, are never learned");
   }
   if (report.rows_reopened > reopened_told_) {
     tell(std::to_string(report.rows_reopened - reopened_told_) +
@@ -150,8 +162,8 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
       const std::uint32_t queries = in_all - slice.queries_before[n];
       report.queries += queries;
       if (slot.row != Slot::no_row) {
-        if (rows_[slot.row].state() == RowState::converged) report.converged_queries += queries;
-      } else if (learns_ && in_all >= options_.queries_to_creation() && in_all > 0) {
+        if (state_of(rows_[slot.row]) == RowState::converged) report.converged_queries += queries;
+      } else if (learns_ && in_all >= queries_to_creation(slice) && in_all > 0) {
         candidates.push_back({p, n, in_all, slice.light[n].load(std::memory_order_relaxed), slot.take_memo()});
       } else {
         slot.take_memo();
@@ -188,20 +200,16 @@ void Service::Table::fill_totals(PassReport& report) const {
   std::vector<float> objectives;
   for (const Row& row : rows_) {
     const Slot& slot = slot_of(row);
-    float objective = 0;
-    if (row.learning) {
-      ++(row.state() == RowState::refused ? report.rows_refused : report.rows_open);
-      objective = row.learning->objective;
-    } else if (const KnotRow* knots = slot.knots()) {
-      ++report.rows_converged;
+    const RowState state = state_of(row);
+    report.rows_open += state == RowState::open ? 1 : 0;
+    report.rows_refused += state == RowState::refused ? 1 : 0;
+    report.rows_converged += state == RowState::converged ? 1 : 0;
+    if (const PackedMixture* fit = slot.mixture()) ++report.components[fit->component_count];
+    if (const KnotRow* knots = slot.knots())
       ++report.knots[static_cast<std::size_t>(std::countr_zero(knots->table.knots().size() / KnotDensity::fewest))];
-      objective = knots->objective;
-    } else {
-      ++report.rows_converged;
-      ++report.components[slot.mixture()->component_count];
-      objective = slot.mixture()->objective;
-    }
-    if (objective >= 0) objectives.push_back(objective);
+    report.ribbons += slot.ribbons() != nullptr ? 1 : 0;
+    report.unusable += slot.refusal() != nullptr && slot.refusal()->unusable ? 1 : 0;
+    if (const float objective = objective_of(row); objective >= 0) objectives.push_back(objective);
   }
   report.rows_reopened = reopened_;
   report.bytes = bytes_ + formed_bytes_;
@@ -227,19 +235,14 @@ void Service::Table::announce() {
     RowReport report;
     report.slice = slice.description.key;
     report.node = change.node;
-    report.state = row.state();
+    report.state = state_of(row);
     report.count = row.taught();
     report.failed_tests = row.failed_tests();
-    if (row.learning) {
-      report.objective = row.learning->objective;
-      report.components = row.learning->has_fit ? row.learning->fit.component_count : 0;
-    } else if (const KnotRow* knots = slot.knots()) {
-      report.objective = knots->objective;
-      report.knots = static_cast<std::uint32_t>(knots->table.knots().size());
-    } else {
-      report.objective = slot.mixture()->objective;
-      report.components = slot.mixture()->component_count;
-    }
+    report.objective = objective_of(row);
+    const RowView view = view_of(slot);
+    if (view.fit != nullptr) report.components = view.fit->component_count;
+    if (view.knots != nullptr) report.knots = static_cast<std::uint32_t>(view.knots->knots().size());
+    if (view.ribbons != nullptr) report.ribbons = view.ribbons->parts();
     listener_(report);
   }
 }

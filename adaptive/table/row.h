@@ -11,6 +11,7 @@
 #include "fit/row_learner.h"
 #include "observations/fixed_moments.h"
 #include "observations/sketch.h"
+#include "table/slice.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
@@ -60,10 +61,8 @@ struct Learning {
   }
   std::size_t bytes() const {
     return bytes_before_nodes(nodes->blur_rad(), learner->bytes()) + nodes->bytes() +
-           (earlier ? bytes_of(*earlier) : 0);
+           (earlier ? cached_row_bytes(*earlier) : 0);
   }
-  /// Of a cached row that is kept.
-  static std::size_t bytes_of(const CachedRow& row) { return sizeof(CachedRow) + row.knots.bytes(); }
 
   RowState state() const { return stop.verdict() == StopTest::Verdict::refused ? RowState::refused : RowState::open; }
 
@@ -74,7 +73,7 @@ struct Learning {
   }
 };
 
-/// Changes between passes, by one thread a row. What answers for it is in its Slot.
+/// Changes between passes, by one thread a row. What answers for it is in its Slot, and with that its state.
 struct Row {
   Row(std::uint32_t slice_index, std::uint32_t node_index) : slice(slice_index), node(node_index) {}
 
@@ -82,13 +81,12 @@ struct Row {
   std::uint32_t node;
   float energy = 0;              ///< mass of g
   std::uint32_t generation = 0;  ///< raised by each reopening, raise_generation()
-  // Of a row that has converged; while it is open these are in `learning`.
+  // Of a row that has ended; while it learns these are in `learning`.
   std::uint64_t count : 48 = 0;  ///< g evaluations that taught it
   std::uint64_t failed : 8 = 0;  ///< tests failed, in all; 255: or more
   Audit audit : 8 = Audit::none;
-  std::unique_ptr<Learning> learning;  ///< null once converged
+  std::unique_ptr<Learning> learning;  ///< null once converged, and in slices of samples
 
-  RowState state() const { return learning ? learning->state() : RowState::converged; }
   std::uint64_t taught() const { return learning ? learning->count : count; }
   std::uint32_t failed_tests() const { return learning ? learning->stop.failed() : failed; }
   void set_count(std::uint64_t n) { count = std::min(n, (std::uint64_t{1} << 48) - 1); }

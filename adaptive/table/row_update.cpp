@@ -76,7 +76,7 @@ void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {
 
 void Service::Table::begin(Row& row, Outcome& outcome) const {
   const Options options = options_of(row);
-  if (is_light_driven() && options.epsilon >= 1) {
+  if (is_light_driven(*slices_[row.slice]) && options.epsilon >= 1) {
     leave_unfitted(row, outcome);
     return;
   }
@@ -146,8 +146,12 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
 }
 
 Service::Table::Outcome Service::Table::audit(Row& row) const {
-  Outcome outcome;
   row.audit = Audit::none;
+  return slices_[row.slice]->is_sampled() ? audit_samples(row) : audit_density(row);
+}
+
+Service::Table::Outcome Service::Table::audit_density(Row& row) const {
+  Outcome outcome;
   const RowView view = view_of(slot_of(row));
   std::unique_ptr<const TracedNodes> nodes = trace(row.slice, row.node);
   RandomStream random = stream_of(row, audit_purpose);

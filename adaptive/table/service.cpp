@@ -52,6 +52,15 @@ RowView view_of(const Slot& slot) {
       view.knots = &Slot::target_of<KnotRow>(word)->table;
       view.objective = Slot::target_of<KnotRow>(word)->objective;
       break;
+    case Slot::Kind::ribbons:
+      view.state = RowState::converged;
+      view.ribbons = &Slot::target_of<RibbonAnswer>(word)->row;
+      view.objective = Slot::target_of<RibbonAnswer>(word)->objective;
+      break;
+    case Slot::Kind::refusal:
+      view.state = RowState::refused;
+      if (const float bound = Slot::target_of<SampledRefusal>(word)->objective; bound >= 0) view.objective = bound;
+      break;
   }
   return view;
 }
@@ -60,17 +69,33 @@ std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uin
   const SliceDescription& d = slices_[slice]->description;
   const auto width = static_cast<std::uint32_t>(d.axis_b.size());
   std::vector<TracedRay> rays;
-  target_.trace(d, d.axis_a[node / width], d.axis_b[node % width], rays);
+  target_->trace(d, d.axis_a[node / width], d.axis_b[node % width], rays);
   return std::make_unique<const TracedNodes>(rays, d.blur_rad);
 }
 
 std::size_t Service::Table::bytes_of(const Row& row) const {
-  if (row.learning) return sizeof(Row) + row.learning->bytes();
-  const Slot& slot = slot_of(row);
-  return sizeof(Row) + (slot.knots() != nullptr ? slot.knots()->bytes() : slot.mixture()->bytes());
+  return sizeof(Row) + (row.learning ? row.learning->bytes() : slot_of(row).answer_bytes());
 }
 
-void Service::Table::show(Row& row, bool converged) {
+RowState Service::Table::state_of(const Row& row) const {
+  if (row.learning) return row.learning->state();
+  return slot_of(row).refusal() != nullptr ? RowState::refused : RowState::converged;
+}
+
+float Service::Table::objective_of(const Row& row) const {
+  if (row.learning) return row.learning->objective;
+  const SampledRefusal* refusal = slot_of(row).refusal();
+  return refusal != nullptr ? refusal->objective : view_of(slot_of(row)).objective;
+}
+
+void Service::Table::show(Row& row, Outcome& outcome) {
+  if (outcome.cached != nullptr) return show_cached(row, *outcome.cached);
+  if (outcome.ribbons) return slot_of(row).set(outcome.ribbons.release(), Slot::Kind::ribbons);
+  if (outcome.refusal) return slot_of(row).set(outcome.refusal.release(), Slot::Kind::refusal);
+  show_learning(row, outcome.converged);
+}
+
+void Service::Table::show_learning(Row& row, bool converged) {
   Learning& learning = *row.learning;
   Slot& slot = slot_of(row);
   mixtures_.give_back(slot.mixture());  // of a row that is reopened
@@ -90,8 +115,10 @@ void Service::Table::show(Row& row, bool converged) {
   row.learning.reset();
 }
 
-void Service::Table::show(Row& row, const CachedRow& cached) {
-  if (cached.knots.empty()) {
+void Service::Table::show_cached(Row& row, const CachedRow& cached) {
+  if (cached.ribbons) {
+    slot_of(row).set(new RibbonAnswer{*cached.ribbons, cached.objective}, Slot::Kind::ribbons);
+  } else if (cached.knots.empty()) {
     slot_of(row).set(mixtures_.put(cached.fit, cached.objective), Slot::Kind::mixture);
   } else {
     slot_of(row).set(new KnotRow{cached.knots, cached.objective}, Slot::Kind::knots);
@@ -106,7 +133,7 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
         is_there ? a * static_cast<std::uint32_t>(slices_[slice_id]->description.axis_b.size()) + b : ~0u;
     if (is_misuse("look_up", slice_id, node)) {
       RowView nothing = bare_view(RowState::absent, slice_id, node);
-      nothing.nodes = &no_light();
+      if (slice_id >= slices_.size() || !slices_[slice_id]->is_sampled()) nothing.nodes = &no_light();
       return nothing;
     }
   }
@@ -115,8 +142,9 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
   const std::uint32_t node = a * static_cast<std::uint32_t>(slice.description.axis_b.size()) + b;
   if (!slice.has_index()) {
     unindexed_queries_.add(1);
-    traces_.fetch_add(1, std::memory_order_relaxed);
     RowView view = bare_view(RowState::absent, slice_id, node);
+    if (slice.is_sampled()) return view;
+    traces_.fetch_add(1, std::memory_order_relaxed);
     view.kept = trace(slice_id, node);
     view.nodes = view.kept.get();
     return view;
@@ -132,6 +160,7 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
   }
 
   RowView view = bare_view(RowState::absent, slice_id, node);
+  if (slice.is_sampled()) return view;
   view.nodes = Slot::target_of<TracedNodes>(slot.word.load(std::memory_order_acquire));
   if (view.nodes != nullptr) return view;
   std::unique_ptr<const TracedNodes> traced = trace(slice_id, node);
@@ -181,7 +210,7 @@ void Service::Table::credit(const RowView& view, float light) {
 void Service::Table::observe(const RowView& view, float x, float g) {
   if (view.row == RowView::no_row || !learns_ || is_stale("observe", view)) return;
   Row& row = rows_[view.row];
-  if (row.state() != RowState::open) return;
+  if (!row.learning || row.learning->state() != RowState::open) return;
   row.learning->sketch.offer(x, g);
   row.learning->observed.fetch_add(1, std::memory_order_relaxed);
 }
@@ -191,14 +220,16 @@ void Service::Table::score(const RowView& view, float x, float g, float q) {
   observe(view, x, g);
   if (view.row == RowView::no_row || !learns_) return;
   Row& row = rows_[view.row];
-  if (row.state() != RowState::open || !row.learning->has_fit) return;
+  if (!row.learning || row.learning->state() != RowState::open || !row.learning->has_fit) return;
   if (q > 0 && std::isfinite(q) && std::isfinite(g)) row.learning->add_score(x, g, q);
 }
 
 Service::Service(const Options& options, const Target& target)
-    : table_(std::make_unique<Table>(options, target, nullptr)) {}
+    : table_(std::make_unique<Table>(options, &target, nullptr)) {}
 Service::Service(const Options& options, const Target& target, const SampledTarget& samples)
-    : table_(std::make_unique<Table>(options, target, &samples)) {}
+    : table_(std::make_unique<Table>(options, &target, &samples)) {}
+Service::Service(const Options& options, const SampledTarget& samples)
+    : table_(std::make_unique<Table>(options, nullptr, &samples)) {}
 Service::~Service() = default;
 const Options& Service::options() const { return table_->options(); }
 Result<SliceId> Service::add_slice(const SliceDescription& description) { return table_->add_slice(description); }

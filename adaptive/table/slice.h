@@ -35,32 +35,61 @@ struct KeyLess {
 
 struct Learning;
 
+/// Memory of a cached row that is kept.
+inline std::size_t cached_row_bytes(const CachedRow& row) {
+  return sizeof(CachedRow) + row.knots.bytes() + (row.ribbons ? row.ribbons->bytes() : 0);
+}
+
 /// The answer of a converged row that is a knot table.
-struct KnotRow {
+struct alignas(16) KnotRow {
   KnotDensity table;
   float objective;  ///< known error, as RowView::objective
   std::size_t bytes() const { return sizeof(KnotRow) + table.bytes(); }
 };
 
+/// The answer of a converged row of a slice of samples.
+struct alignas(16) RibbonAnswer {
+  RibbonRow row;
+  float objective;  ///< bound of its last test, as RowView::objective
+  std::size_t bytes() const { return sizeof(RibbonAnswer); }
+};
+
+/// What a refused row of a slice of samples has come to.
+struct alignas(16) SampledRefusal {
+  float objective;  ///< bound of its last test, negative if there was none
+  bool unusable;    ///< its target drew what is none: SampledTarget
+  /// Set where a cache held the row as converged, at a larger epsilon: what a snapshot goes on saving.
+  std::unique_ptr<const CachedRow> earlier;
+  std::size_t bytes() const { return sizeof(SampledRefusal) + (earlier ? cached_row_bytes(*earlier) : 0); }
+};
+
 /// A node, and what answers for it.
 struct alignas(16) Slot {
   static constexpr std::uint32_t no_row = ~0u;
-  /// What the word points to, in its lowest bits.
+  /// What the word points to, in its lowest two bits, or, where these are both set, in its lowest four.
   enum class Kind : std::uintptr_t {
-    traced,    ///< TracedNodes of an absent node, of this pass, owned; or null
-    learning,  ///< Learning of an open or refused row
-    mixture,   ///< PackedMixture of a converged row
-    knots,     ///< KnotRow of a converged row, owned
+    traced = 0,    ///< TracedNodes of an absent node, of this pass, owned; or null
+    learning = 1,  ///< Learning of an open or refused row
+    mixture = 2,   ///< PackedMixture of a converged row
+    knots = 3,     ///< KnotRow of a converged row, owned
+    ribbons = 7,   ///< RibbonAnswer of a converged row, owned
+    refusal = 11,  ///< SampledRefusal of a refused row, owned
   };
 
   std::atomic<std::uint32_t> queries{0};  ///< look-ups over all passes (modulo 2^32)
   std::uint32_t row = no_row;             ///< index into the table's rows; changes between passes
   std::atomic<std::uintptr_t> word{0};
 
-  static Kind kind_of(std::uintptr_t word) { return static_cast<Kind>(word & 3); }
+  static Kind kind_of(std::uintptr_t word) {
+    const std::uintptr_t low = word & 3;
+    return static_cast<Kind>(low != 3 ? low : word & 15);
+  }
+  /// The bits of the word that tell the kind of a T.
+  template <class T>
+  static constexpr std::uintptr_t kind_bits = alignof(T) >= 16 ? 15 : 3;
   template <class T>
   static const T* target_of(std::uintptr_t word) {
-    return reinterpret_cast<const T*>(word & ~std::uintptr_t{3});
+    return reinterpret_cast<const T*>(word & ~kind_bits<T>);
   }
   template <class T>
   static std::uintptr_t word_of(const T* target, Kind kind) {
@@ -75,11 +104,27 @@ struct alignas(16) Slot {
   }
   const PackedMixture* mixture() const { return get<PackedMixture>(Kind::mixture); }
   const KnotRow* knots() const { return get<KnotRow>(Kind::knots); }
+  const RibbonAnswer* ribbons() const { return get<RibbonAnswer>(Kind::ribbons); }
+  const SampledRefusal* refusal() const { return get<SampledRefusal>(Kind::refusal); }
+  /// Whether a converged row answers.
+  bool has_answer() const {
+    const Kind kind = kind_of(word.load(std::memory_order_relaxed));
+    return kind == Kind::mixture || kind == Kind::knots || kind == Kind::ribbons;
+  }
+  /// Memory of what answers for a row, but for a Learning.
+  std::size_t answer_bytes() const {
+    if (const PackedMixture* fit = mixture()) return fit->bytes();
+    if (const KnotRow* table = knots()) return table->bytes();
+    if (const RibbonAnswer* answer = ribbons()) return answer->bytes();
+    return refusal() != nullptr ? refusal()->bytes() : 0;
+  }
 
   /// Puts it in the place of what answered, which is let go if it was owned. Between passes.
   template <class T>
   void set(const T* target, Kind kind) {
     delete knots();
+    delete ribbons();
+    delete refusal();
     delete get<TracedNodes>(Kind::traced);
     word.store(word_of(target, kind), std::memory_order_relaxed);
   }
@@ -114,6 +159,7 @@ struct Slice {
   Slice& operator=(const Slice&) = delete;
 
   bool has_index() const { return slots != nullptr; }
+  bool is_sampled() const { return description.kind == SliceKind::samples; }
   static std::size_t index_bytes(const SliceDescription& d) {
     return d.node_count() * (sizeof(Slot) + sizeof(std::uint64_t) + sizeof(std::uint32_t));
   }

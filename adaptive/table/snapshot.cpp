@@ -11,7 +11,7 @@ constexpr std::size_t least_index_bytes = std::size_t{16} << 20;
 constexpr std::size_t batch_of_cached = 256;  // rows of a cache that wait in memory at once, as admit() traces them
 
 bool same_axes(const SliceDescription& a, const SliceDescription& b) {
-  return a.axis_a == b.axis_a && a.axis_b == b.axis_b && a.blur_rad == b.blur_rad;
+  return a.axis_a == b.axis_a && a.axis_b == b.axis_b && a.blur_rad == b.blur_rad && a.kind == b.kind;
 }
 
 std::string describe(const SliceDescription& slice) {
@@ -21,16 +21,23 @@ std::string describe(const SliceDescription& slice) {
 }
 
 std::string describe_axes(const SliceDescription& slice) {
-  return std::to_string(slice.axis_a.size()) + " x " + std::to_string(slice.axis_b.size()) + " nodes, blur " +
-         std::to_string(slice.blur_rad) + " rad";
+  return std::to_string(slice.axis_a.size()) + " x " + std::to_string(slice.axis_b.size()) + " nodes, " +
+         (slice.kind == SliceKind::samples ? "of samples" : "blur " + std::to_string(slice.blur_rad) + " rad");
 }
 
 Error other_axes(const SliceDescription& own, const SliceDescription& cached) {
   return {"", describe(own), describe_axes(own), describe_axes(cached) + " (or other coordinates of as many)"};
 }
 
+/// What says nothing of a slice of samples is the same for all.
+SliceDescription normal_form(SliceDescription slice) {
+  if (slice.kind == SliceKind::samples) slice.blur_rad = 0;
+  return slice;
+}
+
 CachedRow cached_form(const Row& row, const Slot& slot) {
   if (row.learning && row.learning->earlier) return *row.learning->earlier;
+  if (slot.refusal() != nullptr && slot.refusal()->earlier) return *slot.refusal()->earlier;
   CachedRow cached;
   cached.node = row.node;
   cached.generation = row.generation;
@@ -40,10 +47,14 @@ CachedRow cached_form(const Row& row, const Slot& slot) {
     cached.sketch = row.learning->sketch.bins();
     return cached;
   }
+  if (slot.refusal() != nullptr) return cached;
   cached.state = RowState::converged;
   if (const KnotRow* knots = slot.knots()) {
     cached.knots = knots->table;
     cached.objective = knots->objective;
+  } else if (const RibbonAnswer* answer = slot.ribbons()) {
+    cached.ribbons = std::make_shared<const RibbonRow>(answer->row);
+    cached.objective = answer->objective;
   } else {
     cached.fit = *slot.mixture();
     cached.objective = slot.mixture()->objective;
@@ -53,9 +64,23 @@ CachedRow cached_form(const Row& row, const Slot& slot) {
 
 }  // namespace
 
-Result<SliceId> Service::Table::add_slice(const SliceDescription& description) {
+std::optional<Error> Service::Table::unusable(const SliceDescription& slice) const {
+  if (slice.node_count() == 0) return Error{"", describe(slice), "at least one node", "none"};
+  const bool samples = slice.kind == SliceKind::samples;
+  if (samples ? samples_ == nullptr : target_ == nullptr) {
+    return Error{"", describe(slice), samples ? "a target of samples" : "a target of densities", "none"};
+  }
+  const std::size_t told = slice.key.told_parameters().size();
+  if (samples || told <= SliceKey::density_parameters) return std::nullopt;
+  return Error{"", describe(slice),
+               std::to_string(SliceKey::density_parameters) + " parameters of a slice of densities",
+               std::to_string(told)};
+}
+
+Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
   if (std::optional<Error> early = within_pass("add_slice")) return std::move(*early);
-  if (description.node_count() == 0) return Error{"", describe(description), "at least one node", "none"};
+  if (std::optional<Error> error = unusable(asked)) return std::move(*error);
+  const SliceDescription description = normal_form(asked);
   if (const auto found = slice_of_key_.find(description.key); found != slice_of_key_.end()) {
     const SliceDescription& own = slices_[found->second]->description;
     if (!same_axes(own, description)) return other_axes(own, description);
@@ -74,7 +99,7 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& description) {
   if (const auto cached = unused_.find(description.key); cached != unused_.end()) {
     // A slice on other axes cannot be used, nor saved beside this one.
     if (same_axes(cached->second.description(), description)) {
-      PackedSliceRows rows(cached->second, target_.model_name());
+      PackedSliceRows rows(cached->second, model_name());
       (void)take(rows);
     } else {
       refusals_.push_back(other_axes(description, cached->second.description()));
@@ -83,6 +108,12 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& description) {
     unused_.erase(cached);
   }
   return id;
+}
+
+bool Service::Table::may_answer(const Slice& slice, const CachedRow& row) const {
+  if (row.state != RowState::converged) return true;
+  if (!slice.is_sampled()) return row.ribbons == nullptr;
+  return row.ribbons != nullptr && row.ribbons->parts() == samples_->parts(slice.description);
 }
 
 std::optional<Error> Service::Table::take(RowSource& rows) {
@@ -108,11 +139,13 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
       Slice& slice = *slices_[id];
       while (const CachedRow* row = rows.next_row()) {
         const bool is_node = row->node < slice.description.node_count();
-        if (!is_node || answers(id, *row) != answering) continue;
+        if (!is_node || !may_answer(slice, *row) || answers(id, *row) != answering) continue;
         if (slice.has_index() && slice.slots[row->node].row != Slot::no_row) continue;
         slice.stored.insert_or_assign(row->node, *row);
-        // What a coarse row is good for is not known before the light of its node is.
-        if (!slice.has_index() || !room || (is_light_driven() && !answering)) continue;
+        // What a coarse row is good for is not known before the light of its node is; a row of samples is not learned
+        // before it is asked.
+        const bool waits = !answering && (is_light_driven(slice) || slice.is_sampled());
+        if (!slice.has_index() || !room || waits) continue;
         const std::uint32_t queries = slice.slots[row->node].queries.load(std::memory_order_relaxed);
         candidates.push_back({id, row->node, queries, 0, nullptr});
         if (candidates.size() == batch_of_cached) admit_candidates();
@@ -128,9 +161,7 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
 }
 
 std::optional<Error> Service::Table::load(RowSource& rows) {
-  if (rows.model() != target_.model_name()) {
-    return Error{"", "model", target_.model_name(), rows.model()};
-  }
+  if (rows.model() != model_name()) return Error{"", "model", model_name(), rows.model()};
   rows.rewind();
   while (const SliceDescription* cached = rows.next_slice()) {
     const auto found = slice_of_key_.find(cached->key);
@@ -147,7 +178,7 @@ std::optional<Error> Service::Table::load(RowSource& rows) {
 /// is left out: the next session describes it anew.
 class Service::Table::Rows final : public RowSource {
  public:
-  explicit Rows(const Table& table) : table_(table), model_(table.target_.model_name()) { rewind(); }
+  explicit Rows(const Table& table) : table_(table), model_(table.model_name()) { rewind(); }
 
   const std::string& model() const override { return model_; }
   void rewind() override {

@@ -29,8 +29,8 @@ RowView view_of(const Slot& slot);
 /// Reader methods (look_up, fetch, count_formed, observe, score, credit): any thread. All else: one thread, no reader.
 class Service::Table {
  public:
-  /// samples: null without slices of samples.
-  Table(const Options& options, const Target& target, const SampledTarget* samples)
+  /// One of them may be null: there are no slices of its kind.
+  Table(const Options& options, const Target* target, const SampledTarget* samples)
       : options_(options), target_(target), samples_(samples), learner_bytes_(options.learner->make()->bytes()) {}
 
   // service.cpp: what readers do
@@ -98,25 +98,40 @@ class Service::Table {
     const CachedRow* cached = nullptr;         ///< what a row is to be answered by from now on, without learning
     double absorbed_error = -1;                ///< of a row that converged, largest_absorbed_error()
     Moments weights;                           ///< g/(q energy) of what was scored
-    std::unique_ptr<const TracedNodes> nodes;  ///< of a row that failed its audit
+    std::unique_ptr<const TracedNodes> nodes;  ///< of a row of a density that failed its audit
+    // What a row of samples has come to, one of them.
+    std::unique_ptr<const RibbonAnswer> ribbons;
+    std::unique_ptr<const SampledRefusal> refusal;
+    bool ends_sampled() const { return ribbons != nullptr || refusal != nullptr; }
   };
 
   // light.cpp
   /// What the node carried of the light of the paths so far: >= 0, of all rows together about the hits of a path.
   /// unseen: light that is added to it.
   double light_share(SliceId slice, std::uint32_t node, double unseen) const;
-  /// What the row at a node has to reach, from the light that it carries; `epsilon` for all without `picture_error`.
-  /// energy: of g there.
+  /// What the row at a node has to reach, from the light that it carries; epsilon_without_light() for all without
+  /// `picture_error`. energy: of g there, for rows of densities.
   double epsilon_of(SliceId slice, std::uint32_t node, float energy) const;
+  double epsilon_without_light(SliceId slice) const {
+    return slices_[slice]->is_sampled() ? options_.sampled_epsilon : options_.epsilon;
+  }
+  /// Queries after which a node of the slice gets a row.
+  std::uint32_t queries_to_creation(const Slice& slice) const {
+    return slice.is_sampled() ? options_.queries_before_creation : options_.queries_to_creation();
+  }
   /// PassReport::bias_bound.
   double bias_bound() const;
-  bool is_light_driven() const { return options_.picture_error > 0 && !options_.learner->on_first_query; }
+  bool is_light_driven(const Slice& slice) const {
+    return options_.picture_error > 0 && (slice.is_sampled() || !options_.learner->on_first_query);
+  }
 
   // creations.cpp
   /// Makes rows of the candidates, in their order, until the ceiling. Appends to changes_. True if all had room.
   bool admit(std::vector<Candidate>& candidates, PassReport& report);
-  /// Fills a new row: from the cache if that has it, and then it may have converged; else opens it.
+  /// Fills a new row: from the cache if that has it, and then it may have converged; else opens or learns it.
   Outcome settle(Row& row) const;
+  /// Of a density; cached: what a cache has of it, or null.
+  Outcome open(Row& row, const CachedRow* cached) const;
   std::size_t bytes_needed(const Candidate& candidate) const;
   bool needs_nodes(const Candidate& candidate) const;
   /// Whether a cached row is good enough for the light that its node is known to carry.
@@ -124,11 +139,19 @@ class Service::Table {
   /// True if the pairs of the row's sketch, which a cache brought, are not what its nodes say.
   bool outdated(const Row& row) const;
 
+  // sampled_rows.cpp
+  /// Learns a row of samples from its first path to its end. cached: as of open(). Rows run in parallel.
+  Outcome learn(Row& row, const CachedRow* cached) const;
+  /// Tests a converged row of a cache on fresh draws; one that fails is learned anew at once.
+  Outcome audit_samples(Row& row) const;
+  static std::size_t sampled_bytes_needed(const CachedRow* stored);
+
   // row_update.cpp
   /// The end of a pass for one row. Touches nothing but the row: rows run in parallel.
   Outcome update(Row& row) const;
-  /// Scores a converged row of a cache against a fresh trace.
+  /// Scores a converged row of a cache against a fresh trace, or fresh draws.
   Outcome audit(Row& row) const;
+  Outcome audit_density(Row& row) const;
   /// Starts anew a row that failed its audit.
   Outcome reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const;
   /// Opens the row: what its learner does before the first pass of it.
@@ -150,11 +173,17 @@ class Service::Table {
 
   // publish.cpp
   void update_rows(PassReport& report);
+  /// reopen(), where there is room; else the audit stays due.
+  void start_anew(Row& row, std::unique_ptr<const TracedNodes> nodes, PassReport& report);
   void count_converged(const Outcome& outcome, PassReport& report);
   void fill_totals(PassReport& report) const;
   void announce();
 
   // snapshot.cpp
+  /// Why the service can have no such slice.
+  std::optional<Error> unusable(const SliceDescription& slice) const;
+  /// False of a converged row that is of no use in the slice: of the other kind, or with other parts.
+  bool may_answer(const Slice& slice, const CachedRow& row) const;
   /// Gives rows to cached rows until the ceiling, those that answer at once first, and keeps the rest as it is.
   std::optional<Error> take(RowSource& rows);
 
@@ -194,18 +223,23 @@ class Service::Table {
     return view;
   }
   PassReport end_pass(std::uint64_t paths);
+  std::string model_name() const { return target_ != nullptr ? target_->model_name() : samples_->model_name(); }
+  RowState state_of(const Row& row) const;
+  /// Bound of its last test, negative before the first.
+  float objective_of(const Row& row) const;
   std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
   Slot& slot_of(const Row& row) const { return slices_[row.slice]->slots[row.node]; }
   /// Memory of the row and of what answers for it.
   std::size_t bytes_of(const Row& row) const;
-  /// Puts into its slot what readers may see of a row that its learning has changed; where that is at its end, what it
-  /// has come to, and it goes. One row at a time.
-  void show(Row& row, bool converged);
+  /// Puts into its slot what readers may see of the row from now on. One row at a time.
+  void show(Row& row, Outcome& outcome);
+  /// Of a row that its learning has changed: where that is at its end, what it has come to, and it goes.
+  void show_learning(Row& row, bool converged);
   /// Answers a row without learning by what a cache has.
-  void show(Row& row, const CachedRow& cached);
+  void show_cached(Row& row, const CachedRow& cached);
 
   Options options_;
-  const Target& target_;
+  const Target* target_;
   const SampledTarget* samples_;
   std::size_t learner_bytes_;  ///< of each open row
   std::vector<std::unique_ptr<Slice>> slices_;
@@ -224,6 +258,7 @@ class Service::Table {
   std::uint64_t paths_ = 0;          ///< told to publish() so far
   std::uint64_t reopened_told_ = 0;  ///< of reopened_, by Options::log
   bool ceiling_told_ = false;        ///< likewise
+  bool unusable_told_ = false;       ///< likewise
   std::uint64_t queried_ = 0;        ///< nodes ever asked for, as of the last publish()
   ErrorQuantiles absorbed_errors_;   ///< of rows that converged in this session: these stay so
   PassReport between_passes_;        ///< work of load() and add_slice(), told by the next publish()

@@ -14,10 +14,14 @@ struct Options {
   /// Relative squared L2 error below which a row counts as converged: the objective
   /// integral (g - f)^2 / max(integral (g - mean g)^2, 1e-3 / 2 pi).
   double epsilon = 0.01;
+  /// The same for rows of slices of samples, of another quantity: chi^2 = integral (S - f)^2/f of all parts, masses
+  /// included, at the resolution of the test's cells (adaptive/fit/sampled_learner.h).
+  double sampled_epsilon = 0.05;
   /// In place of an epsilon for all rows alike: the relative error that the fits may make in the light of the picture,
   /// under light as of a sky; PassReport::bias_bound is at most ten times it. Each row then has an epsilon of its own
   /// by the light that it carries (Service::credit), and one that carries next to none is never fitted; epsilon is what
-  /// rows of a cache are taken at before their light is known. 0: off. For learners that fit mixtures.
+  /// rows of a cache are taken at before their light is known. 0: off. For learners that fit mixtures, and for rows of
+  /// samples, of which each has an epsilon within [0.005, 0.5].
   double picture_error = 0;
   /// Ceiling for rows, sketches, traced nodes and their memo, and forms of rows, bytes. Past it no row is created and
   /// what is made of rows is not kept; forms make room for rows at a publish(). The index of the
@@ -30,7 +34,8 @@ struct Options {
   /// Share of the proposal that stays uniform for ever, converged and open rows (bounds the weight by 1/(1-u)).
   float uniform_share_converged = 0.02f;
   float uniform_share_open = 0.05f;
-  /// Tests a row may fail before it is refused and answered at the node for good.
+  /// Tests a row may fail before it is refused and answered at the node for good. Rows of samples are refused by their
+  /// paths.
   std::uint32_t tests_before_refusal = 32;
   /// How rows are fitted.
   const Learner* learner = &sketch_learner;
@@ -42,7 +47,8 @@ struct Options {
   /// one by one.
   bool check_passes = false;
   /// Told in a sentence what a host may want to know or log and is no error: the first time that the ceiling holds rows
-  /// back, a slice that has no room for an index, cached rows that no longer fit their target, misuse. Called between
+  /// back, a slice that has no room for an index, cached rows that no longer fit their target, a target of samples
+  /// that draws what is none, misuse. Called between
   /// passes only, inside add_slice(), load() and publish(), by the thread that called those. May be empty.
   std::function<void(const std::string& sentence)> log = nullptr;
 

@@ -40,6 +40,8 @@ class Service {
   Service(const Options& options, const Target& target);
   /// The same with slices of samples beside those of densities; both targets have one model name, a precondition.
   Service(const Options& options, const Target& target, const SampledTarget& samples);
+  /// With slices of samples alone.
+  Service(const Options& options, const SampledTarget& samples);
   ~Service();
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
@@ -47,8 +49,9 @@ class Service {
   const Options& options() const;
 
   /// Registers a slice, or finds the one with that key. Between passes. Error if a slice of that key is there on other
-  /// axes or with another blur, and if it has no nodes; nothing is then changed. See refusals() for a slice that load()
-  /// brought on other axes.
+  /// axes, with another blur or of the other kind, if it has no nodes, if the service has no target of its kind, and if
+  /// a slice of densities tells more than its parameters; nothing is then changed. See refusals() for a slice that
+  /// load() brought on other axes.
   Result<SliceId> add_slice(const SliceDescription& description);
   const SliceDescription& slice(SliceId slice) const;
   std::uint32_t slice_count() const;
@@ -80,7 +83,8 @@ class Service {
                                      const std::vector<float>& decay_rates = {});
 
   /// The row at node (a, b): indices into the slice's axes. Counts a query. A slice or a node that is not there is
-  /// answered by g = 0 in any build, and told in PassReport::misuse.
+  /// answered by g = 0 in any build, and told in PassReport::misuse. In a slice of samples what has not converged
+  /// brings nothing to answer by: the host draws from its target itself.
   RowView look_up(SliceId slice, std::uint32_t a, std::uint32_t b) const;
   /// The same in a form, where AnswerReader finds nothing. node: a * axis_b.size() + b.
   FormedLookup look_up(const FormedRows& rows, std::uint32_t node) const;
@@ -91,7 +95,7 @@ class Service {
   /// what is scattered there, >= 0, so that the sum over a pass, over the paths told to publish(), is the row's share
   /// of the picture. Any state. Rows are created in the order of it, and `picture_error` divides by it.
   void credit(const RowView& row, float light) const;
-  /// Tells an open row its g at azimuth x, whatever drew x. No effect on other states.
+  /// Tells an open row its g at azimuth x, whatever drew x. No effect on other states, nor in slices of samples.
   void observe(const RowView& row, float x, float g) const;
   /// As observe, and scores the published fit: x must have been drawn from this row's own proposal, whose density
   /// there was q (1/rad).

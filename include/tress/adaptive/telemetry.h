@@ -30,7 +30,7 @@ struct AbsorbedObjective {
 struct PassReport {
   std::uint64_t queries = 0;            ///< look_up() calls
   std::uint64_t converged_queries = 0;  ///< of them on converged rows
-  std::uint64_t g_evaluations = 0;      ///< observed, topped up and by coverage
+  std::uint64_t g_evaluations = 0;      ///< observed, topped up and by coverage; paths of rows of samples
   /// Nodes traced. All else here is the same for any number of threads; at the ceiling, where the memo of a pass has no
   /// room for all and some are traced at every query, this is not.
   std::uint64_t traces = 0;
@@ -57,6 +57,8 @@ struct PassReport {
   /// on. 0 without light told (Service::credit).
   double bias_bound = 0;
   double learning_cpu_seconds = 0;  ///< CPU time inside publish()
+  std::uint64_t ribbons = 0;        ///< converged rows of slices of samples, in all
+  std::uint64_t unusable = 0;       ///< refused rows whose draws were none (SampledTarget), in all
   /// The first call since the last publish() that the service could not make sense of: a node that is not there, with
   /// Options::check_passes also calls outside of their time. None is a mistake of data: the host is to be mended.
   std::optional<Error> misuse;
@@ -69,8 +71,9 @@ struct RowReport {
   RowState state = RowState::open;
   double objective = 0;  ///< bound of the last test; negative before the first
   std::uint64_t count = 0;
-  std::uint32_t components = 0;  ///< 0 for a knot table
-  std::uint32_t knots = 0;       ///< 0 for a mixture
+  std::uint32_t components = 0;  ///< of a mixture, 0 for all others
+  std::uint32_t knots = 0;       ///< of a knot table, 0 for all others
+  std::uint32_t ribbons = 0;     ///< parts of a row of samples that has converged, 0 for all others
   std::uint32_t failed_tests = 0;
 };
 

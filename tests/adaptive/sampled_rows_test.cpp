@@ -1,0 +1,438 @@
+// Rows of slices of samples: their life in the table, beside rows of densities, with good targets and bad.
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "adaptive/drive_service.h"
+#include "adaptive/toy_samples.h"
+#include "adaptive/toy_target.h"
+#include "tress/adaptive/cache.h"
+#include "tress/adaptive/service.h"
+
+namespace tress::adaptive {
+namespace {
+
+using testing::MovingLobes;
+using testing::MovingPeaks;
+using testing::sampled_slice;
+using testing::toy_slice;
+
+constexpr std::uint32_t size = 2, nodes = size * size;
+
+/// Asks each node of a slice of `of` x `of` nodes so often, from so many threads.
+void ask_all(const Service& service, SliceId slice, std::uint32_t of = size, int queries = 8, unsigned threads = 1) {
+  std::vector<std::thread> readers;
+  for (unsigned t = 0; t < threads; ++t) {
+    readers.emplace_back([&, t] {
+      for (int k = static_cast<int>(t); k < queries; k += static_cast<int>(threads)) {
+        for (std::uint32_t n = 0; n < of * of; ++n) service.look_up(slice, n / of, n % of);
+      }
+    });
+  }
+  for (std::thread& reader : readers) reader.join();
+}
+
+/// A service whose every row has been asked in one pass.
+struct Session {
+  explicit Session(const SampledTarget& target, const Options& options = {}, const TableSnapshot* image = nullptr)
+      : service(options, target) {
+    slice = *service.add_slice(sampled_slice(3, size));
+    if (image != nullptr) {
+      EXPECT_FALSE(service.load(*image));
+    }
+  }
+  PassReport pass() {
+    ask_all(service, slice);
+    return service.publish();
+  }
+  Service service;
+  SliceId slice = 0;
+};
+
+TEST(SampledRows, ConvergeAtTheEndOfThePassOfTheirLastQuery) {
+  const MovingLobes target;
+  Session session(target);
+  const Service& service = session.service;
+  ask_all(service, session.slice, size, 7);
+  EXPECT_EQ(session.service.publish().creations, 0u);
+
+  const RowView absent = service.look_up(session.slice, 0, 1);
+  EXPECT_EQ(absent.state, RowState::absent);
+  EXPECT_EQ(absent.nodes, nullptr);
+  EXPECT_EQ(absent.ribbons, nullptr);
+  EXPECT_EQ(absent.objective, 1);
+  service.credit(absent, 1);
+  service.observe(absent, 0, 1);
+  const PassReport first = session.service.publish();
+  EXPECT_EQ(first.creations, 1u);
+  EXPECT_EQ(first.newly_converged, 1u);
+  EXPECT_EQ(first.rows_converged, 1u);
+  EXPECT_EQ(first.ribbons, 1u);
+  EXPECT_EQ(first.traces, 0u);
+  EXPECT_GE(first.g_evaluations, 2048u);
+  EXPECT_EQ(first.converged_queries, 0u);
+  EXPECT_LE(first.objective_max, service.options().sampled_epsilon);
+
+  const RowView row = service.look_up(session.slice, 0, 1);
+  EXPECT_EQ(row.state, RowState::converged);
+  ASSERT_NE(row.ribbons, nullptr);
+  EXPECT_EQ(row.fit, nullptr);
+  EXPECT_EQ(row.knots, nullptr);
+  EXPECT_EQ(row.nodes, nullptr);
+  EXPECT_EQ(row.objective, static_cast<float>(first.objective_max));
+  EXPECT_EQ(row.ribbons->parts(), 2u);
+  EXPECT_NEAR(row.ribbons->total_mass(), 0.8f, 1e-4f);
+  const RibbonRow before = *row.ribbons;
+  service.credit(row, 1);
+  service.observe(row, 0, 1);
+  service.score(row, 0, 1, 1);
+  const PassReport second = session.service.publish(1);
+  EXPECT_EQ(second.converged_queries, 1u);
+  EXPECT_EQ(second.g_evaluations, 0u);
+  EXPECT_EQ(second.bytes, first.bytes);
+  EXPECT_GT(second.bias_bound, 0);
+  EXPECT_EQ(*service.peek(session.slice, 0, 1).ribbons, before);
+}
+
+struct Learned {
+  std::string bytes;
+  PassReport report;
+};
+
+/// Both kinds in one service: their slices in turn.
+Learned learn_both(unsigned threads, std::size_t memory_bytes) {
+  const tbb::global_control width(tbb::global_control::max_allowed_parallelism, threads);
+  const MovingPeaks target;
+  const MovingLobes samples;
+  Options options;
+  options.memory_bytes = memory_bytes;
+  Service service(options, target, samples);
+  service.add_slice(toy_slice(0, 4));
+  service.add_slice(toy_slice(2, 4));
+  const SliceId sampled = *service.add_slice(sampled_slice(1, size));
+  Learned learned;
+  for (std::uint64_t pass = 0; pass < 5; ++pass) {
+    testing::run_pass(service, 2, pass, 800, threads);
+    ask_all(service, sampled, size, 8, threads);
+    for (std::uint32_t n = 0; n < nodes; ++n)
+      service.credit(service.peek(sampled, n / size, n % size), static_cast<float>(n));
+    learned.report = service.publish(100);
+    EXPECT_LE(learned.report.bytes, memory_bytes);
+  }
+  learned.bytes = encode_cache(service.snapshot());
+  return learned;
+}
+
+TEST(SampledRows, AreTheSameToTheBitForAnyNumberOfThreads) {
+  const Learned one = learn_both(1, 64 << 20);
+  EXPECT_EQ(one.report.ribbons, nodes);
+  EXPECT_GT(one.report.rows_open, 0u);
+  EXPECT_GT(one.report.rows_converged, one.report.ribbons);
+  for (const unsigned threads : {2u, 8u}) EXPECT_EQ(learn_both(threads, 64 << 20).bytes, one.bytes);
+}
+
+TEST(SampledRows, WaitAtTheCeilingInOrderOfTheirLight) {
+  // Rows of densities are there first; after them a row of samples, perhaps two.
+  const std::size_t ceiling = learn_both(1, 64 << 20).report.bytes / 2;
+  const Learned one = learn_both(1, ceiling);
+  EXPECT_TRUE(one.report.at_ceiling);
+  for (const unsigned threads : {2u, 8u}) EXPECT_EQ(learn_both(threads, ceiling).bytes, one.bytes);
+
+  const MovingLobes target;
+  Options options;
+  options.memory_bytes = 4000;  // for two rows
+  Session session(target, options);
+  for (std::uint32_t n = 0; n < nodes; ++n)
+    session.service.credit(session.service.look_up(session.slice, n / size, n % size), static_cast<float>(n));
+  const PassReport report = session.pass();
+  EXPECT_TRUE(report.at_ceiling);
+  ASSERT_EQ(report.ribbons, 2u);
+  EXPECT_LE(report.bytes, options.memory_bytes);
+  EXPECT_EQ(session.service.look_up(session.slice, 0, 0).state, RowState::absent);
+  EXPECT_NE(session.service.look_up(session.slice, 1, 1).ribbons, nullptr);
+}
+
+TEST(SampledRows, LeaveThoseOfDensitiesAsTheyWouldBeAlone) {
+  const MovingPeaks target;
+  const MovingLobes samples;
+  Service both(Options{}, target, samples), alone(Options{}, target);
+  for (Service* service : {&both, &alone}) service->add_slice(toy_slice(0, 4));
+  const SliceId sampled = *both.add_slice(sampled_slice(1, size));
+  for (std::uint64_t pass = 0; pass < 3; ++pass) {
+    for (Service* service : {&both, &alone}) testing::run_pass(*service, 1, pass, 800, 1);
+    ask_all(both, sampled);
+    both.publish();
+    alone.publish();
+  }
+  TableSnapshot image = both.snapshot();
+  ASSERT_EQ(image.slices.size(), 2u);
+  EXPECT_EQ(image.slices[1].description.kind, SliceKind::samples);
+  image.slices.pop_back();
+  EXPECT_EQ(encode_cache(image), encode_cache(alone.snapshot()));
+
+  Service loaded(Options{}, target, samples);
+  EXPECT_FALSE(loaded.load(alone.snapshot()));
+  loaded.add_slice(sampled_slice(1, size));
+  loaded.add_slice(toy_slice(0, 4));
+  EXPECT_EQ(encode_cache(loaded.snapshot()), encode_cache(alone.snapshot()));
+}
+
+TEST(SampledRows, OfACacheAnswerAtOnceAndSaveToTheSameBytes) {
+  const MovingLobes target;
+  Session first(target);
+  first.pass();
+  const TableSnapshot image = first.service.snapshot();
+  Session second(target, {}, &image);
+  const RowView row = second.service.look_up(second.slice, 1, 0);
+  ASSERT_NE(row.ribbons, nullptr);
+  EXPECT_EQ(*row.ribbons, *first.service.peek(first.slice, 1, 0).ribbons);
+  const PassReport report = second.pass();
+  EXPECT_EQ(report.rows_reopened, 0u);
+  EXPECT_EQ(report.newly_converged, 0u);
+  EXPECT_GT(report.g_evaluations, 0u) << "the first row that is asked is audited";
+  EXPECT_LT(report.g_evaluations, 5u * 4096);
+  EXPECT_EQ(encode_cache(second.service.snapshot()), encode_cache(image));
+}
+
+TEST(SampledRows, OfATargetThatHasChangedAreLearnedAnew) {
+  const MovingLobes old;
+  Session first(old);
+  first.pass();
+  const TableSnapshot image = first.service.snapshot();
+  const MovingLobes moved(0.5f);
+  std::vector<std::string> told;
+  Options options;
+  options.log = [&](const std::string& sentence) { told.push_back(sentence); };
+  Session second(moved, options, &image);
+  PassReport report = second.pass();
+  EXPECT_GT(report.rows_reopened, 0u);
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_NE(told[0].find("do not fit their target"), std::string::npos);
+  report = second.pass();
+  EXPECT_EQ(report.rows_reopened, nodes) << "one that does not fit brings its slice to the test";
+  EXPECT_EQ(report.ribbons, nodes);
+  Session fresh(moved);
+  fresh.pass();
+  for (std::uint32_t n = 0; n < nodes; ++n) {
+    EXPECT_EQ(*second.service.peek(second.slice, n / size, n % size).ribbons,
+              *fresh.service.peek(fresh.slice, n / size, n % size).ribbons);
+  }
+  const TableSnapshot after = second.service.snapshot();
+  for (const CachedRow& row : after.slices[0].rows) EXPECT_EQ(row.generation, 1u);
+}
+
+/// Draws that are none, in one way each.
+class BadLobes final : public MovingLobes {
+ public:
+  enum class Fault { negative, nan_weight, nan_place, infinite_height, part, no_mass, no_exit };
+  BadLobes(Fault fault, std::uint32_t bad_node_b) : fault_(fault), bad_b_(bad_node_b) {}
+  void draw(const SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
+            std::uint32_t count, std::vector<SampledExit>& out) const override {
+    MovingLobes::draw(slice, a, b, stream, first, count, out);
+    if (b != slice.axis_b[bad_b_] || out.empty()) return;
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    SampledExit& last = out.back();
+    if (fault_ == Fault::negative) last.weight = -1e-6f;
+    if (fault_ == Fault::nan_weight) last.weight = nan;
+    if (fault_ == Fault::nan_place) last.azimuth = nan;
+    if (fault_ == Fault::infinite_height) last.height = std::numeric_limits<float>::infinity();
+    if (fault_ == Fault::part) last.part = 2;
+    if (fault_ == Fault::no_exit) out.clear();
+    if (fault_ != Fault::no_mass) return;
+    for (SampledExit& exit : out) exit.weight = 0;
+  }
+
+ private:
+  Fault fault_;
+  std::uint32_t bad_b_;
+};
+
+TEST(SampledRows, OfDrawsThatAreNoneAreRefusedAndToldOnce) {
+  using Fault = BadLobes::Fault;
+  for (const Fault fault : {Fault::negative, Fault::nan_weight, Fault::nan_place, Fault::infinite_height, Fault::part,
+                            Fault::no_mass, Fault::no_exit}) {
+    const BadLobes target(fault, 1);
+    std::vector<std::string> told;
+    Options options;
+    options.log = [&](const std::string& sentence) { told.push_back(sentence); };
+    Session session(target, options);
+    for (int pass = 0; pass < 2; ++pass) {
+      const PassReport report = session.pass();
+      EXPECT_EQ(report.rows_refused, 2u) << static_cast<int>(fault);
+      EXPECT_EQ(report.unusable, 2u);
+      EXPECT_EQ(report.ribbons, 2u);
+    }
+    EXPECT_EQ(told.size(), 1u);
+    const RowView row = session.service.look_up(session.slice, 0, 1);
+    EXPECT_EQ(row.state, RowState::refused);
+    EXPECT_EQ(row.ribbons, nullptr);
+    EXPECT_EQ(row.nodes, nullptr);
+    EXPECT_EQ(row.objective, 1);
+  }
+}
+
+Options hard() {
+  Options options;
+  options.sampled_epsilon = 1e-5;  // past what the most paths show
+  return options;
+}
+
+TEST(SampledRows, ThatAreRefusedAreStoredAsOpenAndLearnedAnewWhenAsked) {
+  const MovingLobes target;
+  Session first(target, hard());
+  const PassReport report = first.pass();
+  EXPECT_EQ(report.rows_refused, nodes);
+  EXPECT_EQ(report.unusable, 0u);
+  EXPECT_EQ(report.ribbons, 0u);
+  EXPECT_EQ(first.pass().g_evaluations, 0u) << "for good";
+  const TableSnapshot image = first.service.snapshot();
+  for (const CachedRow& row : image.slices[0].rows) {
+    EXPECT_EQ(row.state, RowState::open);
+    EXPECT_GE(row.count, 2048u);
+    EXPECT_TRUE(row.sketch.empty());
+    EXPECT_EQ(row.ribbons, nullptr);
+  }
+  Session second(target, {}, &image);
+  EXPECT_EQ(second.service.look_up(second.slice, 0, 0).state, RowState::absent);
+  EXPECT_EQ(encode_cache(second.service.snapshot()), encode_cache(image)) << "they stay while they are not asked";
+  EXPECT_EQ(second.pass().ribbons, nodes);
+}
+
+TEST(SampledRows, OfACacheThatAreTooCoarseAreLearnedAnewAndNeverLost) {
+  const MovingLobes target;
+  Session first(target);
+  first.pass();
+  const TableSnapshot image = first.service.snapshot();
+  Session second(target, hard(), &image);
+  EXPECT_EQ(second.service.look_up(second.slice, 0, 0).ribbons, nullptr);
+  EXPECT_EQ(second.pass().rows_refused, nodes);
+  EXPECT_EQ(encode_cache(second.service.snapshot()), encode_cache(image));
+}
+
+TEST(SampledRows, OfAFrozenTableStayAsTheyAre) {
+  const MovingLobes target;
+  Session cold(target);
+  cold.service.set_learning(false);
+  const PassReport none = cold.pass();
+  EXPECT_EQ(none.creations, 0u);
+  EXPECT_EQ(none.g_evaluations, 0u);
+  EXPECT_EQ(cold.service.look_up(cold.slice, 0, 0).state, RowState::absent);
+  Session first(target);
+  first.pass();
+  const TableSnapshot image = first.service.snapshot();
+  const MovingLobes moved(0.5f);
+  Session warm(moved, {}, &image);
+  warm.service.set_learning(false);
+  const PassReport report = warm.pass();
+  EXPECT_EQ(report.ribbons, nodes);
+  EXPECT_EQ(report.g_evaluations, 0u) << "not audited either";
+}
+
+TEST(SampledRows, AreLearnedByTheLightThatTheyCarry) {
+  const MovingLobes target;
+  Options options;
+  options.picture_error = 0.001;
+  Session session(target, options);
+  const Service& service = session.service;
+  service.credit(service.look_up(session.slice, 1, 1), 100);
+  ask_all(service, session.slice);
+  const PassReport report = session.service.publish(100);
+  ASSERT_EQ(report.ribbons, nodes);
+  const RowView bright = service.peek(session.slice, 1, 1), dark = service.peek(session.slice, 0, 0);
+  // error = 0.001/(0.1 x 4 rows x 1.01 of the light), squared, and no less than 0.005; of the dark one 0.0001/0.0004.
+  EXPECT_LE(bright.objective, 0.005f);
+  EXPECT_GT(dark.objective, 0.005f);
+  EXPECT_LE(dark.objective, 0.5f);
+  EXPECT_NEAR(report.bias_bound, std::sqrt(bright.objective), 1e-6);
+}
+
+/// Density of part 0 at four azimuths.
+class FourDensities final : public RowForm {
+ public:
+  std::size_t bytes(const RowView&) const override { return 4 * sizeof(float); }
+  void write(const RowView& row, void* memory) const override {
+    std::array<float, 4> values;
+    const Ribbon part = row.ribbons->ribbon(0);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = part.density(static_cast<float>(i), 0.5f);
+    std::memcpy(memory, values.data(), sizeof(values));
+  }
+};
+
+TEST(SampledRows, AreReadInAFormToo) {
+  const MovingLobes target;
+  Session session(target);
+  Service& service = session.service;
+  const FormedRows& rows = **service.add_form(session.slice, std::make_shared<FourDensities>(), {1.0f});
+  const FormedLookup absent = service.look_up(rows, 3);
+  EXPECT_FALSE(absent.answer);
+  EXPECT_EQ(absent.row.state, RowState::absent);
+  session.pass();
+  const FormedLookup found = service.fetch(rows, 3);
+  ASSERT_TRUE(found.answer);
+  EXPECT_EQ(static_cast<const float*>(found.answer.block())[1],
+            service.peek(session.slice, 1, 1).ribbons->ribbon(0).density(1, 0.5f));
+  {
+    AnswerReader reader(&service);
+    EXPECT_EQ(reader.read(rows.run(1), 1).block(), found.answer.block());
+  }
+  EXPECT_EQ(service.publish().converged_queries, 2u);
+}
+
+TEST(SampledRows, AreToldToTheListener) {
+  const BadLobes target(BadLobes::Fault::no_mass, 1);
+  Session session(target);
+  std::vector<RowReport> told;
+  session.service.set_row_listener([&](const RowReport& row) { told.push_back(row); });
+  session.pass();
+  ASSERT_EQ(told.size(), nodes);
+  EXPECT_EQ(told[0].state, RowState::converged);
+  EXPECT_EQ(told[0].ribbons, 2u);
+  EXPECT_EQ(told[0].components, 0u);
+  EXPECT_EQ(told[0].knots, 0u);
+  EXPECT_EQ(told[0].slice, sampled_slice(3, size).key);
+  EXPECT_EQ(told[1].state, RowState::refused);
+  EXPECT_LT(told[1].objective, 0);
+  EXPECT_EQ(told[1].ribbons, 0u);
+}
+
+TEST(SampledRows, NeedATargetAndAKeyOfTheirOwn) {
+  const MovingPeaks target;
+  const MovingLobes samples;
+  Service densities(Options{}, target), sampled(Options{}, samples), both(Options{}, target, samples);
+  EXPECT_NE(densities.add_slice(sampled_slice(3, size)).error().message().find("a target of samples"),
+            std::string::npos);
+  EXPECT_NE(sampled.add_slice(toy_slice(1, size)).error().message().find("a target of densities"), std::string::npos);
+  SliceDescription same_key = toy_slice(1, size);
+  ASSERT_TRUE(both.add_slice(same_key));
+  same_key.kind = SliceKind::samples;
+  EXPECT_FALSE(both.add_slice(same_key));
+  SliceDescription four = toy_slice(2, size);
+  four.key.parameters[3] = 1;
+  EXPECT_NE(both.add_slice(four).error().message().find("3 parameters"), std::string::npos);
+}
+
+TEST(SampledRows, OfAnotherKindOrOtherPartsAreNotTaken) {
+  const MovingLobes target;
+  Session first(target);
+  first.pass();
+  TableSnapshot image = first.service.snapshot();
+  image.slices[0].rows[0].ribbons.reset();
+  const std::array<RibbonRow::Part, 1> one{{{Ribbon(), 0.5f}}};
+  image.slices[0].rows[1].ribbons = std::make_shared<const RibbonRow>(one);
+  Session second(target, {}, &image);
+  EXPECT_EQ(second.service.peek(second.slice, 0, 0).state, RowState::absent);
+  EXPECT_EQ(second.service.peek(second.slice, 0, 1).state, RowState::absent);
+  EXPECT_EQ(second.service.peek(second.slice, 1, 0).state, RowState::converged);
+}
+
+}  // namespace
+}  // namespace tress::adaptive
