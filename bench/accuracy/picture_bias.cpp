@@ -85,7 +85,7 @@ Blocks blocks_of(const image::Picture& picture) {
   const int across = (picture.width + block - 1) / block, down = (picture.height + block - 1) / block;
   Blocks blocks{std::vector<double>(static_cast<std::size_t>(across * down), 0.0),
                 std::vector<double>(static_cast<std::size_t>(across * down), 0.0)};
-  const std::vector<float>& cover = picture.find("A")->pixels;
+  const std::vector<float>& cover = picture.find("coverage")->pixels;
   for (int y = 0; y < picture.height; ++y) {
     for (int x = 0; x < picture.width; ++x) {
       const auto pixel = static_cast<std::size_t>(y * picture.width + x);

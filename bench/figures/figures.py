@@ -131,10 +131,10 @@ def read(exr, layer="", behind=0.0):
 
 
 def coverage(exr):
-    """A of a picture, in [0, 1], height x width."""
+    """The coverage of a picture (A in those from before it had a layer of its own), in [0, 1], height x width."""
     picture = OpenImageIO.ImageBuf(exr)
     names = list(picture.spec().channelnames)
-    return numpy.clip(picture.get_pixels(OpenImageIO.FLOAT)[:, :, names.index("A")], 0, 1)
+    return numpy.clip(picture.get_pixels(OpenImageIO.FLOAT)[:, :, names.index("coverage" if "coverage" in names else "A")], 0, 1)
 
 
 def blocks(pixels, side=8):

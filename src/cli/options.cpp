@@ -153,6 +153,10 @@ CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t lea
       ->type_name("X,...");
 }
 
+CLI::Option* add_flag(CLI::App* app, const std::string& name, std::function<void()> set) {
+  return app->add_flag_callback(name, std::move(set), std::string(scene::option_parameter(name).sentence));
+}
+
 CLI::Option* add_choice(CLI::App* app, const std::string& name, const std::vector<std::string>& choices,
                         std::function<void(const std::string&)> set, const std::string& help) {
   const std::string words = joined(choices, "|");

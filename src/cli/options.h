@@ -42,6 +42,9 @@ CLI::Option* add_whole(CLI::App* app, const std::string& name, std::function<voi
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,
                          std::function<void(const std::vector<double>&)> set, const std::string& sentence);
 
+/// Without a value: given or not.
+CLI::Option* add_flag(CLI::App* app, const std::string& name, std::function<void()> set);
+
 /// One of the words; a wrong one is answered with the nearest.
 CLI::Option* add_choice(CLI::App* app, const std::string& name, const std::vector<std::string>& choices,
                         std::function<void(const std::string&)> set, const std::string& help);

@@ -180,6 +180,7 @@ Command add_render(CLI::App& tress) {
   samples->excludes(time)->excludes(noise);
   time->excludes(noise);
   add_resolution(render, s.overrides);
+  add_flag(render, "--transparent", [&s] { s.overrides.transparent = true; });
   add_whole(render, "--frame", [&s](std::uint64_t n) { s.overrides.frame = int(n); });
   render
       ->add_option_function<std::string>(

@@ -235,10 +235,13 @@ class RenderJob {
     picture.metadata["estimator"] = estimator_name();
     picture.metadata["epsilon"] = fmt::format("{}", settings_.table.epsilon);
     picture.metadata["cache_hash"] = hash;
+    picture.metadata["alpha"] = scene_.environment_visible && !scene_.image.transparent
+                                    ? "opaque: R, G, B have the background, A is 1"
+                                    : "premultiplied: R, G, B have no background, A is the coverage";
     const bool written = write(settings_.output, image::write_exr(settings_.output, picture));
     std::filesystem::path preview = settings_.output;
     preview.replace_extension(".png");
-    if (written) write(preview, image::write_png(preview, picture));
+    if (written) write(preview, image::write_png(preview, picture, {scene_.image.transparent}));
     if (result.heatmap) write(*settings_.heatmap, image::write_exr(*settings_.heatmap, *result.heatmap));
     // Last: it may have to wait for another session, and the picture must not.
     if (cache_) told(cache_->save(*service_));

@@ -44,9 +44,14 @@ struct Picture {
 std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture);
 /// Any EXR of one or more float or half channels, at most 2^28 pixels. Rejects NaN, truncated and foreign files.
 Result<Picture> read_exr(const std::filesystem::path& file);
-/// 8 bit sRGB of R, G, B over a mid-grey or the picture's own background, exposure such that nothing is guessed:
-/// a filmic-free clamp. Atomic like write_exr.
-std::optional<Error> write_png(const std::filesystem::path& file, const Picture& picture);
+/// How a preview is made of a picture.
+struct Preview {
+  bool alpha = false;  ///< of A, straight: what is covered in its own color; else opaque
+};
+
+/// 8 bit sRGB of R, G, B, clamped. Opaque: over what R, G, B have, or over mid-grey where the picture has no background
+/// at all. Atomic like write_exr.
+std::optional<Error> write_png(const std::filesystem::path& file, const Picture& picture, const Preview& preview = {});
 
 /// B against A over R, G, B of the pixels that both have: parts of images of one size.
 struct Difference {

@@ -31,7 +31,7 @@ void append_bytes(void* context, void* data, int size) {
 
 }  // namespace
 
-std::optional<Error> write_png(const std::filesystem::path& file, const Picture& picture) {
+std::optional<Error> write_png(const std::filesystem::path& file, const Picture& picture, const Preview& preview) {
   const auto pixels =
       static_cast<std::size_t>(std::max(picture.width, 0)) * static_cast<std::size_t>(std::max(picture.height, 0));
   const Channel* rgb[3] = {picture.find("R"), picture.find("G"), picture.find("B")};
@@ -39,15 +39,22 @@ std::optional<Error> write_png(const std::filesystem::path& file, const Picture&
     if (!channel || channel->pixels.size() != pixels || pixels == 0)
       return Error{file.string(), "channels", "R, G and B of every pixel", "a picture without them"};
   // A picture that carries its background shows it; one of hair alone lies over mid-grey.
-  const Channel* alpha = picture.find("background.R") ? nullptr : picture.find("A");
-  std::vector<std::uint8_t> bytes(pixels * 3);
+  const Channel* alpha = preview.alpha || !picture.find("background.R") ? picture.find("A") : nullptr;
+  const bool keeps_alpha = preview.alpha && alpha;
+  const std::size_t bytes_per_pixel = keeps_alpha ? 4 : 3;
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(pixels * bytes_per_pixel);
   for (std::size_t i = 0; i < pixels; ++i) {
-    const float behind = alpha ? mid_grey * (1 - std::clamp(alpha->pixels[i], 0.0f, 1.0f)) : 0.0f;
-    for (std::size_t c = 0; c < 3; ++c) bytes[3 * i + c] = encode_srgb(rgb[c]->pixels[i] + behind);
+    const float covered = alpha ? std::clamp(alpha->pixels[i], 0.0f, 1.0f) : 1.0f;
+    const float behind = keeps_alpha ? 0.0f : mid_grey * (1 - covered);
+    const float scale = keeps_alpha && covered > 0 ? 1 / covered : 1.0f;
+    for (const Channel* channel : rgb) bytes.push_back(encode_srgb(scale * channel->pixels[i] + behind));
+    if (keeps_alpha) bytes.push_back(static_cast<std::uint8_t>(std::lround(255 * covered)));
   }
   std::string encoded;
-  if (!stbi_write_png_to_func(append_bytes, &encoded, picture.width, picture.height, 3, bytes.data(),
-                              picture.width * 3))
+  const int channels = static_cast<int>(bytes_per_pixel);
+  if (!stbi_write_png_to_func(append_bytes, &encoded, picture.width, picture.height, channels, bytes.data(),
+                              picture.width * channels))
     return Error{file.string(), "", "memory for the PNG encoder", "none left"};
   return replace_file(file, encoded);
 }

@@ -14,7 +14,7 @@ constexpr float largest = std::numeric_limits<float>::max();
 
 }  // namespace
 
-bool PixelSums::add(const PathSums& path) {
+bool PixelSums::add(const PathSums& path, Ground ground) {
   vertices += path.vertices;
   queries += path.queries;
   exact_queries += path.exact_queries;
@@ -22,8 +22,10 @@ bool PixelSums::add(const PathSums& path) {
     ++dropped;
     return false;
   }
-  const glm::dvec3 value(path.beauty());
-  const glm::dvec3 before = samples > 0 ? beauty() / static_cast<double>(samples) : glm::dvec3(0.0);
+  glm::vec3 value_of_path(0.0f);
+  for (std::size_t layer = 0; layer < beauty_layers(ground); ++layer) value_of_path += path.layers[layer];
+  const glm::dvec3 value(value_of_path);
+  const glm::dvec3 before = samples > 0 ? beauty(ground) / static_cast<double>(samples) : glm::dvec3(0.0);
   for (std::size_t layer = 0; layer < layers.size(); ++layer) layers[layer] += glm::dvec3(path.layers[layer]);
   albedo += glm::dvec3(path.albedo);
   normal += glm::dvec3(path.normal);
@@ -31,14 +33,14 @@ bool PixelSums::add(const PathSums& path) {
   distance_cm += static_cast<double>(path.distance_cm);
   objective += static_cast<double>(path.objective);
   ++samples;
-  const glm::dvec3 after = beauty() / static_cast<double>(samples);
+  const glm::dvec3 after = beauty(ground) / static_cast<double>(samples);
   if (samples > 1) squared_deviations += glm::max((value - before) * (value - after), glm::dvec3(0.0));
   return true;
 }
 
-glm::dvec3 PixelSums::beauty() const {
+glm::dvec3 PixelSums::beauty(Ground ground) const {
   glm::dvec3 sum(0.0);
-  for (const glm::dvec3& layer : layers) sum += layer;
+  for (std::size_t layer = 0; layer < beauty_layers(ground); ++layer) sum += layers[layer];
   return sum;
 }
 
@@ -48,9 +50,10 @@ glm::dvec3 PixelSums::variance_of_mean() const {
   return squared_deviations / (n * (n - 1));
 }
 
-Film::Film(const image::Window& window, bool glint, bool timed)
+Film::Film(const image::Window& window, bool glint, bool timed, Ground ground)
     : window_(window),
       glint_(glint),
+      ground_(ground),
       pixels_(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height)),
       cpu_seconds_(timed ? pixels_.size() : 0) {}
 
@@ -107,10 +110,13 @@ image::Picture Film::picture() const {
 
   add_three("", rgb, [&](const PixelSums& pixel) {
     glm::vec3 sum(0.0f);  // of the layers as they are in the file
-    for (const glm::dvec3& layer : pixel.layers) sum += glm::vec3(layer / samples(pixel));
+    for (std::size_t layer = 0; layer < beauty_layers(ground_); ++layer)
+      sum += glm::vec3(pixel.layers[layer] / samples(pixel));
     return glm::clamp(sum, -largest, largest);  // a mean of finite sums is finite, but for the rounding of this one
   });
-  add("A", [&](const PixelSums& pixel) { return static_cast<float>(pixel.coverage / samples(pixel)); });
+  const auto coverage = [&](const PixelSums& pixel) { return static_cast<float>(pixel.coverage / samples(pixel)); };
+  add("A", [&](const PixelSums& pixel) { return ground_ == Ground::backdrop ? 1.0f : coverage(pixel); });
+  add("coverage", coverage);
   for (std::size_t layer = 0; layer < layer_count; ++layer) {
     if (layer == static_cast<std::size_t>(fiber::Lobe::glint) && !glint_) continue;
     add_three(std::string(layer_name(layer)) + ".", rgb,
@@ -148,7 +154,8 @@ double Film::relative_noise() const {
   std::uint64_t covered = 0;
   for (const PixelSums& pixel : pixels_) {
     if (!(pixel.coverage > 0)) continue;
-    const glm::dvec3 of_mean = pixel.variance_of_mean(), mean = pixel.beauty() / static_cast<double>(pixel.samples);
+    const glm::dvec3 of_mean = pixel.variance_of_mean(),
+                     mean = pixel.beauty(ground_) / static_cast<double>(pixel.samples);
     for (int c = 0; c < 3; ++c) {
       variance += of_mean[c];
       brightness += mean[c];

@@ -13,6 +13,15 @@
 
 namespace tress::integrate {
 
+/// What is behind everything in beauty. backdrop: the background, so that every pixel is opaque; nothing: beauty is
+/// what the hair and the meshes send, premultiplied by the share of the pixel that they cover, which is its alpha.
+enum class Ground { backdrop, nothing };
+
+/// Layers that beauty is the sum of: the first so many.
+constexpr std::size_t beauty_layers(Ground ground) {
+  return ground == Ground::backdrop ? layer_count : background_layer;
+}
+
 /// Sums over the paths of one pixel, as of PathSums. In double: a float sum of 131,072 radiances of .1 is .1 % off, and
 /// off to the same side in every pixel.
 struct PixelSums {
@@ -26,10 +35,10 @@ struct PixelSums {
   std::uint32_t dropped = 0;  ///< paths that were not finite (PathSums::is_finite): in no sum above, in no mean
 
   /// Adds the path, or counts it as dropped; tells whether it was added. What is added stays finite: 2^32 times the
-  /// square of the largest float is a double.
-  bool add(const PathSums& path);
-  /// Sum of the layers, in their order.
-  glm::dvec3 beauty() const;
+  /// square of the largest float is a double. Of one pixel `ground` is always the same.
+  bool add(const PathSums& path, Ground ground = Ground::backdrop);
+  /// Sum of the layers that beauty has, in their order.
+  glm::dvec3 beauty(Ground ground = Ground::backdrop) const;
   /// Estimated variance of the pixel's mean, per channel: that of n independent paths, s^2 / n; 0 for less than two.
   /// Paths of a pixel are stratified, which makes their mean better than independent ones would, and s^2 no smaller:
   /// read it as an upper bound. May be past the largest float, which is what a picture then has.
@@ -41,17 +50,19 @@ class Film {
  public:
   /// Of the pixels in `window`, in the coordinates of the whole image. glint: whether a fiber splits that lobe off;
   /// timed: whether the time of the paths is kept.
-  Film(const image::Window& window, bool glint, bool timed = false);
+  Film(const image::Window& window, bool glint, bool timed = false, Ground ground = Ground::backdrop);
 
   const image::Window& window() const { return window_; }
   /// (x, y) in the window.
   PixelSums& pixel(int x, int y) { return pixels_[index(x, y)]; }
+  /// PixelSums::add.
+  bool add(int x, int y, const PathSums& path) { return pixel(x, y).add(path, ground_); }
   const PixelSums& pixel(int x, int y) const { return pixels_[index(x, y)]; }
 
   /// Every value is finite. Each pixel is the mean of the samples it has, dropped ones not counted. A pixel that has
   /// none (an interrupted sample 0, or all were dropped) shows the sampled pixel nearest in steps along rows and
   /// columns; if there is none at all, black with A = 0.
-  /// Beauty is the sum of the layers, in their order in the file. albedo, like every color, is the mean over all
+  /// Beauty is the sum of its layers, in their order in the file. albedo, like every color, is the mean over all
   /// paths, those that met nothing counting as black; N and Z are means over the paths that met something, 0 where
   /// none did: N is shorter than 1 where tangents differ.
   image::Picture picture() const;
@@ -63,7 +74,8 @@ class Film {
   std::vector<PixelCost> costs() const;
 
   /// Noise of the picture relative to its brightness: the square root of the mean variance over the mean, both over
-  /// the channels of the pixels with A > 0. 0 if there are none, or they are black, or no pixel has two samples.
+  /// the channels of the pixels with a coverage above 0. 0 if there are none, or they are black, or no pixel has two
+  /// samples.
   double relative_noise() const;
 
   /// Of the samples that are in the picture.
@@ -81,6 +93,7 @@ class Film {
 
   image::Window window_;
   bool glint_;
+  Ground ground_;
   std::vector<PixelSums> pixels_;
   std::vector<double> cpu_seconds_;  ///< empty unless timed
 };

@@ -50,7 +50,7 @@ PathCount render_block(const PathTracer& tracer, int block, int pass, Film& film
     for (int x = left; x < right; ++x) {
       if (!in_pass(pass, x, y)) continue;
       const PathSums path = tracer.trace(x, y, sample_of_pass(pass));
-      count.dropped += film.pixel(x, y).add(path) ? 0 : 1;
+      count.dropped += film.add(x, y, path) ? 0 : 1;
       ++count.pixels;
       count.covered += path.coverage > 0 ? 1 : 0;
       if (!film.timed()) continue;
@@ -96,7 +96,9 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   assert(fiber_ids.size() == scene.fibers.size());
   const PathTracer tracer(scene, fibers, model, fiber_ids, options);
   const image::Window whole{0, 0, scene.image.width, scene.image.height};
-  Film film(options.crop.value_or(whole), splits_glint(scene), options.heatmap);
+  const bool opaque = scene.environment_visible && !scene.image.transparent;
+  Film film(options.crop.value_or(whole), splits_glint(scene), options.heatmap,
+            opaque ? Ground::backdrop : Ground::nothing);
   assert(is_within(film.window(), whole));
   RenderResult result;
   PassProgress progress;

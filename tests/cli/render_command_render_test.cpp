@@ -264,13 +264,13 @@ TEST_F(Render, AHeatMapTellsWhatPixelsCostAndLeavesThePictureAsItIs) {
   int hairs = 0, empties = 0;
   for (std::size_t i = 0; i < 40 * 40; ++i) {
     EXPECT_EQ(value(*heat, "paths", i), 8);
-    EXPECT_GE(value(*heat, "vertices", i), value(*picture, "A", i) - 1e-6f);
+    EXPECT_GE(value(*heat, "vertices", i), value(*picture, "coverage", i) - 1e-6f);
     const float queries = value(*heat, "queries", i);
     if (queries > 0) {
       EXPECT_NEAR(value(*heat, "exact", i) / queries, value(*picture, "ais.exact", i), 1e-5);
     }
     traced += value(*heat, "exact", i);
-    const bool covered = value(*picture, "A", i) > 0.9f;
+    const bool covered = value(*picture, "coverage", i) > 0.9f;
     (covered ? hair : empty) += value(*heat, "cpu_ns", i);
     ++(covered ? hairs : empties);
   }

@@ -47,8 +47,8 @@ TEST_F(Scenes, RenderFiniteAndNotEmpty) {
     const image::Picture picture = thumbnail(scene, "1");
     for (const image::Channel& channel : picture.channels)
       EXPECT_THAT(channel.pixels, Each(Truly([](float x) { return std::isfinite(x); }))) << scene << channel.name;
-    ASSERT_NE(picture.find("A"), nullptr) << scene;
-    EXPECT_GT(mean(*picture.find("A")), 0.04) << scene;
+    ASSERT_NE(picture.find("coverage"), nullptr) << scene;
+    EXPECT_GT(mean(*picture.find("coverage")), 0.04) << scene;
     double hair = 0;
     for (const char* layer : {"R.G", "TT.G", "TRT.G", "TRRT.G", "residual.G"})
       if (const image::Channel* channel = picture.find(layer)) hair += mean(*channel);

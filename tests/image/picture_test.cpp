@@ -14,6 +14,12 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#include <stb_image.h>
 
 namespace tress::image {
 namespace {
@@ -160,6 +166,35 @@ TEST(Exr, RefusesNaNByChannelAndPixelAndLeavesTheFile) {
   EXPECT_NE(error->message().find("channel R, pixel (5, 2)"), std::string::npos) << error->message();
   EXPECT_EQ(bytes_of(file), before);
   EXPECT_TRUE(write_exr(temporary("no_folder") / "x.exr", gradient()));
+}
+
+/// Bytes of the pixels of a PNG, `channels` of them each.
+std::vector<int> decoded(const std::filesystem::path& file, int* channels) {
+  int width = 0, height = 0;
+  unsigned char* data = stbi_load(file.c_str(), &width, &height, channels, 0);
+  std::vector<int> bytes(data, data + (data ? width * height * *channels : 0));
+  stbi_image_free(data);
+  return bytes;
+}
+
+// sRGB of .5 is 188, of .25 137, of .18 118. Transparent, a pixel that is half covered by .5 (premultiplied .25) has
+// the color of what covers it; opaque it has what R, G, B have, or mid-grey behind where the picture has no backdrop.
+TEST(Preview, HasStraightAlphaIfToldAndElseWhatIsBehind) {
+  Picture picture;
+  picture.width = 3;
+  picture.height = 1;
+  for (const char* name : {"R", "G", "B"}) picture.channels.push_back({name, {0.5f, 0.25f, 0}});
+  picture.channels.push_back({"A", {1, 0.5f, 0}});
+  const auto file = temporary("a.png");
+  int channels = 0;
+  ASSERT_FALSE(write_png(file, picture, {.alpha = true}));
+  EXPECT_EQ(decoded(file, &channels), (std::vector{188, 188, 188, 255, 188, 188, 188, 128, 0, 0, 0, 0}));
+  EXPECT_EQ(channels, 4);
+  ASSERT_FALSE(write_png(file, picture));
+  EXPECT_EQ(decoded(file, &channels), (std::vector{188, 188, 188, 158, 158, 158, 118, 118, 118}));
+  picture.channels.push_back({"background.R", {0, 0, 0}});
+  ASSERT_FALSE(write_png(file, picture));
+  EXPECT_EQ(decoded(file, &channels), (std::vector{188, 188, 188, 137, 137, 137, 0, 0, 0}));
 }
 
 // A disk that fills up anywhere in the file, its last bytes included, by a limit on file sizes in a child of its own:

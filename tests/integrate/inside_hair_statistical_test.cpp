@@ -70,7 +70,7 @@ TEST(Roulette, leaves_paths_alone_that_have_lost_nothing) {
     options.roulette_depth = 2;
     options.max_depth = 100000;
     const RenderResult result = render_with(place.scene, model, fibers, options, 2);
-    EXPECT_GT(mean_of(result, "A").value, 0.2) << place.name;
+    EXPECT_GT(mean_of(result, "coverage").value, 0.2) << place.name;
     for (const char* color : {"R", "G", "B"}) {
       // Rounding of some 1e-7 a hit, a few hundred hits.
       for (const float value : result.picture.find(color)->pixels) ASSERT_NEAR(value, 1, 1e-3) << place.name;

@@ -94,7 +94,7 @@ void expect_irradiance(const scene::Scene& scene, double irradiance, int samples
       EXPECT_LT(mean.error, 0.05 * expected * test::widened(samples)) << what << ": the test would see nothing";
       EXPECT_EQ(mean_of(result, colors[c]).value, mean.value);
     }
-    EXPECT_EQ(mean_of(result, "A").value, 1);
+    EXPECT_EQ(mean_of(result, "coverage").value, 1);
   }
 }
 
@@ -145,7 +145,8 @@ TEST(Light, is_not_seen_by_the_camera) {
   scene.lights = {sphere({0, 0, 0}, 1, 5), distant({-3, 4, -3}, 0.5f, 5)};
   WhiteFiber model;
   const RenderResult result = render_with(scene, model, {}, long_paths(2, 23));
-  for (const char* name : {"R", "A", "background.R", "surface.R"}) EXPECT_EQ(mean_of(result, name).value, 0) << name;
+  for (const char* name : {"R", "coverage", "background.R", "surface.R"})
+    EXPECT_EQ(mean_of(result, name).value, 0) << name;
 }
 
 TEST(OneFiber, scatters_a_lights_share_of_the_sphere) {

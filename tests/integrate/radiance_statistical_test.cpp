@@ -23,7 +23,7 @@ TEST(Furnace, of_lossless_fibers_is_one) {
     options.light_samples = lights;
     options.bcsdf_samples = bcsdfs;
     const RenderResult result = render_with(scene, model, fibers, options, 2);
-    EXPECT_GT(mean_of(result, "A").value, 0.9);
+    EXPECT_GT(mean_of(result, "coverage").value, 0.9);
     for (const char* color : {"R", "G", "B"}) {
       const Mean mean = mean_of(result, color);
       EXPECT_LT(mean.error, 0.01 * test::widened(16));
@@ -75,7 +75,7 @@ TEST(OneFiber, scatters_the_mean_radiance_around_it) {
     options.light_samples = lights;
     options.bcsdf_samples = bcsdfs;
     const RenderResult result = render_with(scene, model, fibers, options, 2);
-    EXPECT_EQ(mean_of(result, "A").value, 1);
+    EXPECT_EQ(mean_of(result, "coverage").value, 1);
     const char* names[] = {"R", "G", "B"};
     for (int color = 0; color < 3; ++color) {
       const Mean mean = mean_of(result, names[color]);

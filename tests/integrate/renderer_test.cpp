@@ -150,7 +150,7 @@ TEST(Renderer, tells_albedo_tangent_and_distance_of_what_is_seen) {
   const RenderResult result = render_with(scene, model, fibers, few_samples(64));
   int partial = 0;
   for (std::size_t i = 0; i < 15 * 15; ++i) {
-    const float covered = channel(result, "A")[i];
+    const float covered = channel(result, "coverage")[i];
     partial += covered > 0 && covered < 1;
     // Colors are means over all paths, tangent and distance over those that met the fiber.
     EXPECT_NEAR(channel(result, "albedo.R")[i], 0.5f * covered, 1e-5);
@@ -223,7 +223,7 @@ TEST(Renderer, layer_is_the_lobe_of_the_first_hit) {
   for (const char* layer : {"TT.R", "TRT.G", "residual.B", "surface.R", "background.R"}) {
     for (const float value : channel(fenced, layer)) EXPECT_EQ(value, 0);
   }
-  for (const float value : channel(fenced, "A")) EXPECT_EQ(value, 1);
+  for (const float value : channel(fenced, "coverage")) EXPECT_EQ(value, 1);
   scene.grooms[0].radius_cm.assign(scene.grooms[0].radius_cm.size(), 0.02f);
   double tt = 0;
   const RenderResult open = render_with(scene, model, fibers, few_samples(4));
@@ -248,7 +248,7 @@ TEST(Renderer, a_surface_that_is_seen_has_a_layer_its_albedo_and_the_normal_towa
     options.light_samples = 0;  // every path then brings the albedo: a convex furnace, drawn by the cosine
     const RenderResult result = render_with(scene, model, {}, options);
     for (std::size_t i = 0; i < 16 * 16; ++i) {
-      EXPECT_EQ(channel(result, "A")[i], 1);
+      EXPECT_EQ(channel(result, "coverage")[i], 1);
       EXPECT_NEAR(channel(result, "surface.R")[i], 0.25f, 1e-6);
       EXPECT_EQ(channel(result, "R")[i], channel(result, "surface.R")[i]);
       EXPECT_NEAR(channel(result, "albedo.G")[i], 0.5f, 1e-6);
@@ -272,9 +272,40 @@ TEST(Renderer, shows_the_environment_behind_only_if_told) {
     for (const char* name : {"R", "background.G"}) {
       for (const float value : channel(result, name)) EXPECT_EQ(value, visible ? 1.0f : 0.0f);
     }
-    for (const float value : channel(result, "A")) EXPECT_EQ(value, 0);
+    for (const float value : channel(result, "coverage")) EXPECT_EQ(value, 0);
+    for (const float value : channel(result, "A")) EXPECT_EQ(value, visible ? 1.0f : 0.0f);
     for (const float value : channel(result, "ais.exact")) EXPECT_EQ(value, 0);
   }
+}
+
+/// A compositor's "over": A + (1 - A.alpha) B, premultiplied. The opaque picture over anything is itself; the
+/// transparent one over a plate is the plate seen through the hair, and beauty and background of it are the opaque
+/// one's.
+TEST(Renderer, a_transparent_picture_has_its_backdrop_in_a_layer_alone_and_alpha_is_the_coverage) {
+  WhiteFiber model;
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
+  scene::Scene scene = tangle(20, 24, 24);
+  scene.environment = scene::Environment(glm::vec3(0.5f, 1.0f, 2.0f));
+  const RenderResult opaque = render_with(scene, model, fibers, few_samples(8));
+  scene.image.transparent = true;
+  const RenderResult clear = render_with(scene, model, fibers, few_samples(8));
+  double seen_through = 0;
+  for (std::size_t i = 0; i < 24 * 24; ++i) {
+    EXPECT_EQ(channel(opaque, "A")[i], 1);
+    const float alpha = channel(clear, "A")[i];
+    EXPECT_EQ(alpha, channel(clear, "coverage")[i]);
+    EXPECT_EQ(channel(clear, "coverage")[i], channel(opaque, "coverage")[i]);
+    EXPECT_EQ(channel(clear, "background.G")[i], channel(opaque, "background.G")[i]);
+    EXPECT_NEAR(channel(clear, "background.G")[i], 1 - alpha, 1e-6) << "the backdrop is 1 where it is seen";
+    EXPECT_NEAR(channel(clear, "G")[i] + channel(clear, "background.G")[i], channel(opaque, "G")[i], 1e-6);
+    if (alpha == 0) {
+      EXPECT_EQ(channel(clear, "G")[i], 0);
+      EXPECT_EQ(channel(clear, "variance.G")[i], 0);
+    }
+    seen_through += 1 - alpha;
+  }
+  EXPECT_GT(seen_through, 24);
+  EXPECT_LT(seen_through, 23 * 24);
 }
 
 TEST(Renderer, interrupted_anywhere_returns_a_finite_picture) {
@@ -293,7 +324,7 @@ TEST(Renderer, interrupted_anywhere_returns_a_finite_picture) {
       ASSERT_EQ(layer.pixels.size(), 64u * 64u);
       for (const float value : layer.pixels) ASSERT_TRUE(std::isfinite(value)) << layer.name;
     }
-    for (const float coverage : channel(result, "A")) {
+    for (const float coverage : channel(result, "coverage")) {
       EXPECT_GE(coverage, 0);
       EXPECT_LE(coverage, 1);
     }
@@ -362,7 +393,7 @@ TEST(Film, unsampled_pixels_show_the_nearest_sampled_one) {
   }
   const image::Picture picture = film.picture();
   EXPECT_EQ(picture.find("R")->pixels, (std::vector<float>{1, 1, 3, 3, 3}));
-  EXPECT_EQ(picture.find("A")->pixels, (std::vector<float>{0, 0, 0.5f, 0.5f, 0.5f}));
+  EXPECT_EQ(picture.find("coverage")->pixels, (std::vector<float>{0, 0, 0.5f, 0.5f, 0.5f}));
   EXPECT_EQ(film.samples_per_pixel(), 0.8);
 }
 
@@ -478,7 +509,7 @@ TEST(Film, a_path_that_is_not_finite_leaves_the_mean_to_the_others) {
   const image::Picture picture = film.picture();
   for (const std::size_t i : {0u, 1u}) {
     EXPECT_EQ(picture.find("R")->pixels[i], 1);
-    EXPECT_EQ(picture.find("A")->pixels[i], 1);
+    EXPECT_EQ(picture.find("coverage")->pixels[i], 1);
     EXPECT_EQ(picture.find("Z")->pixels[i], 2);
     EXPECT_EQ(picture.find("variance.G")->pixels[i], 0.25f);
   }

@@ -54,6 +54,9 @@ constexpr std::array table{
     Parameter{"/image/width", "", whole, pixels, "", "", "512", "pixels; width times height is 2^26 at most"},
     Parameter{"/image/height", "", whole, pixels, "", "", "512", "pixels"},
     Parameter{"/image/samples", "--spp", whole, {1, 1e6}, "", "", "64", "samples a pixel"},
+    Parameter{"/image/transparent", "--transparent", flag, none, "", "", "false",
+              "R, G, B have nothing of what is behind the hair, A is the share of it that the hair covers, and the PNG "
+              "has it too; the backdrop is a layer of its own either way"},
     Parameter{"/environment/file", "", text, none, "", "", "",
               "a path to an EXR or HDR (RGBE) picture, told by content; latitude-longitude, top row up; bilinear "
               "between its pixels"},

@@ -99,6 +99,7 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   image.width = overrides.width.value_or(image.width);
   image.height = overrides.height.value_or(image.height);
   image.samples = overrides.samples.value_or(image.samples);
+  image.transparent = overrides.transparent.value_or(image.transparent);
   const std::int64_t pixels = std::int64_t{image.width} * image.height;
   if (pixels > most_image_pixels)
     return Error{"", "--resolution", fmt::format("at most {} pixels", most_image_pixels), fmt::format("{}", pixels)};

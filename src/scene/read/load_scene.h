@@ -23,6 +23,7 @@ struct Overrides {
   std::optional<bool> y_up;
   std::optional<double> cm_per_unit;
   std::optional<int> width, height, samples;
+  std::optional<bool> transparent;
   std::optional<int> frame;        ///< of a moving camera
   std::optional<double> turn_deg;  ///< of a camera that is placed to see the hair
 };
