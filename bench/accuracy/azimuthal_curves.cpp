@@ -29,13 +29,10 @@ constexpr int azimuths = 721;
 nlohmann::json curve(const char* name, const char* label, fiber::Estimator estimator, const FiberDirection& wr,
                      const fiber::FiberParameters& parameters) {
   const fiber::ModelInfo& info = *references::find_model(name);
-  std::unique_ptr<adaptive::Target> target;
-  std::unique_ptr<adaptive::Service> service;
-  if (info.make_target != nullptr && estimator != fiber::Estimator::exact) {
-    target = info.make_target();
-    service = std::make_unique<adaptive::Service>(adaptive::Options{}, *target);
-  }
-  const auto model = info.make({.estimator = estimator, .service = service.get()});
+  fiber::ModelService learned;
+  if (info.has_rows() && estimator != fiber::Estimator::exact) learned = fiber::make_service(info, adaptive::Options{});
+  adaptive::Service* service = learned.service.get();
+  const auto model = info.make({.estimator = estimator, .service = service});
   const fiber::FiberId id = model->add_fiber(parameters);
   RandomStream random(3);
   for (int pass = 0; service && pass < 24; ++pass) {

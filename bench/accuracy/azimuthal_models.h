@@ -240,9 +240,9 @@ class Ou2012 : public Told {
 /// Through its model, all other lobes without gain, on the specular cone of a narrow M.
 class Pekelis2015 : public Told {
  public:
-  explicit Pekelis2015(const Domain& domain) : service_(adaptive::Options{}, *target_) {
+  explicit Pekelis2015(const Domain& domain) {
     constexpr std::size_t most = 48;  // each is taught by itself
-    model_ = references::find_model("pekelis2015")->make({.service = &service_});
+    model_ = references::find_model("pekelis2015")->make({.service = learned_.service.get()});
     for (const Row& row : domain.rows) {
       if (row.p > 2 || events_.size() == most) continue;
       events_.push_back(add(row));
@@ -306,12 +306,11 @@ class Pekelis2015 : public Told {
         for (int i = 0; i < 32; ++i)
           (void)model_->sample(event.event, {random.next(), random.next(), random.next(), random.next()});
       }
-      (void)service_.publish();
+      (void)learned_.service->publish();
     }
   }
 
-  std::unique_ptr<adaptive::Target> target_ = references::find_model("pekelis2015")->make_target();
-  adaptive::Service service_;
+  fiber::ModelService learned_ = fiber::make_service(*references::find_model("pekelis2015"), adaptive::Options{});
   std::unique_ptr<fiber::FiberModel> model_;
   std::vector<Event> events_;
 };

@@ -71,13 +71,13 @@ class Job {
     const fiber::Estimator estimator = setting.estimator == "exact"       ? fiber::Estimator::exact
                                        : setting.estimator == "corrected" ? fiber::Estimator::corrected
                                                                           : fiber::Estimator::fitted;
-    if (info.make_target != nullptr && estimator != fiber::Estimator::exact) {
-      target_ = info.make_target();
+    if (info.has_rows() && estimator != fiber::Estimator::exact) {
       adaptive::Options table = setting.table;
       table.seed = setting.render.seed;
-      service_ = std::make_unique<adaptive::Service>(table, *target_);
+      learned_ = fiber::make_service(info, table);
+      service_ = learned_.service.get();
     }
-    model_ = info.make({estimator, service_.get(), setting.quadrature_points});
+    model_ = info.make({estimator, service_, setting.quadrature_points});
     for (const fiber::FiberParameters& fiber : scene.fibers) fiber_ids_.push_back(model_->add_fiber(fiber));
     render_ = setting.render;
     if (!model_->evaluates()) render_.light_samples = 0;
@@ -158,8 +158,8 @@ class Job {
 
   const Setting& setting_;
   const scene::Scene& scene_;
-  std::unique_ptr<adaptive::Target> target_;
-  std::unique_ptr<adaptive::Service> service_;
+  fiber::ModelService learned_;
+  adaptive::Service* service_ = nullptr;  ///< of learned_
   std::unique_ptr<fiber::FiberModel> model_;
   std::vector<fiber::FiberId> fiber_ids_;
   integrate::RenderOptions render_;

@@ -180,15 +180,16 @@ struct ModelledFiber {
 /// The nodes that any xi chooses at wr are asked over all inclinations, so often that rows are created, tested and
 /// converge; by `exact` answers nothing is learned.
 struct Teacher {
-  std::unique_ptr<adaptive::Target> target;
-  std::unique_ptr<adaptive::Service> service;
+  fiber::ModelService learned;
+  adaptive::Service* service;
   adaptive::PassReport report;
 
-  Teacher(const fiber::ModelInfo& info, const Settings& settings) : target(info.make_target()) {
+  Teacher(const fiber::ModelInfo& info, const Settings& settings) {
     adaptive::Options options;
     options.epsilon = settings.epsilon;
     options.memory_bytes = std::size_t{1} << 30;
-    service = std::make_unique<adaptive::Service>(options, *target);
+    learned = fiber::make_service(info, options);
+    service = learned.service.get();
   }
 
   void teach(fiber::FiberModel& model, const std::vector<Cell>& cells) {
@@ -328,7 +329,7 @@ class SliceMaps {
     std::unique_ptr<Teacher>& teacher = teachers_[rival.rows];
     if (teacher) return teacher.get();
     teacher = std::make_unique<Teacher>(info, settings_);
-    const auto model = info.make({.estimator = fiber::Estimator::fitted, .service = teacher->service.get()});
+    const auto model = info.make({.estimator = fiber::Estimator::fitted, .service = teacher->service});
     teacher->teach(*model, cells_);
     const adaptive::PassReport& report = teacher->report;
     json_["rows"][info.name] = {
@@ -342,9 +343,8 @@ class SliceMaps {
     Teacher* teacher = teacher_of(rival, info);
     const auto make = [&](fiber::Estimator estimator) {
       const bool learns = teacher != nullptr && estimator != fiber::Estimator::exact;
-      return info.make({.estimator = estimator,
-                        .service = learns ? teacher->service.get() : nullptr,
-                        .quadrature_points = rival.points});
+      return info.make(
+          {.estimator = estimator, .service = learns ? teacher->service : nullptr, .quadrature_points = rival.points});
     };
     const auto model = make(rival.estimator);
     const auto functions = rival.own == Own::functions ? make(fiber::Estimator::exact) : nullptr;

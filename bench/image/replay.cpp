@@ -84,11 +84,11 @@ class Workbench {
  public:
   Workbench(const Setting& setting, scene::Scene scene) : setting_(setting), scene_(std::move(scene)) {
     const fiber::ModelInfo& info = *references::find_model(setting.model);
-    if (info.make_target != nullptr) {
-      target_ = info.make_target();
-      service_ = std::make_unique<adaptive::Service>(setting.table, *target_);
+    if (info.has_rows()) {
+      learned_ = fiber::make_service(info, setting.table);
+      service_ = learned_.service.get();
     }
-    model_ = info.make({fiber::Estimator::fitted, service_.get(), 0});
+    model_ = info.make({fiber::Estimator::fitted, service_, 0});
     result_["fiber_seconds"] = timed([&] {
       for (const fiber::FiberParameters& fiber : scene_.fibers) fiber_ids_.push_back(model_->add_fiber(fiber));
     });
@@ -119,7 +119,7 @@ class Workbench {
       const std::atomic<bool> stop{false};
       queries = converged = 0;
       return timed([&] {
-        integrate::render(scene_, *fibers_, *model_, fiber_ids_, service_.get(), options_, stop,
+        integrate::render(scene_, *fibers_, *model_, fiber_ids_, service_, options_, stop,
                           [&](const integrate::PassProgress& pass) {
                             publishing += pass.table.learning_cpu_seconds;
                             queries += pass.table.queries;
@@ -316,8 +316,8 @@ class Workbench {
 
   const Setting& setting_;
   scene::Scene scene_;
-  std::unique_ptr<adaptive::Target> target_;
-  std::unique_ptr<adaptive::Service> service_;
+  fiber::ModelService learned_;
+  adaptive::Service* service_ = nullptr;  ///< of learned_
   std::unique_ptr<fiber::FiberModel> model_;
   std::vector<fiber::FiberId> fiber_ids_;
   std::unique_ptr<geometry::FiberScene> fibers_;

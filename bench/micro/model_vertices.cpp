@@ -91,7 +91,7 @@ void measure(benchmark::State& state, const Measured& measured, Part part) {
       benchmark::DoNotOptimize(sample);
       count(sample.value);
     }
-    if (part != Part::sample && model.evaluates()) {
+    if (part != Part::sample && model.evaluates(event)) {
       const auto light = model.evaluate(event, {2.5f * (random.next() - 0.5f), 6.28f * (random.next() - 0.5f)});
       benchmark::DoNotOptimize(light);
       count(light);
@@ -121,9 +121,10 @@ int main(int argc, char** argv) {
   using namespace tress;
   for (const fiber::ModelInfo& info : references::models()) {
     const std::string name = info.name;
-    if (info.make_target != nullptr) {
+    if (info.has_rows()) {
       add(name + "/learned", true, [&info] { return taught(info); });
-      add(name + "/exact", true, [&info] { return made(info, {.estimator = fiber::Estimator::exact}); });
+      const bool traces = info.learns_samples();  // a path at every vertex, which no light can be told of
+      add(name + "/exact", !traces, [&info] { return made(info, {.estimator = fiber::Estimator::exact}); });
     } else if (info.has_quadrature) {
       for (const int points : {10, 35, 100}) {
         add(name + "/" + std::to_string(points), true,

@@ -61,13 +61,12 @@ class BakeNotes {
 class PrebakeJob {
  public:
   PrebakeJob(const PrebakeSettings& settings, const scene::Scene& scene, TelemetryLines& telemetry, int threads)
-      : settings_(settings), telemetry_(telemetry), threads_(threads) {
-    const fiber::ModelInfo& info = *references::find_model(settings.model);
-    target_ = info.make_target();
-    service_ = std::make_unique<adaptive::Service>(baking(settings.table), *target_);
+      : settings_(settings), info_(*references::find_model(settings.model)), telemetry_(telemetry), threads_(threads) {
+    learned_ = fiber::make_service(info_, baking(settings.table));
+    service_ = learned_.service.get();
     fiber::ModelSettings model;
-    model.service = service_.get();
-    const std::unique_ptr<fiber::FiberModel> slices = info.make(model);
+    model.service = service_;
+    const std::unique_ptr<fiber::FiberModel> slices = info_.make(model);
     for (const fiber::FiberParameters& fiber : scene.fibers) (void)slices->add_fiber(fiber);
     tell_header(scene);
   }
@@ -76,8 +75,8 @@ class PrebakeJob {
   int run() {
     const InterruptGuard interrupt;
     const Clock::time_point start = Clock::now();
-    log_note(fmt::format("{} pages, learner {}, epsilon {}", service_->slice_count(), settings_.table.learner->name,
-                         settings_.table.epsilon));
+    log_note(fmt::format("{} pages, learner {}, epsilon {}", service_->slice_count(),
+                         info_.learner_name(settings_.table), info_.epsilon(settings_.table)));
     BakeNotes notes;
     const BakeProgress baked = bake_table(*service_, [&](const BakeProgress& progress) {
       notes.tell(progress);
@@ -119,8 +118,8 @@ class PrebakeJob {
     telemetry_.write([&](adaptive::TelemetryWriter& writer) {
       return writer.header({{"scene", json_text(scene.source)},
                             {"model", json_text(settings_.model)},
-                            {"learner", json_text(settings_.table.learner->name)},
-                            {"epsilon", json_text(settings_.table.epsilon)},
+                            {"learner", json_text(info_.learner_name(settings_.table))},
+                            {"epsilon", json_text(info_.epsilon(settings_.table))},
                             {"seed", json_text(settings_.table.seed)},
                             {"threads", json_text(threads_)},
                             {"pages", json_text(service_->slice_count())},
@@ -154,17 +153,21 @@ class PrebakeJob {
   }
 
   const PrebakeSettings& settings_;
+  const fiber::ModelInfo& info_;
   TelemetryLines& telemetry_;
   int threads_;
-  std::unique_ptr<adaptive::Target> target_;
-  std::unique_ptr<adaptive::Service> service_;
+  fiber::ModelService learned_;
+  adaptive::Service* service_ = nullptr;  ///< of learned_
   std::string hash_;
 };
 
 /// Empty if all is well; else what contradicts what, as a message: wrong usage.
-std::string contradiction(const PrebakeSettings& settings) {
-  if (references::find_model(settings.model)->make_target == nullptr) {
+std::string contradiction(const CLI::App& prebake, const PrebakeSettings& settings) {
+  if (!references::find_model(settings.model)->has_rows()) {
     return fmt::format("cache prebake: expected a model with rows, found --model {}", settings.model);
+  }
+  if (references::find_model(settings.model)->learns_samples()) {
+    if (const std::string message = refused_of_samples(prebake, settings.model); !message.empty()) return message;
   }
   if (settings.telemetry) {
     std::error_code a, b;
@@ -223,8 +226,9 @@ Command add_cache_prebake(CLI::App& cache) {
   add_whole(prebake, "--seed", [&s](std::uint64_t seed) { s.table.seed = seed; });
   add_file(prebake, "--telemetry", [&s](const std::string& file) { s.telemetry = file; }, "convergence as JSON Lines");
   add_quiet(prebake);
-  return {prebake, [settings] {
-            if (const std::string message = contradiction(*settings); !message.empty()) throw WrongUsage(message);
+  return {prebake, [prebake, settings] {
+            if (const std::string message = contradiction(*prebake, *settings); !message.empty())
+              throw WrongUsage(message);
             return run_prebake(*settings);
           }};
 }

@@ -195,8 +195,16 @@ void add_learner(CLI::App* app, adaptive::Options& table) {
       app, "--learner", names, [&table](const std::string& name) { table.learner = references::find_learner(name); },
       help);
   add_whole(app, "--components", [&table](std::uint64_t n) { table.max_components = static_cast<std::uint32_t>(n); });
-  add_number(app, "--epsilon", [&table](double x) { table.epsilon = x; });
+  add_number(app, "--epsilon", [&table](double x) { table.epsilon = table.sampled_epsilon = x; });
   add_number(app, "--table-memory", [&table](double x) { table.memory_bytes = std::size_t(x * double(1 << 20)); });
+}
+
+std::string refused_of_samples(const CLI::App& app, const std::string& model) {
+  for (const char* option : {"--learner", "--components"}) {
+    if (app.count(option))
+      return fmt::format("{}: expected a model whose rows are fitted by mixtures, found --model {}", option, model);
+  }
+  return {};
 }
 
 void add_threads(CLI::App* app, std::optional<int>& threads) {

@@ -61,6 +61,10 @@ void add_fiber_shape(CLI::App* app, scene::Overrides& overrides);
 /// fills `table`, which must outlive it.
 void add_learner(CLI::App* app, adaptive::Options& table);
 
+/// Empty, or which of the options of add_learner() was given that has no meaning for this model, whose rows are learned
+/// from samples, as a message.
+std::string refused_of_samples(const CLI::App& app, const std::string& model);
+
 /// --threads; unset: one per hardware thread that the process may use.
 void add_threads(CLI::App* app, std::optional<int>& threads);
 /// --quiet.

@@ -131,11 +131,21 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
     return "--estimator: expected exact with --model exact, found " + given("--estimator");
   }
   const fiber::ModelInfo& model = *references::find_model(s.model);
-  if (model.make_target == nullptr) {
+  if (!model.has_rows()) {
     for (const char* option : {"--estimator", "--learner", "--components", "--epsilon", "--picture-error",
                                "--table-memory", "--warm-cache"}) {
       if (render.count(option)) return fmt::format("{}: expected a model with rows, found --model {}", option, s.model);
     }
+  }
+  if (model.learns_samples()) {
+    if (s.estimator == fiber::Estimator::corrected) {
+      return fmt::format(
+          "--estimator: expected fitted or exact with --model {}, whose scattering can be drawn but not evaluated: "
+          "what a "
+          "fit leaves out cannot be mended, found corrected",
+          s.model);
+    }
+    if (const std::string message = refused_of_samples(render, s.model); !message.empty()) return message;
   }
   if (s.table.picture_error > 0 && s.table.learner == &adaptive::knot_learner) {
     return "--picture-error: expected a learner that fits mixtures, found --learner table";

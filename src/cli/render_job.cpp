@@ -36,20 +36,25 @@ class RenderJob {
  public:
   RenderJob(const RenderSettings& settings, const scene::Scene& scene, int threads, Clock::time_point start,
             TelemetryLines telemetry)
-      : settings_(settings), scene_(scene), threads_(threads), start_(start), telemetry_(std::move(telemetry)) {
-    const fiber::ModelInfo& info = *references::find_model(settings.model);
-    if (info.make_target != nullptr) target_ = info.make_target();
-    if (target_ && settings.estimator != fiber::Estimator::exact) {
+      : settings_(settings),
+        info_(*references::find_model(settings.model)),
+        scene_(scene),
+        threads_(threads),
+        start_(start),
+        telemetry_(std::move(telemetry)) {
+    if (info_.has_rows() && settings.estimator != fiber::Estimator::exact) {
       adaptive::Options options = settings.table;
       options.seed = settings.render.seed;
       // A frozen table is used as it is: it learns nothing, the light of its rows neither.
-      if (settings.cache_mode == CacheMode::frozen && options.picture_error > 0) options.epsilon = 1;
-      service_ = std::make_unique<adaptive::Service>(options, *target_);
+      if (settings.cache_mode == CacheMode::frozen && options.picture_error > 0)
+        options.epsilon = options.sampled_epsilon = 1;
+      learned_ = fiber::make_service(info_, options);
+      service_ = learned_.service.get();
     }
     if (settings.warm_cache && service_) {
-      cache_.emplace(*settings.warm_cache, settings.cache_mode, target_->model_name());
+      cache_.emplace(*settings.warm_cache, settings.cache_mode, learned_.target->model_name());
     }
-    model_ = info.make({settings.estimator, service_.get(), settings.quadrature_points.value_or(0)});
+    model_ = info_.make({settings.estimator, service_, settings.quadrature_points.value_or(0)});
   }
 
   /// Inside the arena.
@@ -84,7 +89,7 @@ class RenderJob {
     Forecast forecast(settings_.stop);
     Progress progress;
     integrate::RenderResult result =
-        integrate::render(scene_, fibers, *model_, fiber_ids_, service_.get(), options, interrupt.requested(),
+        integrate::render(scene_, fibers, *model_, fiber_ids_, service_, options, interrupt.requested(),
                           [&](const integrate::PassProgress& pass) {
                             const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
                             const Outlook ahead = forecast.after(pass, elapsed);
@@ -111,7 +116,7 @@ class RenderJob {
 
   /// Under a blur of 4 degrees a grid of rows would explode, and g is traced at every vertex instead.
   void tell_narrow_blurs(const scene::Material& material) const {
-    if (!service_) return;
+    if (!service_ || info_.learns_samples()) return;
     const std::array<float, 3> sigmas = fiber::azimuthal_sigmas(material.fiber);
     for (int lobe = 0; lobe < 3; ++lobe) {
       const double degrees = double(sigmas[std::size_t(lobe)]) * 180 / std::numbers::pi;
@@ -142,7 +147,7 @@ class RenderJob {
 
   /// A model without rows is what it is at every vertex.
   const char* estimator_name() const {
-    return fiber::estimator_name(target_ ? settings_.estimator : fiber::Estimator::exact);
+    return fiber::estimator_name(info_.has_rows() ? settings_.estimator : fiber::Estimator::exact);
   }
 
   Extra cache_fields() const {
@@ -165,8 +170,8 @@ class RenderJob {
     Extra fields{{"scene", json_text(scene_.source)},
                  {"model", json_text(model_->name())},
                  {"estimator", json_text(estimator_name())},
-                 {"learner", json_text(settings_.table.learner->name)},
-                 {"epsilon", json_text(settings_.table.epsilon)},
+                 {"learner", json_text(info_.learner_name(settings_.table))},
+                 {"epsilon", json_text(info_.epsilon(settings_.table))},
                  {"seed", json_text(settings_.render.seed)},
                  {"samples", json_text(settings_.stop.samples(scene_.image.samples))},
                  {"width", json_text(scene_.image.width)},
@@ -233,7 +238,7 @@ class RenderJob {
     if (settings_.quadrature_points)
       picture.metadata["quadrature_points"] = std::to_string(*settings_.quadrature_points);
     picture.metadata["estimator"] = estimator_name();
-    picture.metadata["epsilon"] = fmt::format("{}", settings_.table.epsilon);
+    picture.metadata["epsilon"] = fmt::format("{}", info_.epsilon(settings_.table));
     picture.metadata["cache_hash"] = hash;
     picture.metadata["alpha"] = scene_.environment_visible && !scene_.image.transparent
                                     ? "opaque: R, G, B have the background, A is 1"
@@ -272,11 +277,12 @@ class RenderJob {
   }
 
   const RenderSettings& settings_;
+  const fiber::ModelInfo& info_;
   const scene::Scene& scene_;
   int threads_;
   Clock::time_point start_;
-  std::unique_ptr<adaptive::Target> target_;
-  std::unique_ptr<adaptive::Service> service_;
+  fiber::ModelService learned_;
+  adaptive::Service* service_ = nullptr;  ///< of learned_; null: no rows are asked
   std::unique_ptr<fiber::FiberModel> model_;
   std::optional<WarmCacheSession> cache_;
   std::vector<fiber::FiberId> fiber_ids_;

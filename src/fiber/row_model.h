@@ -187,8 +187,9 @@ class EventRowModel : public FiberModel {
   }
 
  protected:
-  /// What answers a row that has converged and is not kept (EventRow::block): made anew, a query more.
-  adaptive::FormedLookup made_anew(const EventRow& row) const { return service_->fetch(*row.formed, row.node); }
+  /// What the form writes of a row that has converged and is not kept (EventRow::block): made anew, no query more.
+  /// Valid until this thread's next call.
+  const void* made_anew(const EventRow& row) const;
 
   adaptive::Service* service_;
 

@@ -1,14 +1,17 @@
-// What a fiber model needs and how it is made, and those that ship: ours and the traced truth.
+// What a fiber model needs and how it is made, and those that ship: ours, in closed form and from samples, and the
+// traced truth.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 
 #include "tress/adaptive/mixture.h"
+#include "tress/adaptive/sampled_target.h"
 #include "tress/adaptive/service.h"
 #include "tress/adaptive/target.h"
 #include "tress/fiber/elliptical_model.h"
 #include "tress/fiber/fiber_model.h"
+#include "tress/fiber/rough_model.h"
 
 namespace tress::fiber {
 
@@ -26,16 +29,40 @@ struct ModelInfo {
   const char* name;    ///< as the command line, telemetry, pictures and charts call it
   const char* source;  ///< the publication that it implements
   const char* summary;
-  /// What its rows are learned from; null for a model without rows.
+  /// What its rows are learned from, or, of a model whose rows are learned from samples, what other rows of a cache
+  /// are; null for a model without rows.
   std::unique_ptr<adaptive::Target> (*make_target)();
   std::unique_ptr<FiberModel> (*make)(const ModelSettings& settings);
   /// In clear hair without gains it returns what it receives, whatever the known direction: the white furnace is 1. The
   /// generic tests hold it to that.
   bool conserves_energy = false;
   bool has_quadrature = false;  ///< reads ModelSettings::quadrature_points
+  /// What its rows are learned from where nobody can evaluate it; null for all other models.
+  std::unique_ptr<adaptive::SampledTarget> (*make_sampled_target)() = nullptr;
+
+  bool has_rows() const { return make_target != nullptr; }
+  bool learns_samples() const { return make_sampled_target != nullptr; }
+  /// What its rows are held to, and what fits them.
+  double epsilon(const adaptive::Options& options) const {
+    return learns_samples() ? options.sampled_epsilon : options.epsilon;
+  }
+  const char* learner_name(const adaptive::Options& options) const {
+    return learns_samples() ? "samples" : options.learner->name;
+  }
 };
 
+/// A service and the targets that it learns from.
+struct ModelService {
+  std::unique_ptr<adaptive::Target> target;
+  std::unique_ptr<adaptive::SampledTarget> samples;  ///< null for models that learn no samples
+  std::unique_ptr<adaptive::Service> service;
+};
+
+/// Of a model with rows.
+ModelService make_service(const ModelInfo& info, const adaptive::Options& options);
+
 extern const ModelInfo elliptical_info;
+extern const ModelInfo rough_info;
 extern const ModelInfo fiber3d_info;
 
 }  // namespace tress::fiber

@@ -20,6 +20,7 @@ using fiber::ModelSettings;
 
 const ModelInfo all_models[] = {
     fiber::elliptical_info,
+    fiber::rough_info,
     {.name = "chiang2016",
      .source = "Chiang, Bitterli, Tappan, Burley 2016",
      .summary = "near field, trimmed logistics and a geometric series: what today's renderers ship",

@@ -39,15 +39,15 @@ class TaughtModel {
   TaughtModel(const Asked& what, std::span<const AdversarialFiber> fibers) : what_(what) {
     const fiber::ModelInfo& info = *references::find_model(what.model);
     if (what.taught != Taught::nothing) {
-      target_ = info.make_target();
       adaptive::Options options;
       options.queries_before_creation = 1;
       options.memory_bytes = std::size_t{2} << 30;
       if (what.taught == Taught::converged) options.learner = &adaptive::eager_learner;
       if (what.taught == Taught::knots) options.learner = &adaptive::knot_learner;
-      service_ = std::make_unique<adaptive::Service>(options, *target_);
+      learned_ = fiber::make_service(info, options);
+      service_ = learned_.service.get();
     }
-    model_ = info.make({.estimator = what.estimator, .service = service_.get(), .quadrature_points = what.points});
+    model_ = info.make({.estimator = what.estimator, .service = service_, .quadrature_points = what.points});
     for (const AdversarialFiber& fiber : fibers) ids_.push_back(model_->add_fiber(fiber.parameters));
     if (what.taught == Taught::open) teach(2);
     if (what.taught == Taught::converged || what.taught == Taught::knots) teach(8);
@@ -76,8 +76,8 @@ class TaughtModel {
   }
 
   Asked what_;
-  std::unique_ptr<adaptive::Target> target_;
-  std::unique_ptr<adaptive::Service> service_;
+  fiber::ModelService learned_;
+  adaptive::Service* service_ = nullptr;  ///< of learned_
   std::unique_ptr<fiber::FiberModel> model_;
   std::vector<fiber::FiberId> ids_;
 };

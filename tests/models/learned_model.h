@@ -26,7 +26,7 @@ class LearnedModel {
   /// info: of a model with rows.
   LearnedModel(const fiber::FiberParameters& parameters, fiber::Estimator estimator, adaptive::Options options = {},
                const fiber::ModelInfo& info = *references::find_model("elliptical"))
-      : info_(info), parameters_(parameters), target_(info.make_target()), service_(options, *target_) {
+      : info_(info), parameters_(parameters), learned_(fiber::make_service(info, options)) {
     read_by(estimator);
   }
   LearnedModel(const fiber::FiberParameters& parameters, bool exact, adaptive::Options options = {})
@@ -34,8 +34,8 @@ class LearnedModel {
 
   /// Another estimator on the same rows, whatever they have become.
   void read_by(fiber::Estimator estimator) {
-    model_ =
-        info_.make({.estimator = estimator, .service = estimator == fiber::Estimator::exact ? nullptr : &service_});
+    model_ = info_.make(
+        {.estimator = estimator, .service = estimator == fiber::Estimator::exact ? nullptr : learned_.service.get()});
     fiber_ = model_->add_fiber(parameters_);
   }
 
@@ -52,7 +52,7 @@ class LearnedModel {
         (void)model_->sample(event, {random.next(), random.next(), random.next(), random.next()});
         (void)model_->evaluate(event, {3.1f * (random.next() - 0.5f), 6.28f * (random.next() - 0.5f)});
       }
-      report_ = service_.publish();
+      report_ = service().publish();
     }
   }
 
@@ -64,14 +64,13 @@ class LearnedModel {
 
   fiber::FiberModel& model() { return *model_; }
   const fiber::FiberModel& model() const { return *model_; }
-  adaptive::Service& service() { return service_; }
+  adaptive::Service& service() { return *learned_.service; }
   const adaptive::PassReport& report() const { return report_; }
 
  private:
   const fiber::ModelInfo& info_;
   fiber::FiberParameters parameters_;
-  std::unique_ptr<adaptive::Target> target_;
-  adaptive::Service service_;
+  fiber::ModelService learned_;
   std::unique_ptr<fiber::FiberModel> model_;
   fiber::FiberId fiber_ = 0;
   adaptive::PassReport report_;

@@ -31,10 +31,10 @@ struct Asked {
 /// and their light.
 Asked ask(const char* name, unsigned threads, std::size_t memory) {
   const fiber::ModelInfo& info = *references::find_model(name);
-  const std::unique_ptr<adaptive::Target> target = info.make_target();
   adaptive::Options options;
   options.memory_bytes = memory;
-  adaptive::Service service(options, *target);
+  const fiber::ModelService learned = fiber::make_service(info, options);
+  adaptive::Service& service = *learned.service;
   const std::unique_ptr<fiber::FiberModel> model = info.make({.service = &service});
   std::vector<fiber::FiberId> ids;
   for (int i = 0; i < 3; ++i) {

@@ -27,7 +27,7 @@ class every_model_statistics : public testing::TestWithParam<std::size_t> {
  protected:
   const fiber::ModelInfo& info() const { return references::models()[GetParam()]; }
   /// Rays or points at every vertex: such models are asked less often.
-  bool is_slow() const { return info().make_target != nullptr || info().has_quadrature; }
+  bool is_slow() const { return info().has_rows() || info().has_quadrature; }
 };
 
 std::string name_of(const testing::TestParamInfo<std::size_t>& index) {

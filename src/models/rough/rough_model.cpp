@@ -63,12 +63,7 @@ class RoughModel final : public EventRowModel {
     const auto& constants = constants_in<RoughConstants>(event);
     FiberValue value;
     if (!constants.row.has_converged) return value;
-    if (constants.row.block == nullptr) [[unlikely]] {
-      const adaptive::FormedLookup anew = made_anew(constants.row);
-      value_at(event, constants, *static_cast<const RoughRow*>(anew.answer.block()), clamped(wi), value);
-    } else {
-      value_at(event, constants, *static_cast<const RoughRow*>(constants.row.block), clamped(wi), value);
-    }
+    value_at(event, constants, answer_of(constants.row), clamped(wi), value);
     return value;
   }
 
@@ -123,11 +118,12 @@ class RoughModel final : public EventRowModel {
       }
       return sample;
     }
-    if (constants.row.block == nullptr) [[unlikely]] {
-      const adaptive::FormedLookup anew = made_anew(constants.row);
-      return draw_from(event, constants, *static_cast<const RoughRow*>(anew.answer.block()), u);
-    }
-    return draw_from(event, constants, *static_cast<const RoughRow*>(constants.row.block), u);
+    return draw_from(event, constants, answer_of(constants.row), u);
+  }
+
+  /// Of a row that has converged.
+  const RoughRow& answer_of(const EventRow& row) const {
+    return *static_cast<const RoughRow*>(row.block != nullptr ? row.block : made_anew(row));
   }
 
   FiberSample draw_from(const FiberEvent& event, const RoughConstants& constants, const RoughRow& row,
