@@ -165,6 +165,7 @@ TEST(CacheFormat, RefusesWrongKnotRowsBehindValidChecksums) {
   with("no knots", [&](std::string* b) { put(b, row + 5, 0, 1); });
   with("more knots than there are bytes", [&](std::string* b) { put(b, row + 5, 128, 1); });
   with("kind 2", [&](std::string* b) { put(b, row + 6, 2, 1); });
+  with("kind 3", [&](std::string* b) { put(b, row + 6, 3, 1); });
   with("a mixture of 32 components", [&](std::string* b) { put(b, row + 6, 0, 1); });
   with("byte 7", [&](std::string* b) { put(b, row + 7, 1, 1); });
   with("an open row with a kind", [&](std::string* b) { put(b, row + 4, 1, 1); });
@@ -202,6 +203,139 @@ TEST(CacheFormat, NeverCrashesOnFlippedKnotsBehindValidChecksums) {
       }
     }
   }
+}
+
+TEST(CacheFormat, ReadsBackRibbons) {
+  const std::string bytes = encode_cache(samples_image());
+  const Result<TableSnapshot> read = decode_cache(bytes, model, "hair.cache");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(encode_cache(*read), bytes);
+  ASSERT_EQ(read->slices.size(), 3u);
+  EXPECT_EQ(read->slices[0].description.kind, SliceKind::density);
+  EXPECT_EQ(read->slices[0].rows.at(0).ribbons, nullptr);
+  const CachedSlice& slice = read->slices[2];
+  const CachedSlice wanted = slice_of_samples();
+  EXPECT_EQ(slice.description.kind, SliceKind::samples);
+  EXPECT_EQ(slice.description.key, wanted.description.key);
+  EXPECT_EQ(slice.description.blur_rad, 0);
+  ASSERT_EQ(slice.rows.size(), 3u);
+  for (const std::size_t r : {0, 2}) {
+    EXPECT_EQ(slice.rows[r].state, RowState::converged);
+    EXPECT_EQ(slice.rows[r].count, 4096u);
+    EXPECT_EQ(slice.rows[r].objective, wanted.rows[r].objective);
+    EXPECT_EQ(slice.rows[r].energy, wanted.rows[r].ribbons->total_mass());
+    ASSERT_NE(slice.rows[r].ribbons, nullptr);
+    EXPECT_EQ(*slice.rows[r].ribbons, *wanted.rows[r].ribbons);
+    EXPECT_EQ(slice.rows[r].fit.component_count, 0u);
+  }
+  EXPECT_EQ(slice.rows[1].state, RowState::open);
+  EXPECT_EQ(slice.rows[1].ribbons, nullptr);
+}
+
+constexpr std::size_t ribbon_bytes = 4 + RibbonRow::part_bytes;  // of a part, with its mass
+
+/// First byte of the slice of samples in section 2 of samples_image(), and of its first row in section 3.
+std::size_t samples_slice(const std::string& bytes) { return payload(bytes, 2) + 4 + (52 + 5 * 4) + (52 + 3 * 4); }
+std::size_t samples_row(const std::string& bytes) {
+  return payload(bytes, 3) + 4 + (28 + 12 + 2 * 24) + (28 + 32 * 12) + 28 + 4 + 28 + 4;
+}
+
+// CACHE_FORMAT.md by hand, and that only tables with slices of samples are of the version that knows of them.
+TEST(CacheFormat, SlicesOfSamplesAreAKindAndAVersionOfTheirOwn) {
+  const std::string bytes = encode_cache(samples_image());
+  EXPECT_EQ(get_u64(bytes, 8) & 0xffffffffu, 3u);
+  const std::size_t slice = samples_slice(bytes), row = samples_row(bytes);
+  EXPECT_EQ(bytes.substr(slice, 8), std::string("\x10\0\0\0\1\0\0\0", 8));
+  EXPECT_EQ(bytes.substr(payload(bytes, 2) + 4, 8), std::string("\1\0\0\0\0\0\0\0", 8));
+  EXPECT_EQ(slice + 52 + 4 * 4, payload(bytes, 3) - format::section_header_bytes);
+  EXPECT_EQ(bytes.substr(row, 8), std::string("\0\0\0\0\2\2\2\0", 8));
+  EXPECT_EQ(row + 3 * 28 + 6 * ribbon_bytes, payload(bytes, 4) - format::section_header_bytes);
+  EXPECT_EQ(get_u64(bytes, payload(bytes, 4) - 16), 4u + 2 * 12 + 4 + 4) << "an open row of samples has no bins";
+
+  std::string as_two = bytes, as_three = encode_cache(knot_image());
+  put(&as_two, 8, 2, 4);
+  put(&as_three, 8, 3, 4);
+  expect_refused(as_two, "slices of samples in version 2");
+  expect_refused(as_three, "no slices of samples in version 3");
+
+  // All slices of such a file tell their kind, so that no file of the version is read as another.
+  TableSnapshot densities = knot_image(), without_rows = knot_image();
+  without_rows.slices.push_back(slice_of_samples());
+  without_rows.slices[2].rows.clear();
+  EXPECT_EQ(get_u64(encode_cache(without_rows), 8) & 0xffffffffu, 3u);
+  const Result<TableSnapshot> read = decode_cache(encode_cache(without_rows), model, "hair.cache");
+  ASSERT_TRUE(read) << read.error().message();
+  densities.slices = {read->slices[0], read->slices[1]};
+  EXPECT_EQ(encode_cache(densities), encode_cache(knot_image()));
+}
+
+TEST(CacheFormat, RefusesWrongSlicesAndRowsOfSamplesBehindValidChecksums) {
+  const std::string good = encode_cache(samples_image());
+  const std::size_t slice = samples_slice(good), row = samples_row(good), part = row + 28 + 8;
+  const auto with = [&](int section, const char* why, const std::function<void(std::string*)>& change) {
+    std::string bytes = good;
+    change(&bytes);
+    ASSERT_NE(bytes, good) << why;
+    seal(&bytes, section);
+    expect_refused(bytes, why);
+  };
+  with(2, "kind 2 of a slice", [&](std::string* b) { put(b, slice + 4, 2, 4); });
+  with(2, "samples as densities", [&](std::string* b) { put(b, slice + 4, 0, 4); });
+  with(2, "a parameter that is no number", [&](std::string* b) { put_float(b, slice + 36, std::nanf("")); });
+  with(2, "a negative zero", [&](std::string* b) { put_float(b, slice + 28, -0.0f); });
+  with(2, "a blur of samples", [&](std::string* b) { put_float(b, slice + 40, 0.2f); });
+  with(2, "a fourth parameter of densities", [&](std::string* b) { put_float(b, payload(*b, 2) + 4 + 20, 1.0f); });
+  with(3, "a mixture", [&](std::string* b) { put(b, row + 6, 0, 1); });
+  with(3, "knots", [&](std::string* b) { put(b, row + 6, 1, 1); });
+  with(3, "no ribbon", [&](std::string* b) { put(b, row + 5, 0, 1); });
+  with(3, "five ribbons", [&](std::string* b) { put(b, row + 5, 5, 1); });
+  with(3, "another number of ribbons", [&](std::string* b) { put(b, row + 5, 1, 1); });
+  with(3, "more ribbons than there are bytes", [&](std::string* b) { put(b, row + 5, 4, 1); });
+  with(3, "byte 7", [&](std::string* b) { put(b, row + 7, 1, 1); });
+  with(3, "an open row with ribbons", [&](std::string* b) { put(b, row + 4, 1, 1); });
+  with(3, "more energy than its parts", [&](std::string* b) { put_float(b, row + 12, 0.7501f); });
+  with(3, "a negative mass", [&](std::string* b) { put_float(b, row + 28, -0.5f); });
+  with(3, "an infinite mass", [&](std::string* b) { put_float(b, row + 28, HUGE_VALF); });
+  with(3, "a law that is none", [&](std::string* b) { put(b, part, 2, 1); });
+  with(4, "a sketch of a row of samples", [&](std::string* b) { put(b, payload(*b, 4) + 4 + 2 * 12 + 4, 1, 4); });
+  // A mixture in a slice of densities as ribbons.
+  with(3, "ribbons of a density", [&](std::string* b) { put(b, payload(*b, 3) + 4 + 6, 2, 1); });
+}
+
+TEST(CacheFormat, RefusesEveryFlippedByteAndTruncationOfRibbons) {
+  const std::string bytes = encode_cache(samples_image());
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    std::string flipped = bytes;
+    flipped[i] = static_cast<char>(flipped[i] ^ 0x10);
+    expect_refused(flipped, "byte " + std::to_string(i));
+    expect_refused(bytes.substr(0, i), "cut to " + std::to_string(i));
+  }
+}
+
+TEST(CacheFormat, NeverCrashesOnFlippedRibbonsBehindValidChecksums) {
+  const std::string bytes = encode_cache(samples_image());
+  const auto flip = [&](int section, std::size_t i, int mask) {
+    std::string flipped = bytes;
+    flipped[i] = static_cast<char>(flipped[i] ^ mask);
+    seal(&flipped, section);
+    if (const Result<TableSnapshot> read = decode_cache(flipped, model, "hair.cache"); read) {
+      ASSERT_EQ(encode_cache(*read), flipped) << "byte " << i << " xor " << mask;
+    }
+  };
+  for (const int mask : {0x01, 0x02, 0x20, 0x40, 0x80, 0xff}) {
+    for (std::size_t i = samples_slice(bytes); i < samples_slice(bytes) + 52 + 16; ++i) flip(2, i, mask);
+    for (std::size_t i = samples_row(bytes); i < samples_row(bytes) + 28 + 2 * ribbon_bytes; ++i) flip(3, i, mask);
+  }
+}
+
+// Of one key in both kinds, which two files of one model cannot have: one whole, the same for either order.
+TEST(CacheFormat, AKeyOfBothKindsIsKeptAsOne) {
+  TableSnapshot densities = small_image(), samples = small_image();
+  samples.slices = {slice_of_samples()};
+  samples.slices[0].description.key = densities.slices[0].description.key;
+  const std::string one = encode_cache(merge_caches(densities, samples));
+  EXPECT_EQ(encode_cache(merge_caches(samples, densities)), one);
+  EXPECT_TRUE(decode_cache(one, model, "hair.cache"));
 }
 
 TEST(CacheFormat, RefusesEveryTruncationAndEveryTail) {

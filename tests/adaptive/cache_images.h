@@ -3,10 +3,12 @@
 
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #include "adaptive/knot_tables.h"
+#include "adaptive/random_ribbons.h"
 #include "tress/adaptive/cache.h"
 
 namespace tress::adaptive {
@@ -41,6 +43,22 @@ inline CachedRow knot_row(std::uint32_t node, float objective, std::size_t knots
   return row;
 }
 
+/// Parts of 0.5, 0.25, 0 and 0.125; `seed`: of their ribbons.
+inline CachedRow ribbon_row(std::uint32_t node, float objective, std::size_t parts = 2, std::uint64_t seed = 1) {
+  const float masses[] = {0.5f, 0.25f, 0.0f, 0.125f};
+  std::vector<RibbonRow::Part> all;
+  for (std::size_t p = 0; p < parts; ++p) all.push_back({random_ribbon(seed + p, true), masses[p]});
+  CachedRow row;
+  row.node = node;
+  row.state = RowState::converged;
+  row.generation = 1;
+  row.objective = objective;
+  row.count = 4096;
+  row.ribbons = std::make_shared<const RibbonRow>(all);
+  row.energy = row.ribbons->total_mass();
+  return row;
+}
+
 inline CachedRow open_row(std::uint32_t node, std::vector<SketchBin> sketch) {
   CachedRow row;
   row.node = node;
@@ -66,6 +84,21 @@ inline TableSnapshot small_image() {
 inline TableSnapshot knot_image() {
   TableSnapshot image = small_image();
   image.slices[0].rows.insert(image.slices[0].rows.begin() + 1, knot_row(2, 0.002f));
+  return image;
+}
+
+/// 2 x 2 nodes, of samples.
+inline CachedSlice slice_of_samples() {
+  CachedSlice slice{{{16, {1.55f, 0.85f, 0.3f, 0.05f, 0, 0, 0, 2}}, {0.0f, 0.5f}, {0.0f, 1.2f}, 0}, {}};
+  slice.description.kind = SliceKind::samples;
+  slice.rows = {ribbon_row(0, 0.04f), open_row(1, {}), ribbon_row(3, 0.03f, 4)};
+  return slice;
+}
+
+/// As knot_image(), with a slice of samples.
+inline TableSnapshot samples_image() {
+  TableSnapshot image = knot_image();
+  image.slices.push_back(slice_of_samples());
   return image;
 }
 

@@ -105,7 +105,9 @@ void check(const std::string& bytes) {
   for (const adaptive::CachedSlice& slice : image->slices) {
     for (const adaptive::CachedRow& row : slice.rows) {
       for (const float x : {-3.14159265f, 0.0f, 1.0f}) {
-        const float density = row.knots.empty() ? row.fit.density(x) : row.knots.density(x);
+        const float density = row.ribbons         ? row.ribbons->ribbon(row.ribbons->parts() - 1).density(x, 0.1f)
+                              : row.knots.empty() ? row.fit.density(x)
+                                                  : row.knots.density(x);
         fuzz::require(std::isfinite(density) && density >= 0);
       }
     }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "adaptive/toy_samples.h"
 #include "adaptive/toy_target.h"
 #include "properties/generators.h"
 #include "properties/service_model.h"
@@ -38,7 +39,8 @@ RC_GTEST_PROP(Cache, OfRowsThatMemoryHasNoRoomForIsSavedBackToTheByte, ()) {
   const testing::MovingPeaks target;
   Options options;
   options.memory_bytes = 0;
-  Service service(options, target);
+  const testing::MovingLobes samples;
+  Service service(options, target, samples);
   TableSnapshot wanted{image.model, {}};
   for (const CachedSlice& slice : image.slices) {
     if (!fits(slice, 0)) continue;

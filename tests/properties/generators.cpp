@@ -1,12 +1,15 @@
 #include "properties/generators.h"
 
+#include <array>
 #include <bit>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <ostream>
 #include <utility>
 
 #include "adaptive/knot_tables.h"
+#include "adaptive/random_ribbons.h"
 #include "observations/sketch.h"
 #include "properties/combinators.h"
 
@@ -67,6 +70,16 @@ rc::Gen<KnotDensity> any_knots() {
       testing::below(std::uint64_t{3}));
 }
 
+rc::Gen<RibbonRow> any_ribbons() {
+  return rc::gen::apply(
+      [](std::uint64_t seed, float mass, float other) {
+        return RibbonRow(std::array<RibbonRow::Part, 2>{
+            {{random_ribbon(seed, seed > 2), mass}, {random_ribbon(seed + 1, seed > 2), other}}});
+      },
+      testing::below(std::uint64_t{6}), testing::pick<float>({0.5f, 1e-6f, 20.0f}),
+      testing::pick<float>({0.25f, 0.0f, 1e-30f}));
+}
+
 /// Bits of a bin: few, so that ties and equal offsets on either side are met, and the bounds.
 rc::Gen<std::uint64_t> any_bin_bits() {
   return rc::gen::apply([](std::uint64_t offset, std::uint64_t sign,
@@ -79,6 +92,7 @@ rc::Gen<std::vector<SketchBin>> any_sketch(std::uint32_t bins) {
   return rc::gen::map(rc::gen::container<std::vector<rc::Maybe<std::uint64_t>>>(8, rc::gen::maybe(any_bin_bits())),
                       [bins](const std::vector<rc::Maybe<std::uint64_t>>& bits) {
                         std::vector<SketchBin> sketch;
+                        if (bins == 0) return sketch;
                         for (std::uint32_t i = 0; i < bits.size(); ++i) {
                           // Neighbours, and the last one.
                           if (bits[i]) sketch.push_back({i < 7 ? i : bins - 1, *bits[i]});
@@ -149,15 +163,25 @@ rc::Gen<CachedRow> any_knot_row() {
       any_generation(), any_count(), any_objective(), any_knots());
 }
 
+rc::Gen<CachedRow> any_ribbon_row() {
+  return rc::gen::apply(
+      [](std::uint32_t generation, std::uint64_t count, float objective, const RibbonRow& ribbons) {
+        CachedRow row = converged(generation, count, objective);
+        row.ribbons = std::make_shared<const RibbonRow>(ribbons);
+        row.energy = ribbons.total_mass();
+        return row;
+      },
+      any_generation(), any_count(), any_objective(), any_ribbons());
+}
+
 /// Open, refused, converged to a mixture or to knots; of node 0.
 rc::Gen<CachedRow> any_row(std::uint32_t bins) {
   return rc::gen::oneOf(any_open_row(bins), any_open_row(bins), any_mixture_row(), any_mixture_row(), any_knot_row());
 }
 
-/// One of a few keys, in the order of a file.
 SliceKey key_of(std::size_t index) {
-  const std::vector<SliceKey> keys{
-      {0, {-1.5f, 1, 0.2f}}, {0, {-0.5f, 1, 0.2f}}, {0, {0, 1, 0.2f}}, {1, {0.3f, 1, 0.2f}}, {~0u, {0, 0, 0}}};
+  const std::vector<SliceKey> keys{{0, {-1.5f, 1, 0.2f}}, {0, {-0.5f, 1, 0.2f}}, {0, {0, 1, 0.2f}},
+                                   {1, {0.3f, 1, 0.2f}},  {~0u, {0, 0, 0}},      {~0u, {0, 0, 0, 1, -1, 0, 0, 0.5f}}};
   return keys.at(index);
 }
 
@@ -168,11 +192,15 @@ SliceDescription description_of(std::size_t index, bool other) {
   slice.axis_a = {0.0f, 0.5f};
   slice.axis_b = {0.0f, other ? 0.4f : 0.3f, 1.0f};
   slice.blur_rad = index == 3 ? 0.2f : 0.5f;
+  if (index < keys) return slice;
+  slice.kind = SliceKind::samples;
+  slice.blur_rad = 0;
   return slice;
 }
 
 rc::Gen<CachedSlice> any_slice(std::size_t index) {
   const SliceDescription usual = description_of(index);
+  const bool samples = usual.kind == SliceKind::samples;
   return rc::gen::apply(
       [index](int axes, const std::vector<rc::Maybe<CachedRow>>& rows) {
         CachedSlice slice{description_of(index, axes == 3), {}};
@@ -185,22 +213,23 @@ rc::Gen<CachedSlice> any_slice(std::size_t index) {
       },
       testing::below(4),
       rc::gen::container<std::vector<rc::Maybe<CachedRow>>>(
-          usual.node_count(), rc::gen::maybe(any_row(Sketch::bin_count(usual.blur_rad)))));
+          usual.node_count(), rc::gen::maybe(samples ? testing::either(any_open_row(0), any_ribbon_row())
+                                                     : any_row(Sketch::bin_count(usual.blur_rad)))));
 }
 
 /// A whole table, the empty one included; slices without rows, keys that two tables share or not.
 rc::Gen<TableSnapshot> any_image() {
   return rc::gen::apply(
       [](const rc::Maybe<CachedSlice>& a, const rc::Maybe<CachedSlice>& b, const rc::Maybe<CachedSlice>& c,
-         const rc::Maybe<CachedSlice>& d, const rc::Maybe<CachedSlice>& e) {
+         const rc::Maybe<CachedSlice>& d, const rc::Maybe<CachedSlice>& e, const rc::Maybe<CachedSlice>& f) {
         TableSnapshot image{any_model, {}};
-        for (const rc::Maybe<CachedSlice>* slice : {&a, &b, &c, &d, &e}) {
+        for (const rc::Maybe<CachedSlice>* slice : {&a, &b, &c, &d, &e, &f}) {
           if (*slice) image.slices.push_back(**slice);
         }
         return image;
       },
       rc::gen::maybe(any_slice(0)), rc::gen::maybe(any_slice(1)), rc::gen::maybe(any_slice(2)),
-      rc::gen::maybe(any_slice(3)), rc::gen::maybe(any_slice(4)));
+      rc::gen::maybe(any_slice(3)), rc::gen::maybe(any_slice(4)), rc::gen::maybe(any_slice(5)));
 }
 
 rc::Gen<std::vector<TableSnapshot>> any_images(std::size_t most) {
@@ -232,6 +261,9 @@ void showValue(const Mixture& fit, std::ostream& out) {
 void showValue(const KnotDensity& knots, std::ostream& out) {
   out << "{" << knots.knots().size() << " knots of mass " << knots.energy() << "}";
 }
+void showValue(const RibbonRow& row, std::ostream& out) {
+  out << "{" << row.parts() << " ribbons of mass " << row.total_mass() << "}";
+}
 void showValue(const SketchBin& bin, std::ostream& out) {
   out << bin.index << ": " << (bin.bits >> 33) << ((bin.bits >> 32 & 1) != 0 ? "-" : "+") << " "
       << std::bit_cast<float>(static_cast<std::uint32_t>(bin.bits));
@@ -242,6 +274,8 @@ void showValue(const CachedRow& row, std::ostream& out) {
       << " objective " << row.objective << " count " << row.count << " energy " << row.energy;
   if (!row.knots.empty()) {
     rc::show(row.knots, out << " knots ");
+  } else if (row.ribbons) {
+    rc::show(*row.ribbons, out << " ribbons ");
   } else if (row.state == RowState::converged) {
     rc::show(row.fit, out << " fit ");
   } else {

@@ -53,7 +53,7 @@ const CachedRow* row_of(const CachedSlice* slice, std::uint32_t node) {
 RC_GTEST_PROP(Merging, KeepsOfEachNodeTheLargerRowAndNoOther, ()) {
   const TableSnapshot a = *any_image(), b = *any_image();
   const TableSnapshot both = merge_caches(a, b);
-  for (std::size_t index = 0; index < keys; ++index) {
+  for (std::size_t index = 0; index < all_keys; ++index) {
     const CachedSlice *of_a = slice_of(a, key_of(index)), *of_b = slice_of(b, key_of(index));
     const CachedSlice* of_both = slice_of(both, key_of(index));
     RC_ASSERT((of_both != nullptr) == (of_a != nullptr || of_b != nullptr));

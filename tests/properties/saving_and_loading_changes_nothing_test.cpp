@@ -17,7 +17,9 @@ void expect_same(const CachedRow& read, const CachedRow& written) {
   RC_ASSERT(read.objective == (open ? 0.0f : written.objective));
   RC_ASSERT(read.sketch == (open ? written.sketch : std::vector<SketchBin>{}));
   RC_ASSERT(std::ranges::equal(read.knots.knots(), open ? std::span<const Knot>{} : written.knots.knots()));
-  if (open || !written.knots.empty()) return;
+  RC_ASSERT((read.ribbons != nullptr) == (!open && written.ribbons != nullptr));
+  RC_ASSERT((!read.ribbons || *read.ribbons == *written.ribbons));
+  if (open || !written.knots.empty() || written.ribbons) return;
   RC_ASSERT(read.fit.component_count == written.fit.component_count);
   RC_ASSERT(read.fit.uniform_weight == written.fit.uniform_weight);
   RC_ASSERT(read.fit.uniform_attribute_mean == written.fit.uniform_attribute_mean);
@@ -43,7 +45,7 @@ RC_GTEST_PROP(Cache, DecodesWhatItEncoded, ()) {
     const CachedSlice &x = read->slices[p], &y = image.slices[p];
     RC_ASSERT(x.description.key == y.description.key);
     RC_ASSERT(x.description.axis_a == y.description.axis_a && x.description.axis_b == y.description.axis_b);
-    RC_ASSERT(x.description.blur_rad == y.description.blur_rad);
+    RC_ASSERT(x.description.blur_rad == y.description.blur_rad && x.description.kind == y.description.kind);
     RC_ASSERT(x.rows.size() == y.rows.size());
     for (std::size_t r = 0; r < y.rows.size(); ++r) expect_same(x.rows[r], y.rows[r]);
   }
