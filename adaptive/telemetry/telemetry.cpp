@@ -57,7 +57,9 @@ Json pass_fields(const PassReport& report) {
           {"at_ceiling", report.at_ceiling},
           {"effective_sample_size", report.effective_sample_size},
           {"bias_bound", report.bias_bound},
-          {"learning_cpu_seconds", report.learning_cpu_seconds}};
+          {"learning_cpu_seconds", report.learning_cpu_seconds},
+          {"ribbons", report.ribbons},
+          {"unusable", report.unusable}};
 }
 
 Json row_fields(const RowReport& report) {
@@ -69,7 +71,8 @@ Json row_fields(const RowReport& report) {
           {"count", report.count},
           {"components", report.components},
           {"knots", report.knots},
-          {"failed_tests", report.failed_tests}};
+          {"failed_tests", report.failed_tests},
+          {"ribbons", report.ribbons}};
 }
 
 /// Puts the host's fields beside the report's. They can neither break the line nor stand in for a field of the report.

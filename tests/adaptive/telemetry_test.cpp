@@ -134,6 +134,8 @@ TEST_F(Telemetry, LinesSatisfyTheSchemaAndAreThereAtOnce) {
   report.absorbed_objective = {6, 0.01, 0.04, 0.3};
   report.components[8] = 5;
   report.knots[1] = 4;
+  report.ribbons = 9;
+  report.unusable = 1;
   RowReport row;
   row.slice = {2, {1.55f, 0.85f, 0.2f}};
   row.objective = -1;
@@ -145,10 +147,13 @@ TEST_F(Telemetry, LinesSatisfyTheSchemaAndAreThereAtOnce) {
   row.state = RowState::converged;
   row.objective = 0.004;
   ASSERT_FALSE(writer_->row(row, {{"pass", "3"}}));
+  row.slice.parameters[7] = 2;
+  row.ribbons = 4;
+  ASSERT_FALSE(writer_->row(row, {}));
   ASSERT_FALSE(writer_->summary({{"status", "\"done\""}}));
 
   const std::vector<json> told = lines();
-  ASSERT_EQ(told.size(), 5u);
+  ASSERT_EQ(told.size(), 6u);
   const SchemaCheck check = schema();
   for (const json& line : told) EXPECT_EQ(check.line(line), "") << line;
   EXPECT_EQ(told[1]["converged_query_share"], 0.75);
@@ -161,6 +166,11 @@ TEST_F(Telemetry, LinesSatisfyTheSchemaAndAreThereAtOnce) {
   EXPECT_TRUE(told[2]["objective"].is_null());
   EXPECT_EQ(told[3]["state"], "converged");
   EXPECT_EQ(told[3]["page"]["lobe"], 2);
+  EXPECT_EQ(told[3]["page"]["parameters"].size(), 3u);
+  EXPECT_EQ(told[4]["page"]["parameters"].size(), 8u) << "as a slice of samples may have";
+  EXPECT_EQ(told[4]["ribbons"], 4);
+  EXPECT_EQ(told[1]["ribbons"], 9);
+  EXPECT_EQ(told[1]["unusable"], 1);
 }
 
 // The checker can fail: each required field of a pass, taken away or of another type, is missed.
