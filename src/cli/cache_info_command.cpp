@@ -12,6 +12,7 @@
 
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "fiber/rough_rows.h"
 #include "tress/adaptive/cache.h"
 #include "tress/fiber/elliptical_model.h"
 #include "tress/fiber/lobes.h"
@@ -29,6 +30,7 @@ double as_typed(float x) { return std::stod(fmt::format("{}", x)); }
 
 struct SliceSummary {
   std::string lobe;
+  std::uint64_t ribbons = 0;  ///< rows of a slice of samples that have converged
   std::uint64_t nodes = 0, open = 0, converged = 0, components = 0;
   std::uint64_t knot_densitys = 0, knots = 0;  ///< rows that are knot tables, and the knots in them
   std::size_t bytes = 0;                       ///< in the file
@@ -38,7 +40,9 @@ struct SliceSummary {
 SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::CacheFile& cache) {
   SliceSummary summary;
   const std::uint32_t lobe = slice.key.lobe;
-  summary.lobe = lobe == fiber::trt_rest_slice     ? "TRT without GLINT"
+  summary.lobe = slice.kind == adaptive::SliceKind::samples
+                     ? (lobe == fiber::rough_slice_lobe ? "rough" : std::to_string(lobe))
+                 : lobe == fiber::trt_rest_slice   ? "TRT without GLINT"
                  : lobe < fiber::lobe_names.size() ? fiber::lobe_names[lobe]
                                                    : std::to_string(lobe);
   summary.nodes = slice.node_count();
@@ -49,7 +53,9 @@ SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::CacheF
     const bool converged = row.state == adaptive::RowState::converged;
     ++(converged ? summary.converged : summary.open);
     if (!converged) continue;
-    if (row.knots.empty()) {
+    if (row.ribbons) {
+      ++summary.ribbons;
+    } else if (row.knots.empty()) {
       summary.components += row.fit.component_count;
     } else {
       ++summary.knot_densitys;
@@ -58,6 +64,60 @@ SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::CacheF
   }
   return summary;
 }
+
+/// The key of a slice of densities: those of a hair's lobe. Of one of samples: its parameters, as they are.
+nlohmann::ordered_json key_of(const adaptive::SliceDescription& slice, const std::string& lobe) {
+  if (slice.kind == adaptive::SliceKind::samples) {
+    nlohmann::ordered_json parameters = nlohmann::ordered_json::array();
+    for (const float parameter : slice.key.told_parameters()) parameters.push_back(as_typed(parameter));
+    return {{"lobe", lobe}, {"parameters", parameters}};
+  }
+  const auto parameters = slice.key.parameters;
+  return {{"lobe", lobe},
+          {"eta", as_typed(parameters[0])},
+          {"e", as_typed(parameters[1])},
+          {"sigma_deg", double(parameters[2]) * 180 / std::numbers::pi}};
+}
+
+nlohmann::ordered_json to_json(const adaptive::SliceDescription& slice, const SliceSummary& s) {
+  return {{"key", key_of(slice, s.lobe)},
+          {"kind", slice.kind == adaptive::SliceKind::samples ? "samples" : "densities"},
+          {"nodes", s.nodes},
+          {"rows", {{"open", s.open}, {"converged", s.converged}}},
+          {"components", s.components},
+          {"knot_tables", s.knot_densitys},
+          {"knots", s.knots},
+          {"ribbons", s.ribbons},
+          {"bytes", s.bytes}};
+}
+
+/// A line for each slice, those of densities apart from those of samples.
+struct SliceLines {
+  std::string densities, samples;
+
+  void add(const adaptive::SliceDescription& slice, const SliceSummary& s) {
+    if (slice.kind == adaptive::SliceKind::samples) {
+      const std::string parameters = fmt::format("{}", fmt::join(slice.key.told_parameters(), " "));
+      samples += fmt::format("  {:5} {:7} {:7} {:9} {:8} {:10}  {}\n", s.lobe, s.nodes, s.open, s.converged, s.ribbons,
+                             s.bytes, parameters);
+      return;
+    }
+    const auto parameters = slice.key.parameters;
+    densities += fmt::format("  {:5} {:5.3f} {:5.3f} {:6.2f} {:7} {:7} {:9} {:10} {:7} {:10}\n", s.lobe, parameters[0],
+                             parameters[1], double(parameters[2]) * 180 / std::numbers::pi, s.nodes, s.open,
+                             s.converged, s.components, s.knots, s.bytes);
+  }
+
+  void print() const {
+    if (!densities.empty()) {
+      fmt::print("  {:5} {:>5} {:>5} {:>6} {:>7} {:>7} {:>9} {:>10} {:>7} {:>10}\n{}", "lobe", "eta", "e", "sigma",
+                 "nodes", "open", "converged", "components", "knots", "bytes", densities);
+    }
+    if (samples.empty()) return;
+    fmt::print("  {:5} {:>7} {:>7} {:>9} {:>8} {:>10}  {}\n{}", "lobe", "nodes", "open", "converged", "ribbons",
+               "bytes", "parameters", samples);
+  }
+};
 
 /// Prints model, format, slices and hash. Exit status 1 if the file is refused.
 int run_cache_info(const CacheSettings& settings) {
@@ -69,24 +129,11 @@ int run_cache_info(const CacheSettings& settings) {
   adaptive::CacheFile& rows = **cache;
   const adaptive::CacheContents& contents = rows.contents();
   nlohmann::ordered_json slices = nlohmann::ordered_json::array();
-  std::string text;
+  SliceLines lines;
   while (const adaptive::SliceDescription* slice = rows.next_slice()) {
-    const auto parameters = slice->key.parameters;
-    const SliceSummary s = summarise(*slice, rows);
-    const double sigma_deg = double(parameters[2]) * 180 / std::numbers::pi;
-    slices.push_back({{"key",
-                       {{"lobe", s.lobe},
-                        {"eta", as_typed(parameters[0])},
-                        {"e", as_typed(parameters[1])},
-                        {"sigma_deg", sigma_deg}}},
-                      {"nodes", s.nodes},
-                      {"rows", {{"open", s.open}, {"converged", s.converged}}},
-                      {"components", s.components},
-                      {"knot_tables", s.knot_densitys},
-                      {"knots", s.knots},
-                      {"bytes", s.bytes}});
-    text += fmt::format("  {:5} {:5.3f} {:5.3f} {:6.2f} {:7} {:7} {:9} {:10} {:7} {:10}\n", s.lobe, parameters[0],
-                        parameters[1], sigma_deg, s.nodes, s.open, s.converged, s.components, s.knots, s.bytes);
+    const SliceSummary summary = summarise(*slice, rows);
+    slices.push_back(to_json(*slice, summary));
+    lines.add(*slice, summary);
   }
   if (const std::optional<Error> error = rows.failure()) {
     log_error(error->message());
@@ -100,19 +147,17 @@ int run_cache_info(const CacheSettings& settings) {
         {"bytes", contents.bytes},
         {"rows", {{"open", contents.open_rows}, {"converged", contents.converged_rows}}},
         {"knot_tables", contents.knot_rows},
+        {"ribbons", contents.ribbon_rows},
         {"pages", slices}};
     fmt::print("{}\n", json.dump());
     return 0;
   }
   fmt::print(
       "model   {}\nformat  {}\nhash    {}\nbytes   {}\nrows    {} open, {} converged\nknots   {} of the converged\n"
-      "pages   {}\n",
+      "ribbons {} of the converged\npages   {}\n",
       rows.model(), contents.format, contents.hash, contents.bytes, contents.open_rows, contents.converged_rows,
-      contents.knot_rows, contents.slices);
-  if (!text.empty()) {
-    fmt::print("  {:5} {:>5} {:>5} {:>6} {:>7} {:>7} {:>9} {:>10} {:>7} {:>10}\n{}", "lobe", "eta", "e", "sigma",
-               "nodes", "open", "converged", "components", "knots", "bytes", text);
-  }
+      contents.knot_rows, contents.ribbon_rows, contents.slices);
+  lines.print();
   return 0;
 }
 

@@ -61,6 +61,31 @@ TEST_F(CacheInfo, TellsKnotDensitysFromMixtures) {
   EXPECT_THAT(run({"cache", "info", path("k.cache")}).out, HasSubstr("knots   1 of the converged\n"));
 }
 
+TEST_F(CacheInfo, TellsSlicesOfSamplesByTheirParameters) {
+  write_text(path("s.cache"), adaptive::encode_cache(adaptive::samples_image()));
+  const nlohmann::json info = json("info", "s.cache", 0);
+  EXPECT_EQ(info.at("format"), 3);
+  EXPECT_EQ(info.at("rows"), (nlohmann::json{{"open", 3}, {"converged", 4}}));
+  EXPECT_EQ(info.at("ribbons"), 2);
+  EXPECT_EQ(info.at("knot_tables"), 1);
+  ASSERT_EQ(info.at("pages").size(), 3u);
+  EXPECT_EQ(info.at("pages")[0].at("kind"), "densities");
+  EXPECT_EQ(info.at("pages")[0].at("ribbons"), 0);
+  const nlohmann::json& slice = info.at("pages")[2];
+  EXPECT_EQ(slice.at("kind"), "samples");
+  EXPECT_EQ(slice.at("key"),
+            (nlohmann::json{{"lobe", "rough"}, {"parameters", {1.55, 0.85, 0.3, 0.05, 0.0, 0.0, 0.0, 2.0}}}));
+  EXPECT_EQ(slice.at("rows"), (nlohmann::json{{"open", 1}, {"converged", 2}}));
+  EXPECT_EQ(slice.at("ribbons"), 2);
+  EXPECT_EQ(slice.at("components"), 0);
+  std::uint64_t bytes = 0;
+  for (const nlohmann::json& page : info.at("pages")) bytes += page.at("bytes").get<std::uint64_t>();
+  EXPECT_EQ(bytes + 24 + 4 * 24 + 4 + 15 + 4, info.at("bytes")) << "headers, the model's name, the number of pages";
+  const std::string text = run({"cache", "info", path("s.cache")}).out;
+  EXPECT_THAT(text, HasSubstr("ribbons 2 of the converged\n"));
+  EXPECT_THAT(text, HasSubstr("1.55 0.85 0.3 0.05 0 0 0 2\n"));
+}
+
 TEST_F(CacheInfo, VerifySaysWhichByteIsWrong) {
   EXPECT_EQ(json("verify", "t.cache", 0), (nlohmann::json{{"file", path("t.cache")}, {"ok", true}}));
   EXPECT_EQ(run({"cache", "verify", path("t.cache")}).out, path("t.cache") + ": ok\n");

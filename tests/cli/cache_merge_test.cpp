@@ -62,6 +62,20 @@ TEST_F(CacheMergeCommand, GivesTheSameBytesForAnyOrderAndAnyGrouping) {
   EXPECT_THAT(merge({"out"}, "out").out, HasSubstr(info.at("hash").get<std::string>()));
 }
 
+TEST_F(CacheMergeCommand, JoinsSlicesOfBothKindsInAnyOrder) {
+  adaptive::TableSnapshot samples{"elliptical-test", {adaptive::slice_of_samples()}};
+  samples.slices[0].rows = {adaptive::ribbon_row(1, 0.02f), adaptive::ribbon_row(3, 0.01f, 3)};
+  write_text(path("d"), encode_cache(adaptive::samples_image()));
+  write_text(path("e"), encode_cache(samples));
+  ASSERT_EQ(merge({"d", "e", "b", "a"}, "out").status, 0);
+  ASSERT_EQ(merge({"a", "e"}, "ae").status, 0);
+  ASSERT_EQ(merge({"ae", "b", "d"}, "other").status, 0);
+  EXPECT_EQ(read_text(path("out")), read_text(path("other")));
+  const auto info = nlohmann::json::parse(run({"cache", "info", path("out"), "--json"}).out);
+  EXPECT_EQ(info.at("ribbons"), 3);
+  EXPECT_EQ(info.at("pages")[2].at("rows"), (nlohmann::json{{"open", 0}, {"converged", 3}}));
+}
+
 TEST_F(CacheMergeCommand, MayWriteIntoOneOfItsFilesAndThroughALink) {
   fs::create_symlink("c", path("link"));
   const Outcome outcome = merge({"a", "b", "c"}, "link");
