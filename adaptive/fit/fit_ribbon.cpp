@@ -15,8 +15,9 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr std::size_t main_knots = Ribbon::main_knots, broad_knots = Ribbon::broad_knots;
-constexpr double quantile_share = 0.7;  // of the knots' places, the rest being spread evenly
+constexpr double quantile_share = 0.3;  // of the knots' places, the rest being spread evenly
 constexpr double first_broad_share = 0.2;
+constexpr double logistic_over_normal = 0.6;  // the scales of laws that look alike
 constexpr double least_broad_scale = 0.1;
 constexpr double largest_mode_step = 1, largest_scale_step = 0.7;  // in scales, of ln scale
 constexpr double no_light = 1e-12;  // of the layer's largest density: kept so that light may return
@@ -127,23 +128,21 @@ class Fitter {
     cut_pieces();
   }
 
-  RibbonFit from_nothing() {
+  RibbonFit fit(const Ribbon* earlier) {
     std::optional<RibbonFit> best;
     for (const HeightLaw law : {HeightLaw::normal, HeightLaw::logistic}) {
       law_ = law;
-      start();
-      for (int i = 0; i < rule_.first_rounds; ++i) round();
+      if (earlier != nullptr) {
+        start(*earlier);
+      } else {
+        start();
+      }
+      const int rounds = earlier != nullptr ? rule_.rounds : rule_.first_rounds;
+      for (int i = 0; i < rounds; ++i) round();
       RibbonFit fit = result();
       if (!best || fit.log_likelihood > best->log_likelihood) best = fit;
     }
     return *best;
-  }
-
-  RibbonFit from(const Ribbon& earlier) {
-    law_ = earlier.main_law();
-    start(earlier);
-    for (int i = 0; i < rule_.rounds; ++i) round();
-    return result();
   }
 
  private:
@@ -248,9 +247,18 @@ class Fitter {
   void start(const Ribbon& earlier) {
     start_from(main_, earlier.main());
     start_from(broad_, earlier.broad());
+    if (law_ != earlier.main_law()) widen(law_ == HeightLaw::normal ? 1 / logistic_over_normal : logistic_over_normal);
     for (double& density : main_.density) density = std::max(density, 1e-4);
     for (double& density : broad_.density) density = std::max(density, 1e-5);
     scale_to_one();
+  }
+
+  void widen(double by) {
+    for (std::size_t k = 0; k < main_knots; ++k) {
+      for (double* scale : {&main_.scale_below[k], &main_.scale_above[k]}) {
+        *scale = std::clamp(*scale * by, main_.least_scale, double{Ribbon::largest_scale});
+      }
+    }
   }
 
   void scale_to_one() {
@@ -448,8 +456,7 @@ class Fitter {
 }  // namespace
 
 RibbonFit fit_ribbon(const ExitColumns& exits, const Ribbon* earlier, bool decays, const RibbonFitRule& rule) {
-  Fitter fitter(exits, decays, rule);
-  return earlier != nullptr ? fitter.from(*earlier) : fitter.from_nothing();
+  return Fitter(exits, decays, rule).fit(earlier);
 }
 
 }  // namespace tress::adaptive

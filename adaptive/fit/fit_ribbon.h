@@ -15,13 +15,13 @@ struct RibbonFit {
 
 /// How a ribbon is fitted. Strengths of the prior are numbers of exits of equal weight.
 struct RibbonFitRule {
-  int first_rounds = 30;  ///< from exits alone
-  int rounds = 12;        ///< from an earlier fit
-  double density_prior = 3, mode_prior = 2, scale_prior = 4;
+  int first_rounds = 20;  ///< from exits alone
+  int rounds = 10;        ///< from an earlier fit
+  double density_prior = 8, mode_prior = 30, scale_prior = 100;
 };
 
-/// From an earlier fit of the same part, or from nothing: then both laws are tried. Exits of some weight. `decays`: of
-/// the exits' attributes, each knot's by its share of the light; else they are 1.
+/// From an earlier fit of the same part, or from nothing, by the law that is more likely. Exits of some weight.
+/// `decays`: of the exits' attributes, each knot's by its share of the light; else they are 1.
 RibbonFit fit_ribbon(const ExitColumns& exits, const Ribbon* earlier, bool decays, const RibbonFitRule& rule = {});
 
 }  // namespace tress::adaptive
