@@ -42,6 +42,8 @@ const std::vector<Case>& cases() {
       {"pekelis2015_unborn", {"pekelis2015", Estimator::fitted, Taught::no_rows, 0}, 20},
       {"pekelis2015_exact", {"pekelis2015", Estimator::exact, Taught::nothing, 0}, 60},
       {"pekelis2015_printed_exact", {"pekelis2015-printed", Estimator::exact, Taught::nothing, 0}, 60},
+      {"rough_fitted", {"rough", Estimator::fitted, Taught::converged, 0}, 300},
+      {"rough_exact", {"rough", Estimator::exact, Taught::nothing, 0}, 60},
       {"chiang2016", {"chiang2016", Estimator::exact, Taught::nothing, 0}, 300},
       {"marschner2003", {"marschner2003", Estimator::exact, Taught::nothing, 0}, 60},
       {"ou2012", {"ou2012", Estimator::exact, Taught::nothing, 0}, 300},

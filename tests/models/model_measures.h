@@ -19,16 +19,25 @@
 
 namespace tress::test {
 
-/// One fiber of one model. A model with rows is traced at the vertex (`exact`), without a service.
+/// One fiber of one model. A model with rows is traced at the vertex (`exact`), without a service; one that learns from
+/// samples, and could only be sampled there, has learned the row of each event of begin(wr, h) instead.
 class OneFiber {
  public:
-  OneFiber(const fiber::ModelInfo& info, const fiber::FiberParameters& parameters)
-      : model_(info.make({.estimator = fiber::Estimator::exact, .service = nullptr})),
-        id_(model_->add_fiber(parameters)) {}
+  OneFiber(const fiber::ModelInfo& info, const fiber::FiberParameters& parameters) {
+    if (info.learns_samples()) {
+      learned_ = fiber::make_service(info, adaptive::Options{.queries_before_creation = 1});
+      model_ = info.make({.service = learned_.service.get()});
+    } else {
+      model_ = info.make({.estimator = fiber::Estimator::exact, .service = nullptr});
+    }
+    id_ = model_->add_fiber(parameters);
+  }
 
   const fiber::FiberModel& model() const { return *model_; }
   fiber::FiberEvent begin(const fiber::FiberDirection& wr, float h = 0.3f) const {
-    return model_->begin(id_, wr, 0.37f, 0.61f, h);
+    const auto event = [&] { return model_->begin(id_, wr, 0.37f, 0.61f, h); };
+    if (learned_.service && !model_->evaluates(event())) (void)learned_.service->publish();
+    return event();
   }
   /// With xi and h at random, as a renderer does.
   fiber::FiberEvent begin(const fiber::FiberDirection& wr, RandomStream& random) const {
@@ -37,8 +46,9 @@ class OneFiber {
   }
 
  private:
+  fiber::ModelService learned_;
   std::unique_ptr<fiber::FiberModel> model_;
-  fiber::FiberId id_;
+  fiber::FiberId id_ = 0;
 };
 
 inline fiber::FiberSample draw(const fiber::FiberModel& model, const fiber::FiberEvent& event, RandomStream& random) {

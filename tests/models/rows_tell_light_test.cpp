@@ -22,7 +22,8 @@ struct Taught {
 };
 
 /// A fiber under light from all over, each event the first hit of a path.
-Taught teach(const fiber::ModelInfo& info, const adaptive::Options& options, float importance, bool split_glint) {
+Taught teach(const fiber::ModelInfo& info, adaptive::Options options, float importance, bool split_glint) {
+  options.sampled_epsilon = 0.3;
   const fiber::ModelService learned = fiber::make_service(info, options);
   adaptive::Service& service = *learned.service;
   const std::unique_ptr<fiber::FiberModel> model = info.make({.service = &service});

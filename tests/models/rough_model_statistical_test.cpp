@@ -1,0 +1,145 @@
+// The rough model on converged rows: its sampler against its density, whole and by lobe. Seeds are fixed; the family's
+// false-alarm rate is 1e-4.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include "base/color.h"
+#include "models/model_measures.h"
+#include "references/registry.h"
+#include "support/chi_square.h"
+#include "support/seed.h"
+
+namespace tress {
+namespace {
+
+using fiber::FiberDirection;
+using fiber::FiberEvent;
+using fiber::FiberParameters;
+using fiber::FiberSample;
+using fiber::lobe_count;
+
+constexpr double pi = std::numbers::pi;
+constexpr float degree = std::numbers::pi_v<float> / 180;
+constexpr double family_level = 1e-4;
+
+struct Case {
+  float e, roughness, tilt_deg, theta_deg, phi_deg;
+  glm::vec3 sigma_a;
+  bool split_glint;
+};
+constexpr std::array<Case, 4> cases{Case{0.8f, 0.2f, 3, 17, 40, {0.3f, 0.9f, 2}, true},
+                                    {1, 0.1f, 0, -55, 200, {0, 0, 0}, false},
+                                    {0.5f, 0.3f, 3, -35, -100, {0.1f, 0.1f, 0.1f}, true},
+                                    {0.75f, 0.1f, 3, 60, 80, {1, 2, 4}, false}};
+
+FiberParameters fiber_of(const Case& k) {
+  FiberParameters parameters;
+  parameters.eccentricity = k.e;
+  parameters.roughness = k.roughness;
+  parameters.tilt = k.tilt_deg * degree;
+  parameters.sigma_a = k.sigma_a;
+  parameters.split_glint = k.split_glint;
+  return parameters;
+}
+
+/// Counts and expectations in 24 x 24 equal bins of theta and phi, by lobe and of all at the end. Expected of a lobe:
+/// its share of the density, the luminance of its S over that of all energies, by 16 x 16 midpoints a bin.
+struct Bins {
+  static constexpr int bins = 24, points = 16;
+  std::array<std::vector<double>, lobe_count + 1> counts, expected;
+
+  Bins(const fiber::FiberModel& model, const FiberEvent& event, int samples, std::uint64_t seed) {
+    for (auto* all : {&counts, &expected}) {
+      for (std::vector<double>& one : *all) one.assign(bins * bins, 0);
+    }
+    RandomStream random(seed);
+    for (int i = 0; i < samples; ++i) {
+      const FiberSample drawn = test::draw(model, event, random);
+      const std::size_t bin = at(double{drawn.wi.theta} / pi + 0.5) * bins + at(double{drawn.wi.phi} / (2 * pi) + 0.5);
+      ++counts[static_cast<std::size_t>(drawn.lobe)][bin];
+      ++counts[lobe_count][bin];
+    }
+    float light = 0;
+    for (const glm::vec3& energy : event.energy) light += luminance(energy);
+    constexpr double cell = 2 * pi * pi / (bins * bins * points * points);
+    for (int t = 0; t < bins * points; ++t) {
+      for (int p = 0; p < bins * points; ++p) {
+        const FiberDirection wi{static_cast<float>(pi * ((t + 0.5) / (bins * points) - 0.5)),
+                                static_cast<float>(2 * pi * ((p + 0.5) / (bins * points) - 0.5))};
+        const fiber::FiberValue value = model.evaluate(event, wi);
+        const auto bin = static_cast<std::size_t>(t / points * bins + p / points);
+        for (std::size_t lobe = 0; lobe < lobe_count; ++lobe)
+          expected[lobe][bin] += samples * cell * double{luminance(value.s[lobe]) / light};
+        expected[lobe_count][bin] += samples * cell * double{value.pdf};
+      }
+    }
+  }
+  static std::size_t at(double share) {
+    return static_cast<std::size_t>(std::clamp(static_cast<int>(share * bins), 0, bins - 1));
+  }
+};
+
+TEST(RoughModel, SamplesFollowTheDensityWholeAndByLobe) {
+  constexpr int tests = static_cast<int>(cases.size()) * (lobe_count + 1);
+  for (const Case& k : cases) {
+    const test::OneFiber fiber(*references::find_model("rough"), fiber_of(k));
+    const FiberEvent event = fiber.begin({k.theta_deg * degree, k.phi_deg * degree});
+    ASSERT_TRUE(fiber.model().evaluates(event)) << "the row did not converge";
+    constexpr int samples = 30000;
+    const Bins bins(fiber.model(), event, samples, test::seed(31));
+    for (std::size_t lobe = 0; lobe <= lobe_count; ++lobe) {
+      if (lobe < lobe_count && event.selection[lobe] * samples < 300) continue;
+      const test::ChiSquare result = test::chi_square(bins.counts[lobe], bins.expected[lobe]);
+      EXPECT_GT(result.p_value, test::sidak_level(family_level, tests))
+          << "alpha " << k.roughness << ' ' << (lobe < lobe_count ? fiber::lobe_names[lobe] : "whole");
+    }
+  }
+}
+
+// What a sample is worth, S over Q, has the luminance of the energies whatever was drawn, and sample() and evaluate()
+// agree to the bit.
+TEST(RoughModel, WeighsEverySampleAlike) {
+  for (const Case& k : cases) {
+    const test::OneFiber fiber(*references::find_model("rough"), fiber_of(k));
+    const FiberEvent event = fiber.begin({k.theta_deg * degree, k.phi_deg * degree});
+    float light = 0;
+    for (const glm::vec3& energy : event.energy) light += luminance(energy);
+    RandomStream random(test::seed(5));
+    for (int i = 0; i < 3000; ++i) {
+      const FiberSample drawn = test::draw(fiber.model(), event, random);
+      ASSERT_NEAR(luminance(drawn.value.total()) / drawn.value.pdf, light, 1e-4f * light);
+      const fiber::FiberValue again = fiber.model().evaluate(event, drawn.wi);
+      ASSERT_EQ(again.pdf, drawn.value.pdf);
+      ASSERT_EQ(again.s, drawn.value.s);
+      ASSERT_EQ(again.queries, 1);
+    }
+  }
+}
+
+// Converged rows return what falls on clear fibers: the sum of the energies, whose own error is told in
+// fiber/clear_energies.h. Directions at random, nodes at random.
+TEST(RoughModel, HasAFurnaceOfOneInEveryDirection) {
+  FiberParameters parameters;
+  parameters.sigma_a = glm::vec3(0.0f);
+  const test::OneFiber fiber(*references::find_model("rough"), parameters);
+  RandomStream random(test::seed(6));
+  for (int i = 0; i < 12; ++i) {
+    const FiberDirection wr{static_cast<float>(pi) * (random.next() - 0.5f), 6.28f * random.next()};
+    const FiberEvent event = fiber.begin(wr);
+    ASSERT_TRUE(fiber.model().evaluates(event));
+    for (int n = 0; n < 10; ++n) {
+      const FiberSample drawn = test::draw(fiber.model(), event, random);
+      EXPECT_NEAR(drawn.value.total().g / drawn.value.pdf, 1, 2e-3f) << "theta_r " << wr.theta;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tress
