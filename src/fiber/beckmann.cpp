@@ -29,6 +29,14 @@ glm::vec3 Beckmann::visible_normal_within(const glm::vec3& w, const glm::vec3& n
   return glm::normalize(normal + (alpha_ * x) * along - (alpha_ * y) * glm::cross(normal, along));
 }
 
+float Beckmann::seen_area(float cosine) const {
+  const double x = cosine, spread = static_cast<double>(alpha_) * std::sqrt(std::max(1 - x * x, 0.0));
+  if (!(spread > 0)) return std::max(cosine, 0.0f);
+  const double c = x / spread;
+  const double area = 0.5 * c * std::erfc(-c) + std::exp(-c * c) / (2 * 1.7724538509055159);
+  return static_cast<float>(spread * std::max(area, 0.0));
+}
+
 float Beckmann::lambda(float cosine) const {
   const float sine = std::sqrt(std::max(1 - cosine * cosine, 0.0f));
   if (!(sine > 0)) return cosine > 0 ? 0.0f : -1.0f;

@@ -54,6 +54,16 @@ class Beckmann {
   /// Of a level direction, +-infinity.
   float lambda(float cosine) const;
 
+  /// D: the area of facets about a normal, per steradian and area of the surface. cosine: of its angle to the mean one.
+  float facet_area(float cosine) const {
+    if (!(cosine > 0)) return 0;
+    const float cos2 = cosine * cosine, alpha2 = alpha_ * alpha_;
+    return std::exp((1 - 1 / cos2) / alpha2) / (std::numbers::pi_v<float> * alpha2 * cos2 * cos2);
+  }
+  /// The area of all facets as a direction of either side sees it, >= 0: cosine (1 + Lambda), without its
+  /// cancellation. Visible normals m have the density max(w.m, 0) D(m) over it.
+  float seen_area(float cosine) const;
+
   /// Smith's G1: the share of the facets facing a direction that nothing masks. cosine: of its angle to the normal; 0
   /// or less: 0. 1 + erf and the exponential are within 1e-8 of their limits from c = 4 on.
   float unmasked(float cosine) const {

@@ -39,17 +39,23 @@ struct Facet {
   float ratio;  ///< index beyond the facet over that of the side that the light is on
 };
 
-Facet meet(const Walker& light, const Beckmann& facets, float index, const std::array<float, 2>& u,
-           RandomStream& random) {
+/// cosine: of the light's direction back to the normal; ratio as in Facet.
+Facet facet_along(const glm::vec3& normal, float cosine, float ratio) {
   Facet facet;
-  facet.normal = facets.visible_normal_within(-light.direction, light.up, u, random);
-  // Entering what is denser or leaving it; of what is beyond, the other way round.
-  facet.ratio = light.beyond ? 1 / index : index;
-  facet.cos_i = std::clamp(static_cast<double>(-glm::dot(light.direction, facet.normal)), 0.0, 1.0);
+  facet.normal = normal;
+  facet.ratio = ratio;
+  facet.cos_i = std::clamp(static_cast<double>(cosine), 0.0, 1.0);
   const double denser = facet.ratio > 1 ? static_cast<double>(facet.ratio) : 1.0 / facet.ratio;
   facet.reflected = facet.ratio > 1 ? fresnel_entering(denser, denser, facet.cos_i, &facet.cos_t)
                                     : fresnel_leaving(denser, denser, facet.cos_i, &facet.cos_t);
   return facet;
+}
+
+Facet meet(const Walker& light, const Beckmann& facets, float index, const std::array<float, 2>& u,
+           RandomStream& random) {
+  const glm::vec3 normal = facets.visible_normal_within(-light.direction, light.up, u, random);
+  // Entering what is denser or leaving it; of what is beyond, the other way round.
+  return facet_along(normal, -glm::dot(light.direction, normal), light.beyond ? 1 / index : index);
 }
 
 void turn(Walker& light, const Facet& facet, bool reflect) {
@@ -65,14 +71,79 @@ void turn(Walker& light, const Facet& facet, bool reflect) {
   light.direction = glm::normalize(light.direction);
 }
 
+/// Of light at a facet whose normal is not known yet: the density, per steradian, of turning towards a direction and
+/// leaving.
+float density_towards(const glm::vec3& direction, bool beyond, const Walker& light, const Beckmann& facets,
+                      float index) {
+  const bool reflects = beyond == light.beyond;
+  const float rises = glm::dot(direction, reflects ? light.up : -light.up);
+  if (!(rises > level)) return 0;
+  const glm::vec3 w = -light.direction;
+  const float ratio = light.beyond ? 1 / index : index;
+  const glm::vec3 half = reflects ? w + direction : w + ratio * direction;
+  const float half2 = glm::dot(half, half);
+  if (!(half2 > 0)) return 0;
+  glm::vec3 normal = half / std::sqrt(half2);
+  if (glm::dot(w, normal) < 0) normal = -normal;
+  const float toward = glm::dot(w, normal), along = glm::dot(direction, normal);
+  const float seen = facets.seen_area(glm::dot(w, light.up));
+  if (!(toward > 0) || !(seen > 0) || (along > 0) != reflects) return 0;
+  const float facing = facets.facet_area(glm::dot(normal, light.up)) / seen;
+  if (!(facing > 0)) return 0;
+  const auto reflected = static_cast<float>(facet_along(normal, toward, ratio).reflected);
+  const float below = reflects ? light.below : std::max(1 - light.below, lowest);
+  const float leaves = std::pow(below, facets.lambda(rises));
+  if (reflects) return leaves * reflected * facing / 4;
+  return leaves * (1 - reflected) * facing * toward * ratio * ratio * -along / half2;
+}
+
+/// Looks nowhere.
+struct NoOutlook {
+  void meets(const Walker&, float) const {}
+};
+
+struct Looking {
+  Outlook& outlook;
+  const Beckmann& facets;
+  float index;
+  /// At a facet, before light has turned there; share: of the light.
+  void meets(const Walker& light, float share) const {
+    outlook.density += share * density_towards(outlook.direction, outlook.refracted, light, facets, index);
+  }
+};
+
 /// From facet to facet until there is none, after the first.
-Departure leave(Walker& light, const Beckmann& facets, float index, RandomStream& random) {
+template <class Looks>
+Departure leave(Walker& light, const Beckmann& facets, float index, RandomStream& random, const Looks& looks,
+                float share) {
   for (int met = 1; met < most_facets && light.advance(facets, random.next()); ++met) {
+    looks.meets(light, share);
     const std::array<float, 2> u{random.next(), random.next()};
     const Facet facet = meet(light, facets, index, u, random);
     turn(light, facet, static_cast<double>(random.next()) < facet.reflected);
   }
   return {light.direction, light.beyond};
+}
+
+template <class Looks>
+SplitDeparture split(const Beckmann& facets, float index, const glm::vec3& w, const glm::vec3& facing,
+                     const std::array<float, 2>& u_facet, RandomStream& random, const Looks& looks) {
+  Walker light{-w, facing};
+  SplitDeparture split;
+  if (!light.advance(facets, random.next())) return {1, {light.direction, false}, {}};
+  looks.meets(light, 1);
+  const Facet facet = meet(light, facets, index, u_facet, random);
+  split.share_reflected = static_cast<float>(facet.reflected);
+  Walker reflected = light, refracted = light;
+  if (split.share_reflected > 0) {
+    turn(reflected, facet, true);
+    split.reflected = leave(reflected, facets, index, random, looks, split.share_reflected);
+  }
+  if (split.share_reflected < 1) {
+    turn(refracted, facet, false);
+    split.refracted = leave(refracted, facets, index, random, looks, 1 - split.share_reflected);
+  }
+  return split;
 }
 
 }  // namespace
@@ -83,26 +154,17 @@ Departure walk_microsurface(const Beckmann& facets, float index, const glm::vec3
   if (!light.advance(facets, random.next())) return {light.direction, false};
   const Facet facet = meet(light, facets, index, u_facet, random);
   turn(light, facet, static_cast<double>(u_choice) < facet.reflected);
-  return leave(light, facets, index, random);
+  return leave(light, facets, index, random, NoOutlook{}, 1);
 }
 
 SplitDeparture split_microsurface(const Beckmann& facets, float index, const glm::vec3& w, const glm::vec3& facing,
                                   const std::array<float, 2>& u_facet, RandomStream& random) {
-  Walker light{-w, facing};
-  SplitDeparture split;
-  if (!light.advance(facets, random.next())) return {1, {light.direction, false}, {}};
-  const Facet facet = meet(light, facets, index, u_facet, random);
-  split.share_reflected = static_cast<float>(facet.reflected);
-  Walker reflected = light, refracted = light;
-  if (split.share_reflected > 0) {
-    turn(reflected, facet, true);
-    split.reflected = leave(reflected, facets, index, random);
-  }
-  if (split.share_reflected < 1) {
-    turn(refracted, facet, false);
-    split.refracted = leave(refracted, facets, index, random);
-  }
-  return split;
+  return split(facets, index, w, facing, u_facet, random, NoOutlook{});
+}
+
+SplitDeparture split_microsurface(const Beckmann& facets, float index, const glm::vec3& w, const glm::vec3& facing,
+                                  const std::array<float, 2>& u_facet, RandomStream& random, Outlook& outlook) {
+  return split(facets, index, w, facing, u_facet, random, Looking{outlook, facets, index});
 }
 
 }  // namespace tress::fiber

@@ -32,4 +32,16 @@ struct SplitDeparture {
 SplitDeparture split_microsurface(const Beckmann& facets, float index, const glm::vec3& w, const glm::vec3& facing,
                                   const std::array<float, 2>& u_facet, RandomStream& random);
 
+/// A direction that is looked at, and how dense the light is that leaves towards it.
+struct Outlook {
+  glm::vec3 direction;  ///< unit
+  bool refracted;       ///< the side that it leaves on, as Departure::refracted
+  float density = 0;    ///< per steradian; its mean over walks is that of all departures
+};
+
+/// The same walk, which adds to outlook.density at every facet that it meets: the density of turning there towards the
+/// direction, times the chance that nothing is then met (Heitz et al. 2016, section 5).
+SplitDeparture split_microsurface(const Beckmann& facets, float index, const glm::vec3& w, const glm::vec3& facing,
+                                  const std::array<float, 2>& u_facet, RandomStream& random, Outlook& outlook);
+
 }  // namespace tress::fiber

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "fiber/fresnel.h"
 #include "fiber/microsurface_walk.h"
@@ -23,6 +24,20 @@ Vector onto_unit(const Vector& v) {
 }
 
 float largest(const glm::vec3& color) { return std::max({color.r, color.g, color.b}); }
+
+glm::vec3 unit_vector(const FiberDirection& w) {
+  const float cosine = std::max(std::cos(w.theta), 0.0f);
+  return {std::sin(w.theta), cosine * std::cos(w.phi), cosine * std::sin(w.phi)};
+}
+
+/// What light meets from `toward`, a unit direction back to where it is from.
+struct Surface {
+  const Beckmann& facets;
+  float index;  ///< of the far side over that of this one
+  bool from_inside;
+  const glm::vec3 &outward, &facing;  ///< the fiber's normal; that of the face on this side
+  glm::vec3 toward;
+};
 
 }  // namespace
 
@@ -138,8 +153,65 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
   return exit;
 }
 
+/// Of trace_split().
+class RoughFiber::Exits {
+ public:
+  explicit Exits(std::vector<SplitExit>& exits) : exits_(exits) {}
+  void leaves(const SplitExit& exit) { exits_.push_back(exit); }
+  float kept(float weight, float /*path*/) const { return weight; }
+  SplitDeparture meets(const Surface& surface, const SplitExit& /*light*/, const std::array<float, 2>& u_facet,
+                       RandomStream& random) const {
+    return split_microsurface(surface.facets, surface.index, surface.toward, surface.facing, u_facet, random);
+  }
+
+ private:
+  std::vector<SplitExit>& exits_;
+};
+
+/// Of estimate().
+class RoughFiber::Estimate {
+ public:
+  Estimate(const FiberDirection& wi, const glm::vec3& sigma_a)
+      : cosine_(std::max(std::cos(wi.theta), 0.0f)), wi_(unit_vector(wi)), sigma_a_(sigma_a) {}
+  const LobeColors& s() const { return s_; }
+
+  void leaves(const SplitExit&) const {}
+  float kept(float weight, float path) const { return weight * largest(glm::exp(-sigma_a_ * path)); }
+  SplitDeparture meets(const Surface& surface, const SplitExit& light, const std::array<float, 2>& u_facet,
+                       RandomStream& random) {
+    if (!(glm::dot(wi_, surface.outward) > 0)) {
+      return split_microsurface(surface.facets, surface.index, surface.toward, surface.facing, u_facet, random);
+    }
+    Outlook outlook{wi_, surface.from_inside};
+    const SplitDeparture split =
+        split_microsurface(surface.facets, surface.index, surface.toward, surface.facing, u_facet, random, outlook);
+    s_[static_cast<std::size_t>(std::min(light.order, static_cast<int>(Lobe::residual)))] +=
+        cosine_ * light.weight * outlook.density * glm::exp(-sigma_a_ * light.path);
+    return split;
+  }
+
+ private:
+  float cosine_;
+  glm::vec3 wi_, sigma_a_;
+  LobeColors s_{};
+};
+
 void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, RandomStream& random,
                              std::vector<SplitExit>& exits, const SplitRules& rules) const {
+  Exits visitor(exits);
+  follow_split(entry, u, random, rules, visitor);
+}
+
+LobeColors RoughFiber::estimate(const RoughEntry& entry, const FiberDirection& wi, const FacetNumbers& u,
+                                RandomStream& random) const {
+  Estimate visitor(wi, sigma_a_);
+  follow_split(entry, u, random, {roulette_below, std::numeric_limits<float>::infinity()}, visitor);
+  return visitor.s();
+}
+
+template <class Visitor>
+void RoughFiber::follow_split(const RoughEntry& entry, const FacetNumbers& u, RandomStream& random,
+                              const SplitRules& rules, Visitor& visitor) const {
   struct Part {
     glm::vec3 direction;
     float weight = 0;
@@ -155,8 +227,8 @@ void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, Ran
     const std::array<float, 2> u_facet = static_cast<std::size_t>(events) < u.size()
                                              ? u[static_cast<std::size_t>(events)]
                                              : std::array<float, 2>{random.next(), random.next()};
-    const SplitDeparture split =
-        split_microsurface(facets_, inside ? 1 / eta_ : eta_, toward_face(w, facing), facing, u_facet, random);
+    const Surface surface{facets_, inside ? 1 / eta_ : eta_, inside, outward, facing, toward_face(w, facing)};
+    const SplitDeparture split = visitor.meets(surface, {order, weight, path, w}, u_facet, random);
     float kept = 0;
     std::array<Part, 2> parts;
     for (std::size_t i = 0; i < 2; ++i) {
@@ -166,7 +238,7 @@ void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, Ran
       Part part{onto_unit(leaves.direction), weight * share, inside != leaves.refracted};
       part.away = glm::dot(part.direction, outward) > 0;
       if (!part.inside && part.away) {
-        exits.push_back({order, part.weight, path, part.direction});
+        visitor.leaves({order, part.weight, path, part.direction});
         continue;
       }
       parts[i] = part;
@@ -185,14 +257,15 @@ void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, Ran
       path += way.cortex;
       weight *= way.kept;
       if (path > rules.longest_way && order > last_named_order) {
-        exits.push_back({order, weight, path, ray.direction});
+        visitor.leaves({order, weight, path, ray.direction});
         return;
       }
       if (!(weight > 0)) return;
     }
-    if (weight < rules.roulette_below) {
-      if ((1 - random.next()) * rules.roulette_below > weight) return;
-      weight = rules.roulette_below;
+    const float left = visitor.kept(weight, path);
+    if (left < rules.roulette_below) {
+      if ((1 - random.next()) * rules.roulette_below > left) return;
+      weight = rules.roulette_below * (weight / left);
     }
     w = -ray.direction;
   }

@@ -93,7 +93,21 @@ class RoughFiber {
   void trace_split(const RoughEntry& entry, const FacetNumbers& u, RandomStream& random, std::vector<SplitExit>& exits,
                    const SplitRules& rules = {}) const;
 
+  /// An unbiased value of S at wi, 1/rad^2 (a density in dtheta dphi), by lobe (R, TT, TRT, TRRT, the residual) and
+  /// channel: its mean over paths from this entry, and over entries that of the whole fiber. One path as trace_split()
+  /// follows it, which at every facet that it meets looks whether light would turn there towards wi and leave
+  /// (split_microsurface() with an outlook), under absorption. Reads all that trace() does but for Masked::is_lost.
+  /// Wide where the roughness is small: the smooth fiber's S is infinite. wi: theta within +-pi/2.
+  LobeColors estimate(const RoughEntry& entry, const FiberDirection& wi, const FacetNumbers& u,
+                      RandomStream& random) const;
+
  private:
+  class Exits;
+  class Estimate;
+  /// A path without choices at first facets; the visitor is told what leaves, and looks where it wants to.
+  template <class Visitor>
+  void follow_split(const RoughEntry& entry, const FacetNumbers& u, RandomStream& random, const SplitRules& rules,
+                    Visitor& visitor) const;
   struct Event {
     glm::vec3 direction;  ///< unit, that light leaves in
     bool refracted;

@@ -118,6 +118,52 @@ TEST(MicrosurfaceWalk, IsReciprocal) {
   }
 }
 
+// What an outlook sees of uniform directions is what departs: by bin of the sphere, within 5 standard errors of both
+// (some 300 bins: 2e-4; with 400 departures a bin is bright enough for a normal law), and
+// altogether all light. Seed 5.
+TEST(MicrosurfaceWalk, AnOutlookHasTheDensityOfDepartures) {
+  constexpr int rings = 8, sectors = 6, bins = rings * sectors;
+  const auto bin_of = [](const glm::vec3& w) {
+    const int ring = std::clamp(int(rings * (w.z + 1) / 2), 0, rings - 1);
+    return std::size_t(ring * sectors +
+                       std::clamp(int(sectors * (std::atan2(w.y, w.x) + pi) / (2 * pi)), 0, sectors - 1));
+  };
+  const int samples = test::scaled(200000);
+  for (const float alpha : {0.2f, 1.0f}) {
+    const Beckmann facets(alpha);
+    for (const float index : {1.55f, 1 / 1.55f, 1.3f}) {
+      for (const double theta : {0.3, 1.4}) {
+        RandomStream random(test::seed(5), std::uint64_t(100 * alpha + 10 * index), std::uint64_t(10 * theta));
+        const glm::vec3 w = direction(theta, 0.4);
+        std::array<double, bins> departs{}, sum{}, square{};
+        for (int i = 0; i < samples; ++i) {
+          const auto leaves =
+              fiber::walk_microsurface(facets, index, w, up, {random.next(), random.next()}, random.next(), random);
+          departs[bin_of(leaves.direction)] += 1.0 / samples;
+        }
+        for (int i = 0; i < samples; ++i) {
+          const float z = 2 * random.next() - 1;
+          fiber::Outlook outlook{direction(std::acos(double(z)), 2 * pi * double(random.next())), z < 0};
+          fiber::split_microsurface(facets, index, w, up, {random.next(), random.next()}, random, outlook);
+          const double value = 4 * pi * double(outlook.density);
+          sum[bin_of(outlook.direction)] += value / samples;
+          square[bin_of(outlook.direction)] += value * value / samples;
+        }
+        double all = 0, variance = 0;
+        for (std::size_t b = 0; b < bins; ++b) {
+          const double own = (square[b] - sum[b] * sum[b]) / samples;
+          all += sum[b];
+          variance += own;
+          if (departs[b] * samples < 400) continue;
+          EXPECT_NEAR(sum[b], departs[b], 5 * std::sqrt(own + departs[b] / samples))
+              << "alpha " << alpha << " index " << index << " theta " << theta << " bin " << b;
+        }
+        EXPECT_NEAR(all, 1, 5 * std::sqrt(variance));
+      }
+    }
+  }
+}
+
 // A smooth surface is a mirror with Fresnel's share. 5 standard errors: 6e-7 false alarms.
 TEST(MicrosurfaceWalk, TendsToTheSmoothSurface) {
   const Beckmann facets(0.001f);
