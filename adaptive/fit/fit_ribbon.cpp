@@ -85,20 +85,26 @@ class Band {
   double& at(std::size_t i, std::size_t j) { return rows_[i][i - j]; }
   std::size_t size() const { return size_; }
 
-  /// Solves in place by L D L^T.
+  /// Solves in place by L D L^T; on the diagonal stand the inverses of D then. A pivot that is none leaves its entry 0.
   void solve(std::array<double, most>& right) {
     for (std::size_t i = 0; i < size_; ++i) {
       const std::size_t first = i + 1 > reach ? i + 1 - reach : 0;
-      for (std::size_t j = first; j < i; ++j) {
+      double pivot = at(i, i);
+      for (std::size_t j = first; j < i; ++j) {  // the row of L D first, then of L
         double sum = at(i, j);
-        for (std::size_t k = first; k < j; ++k) sum -= at(i, k) * at(j, k) * at(k, k);
-        at(i, j) = at(j, j) > 0 ? sum / at(j, j) : 0;
-        right[i] -= at(i, j) * right[j];
+        for (std::size_t k = first; k < j; ++k) sum -= at(i, k) * at(j, k);
+        at(i, j) = sum;
       }
-      for (std::size_t k = first; k < i; ++k) at(i, i) -= at(i, k) * at(i, k) * at(k, k);
+      for (std::size_t j = first; j < i; ++j) {
+        const double factor = at(i, j) * at(j, j);
+        pivot -= factor * at(i, j);
+        at(i, j) = factor;
+        right[i] -= factor * right[j];
+      }
+      at(i, i) = pivot > 0 ? 1 / pivot : 0;
     }
     for (std::size_t i = size_; i-- > 0;) {
-      right[i] = at(i, i) > 0 ? right[i] / at(i, i) : 0;
+      right[i] *= at(i, i);
       for (std::size_t j = i + 1; j < std::min(i + reach, size_); ++j) right[i] -= at(j, i) * right[j];
     }
   }

@@ -4,6 +4,9 @@
 // a row's flux f: sqrt(sum (f - A)(f - B)/sum A B), A and B the halves: their noise is in no mean. Rows are learned
 // without a test from 1,024, 4,096 and 16,384 paths, and to `epsilon`. Under absorption each part has the energy of the
 // truth, as a model would give it. Configurations: e x alpha x theta_r; phi_r and the tilt rotate through them.
+//
+// --rows N instead: false passes. N random rows are learned to epsilon, and what passed is tested by fresh paths: the
+// fit that passed and what is published, which knows the batch that tested it too.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -22,6 +25,7 @@
 #include "fiber/rough_rows.h"
 #include "fit/sampled_learner.h"
 #include "tress/adaptive/ribbon.h"
+#include "tress/base/random.h"
 
 namespace tress {
 namespace {
@@ -35,6 +39,8 @@ constexpr std::uint64_t truth_streams = std::uint64_t{1} << 56;
 struct Setting {
   std::uint32_t truth_paths = 1u << 20;  // a half
   double epsilon = 0.05;
+  std::uint32_t rows = 0, test_paths = 1u << 17;
+  std::uint64_t seed = 1;
   bool quick = false;
   std::vector<double> e{0.5, 0.75, 0.85, 1}, alpha{0.05, 0.1, 0.2, 0.3}, theta{0, 30, 60, 80};
 };
@@ -199,6 +205,12 @@ double quantile(std::vector<double> of, double q) {
   return i + 1 < of.size() ? of[i] + (at - static_cast<double>(i)) * (of[i + 1] - of[i]) : of[i];
 }
 
+double mean_of(const std::vector<double>& of) {
+  double sum = 0;
+  for (const double x : of) sum += x;
+  return of.empty() ? 0 : sum / static_cast<double>(of.size());
+}
+
 /// What is learned: from a number of paths, or to epsilon where it is 0.
 struct Budget {
   std::string name;
@@ -264,17 +276,65 @@ void tell(const Budget& budget, const Results& results) {
   for (const auto& [alpha, errors] : results.by_alpha) fmt::print("  {}: {:.3f}", alpha, quantile(errors, 0.5));
   fmt::print("\n  by theta_r  ");
   for (const auto& [theta, errors] : results.by_theta) fmt::print("  {}: {:.3f}", theta, quantile(errors, 0.5));
-  const auto mean = [](const std::vector<double>& of) {
-    double sum = 0;
-    for (const double x : of) sum += x;
-    return sum / static_cast<double>(of.size());
-  };
   fmt::print("\n  converged {} of {}, paths {:.0f}; CPU: draws {:.1f} ms, tests and fits {:.1f} ms\n",
-             results.converged, results.paths.size(), mean(results.paths), mean(results.draw_ms),
-             mean(results.learn_ms));
+             results.converged, results.paths.size(), mean_of(results.paths), mean_of(results.draw_ms),
+             mean_of(results.learn_ms));
+}
+
+/// A row of any fiber: alpha by its logarithm, the others evenly.
+Node random_node(RandomStream& random) {
+  const auto within = [&random](double from, double to) {
+    return from + (to - from) * static_cast<double>(random.next());
+  };
+  return {within(0.5, 1), 0.02 * std::pow(25.0, within(0, 1)), within(-87, 87), within(0, 90), within(0, 5)};
+}
+
+int run_false_passes(const Setting& setting) {
+  const TimedTarget target;
+  const double epsilon = setting.epsilon;
+  std::vector<double> tested, published, paths, off;
+  for (std::uint64_t i = 0; i < setting.rows; ++i) {
+    RandomStream random(setting.seed, i);
+    const Node node = random_node(random);
+    const adaptive::SliceDescription slice = fiber::rough_slice(node.fiber());
+    const auto learn = [&](adaptive::SampledLimits limits) {
+      return adaptive::learn_samples(target, slice, node.a(), node.b(), limits);
+    };
+    adaptive::SampledLimits limits;
+    limits.epsilon = epsilon;
+    const adaptive::SampledRow learned = learn(limits);
+    paths.push_back(static_cast<double>(learned.paths));
+    if (learned.verdict != adaptive::SampledRow::Verdict::converged) continue;
+    limits.epsilon = -1;  // the fit that passed is that of half of the paths
+    limits.most_paths = static_cast<std::uint32_t>(learned.paths / 2);
+    const auto test = [&](const adaptive::RibbonRow& row) {
+      return adaptive::test_samples(target, slice, node.a(), node.b(), row, 0, setting.test_paths);
+    };
+    const adaptive::SampledTest of_tested = test(learn(limits).row), of_published = test(learned.row);
+    tested.push_back(of_tested.chi2);
+    published.push_back(of_published.chi2);
+    off.push_back((static_cast<double>(learned.objective) - of_tested.chi2) / epsilon);
+  }
+  const auto above = [](const std::vector<double>& of, double bound) {
+    return std::count_if(of.begin(), of.end(), [bound](double x) { return x > bound; });
+  };
+  fmt::print("epsilon {}: {} of {} rows passed, {:.0f} paths on average (median {:.0f})\n", epsilon, tested.size(),
+             setting.rows, mean_of(paths), quantile(paths, 0.5));
+  fmt::print(
+      "chi-square by {} fresh paths: the fit that passed {:.4f} / {:.4f} / {:.4f} (median, 99 %, most), above "
+      "epsilon {}, above 1.5 epsilon {}\n",
+      setting.test_paths, quantile(tested, 0.5), quantile(tested, 0.99), quantile(tested, 1), above(tested, epsilon),
+      above(tested, 1.5 * epsilon));
+  fmt::print(
+      "  what is published {:.4f} / {:.4f} / {:.4f}, above epsilon {}; objective minus the fit's chi-square, over "
+      "epsilon: median {:.2f}\n",
+      quantile(published, 0.5), quantile(published, 0.99), quantile(published, 1), above(published, epsilon),
+      quantile(off, 0.5));
+  return 0;
 }
 
 int run(const Setting& setting) {
+  if (setting.rows > 0) return run_false_passes(setting);
   const std::vector<Budget> budgets{{"1024", 1024}, {"4096", 4096}, {"16384", 16384}, {"learned", 0}};
   std::vector<Results> results(budgets.size());
   for (const Node& node : all_nodes(setting)) measure(node, setting, budgets, results);
@@ -293,6 +353,9 @@ int main(int argc, char** argv) {
   app.add_option("--e", setting.e);
   app.add_option("--alpha", setting.alpha);
   app.add_option("--theta", setting.theta, "theta_r, degrees");
+  app.add_option("--rows", setting.rows, "false passes of so many random rows instead");
+  app.add_option("--test-paths", setting.test_paths, "fresh paths a row");
+  app.add_option("--seed", setting.seed, "of the random rows");
   app.add_flag("--quick", setting.quick, "twelve configurations and an eighth of the paths");
   CLI11_PARSE(app, argc, argv);
   if (setting.quick) {
