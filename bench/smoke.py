@@ -38,7 +38,7 @@ def smallest(cache, folder):
         "models": ["--model", "chiang2016", "--samples", "1000"], "near_hits": [FIBER, "1000"],
         "pekelis_rows": ["--rows", "2"], "picture_bias": [LOCK, cache] + small + ["--seeds", "2"],
         "ribbons": ["--truth-paths", "16384", "--e", "0.85", "--alpha", "0.2", "--theta", "30"],
-        "rows": ["--rows", "8"],
+        "rows": ["--rows", "8"], "sampled_rows": ["--rows", "2", "--paths", "4096"],
         "replay": [LOCK, "--width", "16", "--height", "16", "--teach", "1", "--repeat", "1", "--inside", "0.01"],
         "atlas_faults": ["bytes", cache, "--rows", "1"],
         "atlas_images": [LOCK, "-o", os.path.join(folder, "images.exr"), "--resolution", "12x12", "--spp", "1"],

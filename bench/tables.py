@@ -51,6 +51,7 @@ def tables():
     found["models.json"] = ["models"]
     found["knots_micro.json"] = ["knots", "--benchmark_min_time=0.03", "--benchmark_repetitions=3", "--benchmark_format=json"]
     found["far_field.json"] = ["far_field"]
+    found["sampled_rows.json"] = ["sampled_rows", "--rows", "300"]
     return found
 
 

@@ -15,7 +15,7 @@ struct Options {
   /// integral (g - f)^2 / max(integral (g - mean g)^2, 1e-3 / 2 pi).
   double epsilon = 0.01;
   /// The same for rows of slices of samples, of another quantity: chi^2 = integral (S - f)^2/f of all parts, masses
-  /// included, at the resolution of the test's cells (adaptive/fit/sampled_learner.h).
+  /// included, over the mass of the row, at the resolution of the test's cells (adaptive/convergence/held_out_test.h).
   double sampled_epsilon = 0.05;
   /// In place of an epsilon for all rows alike: the relative error that the fits may make in the light of the picture,
   /// under light as of a sky; PassReport::bias_bound is at most ten times it. Each row then has an epsilon of its own
