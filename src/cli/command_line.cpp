@@ -151,7 +151,7 @@ int run_checked(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", version_text());
   app.footer(examples);
-  std::vector<Command> commands{add_render(app), add_fit(app), add_far_field(app), add_diff(app)};
+  std::vector<Command> commands{add_render(app, {argv, argv + argc}), add_fit(app), add_far_field(app), add_diff(app)};
   CLI::App* cache = app.add_subcommand("cache", "Look into warm caches, merge them, or make one beforehand");
   cache->require_subcommand(1);
   for (const auto& add : {add_cache_info, add_cache_verify, add_cache_merge, add_cache_prebake}) {

@@ -18,7 +18,8 @@ struct Command {
   std::function<int()> run;
 };
 
-Command add_render(CLI::App& tress);
+/// command: the words that the program was started with, for the header of the picture.
+Command add_render(CLI::App& tress, const std::vector<std::string>& command);
 Command add_fit(CLI::App& tress);
 Command add_far_field(CLI::App& tress);
 Command add_diff(CLI::App& tress);

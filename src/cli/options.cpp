@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -36,6 +37,7 @@ std::string help_of(const scene::Parameter& parameter, const std::string& senten
 std::string placeholder(const scene::Parameter& parameter) {
   if (parameter.unit == "degrees") return "DEGREES";
   if (parameter.unit == "seconds") return "SECONDS";
+  if (parameter.unit == "stops") return "STOPS";
   if (parameter.unit.starts_with("MB")) return "MB";
   return parameter.kind == scene::ValueKind::whole ? "N" : "X";
 }
@@ -175,7 +177,9 @@ CLI::Option* add_file(CLI::App* app, const std::string& name, std::function<void
   CLI::Option* option = app->add_option_function<std::string>(name, set, help)->type_name("FILE" + ending);
   if (ending.empty()) return option;
   return option->check(expecting("a name that ends in " + ending, [ending](const std::string& file) {
-    return std::filesystem::path(file).extension() == ending;
+    std::string extension = std::filesystem::path(file).extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ending;
   }));
 }
 

@@ -49,7 +49,7 @@ CLI::Option* add_flag(CLI::App* app, const std::string& name, std::function<void
 CLI::Option* add_choice(CLI::App* app, const std::string& name, const std::vector<std::string>& choices,
                         std::function<void(const std::string&)> set, const std::string& help);
 
-/// A path; `ending`, ".exr", is one that the name must have.
+/// A path; `ending`, ".exr", is one that the name must have, in small letters or capitals.
 CLI::Option* add_file(CLI::App* app, const std::string& name, std::function<void(const std::string&)> set,
                       const std::string& help, const std::string& ending = "");
 

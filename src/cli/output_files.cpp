@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -21,6 +22,28 @@ std::optional<Error> check_output(const std::filesystem::path& file) {
     return Error{file.string(), "folder " + folder, "a folder that can be written", "no such folder"};
   }
   return check_replaceable(file);
+}
+
+std::vector<std::filesystem::path> other_places(const std::filesystem::path& file) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path asked = fs::weakly_canonical(fs::absolute(file, error), error).parent_path();
+  std::vector<fs::path> folders;
+  fs::path above = asked.parent_path();
+  while (!fs::is_directory(above, error) && above.has_relative_path()) above = above.parent_path();
+  folders.push_back(above);
+  folders.push_back(fs::current_path(error));
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home != 0) folders.emplace_back(home);
+  folders.push_back(fs::temp_directory_path(error));
+  std::vector<fs::path> places;
+  for (const fs::path& folder : folders) {
+    if (folder.empty() || folder == asked || !fs::is_directory(folder, error)) continue;
+    fs::path place = folder / file.filename();
+    for (int number = 1; fs::exists(fs::symlink_status(place, error)) && number < 1000; ++number)
+      place = folder / fmt::format("{}-{}{}", file.stem().string(), number, file.extension().string());
+    if (!fs::exists(fs::symlink_status(place, error))) places.push_back(place);
+  }
+  return places;
 }
 
 void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers) {

@@ -13,6 +13,11 @@ namespace tress::cli {
 /// written, if `file` is a folder or device, or its name too long. `file` itself is not queried.
 std::optional<Error> check_output(const std::filesystem::path& file);
 
+/// Where what cannot be written to `file` may go, best first: under its own name, or with a number after it that no
+/// file there has, in the nearest folder above that is there, the current one, $HOME, and the folder of temporary
+/// files.
+std::vector<std::filesystem::path> other_places(const std::filesystem::path& file);
+
 /// Removes what killed saves left beside `file`, just written, and says so.
 void remove_leftovers(const std::filesystem::path& file);
 /// Says what has been removed.

@@ -1,6 +1,8 @@
 // tress render: from a scene to a picture.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -9,13 +11,16 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
+#include "base/nearest_word.h"
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/options.h"
 #include "cli/render_job.h"
+#include "integrate/path_sums.h"
 #include "references/registry.h"
 #include "scene/model/parameters.h"
 
@@ -122,6 +127,70 @@ void add_resolution(CLI::App* app, scene::Overrides& o) {
       ->type_name("WxH");
 }
 
+/// Of every picture, in the order of their channels.
+std::vector<std::string> layer_names() {
+  std::vector<std::string> names;
+  for (std::size_t layer = 0; layer < integrate::layer_count; ++layer) names.emplace_back(integrate::layer_name(layer));
+  for (const char* name : {"coverage", "albedo", "N", "tangent", "Z", "variance", "ais"}) names.emplace_back(name);
+  return names;
+}
+
+std::vector<std::string> parted_by_commas(const std::string& text) {
+  std::vector<std::string> words{""};
+  for (const char c : text) {
+    if (c == ',')
+      words.emplace_back();
+    else
+      words.back() += c;
+  }
+  return words;
+}
+
+void add_layers(CLI::App* app, RenderSettings& s) {
+  const std::vector<std::string> known = layer_names();
+  app->add_option_function<std::string>(
+         "--layers",
+         [&s](const std::string& text) {
+           if (text == "all")
+             s.layers.reset();
+           else
+             s.layers = parted_by_commas(text);
+         },
+         fmt::format("layers of the EXR beside R, G, B, A: all (default), beauty for none, or some of {}",
+                     joined(known, ",")))
+      ->check(CLI::Validator(
+          [known](std::string& text) {
+            if (text == "all") return std::string();
+            for (const std::string& word : parted_by_commas(text)) {
+              if (word != "beauty" && std::ranges::find(known, word) == known.end())
+                return fmt::format("expected all, beauty or layers separated by commas, found {} (nearest: {})", word,
+                                   nearest_word(word, known));
+            }
+            return std::string();
+          },
+          ""))
+      ->type_name("NAME,...");
+}
+
+/// In quotes where a shell would take a word apart.
+std::string as_shell_words(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) {
+    const bool plain = !word.empty() && std::ranges::all_of(word, [](unsigned char c) {
+      return std::isalnum(c) || std::string_view("-_./,:=+@%").find(static_cast<char>(c)) != std::string_view::npos;
+    });
+    if (!text.empty()) text += ' ';
+    if (plain) {
+      text += word;
+      continue;
+    }
+    text += '\'';
+    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    text += '\'';
+  }
+  return text;
+}
+
 /// What the parser cannot see: options that contradict each other, and files that would overwrite each other. A
 /// message, empty if there is nothing.
 std::string contradiction(const CLI::App& render, const RenderSettings& s) {
@@ -172,9 +241,10 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
 
 }  // namespace
 
-Command add_render(CLI::App& tress) {
+Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
   const auto settings = std::make_shared<RenderSettings>();
   RenderSettings& s = *settings;
+  s.command = as_shell_words(command);
   CLI::App* render = tress.add_subcommand("render", "Render a scene, or a bare .hair file");
   render
       ->add_option_function<std::string>(
@@ -190,6 +260,13 @@ Command add_render(CLI::App& tress) {
   samples->excludes(time)->excludes(noise);
   time->excludes(noise);
   add_resolution(render, s.overrides);
+  add_layers(render, s);
+  add_choice(
+      render, "--precision", {"half", "float"},
+      [&s](const std::string& name) { s.precision = name == "half" ? image::Precision::half : image::Precision::full; },
+      "half (default): 16 bits where they are enough, 32 for Z, variance and layers that halves cannot hold; float: "
+      "32");
+  add_number(render, "--exposure", [&s](double x) { s.overrides.exposure_stops = x; });
   add_flag(render, "--transparent", [&s] { s.overrides.transparent = true; });
   add_whole(render, "--frame", [&s](std::uint64_t n) { s.overrides.frame = int(n); });
   render
@@ -217,6 +294,10 @@ Command add_render(CLI::App& tress) {
   return {render, [render, settings] {
             if (const std::string message = contradiction(*render, *settings); !message.empty()) {
               throw WrongUsage(message);
+            }
+            // Frames of one grain would show it as a dirty pane before the hair.
+            if (!render->count("--seed")) {
+              settings->render.seed = static_cast<std::uint64_t>(settings->overrides.frame.value_or(0));
             }
             return run_render(*settings);
           }};

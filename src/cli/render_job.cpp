@@ -19,6 +19,7 @@
 #include "geometry/fiber_scene.h"
 #include "references/registry.h"
 #include "tress/adaptive/telemetry.h"
+#include "tress/version.h"
 
 namespace tress::cli {
 namespace {
@@ -29,6 +30,15 @@ using Clock = std::chrono::steady_clock;
 /// X0, Y0, X1, Y1 as on the command line.
 std::array<int, 4> edges_of(const image::Window& window) {
   return {window.left, window.top, window.left + window.width, window.top + window.height};
+}
+
+/// As JSON with the keys of a scene file.
+std::string camera_text(const scene::Camera& camera) {
+  const auto triple = [](const glm::vec3& x) { return nlohmann::ordered_json{x.x, x.y, x.z}; };
+  return json_text(nlohmann::ordered_json{{"eye", triple(camera.eye)},
+                                          {"look_at", triple(camera.look_at)},
+                                          {"up", triple(camera.up)},
+                                          {"vertical_fov_deg", camera.vertical_fov_deg}});
 }
 
 /// One render, from the loaded scene to the saved files.
@@ -219,16 +229,30 @@ class RenderJob {
       log_error(error->message());
       return failed = true;
     };
-    const auto write = [&](const std::filesystem::path& file, const std::optional<Error>& error) {
-      if (told(error)) return false;
-      remove_leftovers(file);
-      return true;
+    /// Where it is written: to `file`, or, told, elsewhere; nowhere: nothing.
+    const auto write = [&](const std::filesystem::path& file, const auto& to) -> std::optional<std::filesystem::path> {
+      if (!told(to(file))) {
+        remove_leftovers(file);
+        return file;
+      }
+      for (const std::filesystem::path& place : other_places(file)) {
+        if (to(place)) continue;
+        log_warning(fmt::format("{}: saved as {} instead", file.string(), place.string()));
+        return place;
+      }
+      return std::nullopt;
     };
 
     std::string hash;
     if (service_) hash = adaptive::cache_hash(*service_->rows());
     image::Picture& picture = result.picture;
     picture.metadata["scene"] = scene_.source;
+    picture.metadata["command"] = settings_.command;
+    picture.metadata["version"] = version();
+    if (settings_.overrides.frame) picture.metadata["frame"] = std::to_string(*settings_.overrides.frame);
+    picture.metadata["camera"] = camera_text(scene_.camera);
+    picture.metadata["noise"] = fmt::format("{:.4g}", noise_);
+    picture.metadata["exposure"] = fmt::format("{} stops, of the PNG alone", scene_.image.exposure_stops);
     picture.metadata["seed"] = std::to_string(settings_.render.seed);
     picture.metadata["samples"] = fmt::format("{}", result.samples_per_pixel);
     picture.metadata["dropped_samples"] = std::to_string(result.dropped_samples);
@@ -243,11 +267,19 @@ class RenderJob {
     picture.metadata["alpha"] = scene_.environment_visible && !scene_.image.transparent
                                     ? "opaque: R, G, B have the background, A is 1"
                                     : "premultiplied: R, G, B have no background, A is the coverage";
-    const bool written = write(settings_.output, image::write_exr(settings_.output, picture));
-    std::filesystem::path preview = settings_.output;
+    image::Picture kept = picture;
+    if (settings_.layers) image::keep_layers(*settings_.layers, &kept);
+    const auto written = write(settings_.output, [&](const std::filesystem::path& file) {
+      return image::write_exr(file, kept, settings_.precision);
+    });
+    std::filesystem::path preview = written.value_or(settings_.output);
     preview.replace_extension(".png");
-    if (written) write(preview, image::write_png(preview, picture, {scene_.image.transparent}));
-    if (result.heatmap) write(*settings_.heatmap, image::write_exr(*settings_.heatmap, *result.heatmap));
+    const image::Preview look{scene_.image.transparent, scene_.image.exposure_stops};
+    write(preview, [&](const std::filesystem::path& file) { return image::write_png(file, picture, look); });
+    if (result.heatmap) {
+      write(*settings_.heatmap,
+            [&](const std::filesystem::path& file) { return image::write_exr(file, *result.heatmap); });
+    }
     // Last: it may have to wait for another session, and the picture must not.
     if (cache_) told(cache_->save(*service_));
 
@@ -262,7 +294,7 @@ class RenderJob {
                   {"queries", json_text(result.queries)},
                   {"exact_queries", json_text(result.exact_queries)},
                   {"cache_hash", json_text(hash)},
-                  {"image", json_text(settings_.output.string())}});
+                  {"image", json_text(written.value_or(settings_.output).string())}});
     if (result.dropped_samples > 0) {
       log_warning(
           fmt::format("{} samples were infinite or not a number and are left out of the picture, which is the mean of "
@@ -271,7 +303,7 @@ class RenderJob {
     }
     if (written) {
       log_note(fmt::format("{}{}: {:.4g} samples a pixel in {:.1f} s", signal_status != 0 ? "interrupted, " : "",
-                           settings_.output.string(), result.samples_per_pixel, seconds));
+                           written->string(), result.samples_per_pixel, seconds));
     }
     return failed || telemetry_.failed() ? 1 : signal_status;
   }

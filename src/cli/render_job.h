@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/progress.h"
 #include "cli/warm_cache_session.h"
@@ -17,6 +18,9 @@ namespace tress::cli {
 /// Every value in range: the command line has been checked.
 struct RenderSettings {
   std::filesystem::path scene, output;  ///< output ends in .exr; a .png is written beside it
+  std::string command;                  ///< as a shell takes it
+  image::Precision precision = image::Precision::half;
+  std::optional<std::vector<std::string>> layers;  ///< beside beauty; unset: all
   scene::Overrides overrides;
   integrate::RenderOptions render;       ///< samples come from the scene and its overrides
   StopRule stop;                         ///< instead of those samples

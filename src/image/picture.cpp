@@ -14,6 +14,20 @@ const Channel* Picture::find(const std::string& name) const {
   return nullptr;
 }
 
+std::string layer_of(const std::string& channel) {
+  const std::size_t dot = channel.rfind('.');
+  if (dot != std::string::npos) return channel.substr(0, dot);
+  const bool of_beauty = channel == "R" || channel == "G" || channel == "B" || channel == "A";
+  return of_beauty ? "beauty" : channel;
+}
+
+void keep_layers(const std::vector<std::string>& layers, Picture* picture) {
+  std::erase_if(picture->channels, [&](const Channel& channel) {
+    const std::string layer = layer_of(channel.name);
+    return layer != "beauty" && std::find(layers.begin(), layers.end(), layer) == layers.end();
+  });
+}
+
 namespace {
 
 /// Of the pixels that two windows share.

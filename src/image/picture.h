@@ -39,14 +39,25 @@ struct Picture {
   }
 };
 
-/// Scanline, one part, ZIP, 32-bit float. Written to a temporary file and renamed. A value that is not finite, or a
-/// part that reaches outside its image, is an error.
-std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture);
+/// The layer of a channel: what is before its last dot, "TT" of "TT.G"; "beauty" of R, G, B and A; else its name.
+std::string layer_of(const std::string& channel);
+/// Leaves beauty and the named layers.
+void keep_layers(const std::vector<std::string>& layers, Picture* picture);
+
+/// How many bits a channel has. half: 16 where they are enough; 32 for distances (Z) and variances, which span more,
+/// and for layers with a value beyond 65504 or none above 1/256, whose halves would be infinite or coarse.
+enum class Precision { half, full };
+
+/// Scanline, one part, ZIP. Written to a temporary file and renamed. A value that is not finite, or a part that reaches
+/// outside its image, is an error.
+std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture,
+                               Precision precision = Precision::full);
 /// Any EXR of one or more float or half channels, at most 2^28 pixels. Rejects NaN, truncated and foreign files.
 Result<Picture> read_exr(const std::filesystem::path& file);
 /// How a preview is made of a picture.
 struct Preview {
-  bool alpha = false;  ///< of A, straight: what is covered in its own color; else opaque
+  bool alpha = false;         ///< of A, straight: what is covered in its own color; else opaque
+  double exposure_stops = 0;  ///< R, G, B are scaled by 2 to this
 };
 
 /// 8 bit sRGB of R, G, B, clamped. Opaque: over what R, G, B have, or over mid-grey where the picture has no background

@@ -10,6 +10,7 @@
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
 #include <fmt/format.h>
+#include <half.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,9 +18,13 @@
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
+#include <list>
+#include <map>
 #include <mutex>
 #include <set>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 #include "image/exr_header.h"
 #include "image/picture.h"
@@ -31,6 +36,7 @@ namespace {
 constexpr std::int64_t most_pixels = std::int64_t{1} << 28;
 constexpr int longest_side = 1 << 17;
 constexpr std::size_t most_channels = 1024;
+constexpr float least_of_halves = 1.0f / 256;  ///< the largest value of a layer; steps of halves are then 2e-5 of it
 constexpr int rows_at_a_time = 256;  ///< memory grows with what the file really holds, not with what it claims
 
 /// No compression of OpenEXR makes more than this many bytes of floats from one (deflate 1032, halves doubled); DWA
@@ -76,13 +82,30 @@ std::optional<Error> check_layout(const std::filesystem::path& file, const Pictu
   return std::nullopt;
 }
 
-/// Rows of `width` floats, of which the first begins at pixel (left, top). The slice's base is where pixel (0, 0) would
-/// be: computed as an integer, it may lie outside the rows.
-Imf::Slice slice(float* rows, int left, std::int64_t top, int width) {
-  const auto row_bytes = static_cast<std::int64_t>(sizeof(float)) * width;
-  const auto offset = static_cast<std::int64_t>(sizeof(float)) * left + row_bytes * top;
+/// The layers whose values halves hold (Precision::half).
+std::set<std::string> layers_of_halves(const Picture& picture) {
+  std::map<std::string, float> largest;
+  for (const Channel& channel : picture.channels) {
+    float& most = largest[layer_of(channel.name)];
+    for (const float x : channel.pixels) most = std::max(most, std::abs(x));
+  }
+  std::set<std::string> layers;
+  for (const auto& [layer, most] : largest) {
+    const bool spans_more = layer == "Z" || layer == "variance";
+    if (!spans_more && (most == 0 || (most >= least_of_halves && most <= HALF_MAX))) layers.insert(layer);
+  }
+  return layers;
+}
+
+/// Rows of `width` floats or halves, of which the first begins at pixel (left, top). The slice's base is where pixel
+/// (0, 0) would be: computed as an integer, it may lie outside the rows.
+template <class Value>
+Imf::Slice slice(Value* rows, int left, std::int64_t top, int width) {
+  const auto row_bytes = static_cast<std::int64_t>(sizeof(Value)) * width;
+  const auto offset = static_cast<std::int64_t>(sizeof(Value)) * left + row_bytes * top;
   auto* base = reinterpret_cast<char*>(reinterpret_cast<std::intptr_t>(rows) - static_cast<std::intptr_t>(offset));
-  return Imf::Slice(Imf::FLOAT, base, sizeof(float), static_cast<std::size_t>(row_bytes));
+  return Imf::Slice(std::is_same_v<Value, half> ? Imf::HALF : Imf::FLOAT, base, sizeof(Value),
+                    static_cast<std::size_t>(row_bytes));
 }
 
 /// A file in memory: OpenEXR's own stream loses the errors of its last buffer, and its destructors lose all.
@@ -107,7 +130,7 @@ class MemoryStream : public Imf::OStream {
 
 }  // namespace
 
-std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture) {
+std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture, Precision precision) {
   if (auto error = check_layout(file, picture)) return error;
   MemoryStream stream;
   try {
@@ -118,7 +141,16 @@ std::optional<Error> write_exr(const std::filesystem::path& file, const Picture&
     header.compression() = Imf::ZIP_COMPRESSION;
     for (const auto& [key, value] : picture.metadata) header.insert(key, Imf::StringAttribute(value));
     Imf::FrameBuffer frame;
+    std::set<std::string> of_halves;
+    if (precision == Precision::half) of_halves = layers_of_halves(picture);
+    std::list<std::vector<half>> halves;  // as long as the frame points to them
     for (const auto& channel : picture.channels) {
+      if (of_halves.contains(layer_of(channel.name))) {
+        halves.emplace_back(channel.pixels.begin(), channel.pixels.end());
+        header.channels().insert(channel.name, Imf::Channel(Imf::HALF));
+        frame.insert(channel.name, slice(halves.back().data(), part.left, part.top, part.width));
+        continue;
+      }
       header.channels().insert(channel.name, Imf::Channel(Imf::FLOAT));
       frame.insert(channel.name, slice(const_cast<float*>(channel.pixels.data()), part.left, part.top, part.width));
     }

@@ -42,12 +42,13 @@ std::optional<Error> write_png(const std::filesystem::path& file, const Picture&
   const Channel* alpha = preview.alpha || !picture.find("background.R") ? picture.find("A") : nullptr;
   const bool keeps_alpha = preview.alpha && alpha;
   const std::size_t bytes_per_pixel = keeps_alpha ? 4 : 3;
+  const auto exposure = static_cast<float>(std::exp2(preview.exposure_stops));
   std::vector<std::uint8_t> bytes;
   bytes.reserve(pixels * bytes_per_pixel);
   for (std::size_t i = 0; i < pixels; ++i) {
     const float covered = alpha ? std::clamp(alpha->pixels[i], 0.0f, 1.0f) : 1.0f;
     const float behind = keeps_alpha ? 0.0f : mid_grey * (1 - covered);
-    const float scale = keeps_alpha && covered > 0 ? 1 / covered : 1.0f;
+    const float scale = keeps_alpha && covered > 0 ? exposure / covered : exposure;
     for (const Channel* channel : rgb) bytes.push_back(encode_srgb(scale * channel->pixels[i] + behind));
     if (keeps_alpha) bytes.push_back(static_cast<std::uint8_t>(std::lround(255 * covered)));
   }

@@ -29,6 +29,7 @@ bool PixelSums::add(const PathSums& path, Ground ground) {
   for (std::size_t layer = 0; layer < layers.size(); ++layer) layers[layer] += glm::dvec3(path.layers[layer]);
   albedo += glm::dvec3(path.albedo);
   normal += glm::dvec3(path.normal);
+  tangent += glm::dvec3(path.tangent);
   coverage += static_cast<double>(path.coverage);
   distance_cm += static_cast<double>(path.distance_cm);
   objective += static_cast<double>(path.objective);
@@ -127,6 +128,7 @@ image::Picture Film::picture() const {
   };
   add_three("albedo.", rgb, [&](const PixelSums& pixel) { return pixel.albedo / samples(pixel); });
   add_three("N.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.normal); });
+  add_three("tangent.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.tangent); });
   add("Z", [&](const PixelSums& pixel) { return static_cast<float>(over_covered(pixel, pixel.distance_cm)); });
   add_three("variance.", rgb,
             [](const PixelSums& pixel) { return glm::min(pixel.variance_of_mean(), static_cast<double>(largest)); });

@@ -26,7 +26,7 @@ constexpr std::size_t beauty_layers(Ground ground) {
 /// off to the same side in every pixel.
 struct PixelSums {
   std::array<glm::dvec3, layer_count> layers{};
-  glm::dvec3 albedo{0.0}, normal{0.0};
+  glm::dvec3 albedo{0.0}, normal{0.0}, tangent{0.0};
   double coverage = 0, distance_cm = 0, objective = 0;
   /// Sum of the squared deviations of the paths' beauty from their mean (Welford 1962: no cancellation).
   glm::dvec3 squared_deviations{0.0};
@@ -63,8 +63,8 @@ class Film {
   /// none (an interrupted sample 0, or all were dropped) shows the sampled pixel nearest in steps along rows and
   /// columns; if there is none at all, black with A = 0.
   /// Beauty is the sum of its layers, in their order in the file. albedo, like every color, is the mean over all
-  /// paths, those that met nothing counting as black; N and Z are means over the paths that met something, 0 where
-  /// none did: N is shorter than 1 where tangents differ.
+  /// paths, those that met nothing counting as black; N, tangent and Z are means over the paths that met
+  /// something, 0 where none did: the first two are shorter than 1 where directions differ.
   image::Picture picture() const;
 
   bool timed() const { return !cpu_seconds_.empty(); }

@@ -21,9 +21,10 @@ constexpr const char* layer_name(std::size_t layer) {
 /// What one path brings: sums over its hits.
 struct PathSums {
   std::array<glm::vec3, layer_count> layers{};  ///< radiance, linear RGB
-  float coverage = 0;                           ///< 1: met a fiber or a surface; else this and the next three are 0
+  float coverage = 0;                           ///< 1: met a fiber or a surface; else this and the next four are 0
   glm::vec3 albedo{0.0f};      ///< of one scattering: sum of the lobes' energies, or the surface's albedo
-  glm::vec3 normal{0.0f};      ///< unit: tangent of a fiber, normal of a surface towards the camera
+  glm::vec3 normal{0.0f};      ///< unit, towards the camera: across the axis of a fiber, or of a surface
+  glm::vec3 tangent{0.0f};     ///< unit, of a fiber, root to tip; 0 of a surface
   float distance_cm = 0;       ///< from the camera
   std::uint32_t vertices = 0;  ///< hits that scattered
   std::uint32_t queries = 0, exact_queries = 0;
@@ -41,6 +42,7 @@ struct PathSums {
     const glm::vec3 light = beauty();  // finite only if every layer is
     for (int c = 0; c < 3; ++c) {
       if (!std::isfinite(light[c]) || !std::isfinite(albedo[c]) || !std::isfinite(normal[c])) return false;
+      if (!std::isfinite(tangent[c])) return false;
     }
     return std::isfinite(coverage) && std::isfinite(distance_cm) && std::isfinite(objective);
   }

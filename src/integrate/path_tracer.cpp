@@ -36,6 +36,13 @@ glm::vec3 total_of(const ScatteredLayers& layers) {
   return total;
 }
 
+/// Of a fiber, unit: across its axis, towards where the ray comes from; the minor axis where that is along the fiber.
+glm::vec3 normal_towards(const geometry::Hit& hit, const glm::vec3& ray_direction) {
+  const glm::vec3 across = glm::dot(ray_direction, hit.u) * hit.u - ray_direction;
+  const float length = glm::length(across);
+  return length > 1e-4f ? across / length : hit.w;
+}
+
 }  // namespace
 
 PathTracer::PathTracer(const scene::Scene& scene, const geometry::FiberScene& fibers, const fiber::FiberModel& model,
@@ -140,7 +147,8 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   sums.vertices = 1;
   sums.coverage = 1;
   sums.albedo = vertex.albedo;
-  sums.normal = hit->is_surface ? hit->normal : hit->u;
+  sums.normal = hit->is_surface ? hit->normal : normal_towards(*hit, ray.direction);
+  if (!hit->is_surface) sums.tangent = hit->u;
   sums.distance_cm = hit->distance_cm;
   const auto light_samples = static_cast<std::uint32_t>(vertex.light_samples);
   for (std::uint32_t i = 0; i < light_samples; ++i) {

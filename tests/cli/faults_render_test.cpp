@@ -163,6 +163,24 @@ TEST_F(Faults, AnInterruptedRenderThatCannotSaveSaysSoAndIsNoSuccess) {
   EXPECT_THAT(outcome.err, HasSubstr("error: " + path("out/t.cache")));
   EXPECT_EQ(telemetry_lines(path("run.jsonl"), "summary").at(0).at("status"), "failed");
   EXPECT_EQ(read_text(path("out")), "no folder any more");
+  // Nothing that took hours is lost: the nearest folder that is there has it, and the message says so.
+  EXPECT_THAT(outcome.err, HasSubstr(path("out/a.exr") + ": saved as " + path("a.exr") + " instead"));
+  EXPECT_TRUE(image::read_exr(path("a.exr")));
+  EXPECT_TRUE(fs::exists(path("a.png")));
+  EXPECT_EQ(telemetry_lines(path("run.jsonl"), "summary").at(0).at("image"), path("a.exr"));
+}
+
+TEST_F(Faults, APictureThatIsSavedElsewhereReplacesNothingThere) {
+  write_text(path("a.exr"), "another picture");
+  write_text(path("a-1.exr"), "and another");
+  const Process process = started(path("out/a.exr"), {});
+  fs::remove_all(path("out"));
+  process.send(SIGTERM);
+  const Outcome outcome = process.wait();
+  EXPECT_EQ(outcome.status, 1) << outcome.err;
+  EXPECT_EQ(read_text(path("a.exr")), "another picture");
+  EXPECT_EQ(read_text(path("a-1.exr")), "and another");
+  EXPECT_TRUE(image::read_exr(path("a-2.exr"))) << outcome.err;
 }
 
 TEST_F(Faults, WhatAKilledRenderLeftIsRemovedAndTold) {

@@ -90,7 +90,8 @@ TEST_F(Render, AWarmStartConvergesEarlierThanAColdOne) {
 
   const auto picture = image::read_exr(path("warm.exr"));
   ASSERT_TRUE(picture) << picture.error().message();
-  for (const char* name : {"scene", "seed", "samples", "time", "model", "estimator", "epsilon", "cache_hash"}) {
+  for (const char* name : {"scene", "seed", "samples", "time", "model", "estimator", "epsilon", "cache_hash", "command",
+                           "version", "camera", "noise", "alpha"}) {
     EXPECT_TRUE(picture->metadata.contains(name)) << name;
   }
   EXPECT_TRUE(fs::exists(path("warm.png")));
@@ -250,9 +251,59 @@ TEST_F(Render, ACropOfExactOrOfAFrozenTableHasTheWholePicturesPixels) {
   EXPECT_THAT(outside.err, HasSubstr("within 40 x 40"));
 }
 
+/// The seed is the frame unless it is given; what it was is in the header, with the command that a shell takes.
+TEST_F(Render, FramesHaveGrainOfTheirOwnUnlessTheSeedIsGiven) {
+  const std::vector<std::string> few{"--spp", "1", "--resolution", "12x12", "--quiet"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.end(), few.begin(), few.end());
+    return more;
+  };
+  render_well("still.exr", with({}));
+  render_well("f0.exr", with({"--frame", "0"}));
+  render_well("f7.exr", with({"--frame", "7"}));
+  render_well("seed7.exr", with({"--seed", "7"}));
+  render_well("f7 fixed.exr", with({"--frame", "7", "--seed", "0"}));
+  expect_same_picture("still.exr", "f0.exr");
+  expect_same_picture("f7.exr", "seed7.exr");
+  expect_same_picture("still.exr", "f7 fixed.exr");
+  EXPECT_EQ(nlohmann::json::parse(run({"diff", path("f0.exr"), path("f7.exr"), "--json"}).out).at("identical"), false);
+  const auto header = image::read_exr(path("f7 fixed.exr"))->metadata;
+  EXPECT_EQ(header.at("frame"), "7");
+  EXPECT_EQ(header.at("seed"), "0");
+  EXPECT_EQ(nlohmann::json::parse(header.at("camera")).at("eye").size(), 3u);
+  EXPECT_THAT(header.at("command"), HasSubstr(path("f7 fixed.exr") + "' --frame 7 --seed 0 --spp 1"));
+}
+
+/// Of 40 channels at 32 bits 4 are left, in capitals, and the exposure brightens the PNG alone.
+TEST_F(Render, LayersAndBitsAreChosenAndExposureIsOfThePreview) {
+  render_well("all.exr", {"--precision", "float"});
+  render_well("half.exr");
+  render_well("few.EXR", {"--layers", "albedo,Z", "--exposure", "2"});
+  render_well("least.exr", {"--layers", "beauty"});
+  const auto all = image::read_exr(path("all.exr")), half = image::read_exr(path("half.exr"));
+  const auto few = image::read_exr(path("few.EXR")), least = image::read_exr(path("least.exr"));
+  ASSERT_TRUE(all && half && few && least);
+  EXPECT_EQ(few->channels.size(), 4u + 3 + 1);
+  EXPECT_EQ(least->channels.size(), 4u);
+  EXPECT_EQ(all->channels.size(), half->channels.size());
+  for (const image::Channel& channel : all->channels) {
+    const image::Channel* other = half->find(channel.name);
+    ASSERT_NE(other, nullptr);
+    const bool same = channel.name == "Z" || channel.name.starts_with("variance.");
+    for (std::size_t i = 0; i < channel.pixels.size(); ++i) {  // half a step of 2^-10, and steps of 2^-24 near 0
+      const float value = channel.pixels[i];
+      EXPECT_NEAR(other->pixels[i], value, same ? 0 : std::abs(value) * 0x1p-11f + 0x1p-25f) << channel.name;
+    }
+  }
+  EXPECT_EQ(half->find("R")->pixels, few->find("R")->pixels) << "the exposure is not of the EXR";
+  EXPECT_LT(fs::file_size(path("half.exr")), 0.75 * static_cast<double>(fs::file_size(path("all.exr"))));
+  EXPECT_EQ(read_text(path("half.png")), read_text(path("all.png")));
+  EXPECT_NE(read_text(path("few.png")), read_text(path("all.png")));
+}
+
 TEST_F(Render, AHeatMapTellsWhatPixelsCostAndLeavesThePictureAsItIs) {
-  render_well("plain.exr");
-  render_well("a.exr", {"--heatmap", path("heat.exr")});
+  render_well("plain.exr", {"--precision", "float"});
+  render_well("a.exr", {"--heatmap", path("heat.exr"), "--precision", "float"});
   expect_same_picture("plain.exr", "a.exr");
   const auto picture = image::read_exr(path("a.exr")), heat = image::read_exr(path("heat.exr"));
   ASSERT_TRUE(picture);

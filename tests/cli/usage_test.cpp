@@ -199,6 +199,11 @@ TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
   expect_wrong({"far-field", "--model", "eliptical"}, "nearest: elliptical");
 }
 
+TEST_F(Usage, LayersAreNamedOrTheNearestIsTold) {
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--layers", "albedo,tangents"}, "found tangents (nearest: tangent)");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--layers", "albedo,"}, "--layers: expected all, beauty or layers");
+}
+
 TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
   const std::vector<std::pair<std::string, std::string>> wrong{
       {"--spp", "-1"},        {"--spp", "0"},        {"--spp", "4x"},         {"--epsilon", "0"},
@@ -208,7 +213,8 @@ TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
       {"--components", "0"},  {"--components", "9"}, {"--roughness", "0"},    {"--eccentricity", "2"},
       {"--up", "x"},          {"--turn", "361"},     {"--cm-per-unit", "0"},  {"--max-depth", "0"},
       {"--resolution", "64"}, {"--time", "0"},       {"--noise", "-1"},       {"--noise", "2"},
-      {"--crop", "0,0,4"},    {"--crop", "4,0,4,4"}, {"--crop", "-1,0,4,4"},  {"--crop", "0,0,1,1,"}};
+      {"--crop", "0,0,4"},    {"--crop", "4,0,4,4"}, {"--crop", "-1,0,4,4"},  {"--crop", "0,0,1,1,"},
+      {"--exposure", "21"},   {"--precision", "16"}};
   for (const auto& [option, value] : wrong) {
     expect_wrong({"render", "a.json", "-o", "a.exr", option, value}, option + ": expected ");
     expect_wrong({"render", "a.json", "-o", "a.exr", option, value}, "found " + value);

@@ -58,6 +58,38 @@ TEST(Exr, RoundTripKeepsEveryBitLayerAndText) {
   for (const auto& [key, value] : written.metadata) EXPECT_EQ(read->metadata.at(key), value);
 }
 
+// Half where that is enough: not of Z and variance, not beyond the largest half (as a sun in the backdrop has), not of
+// a layer that is so dark that its halves would be coarse. Of a layer all channels are alike.
+TEST(Exr, HalvesHoldWhatTheyCanAndTheRestKeepsItsBits) {
+  const auto file = temporary("half.exr");
+  Picture picture;
+  picture.width = 2;
+  picture.height = 1;
+  const auto add = [&](const char* name, float a, float b) { picture.channels.push_back({name, {a, b}}); };
+  add("A", 1, 0.3f), add("R", 0.1f, 65504), add("G", -0.1f, 1e-9f), add("B", 0, 0);
+  add("sun.R", 1e6f, 0.3f), add("sun.G", 0.1f, 0.3f);
+  add("dark.R", 1e-3f, 1e-5f);
+  add("Z", 33.3f, 1e9f), add("variance.R", 0.1f, 1e-12f);
+  ASSERT_FALSE(write_exr(file, picture, Precision::half));
+  const auto read = read_exr(file);
+  ASSERT_TRUE(read) << read.error().message();
+  for (const char* name : {"sun.R", "sun.G", "dark.R", "Z", "variance.R"})
+    EXPECT_EQ(read->find(name)->pixels, picture.find(name)->pixels) << name;
+  EXPECT_EQ(read->find("R")->pixels, (std::vector<float>{0.0999755859375f, 65504}));
+  EXPECT_EQ(read->find("G")->pixels, (std::vector<float>{-0.0999755859375f, 0}));
+  EXPECT_EQ(read->find("A")->pixels, (std::vector<float>{1, 0.300048828125f}));
+}
+
+TEST(Picture, KeepsBeautyAndTheLayersThatAreNamed) {
+  Picture picture = gradient();
+  EXPECT_EQ(layer_of("R"), "beauty");
+  EXPECT_EQ(layer_of("R.R"), "R");
+  EXPECT_EQ(layer_of("Z"), "Z");
+  keep_layers({"TT", "Z"}, &picture);
+  ASSERT_EQ(picture.channels.size(), 5u);
+  EXPECT_EQ(picture.channels.back().name, "TT.G");
+}
+
 TEST(Exr, RoundTripKeepsWhereAPartLies) {
   const auto file = temporary("part.exr");
   Picture part = gradient();
@@ -193,6 +225,8 @@ TEST(Preview, HasStraightAlphaIfToldAndElseWhatIsBehind) {
   ASSERT_FALSE(write_png(file, picture));
   EXPECT_EQ(decoded(file, &channels), (std::vector{188, 188, 188, 158, 158, 158, 118, 118, 118}));
   picture.channels.push_back({"background.R", {0, 0, 0}});
+  ASSERT_FALSE(write_png(file, picture, {.exposure_stops = 1}));
+  EXPECT_EQ(decoded(file, &channels), (std::vector{255, 255, 255, 188, 188, 188, 0, 0, 0}));
   ASSERT_FALSE(write_png(file, picture));
   EXPECT_EQ(decoded(file, &channels), (std::vector{188, 188, 188, 137, 137, 137, 0, 0, 0}));
 }

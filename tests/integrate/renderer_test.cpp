@@ -130,7 +130,7 @@ TEST(Renderer, layers_sum_to_beauty_bit_for_bit) {
   }
 }
 
-TEST(Renderer, tells_albedo_tangent_and_distance_of_what_is_seen) {
+TEST(Renderer, tells_albedo_normal_tangent_and_distance_of_what_is_seen) {
   WhiteFiber model;
   fiber::LobeColors shares{};
   shares[0] = {0.25f, 0, 0.5f};
@@ -156,9 +156,11 @@ TEST(Renderer, tells_albedo_tangent_and_distance_of_what_is_seen) {
     EXPECT_NEAR(channel(result, "albedo.R")[i], 0.5f * covered, 1e-5);
     EXPECT_NEAR(channel(result, "albedo.G")[i], 0.75f * covered, 1e-5);
     EXPECT_NEAR(channel(result, "albedo.B")[i], 0.5f * covered, 1e-5);
-    EXPECT_NEAR(channel(result, "N.X")[i], covered > 0 ? 1 : 0, 1e-5);
-    EXPECT_NEAR(channel(result, "N.Y")[i], 0, 1e-5);
-    EXPECT_NEAR(channel(result, "N.Z")[i], 0, 1e-5);
+    EXPECT_NEAR(channel(result, "tangent.X")[i], covered > 0 ? 1 : 0, 1e-5);
+    EXPECT_NEAR(channel(result, "tangent.Y")[i], 0, 1e-5);
+    EXPECT_NEAR(channel(result, "tangent.Z")[i], 0, 1e-5);
+    EXPECT_NEAR(channel(result, "N.X")[i], 0, 1e-5);  // across the fiber, towards the camera
+    EXPECT_NEAR(channel(result, "N.Y")[i], covered > 0 ? -1 : 0, 1e-4);
     // The strand is 10 cm away; to the picture's side a ray is longer by at most 1 / cos(atan(tan 5 degrees)).
     const float distance = channel(result, "Z")[i];
     if (covered > 0) {
@@ -253,6 +255,7 @@ TEST(Renderer, a_surface_that_is_seen_has_a_layer_its_albedo_and_the_normal_towa
       EXPECT_EQ(channel(result, "R")[i], channel(result, "surface.R")[i]);
       EXPECT_NEAR(channel(result, "albedo.G")[i], 0.5f, 1e-6);
       EXPECT_NEAR(channel(result, "N.Y")[i], -1, 1e-6);
+      EXPECT_EQ(channel(result, "tangent.X")[i], 0);
       EXPECT_GE(channel(result, "Z")[i], 6 - 1e-5f);
       EXPECT_LT(channel(result, "Z")[i], 6.3f);
       for (const char* layer : {"R.R", "residual.B", "background.R", "ais.exact"})

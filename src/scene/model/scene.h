@@ -24,7 +24,8 @@ struct Camera {
 struct Image {
   int width = 512, height = 512;
   int samples = 64;
-  bool transparent = false;  ///< beauty without what is behind the hair; else as Scene::environment_visible has it
+  double exposure_stops = 0;  ///< of the preview
+  bool transparent = false;   ///< beauty without what is behind the hair; else as Scene::environment_visible has it
 };
 
 /// How strands of one material differ: half ranges, uniform, of mean 0 (strand_fibers.h).

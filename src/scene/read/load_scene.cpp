@@ -63,6 +63,7 @@ std::optional<Error> fault_of(const Overrides& o) {
   check("--spp", o.samples);
   check("--frame", o.frame);
   check("--turn", o.turn_deg);
+  check("--exposure", o.exposure_stops);
   return error;
 }
 
@@ -100,6 +101,7 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   image.height = overrides.height.value_or(image.height);
   image.samples = overrides.samples.value_or(image.samples);
   image.transparent = overrides.transparent.value_or(image.transparent);
+  image.exposure_stops = overrides.exposure_stops.value_or(image.exposure_stops);
   const std::int64_t pixels = std::int64_t{image.width} * image.height;
   if (pixels > most_image_pixels)
     return Error{"", "--resolution", fmt::format("at most {} pixels", most_image_pixels), fmt::format("{}", pixels)};
@@ -197,7 +199,8 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
   if (!camera) return camera.error();
   scene.camera = *camera;
   if (overrides.frame && description.camera.keys.empty() && !description.camera.turntable)
-    scene.notes.push_back(fmt::format("{}: the camera does not move, every frame is the same", file.string()));
+    scene.notes.push_back(
+        fmt::format("{}: the camera does not move, every frame is the same but for its grain", file.string()));
   if (description.camera.framed && !scene.grooms.empty())
     scene.notes.push_back(
         fmt::format("camera framed on the hair: eye ({:.2f}, {:.2f}, {:.2f}), look_at ({:.2f}, {:.2f}, {:.2f})",
