@@ -22,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "fiber/medulla.h"
 #include "fiber/rough_rows.h"
 #include "fit/sampled_learner.h"
 #include "tress/adaptive/ribbon.h"
@@ -42,16 +43,19 @@ struct Setting {
   std::uint32_t rows = 0, test_paths = 1u << 17;
   std::uint64_t seed = 1;
   bool quick = false;
+  std::array<float, 4> medulla{};
   std::vector<double> e{0.5, 0.75, 0.85, 1}, alpha{0.05, 0.1, 0.2, 0.3}, theta{0, 30, 60, 80};
 };
 
 struct Node {
   double e, alpha, theta_deg, phi_deg, tilt_deg;
+  std::array<float, 4> medulla{};  ///< as fiber::Medulla::values()
   fiber::FiberParameters fiber() const {
     fiber::FiberParameters f;
     f.eccentricity = static_cast<float>(e);
     f.roughness = static_cast<float>(alpha);
     f.tilt = static_cast<float>(tilt_deg * degree);
+    fiber::Medulla{medulla[0], medulla[1], medulla[2], medulla[3]}.give_to(f);
     return f;
   }
   float a() const { return static_cast<float>(theta_deg * degree); }
@@ -66,7 +70,7 @@ std::vector<Node> all_nodes(const Setting& setting) {
     for (const double alpha : setting.alpha) {
       for (const double theta : setting.theta) {
         const double sign = i % 4 == 3 ? -1 : 1;
-        nodes.push_back({e, alpha, sign * theta, phi[i % 3], i % 2 == 0 ? 0.0 : 3.0});
+        nodes.push_back({e, alpha, sign * theta, phi[i % 3], i % 2 == 0 ? 0.0 : 3.0, setting.medulla});
         ++i;
       }
       ++i;  // so that phi_r and tilt do not go with theta_r
@@ -286,7 +290,7 @@ Node random_node(RandomStream& random) {
   const auto within = [&random](double from, double to) {
     return from + (to - from) * static_cast<double>(random.next());
   };
-  return {within(0.5, 1), 0.02 * std::pow(25.0, within(0, 1)), within(-87, 87), within(0, 90), within(0, 5)};
+  return {within(0.5, 1), 0.02 * std::pow(25.0, within(0, 1)), within(-87, 87), within(0, 90), within(0, 5), {}};
 }
 
 int run_false_passes(const Setting& setting) {
@@ -353,6 +357,7 @@ int main(int argc, char** argv) {
   app.add_option("--e", setting.e);
   app.add_option("--alpha", setting.alpha);
   app.add_option("--theta", setting.theta, "theta_r, degrees");
+  app.add_option("--medulla", setting.medulla, "of the configurations: radius, scattering, asymmetry, absorption");
   app.add_option("--rows", setting.rows, "false passes of so many random rows instead");
   app.add_option("--test-paths", setting.test_paths, "fresh paths a row");
   app.add_option("--seed", setting.seed, "of the random rows");
