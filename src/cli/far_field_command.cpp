@@ -37,12 +37,13 @@ struct FarFieldSettings {
   std::vector<double> sigma_a{0};   ///< per major semi-axis: grey, or three channels
   Resolution bins{36, 36};          ///< of theta_i, of phi_i
   std::uint64_t paths = 1'000'000, seed = 0;
-  double epsilon = adaptive::Options{}.epsilon;
+  adaptive::Options table;
   bool loses_masked_light = false;
   bool json = false;
   std::optional<int> threads;
 
   std::size_t channels() const { return sigma_a.size(); }
+  const fiber::ModelInfo& info() const { return *references::find_model(model); }
 };
 
 constexpr std::array<const char*, 3> channel_names{"red", "green", "blue"};
@@ -69,11 +70,9 @@ struct Measured {
 };
 
 Measured measure(const FarFieldSettings& s) {
-  adaptive::Options options;
-  options.epsilon = s.epsilon;
+  adaptive::Options options = s.table;
   options.seed = s.seed;
-  references::TaughtFiber fiber(*references::find_model(s.model), parameters_of(s), options,
-                                {.loses_masked_light = s.loses_masked_light});
+  references::TaughtFiber fiber(s.info(), parameters_of(s), options, {.loses_masked_light = s.loses_masked_light});
   references::FarFieldRequest request;
   request.wr = {radians(s.theta_r), radians(std::remainder(s.phi_r, 360.0))};
   request.theta_bins = static_cast<std::size_t>(s.bins.width);
@@ -155,7 +154,7 @@ void print_json(const FarFieldSettings& s, const Measured& measured) {
             {"evaluations", field.evaluations},
             {"paths", field.paths}};
   if (measured.has_rows) {
-    json["rows"] = {{"epsilon", s.epsilon},
+    json["rows"] = {{"epsilon", s.info().epsilon(s.table)},
                     {"converged", measured.lesson.converged},
                     {"open", measured.lesson.open},
                     {"refused", measured.lesson.refused}};
@@ -176,7 +175,8 @@ void print_table(const FarFieldSettings& s, const Measured& measured) {
   const references::FarField& field = measured.field;
   fmt::print("{}: e {}, alpha {}, tilt {}, eta {}, theta_r {}, phi_r {}, sigma_a {}\n", s.model, s.eccentricity,
              s.alpha, s.tilt, s.eta, s.theta_r, s.phi_r, fmt::join(s.sigma_a, ","));
-  if (measured.has_rows) fmt::print("rows      {} converged to epsilon {}\n", measured.lesson.converged, s.epsilon);
+  if (measured.has_rows)
+    fmt::print("rows      {} converged to epsilon {}\n", measured.lesson.converged, s.info().epsilon(s.table));
   if (field.evaluations > 0) fmt::print("evaluated {} directions\n", field.evaluations);
   if (field.paths > 0) fmt::print("traced    {} paths\n", field.paths);
   fmt::print("\n{:10}", "energy");
@@ -252,7 +252,7 @@ Command add_far_field(CLI::App& tress) {
       "absorption per major semi-axis: one value for grey, three for red, green and blue; default: 0");
   add_bins(far_field, s);
   add_whole(far_field, "--paths", [&s](std::uint64_t n) { s.paths = n; });
-  add_number(far_field, "--epsilon", [&s](double x) { s.epsilon = x; });
+  add_number(far_field, "--epsilon", [&s](double x) { s.table.epsilon = s.table.sampled_epsilon = x; });
   add_whole(far_field, "--seed", [&s](std::uint64_t seed) { s.seed = seed; });
   far_field->add_flag("--lose-masked", s.loses_masked_light,
                       "fiber3d only: light that a facet masks is lost, as in a tracer of one facet a hit");

@@ -7,12 +7,11 @@ namespace tress::references {
 TaughtFiber::TaughtFiber(const fiber::ModelInfo& info, const fiber::FiberParameters& parameters,
                          const adaptive::Options& options, fiber::ModelSettings settings) {
   settings.service = nullptr;
-  if (info.make_target != nullptr) {
-    target_ = info.make_target();
+  if (info.has_rows()) {
     adaptive::Options eager = options;
     eager.queries_before_creation = 1;
-    service_ = std::make_unique<adaptive::Service>(eager, *target_);
-    settings.service = service_.get();
+    learned_ = fiber::make_service(info, eager);
+    settings.service = learned_.service.get();
   }
   model_ = info.make(settings);
   fiber_ = model_->add_fiber(parameters);
@@ -20,7 +19,7 @@ TaughtFiber::TaughtFiber(const fiber::ModelInfo& info, const fiber::FiberParamet
 
 Lesson TaughtFiber::teach(const Directions& known, std::uint64_t seed) {
   Lesson lesson;
-  if (!service_) return lesson;
+  if (!learned_.service) return lesson;
   constexpr float pi = std::numbers::pi_v<float>;
   constexpr std::uint64_t teaching = 0x7465616368ull;
   for (bool done = false; !done && lesson.passes < most_passes;) {
@@ -33,7 +32,7 @@ Lesson TaughtFiber::teach(const Directions& known, std::uint64_t seed) {
       const float theta = pi * (random.next() - 0.5f);
       (void)model_->evaluate(event, {theta, 2 * pi * (random.next() - 0.5f)});
     }
-    const adaptive::PassReport report = service_->publish(events_a_pass);
+    const adaptive::PassReport report = learned_.service->publish(events_a_pass);
     ++lesson.passes;
     lesson.converged = report.rows_converged;
     lesson.open = report.rows_open;

@@ -8,7 +8,6 @@
 
 #include "models/registry.h"
 #include "tress/adaptive/options.h"
-#include "tress/adaptive/service.h"
 #include "tress/base/random.h"
 #include "tress/fiber/fiber_model.h"
 
@@ -37,13 +36,12 @@ class TaughtFiber {
 
   const fiber::FiberModel& model() const { return *model_; }
   fiber::FiberId fiber() const { return fiber_; }
-  bool has_rows() const { return service_ != nullptr; }
+  bool has_rows() const { return learned_.service != nullptr; }
 
  private:
   static constexpr int most_passes = 256, events_a_pass = 4096;
 
-  std::unique_ptr<adaptive::Target> target_;
-  std::unique_ptr<adaptive::Service> service_;
+  fiber::ModelService learned_;
   std::unique_ptr<fiber::FiberModel> model_;
   fiber::FiberId fiber_ = 0;
 };
