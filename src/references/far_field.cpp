@@ -125,18 +125,19 @@ struct Measure {
   }
 
   void evaluate_all(Sums& sums) const {
-    const std::uint64_t cells = bins() * flux_shifts, points = (request.paths + cells - 1) / cells;
+    const std::uint64_t cells = bins() * request.shifts, points = (request.paths + cells - 1) / cells;
+    const double shifts = double(request.shifts);
     tbb::parallel_for(std::size_t{0}, bins(), [&](std::size_t bin) {
-      std::array<Weights, flux_shifts> by_shift;
-      for (std::size_t s = 0; s < flux_shifts; ++s) {
+      std::vector<Weights> by_shift(request.shifts);
+      for (std::size_t s = 0; s < request.shifts; ++s) {
         by_shift[s] = evaluate(bin / request.phi_bins, bin % request.phi_bins, s, points);
       }
       for (std::size_t part = 0; part < flux_parts; ++part) {
         for (std::size_t c = 0; c < channels; ++c) {
           double mean = 0, squares = 0;
-          for (const Weights& weights : by_shift) mean += of_part(weights, part, c) / flux_shifts;
+          for (const Weights& weights : by_shift) mean += of_part(weights, part, c) / shifts;
           for (const Weights& weights : by_shift) squares += std::pow(of_part(weights, part, c) - mean, 2);
-          sums.add(part, c, bin, mean, squares / (flux_shifts * (flux_shifts - 1)));
+          sums.add(part, c, bin, mean, squares / (shifts * (shifts - 1)));
         }
       }
     });

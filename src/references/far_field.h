@@ -24,6 +24,7 @@ struct FarFieldRequest {
   std::size_t theta_bins = 36;      ///< equal steps of theta_i from -pi/2 up, >= 1
   std::size_t phi_bins = 36;        ///< equal steps of phi_i from -pi up, >= 1
   std::uint64_t paths = 1'000'000;  ///< traced, or directions that are evaluated; >= 1
+  std::size_t shifts = 16;          ///< >= 2, of a model that evaluates; each has a point a bin at least
   std::uint64_t seed = 0;
 };
 
@@ -40,11 +41,10 @@ struct FarField {
 };
 
 /// A model that evaluates: S integrated over each bin and over h and the numbers that choose nodes by additive
-/// recurrences in five dimensions, shifted at random; standard errors by `flux_shifts` shifts. A model that can only be
+/// recurrences in five dimensions, shifted at random; standard errors by the shifts. A model that can only be
 /// sampled: paths, h stratified; standard errors by the weights of single paths, 0 where no path came. Events of a
 /// model that evaluates others (FiberModel::evaluates(event)) are sampled, and both added.
 /// Same request, same bits, for any number of threads (oneTBB).
-constexpr std::size_t flux_shifts = 16;
 FarField far_field(const fiber::FiberModel& model, fiber::FiberId fiber, const FarFieldRequest& request);
 
 }  // namespace tress::references
