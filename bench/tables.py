@@ -52,6 +52,10 @@ def tables():
     found["knots_micro.json"] = ["knots", "--benchmark_min_time=0.03", "--benchmark_repetitions=3", "--benchmark_format=json"]
     found["far_field.json"] = ["far_field"]
     found["sampled_rows.json"] = ["sampled_rows", "--rows", "300"]
+    found["rough_far_field.json"] = ["rough_far_field"]
+    found["rough_far_field_36x36.json"] = ["rough_far_field", "--theta-bins", "36", "--phi-bins", "36"]
+    found["slab.json"] = ["slab"]
+    found["reciprocity.json"] = ["reciprocity"]
     return found
 
 
