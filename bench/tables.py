@@ -55,6 +55,7 @@ def tables():
     found["rough_far_field.json"] = ["rough_far_field"]
     found["rough_far_field_36x36.json"] = ["rough_far_field", "--theta-bins", "36", "--phi-bins", "36"]
     found["slab.json"] = ["slab"]
+    found["slab_.01.json"] = ["slab", "--model", "rough", "--epsilon", "0.01"]
     found["reciprocity.json"] = ["reciprocity"]
     return found
 
