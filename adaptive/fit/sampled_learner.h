@@ -29,7 +29,7 @@ struct SampledLimits {
 
 /// Learns the row at (a, b): 1,024 paths teach the first fit; each following batch has as many paths as all before it,
 /// tests the fit of those, and then joins them. Ends where the test passes. Pure: depends on its arguments alone. Any
-/// thread; takes some 80 bytes a path of memory meanwhile.
+/// thread; takes some 50 bytes an exit of memory meanwhile.
 SampledRow learn_samples(const SampledTarget& target, const SliceDescription& slice, float a, float b,
                          const SampledLimits& limits);
 
