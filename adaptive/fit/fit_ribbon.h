@@ -21,7 +21,8 @@ struct RibbonFitRule {
 };
 
 /// From an earlier fit of the same part, or from nothing, by the law that is more likely. Exits of some weight.
-/// `decays`: of the exits' attributes, each knot's by its share of the light; else they are 1.
-RibbonFit fit_ribbon(const ExitColumns& exits, const Ribbon* earlier, bool decays, const RibbonFitRule& rule = {});
+/// `to_publish`: by the law of the earlier fit, which is the one that was tested, and with the decays of the exits'
+/// attributes, each knot's by its share of the light; else decays are 1.
+RibbonFit fit_ribbon(const ExitColumns& exits, const Ribbon* earlier, bool to_publish, const RibbonFitRule& rule = {});
 
 }  // namespace tress::adaptive
