@@ -280,8 +280,9 @@ constexpr std::array table{
               "",
               "8",
               "components of a row, at most or, for learners of a fixed number, exactly"},
-    Parameter{"", "--epsilon", number, accuracy, "", "", "0.01, rough: 0.05",
-              "relative squared error, of rough chi-square, under which a row is converged"},
+    Parameter{
+        "", "--epsilon", number, accuracy, "", "", "0.01",
+        "relative squared error under which a row is converged; of rough chi-square, and 0.05 without the option"},
     Parameter{"", "--table-memory", number, {0, 1 << 20}, "MB of 2^20 bytes", "", "256", "ceiling of the table"},
     Parameter{"", "--e", number, of(fiber::eccentricity_range), "", "", "0.85", "minor over major semi-axis"},
     Parameter{"", "--theta-d", number, {-89.9, 89.9}, degrees, "", "30", "difference angle"},
