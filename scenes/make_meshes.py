@@ -20,9 +20,21 @@ def revolve(name, comment, profile, around, scale=(1.0, 1.0)):
         a, b = k + 1, (k + 1) % around + 1
         top = (len(profile) - 1) * around
         faces += [(low, b, a), (high, top + a, top + b)]
+    normals = [[0.0, 0.0, 0.0] for _ in vertices]  # of the faces around each vertex, by area
+    for face in faces:
+        corners = [vertices[i - 1] for i in face]
+        (ax, ay, az), (bx, by, bz) = ([q - p for p, q in zip(corners[0], c)] for c in (corners[1], corners[2]))
+        if len(face) == 4:
+            ax, ay, az = (q - p for p, q in zip(corners[0], corners[2]))
+            bx, by, bz = (q - p for p, q in zip(corners[1], corners[3]))
+        area = (ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
+        for i in face:
+            normals[i - 1] = [n + a for n, a in zip(normals[i - 1], area)]
+    normals = [tuple(c / math.hypot(*n) for c in n) for n in normals]
     lines = [f"# {comment}; written by make_meshes.py"]
     lines += ["v %.4g %.4g %.4g" % v for v in vertices]
-    lines += ["f " + " ".join(map(str, f)) for f in faces]
+    lines += ["vn %.4g %.4g %.4g" % n for n in normals]
+    lines += ["f " + " ".join(f"{i}//{i}" for i in f) for f in faces]
     (pathlib.Path(__file__).parent / name).write_text("\n".join(lines) + "\n")
 
 

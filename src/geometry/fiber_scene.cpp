@@ -160,9 +160,9 @@ Hit surface_hit(const Surface& surface, const Ray& ray, float distance_cm, const
   hit.position = point.position;
   hit.normal = glm::dot(point.normal, ray.direction) > 0 ? -point.normal : point.normal;
   hit.axis = point.position + point.offset_cm * hit.normal;
-  hit.u = root_normal(hit.normal);
-  hit.v = glm::cross(hit.normal, hit.u);
-  hit.w = hit.normal;
+  hit.w = shading_normal(*surface.mesh, found.primID, found.u, found.v, hit.normal, ray.direction);
+  hit.u = root_normal(hit.w);
+  hit.v = glm::cross(hit.w, hit.u);
   hit.is_surface = true;
   hit.mesh = surface.index;
   hit.triangle = found.primID;

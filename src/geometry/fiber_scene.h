@@ -28,7 +28,8 @@ struct Hit {
   /// error of the intersection, so that no ray into the half space of `normal` meets this triangle or its neighbours
   /// in the same plane again, and none slips through.
   glm::vec3 axis;
-  /// Orthonormal, right-handed. Fiber: tangent root to tip, major axis, minor axis. Surface: w is `normal`.
+  /// Orthonormal, right-handed. Fiber: tangent root to tip, major axis, minor axis. Surface: w is its normal between
+  /// those of the mesh's corners, for shading; `normal` where the mesh has none.
   glm::vec3 u, v, w;
   std::uint32_t groom = no_index;  ///< index into Scene::grooms
   std::uint32_t strand = no_index;

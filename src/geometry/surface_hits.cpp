@@ -37,4 +37,24 @@ SurfacePoint surface_point(const scene::Mesh& mesh, std::uint32_t triangle, floa
   return point;
 }
 
+glm::vec3 shading_normal(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third,
+                         const glm::vec3& normal, const glm::vec3& ray_direction) {
+  if (mesh.corner_normals.empty()) return normal;
+  const glm::uvec3 corner = mesh.corner_normals[triangle];
+  if (corner.x == scene::no_normal || corner.y == scene::no_normal || corner.z == scene::no_normal) return normal;
+  const glm::vec3 &a = mesh.normals[corner.x], &b = mesh.normals[corner.y], &c = mesh.normals[corner.z];
+  if (a == glm::vec3(0.0f) || b == glm::vec3(0.0f) || c == glm::vec3(0.0f)) return normal;
+  glm::vec3 between = (1 - second - third) * a + second * b + third * c;
+  const float length = glm::length(between);
+  constexpr float shortest = 1e-3f, grazing = 0.01f;
+  if (!(length > shortest)) return normal;
+  between /= length;
+  // Files wind their faces either way: the side is that of the ray, and so far from the face no normal is one of it.
+  const float with_face = glm::dot(between, normal);
+  if (std::abs(with_face) < grazing) return normal;
+  if (with_face < 0) between = -between;
+  const float towards = -glm::dot(between, ray_direction);
+  return towards >= grazing ? between : glm::normalize(between + (towards - grazing) * ray_direction);
+}
+
 }  // namespace tress::geometry

@@ -21,4 +21,10 @@ float largest_coordinate(const scene::Mesh& mesh);
 /// barycentric: weights of the second and third corner. `extent_cm`: largest_coordinate(mesh).
 SurfacePoint surface_point(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third, float extent_cm);
 
+/// The normal of the mesh between the corners of a triangle, unit, towards the side of `normal`, the unit geometric
+/// one, that a ray of this direction comes from: `normal` where a corner has none. One that the ray would see from
+/// behind is turned until it is seen at grazing. second, third: as above.
+glm::vec3 shading_normal(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third,
+                         const glm::vec3& normal, const glm::vec3& ray_direction);
+
 }  // namespace tress::geometry

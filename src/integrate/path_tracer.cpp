@@ -147,7 +147,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   sums.vertices = 1;
   sums.coverage = 1;
   sums.albedo = vertex.albedo;
-  sums.normal = hit->is_surface ? hit->normal : normal_towards(*hit, ray.direction);
+  sums.normal = hit->is_surface ? hit->w : normal_towards(*hit, ray.direction);
   if (!hit->is_surface) sums.tangent = hit->u;
   sums.distance_cm = hit->distance_cm;
   const auto light_samples = static_cast<std::uint32_t>(vertex.light_samples);

@@ -24,11 +24,20 @@ Scattered scattered_by_fiber(const fiber::FiberValue& value, float cos_theta, Pa
   return scattered;
 }
 
-/// Lambert, to the side of the normal: albedo cos / pi, drawn by the cosine.
-Scattered scattered_by_surface(const glm::vec3& albedo, float cosine) {
+/// Lambert, about the shading normal w: albedo cos / pi, drawn by the cosine; nothing through the face. Where the face
+/// is about to turn from the light the shading fades out before it (Chiang, Li and Burley 2019, "Taming the shadow
+/// terminator"), so that facets do not show as an edge between light and shadow.
+Scattered scattered_by_surface(const glm::vec3& albedo, const geometry::Hit& hit, const glm::vec3& direction) {
   Scattered scattered;
+  const float cosine = glm::dot(hit.w, direction), of_face = glm::dot(hit.normal, direction);
   scattered.pdf = std::max(0.0f, cosine) / pi;
-  scattered.layers[surface_layer] = albedo * scattered.pdf;
+  if (!(cosine > 0 && of_face > 0)) return scattered;
+  float fade = 1;
+  if (hit.w != hit.normal) {
+    const float share = std::min(1.0f, of_face / (cosine * glm::dot(hit.w, hit.normal)));
+    fade = share * (1 + share * (1 - share));
+  }
+  scattered.layers[surface_layer] = albedo * (scattered.pdf * fade);
   return scattered;
 }
 
@@ -52,7 +61,7 @@ Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_directio
 }
 
 Scattered Scattering::evaluate(const Vertex& vertex, const glm::vec3& direction, PathSums& sums) const {
-  if (vertex.hit.is_surface) return scattered_by_surface(vertex.albedo, glm::dot(vertex.hit.normal, direction));
+  if (vertex.hit.is_surface) return scattered_by_surface(vertex.albedo, vertex.hit, direction);
   const LocalDirection local = to_local(vertex.hit, direction);
   return scattered_by_fiber(model_.evaluate(vertex.event, local.direction), local.cos_theta, sums);
 }
@@ -65,8 +74,8 @@ Scattering::Sample Scattering::sample(const Vertex& vertex, const std::array<flo
   const float sine = std::sqrt(u[0]), cosine = std::sqrt(std::max(0.0f, 1 - u[0])), azimuth = 2 * pi * u[1];
   const geometry::Hit& hit = vertex.hit;
   const glm::vec3 direction =
-      glm::normalize(sine * std::cos(azimuth) * hit.u + sine * std::sin(azimuth) * hit.v + cosine * hit.normal);
-  return {direction, scattered_by_surface(vertex.albedo, glm::dot(hit.normal, direction))};
+      glm::normalize(sine * std::cos(azimuth) * hit.u + sine * std::sin(azimuth) * hit.v + cosine * hit.w);
+  return {direction, scattered_by_surface(vertex.albedo, hit, direction)};
 }
 
 }  // namespace tress::integrate

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "geometry/fiber_scene.h"
+#include "geometry/surface_hits.h"
 #include "scene/model/strand_fibers.h"
 #include "tress/base/random.h"
 
@@ -242,6 +243,35 @@ TEST(Surface, degenerate_triangles_are_never_met) {
     EXPECT_TRUE(std::isfinite(hit->axis.x + hit->axis.y + hit->axis.z));
   }
   EXPECT_EQ(intersector.intersect({{0.2f, 0.2f, 1}, {0, 0, -1}})->triangle, 4u);
+}
+
+/// A face across z with normals that lean: between the corners they are in proportion, unit, on the side of the ray
+/// whatever the winding, never seen from behind, and flat where a corner has none.
+TEST(ShadingNormal, IsBetweenThoseOfTheCornersAndFacesTheRay) {
+  scene::Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 1, 2}};
+  mesh.normals = {{0, 0, 1}, {0.6f, 0, 0.8f}, {0, 0.6f, 0.8f}};
+  mesh.corner_normals = {{0, 1, 2}, {0, 1, scene::no_normal}};
+  const glm::vec3 up(0, 0, 1), down(0, 0, -1);
+  const glm::vec3 middle = shading_normal(mesh, 0, 0.5f, 0, up, down),
+                  expected = glm::normalize(glm::vec3(0.3f, 0, 0.9f));
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(middle[c], expected[c], 1e-6);
+  EXPECT_EQ(shading_normal(mesh, 0, 0, 0, up, down), up);
+  EXPECT_EQ(shading_normal(mesh, 1, 0.5f, 0, up, down), up);
+  const glm::vec3 below = shading_normal(mesh, 0, 0.5f, 0, -up, up);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(below[c], -expected[c], 1e-6);
+  // Over the whole half space of the face, grazing too: towards the ray, and on the side of the face.
+  for (int i = 1; i < 40; ++i)
+    for (int k = 0; k < 16; ++k) {
+      const float z = 0.002f * static_cast<float>(i * i), flat = std::sqrt(std::max(0.0f, 1 - z * z));
+      const float turn = 0.4f * static_cast<float>(k);
+      const glm::vec3 ray(flat * std::cos(turn), flat * std::sin(turn), -std::min(z, 1.0f));
+      const glm::vec3 n = shading_normal(mesh, 0, 0.9f, 0.05f, up, glm::normalize(ray));
+      EXPECT_NEAR(glm::length(n), 1, 1e-5);
+      EXPECT_GT(-glm::dot(n, glm::normalize(ray)), 0.009f);
+      EXPECT_GT(n.z, 0);
+    }
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 #include <string>
 #include <string_view>
@@ -260,6 +261,42 @@ TEST(Renderer, a_surface_that_is_seen_has_a_layer_its_albedo_and_the_normal_towa
       EXPECT_LT(channel(result, "Z")[i], 6.3f);
       for (const char* layer : {"R.R", "residual.B", "background.R", "ais.exact"})
         EXPECT_EQ(channel(result, layer)[i], 0);
+    }
+  }
+}
+
+/// A wall whose normals lean by 20 degrees is lit as a wall that leans: by a light of one direction, cos / pi times the
+/// albedo times the irradiance, and by none that its faces are turned from. N is the leaning one.
+TEST(Renderer, a_surface_is_shaded_by_the_normals_of_its_corners) {
+  scene::Scene scene;
+  scene.camera.eye = {0, -6, 0};
+  scene.camera.vertical_fov_deg = 20;
+  scene.image.width = scene.image.height = 8;
+  scene.environment = scene::Environment(glm::vec3(0.0f));
+  scene::Mesh wall;
+  wall.positions = {{-9, 0, -9}, {9, 0, -9}, {9, 0, 9}, {-9, 0, 9}};
+  wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+  wall.albedo = glm::vec3(0.5f);
+  const float lean = 20 * std::numbers::pi_v<float> / 180;
+  wall.normals = {{std::sin(lean), -std::cos(lean), 0}};
+  wall.corner_normals = {glm::uvec3(0), glm::uvec3(0)};
+  scene.meshes = {wall};
+  WhiteFiber model;
+  for (const float azimuth_deg :
+       {0.0f, 20.0f, -30.0f, 85.0f, 95.0f}) {  // from the wall's normal to the side it leans to
+    const float azimuth = azimuth_deg * std::numbers::pi_v<float> / 180;
+    scene::Light light;
+    light.direction = {std::sin(azimuth), -std::cos(azimuth), 0};
+    light.half_angle_rad = 1e-3f;
+    light.radiance = glm::vec3(1 / (std::numbers::pi_v<float> * 1e-6f));  // of irradiance 1
+    scene.lights = {light};
+    const RenderResult result = render_with(scene, model, {}, few_samples(4));
+    const float of_face = std::max(0.0f, std::cos(azimuth)), cosine = std::cos(azimuth - lean);
+    const float share = std::min(1.0f, of_face / (cosine * std::cos(lean))), fade = share * (1 + share * (1 - share));
+    for (std::size_t i = 0; i < 64; ++i) {
+      EXPECT_NEAR(channel(result, "surface.R")[i], 0.5f * fade * cosine / std::numbers::pi_v<float>, 2e-4)
+          << azimuth_deg;
+      EXPECT_NEAR(channel(result, "N.X")[i], std::sin(lean), 1e-5);
     }
   }
 }

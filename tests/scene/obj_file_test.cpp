@@ -43,6 +43,26 @@ TEST(ObjFile, ReadsEveryFormOfFace) {
   EXPECT_EQ(file->triangles[0], glm::uvec3(2, 1, 0));
 }
 
+/// A corner names a normal that is there so far, from the front or the back; any other is none, and files that name
+/// normals badly are read as before.
+TEST(ObjFile, ReadsNormalsWhereTheyAreGood) {
+  const auto file = parse(square + "vn 0 0 2\nvn 1 nonsense\nvn 1 0 0\nf 1//1 2//-1 3//2 4//9\nf 1 2 3\n");
+  ASSERT_TRUE(file) << file.error().message();
+  ASSERT_EQ(file->corner_normals.size(), 3u);
+  EXPECT_EQ(file->corner_normals[0], glm::uvec3(0, 2, 1));
+  EXPECT_EQ(file->corner_normals[1], glm::uvec3(0, 1, no_normal));
+  EXPECT_EQ(file->corner_normals[2], glm::uvec3(no_normal, no_normal, no_normal));
+  EXPECT_EQ(file->normals[1], glm::vec3(0.0f));
+  EXPECT_TRUE(parse(square + "vn 0 0 1\nf 1 2 3\n")->corner_normals.empty());
+  MeshDescription description;
+  description.y_up = true;
+  std::vector<std::string> warnings;
+  const auto mesh = place_mesh(*file, description, "a.obj", &warnings);
+  ASSERT_TRUE(mesh);
+  EXPECT_EQ(mesh->normals[0], glm::vec3(0, -1, 0)) << "unit, turned with the file";
+  EXPECT_EQ(mesh->corner_normals.size(), mesh->triangles.size());
+}
+
 TEST(ObjFile, FansPolygonsAroundTheirFirstVertex) {
   std::string text, face = "f";
   for (int i = 0; i < 1000; ++i) {

@@ -110,7 +110,7 @@ constexpr std::array table{
     Parameter{"/lights/N/rectangle/height_cm", "", number, length, cm, "", "needed", "full edge"},
     Parameter{"/lights/N/rectangle/radiance", "", triple, light, "", "", "needed", "linear RGB"},
     Parameter{"/meshes/N/file", "", text, none, "", "", "needed",
-              "a path to an OBJ file; its polygons, as a diffuse surface seen from both sides"},
+              "a path to an OBJ file; its polygons and normals, as a diffuse surface seen from both sides"},
     Parameter{"/meshes/N/up", "", choice, none, "", "y, z", "z", "axis of the file that points up; y becomes z, z -y"},
     Parameter{"/meshes/N/cm_per_unit", "", number, per_unit, cm, "", "1", "length of a unit of the file"},
     Parameter{"/meshes/N/translate", "", triple, world, cm, "", "[0, 0, 0]", "after the above"},

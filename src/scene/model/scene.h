@@ -60,12 +60,17 @@ struct Light {
   glm::vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0};
 };
 
+constexpr std::uint32_t no_normal = 0xffffffffu;
+
 /// Triangles that occlude: a diffuse surface, seen from both sides.
 struct Mesh {
   std::string name;
   std::vector<glm::vec3> positions;   ///< cm
   std::vector<glm::uvec3> triangles;  ///< indices into positions, in range
   glm::vec3 albedo{0.18f};            ///< linear RGB, [0, 1]
+  std::vector<glm::vec3> normals;     ///< unit, or 0 where the file has none that can be used
+  /// Per triangle, of its corners: indices into normals, or no_normal. Empty: all triangles are flat.
+  std::vector<glm::uvec3> corner_normals;
 };
 
 /// Strands of one material. Strand s has the points [first_point[s], first_point[s+1]), root first, at least two

@@ -155,10 +155,18 @@ Result<Mesh> place_mesh(const ObjFile& file, const MeshDescription& description,
                      fmt::format("{:g} cm at {:g} cm per unit", placed[c], description.cm_per_unit)};
     mesh.positions.emplace_back(placed);
   }
+  for (const auto& n : file.normals) {
+    const glm::dvec3 turned = description.y_up ? glm::dvec3(n.x, -n.z, n.y) : glm::dvec3(n);
+    const double length = glm::length(turned);
+    mesh.normals.emplace_back(length > 0 ? turned / length : glm::dvec3(0.0));
+  }
   mesh.triangles.reserve(file.triangles.size());
-  for (const auto& t : file.triangles) {
+  for (std::size_t i = 0; i < file.triangles.size(); ++i) {
+    const glm::uvec3 t = file.triangles[i];
     const glm::dvec3 a(mesh.positions[t.x]), b(mesh.positions[t.y]), c(mesh.positions[t.z]);
-    if (glm::length(glm::cross(b - a, c - a)) > 0) mesh.triangles.push_back(t);
+    if (!(glm::length(glm::cross(b - a, c - a)) > 0)) continue;
+    mesh.triangles.push_back(t);
+    if (!file.corner_normals.empty()) mesh.corner_normals.push_back(file.corner_normals[i]);
   }
   const auto left_out = file.triangles.size() - mesh.triangles.size();
   if (left_out)

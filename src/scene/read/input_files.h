@@ -51,18 +51,22 @@ struct HairFile {
 /// thicknesses must be finite. `name` is the file named in errors, which give the byte.
 Result<HairFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name);
 
-// Wavefront .obj files: the polygons, nothing else.
+// Wavefront .obj files: the polygons and their normals.
 
 /// File units, file axes.
 struct ObjFile {
   std::vector<glm::vec3> positions;   ///< finite
   std::vector<glm::uvec3> triangles;  ///< indices into positions, in range; at least one
+  std::vector<glm::vec3> normals;     ///< finite, of any length
+  /// Per triangle, indices into normals or no_normal; empty where no corner has one.
+  std::vector<glm::uvec3> corner_normals;
 };
 
 /// Parses the bytes of an .obj file. Faces name vertices as v, v/vt, v//vn or v/vt/vn, those read so far, from 1 on or
-/// from -1 backwards; polygons become fans of triangles around their first vertex. Texture coordinates, normals, lines,
-/// points, groups and materials are read over; curved surfaces are refused. Memory is a small multiple of the number of
-/// bytes. `name` is the file named in errors, which give the line.
+/// from -1 backwards; polygons become fans of triangles around their first vertex. A normal that is not
+/// there, or is no three finite numbers, is none. Texture coordinates, lines, points, groups and materials are read
+/// over; curved surfaces are refused. Memory is a small multiple of the number of bytes. `name` is the file named in
+/// errors, which give the line.
 Result<ObjFile> parse_obj_file(std::span<const unsigned char> bytes, const std::string& name);
 
 // Radiance pictures (.hdr, RGBE), and environments from them and from OpenEXR.

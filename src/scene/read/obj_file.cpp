@@ -4,18 +4,20 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string_view>
 
+#include "scene/model/scene.h"
 #include "scene/read/input_files.h"
 
 namespace tress::scene {
 namespace {
 
 /// Statements that say nothing about polygons.
-constexpr std::array<std::string_view, 16> read_over{"vt",         "vn",        "vp",  "o",      "g",      "s",
-                                                     "mg",         "usemtl",    "l",   "mtllib", "usemap", "maplib",
-                                                     "shadow_obj", "trace_obj", "lod", "p"};
+constexpr std::array<std::string_view, 15> read_over{"vt",     "vp",         "o",         "g",      "s",
+                                                     "mg",     "usemtl",     "l",         "mtllib", "usemap",
+                                                     "maplib", "shadow_obj", "trace_obj", "lod",    "p"};
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
@@ -59,6 +61,7 @@ class ObjReader {
     const auto keyword = words.next();
     if (keyword.empty()) return std::nullopt;
     if (keyword == "v") return vertex(words);
+    if (keyword == "vn") return normal(words);
     if (keyword == "f") return face(words);
     if (std::find(read_over.begin(), read_over.end(), keyword) != read_over.end()) return std::nullopt;
     return error("v, f or another statement of polygons", shown(keyword));
@@ -66,6 +69,7 @@ class ObjReader {
 
   Result<ObjFile> finish() {
     if (file_.triangles.empty()) return Error{name_, "", "a face or more", fmt::format("none in {} lines", line_)};
+    if (!any_normal_) file_.corner_normals.clear();
     return std::move(file_);
   }
 
@@ -95,8 +99,29 @@ class ObjReader {
     return std::nullopt;
   }
 
-  /// One corner: the vertex, then up to two indices that must be numbers and are not used.
-  std::optional<Error> corner(std::string_view word, std::uint32_t* vertex) const {
+  /// What cannot be read is a normal of no length, so that those after it keep their numbers.
+  std::optional<Error> normal(Words& words) {
+    glm::vec3 direction;
+    for (int c = 0; c < 3; ++c) {
+      const auto x = number<float>(words.next());
+      direction[c] = x && std::isfinite(*x) ? *x : std::numeric_limits<float>::quiet_NaN();
+    }
+    if (file_.normals.size() == no_normal) return error("fewer normals", "2^32 of them");
+    const bool whole = !std::isnan(direction.x) && !std::isnan(direction.y) && !std::isnan(direction.z);
+    file_.normals.push_back(whole ? direction : glm::vec3(0.0f));
+    return std::nullopt;
+  }
+
+  /// From 1 on or from -1 backwards; no_normal where there is none of that number so far.
+  std::uint32_t normal_at(std::int64_t index) const {
+    const auto count = static_cast<std::int64_t>(file_.normals.size());
+    const std::int64_t from_zero = index > 0 ? index - 1 : index + count;
+    return index == 0 || from_zero < 0 || from_zero >= count ? no_normal : static_cast<std::uint32_t>(from_zero);
+  }
+
+  /// One corner: the vertex, then up to two indices that must be numbers, of which the second is that of the normal.
+  std::optional<Error> corner(std::string_view word, std::uint32_t* vertex, std::uint32_t* normal) const {
+    *normal = no_normal;
     const auto whole = word;
     for (int part = 0; part < 3; ++part) {
       const auto slash = word.find('/');
@@ -110,6 +135,7 @@ class ObjReader {
           return error(fmt::format("an index of one of the {} vertices so far", count), shown(whole));
         *vertex = static_cast<std::uint32_t>(from_zero);
       }
+      if (part == 2) *normal = normal_at(*index);
       if (slash == std::string_view::npos) return std::nullopt;
       word.remove_prefix(slash + 1);
     }
@@ -117,13 +143,18 @@ class ObjReader {
   }
 
   std::optional<Error> face(Words& words) {
-    std::uint32_t first = 0, last = 0, corners = 0;
+    std::uint32_t first = 0, last = 0, corners = 0, first_normal = no_normal, last_normal = no_normal;
     for (auto word = words.next(); !word.empty(); word = words.next(), ++corners) {
-      std::uint32_t vertex = 0;
-      if (auto error = corner(word, &vertex)) return error;
-      if (corners == 0) first = vertex;
-      if (corners > 1) file_.triangles.emplace_back(first, last, vertex);
+      std::uint32_t vertex = 0, normal = no_normal;
+      if (auto error = corner(word, &vertex, &normal)) return error;
+      if (corners == 0) first = vertex, first_normal = normal;
+      if (corners > 1) {
+        file_.triangles.emplace_back(first, last, vertex);
+        file_.corner_normals.emplace_back(first_normal, last_normal, normal);
+        any_normal_ = any_normal_ || first_normal != no_normal || last_normal != no_normal || normal != no_normal;
+      }
       last = vertex;
+      last_normal = normal;
     }
     if (corners < 3) return error("a face of three corners or more", fmt::format("{}", corners));
     return std::nullopt;
@@ -131,6 +162,7 @@ class ObjReader {
 
   const std::string& name_;
   std::size_t line_ = 0;
+  bool any_normal_ = false;
   ObjFile file_;
 };
 
