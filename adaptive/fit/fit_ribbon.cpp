@@ -117,8 +117,8 @@ using Steps = std::array<double, Band::most>;
 
 class Fitter {
  public:
-  Fitter(const ExitColumns& exits, bool to_publish, const RibbonFitRule& rule)
-      : exits_(exits), to_publish_(to_publish), rule_(rule) {
+  Fitter(const ExitColumns& exits, bool decays, const RibbonFitRule& rule)
+      : exits_(exits), decays_(decays), rule_(rule) {
     double sum = 0, squares = 0;
     for (std::size_t i = 0; i < exits.size(); ++i) {
       sum += static_cast<double>(exits.w[i]);
@@ -137,7 +137,7 @@ class Fitter {
   RibbonFit fit(const Ribbon* earlier) {
     std::optional<RibbonFit> best;
     for (const HeightLaw law : {HeightLaw::normal, HeightLaw::logistic}) {
-      if (to_publish_ && earlier != nullptr && law != earlier->main_law()) continue;
+      if (rule_.keep_law && earlier != nullptr && law != earlier->main_law()) continue;
       law_ = law;
       if (earlier != nullptr) {
         start(*earlier);
@@ -400,7 +400,7 @@ class Fitter {
     for (std::size_t i = 0; i < exits_.size(); ++i) {
       likelihood += static_cast<double>(weights_[i]) * static_cast<double>(std::log(density[i]));
     }
-    if (to_publish_) write_decays(main_share, main, broad);
+    if (decays_) write_decays(main_share, main, broad);
     return {Ribbon(main, law_, broad), likelihood / count_};
   }
 
@@ -450,7 +450,7 @@ class Fitter {
   }
 
   const ExitColumns& exits_;
-  bool to_publish_;
+  bool decays_;
   RibbonFitRule rule_;
   double count_;                ///< as many exits of equal weight tell as much
   std::vector<float> weights_;  ///< adding up to count_
@@ -462,8 +462,8 @@ class Fitter {
 
 }  // namespace
 
-RibbonFit fit_ribbon(const ExitColumns& exits, const Ribbon* earlier, bool to_publish, const RibbonFitRule& rule) {
-  return Fitter(exits, to_publish, rule).fit(earlier);
+RibbonFit fit_ribbon(const ExitColumns& exits, const Ribbon* earlier, bool decays, const RibbonFitRule& rule) {
+  return Fitter(exits, decays, rule).fit(earlier);
 }
 
 }  // namespace tress::adaptive

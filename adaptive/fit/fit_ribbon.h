@@ -17,12 +17,12 @@ struct RibbonFit {
 struct RibbonFitRule {
   int first_rounds = 20;  ///< from exits alone
   int rounds = 10;        ///< from an earlier fit
+  bool keep_law = false;  ///< of an earlier fit
   double density_prior = 8, mode_prior = 30, scale_prior = 100;
 };
 
 /// From an earlier fit of the same part, or from nothing, by the law that is more likely. Exits of some weight.
-/// `to_publish`: by the law of the earlier fit, which is the one that was tested, and with the decays of the exits'
-/// attributes, each knot's by its share of the light; else decays are 1.
-RibbonFit fit_ribbon(const ExitColumns& exits, const Ribbon* earlier, bool to_publish, const RibbonFitRule& rule = {});
+/// `decays`: of the exits' attributes, each knot's by its share of the light; else they are 1.
+RibbonFit fit_ribbon(const ExitColumns& exits, const Ribbon* earlier, bool decays, const RibbonFitRule& rule = {});
 
 }  // namespace tress::adaptive

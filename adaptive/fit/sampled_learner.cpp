@@ -83,13 +83,16 @@ class Learned {
     return static_cast<float>(all) > 0 && std::isfinite(static_cast<float>(all));
   }
 
-  void fit(bool to_publish) {
+  /// `last`: with decays. `tested`: the fit before has passed, and keeps its laws.
+  void fit(bool last, bool tested) {
+    RibbonFitRule rule;
+    rule.keep_law = tested;
     std::vector<RibbonRow::Part> parts(masses_.size());
     for (std::uint32_t p = 0; p < masses_.size(); ++p) {
       parts[p].mass = static_cast<float>(mass(p));
       if (!(parts[p].mass > 0)) continue;
       std::optional<Ribbon>& known = ribbons_[p];
-      known = fit_ribbon(sort_exits(exits_, p), known ? &*known : nullptr, to_publish).ribbon;
+      known = fit_ribbon(sort_exits(exits_, p), known ? &*known : nullptr, last, rule).ribbon;
       parts[p].ribbon = *known;
     }
     row_ = RibbonRow(parts);
@@ -125,7 +128,7 @@ SampledRow learn_samples(const SampledTarget& target, const SliceDescription& sl
     known.join(*batch, count);
     if (!known.has_mass()) return learned;
     const bool is_last = passed || 2 * known.paths() > limits.most_paths;
-    known.fit(is_last);
+    known.fit(is_last, passed);
     if (is_last) {
       learned.row = known.row();
       learned.paths = known.paths();
