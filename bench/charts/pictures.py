@@ -53,16 +53,20 @@ class Rival:
         self.converged = list(flags) if converged is None else list(converged)
 
 
-OURS = ("--estimator", "corrected")  # unbiased, as exact is, for a fifth of the time
+ROUGH = ("--model", "rough")
+ELLIPTICAL = ("--model", "elliptical")
+OURS = ("--model", "elliptical", "--estimator", "corrected")  # unbiased, as exact is, for a fifth of the time
 FROZEN = ("--cache-mode", "frozen")
 PAPER = ("--model", "pekelis2015")
 RIVALS = {rival.name: rival for rival in [
-    Rival("cold", "ours: fitted, cold", converged=OURS, part=1),
-    Rival("warm", "fitted, warm", *FROZEN, converged=OURS, table="taught"),
-    Rival("prebaked", "fitted, prebaked", *FROZEN, converged=OURS, table="baked"),
+    Rival("rough", "rough: rows of samples, cold", *ROUGH, part=1),
+    Rival("rough warm", "rough, warm", *ROUGH, *FROZEN, converged=ROUGH, table="rough", part=1),
+    Rival("cold", "elliptical: fitted, cold", *ELLIPTICAL, converged=OURS, part=1),
+    Rival("warm", "elliptical, warm", *ELLIPTICAL, *FROZEN, converged=OURS, table="taught"),
+    Rival("prebaked", "elliptical, prebaked", *ELLIPTICAL, *FROZEN, converged=OURS, table="baked"),
     Rival("corrected", "corrected, prebaked", *OURS, *FROZEN, converged=OURS, table="baked"),
-    Rival("exact", "exact", "--estimator", "exact", converged=OURS, part=0.25),
-    *(Rival(name, f"learner {name}, cold", "--learner", name, converged=OURS, part=1)
+    Rival("exact", "exact", *ELLIPTICAL, "--estimator", "exact", converged=OURS, part=0.25),
+    *(Rival(name, f"learner {name}, cold", *ELLIPTICAL, "--learner", name, converged=OURS, part=1)
       for name in ("eager", "em", "appendix", "appendix-literal", "ais", "table")),
     *(Rival(f"deon2011 {points}", f"d'Eon 2011, {points} points", "--model", "deon2011", "--quadrature-points", points)
       for points in (10, 35, 100)),
@@ -74,18 +78,19 @@ LEARNERS = ("eager", "em", "appendix", "appendix-literal", "ais", "table")
 
 
 def tables(run, scene_path, name, size, samples, rivals):
-    """{table: cache} for these rivals: "taught", left by a render of another seed; "baked", the whole table; "pekelis2015",
-    the paper's. And {table: CPU seconds}."""
+    """{table: cache} for these rivals: "taught" and "rough", left by a render of another seed; "baked", the whole table;
+    "pekelis2015", the paper's. And {table: CPU seconds}."""
     files, seconds = {}, {}
     for table in sorted({rival.table for rival in rivals if rival.table}):
         files[table] = run.path(f"{name}_{table}.cache")
         if os.path.exists(files[table]):
             os.remove(files[table])
-        if table == "taught":
-            done = run.render(scene_path, name + "_taught", "--spp", samples, "--resolution", size, "--warm-cache",
-                              files[table], seed=run.seed + 9000)
+        if table in ("taught", "rough"):
+            model = ROUGH if table == "rough" else ELLIPTICAL
+            done = run.render(scene_path, f"{name}_{table}_table", *model, "--spp", samples, "--resolution", size,
+                              "--warm-cache", files[table], seed=run.seed + 9000)
         else:
-            model = PAPER if table == "pekelis2015" else ()
+            model = PAPER if table == "pekelis2015" else ELLIPTICAL
             done = charts.Done([run.tress, "cache", "prebake", scene_path, "-o", files[table], "--quiet", *model])
         seconds[table] = done.cpu
     return files, seconds
