@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/denormals.h"
+#include "integrate/bias_audit.h"
 #include "integrate/film.h"
 #include "integrate/heatmap.h"
 #include "integrate/pass_order.h"
@@ -36,7 +37,7 @@ struct PathCount {
 };
 
 /// Samples the pixels of a pass that lie in one block, in order.
-PathCount render_block(const PathTracer& tracer, int block, int pass, Film& film) {
+PathCount render_block(const PathTracer& tracer, BiasAuditor* auditor, int block, int pass, Film& film) {
   const FlushDenormals flush;
   const image::Window& window = film.window();
   const int blocks_across = blocks_along(window.width);
@@ -53,6 +54,7 @@ PathCount render_block(const PathTracer& tracer, int block, int pass, Film& film
       count.dropped += film.add(x, y, path) ? 0 : 1;
       ++count.pixels;
       count.covered += path.coverage > 0 ? 1 : 0;
+      if (auditor != nullptr) auditor->audit(x, y, sample_of_pass(pass));
       if (!film.timed()) continue;
       const double start = std::exchange(time, thread_cpu_seconds());
       film.add_time(x, y, time - start);
@@ -63,12 +65,13 @@ PathCount render_block(const PathTracer& tracer, int block, int pass, Film& film
 
 /// Every pixel of a block belongs to one task, and a pass ends before the next begins: sums are added in the order of
 /// the samples whatever the number of threads.
-PathCount render_pass(const PathTracer& tracer, int pass, const std::atomic<bool>& stop, Film& film) {
+PathCount render_pass(const PathTracer& tracer, BiasAuditor* auditor, int pass, const std::atomic<bool>& stop,
+                      Film& film) {
   const int blocks = blocks_along(film.window().width) * blocks_along(film.window().height);
   std::atomic<std::uint64_t> pixels{0}, covered{0}, dropped{0};
   tbb::parallel_for(0, blocks, [&](int block) {
     if (stop.load(std::memory_order_relaxed)) return;
-    const PathCount count = render_block(tracer, block, pass, film);
+    const PathCount count = render_block(tracer, auditor, block, pass, film);
     pixels += count.pixels;
     covered += count.covered;
     dropped += count.dropped;
@@ -100,6 +103,8 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   Film film(options.crop.value_or(whole), splits_glint(scene), options.heatmap,
             opaque ? Ground::backdrop : Ground::nothing);
   assert(is_within(film.window(), whole));
+  std::optional<BiasAuditor> auditor;
+  if (options.audit != nullptr) auditor.emplace(*options.audit, scene, fibers, options, film.window());
   RenderResult result;
   PassProgress progress;
   progress.film = &film;
@@ -110,7 +115,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     const auto start = std::chrono::steady_clock::now();
     const double cpu_start = process_cpu_seconds();
     progress.pass = pass;
-    const PathCount paths = render_pass(tracer, pass, stop, film);
+    const PathCount paths = render_pass(tracer, auditor ? &*auditor : nullptr, pass, stop, film);
     progress.pixels = paths.pixels;
     progress.dropped_samples = paths.dropped;
     progress.paths_so_far += progress.pixels;
@@ -128,6 +133,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     return picture;
   };
   result.picture = placed(film.picture());
+  if (auditor) result.bias = auditor->measured(film);
   if (options.heatmap) result.heatmap = placed(heatmap(film.costs(), film.window()));
   result.samples_per_pixel = film.samples_per_pixel();
   result.queries = film.queries();

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "geometry/fiber_scene.h"
 #include "image/picture.h"
@@ -14,6 +15,20 @@
 #include "tress/fiber/fiber_model.h"
 
 namespace tress::integrate {
+
+/// Which samples are traced a second time, and by what.
+struct BiasAudit {
+  const fiber::FiberModel* unbiased = nullptr;  ///< outlives the render
+  std::vector<fiber::FiberId> fiber_ids;        ///< what it calls each of scene.fibers
+  float share = 0.01f;                          ///< of the samples, (0, 1]
+};
+
+/// Relative to the mean luminance of what the audited pixels show of hair and surfaces; backgrounds are not in it.
+struct MeasuredBias {
+  double value = 0;  ///< picture over truth, minus 1
+  double error = 0;  ///< its standard error
+  std::uint64_t paths = 0;
+};
 
 struct RenderOptions {
   int samples = 64;        ///< per pixel
@@ -26,6 +41,8 @@ struct RenderOptions {
   /// it; what they learn is not.
   std::optional<image::Window> crop;
   bool heatmap = false;  ///< time every path, for RenderResult::heatmap
+  /// Measures the bias of the picture on some of its samples, for RenderResult::bias; null: not. Outlives the render.
+  const BiasAudit* audit = nullptr;
 };
 
 /// What a pass did, before and after the table was published.
@@ -45,6 +62,7 @@ struct PassProgress {
 struct RenderResult {
   image::Picture picture;                 ///< every layer of Film::picture(); metadata left to the caller
   std::optional<image::Picture> heatmap;  ///< if asked for
+  std::optional<MeasuredBias> bias;       ///< if asked for
   int passes = 0;
   double samples_per_pixel = 0;
   bool interrupted = false;  ///< by `stop`; not by on_pass
