@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "convergence/held_out_test.h"
+#include "tress/adaptive/options.h"
 #include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/sampled_target.h"
 
@@ -22,7 +23,7 @@ struct SampledRow {
 };
 
 struct SampledLimits {
-  double epsilon = 0.05;
+  double epsilon = Options{}.sampled_epsilon;
   std::uint32_t first_paths = 1024;     ///< of the first fit, and of the batch that tests it
   std::uint32_t most_paths = 1u << 16;  ///< in all; a power of 2 times first_paths
 };

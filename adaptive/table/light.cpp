@@ -36,7 +36,7 @@ double Service::Table::light_share(SliceId slice, std::uint32_t node, double uns
 
 double Service::Table::epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
   const Slice& of = *slices_[slice];
-  if (!is_light_driven(of)) return epsilon_without_light(slice);
+  if (!is_light_driven(of)) return of.is_sampled() ? sampled_epsilon_of(slice, node) : epsilon_without_light(slice);
   // A path more than was seen: few paths do not show that a row carries nothing.
   const double share = light_share(slice, node, 1);
   const double variation = relative_variation(of.description, energy);
@@ -45,6 +45,14 @@ double Service::Table::epsilon_of(SliceId slice, std::uint32_t node, float energ
   const double epsilon = error * error / variation;
   return of.is_sampled() ? std::clamp(epsilon, least_sampled_epsilon, largest_sampled_epsilon)
                          : std::clamp(epsilon, least_epsilon, 1.0);
+}
+
+double Service::Table::sampled_epsilon_of(SliceId slice, std::uint32_t node) const {
+  const double most = std::max(options_.sampled_epsilon, options_.faint_sampled_epsilon);
+  if (paths_ == 0 || !(mean_sampled_light_ > 0)) return options_.sampled_epsilon;
+  const double mean = mean_sampled_light_ / (static_cast<double>(fixed_light(1)) * static_cast<double>(paths_));
+  const double less = mean / light_share(slice, node, 1);
+  return std::clamp(options_.sampled_epsilon * less * less, options_.sampled_epsilon, most);
 }
 
 double Service::Table::bias_bound() const {

@@ -150,6 +150,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   report.queries += report.converged_queries;
 
   std::vector<Candidate> candidates;
+  std::uint64_t sampled_nodes = 0, sampled_light = 0;
   const std::uint64_t unindexed = unindexed_queries_.take();
   report.queries += unindexed;
   for (SliceId p = 0; p < slices_.size(); ++p) {
@@ -159,6 +160,10 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
       Slot& slot = slice.slots[n];
       const std::uint32_t in_all = slot.queries.load(std::memory_order_relaxed);
       report.rows_queried += in_all != 0 ? 1 : 0;
+      if (slice.is_sampled() && in_all != 0) {
+        ++sampled_nodes;
+        sampled_light += slice.light[n].load(std::memory_order_relaxed);
+      }
       const std::uint32_t queries = in_all - slice.queries_before[n];
       report.queries += queries;
       if (slot.row != Slot::no_row) {
@@ -172,6 +177,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   }
   memo_bytes_.store(0, std::memory_order_relaxed);
   queried_ = report.rows_queried;
+  mean_sampled_light_ = sampled_nodes > 0 ? static_cast<double>(sampled_light) / static_cast<double>(sampled_nodes) : 0;
 
   if (learns_) update_rows(report);
 

@@ -112,6 +112,8 @@ class Service::Table {
   /// What the row at a node has to reach, from the light that it carries; epsilon_without_light() for all without
   /// `picture_error`. energy: of g there, for rows of densities.
   double epsilon_of(SliceId slice, std::uint32_t node, float energy) const;
+  /// Of a row of samples, between sampled_epsilon and faint_sampled_epsilon.
+  double sampled_epsilon_of(SliceId slice, std::uint32_t node) const;
   double epsilon_without_light(SliceId slice) const {
     return slices_[slice]->is_sampled() ? options_.sampled_epsilon : options_.epsilon;
   }
@@ -259,6 +261,7 @@ class Service::Table {
   std::uint64_t reopened_told_ = 0;  ///< of reopened_, by Options::log
   bool ceiling_told_ = false;        ///< likewise
   bool unusable_told_ = false;       ///< likewise
+  double mean_sampled_light_ = 0;    ///< fixed_light() of a node of samples that was ever asked, over all passes
   std::uint64_t queried_ = 0;        ///< nodes ever asked for, as of the last publish()
   ErrorQuantiles absorbed_errors_;   ///< of rows that converged in this session: these stay so
   PassReport between_passes_;        ///< work of load() and add_slice(), told by the next publish()

@@ -25,6 +25,7 @@
 #include "fiber/medulla.h"
 #include "fiber/rough_rows.h"
 #include "fit/sampled_learner.h"
+#include "tress/adaptive/options.h"
 #include "tress/adaptive/ribbon.h"
 #include "tress/base/random.h"
 
@@ -39,7 +40,7 @@ constexpr std::uint64_t truth_streams = std::uint64_t{1} << 56;
 
 struct Setting {
   std::uint32_t truth_paths = 1u << 20;  // a half
-  double epsilon = 0.05;
+  double epsilon = adaptive::Options{}.sampled_epsilon;
   std::uint32_t rows = 0, test_paths = 1u << 17;
   std::uint64_t seed = 1;
   bool quick = false;

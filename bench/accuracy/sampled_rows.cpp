@@ -38,7 +38,7 @@ const std::vector<std::string> families{"wide", "rare", "spike", "comb", "ring",
 
 struct Setting {
   std::size_t rows = 200;
-  double epsilon = 0.05;
+  double epsilon = adaptive::Options{}.sampled_epsilon;
   std::uint32_t paths = 1u << 17;
   std::uint64_t seed = 1;
 };

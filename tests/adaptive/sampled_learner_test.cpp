@@ -47,7 +47,7 @@ TEST(SampledLearner, LearnsWhatIsDrawn) {
   const Ribbon truth = smooth_ribbon();
   const SampledRow learned = learn(target_of(truth, 0.4f));
   ASSERT_EQ(learned.verdict, Verdict::converged);
-  EXPECT_LE(learned.objective, 0.05f);
+  EXPECT_LE(static_cast<double>(learned.objective), SampledLimits{}.epsilon);
   EXPECT_NEAR(learned.row.mass(0), 0.4f, 1e-5f);
   const Ribbon fit = learned.row.ribbon(0);
   double off = 0, all = 0;  // chi-square of the fit against the truth, at places drawn from it
@@ -59,7 +59,7 @@ TEST(SampledLearner, LearnsWhatIsDrawn) {
     off += (g - f) * (g - f) / (g * std::max(f, 1e-6));
     all += 1;
   }
-  EXPECT_LT(off / all, 0.05);
+  EXPECT_LT(off / all, SampledLimits{}.epsilon);
 }
 
 TEST(SampledLearner, LearnsTheAttributesOfTheLight) {
@@ -101,7 +101,7 @@ TEST(SampledLearner, FreshDrawsAgreeWithWhatPassed) {
   const SampledRow learned = learn(target);
   ASSERT_EQ(learned.verdict, Verdict::converged);
   const SampledTest test = test_samples(target, SliceDescription{}, 0, 0, learned.row, 0, 1u << 14);
-  EXPECT_LE(test.chi2, 0.05);
+  EXPECT_LE(test.chi2, SampledLimits{}.epsilon);
   EXPECT_LT(test.deviation, 0.02);
 }
 

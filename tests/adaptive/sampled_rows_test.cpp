@@ -367,6 +367,26 @@ class FourDensities final : public RowForm {
   }
 };
 
+// Without a picture_error too: a row with much less light than the mean takes fewer paths, unless all are held alike.
+TEST(SampledRows, OfLittleLightTakeFewerPaths) {
+  const MovingLobes target;
+  std::uint64_t paths[2];
+  for (const bool alike : {false, true}) {
+    Options options;
+    options.sampled_epsilon = 0.01;
+    if (alike) options.faint_sampled_epsilon = options.sampled_epsilon;
+    Service service(options, target);
+    const SliceId slice = *service.add_slice(sampled_slice(3, 2));
+    ask_all(service, slice, 2, 8);
+    service.credit(service.look_up(slice, 0, 0), 1000);
+    const PassReport report = service.publish(1000);
+    EXPECT_EQ(report.newly_converged, 4u);
+    EXPECT_LE(service.look_up(slice, 0, 0).objective, 0.01f);
+    paths[alike] = report.g_evaluations;
+  }
+  EXPECT_LT(2 * paths[0], paths[1]);
+}
+
 TEST(SampledRows, AreReadInAFormToo) {
   const MovingLobes target;
   Session session(target);
