@@ -87,6 +87,7 @@ void add_learning(CLI::App* app, RenderSettings& s) {
   add_number(app, "--picture-error", [&s](double x) {
     s.table.picture_error = x;
   })->excludes(app->get_option("--epsilon"));
+  add_number(app, "--measure-bias", [&s](double x) { s.audited_share = float(x); });
   auto* cache = add_file(
       app, "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; }, "table to start from and to save");
   const std::map<std::string, CacheMode> modes{{"append", CacheMode::append},
@@ -202,7 +203,7 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   const fiber::ModelInfo& model = *references::find_model(s.model);
   if (!model.has_rows()) {
     for (const char* option : {"--estimator", "--learner", "--components", "--epsilon", "--picture-error",
-                               "--table-memory", "--warm-cache"}) {
+                               "--table-memory", "--warm-cache", "--measure-bias"}) {
       if (render.count(option)) return fmt::format("{}: expected a model with rows, found --model {}", option, s.model);
     }
   }

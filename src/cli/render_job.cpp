@@ -56,8 +56,10 @@ class RenderJob {
       adaptive::Options options = settings.table;
       options.seed = settings.render.seed;
       // A frozen table is used as it is: it learns nothing, the light of its rows neither.
-      if (settings.cache_mode == CacheMode::frozen && options.picture_error > 0)
-        options.epsilon = options.sampled_epsilon = 1;
+      if (settings.cache_mode == CacheMode::frozen) {
+        options.sampled_epsilon = std::max(options.sampled_epsilon, options.faint_sampled_epsilon);
+        if (options.picture_error > 0) options.epsilon = options.sampled_epsilon = 1;
+      }
       learned_ = fiber::make_service(info_, options);
       service_ = learned_.service.get();
     }
@@ -65,6 +67,7 @@ class RenderJob {
       cache_.emplace(*settings.warm_cache, settings.cache_mode, learned_.target->model_name());
     }
     model_ = info_.make({settings.estimator, service_, settings.quadrature_points.value_or(0)});
+    if (settings.audited_share) unbiased_ = info_.make({fiber::Estimator::exact, nullptr});
   }
 
   /// Inside the arena.
@@ -96,6 +99,8 @@ class RenderJob {
       log_note(fmt::format("model {} can only be sampled: light is met by chance, and small lights make noise",
                            model_->name()));
     }
+    const integrate::BiasAudit audit = bias_audit();
+    if (unbiased_) options.audit = &audit;
     Forecast forecast(settings_.stop);
     Progress progress;
     integrate::RenderResult result =
@@ -113,6 +118,16 @@ class RenderJob {
                           });
     progress.finish();
     return save(result, progress.seconds(), interrupt.exit_status());
+  }
+
+  integrate::BiasAudit bias_audit() {
+    integrate::BiasAudit audit;
+    if (!unbiased_) return audit;
+    audit.unbiased = unbiased_.get();
+    audit.share = *settings_.audited_share;
+    for (const fiber::FiberParameters& parameters : scene_.fibers)
+      audit.fiber_ids.push_back(unbiased_->add_fiber(parameters));
+    return audit;
   }
 
   void add_fibers() {
@@ -257,6 +272,11 @@ class RenderJob {
     picture.metadata["samples"] = fmt::format("{}", result.samples_per_pixel);
     picture.metadata["dropped_samples"] = std::to_string(result.dropped_samples);
     picture.metadata["stopped_by"] = stopped_by_;
+    if (result.bias) {
+      picture.metadata["bias"] = fmt::format("{:.4f} +- {:.4f}", result.bias->value, result.bias->error);
+      log_note(fmt::format("bias of the brightness {:.2g} %, standard error {:.2g} %, by {} paths without rows",
+                           100 * result.bias->value, 100 * result.bias->error, result.bias->paths));
+    }
     picture.metadata["time"] = fmt::format("{:.3f} s", seconds);
     picture.metadata["model"] = model_->name();
     if (settings_.quadrature_points)
@@ -283,18 +303,23 @@ class RenderJob {
     // Last: it may have to wait for another session, and the picture must not.
     if (cache_) told(cache_->save(*service_));
 
-    told_summary(failed ? "failed" : (signal_status != 0 ? "interrupted" : "done"),
-                 {{"passes", json_text(result.passes)},
-                  {"samples_per_pixel", json_text(result.samples_per_pixel)},
-                  {"dropped_samples", json_text(result.dropped_samples)},
-                  {"seconds", json_text(seconds)},
-                  {"stopped_by", json_text(stopped_by_)},
-                  {"noise", json_text(noise_)},
-                  {"bias_bound", json_text(bias_bound_)},
-                  {"queries", json_text(result.queries)},
-                  {"exact_queries", json_text(result.exact_queries)},
-                  {"cache_hash", json_text(hash)},
-                  {"image", json_text(written.value_or(settings_.output).string())}});
+    Extra fields{{"passes", json_text(result.passes)},
+                 {"samples_per_pixel", json_text(result.samples_per_pixel)},
+                 {"dropped_samples", json_text(result.dropped_samples)},
+                 {"seconds", json_text(seconds)},
+                 {"stopped_by", json_text(stopped_by_)},
+                 {"noise", json_text(noise_)},
+                 {"bias_bound", json_text(bias_bound_)},
+                 {"queries", json_text(result.queries)},
+                 {"exact_queries", json_text(result.exact_queries)},
+                 {"cache_hash", json_text(hash)},
+                 {"image", json_text(written.value_or(settings_.output).string())}};
+    if (result.bias) {
+      const nlohmann::json bias{
+          {"value", result.bias->value}, {"error", result.bias->error}, {"paths", result.bias->paths}};
+      fields.emplace("bias_measured", json_text(bias));
+    }
+    told_summary(failed ? "failed" : (signal_status != 0 ? "interrupted" : "done"), std::move(fields));
     if (result.dropped_samples > 0) {
       log_warning(
           fmt::format("{} samples were infinite or not a number and are left out of the picture, which is the mean of "
@@ -316,6 +341,7 @@ class RenderJob {
   fiber::ModelService learned_;
   adaptive::Service* service_ = nullptr;  ///< of learned_; null: no rows are asked
   std::unique_ptr<fiber::FiberModel> model_;
+  std::unique_ptr<fiber::FiberModel> unbiased_;  ///< the same model without rows, where the bias is measured
   std::optional<WarmCacheSession> cache_;
   std::vector<fiber::FiberId> fiber_ids_;
   TelemetryLines telemetry_;

@@ -29,6 +29,7 @@ struct RenderSettings {
   std::optional<int> quadrature_points;  ///< of models that have them
   fiber::Estimator estimator = fiber::Estimator::fitted;
   adaptive::Options table;
+  std::optional<float> audited_share;  ///< of the samples, whose bias is measured
   std::optional<std::filesystem::path> warm_cache;
   CacheMode cache_mode = CacheMode::append;
   std::optional<std::filesystem::path> telemetry;

@@ -272,6 +272,16 @@ constexpr std::array table{
         "", "--picture-error", number, accuracy, "", "", "",
         "in place of --epsilon: the relative error that fits may make in the picture; each row is then learned as "
         "well as the light it carries asks for"},
+    Parameter{
+        "",
+        "--measure-bias",
+        number,
+        {0, 1, true},
+        "",
+        "",
+        "",
+        "share of the samples that are traced a second time without rows, 0.01 say: how far the brightness of the "
+        "picture is off is told with its standard error"},
     Parameter{"",
               "--components",
               whole,
@@ -280,9 +290,9 @@ constexpr std::array table{
               "",
               "8",
               "components of a row, at most or, for learners of a fixed number, exactly"},
-    Parameter{
-        "", "--epsilon", number, accuracy, "", "", "0.01",
-        "relative squared error under which a row is converged; of rough chi-square, and 0.05 without the option"},
+    Parameter{"", "--epsilon", number, accuracy, "", "", "0.01",
+              "relative squared error under which a row is converged; of rough chi-square, and 0.1 without the option, "
+              "0.25 at most where there is little light"},
     Parameter{"", "--table-memory", number, {0, 1 << 20}, "MB of 2^20 bytes", "", "256", "ceiling of the table"},
     Parameter{"", "--e", number, of(fiber::eccentricity_range), "", "", "0.85", "minor over major semi-axis"},
     Parameter{"", "--theta-d", number, {-89.9, 89.9}, degrees, "", "30", "difference angle"},
