@@ -53,9 +53,8 @@ def tables():
     found["far_field.json"] = ["far_field"]
     found["sampled_rows.json"] = ["sampled_rows", "--rows", "300"]
     found["rough_far_field.json"] = ["rough_far_field"]
-    found["rough_far_field_36x36.json"] = ["rough_far_field", "--theta-bins", "36", "--phi-bins", "36"]
+    found["rough_far_field_36x36.json"] = ["rough_far_field", "--model", "rough", "--theta-bins", "36", "--phi-bins", "36"]
     found["slab.json"] = ["slab"]
-    found["slab_.01.json"] = ["slab", "--model", "rough", "--epsilon", "0.01"]
     found["reciprocity.json"] = ["reciprocity"]
     return found
 
