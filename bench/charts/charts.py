@@ -210,7 +210,7 @@ def picture_sources(flags):
     what makes a picture of a model, and what that model includes, so that work on ours leaves their references as they are."""
     words = list(map(str, flags))
     model = words[words.index("--model") + 1] if "--model" in words else "elliptical"
-    learns = model in ("elliptical", "exact") or model.startswith("pekelis2015")
+    learns = model in ("elliptical", "exact", "rough") or model.startswith("pekelis2015")
     files = [os.path.join(top, name) for folder in PICTURE_FOLDERS for top, _, names in os.walk(os.path.join(ROOT, folder))
              for name in names if name.endswith((".cpp", ".h"))]
     if learns:
