@@ -46,10 +46,10 @@ TEST(FileKind, IsToldOfWhatIsNeitherASceneNorAGroom) {
 }
 
 TEST(FileKind, LeavesScenesToTheirParser) {
-  EXPECT_NE(refusal("tress_kind.json", "{").find("byte 2: expected JSON"), std::string::npos);
-  EXPECT_NE(refusal("tress_kind.json", "grooms").find("expected JSON"), std::string::npos);
-  EXPECT_NE(refusal("tress_kind", " \n{]").find("expected JSON"), std::string::npos);
-  EXPECT_EQ(refusal("tress_kind", R"( {"grooms": [{"generate": "single_fiber"}]})"), "");
+  EXPECT_NE(refusal("tress_parsed.json", "{").find("byte 2: expected JSON"), std::string::npos);
+  EXPECT_NE(refusal("tress_parsed.json", "grooms").find("expected JSON"), std::string::npos);
+  EXPECT_NE(refusal("tress_parsed", " \n{]").find("expected JSON"), std::string::npos);
+  EXPECT_EQ(refusal("tress_parsed", R"( {"grooms": [{"generate": "single_fiber"}]})"), "");
 }
 
 }  // namespace
