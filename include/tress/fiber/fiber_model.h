@@ -83,6 +83,10 @@ class FiberModel {
   virtual bool evaluates() const { return true; }
   /// The same of one event: false where this event can only be sampled.
   virtual bool evaluates(const FiberEvent& /*event*/) const { return evaluates(); }
+  /// True where an event cannot be evaluated but estimated: evaluate() gives a random value whose mean over events is
+  /// S, beside a pdf that is any positive function of the direction, the same that sample() tells. Balanced by those,
+  /// lights that are sampled and lights that are met add up to an unbiased picture.
+  virtual bool estimates(const FiberEvent& /*event*/) const { return false; }
   /// Memory of fibers and energies, without what the service keeps of rows; 0 if not known.
   virtual std::size_t bytes() const { return 0; }
 

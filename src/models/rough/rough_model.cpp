@@ -59,10 +59,14 @@ class RoughModel final : public EventRowModel {
   bool evaluates() const override { return service_ != nullptr; }
   bool evaluates(const FiberEvent& event) const override { return constants_in<EventRow>(event).has_converged; }
 
+  bool estimates(const FiberEvent& event) const override {
+    return service_ != nullptr && !constants_in<EventRow>(event).has_converged;
+  }
+
   FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
     const auto& constants = constants_in<RoughConstants>(event);
     FiberValue value;
-    if (!constants.row.has_converged) return value;
+    if (!constants.row.has_converged) return service_ != nullptr ? estimated(event, constants, clamped(wi)) : value;
     value_at(event, constants, answer_of(constants.row), clamped(wi), value);
     return value;
   }
@@ -116,6 +120,10 @@ class RoughModel final : public EventRowModel {
         sample.value.queries = sample.value.exact_queries = 1;
         sample.value.objective = 1;
       }
+      if (service_ != nullptr) {
+        sample.value.pdf = open_pdf(sample.wi);
+        for (glm::vec3& s : sample.value.s) s *= sample.value.pdf;
+      }
       return sample;
     }
     return draw_from(event, constants, answer_of(constants.row), u);
@@ -143,6 +151,21 @@ class RoughModel final : public EventRowModel {
     }
     value_at(event, constants, row, sample.wi, sample.value);
     return sample;
+  }
+
+  /// Of an open event: a value of one path, whose tails are long, and what balances it against sampled lights, which
+  /// may be any function. In units of a sphere's density: straight brown hair in a studio, all of it open, 16 samples,
+  /// has a noise of 3.3 at 1, 2.3 at 10 and 16, 2.8 at 100, and 3.0 without light samples.
+  static constexpr float open_balance = 16;
+  FiberValue estimated(const FiberEvent& event, const RoughConstants& constants, const FiberDirection& wi) const {
+    FiberValue value = fibers_.traced().estimate(event.fiber, constants.traced, fibers_.record(event.fiber), wi);
+    value.pdf = open_pdf(wi);
+    value.queries = value.exact_queries = 1;
+    value.objective = 1;
+    return value;
+  }
+  static float open_pdf(const FiberDirection& wi) {
+    return open_balance * std::max(std::cos(wi.theta), 1e-4f) / (4 * pi);
   }
 
   static constexpr float pi = std::numbers::pi_v<float>;

@@ -10,6 +10,8 @@
 namespace tress::fiber {
 namespace {
 
+constexpr std::uint64_t estimate_purpose = 0x657374696d617465ull;
+
 std::uint64_t bits_of(float a, float b) {
   return (std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b);
 }
@@ -48,6 +50,22 @@ FiberSample TracedFibers::sample(FiberId id, const TracedEvent& event, const Fib
   give(sample.lobe, 1 - glint);
   if (glint > 0) give(Lobe::glint, glint);
   return sample;
+}
+
+FiberValue TracedFibers::estimate(FiberId id, const TracedEvent& event, const FiberRecord& fiber,
+                                  const FiberDirection& wi) const {
+  RandomStream random(bits_of(wi.theta, wi.phi), event.seed, estimate_purpose);
+  RoughFiber::FacetNumbers u;
+  for (std::array<float, 2>& pair : u) {
+    for (float& number : pair) number = random.next();
+  }
+  FiberValue value;
+  value.s = fibers_[id].estimate(event.entry, wi, u, random);
+  constexpr auto trt = static_cast<std::size_t>(Lobe::trt), glint = static_cast<std::size_t>(Lobe::glint);
+  value.s[glint] = event.glint_share * value.s[trt];
+  value.s[trt] *= 1 - event.glint_share;
+  for (std::size_t p = 0; p < lobe_count; ++p) value.s[p] *= fiber.parameters.gain[p];
+  return value;
 }
 
 void set_energies(FiberEvent& event, const LobeColors& energies) {

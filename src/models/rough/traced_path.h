@@ -33,6 +33,9 @@ class TracedFibers {
   /// One path: its throughput times the gain as S, in the lobe of its order, over a pdf of 1.
   FiberSample sample(FiberId id, const TracedEvent& event, const FiberRecord& fiber,
                      const std::array<float, 4>& u) const;
+  /// An unbiased value of S at wi (RoughFiber::estimate()), times the gain, by numbers that depend on the event and on
+  /// wi alone; no pdf.
+  FiberValue estimate(FiberId id, const TracedEvent& event, const FiberRecord& fiber, const FiberDirection& wi) const;
 
  private:
   Masked masked_;
