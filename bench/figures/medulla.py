@@ -17,7 +17,7 @@ def main():
             exr = figures.render(options, scene, f"medulla_{name.split()[0]}_{model}", "--model", model)
             row.append((f"{model}, {name}", figures.read(exr, behind=0.5)))
         rows.append(row)
-    figures.sheet(options, "medulla", rows, "a core of 0.7 of the fiber that scatters (4 per semi-axis, g 0.4) and has no pigment")
+    figures.sheet(options, "medulla", rows, "a core of 0.7 that scatters, without pigment")
 
 
 if __name__ == "__main__":

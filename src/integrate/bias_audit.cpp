@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include "base/color.h"
 #include "tress/base/random.h"
 
 namespace tress::integrate {
@@ -17,7 +16,6 @@ RenderOptions with_own_streams(RenderOptions options) {
   return options;
 }
 
-/// Of what is not background.
 double luminance_of(const glm::dvec3& color) { return 0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z; }
 
 }  // namespace
