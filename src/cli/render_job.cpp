@@ -17,6 +17,7 @@
 #include "cli/progress.h"
 #include "cli/telemetry_lines.h"
 #include "geometry/fiber_scene.h"
+#include "integrate/camera_projection.h"
 #include "references/registry.h"
 #include "tress/adaptive/telemetry.h"
 #include "tress/version.h"
@@ -266,6 +267,7 @@ class RenderJob {
     picture.metadata["version"] = version();
     if (settings_.overrides.frame) picture.metadata["frame"] = std::to_string(*settings_.overrides.frame);
     picture.metadata["camera"] = camera_text(scene_.camera);
+    integrate::describe_camera(scene_.camera, scene_.image, &picture);
     picture.metadata["noise"] = fmt::format("{:.4g}", noise_);
     picture.metadata["exposure"] = fmt::format("{} stops, of the PNG alone", scene_.image.exposure_stops);
     picture.metadata["seed"] = std::to_string(settings_.render.seed);

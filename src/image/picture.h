@@ -32,6 +32,10 @@ struct Picture {
   int whole_width = 0, whole_height = 0;
   std::vector<Channel> channels;
   std::map<std::string, std::string> metadata;  ///< header strings
+  /// 4 x 4 matrices of the header (M44f), row by row, for points as row vectors: worldToCamera, worldToNDC.
+  std::map<std::string, std::array<float, 16>> matrices;
+  /// Of the display window at distance 1 from the camera; 1 of a picture without one (screenWindowWidth).
+  float screen_width = 1;
   const Channel* find(const std::string& name) const;
   Window window() const { return {left, top, width, height}; }
   Window whole() const {

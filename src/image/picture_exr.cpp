@@ -6,6 +6,7 @@
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfInputFile.h>
+#include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
@@ -108,6 +109,12 @@ Imf::Slice slice(Value* rows, int left, std::int64_t top, int width) {
                     static_cast<std::size_t>(row_bytes));
 }
 
+Imath::M44f matrix_of(const std::array<float, 16>& rows) {
+  Imath::M44f matrix;
+  std::copy(rows.begin(), rows.end(), matrix.getValue());
+  return matrix;
+}
+
 /// A file in memory: OpenEXR's own stream loses the errors of its last buffer, and its destructors lose all.
 class MemoryStream : public Imf::OStream {
  public:
@@ -140,6 +147,8 @@ std::optional<Error> write_exr(const std::filesystem::path& file, const Picture&
     Imf::Header header(display, data);
     header.compression() = Imf::ZIP_COMPRESSION;
     for (const auto& [key, value] : picture.metadata) header.insert(key, Imf::StringAttribute(value));
+    for (const auto& [key, value] : picture.matrices) header.insert(key, Imf::M44fAttribute(matrix_of(value)));
+    header.screenWindowWidth() = picture.screen_width;
     Imf::FrameBuffer frame;
     std::set<std::string> of_halves;
     if (precision == Precision::half) of_halves = layers_of_halves(picture);
@@ -222,9 +231,13 @@ Result<Picture> read_exr(const std::filesystem::path& file) {
     if (claimed > most)
       return error("header dataWindow", fmt::format("at most {} bytes of pixels in a file of this size", most),
                    fmt::format("{} x {} with {} channels", width, height, picture.channels.size()));
-    for (auto it = in.header().begin(); it != in.header().end(); ++it)
+    picture.screen_width = in.header().screenWindowWidth();
+    for (auto it = in.header().begin(); it != in.header().end(); ++it) {
       if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute()))
         if (std::string(it.name()) != "type") picture.metadata[it.name()] = text->value();
+      if (const auto* matrix = dynamic_cast<const Imf::M44fAttribute*>(&it.attribute()))
+        std::copy_n(matrix->value().getValue(), 16, picture.matrices[it.name()].begin());
+    }
 
     const auto row_floats = static_cast<std::size_t>(width);
     const int step = picture.channels.size() * row_floats > (std::size_t{1} << 20) ? 16 : rows_at_a_time;

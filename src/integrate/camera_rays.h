@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "geometry/fiber_scene.h"
+#include "integrate/camera_projection.h"
 #include "scene/model/scene.h"
 
 namespace tress::integrate {
@@ -14,7 +15,7 @@ namespace tress::integrate {
 /// Immutable; any thread.
 class CameraRays {
  public:
-  /// The vertical field of view spans image.height pixels. Where `up` is along the view, another axis stands in.
+  /// The vertical field of view spans image.height pixels.
   CameraRays(const scene::Camera& camera, const scene::Image& image);
 
   /// Through pixel (x, y), y down from the top row, at an offset drawn from a tent of radius one pixel about its
@@ -34,14 +35,9 @@ class CameraRays {
 };
 
 inline CameraRays::CameraRays(const scene::Camera& camera, const scene::Image& image)
-    : eye_(camera.eye), forward_(glm::normalize(camera.look_at - camera.eye)) {
-  const glm::vec3 forward = forward_;
-  glm::vec3 right = glm::cross(forward, camera.up);
-  if (glm::length(right) < 1e-6f * glm::length(camera.up)) {
-    right = glm::cross(forward, std::abs(forward.y) < 0.5f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0));
-  }
-  right = glm::normalize(right);
-  const glm::vec3 down = glm::cross(forward, right);
+    : eye_(camera.eye), forward_(CameraAxes(camera).forward) {
+  const CameraAxes axes(camera);
+  const glm::vec3 &forward = axes.forward, &right = axes.right, &down = axes.down;
   const float half_height = std::tan(camera.vertical_fov_deg * std::numbers::pi_v<float> / 360);
   pixel_ = 2 * half_height / static_cast<float>(image.height);
   right_ = pixel_ * right;

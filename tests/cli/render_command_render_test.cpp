@@ -94,6 +94,7 @@ TEST_F(Render, AWarmStartConvergesEarlierThanAColdOne) {
                            "version", "camera", "noise", "alpha"}) {
     EXPECT_TRUE(picture->metadata.contains(name)) << name;
   }
+  for (const char* name : {"worldToCamera", "worldToNDC"}) EXPECT_TRUE(picture->matrices.contains(name)) << name;
   EXPECT_TRUE(fs::exists(path("warm.png")));
   EXPECT_EQ(run({"cache", "verify", path("t.cache")}).status, 0);
   EXPECT_GT(rows("t.cache", "converged"), 50u);

@@ -40,6 +40,8 @@ Picture gradient() {
     picture.channels.push_back(channel);
   }
   picture.metadata = {{"tress.scene", "a.json"}, {"tress.seed", "3"}};
+  picture.matrices["worldToCamera"] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16.5f};
+  picture.screen_width = 0.75f;
   return picture;
 }
 
@@ -56,6 +58,8 @@ TEST(Exr, RoundTripKeepsEveryBitLayerAndText) {
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_TRUE(compare(written, *read, "a", "b")->identical);
   for (const auto& [key, value] : written.metadata) EXPECT_EQ(read->metadata.at(key), value);
+  EXPECT_EQ(read->matrices, written.matrices);
+  EXPECT_EQ(read->screen_width, written.screen_width);
 }
 
 // Half where that is enough: not of Z and variance, not beyond the largest half (as a sun in the backdrop has), not of
