@@ -1,5 +1,6 @@
 #include "cache/packed_slice.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace tress::adaptive {
@@ -42,6 +43,29 @@ void PackedSlice::add(const CachedRow& row) {
   out.clear();
   format::write_sketch(out, row);
   sketches_.append(out.bytes());
+}
+
+void PackedSlice::write(ByteWriter& out) const {
+  out.u32(rows_);
+  for (const GrowingBytes* bytes : {&table_, &sketches_}) {
+    out.u64(bytes->size());
+    bytes->append_to(out);
+  }
+}
+
+bool PackedSlice::read(ByteReader& in) {
+  rows_ = in.u32();
+  for (GrowingBytes* bytes : {&table_, &sketches_}) {
+    std::uint64_t left = in.u64();
+    if (in.short_of_bytes() || left > in.remaining()) return false;
+    while (left > 0) {
+      const std::string_view taken = in.text(std::min<std::uint64_t>(left, ByteReader::largest_buffer));
+      if (taken.empty()) return false;
+      bytes->append(taken);
+      left -= taken.size();
+    }
+  }
+  return rows_ <= table_.size() / format::row_bytes;
 }
 
 const SliceDescription* PackedSliceRows::next_slice() {

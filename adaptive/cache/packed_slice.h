@@ -22,6 +22,9 @@ class GrowingBytes final : public ByteSource {
   void append(std::string_view bytes);
   std::size_t size() const override;
   bool read(std::size_t offset, char* to, std::size_t size) const override;
+  void append_to(ByteWriter& out) const {
+    for (const std::string& piece : pieces_) out.text(piece);
+  }
 
  private:
   static constexpr std::size_t piece = 8192;
@@ -35,6 +38,11 @@ class PackedSlice {
   /// In ascending order of node.
   void add(const CachedRow& row);
   const SliceDescription& description() const { return description_; }
+  std::uint32_t rows() const { return rows_; }
+
+  /// The rows as bytes, and back: false if there are not as many bytes. What they tell is checked when they are read.
+  void write(ByteWriter& out) const;
+  bool read(ByteReader& in);
 
  private:
   friend class PackedSliceRows;

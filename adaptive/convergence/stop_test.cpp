@@ -39,4 +39,19 @@ void StopTest::judge(double objective, const Options& options) {
   verdict_ = last_failed_ ? Verdict::refused : Verdict::converged;
 }
 
+StopTest::State StopTest::state() const {
+  return {scores_.words(), verdict_, bound_, largest_passed_, passed_, failed_, last_failed_, overruled_};
+}
+
+void StopTest::set_state(const State& state) {
+  scores_.set_words(state.scores);
+  verdict_ = state.verdict;
+  bound_ = state.bound;
+  largest_passed_ = state.largest_passed;
+  passed_ = state.passed;
+  failed_ = state.failed;
+  last_failed_ = state.last_failed;
+  overruled_ = state.overruled;
+}
+
 }  // namespace tress::adaptive

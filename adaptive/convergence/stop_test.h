@@ -43,13 +43,28 @@ class StopTest {
   bool overruled() const { return overruled_; }
   std::uint32_t failed() const { return failed_; }
 
+  /// All that it is, as plain data, and back: what it then does is the same to the bit. Not beside add().
+  struct State {
+    FixedMoments<2>::Words scores{};
+    Verdict verdict = Verdict::undecided;
+    float bound = -1;
+    float largest_passed = 0;  ///< largest bound of the present run of passed tests
+    std::uint32_t passed = 0;  ///< length of that run
+    std::uint32_t failed = 0;  ///< in all
+    bool last_failed = false;
+    bool overruled = false;
+  };
+  State state() const;
+  void set_state(const State& state);
+
  private:
   FixedMoments<2> scores_;  ///< of min(4, r^2/(q L)), since the last test
+  // As of State.
   Verdict verdict_ = Verdict::undecided;
   float bound_ = -1;
-  float largest_passed_ = 0;  ///< largest bound of the present run of passed tests
-  std::uint32_t passed_ = 0;  ///< length of that run
-  std::uint32_t failed_ = 0;  ///< in all
+  float largest_passed_ = 0;
+  std::uint32_t passed_ = 0;
+  std::uint32_t failed_ = 0;
   bool last_failed_ = false;
   bool overruled_ = false;
 };

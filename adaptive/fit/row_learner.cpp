@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -103,5 +104,7 @@ double FitContext::largest_error() {
 }
 
 void RowLearner::before_test(FitContext&) {}
+std::optional<std::vector<std::uint64_t>> RowLearner::state() const { return std::nullopt; }
+bool RowLearner::set_state(std::span<const std::uint64_t>) { return false; }
 
 }  // namespace tress::adaptive

@@ -4,6 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include "convergence/stop_test.h"
 #include "observations/sketch.h"
@@ -82,6 +85,12 @@ class RowLearner {
   virtual void before_test(FitContext& context);
   /// After the test, if the row is still open.
   virtual void learn(FitContext& context) = 0;
+
+  /// What the object keeps from one call to the next, and back: a fresh object that is given it goes on to the bit.
+  /// Unset: it cannot be told, and a table of such rows cannot be saved as it is (Service::state). set_state: false,
+  /// and the object of no use, if these words are none of state().
+  virtual std::optional<std::vector<std::uint64_t>> state() const;
+  virtual bool set_state(std::span<const std::uint64_t> words);
 
   /// Memory of the object, constant: the table's ceiling counts it before a row is created.
   virtual std::size_t bytes() const = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -72,6 +73,13 @@ void SketchLearner::begin(FitContext& context) {
 }
 
 void SketchLearner::before_test(FitContext& context) { context.fill_gaps(); }
+
+bool SketchLearner::set_state(std::span<const std::uint64_t> words) {
+  if (words.size() != 2 || words[0] > std::numeric_limits<std::uint32_t>::max()) return false;
+  bins_at_fit_ = static_cast<std::uint32_t>(words[0]);
+  count_at_fit_ = words[1];
+  return true;
+}
 
 void SketchLearner::learn(FitContext& context) {
   const bool stuck = context.stop.last_failed() && context.count >= count_before_restart;

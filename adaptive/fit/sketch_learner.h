@@ -11,6 +11,10 @@ class SketchLearner : public RowLearner {
   void begin(FitContext& context) override;
   void before_test(FitContext& context) override;
   void learn(FitContext& context) override;
+  std::optional<std::vector<std::uint64_t>> state() const override {
+    return std::vector<std::uint64_t>{bins_at_fit_, count_at_fit_};
+  }
+  bool set_state(std::span<const std::uint64_t> words) override;
   std::size_t bytes() const override { return sizeof(*this); }
 
  protected:

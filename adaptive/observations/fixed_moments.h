@@ -1,6 +1,7 @@
 // Count, sum and sum of squares that threads add to in any order with the same result.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
@@ -49,6 +50,19 @@ class FixedMoments {
     result.mean = std::ldexp(static_cast<double>(sum_.load(std::memory_order_relaxed)) / n, MaximumBits - 40);
     result.mean_square = std::ldexp((std::ldexp(high, 40) + low) / n, 2 * (MaximumBits - 40));
     return result;
+  }
+
+  /// All that it holds, and back. Not beside add().
+  using Words = std::array<std::uint64_t, 4>;
+  Words words() const {
+    return {count(), sum_.load(std::memory_order_relaxed), square_high_.load(std::memory_order_relaxed),
+            square_low_.load(std::memory_order_relaxed)};
+  }
+  void set_words(const Words& words) {
+    count_.store(words[0], std::memory_order_relaxed);
+    sum_.store(words[1], std::memory_order_relaxed);
+    square_high_.store(words[2], std::memory_order_relaxed);
+    square_low_.store(words[3], std::memory_order_relaxed);
   }
 
   /// Not beside add().

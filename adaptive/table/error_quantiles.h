@@ -21,6 +21,12 @@ class ErrorQuantiles {
     ++count_;
   }
   std::uint64_t count() const { return count_; }
+  /// How many there are of each value, by its bits; and back.
+  const std::map<std::uint32_t, std::uint64_t>& counts() const { return count_of_; }
+  void add_counted(std::uint32_t bits, std::uint64_t count) {
+    count_of_[bits] += count;
+    count_ += count;
+  }
   /// Smallest value that at least this share of them does not exceed; 0 if there is none.
   double quantile(double share) const {
     const double rank = std::max(1.0, std::ceil(share * static_cast<double>(count_)));

@@ -88,6 +88,25 @@ FormedLookup Service::Table::look_up(const FormedRows& rows, std::uint32_t node)
   return found;
 }
 
+bool Service::Table::make_again(Form& form, std::uint32_t node) {
+  FormedRows& rows = *form.rows;
+  const Slice& slice = *slices_[rows.slice_];
+  if (rows.stride_ == 0 || !slice.has_index() || node >= slice.description.node_count()) return false;
+  if (rows.entries_[node].get() || !slice.slots[node].has_answer() || rows.form_->instead_of_row(node) != nullptr)
+    return false;
+  RowView row = view_of(slice.slots[node]);
+  row.slice = rows.slice_;
+  row.node = node;
+  row.pass = pass_;
+  const std::size_t size = BlockStore::rounded(rows.form_->bytes(row));
+  void* block = blocks_.take(size);
+  rows.form_->write(row, block);
+  rows.entries_[node].put(RowAnswer::of_row(block));
+  formed_bytes_ += size;
+  form.made.push_back({block, size, node});
+  return true;
+}
+
 std::size_t Service::Table::form_of(const FormedRows& rows) const {
   for (const std::uint32_t form : slices_[rows.slice_]->forms) {
     if (forms_[form].rows.get() == &rows) return form;

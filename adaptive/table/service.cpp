@@ -245,6 +245,8 @@ std::optional<Error> Service::load(const TableSnapshot& image) {
   return table_->load(rows);
 }
 std::unique_ptr<RowSource> Service::rows() const { return table_->rows(); }
+Result<std::string> Service::state() const { return table_->state(); }
+std::optional<Error> Service::restore(const std::string& state) { return table_->restore(state); }
 TableSnapshot Service::snapshot() const { return table_->snapshot(); }
 RowView Service::look_up(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->look_up(slice, a, b); }
 FormedLookup Service::look_up(const FormedRows& rows, std::uint32_t node) const { return table_->look_up(rows, node); }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <string>
 
+#include "table/cached_form.h"
 #include "table/table.h"
 
 namespace tress::adaptive {
@@ -35,9 +36,15 @@ SliceDescription normal_form(SliceDescription slice) {
   return slice;
 }
 
+}  // namespace
+
+const CachedRow* earlier_of(const Row& row, const Slot& slot) {
+  if (row.learning) return row.learning->earlier.get();
+  return slot.refusal() != nullptr ? slot.refusal()->earlier.get() : nullptr;
+}
+
 CachedRow cached_form(const Row& row, const Slot& slot) {
-  if (row.learning && row.learning->earlier) return *row.learning->earlier;
-  if (slot.refusal() != nullptr && slot.refusal()->earlier) return *slot.refusal()->earlier;
+  if (const CachedRow* earlier = earlier_of(row, slot)) return *earlier;
   CachedRow cached;
   cached.node = row.node;
   cached.generation = row.generation;
@@ -61,8 +68,6 @@ CachedRow cached_form(const Row& row, const Slot& slot) {
   }
   return cached;
 }
-
-}  // namespace
 
 std::optional<Error> Service::Table::unusable(const SliceDescription& slice) const {
   if (slice.node_count() == 0) return Error{"", describe(slice), "at least one node", "none"};

@@ -54,6 +54,10 @@ class Service::Table {
   std::unique_ptr<RowSource> rows() const;
   TableSnapshot snapshot() const;
 
+  // state_write.cpp, state_read.cpp
+  Result<std::string> state() const;
+  std::optional<Error> restore(const std::string& state);
+
   // publish.cpp
   PassReport publish(std::uint64_t paths);
 
@@ -189,7 +193,27 @@ class Service::Table {
   /// Gives rows to cached rows until the ceiling, those that answer at once first, and keeps the rest as it is.
   std::optional<Error> take(RowSource& rows);
 
+  // state_write.cpp
+  void write_totals(ByteWriter& out) const;
+  void write_slice(ByteWriter& out, const Slice& slice) const;
+  /// False if its learner cannot be told.
+  bool write_row(ByteWriter& out, const Row& row) const;
+
+  // state_read.cpp
+  class StateReader;
+  struct SavedRow;
+  struct SavedSlice;
+  struct SavedTable;
+  /// Checks what it must know the targets for, and makes of the rows what answers for them.
+  std::optional<Error> rebuild(SavedTable& saved);
+  std::optional<Error> check_rows(SavedTable& saved, SliceId id) const;
+  void take_over(SavedTable& saved);
+  void take_row(SavedRow& saved);
+  void take_slice(SavedSlice& saved, Slice& slice);
+
   // forms.cpp
+  /// Makes the answer of a converged row again, without counting a query. False if there is none to make.
+  bool make_again(Form& form, std::uint32_t node);
   std::size_t form_of(const FormedRows& rows) const;
   /// All rows of the slice are to be asked again: of readers that is, who so make them anew and show what is asked.
   void drop_forms(SliceId slice);

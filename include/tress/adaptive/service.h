@@ -73,6 +73,16 @@ class Service {
   /// rows() as data: equal tables give equal images. Takes ten times the memory of the table.
   TableSnapshot snapshot() const;
 
+  /// All that the table is, to the last count, as bytes: given to restore(), a service of the same options, targets,
+  /// slices and forms goes on from here as this one would, to the bit. Of use to one build of the program: what lasts
+  /// is a cache. Between passes, after a publish(). Error before the first one, and of a learner whose rows cannot be
+  /// told.
+  Result<std::string> state() const;
+  /// Takes over a state. In place of load(), before the first pass, after all slices and forms are added, in the same
+  /// order. Error if these, the model or the learner differ, or the bytes are no state; nothing is then changed. Bytes
+  /// that were made to deceive give a wrong table, never one that is out of its bounds.
+  std::optional<Error> restore(const std::string& state);
+
   /// Registers a form of the rows of a slice. Between passes. What is made of a row is kept until the row changes, and
   /// counts under Options::memory_bytes; past it answers are made anew whenever they are asked. Owned by the service.
   /// decay_rates: those at which the form lets the attribute take light, exp(-rate attribute) of each ray (ours: the

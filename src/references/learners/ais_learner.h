@@ -12,6 +12,8 @@ class AisLearner final : public RowLearner {
  public:
   void begin(FitContext& context) override;
   void learn(FitContext&) override {}
+  std::optional<std::vector<std::uint64_t>> state() const override { return std::vector<std::uint64_t>{}; }
+  bool set_state(std::span<const std::uint64_t> words) override { return words.empty(); }
   std::size_t bytes() const override { return sizeof(*this); }
 };
 

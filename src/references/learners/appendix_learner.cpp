@@ -103,4 +103,32 @@ void AppendixLearner::take_one(const WeightedDraw& draw, double energy) {
   }
 }
 
+std::optional<std::vector<std::uint64_t>> LiteralAppendixLearner::state() const {
+  std::vector<std::uint64_t> words{entries_};
+  append_vector(entry_, words);
+  return words;
+}
+
+bool LiteralAppendixLearner::set_state(std::span<const std::uint64_t> words) {
+  if (words.empty()) return false;
+  entries_ = words[0];
+  words = words.subspan(1);
+  return take_vector(words, entry_) && words.empty();
+}
+
+std::optional<std::vector<std::uint64_t>> AppendixLearner::state() const {
+  std::vector<std::uint64_t> words{entries_};
+  append_vector(entry_, words);
+  append_vector(average_, words);
+  return words;
+}
+
+bool AppendixLearner::set_state(std::span<const std::uint64_t> words) {
+  if (words.empty()) return false;
+  entries_ = words[0];
+  words = words.subspan(1);
+  return take_vector(words, entry_) && take_vector(words, average_) && words.empty() &&
+         entry_.size() == average_.size();
+}
+
 }  // namespace tress::adaptive

@@ -10,6 +10,8 @@ class LiteralAppendixLearner final : public RowLearner {
  public:
   void begin(FitContext& context) override;
   void learn(FitContext& context) override;
+  std::optional<std::vector<std::uint64_t>> state() const override;
+  bool set_state(std::span<const std::uint64_t> words) override;
   std::size_t bytes() const override { return sizeof(*this); }
 
  private:
@@ -26,6 +28,8 @@ class AppendixLearner final : public RowLearner {
  public:
   void begin(FitContext& context) override;
   void learn(FitContext& context) override;
+  std::optional<std::vector<std::uint64_t>> state() const override;
+  bool set_state(std::span<const std::uint64_t> words) override;
   std::size_t bytes() const override { return sizeof(*this); }
 
  private:

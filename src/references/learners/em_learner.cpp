@@ -2,7 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 
 namespace tress::adaptive {
@@ -147,6 +149,30 @@ void EmLearner::maximise_shape(Eigen::Index at, double mass) {
     damping = std::max(damping / 64, 1e-6);
   }
   parameters_.segment<3>(at + offset_mu) = shape;
+}
+
+std::optional<std::vector<std::uint64_t>> EmLearner::state() const {
+  std::vector<std::uint64_t> words{batches_, static_cast<std::uint64_t>(bins_)};
+  append_vector(parameters_, words);
+  for (const float statistic : statistics_) words.push_back(std::bit_cast<std::uint32_t>(statistic));
+  return words;
+}
+
+bool EmLearner::set_state(std::span<const std::uint64_t> words) {
+  if (words.size() < 2 || words[1] == 0 || words[1] > most_bins) return false;
+  batches_ = words[0];
+  bins_ = static_cast<int>(words[1]);
+  words = words.subspan(2);
+  if (!take_vector(words, parameters_)) return false;
+  const auto components = static_cast<std::size_t>(parameters_.size() / per_component);
+  if (words.size() != (components + 1) * static_cast<std::size_t>(bins_)) return false;
+  statistics_.clear();
+  for (const std::uint64_t word : words) {
+    const auto statistic = std::bit_cast<float>(static_cast<std::uint32_t>(word));
+    if (word >> 32 != 0 || !std::isfinite(statistic)) return false;
+    statistics_.push_back(statistic);
+  }
+  return true;
 }
 
 }  // namespace tress::adaptive

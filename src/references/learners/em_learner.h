@@ -14,6 +14,8 @@ class EmLearner final : public RowLearner {
  public:
   void begin(FitContext& context) override;
   void learn(FitContext& context) override;
+  std::optional<std::vector<std::uint64_t>> state() const override;
+  bool set_state(std::span<const std::uint64_t> words) override;
   std::size_t bytes() const override;
 
  private:

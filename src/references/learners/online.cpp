@@ -1,7 +1,9 @@
 #include "references/learners/online.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 
 namespace tress::adaptive {
@@ -80,6 +82,25 @@ double density_and_gradient(const Vector& v, double x, Vector& gradient) {
     gradient[at + offset_log_right] = mass * ((left ? 0 : y * t) - shape.log_z_right);
   }
   return f;
+}
+
+void append_vector(const Vector& vector, std::vector<std::uint64_t>& words) {
+  words.push_back(static_cast<std::uint64_t>(vector.size()));
+  for (Eigen::Index i = 0; i < vector.size(); ++i) words.push_back(std::bit_cast<std::uint64_t>(vector[i]));
+}
+
+bool take_vector(std::span<const std::uint64_t>& words, Vector& vector) {
+  if (words.empty() || words[0] > std::uint64_t{max_parameters} || words[0] >= words.size()) return false;
+  if (words[0] < per_component || words[0] % per_component != 1) return false;
+  const auto size = static_cast<std::size_t>(words[0]);
+  vector.resize(static_cast<Eigen::Index>(size));
+  for (std::size_t i = 0; i < size; ++i) {
+    const auto value = std::bit_cast<double>(words[i + 1]);
+    if (!std::isfinite(value)) return false;
+    vector[static_cast<Eigen::Index>(i)] = value;
+  }
+  words = words.subspan(size + 1);
+  return true;
 }
 
 }  // namespace tress::adaptive

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "fit/problem.h"
@@ -18,6 +19,11 @@ Vector starting_parameters(const FitContext& context, int components, const Mixt
 
 /// The mixture of these parameters, brought within the constraints and to the energy of the row.
 Mixture mixture_of(const Vector& parameters, double energy);
+
+/// For RowLearner::state(): a vector of parameters behind the number of its entries, and back; false if the words do
+/// not begin with one. What is read is taken from their front.
+void append_vector(const Vector& vector, std::vector<std::uint64_t>& words);
+bool take_vector(std::span<const std::uint64_t>& words, Vector& vector);
 
 /// An azimuth drawn from `proposal` with density q, and the exact g there.
 struct WeightedDraw {

@@ -1,0 +1,72 @@
+// A state as it was read, before the table takes it over.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cache/packed_slice.h"
+#include "table/state.h"
+#include "table/table.h"
+
+namespace tress::adaptive {
+
+struct SavedNode {
+  std::uint32_t node, queries;
+  std::uint64_t light;
+};
+
+/// Fields as of Row and Learning.
+struct Service::Table::SavedRow {
+  SliceId slice = 0;
+  std::uint32_t node = 0;
+  state_format::Kind kind = state_format::Kind::answer;
+  Audit audit = Audit::none;
+  std::uint8_t failed = 0;
+  float energy = 0;
+  std::uint32_t generation = 0;
+  std::uint64_t count = 0;
+  // Of a row that learns or was refused.
+  float objective = -1;
+  bool unusable = false, has_earlier = false;
+  std::unique_ptr<const CachedRow> earlier;
+  // Of one that learns.
+  std::vector<SketchBin> sketch;
+  std::unique_ptr<RowLearner> learner;
+  StopTest::State stop;
+  bool has_fit = false, is_published = false;
+  Mixture fit;
+  std::uint64_t taught = 0;  ///< Learning::count
+  std::uint32_t created_pass = 0, queries_at_creation = 0;
+  std::uint64_t observed = 0;
+  FixedMoments<14>::Words weights{};
+  std::unique_ptr<const TracedNodes> nodes;  ///< traced anew
+};
+
+struct Service::Table::SavedSlice {
+  explicit SavedSlice(const SliceDescription& slice) : answers(slice), stored(slice), earlier(slice) {}
+  std::uint32_t node_count() const { return answers.description().node_count(); }
+
+  bool audited = false;
+  std::vector<SavedNode> nodes;
+  PackedSlice answers, stored, earlier;
+  std::vector<std::vector<std::uint32_t>> made;  ///< of each form
+  std::vector<std::uint32_t> row_of_node;        ///< Slot::no_row where there is none
+};
+
+struct Service::Table::SavedTable {
+  std::uint32_t version = 0, pass = 0;
+  std::uint64_t paths = 0, reopened = 0, reopened_told = 0, queried = 0;
+  double mean_sampled_light = 0;
+  bool ceiling_told = false, unusable_told = false;
+  ErrorQuantiles absorbed_errors;
+  std::vector<SavedSlice> slices;
+  std::map<SliceKey, PackedSlice, KeyLess> unused;  ///< as of Table
+  std::vector<SavedRow> rows;
+};
+
+}  // namespace tress::adaptive
