@@ -36,7 +36,9 @@ scene::Scene groom(Section section) {
     material.fiber.eccentricity = section == Section::round ? 1.0f : 0.85f;
   }
   const char* basis = std::getenv("TRESS_BASIS");
-  for (scene::Groom& groom : scene.grooms) groom.linear = basis && std::string_view(basis) == "linear";
+  for (scene::Groom& groom : scene.grooms)
+    groom.basis =
+        basis && std::string_view(basis) == "linear" ? scene::StrandBasis::linear : scene::StrandBasis::bspline;
   scene::assign_fibers(&scene);
   return scene;
 }

@@ -79,7 +79,7 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
     const bool is_own = curves.segments[segment].strand == query.start_strand && curves.groom == query.start_groom;
     if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < 2 * curves.semi_axis(segment, along)) {
       arguments->valid[i] = 0;
-    } else if (curves.linear) {
+    } else if (curves.is_linear()) {
       if (is_outside_linear(curves, arguments, i)) arguments->valid[i] = 0;
     } else if (curves.elliptical) {
       if (is_outside(curves, segment, along, RTCHitN_v(arguments->hit, n, i), slope_of(arguments, i),
@@ -122,7 +122,8 @@ RayQuery ray_query(const Ray& ray, float start) {
 }
 
 Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, const RTCHit& found) {
-  const glm::vec3 tangent = glm::normalize(glm::vec3(found.Ng_x, found.Ng_y, found.Ng_z));
+  const glm::vec3 along(found.Ng_x, found.Ng_y, found.Ng_z);  // 0 where control points coincide at an end
+  const glm::vec3 tangent = glm::length(along) > 0 ? glm::normalize(along) : glm::vec3(0, 0, 1);
   const FiberFrame frame = curves.frame(found.primID, found.u, tangent);
   Hit hit;
   hit.distance_cm = distance_cm;
@@ -130,7 +131,7 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
   const glm::vec3 side = glm::cross(ray.direction, frame.u);
   const float sine = glm::length(side);
   const float semi_axis = curves.semi_axis(found.primID, found.u);
-  if (curves.linear) {
+  if (curves.is_linear()) {
     hit.axis = curves.axis(found.primID, found.u);
     const float offset = sine > 1e-6f ? glm::dot(hit.position - hit.axis, side) / sine : 0.0f;
     hit.lateral = semi_axis > 0 ? std::clamp(offset / semi_axis, -1.0f, 1.0f) : 0.0f;
@@ -178,8 +179,10 @@ void check(RTCDevice device, const void* made) {
 }
 
 RTCGeometry ribbons(RTCDevice device, StrandCurves* curves) {
-  RTCGeometry geometry = rtcNewGeometry(
-      device, curves->linear ? RTC_GEOMETRY_TYPE_FLAT_LINEAR_CURVE : RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
+  RTCGeometry geometry =
+      rtcNewGeometry(device, curves->is_linear()                           ? RTC_GEOMETRY_TYPE_FLAT_LINEAR_CURVE
+                             : curves->basis == scene::StrandBasis::bezier ? RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE
+                                                                           : RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
   check(device, geometry);
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, curves->control.data(), 0,
                              sizeof(glm::vec4), curves->control.size());

@@ -10,41 +10,52 @@
 namespace tress::geometry {
 namespace {
 
+using scene::StrandBasis;
+
 bool is_finite(const glm::vec3& x) { return std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z); }
 
-/// Points of a strand without repetitions; strands with less than two points left are not drawn.
+/// The points of a strand and the major semi-axes there; empty where it is not drawn. Repetitions are left out where
+/// the basis lets them.
+struct StrandPoints {
+  std::vector<glm::vec3> position;
+  std::vector<float> axis;
+};
+
+StrandPoints points_of(const scene::Groom& groom, std::uint32_t strand, float eccentricity) {
+  const double axis_per_radius = fiber::major_semi_axis(1.0, eccentricity);
+  const bool repeats_stay = groom.basis == StrandBasis::open_bspline || groom.basis == StrandBasis::bezier;
+  StrandPoints points;
+  for (std::uint32_t i = groom.first_point[strand]; i < groom.first_point[strand + 1]; ++i) {
+    if (!is_finite(groom.points[i]) || !std::isfinite(groom.radius_cm[i])) return {};
+    if (!repeats_stay && !points.position.empty() && points.position.back() == groom.points[i]) continue;
+    points.position.push_back(groom.points[i]);
+    points.axis.push_back(std::max(0.0f, static_cast<float>(axis_per_radius * groom.radius_cm[i])));
+  }
+  return points;
+}
+
 void add_strand(const scene::Groom& groom, std::uint32_t strand, float eccentricity, double root_angle_rad,
                 double turn_rad_per_cm, StrandCurves& curves) {
-  const double axis_per_radius = fiber::major_semi_axis(1.0, eccentricity);
-  std::vector<glm::vec3> points;
-  std::vector<float> axes;
-  for (std::uint32_t i = groom.first_point[strand]; i < groom.first_point[strand + 1]; ++i) {
-    if (!is_finite(groom.points[i]) || !std::isfinite(groom.radius_cm[i])) return;
-    if (!points.empty() && points.back() == groom.points[i]) continue;
-    points.push_back(groom.points[i]);
-    axes.push_back(std::max(0.0f, static_cast<float>(axis_per_radius * groom.radius_cm[i])));
-  }
-  const std::size_t count = points.size();
-  if (count < 2) return;
-  const std::vector<KnotFrame> frames = strand_frames(points, root_angle_rad, turn_rad_per_cm, curves.linear);
+  const StrandPoints points = points_of(groom, strand, eccentricity);
+  const std::vector<glm::vec3>& p = points.position;
+  const std::vector<float>& axes = points.axis;
+  const std::vector<KnotFrame> frames = strand_frames(p, root_angle_rad, turn_rad_per_cm, groom.basis);
+  if (frames.empty()) return;
+  const std::size_t count = p.size();
   // Reflected ends make the spline pass through root and tip. A reflected radius stops at 0.
-  const auto reflect = [](const glm::vec3& end, float end_axis, const glm::vec3& next, float next_axis) {
-    return glm::vec4(2.0f * end - next, std::max(0.0f, 2 * end_axis - next_axis));
+  const auto reflect = [&](std::size_t end, std::size_t next) {
+    return glm::vec4(2.0f * p[end] - p[next], std::max(0.0f, 2 * axes[end] - axes[next]));
   };
   const auto base = static_cast<std::uint32_t>(curves.control.size());
-  if (!curves.linear) {
-    curves.control.push_back(reflect(points[0], axes[0], points[1], axes[1]));
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    curves.control.emplace_back(points[i], axes[i]);
-  }
-  if (!curves.linear) {
-    curves.control.push_back(reflect(points[count - 1], axes[count - 1], points[count - 2], axes[count - 2]));
-  }
-  for (std::uint32_t i = 0; i + 1 < count; ++i) {
-    curves.first_control.push_back(base + i);
+  if (groom.basis == StrandBasis::bspline) curves.control.push_back(reflect(0, 1));
+  for (std::size_t i = 0; i < count; ++i) curves.control.emplace_back(p[i], axes[i]);
+  if (groom.basis == StrandBasis::bspline) curves.control.push_back(reflect(count - 1, count - 2));
+  const std::uint32_t stride = groom.basis == StrandBasis::bezier ? 3 : 1, controls = curves.is_linear() ? 2 : 4;
+  for (std::uint32_t i = 0; i + 1 < frames.size(); ++i) {
+    const std::uint32_t first = base + stride * i;
+    curves.first_control.push_back(first);
     StrandSegment segment{frames[i], frames[i + 1], {}, strand, eccentricity};
-    for (std::uint32_t c = 0; c < (curves.linear ? 2 : 4); ++c) segment.semi_axis[c] = curves.control[base + i + c].w;
+    for (std::uint32_t c = 0; c < controls; ++c) segment.semi_axis[c] = curves.control[first + c].w;
     curves.segments.push_back(segment);
   }
 }
@@ -58,7 +69,8 @@ FiberFrame StrandCurves::frame(std::uint32_t segment, float t, const glm::vec3& 
 float StrandCurves::semi_axis(std::uint32_t segment, float t) const {
   const std::array<float, 4>& a = segments[segment].semi_axis;
   const float s = 1 - t;
-  if (linear) return s * a[0] + t * a[1];
+  if (is_linear()) return s * a[0] + t * a[1];
+  if (basis == StrandBasis::bezier) return s * s * s * a[0] + 3 * s * t * (s * a[1] + t * a[2]) + t * t * t * a[3];
   return (s * s * s * a[0] + (4 - 3 * t * t * (2 - t)) * a[1] + (4 - 3 * s * s * (2 - s)) * a[2] + t * t * t * a[3]) /
          6;
 }
@@ -94,9 +106,9 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   const scene::Material& material = scene.materials[groom.material];
   StrandCurves curves;
   curves.groom = groom_index;
-  curves.linear = groom.linear;
+  curves.basis = groom.basis;
   const std::uint32_t strands = groom.strand_count();
-  curves.control.reserve(groom.points.size() + (groom.linear ? 0 : 2 * std::size_t{strands}));
+  curves.control.reserve(groom.points.size() + (groom.basis == StrandBasis::bspline ? 2 * std::size_t{strands} : 0));
   const std::size_t most_segments = groom.points.size() - std::min<std::size_t>(groom.points.size(), strands);
   curves.first_control.reserve(most_segments);
   curves.segments.reserve(most_segments);

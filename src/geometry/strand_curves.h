@@ -22,16 +22,19 @@ struct alignas(64) StrandSegment {
   float eccentricity;
 };
 
-/// One groom as Embree sees it. Every strand of n points has n - 1 segments. As a B-spline it has n + 2 control points,
+/// One groom as Embree sees it. A strand of n points has n - 1 segments. As a B-spline it has n + 2 control points,
 /// and the segment with first control point c runs from knot c + 1 to knot c + 2; linear strands have their n points,
-/// and the segment runs from c to c + 1.
+/// and the segment runs from c to c + 1. Open B-splines have their n control points and n - 3 segments; Bezier segments
+/// have theirs, and run from c to c + 3.
 struct StrandCurves {
   std::uint32_t groom = 0;                   ///< index into Scene::grooms
   std::vector<glm::vec4> control;            ///< xyz, cm; w = major semi-axis, cm
   std::vector<std::uint32_t> first_control;  ///< per segment
   std::vector<StrandSegment> segments;
-  bool elliptical = false;  ///< some eccentricity is below 1
-  bool linear = false;      ///< scene::Groom::linear
+  bool elliptical = false;                                 ///< some eccentricity is below 1
+  scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< of the groom
+
+  bool is_linear() const { return basis == scene::StrandBasis::linear; }
 
   /// t in [0, 1] along the segment; tangent: unit.
   FiberFrame frame(std::uint32_t segment, float t, const glm::vec3& tangent) const;
@@ -46,7 +49,8 @@ struct StrandCurves {
   std::size_t bytes() const;
 };
 
-/// Strands with less than two distinct points, or with a point that is not finite, have no segments.
+/// Strands with less than two distinct points, with fewer than their basis needs, or with a point that is not finite,
+/// have no segments.
 StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index);
 
 }  // namespace tress::geometry

@@ -23,55 +23,88 @@ glm::dvec3 least_aligned_normal(const glm::dvec3& tangent) {
   return glm::normalize(axis - glm::dot(axis, tangent) * tangent);
 }
 
-struct Knots {
-  std::vector<glm::dvec3> position, tangent;  ///< tangents are unit
-};
-
 /// Unit, or 0.
 glm::dvec3 direction_of(const glm::dvec3& x) {
   const double length = glm::length(x);
   return length > 0 ? x / length : glm::dvec3(0);
 }
 
-/// Knots of the uniform cubic B-spline: (p- + 4 p + p+)/6, tangent along p+ - p-. Linear: p, tangent halfway between
-/// the directions of the two segments.
-Knots strand_knots(std::span<const glm::vec3> points, bool linear) {
-  const std::size_t count = points.size();
-  Knots knots;
-  knots.position.resize(count);
-  knots.tangent.assign(count, glm::dvec3(0));
-  for (std::size_t i = 0; i < count; ++i) {
-    const glm::dvec3 here = points[i];
-    const glm::dvec3 before = i > 0 ? glm::dvec3(points[i - 1]) : 2.0 * here - glm::dvec3(points[i + 1]);
-    const glm::dvec3 after = i + 1 < count ? glm::dvec3(points[i + 1]) : 2.0 * here - glm::dvec3(points[i - 1]);
-    knots.position[i] = linear ? here : (before + 4.0 * here + after) / 6.0;
-    knots.tangent[i] = direction_of(linear ? direction_of(after - here) + direction_of(here - before) : after - before);
-  }
-  // Where points coincide the tangent is that of the neighbour, towards the tip first.
+using scene::StrandBasis;
+
+/// Knot of the uniform cubic B-spline: (p- + 4 p + p+)/6, tangent along p+ - p-.
+void add_bspline_knot(const glm::dvec3& before, const glm::dvec3& here, const glm::dvec3& after, StrandKnots* knots) {
+  knots->position.push_back((before + 4.0 * here + after) / 6.0);
+  knots->tangent.push_back(direction_of(after - before));
+}
+
+/// Between the segments that end and begin at this point; a Bezier segment leaves its end towards the nearest of its
+/// control points that is not there.
+void add_bezier_knot(std::span<const glm::vec3> points, std::size_t i, StrandKnots* knots) {
+  const glm::dvec3 here = points[i];
+  const auto towards = [&](int step) {
+    glm::dvec3 direction(0);
+    for (int k = 1; k <= 3 && direction == glm::dvec3(0); ++k) {
+      const auto at = static_cast<std::ptrdiff_t>(i) + k * step;
+      if (at < 0 || at >= static_cast<std::ptrdiff_t>(points.size())) break;
+      direction = direction_of(glm::dvec3(points[static_cast<std::size_t>(at)]) - here);
+    }
+    return direction;
+  };
+  knots->position.push_back(here);
+  knots->tangent.push_back(direction_of(towards(1) - towards(-1)));
+}
+
+/// Where there is no tangent it is that of the neighbour, towards the tip first.
+void fill_tangents(std::vector<glm::dvec3>* tangent) {
+  const std::size_t count = tangent->size();
   for (std::size_t i = count - 1; i-- > 0;) {
-    if (knots.tangent[i] == glm::dvec3(0)) knots.tangent[i] = knots.tangent[i + 1];
+    if ((*tangent)[i] == glm::dvec3(0)) (*tangent)[i] = (*tangent)[i + 1];
   }
-  if (knots.tangent[0] == glm::dvec3(0)) knots.tangent[0] = {0, 0, 1};
+  if ((*tangent)[0] == glm::dvec3(0)) (*tangent)[0] = {0, 0, 1};
   for (std::size_t i = 1; i < count; ++i) {
-    if (knots.tangent[i] == glm::dvec3(0)) knots.tangent[i] = knots.tangent[i - 1];
+    if ((*tangent)[i] == glm::dvec3(0)) (*tangent)[i] = (*tangent)[i - 1];
   }
-  return knots;
 }
 
 }  // namespace
 
 glm::vec3 root_normal(const glm::vec3& tangent) { return least_aligned_normal(tangent); }
 
-std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm,
-                                     bool linear) {
+StrandKnots strand_knots(std::span<const glm::vec3> points, StrandBasis basis) {
+  const std::size_t count = points.size();
+  StrandKnots knots;
+  if (count < (basis == StrandBasis::open_bspline || basis == StrandBasis::bezier ? 4 : 2)) return knots;
+  knots.position.reserve(count);
+  knots.tangent.reserve(count);
+  if (basis == StrandBasis::bezier) {
+    for (std::size_t i = 0; i < count; i += 3) add_bezier_knot(points, i, &knots);
+  } else if (basis == StrandBasis::open_bspline) {
+    for (std::size_t i = 1; i + 1 < count; ++i) add_bspline_knot(points[i - 1], points[i], points[i + 1], &knots);
+  } else {
+    for (std::size_t i = 0; i < count; ++i) {
+      const glm::dvec3 here = points[i];
+      const glm::dvec3 before = i > 0 ? glm::dvec3(points[i - 1]) : 2.0 * here - glm::dvec3(points[i + 1]);
+      const glm::dvec3 after = i + 1 < count ? glm::dvec3(points[i + 1]) : 2.0 * here - glm::dvec3(points[i - 1]);
+      if (basis == StrandBasis::linear) {
+        knots.position.push_back(here);
+        knots.tangent.push_back(direction_of(direction_of(after - here) + direction_of(here - before)));
+      } else {
+        add_bspline_knot(before, here, after, &knots);
+      }
+    }
+  }
+  fill_tangents(&knots.tangent);
+  return knots;
+}
+
+std::vector<KnotFrame> strand_frames(const StrandKnots& knots, double root_angle_rad, double turn_rad_per_cm) {
   std::vector<KnotFrame> frames;
-  if (points.size() < 2) return frames;
-  frames.reserve(points.size());
-  const Knots knots = strand_knots(points, linear);
+  if (knots.position.size() < 2) return frames;
+  frames.reserve(knots.position.size());
   glm::dvec3 normal = least_aligned_normal(knots.tangent[0]);
   double length = 0;
   frames.push_back({normal, static_cast<float>(root_angle_rad)});
-  for (std::size_t i = 1; i < points.size(); ++i) {
+  for (std::size_t i = 1; i < knots.position.size(); ++i) {
     const glm::dvec3 step = knots.position[i] - knots.position[i - 1];
     const glm::dvec3 tangent_reflected = reflect_across(knots.tangent[i - 1], step);
     normal = reflect_across(reflect_across(normal, step), knots.tangent[i] - tangent_reflected);
@@ -82,6 +115,11 @@ std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double r
     frames.push_back({normal, static_cast<float>(root_angle_rad + turn_rad_per_cm * length)});
   }
   return frames;
+}
+
+std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm,
+                                     StrandBasis basis) {
+  return strand_frames(strand_knots(points, basis), root_angle_rad, turn_rad_per_cm);
 }
 
 FiberFrame frame_between(const KnotFrame& a, const KnotFrame& b, float t, const glm::vec3& tangent) {

@@ -1,9 +1,12 @@
 // The major axis along a strand: a rotation-minimising frame, turned at the root and by the curl (design section 3).
 #pragma once
 
+#include <glm/ext/vector_double3.hpp>
 #include <glm/vec3.hpp>
 #include <span>
 #include <vector>
+
+#include "scene/model/scene.h"
 
 namespace tress::geometry {
 
@@ -23,13 +26,24 @@ struct FiberFrame {
 /// before z), made orthogonal to it. tangent: unit.
 glm::vec3 root_normal(const glm::vec3& tangent);
 
-/// Frames at the knots of a strand, one per point (cm, root first), by double reflection (Wang et al. 2008). linear:
-/// the knots are the points, the tangent at one halves the bend; else those of the uniform cubic B-spline of the
-/// points, its ends continued by reflection. The major axis leaves the root at root_angle_rad from root_normal and
-/// turns by turn_rad_per_cm times the length of the polygon of knots. Points may coincide; all the same: an arbitrary
-/// frame.
+/// Where the segments of a strand meet, and its two ends: at least two, or none where there are too few points.
+struct StrandKnots {
+  std::vector<glm::dvec3> position;  ///< as the points, cm
+  std::vector<glm::dvec3> tangent;   ///< unit, root to tip
+};
+
+/// Knots of a strand of these points, root first. bspline: one a point, its ends continued by reflection; linear: the
+/// points, the tangent at one halves the bend; so it does where two Bezier segments meet. Points may coincide: the
+/// tangent is then that of a neighbour.
+StrandKnots strand_knots(std::span<const glm::vec3> points, scene::StrandBasis basis);
+
+/// Frames at the knots by double reflection (Wang et al. 2008). The major axis leaves the root at root_angle_rad from
+/// root_normal and turns by turn_rad_per_cm times the length of the polygon of knots.
+std::vector<KnotFrame> strand_frames(const StrandKnots& knots, double root_angle_rad, double turn_rad_per_cm);
+
+/// The same of strand_knots().
 std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm,
-                                     bool linear = false);
+                                     scene::StrandBasis basis = scene::StrandBasis::bspline);
 
 /// Frame between two consecutive knots, at t in [0, 1], for the unit tangent there. Orthonormal for every input.
 FiberFrame frame_between(const KnotFrame& a, const KnotFrame& b, float t, const glm::vec3& tangent);

@@ -34,7 +34,7 @@ scene::Scene one_fiber(float eccentricity, bool twist, double curl_diameter_cm, 
   scene.materials[0].curl_diameter_cm = curl_diameter_cm;
   scene.materials[0].root_angle_rad = root_angle_rad;
   scene.grooms.push_back(straight_groom({0, 0, -5}, {0, 0, 5}, 11));
-  scene.grooms[0].linear = linear;
+  scene.grooms[0].basis = linear ? scene::StrandBasis::linear : scene::StrandBasis::bspline;
   scene::assign_fibers(&scene);
   return scene;
 }
@@ -127,7 +127,7 @@ TEST_P(FiberSceneTest, hit_carries_the_frame_that_the_root_angle_set) {
 TEST_P(FiberSceneTest, curve_reaches_root_and_tip) {
   scene::Scene scene = one_fiber(1, false, 1, 0, GetParam());
   scene.grooms[0] = straight_groom({0, 0, 0}, {0, 0, 1}, 2);
-  scene.grooms[0].linear = GetParam();
+  scene.grooms[0].basis = GetParam() ? scene::StrandBasis::linear : scene::StrandBasis::bspline;
   scene::assign_fibers(&scene);
   const FiberScene fibers(scene);
   EXPECT_TRUE(fibers.occluded({{0, -3, 0.001f}, {0, 1, 0}}));
@@ -158,7 +158,7 @@ TEST_P(FiberSceneTest, names_groom_and_strand) {
   two.points.insert(two.points.end(), second.points.begin(), second.points.end());
   two.radius_cm.insert(two.radius_cm.end(), second.radius_cm.begin(), second.radius_cm.end());
   two.first_point.push_back(7);
-  two.linear = GetParam();
+  two.basis = GetParam() ? scene::StrandBasis::linear : scene::StrandBasis::bspline;
   scene.grooms.push_back(two);
   scene::assign_fibers(&scene);
   const FiberScene fibers(scene);
@@ -174,7 +174,7 @@ TEST_P(FiberSceneTest, unset_root_angles_differ_between_strands) {
   scene::Scene scene = one_fiber(0.85f, false, 1, 0, GetParam());
   scene.materials[0].root_angle_rad.reset();
   scene.grooms.push_back(straight_groom({1, 0, -5}, {1, 0, 5}, 3));
-  scene.grooms[1].linear = GetParam();
+  scene.grooms[1].basis = GetParam() ? scene::StrandBasis::linear : scene::StrandBasis::bspline;
   scene::assign_fibers(&scene);
   const FiberScene fibers(scene);
   const std::optional<Hit> a = fibers.intersect({{0, -3, 0.1f}, {0, 1, 0}});
@@ -195,7 +195,7 @@ TEST_P(FiberSceneTest, survives_degenerate_input) {
   odd.radius_cm.assign(odd.points.size(), radius_cm);
   odd.radius_cm[11] = odd.radius_cm[12] = 0;
   odd.first_point = {0, 3, 7, 10, 11, 13};
-  odd.linear = GetParam();
+  odd.basis = GetParam() ? scene::StrandBasis::linear : scene::StrandBasis::bspline;
   scene.grooms.push_back(empty);
   scene.grooms.push_back(odd);
   scene::assign_fibers(&scene);

@@ -17,7 +17,7 @@ scene::Scene bent_scene(const std::vector<glm::vec3>& points, float eccentricity
   scene.materials[0].curl_diameter_cm = 0.9;
   scene.materials[0].root_angle_rad = 0.3;
   scene::Groom groom;
-  groom.linear = linear;
+  groom.basis = linear ? scene::StrandBasis::linear : scene::StrandBasis::bspline;
   groom.first_point = {0, static_cast<std::uint32_t>(points.size())};
   groom.points = points;
   groom.radius_cm.assign(points.size(), radius_cm);

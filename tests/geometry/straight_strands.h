@@ -39,7 +39,7 @@ inline scene::Scene straight_scene(const std::vector<StraightStrand>& strands, b
   scene.materials[0].root_angle_rad = straight_root_angle;
   scene.materials[0].curl_diameter_cm = straight_curl_cm;
   scene::Groom groom;
-  groom.linear = linear;
+  groom.basis = linear ? scene::StrandBasis::linear : scene::StrandBasis::bspline;
   groom.first_point = {0};
   for (const StraightStrand& strand : strands) {
     for (int i = 0; i < points_each; ++i) {

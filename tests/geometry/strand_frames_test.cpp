@@ -114,7 +114,7 @@ TEST(StrandFrames, exist_for_degenerate_strands) {
 /// the length from point to point.
 TEST(StrandFrames, of_linear_strands_halve_the_bends) {
   const std::vector<glm::vec3> points{{0, 0, 0}, {0, 0, 1}, {0, 0.5f, 1}, {0, 0.5f, 1}, {0, 1, 3}, {0, 0.2f, 2.8f}};
-  const std::vector<KnotFrame> frames = strand_frames(points, 0.4, 0.7, true);
+  const std::vector<KnotFrame> frames = strand_frames(points, 0.4, 0.7, scene::StrandBasis::linear);
   ASSERT_EQ(frames.size(), points.size());
   double length = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -125,7 +125,7 @@ TEST(StrandFrames, of_linear_strands_halve_the_bends) {
   }
   // Out of a plane: orthogonal to the direction that halves the bend.
   const std::vector<glm::vec3> bent{{0, 0, 0}, {0.1f, 0, 1}, {0.7f, 0.9f, 1.2f}, {0.5f, 1.5f, 3}};
-  const std::vector<KnotFrame> knots = strand_frames(bent, 0, 0, true);
+  const std::vector<KnotFrame> knots = strand_frames(bent, 0, 0, scene::StrandBasis::linear);
   for (std::size_t i = 1; i + 1 < bent.size(); ++i) {
     const glm::vec3 half = glm::normalize(bent[i + 1] - bent[i]) + glm::normalize(bent[i] - bent[i - 1]);
     EXPECT_NEAR(glm::dot(knots[i].normal, half), 0, 2e-6) << i;

@@ -12,6 +12,7 @@
 
 #include "scene/generate/generated_grooms.h"
 #include "scene/read/assembly.h"
+#include "scene/read/grooms/groom_formats.h"
 #include "scene/read/input_files.h"
 #include "scene/read/load_scene.h"
 
@@ -124,7 +125,9 @@ TEST(GroomAssembly, WarnsOfDegenerateStrandsWithTheirNumber) {
 }
 
 TEST(GroomAssembly, StandsFilesWithYUpAndScalesTo30Centimetres) {
-  HairFile hair{{0, 2}, {{0, 0, 0}, {0, 2, 1}}, {}, 0};
+  GroomFile hair;
+  hair.first_point = {0, 2};
+  hair.points = {{0, 0, 0}, {0, 2, 1}};
   std::vector<std::string> notes, warnings;
   const auto groom = assemble_groom(hair, {.y_up = true, .cm_per_unit = {}, .radius_cm = {}}, "x", &notes, &warnings);
   ASSERT_TRUE(groom);
@@ -134,8 +137,8 @@ TEST(GroomAssembly, StandsFilesWithYUpAndScalesTo30Centimetres) {
 }
 
 /// The strands of a generated groom as a file would have them, z up or y up.
-HairFile file_of(const Groom& groom, bool y_up) {
-  HairFile hair;
+GroomFile file_of(const Groom& groom, bool y_up) {
+  GroomFile hair;
   hair.first_point = groom.first_point;
   for (const glm::vec3& p : groom.points) hair.points.push_back(y_up ? glm::vec3(p.x, p.z, -p.y) : p);
   return hair;
@@ -147,14 +150,18 @@ TEST(GroomAssembly, SeesWhichAxisStrandsFallAlong) {
     EXPECT_FALSE(falls_along_y(file_of(groom, false))) << kind;
     EXPECT_TRUE(falls_along_y(file_of(groom, true))) << kind;
   }
-  EXPECT_FALSE(falls_along_y({.first_point = {0, 2}, .points = {{0, 0, 0}, {0, 2, 0}}, .thickness = {}}));
-  EXPECT_FALSE(falls_along_y({.first_point = {0, 2}, .points = {{1, 1, 1}, {1, 1, 1}}, .thickness = {}}));
+  GroomFile strand;
+  strand.first_point = {0, 2};
+  strand.points = {{0, 0, 0}, {0, 2, 0}};
+  EXPECT_FALSE(falls_along_y(strand));
+  strand.points = {{1, 1, 1}, {1, 1, 1}};
+  EXPECT_FALSE(falls_along_y(strand));
 }
 
 TEST(GroomAssembly, AnAxisThatIsSaidWinsAndAGuessIsSaid) {
   const Groom straight = generate_groom({.kind = "straight", .strands = 50, .seed = 3});
   for (const bool lies_along_y : {false, true}) {
-    const HairFile hair = file_of(straight, lies_along_y);
+    const GroomFile hair = file_of(straight, lies_along_y);
     const auto place = [&](GroomPlacement placement, const char* note) {
       placement.cm_per_unit = 1;
       std::vector<std::string> notes, warnings;

@@ -160,7 +160,8 @@ TEST(SceneFile, ReadsTheBasisOfFilesAndOfGeneratedGrooms) {
       {"generate": "single_fiber", "basis": "linear"}, {"file": "a.hair", "basis": "linear"},
       {"generate": "single_fiber", "basis": "bspline"}]})");
   ASSERT_EQ(scene.grooms.size(), 5u);
-  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(scene.grooms[i].linear, i == 2 || i == 3) << i;
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_EQ(scene.grooms[i].placement.basis == StrandBasis::linear, i == 2 || i == 3) << i;
 }
 
 TEST(SceneFile, SurvivesDeepNestingAndEveryTruncation) {
@@ -203,8 +204,8 @@ TEST(LoadScene, HandsOnTheBasis) {
   const auto scene = load_scene(file);
   std::filesystem::remove(file);
   ASSERT_TRUE(scene) << scene.error().message();
-  EXPECT_TRUE(scene->grooms[0].linear);
-  EXPECT_FALSE(scene->grooms[1].linear);
+  EXPECT_EQ(scene->grooms[0].basis, StrandBasis::linear);
+  EXPECT_EQ(scene->grooms[1].basis, StrandBasis::bspline);
 }
 
 TEST(Overrides, ReachTheScene) {

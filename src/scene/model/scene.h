@@ -73,8 +73,17 @@ struct Mesh {
   std::vector<glm::uvec3> corner_normals;
 };
 
+/// What the points of a strand are.
+enum class StrandBasis : std::uint8_t {
+  bspline,  ///< control points of a uniform cubic B-spline that goes through root and tip, its ends reflected
+  linear,   ///< the strand is straight from one to the next
+  /// control points of a uniform cubic B-spline: n of them for n - 3 segments, so that it begins beside the first one
+  open_bspline,
+  bezier  ///< control points of cubic Bezier segments that share their ends: 3 n + 1 of them for n segments
+};
+
 /// Strands of one material. Strand s has the points [first_point[s], first_point[s+1]), root first, at least two
-/// distinct ones.
+/// distinct ones, as many as the basis needs.
 struct Groom {
   std::string name;
   std::uint32_t material = 0;
@@ -84,7 +93,7 @@ struct Groom {
   std::vector<float> radius_cm;            ///< per point: of the circle with the same mean projected width
   /// Per strand, multiple scattering albedo, linear RGB in [0, 1]; empty unless its material takes colors of the file.
   std::vector<glm::vec3> color;
-  bool linear = false;  ///< straight from point to point; else the uniform cubic B-spline that the points control
+  StrandBasis basis = StrandBasis::bspline;
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
 };
 

@@ -19,13 +19,6 @@ constexpr double usual_longest_side_cm = 30;
 constexpr double smallest_radius_cm = 5e-4, largest_radius_cm = 0.05;
 constexpr float thinnest_cm = 1e-4f;
 
-/// The points of one strand without those equal to the one before.
-void append_distinct(const HairFile& hair, std::uint32_t strand, std::vector<std::uint32_t>* kept) {
-  kept->clear();
-  for (std::uint32_t i = hair.first_point[strand]; i < hair.first_point[strand + 1]; ++i)
-    if (kept->empty() || hair.points[i] != hair.points[kept->back()]) kept->push_back(i);
-}
-
 /// What a reader of the note can do about the axis that was taken for up.
 std::string up_note(const std::string& name, const GroomPlacement& placement, bool falls) {
   if (placement.guess_up)
@@ -36,7 +29,7 @@ std::string up_note(const std::string& name, const GroomPlacement& placement, bo
 
 }  // namespace
 
-bool falls_along_y(const HairFile& hair) {
+bool falls_along_y(const GroomFile& hair) {
   constexpr double least_fall = 0.1;
   glm::dvec3 fall(0.0);
   std::size_t counted = 0;
@@ -53,72 +46,124 @@ bool falls_along_y(const HairFile& hair) {
   return fall.y < -least_fall * strands && fall.y < 2 * fall.z;
 }
 
-Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placement, const std::string& name,
-                             std::vector<std::string>* notes, std::vector<std::string>* warnings) {
-  glm::vec3 low(1e30f), high(-1e30f);
-  float thickest = hair.thickness.empty() ? hair.default_thickness : 0.0f;
-  for (float thickness : hair.thickness) thickest = std::max(thickest, thickness);
-  for (const auto& p : hair.points) {
+namespace {
+
+struct Scale {
+  double cm_per_unit = 1;
+  std::optional<Error> error = {};
+};
+
+/// The unit that was given, that of the file, or one that makes the groom as large as grooms are.
+Scale scale_of(const GroomFile& file, const GroomPlacement& placement, const std::string& name,
+               std::vector<std::string>* notes) {
+  glm::vec3 low(largest_coordinate), high(-largest_coordinate);
+  for (const auto& p : file.points) {
     low = glm::min(low, p);
     high = glm::max(high, p);
   }
   const auto sides = high - low;
   const double longest = std::max({sides.x, sides.y, sides.z, 0.0f});
-  double scale = 1;
-  if (placement.cm_per_unit) {
-    scale = *placement.cm_per_unit;
+  Scale scale;
+  if (placement.cm_per_unit || file.cm_per_unit) {
+    scale.cm_per_unit = placement.cm_per_unit ? *placement.cm_per_unit : *file.cm_per_unit;
   } else if (longest > 0) {
-    scale = usual_longest_side_cm / longest;
+    scale.cm_per_unit = usual_longest_side_cm / longest;
     notes->push_back(fmt::format("{}: no unit given, longest side {:g} units taken for {:g} cm ({:g} cm per unit)",
-                                 name, longest, usual_longest_side_cm, scale));
+                                 name, longest, usual_longest_side_cm, scale.cm_per_unit));
   }
   const double extent = std::max(
       {std::abs(low.x), std::abs(low.y), std::abs(low.z), std::abs(high.x), std::abs(high.y), std::abs(high.z)});
-  if (!(extent * scale <= world_cm))
-    return Error{name, "points", fmt::format("coordinates within {:g} cm", world_cm),
-                 fmt::format("{:g} cm at {:g} cm per unit", extent * scale, scale)};
+  if (!file.points.empty() && !(extent * scale.cm_per_unit <= world_cm))
+    scale.error = Error{name, "points", fmt::format("coordinates within {:g} cm", world_cm),
+                        fmt::format("{:g} cm at {:g} cm per unit", extent * scale.cm_per_unit, scale.cm_per_unit)};
+  return scale;
+}
 
+/// Radii at the points: one for all where it was given or the file has none that can be.
+std::vector<float> radii_of(GroomFile* file, const GroomPlacement& placement, double scale, const std::string& name,
+                            std::vector<std::string>* notes) {
+  float thickest = file->width.empty() ? file->default_width : 0.0f;
+  for (float width : file->width) thickest = std::max(thickest, width);
   const double file_radius = thickest / 2 * scale;
   const bool use_file = !placement.radius_cm && file_radius >= smallest_radius_cm && file_radius <= largest_radius_cm;
-  const auto one_radius = static_cast<float>(placement.radius_cm.value_or(usual_radius_cm));
   if (!placement.radius_cm && !use_file)
     notes->push_back(thickest > 0
                          ? fmt::format("{}: thickness of the file gives a radius of {:g} cm, {:g} cm used", name,
                                        file_radius, usual_radius_cm)
                          : fmt::format("{}: no thickness in the file, radius {:g} cm used", name, usual_radius_cm));
-  const bool falls = !placement.y_up && falls_along_y(hair),
-             y_up = placement.y_up.value_or(placement.guess_up && falls);
-  if (!placement.y_up && (placement.guess_up || falls)) notes->push_back(up_note(name, placement, falls));
+  const auto radius_of = [&](float width) { return std::max(static_cast<float>(width / 2 * scale), thinnest_cm); };
+  if (!use_file || file->width.empty())
+    return std::vector<float>(
+        file->points.size(),
+        use_file ? radius_of(file->default_width) : static_cast<float>(placement.radius_cm.value_or(usual_radius_cm)));
+  for (float& width : file->width) width = radius_of(width);
+  return std::move(file->width);
+}
+
+/// Moves what is kept of the strands to the front, in place. Where the basis lets a point go, one that equals the one
+/// before goes. Strands of one place go; returns their number.
+std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* color) {
+  const bool color_a_point = color->size() == groom->points.size();
+  std::size_t kept_points = 0, kept_strands = 0, begin = 0;
+  const std::size_t strands = groom->first_point.size() - 1;
+  std::vector<glm::vec3> mean;
+  if (!color->empty()) mean.reserve(strands);
+  for (std::size_t s = 0; s < strands; ++s) {
+    const std::size_t end = groom->first_point[s + 1], start = kept_points;
+    glm::vec3 sum(0.0f);
+    bool has_length = false;
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool moves = kept_points > start && groom->points[i] != groom->points[kept_points - 1];
+      has_length = has_length || moves;
+      if (kept_points > start && !moves && !repeats_stay) continue;
+      if (!color->empty()) sum += (*color)[color_a_point ? i : s];
+      groom->points[kept_points] = groom->points[i];
+      groom->radius_cm[kept_points++] = groom->radius_cm[i];
+    }
+    begin = end;
+    if (!has_length) {
+      kept_points = start;
+      continue;
+    }
+    if (!color->empty()) mean.push_back(sum / static_cast<float>(kept_points - start));
+    groom->first_point[++kept_strands] = static_cast<std::uint32_t>(kept_points);
+  }
+  groom->points.resize(kept_points);
+  groom->radius_cm.resize(kept_points);
+  groom->first_point.resize(kept_strands + 1);
+  groom->color = std::move(mean);
+  return strands - kept_strands;
+}
+
+}  // namespace
+
+Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, const std::string& name,
+                             std::vector<std::string>* notes, std::vector<std::string>* warnings) {
+  const Scale scale = scale_of(file, placement, name, notes);
+  if (scale.error) return *scale.error;
+  const bool is_said = placement.y_up || file.y_up, falls = !is_said && falls_along_y(file),
+             y_up = placement.y_up ? *placement.y_up : file.y_up.value_or(placement.guess_up && falls);
+  if (!is_said && (placement.guess_up || falls)) notes->push_back(up_note(name, placement, falls));
+  for (const std::string& remark : file.remarks) notes->push_back(name + ": " + remark);
+  for (const IgnoredAttribute& ignored : file.ignored)
+    notes->push_back(fmt::format("{}: not used: {} ({})", name, ignored.name, ignored.why));
   Groom groom;
   groom.name = name;
-  groom.first_point.push_back(0);
-  std::size_t degenerate = 0;
-  std::vector<std::uint32_t> kept;
-  const auto strands = static_cast<std::uint32_t>(hair.first_point.size() - 1);
-  for (std::uint32_t s = 0; s < strands; ++s) {
-    append_distinct(hair, s, &kept);
-    glm::vec3 color(0.0f);
-    const std::size_t begin = groom.points.size();
-    for (std::uint32_t i : kept) {
-      const glm::vec3 file = hair.points[i] * static_cast<float>(scale);
-      const glm::vec3 point = y_up ? glm::vec3(file.x, -file.z, file.y) : file;
-      if (groom.points.size() > begin && point == groom.points.back()) continue;
-      const float thickness = hair.thickness.empty() ? hair.default_thickness : hair.thickness[i];
-      color += hair.color.empty() ? hair.default_color : hair.color[i];
-      groom.points.push_back(point);
-      groom.radius_cm.push_back(use_file ? std::max(static_cast<float>(thickness / 2 * scale), thinnest_cm)
-                                         : one_radius);
-    }
-    if (groom.points.size() - begin < 2) {
-      ++degenerate;
-      groom.points.resize(begin);
-      groom.radius_cm.resize(begin);
-    } else {
-      if (placement.colors) groom.color.push_back(color / static_cast<float>(groom.points.size() - begin));
-      groom.first_point.push_back(static_cast<std::uint32_t>(groom.points.size()));
-    }
+  groom.basis = file.basis.value_or(placement.basis.value_or(StrandBasis::bspline));
+  if (file.basis && placement.basis && *file.basis != *placement.basis)
+    notes->push_back(name + ": \"basis\" is not used, the file says what its points are");
+  groom.radius_cm = radii_of(&file, placement, scale.cm_per_unit, name, notes);
+  for (glm::vec3& point : file.points) {
+    point *= static_cast<float>(scale.cm_per_unit);
+    if (y_up) point = {point.x, -point.z, point.y};
   }
-  if (degenerate)
+  groom.first_point = std::move(file.first_point);
+  groom.points = std::move(file.points);
+  if (placement.colors && file.color.empty()) file.color.assign(groom.strand_count(), file.default_color);
+  if (!placement.colors) file.color.clear();
+  const std::size_t strands = groom.strand_count();
+  const bool repeats_stay = groom.basis != StrandBasis::bspline && groom.basis != StrandBasis::linear;
+  if (const std::size_t degenerate = compact(repeats_stay, &groom, &file.color))
     warnings->push_back(fmt::format("{}: {} of {} strands are degenerate (one point or no length) and left out", name,
                                     degenerate, strands));
   return groom;

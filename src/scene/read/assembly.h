@@ -7,26 +7,28 @@
 #include <vector>
 
 #include "scene/model/scene.h"
+#include "scene/read/grooms/groom_file.h"
 #include "scene/read/input_files.h"
 
 namespace tress::scene {
 
 struct GroomPlacement {
-  std::optional<bool> y_up = {};           ///< y of the file becomes z, its z becomes -y; unset: false, or by guess_up
-  bool guess_up = false;                   ///< where y_up is unset: by how the strands fall
+  std::optional<bool> y_up = {};  ///< y of the file becomes z, its z becomes -y; unset: as it says, else guess_up
+  bool guess_up = false;          ///< where y_up is unset: by how the strands fall
   std::optional<double> cm_per_unit = {};  ///< unset: the longest side of the bounding box is 30 cm
   std::optional<double> radius_cm = {};    ///< unset: the file's, or .004 cm where it has none or an absurd one
+  std::optional<StrandBasis> basis = {};   ///< of files that do not say; unset: bspline
   bool colors = false;                     ///< strands have the mean of the colors of their points
 };
 
 /// Whether y of the file is up, by how its strands fall: from root to tip they go down on average, hair by its weight
 /// and fur by its comb. The mean over strands of tip - root over the length of the strand must be below -0.1 along y
 /// and twice as far down as along z.
-bool falls_along_y(const HairFile& hair);
+bool falls_along_y(const GroomFile& hair);
 
 /// Appends to `notes` what was chosen and to `warnings` what was left out. A groom without strands is possible.
-/// Fails where the placed groom leaves a world of 10^6 cm.
-Result<Groom> assemble_groom(const HairFile& hair, const GroomPlacement& placement, const std::string& name,
+/// Fails where the placed groom leaves a world of 10^6 cm. Takes no memory but for radii that the file has not.
+Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, const std::string& name,
                              std::vector<std::string>* notes, std::vector<std::string>* warnings);
 
 /// Factors of the radius, linear in between along the normalised length of the strand's points.

@@ -89,7 +89,8 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
     groom.placement.radius_cm = json.number("radius_cm");
     groom.taper = read_taper(json, {});
   }
-  groom.linear = json.choice("basis", {"bspline", "linear"}).value_or("bspline") == "linear";
+  if (const auto basis = json.choice("basis", {"bspline", "linear"}))
+    groom.placement.basis = *basis == "linear" ? StrandBasis::linear : StrandBasis::bspline;
   groom.material = read_material_reference(json, materials);
   groom.placement.colors = groom.material < materials.size() && materials[groom.material].color_from_file;
   if (kind && groom.placement.colors)

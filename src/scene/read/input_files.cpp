@@ -8,11 +8,8 @@
 
 namespace tress::scene {
 
-namespace {
-
-/// The first min(size, wanted) bytes; an error where the file is larger than `most_bytes`.
-Result<std::vector<unsigned char>> read(const std::filesystem::path& file, const std::string& what,
-                                        std::uintmax_t wanted, std::uintmax_t most_bytes) {
+Result<std::uintmax_t> input_file_size(const std::filesystem::path& file, const std::string& what,
+                                       std::uintmax_t most_bytes) {
   const auto error = [&](std::string found) { return Error{file.string(), "", what, std::move(found)}; };
   std::error_code code;
   const auto status = std::filesystem::status(file, code);
@@ -23,7 +20,18 @@ Result<std::vector<unsigned char>> read(const std::filesystem::path& file, const
   if (code) return error(code.message());
   if (size == 0) return error("an empty file");
   if (size > most_bytes) return error(fmt::format("{} bytes, more than {}", size, most_bytes));
-  std::vector<unsigned char> bytes(std::min(size, wanted));
+  return size;
+}
+
+namespace {
+
+/// The first min(size, wanted) bytes; an error where the file is larger than `most_bytes`.
+Result<std::vector<unsigned char>> read(const std::filesystem::path& file, const std::string& what,
+                                        std::uintmax_t wanted, std::uintmax_t most_bytes) {
+  const auto error = [&](std::string found) { return Error{file.string(), "", what, std::move(found)}; };
+  const auto size = input_file_size(file, what, most_bytes);
+  if (!size) return size.error();
+  std::vector<unsigned char> bytes(std::min(*size, wanted));
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return error("a file that cannot be opened");
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));

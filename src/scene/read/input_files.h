@@ -1,5 +1,5 @@
 // Files that a scene is made of: their bytes with the reasons why not, what they are by their first bytes, and what the
-// formats of strands, meshes and environments hold.
+// formats of meshes and environments hold.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,10 @@
 #include "tress/base/error.h"
 
 namespace tress::scene {
+
+/// The size of a regular file of 1 to `most_bytes` bytes. `what` completes "expected ...".
+Result<std::uintmax_t> input_file_size(const std::filesystem::path& file, const std::string& what,
+                                       std::uintmax_t most_bytes);
 
 /// The bytes of a regular file of at most `most_bytes`. `what` completes "expected ...". Never waits on pipes or
 /// devices.
@@ -34,22 +38,6 @@ std::string known_kind_of(std::span<const unsigned char> start);
 /// The same, and where there is no mark what the bytes look like: "a text that begins \"solid\"", "binary data that
 /// begins 00 01 02 03". Printable, for messages.
 std::string kind_of(std::span<const unsigned char> start);
-
-// Cem Yuksel's .hair files (www.cemyuksel.com/research/hairmodels).
-
-/// Strands as the file has them: file units, file axes, degenerate ones included.
-struct HairFile {
-  std::vector<std::uint32_t> first_point;  ///< strand count + 1 entries
-  std::vector<glm::vec3> points;           ///< finite
-  std::vector<float> thickness;            ///< per point, a diameter in file units; empty: default_thickness
-  float default_thickness = 0;
-  std::vector<glm::vec3> color = {};  ///< per point, linear RGB in [0, 1]; empty: default_color
-  glm::vec3 default_color{0.0f};      ///< as color
-};
-
-/// Parses the bytes of a .hair file. Every count is held against the number of bytes before memory is taken; points and
-/// thicknesses must be finite. `name` is the file named in errors, which give the byte.
-Result<HairFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name);
 
 // Wavefront .obj files: the polygons and their normals.
 

@@ -13,16 +13,18 @@
 #include "scene/model/parameters.h"
 #include "scene/model/strand_fibers.h"
 #include "scene/read/assembly.h"
+#include "scene/read/groom_files.h"
+#include "scene/read/grooms/groom_formats.h"
 #include "scene/read/input_files.h"
 #include "scene/read/scene_file.h"
 
 namespace tress::scene {
 namespace {
 
-constexpr std::uintmax_t most_scene_bytes = std::uintmax_t{64} << 20, most_hair_bytes = std::uintmax_t{8} << 30;
+constexpr std::uintmax_t most_scene_bytes = std::uintmax_t{64} << 20;
 constexpr std::uintmax_t most_obj_bytes = std::uintmax_t{2} << 30;
 
-SceneDescription bare_hair_file(const std::filesystem::path& file) {
+SceneDescription bare_groom(const std::filesystem::path& file) {
   SceneDescription scene;
   scene.materials.emplace_back();
   scene.grooms.emplace_back();
@@ -119,13 +121,15 @@ Result<Environment> make_environment(const EnvironmentDescription& description, 
 }
 
 Result<Groom> make_groom(const GroomDescription& description, const std::filesystem::path& folder, Scene* scene) {
-  if (!description.file) return generate_groom(description.recipe);
+  if (!description.file) {
+    Groom groom = generate_groom(description.recipe);
+    groom.basis = description.placement.basis.value_or(groom.basis);
+    return groom;
+  }
   const auto file = folder / *description.file;
-  const auto bytes = read_input_file(file, "a .hair file", most_hair_bytes);
-  if (!bytes) return bytes.error();
-  const auto hair = parse_hair_file(*bytes, file.string());
-  if (!hair) return hair.error();
-  return assemble_groom(*hair, description.placement, file.string(), &scene->notes, &scene->warnings);
+  auto strands = read_groom_file(file);
+  if (!strands) return strands.error();
+  return assemble_groom(std::move(*strands), description.placement, file.string(), &scene->notes, &scene->warnings);
 }
 
 Result<Mesh> make_mesh(const MeshDescription& description, const std::filesystem::path& folder, Scene* scene) {
@@ -147,11 +151,10 @@ bool may_be_json(const std::filesystem::path& file, std::span<const unsigned cha
 }
 
 Result<SceneDescription> describe(const std::filesystem::path& file) {
-  const bool hair = file.extension() == ".hair";
-  const std::string wanted = hair ? "a .hair file" : "a scene (JSON) or a groom (.hair)";
+  const std::string wanted = "a scene (JSON) or a groom (" + groom_endings() + ")";
   const auto start = read_file_start(file, wanted, bytes_of_kind);
   if (!start) return start.error();
-  if (hair || kind_of(*start) == "a .hair groom") return bare_hair_file(file);
+  if (is_groom_file(file)) return bare_groom(file);
   if (!may_be_json(file, *start)) return Error{file.string(), "", wanted, kind_of(*start)};
   const auto bytes =
       read_input_file(file, fmt::format("a scene of at most {} bytes", most_scene_bytes), most_scene_bytes);
@@ -187,7 +190,6 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
     auto groom = make_groom(groom_description, folder, &scene);
     if (!groom) return groom.error();
     apply_taper(groom_description.taper, &*groom);
-    groom->linear = groom_description.linear;
     groom->material = groom_description.material;
     if (groom->strand_count() == 0)
       scene.warnings.push_back(groom->name + ": no strand is left to draw");

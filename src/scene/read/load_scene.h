@@ -29,7 +29,7 @@ struct Overrides {
   std::optional<double> turn_deg;  ///< of a camera that is placed to see the hair
 };
 
-/// A scene JSON file, or a bare .hair file. Errors name the file and the JSON path or byte.
+/// A scene JSON file, or a bare file of strands (groom_files.h). Errors name the file and the JSON path or byte.
 Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides = {});
 
 }  // namespace tress::scene

@@ -32,7 +32,6 @@ struct GroomDescription {
   GroomPlacement placement;
   GroomRecipe recipe;
   Taper taper;
-  bool linear = false;  ///< Groom::linear
   std::uint32_t material = 0;
 };
 

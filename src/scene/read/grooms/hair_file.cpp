@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "scene/read/input_files.h"
+#include "scene/read/grooms/groom_formats.h"
 
 namespace tress::scene {
 namespace {
@@ -14,8 +14,6 @@ static_assert(std::endian::native == std::endian::little, ".hair files are littl
 
 constexpr std::size_t header_bytes = 128;
 constexpr std::uint32_t has_segments = 1, has_points = 2, has_thickness = 4, has_transparency = 8, has_colors = 16;
-/// Coordinates and thicknesses beyond this are damage: their squares must stay far from overflow.
-constexpr float largest_coordinate = 1e9f;
 
 template <class T>
 T read(std::span<const unsigned char> bytes, std::size_t offset) {
@@ -26,13 +24,13 @@ T read(std::span<const unsigned char> bytes, std::size_t offset) {
 
 }  // namespace
 
-Result<HairFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name) {
+Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name) {
   const auto error = [&](std::size_t byte, std::string expected, std::string found) {
     return Error{name, fmt::format("byte {}", byte), std::move(expected), std::move(found)};
   };
   if (bytes.empty()) return error(0, "a .hair file", "an empty file");
   if (bytes.size() < 4 || std::memcmp(bytes.data(), "HAIR", 4) != 0)
-    return error(0, "\"HAIR\", the mark of a .hair file", kind_of(bytes));
+    return error(0, "\"HAIR\", the mark of a .hair file", "other bytes");
   if (bytes.size() < header_bytes)
     return error(bytes.size(), fmt::format("a header of {} bytes", header_bytes), "the end of the file");
 
@@ -53,8 +51,11 @@ Result<HairFile> parse_hair_file(std::span<const unsigned char> bytes, const std
     return error(16, fmt::format("{} strands of equal length to use {} points", strands, points),
                  fmt::format("{} segments each", default_segments));
 
-  HairFile hair;
-  hair.default_thickness = read<float>(bytes, 20);
+  GroomFile hair;
+  hair.format = "a .hair groom";
+  hair.default_width = read<float>(bytes, 20);
+  if (!(hair.default_width >= 0 && hair.default_width <= largest_coordinate)) hair.default_width = 0;
+  hair.parts = {{.name = "", .strands = strands, .points = points}};
   hair.first_point.reserve(strands + 1);
   hair.first_point.push_back(0);
   std::size_t offset = header_bytes;
@@ -82,12 +83,12 @@ Result<HairFile> parse_hair_file(std::span<const unsigned char> bytes, const std
     }
   offset += 12 * points;
   if (bits & has_thickness) {
-    hair.thickness.resize(points);
+    hair.width.resize(points);
     for (std::uint64_t i = 0; i < points; ++i) {
       const auto x = read<float>(bytes, offset + 4 * i);
       if (!(x >= 0 && x <= largest_coordinate))
         return error(offset + 4 * i, fmt::format("thickness {} finite and >= 0", i), fmt::format("{:g}", x));
-      hair.thickness[i] = x;
+      hair.width[i] = x;
     }
   }
   if (bits & has_thickness) offset += 4 * points;
@@ -100,6 +101,12 @@ Result<HairFile> parse_hair_file(std::span<const unsigned char> bytes, const std
     return color;
   };
   hair.default_color = read_color(28);
+  hair.has_color = (bits & has_colors) != 0 || hair.default_color != glm::vec3(0.0f);
+  if (bits & has_transparency)
+    hair.ignored.push_back({"transparency", "fibers are as opaque as their absorption"});
+  else if (const auto all = read<float>(bytes, 24); all > 0 && all <= 1)
+    hair.ignored.push_back(
+        {"transparency", fmt::format("{:g} of all strands; fibers are as opaque as their absorption", all)});
   if (bits & has_colors) {
     hair.color.reserve(points);
     for (std::uint64_t i = 0; i < points; ++i) hair.color.push_back(read_color(offset + 12 * i));

@@ -1,0 +1,75 @@
+// What every reader of strands fills: a groom as its file has it, in the file's units and axes.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "scene/model/scene.h"
+#include "tress/base/error.h"
+
+namespace tress::scene {
+
+/// One set of curves of the file: a prim, an object, or the whole of it. For people.
+struct GroomPart {
+  std::string name;              ///< its path in the file; empty where the format has none
+  std::uint64_t strands = 0;     ///< before any are left out
+  std::uint64_t points = 0;      ///< as written
+  std::string curve = "points";  ///< "cubic bspline, pinned"
+};
+
+/// Something of the file that no picture will show.
+struct IgnoredAttribute {
+  std::string name, why;
+};
+
+/// Strands as the file has them, degenerate ones included, transforms of the file applied. Arrays a point follow
+/// `points`, arrays a strand the strands; an empty one was not in the file.
+struct GroomFile {
+  std::string format;                       ///< "a .hair groom"
+  std::vector<GroomPart> parts = {};        ///< at least one
+  std::optional<StrandBasis> basis = {};    ///< of all strands; unset: the file does not say
+  std::vector<std::uint32_t> first_point;   ///< strand count + 1 entries, the first 0; as the basis needs them
+  std::vector<glm::vec3> points;            ///< finite, within largest_coordinate
+  std::vector<float> width = {};            ///< per point, a diameter, finite, >= 0; empty: default_width
+  float default_width = 0;                  ///< 0: the file has none
+  std::vector<glm::vec3> color = {};        ///< linear RGB in [0, 1], per point or, as many, per strand
+  glm::vec3 default_color{0.0f};            ///< where `color` is empty
+  bool has_color = false;                   ///< whether the file has any color
+  std::vector<glm::vec3> normal = {};       ///< per point: along the minor axis of the cross-section, any length
+  std::vector<std::int64_t> id = {};        ///< per strand
+  std::vector<glm::vec2> root_uv = {};      ///< per strand
+  std::optional<double> cm_per_unit = {};   ///< as the file says
+  std::optional<bool> y_up = {};            ///< y of the file is up, else z, as the file says
+  std::vector<std::string> remarks = {};    ///< what was chosen, what was converted
+  std::vector<std::string> materials = {};  ///< what it says of them, one text each
+  std::vector<IgnoredAttribute> ignored = {};
+
+  std::size_t strand_count() const { return first_point.empty() ? 0 : first_point.size() - 1; }
+  /// Of the point, which belongs to the strand.
+  float width_at(std::size_t point) const { return width.empty() ? default_width : width[point]; }
+  glm::vec3 color_at(std::size_t strand, std::size_t point) const {
+    return color.empty() ? default_color : color[color.size() == points.size() ? point : strand];
+  }
+};
+
+/// Coordinates and widths beyond this are damage: their squares must stay far from overflow.
+constexpr float largest_coordinate = 1e9f;
+/// No file may have more of either: indices have 32 bits.
+constexpr std::uint64_t most_groom_points = 0xffffffffu;
+
+/// A file to be read, and what a reader may ask for besides.
+struct GroomInput {
+  std::span<const unsigned char> bytes;
+  std::string name;  ///< of the file, in errors
+  /// The bytes of another file that this one names, relative to it; unset: other files may not be read.
+  std::function<Result<std::vector<unsigned char>>(const std::string& path)> other_file = {};
+  std::optional<std::uint32_t> points_per_strand = {};  ///< of formats that do not say
+};
+
+}  // namespace tress::scene

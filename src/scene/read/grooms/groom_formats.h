@@ -1,0 +1,33 @@
+// The formats of strands that can be read: one row each. A new one is a file in this folder and a row here.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "scene/read/grooms/groom_file.h"
+
+namespace tress::scene {
+
+struct GroomFormat {
+  std::string_view name;    ///< "an Alembic archive (Ogawa)"
+  std::string_view ending;  ///< ".abc", in small letters
+  /// What the first bytes are, for messages: "\"HAIR\", the mark of a .hair file"; empty: there is no mark.
+  std::string_view mark;
+  /// Whether these are the bytes of such a file, damaged ones with the right mark included. Reads what it must.
+  bool (*is)(std::span<const unsigned char> bytes);
+  /// Every count is held against the number of bytes before memory is taken. Errors name the file and the place.
+  Result<GroomFile> (*read)(const GroomInput& input);
+};
+
+std::span<const GroomFormat> groom_formats();
+
+/// The format of these bytes, null where it is none.
+const GroomFormat* groom_format_of(std::span<const unsigned char> bytes);
+
+/// ".hair, .abc, .usda", for messages.
+std::string groom_endings();
+
+/// Parses the bytes of a .hair file (README.md). `name` is the file named in errors, which give the byte.
+Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name);
+
+}  // namespace tress::scene

@@ -1,0 +1,34 @@
+// The bytes of a file without a copy of them.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "tress/base/error.h"
+
+namespace tress::scene {
+
+/// A regular file of at least one byte, mapped for reading. Pages are read when they are looked at and belong to the
+/// file's cache, not to the memory of the process. A file that someone cuts meanwhile ends the process (SIGBUS), as
+/// with every mapping. Movable, one owner.
+class MappedFile {
+ public:
+  /// `what` completes "expected ...". Never waits on pipes or devices.
+  static Result<MappedFile> open(const std::filesystem::path& file, const std::string& what, std::uintmax_t most_bytes);
+
+  MappedFile(MappedFile&& other) noexcept;
+  MappedFile& operator=(MappedFile&& other) noexcept;
+  ~MappedFile();
+
+  std::span<const unsigned char> bytes() const { return {data_, size_}; }
+
+ private:
+  MappedFile(const unsigned char* data, std::size_t size) : data_(data), size_(size) {}
+
+  const unsigned char* data_;
+  std::size_t size_;
+};
+
+}  // namespace tress::scene
