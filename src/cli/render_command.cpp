@@ -268,6 +268,9 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       "half (default): 16 bits where they are enough, 32 for Z, variance and layers that halves cannot hold; float: "
       "32");
   add_number(render, "--exposure", [&s](double x) { s.overrides.exposure_stops = x; });
+  add_choice(
+      render, "--view", image::view_names(), [&s](const std::string& name) { s.overrides.view = image::view_of(name); },
+      std::string(scene::option_parameter("--view").sentence));
   add_flag(render, "--transparent", [&s] { s.overrides.transparent = true; });
   add_whole(render, "--frame", [&s](std::uint64_t n) { s.overrides.frame = int(n); });
   render

@@ -270,6 +270,8 @@ class RenderJob {
     integrate::describe_camera(scene_.camera, scene_.image, &picture);
     picture.metadata["noise"] = fmt::format("{:.4g}", noise_);
     picture.metadata["exposure"] = fmt::format("{} stops, of the PNG alone", scene_.image.exposure_stops);
+    picture.metadata["view"] = image::view_names()[static_cast<std::size_t>(scene_.image.view)] +
+                               ", of the PNG alone; these pixels are linear";
     picture.metadata["seed"] = std::to_string(settings_.render.seed);
     picture.metadata["samples"] = fmt::format("{}", result.samples_per_pixel);
     picture.metadata["dropped_samples"] = std::to_string(result.dropped_samples);
@@ -296,7 +298,7 @@ class RenderJob {
     });
     std::filesystem::path preview = written.value_or(settings_.output);
     preview.replace_extension(".png");
-    const image::Preview look{scene_.image.transparent, scene_.image.exposure_stops};
+    const image::Preview look{scene_.image.transparent, scene_.image.exposure_stops, scene_.image.view};
     write(preview, [&](const std::filesystem::path& file) { return image::write_png(file, picture, look); });
     if (result.heatmap) {
       write(*settings_.heatmap,

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "image/view_transform.h"
 #include "tress/base/error.h"
 
 namespace tress::image {
@@ -62,10 +63,11 @@ Result<Picture> read_exr(const std::filesystem::path& file);
 struct Preview {
   bool alpha = false;         ///< of A, straight: what is covered in its own color; else opaque
   double exposure_stops = 0;  ///< R, G, B are scaled by 2 to this
+  View view = View::standard;
 };
 
-/// 8 bit sRGB of R, G, B, clamped. Opaque: over what R, G, B have, or over mid-grey where the picture has no background
-/// at all. Atomic like write_exr.
+/// 8 bits of R, G, B as a display with sRGB primaries shows them. Opaque: over what R, G, B have, or over mid-grey
+/// where the picture has no background at all. Atomic like write_exr.
 std::optional<Error> write_png(const std::filesystem::path& file, const Picture& picture, const Preview& preview = {});
 
 /// B against A over R, G, B of the pixels that both have: parts of images of one size.

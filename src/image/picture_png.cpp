@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "image/picture.h"
+#include "image/view_transform.h"
 #include "tress/base/replace_file.h"
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION
@@ -18,12 +19,8 @@ namespace {
 
 constexpr float mid_grey = 0.18f;
 
-/// Linear to sRGB (IEC 61966-2-1), rounded to 8 bits; outside [0, 1] clamped, NaN to 0.
-std::uint8_t encode_srgb(float linear) {
-  const float x = linear > 0 ? std::min(linear, 1.0f) : 0.0f;
-  const float encoded = x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
-  return static_cast<std::uint8_t>(std::lround(255 * encoded));
-}
+/// Of a value in [0, 1].
+std::uint8_t in_8_bits(float value) { return static_cast<std::uint8_t>(std::lround(255 * value)); }
 
 void append_bytes(void* context, void* data, int size) {
   static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
@@ -49,8 +46,10 @@ std::optional<Error> write_png(const std::filesystem::path& file, const Picture&
     const float covered = alpha ? std::clamp(alpha->pixels[i], 0.0f, 1.0f) : 1.0f;
     const float behind = keeps_alpha ? 0.0f : mid_grey * (1 - covered);
     const float scale = keeps_alpha && covered > 0 ? exposure / covered : exposure;
-    for (const Channel* channel : rgb) bytes.push_back(encode_srgb(scale * channel->pixels[i] + behind));
-    if (keeps_alpha) bytes.push_back(static_cast<std::uint8_t>(std::lround(255 * covered)));
+    const glm::vec3 color(rgb[0]->pixels[i], rgb[1]->pixels[i], rgb[2]->pixels[i]);
+    const glm::vec3 shown = displayed(preview.view, scale * color + behind);
+    for (int c = 0; c < 3; ++c) bytes.push_back(in_8_bits(shown[c]));
+    if (keeps_alpha) bytes.push_back(in_8_bits(covered));
   }
   std::string encoded;
   const int channels = static_cast<int>(bytes_per_pixel);

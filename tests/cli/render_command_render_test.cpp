@@ -275,11 +275,12 @@ TEST_F(Render, FramesHaveGrainOfTheirOwnUnlessTheSeedIsGiven) {
   EXPECT_THAT(header.at("command"), HasSubstr(path("f7 fixed.exr") + "' --frame 7 --seed 0 --spp 1"));
 }
 
-/// Of 40 channels at 32 bits 4 are left, in capitals, and the exposure brightens the PNG alone.
+/// Of 40 channels at 32 bits 4 are left, in capitals, and exposure and view change the PNG alone.
 TEST_F(Render, LayersAndBitsAreChosenAndExposureIsOfThePreview) {
   render_well("all.exr", {"--precision", "float"});
   render_well("half.exr");
   render_well("few.EXR", {"--layers", "albedo,Z", "--exposure", "2"});
+  render_well("film.exr", {"--view", "agx"});
   render_well("least.exr", {"--layers", "beauty"});
   const auto all = image::read_exr(path("all.exr")), half = image::read_exr(path("half.exr"));
   const auto few = image::read_exr(path("few.EXR")), least = image::read_exr(path("least.exr"));
@@ -300,6 +301,8 @@ TEST_F(Render, LayersAndBitsAreChosenAndExposureIsOfThePreview) {
   EXPECT_LT(fs::file_size(path("half.exr")), 0.75 * static_cast<double>(fs::file_size(path("all.exr"))));
   EXPECT_EQ(read_text(path("half.png")), read_text(path("all.png")));
   EXPECT_NE(read_text(path("few.png")), read_text(path("all.png")));
+  EXPECT_NE(read_text(path("film.png")), read_text(path("all.png")));
+  EXPECT_EQ(half->find("R")->pixels, image::read_exr(path("film.exr"))->find("R")->pixels) << "nor is the view";
 }
 
 TEST_F(Render, AHeatMapTellsWhatPixelsCostAndLeavesThePictureAsItIs) {

@@ -214,7 +214,7 @@ TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
       {"--up", "x"},          {"--turn", "361"},     {"--cm-per-unit", "0"},  {"--max-depth", "0"},
       {"--resolution", "64"}, {"--time", "0"},       {"--noise", "-1"},       {"--noise", "2"},
       {"--crop", "0,0,4"},    {"--crop", "4,0,4,4"}, {"--crop", "-1,0,4,4"},  {"--crop", "0,0,1,1,"},
-      {"--exposure", "21"},   {"--precision", "16"}};
+      {"--exposure", "21"},   {"--precision", "16"}, {"--view", "filmic"}};
   for (const auto& [option, value] : wrong) {
     expect_wrong({"render", "a.json", "-o", "a.exr", option, value}, option + ": expected ");
     expect_wrong({"render", "a.json", "-o", "a.exr", option, value}, "found " + value);

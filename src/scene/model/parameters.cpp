@@ -65,6 +65,9 @@ constexpr std::array table{
               "",
               "0",
               "brightness of the PNG, which is scaled by 2 to this; the EXR stays as it is"},
+    Parameter{"/image/view", "--view", choice, none, "", "standard, neutral, agx", "standard",
+              "how the PNG shows light that is brighter than a display: cut off at 1; Khronos PBR Neutral, which keeps "
+              "colors and compresses highlights; AgX, which is like film; the EXR stays as it is"},
     Parameter{"/environment/file", "", text, none, "", "", "",
               "a path to an EXR or HDR (RGBE) picture, told by content; latitude-longitude, top row up; bilinear "
               "between its pixels"},

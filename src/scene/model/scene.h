@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "image/view_transform.h"
 #include "scene/model/environment.h"
 #include "tress/fiber/parameters.h"
 
@@ -24,8 +25,9 @@ struct Camera {
 struct Image {
   int width = 512, height = 512;
   int samples = 64;
-  double exposure_stops = 0;  ///< of the preview
-  bool transparent = false;   ///< beauty without what is behind the hair; else as Scene::environment_visible has it
+  double exposure_stops = 0;                 ///< of the preview
+  image::View view = image::View::standard;  ///< of the preview
+  bool transparent = false;  ///< beauty without what is behind the hair; else as Scene::environment_visible has it
 };
 
 /// How strands of one material differ: half ranges, uniform, of mean 0 (strand_fibers.h).

@@ -104,6 +104,7 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   image.samples = overrides.samples.value_or(image.samples);
   image.transparent = overrides.transparent.value_or(image.transparent);
   image.exposure_stops = overrides.exposure_stops.value_or(image.exposure_stops);
+  image.view = overrides.view.value_or(image.view);
   const std::int64_t pixels = std::int64_t{image.width} * image.height;
   if (pixels > most_image_pixels)
     return Error{"", "--resolution", fmt::format("at most {} pixels", most_image_pixels), fmt::format("{}", pixels)};

@@ -25,6 +25,7 @@ struct Overrides {
   std::optional<int> width, height, samples;
   std::optional<bool> transparent;
   std::optional<double> exposure_stops;
+  std::optional<image::View> view;
   std::optional<int> frame;        ///< of a moving camera
   std::optional<double> turn_deg;  ///< of a camera that is placed to see the hair
 };
