@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <memory>
@@ -95,6 +96,7 @@ class RenderJob {
 
     integrate::RenderOptions options = settings_.render;
     options.samples = settings_.stop.samples(scene_.image.samples);
+    options.mattes = is_wanted("CryptoObject") || is_wanted("CryptoMaterial");
     if (!model_->evaluates()) {
       options.light_samples = 0;
       log_note(fmt::format("model {} can only be sampled: light is met by chance, and small lights make noise",
@@ -119,6 +121,10 @@ class RenderJob {
                           });
     progress.finish();
     return save(result, progress.seconds(), interrupt.exit_status());
+  }
+
+  bool is_wanted(const char* layer) const {
+    return !settings_.layers || std::ranges::find(*settings_.layers, layer) != settings_.layers->end();
   }
 
   integrate::BiasAudit bias_audit() {

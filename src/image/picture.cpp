@@ -21,11 +21,35 @@ std::string layer_of(const std::string& channel) {
   return of_beauty ? "beauty" : channel;
 }
 
+namespace {
+
+/// Whether the layer is the one of this name or of a numbered set of this name.
+bool is_of(const std::string& layer, const std::string& name) {
+  if (!layer.starts_with(name)) return false;
+  const std::string number = layer.substr(name.size());
+  return number.empty() || (number.size() == 2 && number.find_first_not_of("0123456789") == std::string::npos);
+}
+
+bool has_layer(const Picture& picture, const std::string& name) {
+  return std::any_of(picture.channels.begin(), picture.channels.end(),
+                     [&](const Channel& channel) { return is_of(layer_of(channel.name), name); });
+}
+
+}  // namespace
+
 void keep_layers(const std::vector<std::string>& layers, Picture* picture) {
   std::erase_if(picture->channels, [&](const Channel& channel) {
     const std::string layer = layer_of(channel.name);
-    return layer != "beauty" && std::find(layers.begin(), layers.end(), layer) == layers.end();
+    return layer != "beauty" &&
+           std::none_of(layers.begin(), layers.end(), [&](const std::string& name) { return is_of(layer, name); });
   });
+  std::vector<std::string> gone;  // "cryptomatte/KEY/" of the mattes without layers
+  for (const auto& [key, value] : picture->metadata) {
+    if (key.starts_with("cryptomatte/") && key.ends_with("/name") && !has_layer(*picture, value))
+      gone.push_back(key.substr(0, key.rfind('/') + 1));
+  }
+  for (const std::string& prefix : gone)
+    std::erase_if(picture->metadata, [&](const auto& entry) { return entry.first.starts_with(prefix); });
 }
 
 namespace {

@@ -46,11 +46,13 @@ struct Picture {
 
 /// The layer of a channel: what is before its last dot, "TT" of "TT.G"; "beauty" of R, G, B and A; else its name.
 std::string layer_of(const std::string& channel);
-/// Leaves beauty and the named layers.
+/// Leaves beauty and the named layers; a name is that of NAME00, NAME01, ... too. What the header says of mattes that
+/// are taken out goes with them.
 void keep_layers(const std::vector<std::string>& layers, Picture* picture);
 
 /// How many bits a channel has. half: 16 where they are enough; 32 for distances (Z) and variances, which span more,
-/// and for layers with a value beyond 65504 or none above 1/256, whose halves would be infinite or coarse.
+/// for the ids of mattes (Crypto...), and for layers with a value beyond 65504 or none above 1/256, whose halves would
+/// be infinite or coarse.
 enum class Precision { half, full };
 
 /// Scanline, one part, ZIP. Written to a temporary file and renamed. A value that is not finite, or a part that reaches

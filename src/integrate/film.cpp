@@ -9,7 +9,6 @@
 namespace tress::integrate {
 namespace {
 
-constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
 constexpr float largest = std::numeric_limits<float>::max();
 
 }  // namespace
@@ -51,16 +50,23 @@ glm::dvec3 PixelSums::variance_of_mean() const {
   return squared_deviations / (n * (n - 1));
 }
 
-Film::Film(const image::Window& window, bool glint, bool timed, Ground ground)
+Film::Film(const image::Window& window, bool glint, bool timed, Ground ground, std::size_t objects)
     : window_(window),
       glint_(glint),
       ground_(ground),
       pixels_(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height)),
+      object_counts_(pixels_.size(), objects),
       cpu_seconds_(timed ? pixels_.size() : 0) {}
 
-/// For each pixel the sampled one that stands for it: breadth first from all sampled pixels at once.
-std::vector<std::size_t> Film::nearest_sampled() const {
-  std::vector<std::size_t> source(pixels_.size(), nowhere);
+bool Film::add(int x, int y, const PathSums& path) {
+  if (!pixel(x, y).add(path, ground_)) return false;
+  if (path.coverage > 0) object_counts_.add(index(x, y), path.object);
+  return true;
+}
+
+/// The nearest that was sampled: breadth first from all sampled pixels at once.
+std::vector<std::size_t> Film::shown_pixels() const {
+  std::vector<std::size_t> source(pixels_.size(), no_pixel);
   std::vector<std::size_t> queue;
   queue.reserve(pixels_.size());
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
@@ -72,7 +78,7 @@ std::vector<std::size_t> Film::nearest_sampled() const {
   for (std::size_t head = 0; head < queue.size() && queue.size() < pixels_.size(); ++head) {
     const std::size_t here = queue[head];
     const auto reach = [&](bool inside, std::size_t neighbour) {
-      if (!inside || source[neighbour] != nowhere) return;
+      if (!inside || source[neighbour] != no_pixel) return;
       source[neighbour] = source[here];
       queue.push_back(neighbour);
     };
@@ -90,12 +96,12 @@ image::Picture Film::picture() const {
   picture.height = window_.height;
   picture.left = window_.left;
   picture.top = window_.top;
-  const std::vector<std::size_t> source = nearest_sampled();
+  const std::vector<std::size_t> source = shown_pixels();
   /// Adds a channel; `value` is asked of every pixel that is shown.
   const auto add = [&](const std::string& name, auto&& value) {
     std::vector<float> pixels(pixels_.size(), 0.0f);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
-      if (source[i] != nowhere) pixels[i] = value(pixels_[source[i]]);
+      if (source[i] != no_pixel) pixels[i] = value(pixels_[source[i]]);
     }
     picture.channels.push_back({name, std::move(pixels)});
   };

@@ -5,10 +5,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <vector>
 
 #include "image/picture.h"
 #include "integrate/heatmap.h"
+#include "integrate/object_counts.h"
 #include "integrate/path_sums.h"
 
 namespace tress::integrate {
@@ -50,13 +52,15 @@ class Film {
  public:
   /// Of the pixels in `window`, in the coordinates of the whole image. glint: whether a fiber splits that lobe off;
   /// timed: whether the time of the paths is kept.
-  Film(const image::Window& window, bool glint, bool timed = false, Ground ground = Ground::backdrop);
+  /// objects: of the scene, to count which of them paths meet first; 0: not to.
+  Film(const image::Window& window, bool glint, bool timed = false, Ground ground = Ground::backdrop,
+       std::size_t objects = 0);
 
   const image::Window& window() const { return window_; }
   /// (x, y) in the window.
   PixelSums& pixel(int x, int y) { return pixels_[index(x, y)]; }
   /// PixelSums::add.
-  bool add(int x, int y, const PathSums& path) { return pixel(x, y).add(path, ground_); }
+  bool add(int x, int y, const PathSums& path);
   const PixelSums& pixel(int x, int y) const { return pixels_[index(x, y)]; }
 
   /// Every value is finite. Each pixel is the mean of the samples it has, dropped ones not counted. A pixel that has
@@ -66,6 +70,13 @@ class Film {
   /// paths, those that met nothing counting as black; N, tangent and Z are means over the paths that met
   /// something, 0 where none did: the first two are shorter than 1 where directions differ.
   image::Picture picture() const;
+
+  /// Of the paths in the sums that met something.
+  const ObjectCounts& object_counts() const { return object_counts_; }
+  std::uint32_t samples_of(std::size_t index) const { return pixels_[index].samples; }
+  static constexpr std::size_t no_pixel = std::numeric_limits<std::size_t>::max();
+  /// For each pixel, row by row, the index of the one that it shows in a picture; no_pixel: none, it is black.
+  std::vector<std::size_t> shown_pixels() const;
 
   bool timed() const { return !cpu_seconds_.empty(); }
   /// Of a timed film.
@@ -89,12 +100,12 @@ class Film {
     return static_cast<std::size_t>(y - window_.top) * static_cast<std::size_t>(window_.width) +
            static_cast<std::size_t>(x - window_.left);
   }
-  std::vector<std::size_t> nearest_sampled() const;
 
   image::Window window_;
   bool glint_;
   Ground ground_;
   std::vector<PixelSums> pixels_;
+  ObjectCounts object_counts_;
   std::vector<double> cpu_seconds_;  ///< empty unless timed
 };
 

@@ -26,6 +26,7 @@ struct PathSums {
   glm::vec3 normal{0.0f};      ///< unit, towards the camera: across the axis of a fiber, or of a surface
   glm::vec3 tangent{0.0f};     ///< unit, of a fiber, root to tip; 0 of a surface
   float distance_cm = 0;       ///< from the camera
+  std::uint32_t object = 0;    ///< what was met: index of the groom, or of the mesh after all grooms
   std::uint32_t vertices = 0;  ///< hits that scattered
   std::uint32_t queries = 0, exact_queries = 0;
   float objective = 0;  ///< sum over the queries

@@ -150,6 +150,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   sums.normal = hit->is_surface ? hit->w : normal_towards(*hit, ray.direction);
   if (!hit->is_surface) sums.tangent = hit->u;
   sums.distance_cm = hit->distance_cm;
+  sums.object = hit->is_surface ? static_cast<std::uint32_t>(scene_.grooms.size()) + hit->mesh : hit->groom;
   const auto light_samples = static_cast<std::uint32_t>(vertex.light_samples);
   for (std::uint32_t i = 0; i < light_samples; ++i) {
     const std::uint32_t index = sample * light_samples + i;

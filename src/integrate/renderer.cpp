@@ -10,6 +10,7 @@
 
 #include "base/denormals.h"
 #include "integrate/bias_audit.h"
+#include "integrate/cryptomatte.h"
 #include "integrate/film.h"
 #include "integrate/heatmap.h"
 #include "integrate/pass_order.h"
@@ -101,7 +102,8 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   const image::Window whole{0, 0, scene.image.width, scene.image.height};
   const bool opaque = scene.environment_visible && !scene.image.transparent;
   Film film(options.crop.value_or(whole), splits_glint(scene), options.heatmap,
-            opaque ? Ground::backdrop : Ground::nothing);
+            opaque ? Ground::backdrop : Ground::nothing,
+            options.mattes ? scene.grooms.size() + scene.meshes.size() : 0);
   assert(is_within(film.window(), whole));
   std::optional<BiasAuditor> auditor;
   if (options.audit != nullptr) auditor.emplace(*options.audit, scene, fibers, options, film.window());
@@ -133,6 +135,9 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     return picture;
   };
   result.picture = placed(film.picture());
+  if (options.mattes) {
+    for (const MatteKind& kind : matte_kinds(scene)) add_mattes(film, kind, &result.picture);
+  }
   if (auditor) result.bias = auditor->measured(film);
   if (options.heatmap) result.heatmap = placed(heatmap(film.costs(), film.window()));
   result.samples_per_pixel = film.samples_per_pixel();

@@ -40,6 +40,7 @@ struct RenderOptions {
   /// Pixels that are rendered, inside the image; unset: all. A pixel's paths are the same whatever is rendered beside
   /// it; what they learn is not.
   std::optional<image::Window> crop;
+  bool mattes = false;   ///< the picture has the layers of cryptomatte.h
   bool heatmap = false;  ///< time every path, for RenderResult::heatmap
   /// Measures the bias of the picture on some of its samples, for RenderResult::bias; null: not. Outlives the render.
   const BiasAudit* audit = nullptr;
@@ -60,7 +61,7 @@ struct PassProgress {
 };
 
 struct RenderResult {
-  image::Picture picture;                 ///< every layer of Film::picture(); metadata left to the caller
+  image::Picture picture;                 ///< layers of Film::picture(), mattes; other metadata left to the caller
   std::optional<image::Picture> heatmap;  ///< if asked for
   std::optional<MeasuredBias> bias;       ///< if asked for
   int passes = 0;

@@ -114,6 +114,8 @@ constexpr std::array table{
     Parameter{"/lights/N/rectangle/radiance", "", triple, light, "", "", "needed", "linear RGB"},
     Parameter{"/meshes/N/file", "", text, none, "", "", "needed",
               "a path to an OBJ file; its polygons and normals, as a diffuse surface seen from both sides"},
+    Parameter{"/meshes/N/name", "", text, none, "", "", "of the file",
+              "what mattes call it (`CryptoObject`, `CryptoMaterial`); equal names are one matte"},
     Parameter{"/meshes/N/up", "", choice, none, "", "y, z", "z", "axis of the file that points up; y becomes z, z -y"},
     Parameter{"/meshes/N/cm_per_unit", "", number, per_unit, cm, "", "1", "length of a unit of the file"},
     Parameter{"/meshes/N/translate", "", triple, world, cm, "", "[0, 0, 0]", "after the above"},
@@ -195,6 +197,10 @@ constexpr std::array table{
     Parameter{"/grooms/N/file", "", text, none, "", "", "this or `generate`", "a path to a .hair file"},
     Parameter{"/grooms/N/generate", "", choice, none, "", "curly_lock, straight, wavy, curly, fur_ball, single_fiber",
               "", "a kind of groom that needs no file (below)"},
+    Parameter{
+        "/grooms/N/name", "", text, none, "", "", "of the file or kind",
+        "what mattes call it (`CryptoObject`; `CryptoMaterial` has the name of its material); equal names are one "
+        "matte"},
     Parameter{"/grooms/N/strands", "", whole, {1, 1e6}, "", "", "by kind", "generated only; 10^8 points at most"},
     Parameter{"/grooms/N/seed", "", whole, seeds, "", "", "0", "generated only; another groom for another number"},
     Parameter{"/grooms/N/radius_cm", "", number, radius, cm, "", "the file's, or 0.004",

@@ -67,6 +67,7 @@ constexpr std::uint32_t no_normal = 0xffffffffu;
 /// Triangles that occlude: a diffuse surface, seen from both sides.
 struct Mesh {
   std::string name;
+  std::string object;                 ///< its name in mattes
   std::vector<glm::vec3> positions;   ///< cm
   std::vector<glm::uvec3> triangles;  ///< indices into positions, in range
   glm::vec3 albedo{0.18f};            ///< linear RGB, [0, 1]
@@ -88,6 +89,7 @@ enum class StrandBasis : std::uint8_t {
 /// distinct ones, as many as the basis needs.
 struct Groom {
   std::string name;
+  std::string object;  ///< its name in mattes
   std::uint32_t material = 0;
   std::vector<std::uint32_t> fiber;        ///< per strand: index into Scene::fibers
   std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries

@@ -40,10 +40,11 @@ struct Taper {
 void apply_taper(const Taper& taper, Groom* groom);
 
 struct MeshDescription {
-  std::string file;           ///< as written
-  bool y_up = false;          ///< y of the file becomes z, its z becomes -y
-  double cm_per_unit = 1;     ///< before translation
-  glm::vec3 translate{0.0f};  ///< cm, in the world's axes
+  std::optional<std::string> name = {};  ///< Mesh::object
+  std::string file;                      ///< as written
+  bool y_up = false;                     ///< y of the file becomes z, its z becomes -y
+  double cm_per_unit = 1;                ///< before translation
+  glm::vec3 translate{0.0f};             ///< cm, in the world's axes
   glm::vec3 albedo = Mesh{}.albedo;
 };
 

@@ -66,10 +66,11 @@ std::uint32_t read_material_reference(const JsonReader& json, const std::vector<
 GroomDescription read_groom(const JsonReader& json, const std::vector<Material>& materials) {
   GroomDescription groom;
   const auto shapes = shape_keys();
-  std::vector<std::string> known{"file",  "generate", "strands", "seed",        "radius_cm",
-                                 "taper", "basis",    "up",      "cm_per_unit", "material"};
+  std::vector<std::string> known{"name",  "file",  "generate", "strands",     "seed",    "radius_cm",
+                                 "taper", "basis", "up",       "cm_per_unit", "material"};
   known.insert(known.end(), shapes.begin(), shapes.end());
   if (!json.object(known) || !json.at_most_one({"file", "generate"})) return groom;
+  groom.name = json.text("name");
   groom.file = json.text("file");
   const auto kind = json.choice("generate", generated_groom_kinds());
   if (!json.has("file") && !json.has("generate")) json.fail("", "one of file, generate", "neither");

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <numbers>
+#include <set>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "scene/generate/generated_environments.h"
@@ -142,6 +144,15 @@ Result<Mesh> make_mesh(const MeshDescription& description, const std::filesystem
   return place_mesh(*obj, description, file.string(), &scene->warnings);
 }
 
+/// What mattes call an object: as the scene says, else `usual`, with a number where another object has it.
+std::string object_name(const std::optional<std::string>& name, const std::string& usual,
+                        const std::set<std::string>& taken) {
+  if (name) return *name;
+  std::string free = usual;
+  for (int number = 2; taken.contains(free); ++number) free = fmt::format("{} {}", usual, number);
+  return free;
+}
+
 /// A scene is JSON, and that of a scene begins with a brace: whatever else there is, is told before it is read as JSON.
 bool may_be_json(const std::filesystem::path& file, std::span<const unsigned char> start) {
   if (!known_kind_of(start).empty()) return false;
@@ -182,14 +193,22 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
   auto environment = make_environment(description.environment, folder, &scene);
   if (!environment) return environment.error();
   scene.environment = std::move(*environment);
+  std::set<std::string> taken;  // names of objects
   for (const auto& mesh_description : description.meshes) {
     auto mesh = make_mesh(mesh_description, folder, &scene);
     if (!mesh) return mesh.error();
+    mesh->object =
+        object_name(mesh_description.name, std::filesystem::path(mesh_description.file).stem().string(), taken);
+    taken.insert(mesh->object);
     if (!mesh->triangles.empty()) scene.meshes.push_back(std::move(*mesh));
   }
   for (const auto& groom_description : description.grooms) {
     auto groom = make_groom(groom_description, folder, &scene);
     if (!groom) return groom.error();
+    const std::string usual = groom_description.file ? std::filesystem::path(*groom_description.file).stem().string()
+                                                     : groom_description.recipe.kind;
+    groom->object = object_name(groom_description.name, usual, taken);
+    taken.insert(groom->object);
     apply_taper(groom_description.taper, &*groom);
     groom->material = groom_description.material;
     if (groom->strand_count() == 0)

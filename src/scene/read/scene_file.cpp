@@ -37,7 +37,8 @@ Error not_json(const std::string& name, const nlohmann::json::parse_error& error
 
 MeshDescription read_mesh(const JsonReader& json) {
   MeshDescription mesh;
-  if (!json.object({"file", "up", "cm_per_unit", "translate", "albedo"}) || !json.need({"file"})) return mesh;
+  if (!json.object({"name", "file", "up", "cm_per_unit", "translate", "albedo"}) || !json.need({"file"})) return mesh;
+  mesh.name = json.text("name");
   mesh.file = json.text("file").value_or("");
   if (const auto up = json.choice("up", {"y", "z"})) mesh.y_up = *up == "y";
   mesh.cm_per_unit = json.number("cm_per_unit").value_or(mesh.cm_per_unit);

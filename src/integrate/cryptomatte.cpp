@@ -1,0 +1,130 @@
+#include "integrate/cryptomatte.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
+
+namespace tress::integrate {
+namespace {
+
+constexpr std::size_t most_ranks = 6;  ///< what the specification suggests
+
+std::uint32_t turned(std::uint32_t x, int bits) { return std::rotl(x, bits); }
+
+std::uint32_t scrambled(std::uint32_t block) { return turned(block * 0xcc9e2d51u, 15) * 0x1b873593u; }
+
+std::uint32_t byte_at(std::string_view bytes, std::size_t i) { return static_cast<unsigned char>(bytes[i]); }
+
+struct Rank {
+  float id = 0;
+  std::uint32_t paths = 0;
+};
+
+/// The ranks of a pixel. Names that several objects have are one.
+std::vector<Rank> ranked(std::span<const ObjectCounts::Count> counts, const std::vector<float>& id_of_object) {
+  std::vector<ObjectCounts::Count> met(counts.begin(), counts.end());
+  std::sort(met.begin(), met.end(), [](const auto& a, const auto& b) { return a.object < b.object; });
+  std::vector<Rank> ranks;
+  for (const ObjectCounts::Count& count : met) {
+    if (count.paths == 0) continue;
+    const float id = id_of_object[count.object];
+    const auto same = std::find_if(ranks.begin(), ranks.end(), [id](const Rank& rank) { return rank.id == id; });
+    if (same == ranks.end())
+      ranks.push_back({id, count.paths});
+    else
+      same->paths += count.paths;
+  }
+  std::stable_sort(ranks.begin(), ranks.end(), [](const Rank& a, const Rank& b) { return a.paths > b.paths; });
+  return ranks;
+}
+
+/// Names that are not UTF-8, as files may have them, have their foreign bytes replaced; their ids are of the bytes.
+std::string manifest_of(const MatteKind& kind) {
+  nlohmann::ordered_json manifest = nlohmann::ordered_json::object();
+  for (const std::string& name : kind.names) manifest[name] = hex_of_id(matte_id(name));
+  return manifest.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace
+
+std::uint32_t murmur_hash(std::string_view bytes) {
+  std::uint32_t hash = 0;
+  const std::size_t whole = bytes.size() / 4 * 4;
+  for (std::size_t i = 0; i < whole; i += 4) {
+    const std::uint32_t block =
+        byte_at(bytes, i) | byte_at(bytes, i + 1) << 8 | byte_at(bytes, i + 2) << 16 | byte_at(bytes, i + 3) << 24;
+    hash = turned(hash ^ scrambled(block), 13) * 5 + 0xe6546b64u;
+  }
+  std::uint32_t rest = 0;
+  for (std::size_t i = bytes.size(); i-- > whole;) rest = rest << 8 | byte_at(bytes, i);
+  hash ^= scrambled(rest);
+  hash ^= static_cast<std::uint32_t>(bytes.size());
+  hash = (hash ^ hash >> 16) * 0x85ebca6bu;
+  hash = (hash ^ hash >> 13) * 0xc2b2ae35u;
+  return hash ^ hash >> 16;
+}
+
+float matte_id(std::string_view name) {
+  std::uint32_t bits = murmur_hash(name);
+  const std::uint32_t exponent = bits >> 23 & 255;
+  if (exponent == 0 || exponent == 255) bits ^= 1u << 23;
+  return std::bit_cast<float>(bits);
+}
+
+std::string hex_of_id(float id) {
+  std::string digits(8, '0');
+  std::uint32_t bits = std::bit_cast<std::uint32_t>(id);
+  for (auto digit = digits.rbegin(); digit != digits.rend(); ++digit, bits >>= 4)
+    *digit = "0123456789abcdef"[bits & 15];
+  return digits;
+}
+
+std::size_t MatteKind::ranks() const {
+  const std::size_t distinct = std::set<std::string>(names.begin(), names.end()).size();
+  return std::clamp<std::size_t>((distinct + 1) / 2 * 2, 2, most_ranks);
+}
+
+std::vector<MatteKind> matte_kinds(const scene::Scene& scene) {
+  MatteKind objects{"CryptoObject", {}}, materials{"CryptoMaterial", {}};
+  for (const scene::Groom& groom : scene.grooms) {
+    objects.names.push_back(groom.object);
+    materials.names.push_back(scene.materials[groom.material].name);
+  }
+  for (const scene::Mesh& mesh : scene.meshes) {
+    objects.names.push_back(mesh.object);
+    materials.names.push_back(mesh.object);
+  }
+  return {std::move(objects), std::move(materials)};
+}
+
+void add_mattes(const Film& film, const MatteKind& kind, image::Picture* picture) {
+  const std::vector<std::size_t> source = film.shown_pixels();
+  std::vector<float> id_of_object;
+  for (const std::string& name : kind.names) id_of_object.push_back(matte_id(name));
+  const std::size_t first = picture->channels.size(), channel_count = 2 * kind.ranks();
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    const std::size_t layer = c / 4;
+    picture->channels.push_back(
+        {kind.name + "0" + std::to_string(layer) + "." + "RGBA"[c % 4], std::vector<float>(source.size(), 0.0f)});
+  }
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    if (source[i] == Film::no_pixel) continue;
+    const std::vector<Rank> ranks = ranked(film.object_counts().of(source[i]), id_of_object);
+    const auto samples = static_cast<double>(film.samples_of(source[i]));
+    for (std::size_t rank = 0; rank < std::min(ranks.size(), kind.ranks()); ++rank) {
+      picture->channels[first + 2 * rank].pixels[i] = ranks[rank].id;
+      picture->channels[first + 2 * rank + 1].pixels[i] = static_cast<float>(ranks[rank].paths / samples);
+    }
+  }
+  const std::string prefix = "cryptomatte/" + kind.key() + "/";
+  picture->metadata[prefix + "name"] = kind.name;
+  picture->metadata[prefix + "hash"] = "MurmurHash3_32";
+  picture->metadata[prefix + "conversion"] = "uint32_to_float32";
+  picture->metadata[prefix + "manifest"] = manifest_of(kind);
+}
+
+}  // namespace tress::integrate

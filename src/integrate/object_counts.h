@@ -1,0 +1,46 @@
+// Which objects the paths of each pixel meet first, and how often.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tress::integrate {
+
+/// A pixel has room for a bounded number of objects. One that comes when there is no room is in no count: what all
+/// counts of a pixel lack of its covered paths is what was left out. Counts, not sums of floats: the order of samples
+/// does not matter but for what is left out, and a pixel's samples come in one order.
+///
+/// Thread-safety: distinct pixels from distinct threads.
+class ObjectCounts {
+ public:
+  static constexpr std::size_t most_objects = 16;  ///< of a pixel
+
+  struct Count {
+    std::uint32_t object = 0;
+    std::uint32_t paths = 0;  ///< 0: the room is free, and so is all after it
+  };
+
+  /// objects: of the scene, numbered from 0. None: nothing is counted and no memory taken.
+  ObjectCounts(std::size_t pixels, std::size_t objects)
+      : room_(objects < most_objects ? objects : most_objects), counts_(pixels * room_) {}
+
+  void add(std::size_t pixel, std::uint32_t object) {
+    for (Count& count : std::span(counts_).subspan(pixel * room_, room_)) {
+      if (count.paths > 0 && count.object != object) continue;
+      count.object = object;
+      ++count.paths;
+      return;
+    }
+  }
+
+  /// In the order in which they were met first; free room at the end.
+  std::span<const Count> of(std::size_t pixel) const { return std::span(counts_).subspan(pixel * room_, room_); }
+
+ private:
+  std::size_t room_;
+  std::vector<Count> counts_;
+};
+
+}  // namespace tress::integrate
