@@ -50,8 +50,9 @@ Environment edged_sky() { return gradient_environment({{1, 2, 4}, {3, 3, 3}, {0.
 
 /// Midpoints in azimuth and the cosine; the kinks at the rows of the map fall between those of this grid, so 1e-3.
 TEST(Environment, DensityIntegratesToOneAndMeanIsTheMean) {
-  for (const auto& environment : {uneven_map(0.0), uneven_map(2.1), polar_map(0.7), studio_environment(0.3, 1.0f),
-                                  edged_sky(), Environment(glm::vec3(0.5f))}) {
+  for (const auto& environment :
+       {uneven_map(0.0), uneven_map(2.1), polar_map(0.7), studio_environment(0.3, 1.0f), edged_sky(),
+        Environment(glm::vec3(0.5f)), uneven_map(2.1).drawn_by(Environment::Draw::light)}) {
     constexpr int rows = 2000, columns = 512;
     double density = 0, red = 0;
     for (int i = 0; i < rows; ++i)
@@ -115,13 +116,39 @@ TEST(Environment, SamplesFollowTheDensityAtThePolesAcrossTheSeamAndTurned) {
   }
 }
 
-/// Grey light is drawn in proportion to itself: radiance over density is its integral, whatever u. A sun of 1e6 in one
-/// pixel of a large map and in a corner of the top row.
+/// By contrast, what is below the mean is drawn by the least weight, 0.02 of the mean, and the rest by what is above
+/// it: at the centres of pixels, relative to each other. Nothing that shines has a density of 0.
+TEST(Environment, IsDrawnByWhatIsAboveItsMean) {
+  constexpr int width = 64, height = 32;
+  std::vector<glm::vec3> pixels(width * height, glm::vec3(0.25f));
+  for (int column = 0; column < width; ++column)
+    pixels[static_cast<std::size_t>(10 * width + column)] = glm::vec3(8.0f);
+  pixels[16 * width + 3] = glm::vec3(0.0f);
+  const Environment environment(width, height, pixels, 0, 1);
+  const float mean = environment.mean().g;
+  EXPECT_GT(mean, 0.3f);
+  EXPECT_LT(mean, 0.9f);
+  const auto density = [&](int row) { return environment.pdf_solid_angle(centre_of(row, 5, width, height)); };
+  EXPECT_NEAR(density(10) / density(20), (8 - mean) / (0.02f * mean), 1e-3f * (8 - mean) / (0.02f * mean));
+  EXPECT_NEAR(density(20) / density(2), 1, 1e-5f);
+  EXPECT_GT(environment.pdf_solid_angle(centre_of(16, 3, width, height)), 0);
+  for (const auto& other : {uneven_map(0.3), studio_environment(0.3, 1.0f), edged_sky()}) {
+    RandomStream random(17);
+    for (int i = 0; i < 10000; ++i) {
+      const auto seen = other.look(direction_at(2 * random.next(), 2 * pi * random.next()));
+      EXPECT_GT(seen.pdf_solid_angle, 0);
+    }
+  }
+}
+
+/// Grey light is drawn in proportion to itself, if asked: radiance over density is its integral, whatever u. A sun of
+/// 1e6 in one pixel of a large map and in a corner of the top row.
 TEST(Environment, GivesTheWholeEnergyOfASunInOnePixelWithEverySample) {
   for (const std::size_t sun : {std::size_t{5}, std::size_t{300 * 2048 + 1999}, std::size_t{300 * 2048 + 2047}}) {
     std::vector<glm::vec3> pixels(2048 * 1024, glm::vec3(0.5f));
     pixels[sun] = glm::vec3(1e6f);
-    const Environment environment(2048, 1024, std::move(pixels), 0.7, 1);
+    const Environment environment =
+        Environment(2048, 1024, std::move(pixels), 0.7, 1).drawn_by(Environment::Draw::light);
     const double whole = 4 * pi * environment.mean().g;
     double integral = 0;  // of the pixels: the bilinear map has their light
     for (int row = 0; row < 1024; ++row)

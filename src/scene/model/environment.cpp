@@ -13,6 +13,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr float everywhere = static_cast<float>(1 / (4 * pi));  ///< density of a uniform direction
 constexpr int narrowest = 8;                                    ///< columns of the coarsest copy, at least
+constexpr float least_share = 0.02f;                            ///< of the mean, by Draw::contrast
 
 float luminance(const glm::vec3& c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
 
@@ -50,45 +51,59 @@ Environment::Environment(int width, int height, std::vector<glm::vec3> pixels, d
   map_ = RadianceMap(width, height, pixels);
   pixel_rad_ = static_cast<float>(pi / height);
   coarser_ = coarser_maps(width, height, std::move(pixels));
-  accumulate();
+  accumulate(Draw::contrast);
 }
 
-Environment::Environment(RadianceMap map) : map_(std::move(map)), mean_(0.0f) { accumulate(); }
+Environment::Environment(RadianceMap map) : map_(std::move(map)), mean_(0.0f) { accumulate(Draw::contrast); }
 
-/// Sums over the cells: where each begins, the mean, the density.
-void Environment::accumulate() {
+Environment Environment::drawn_by(Draw draw) const {
+  Environment other = *this;
+  if (!map_.empty()) other.accumulate(draw);
+  return other;
+}
+
+float Environment::weight(const glm::vec3& knot) const { return std::max(luminance(knot) - floor_, least_); }
+
+float Environment::weight_at(const RadianceMap::Place& place) const {
+  const float top_left = weight(map_.value(place.row, place.left));
+  const float bottom_left = weight(map_.value(place.row + 1, place.left));
+  const float top = top_left + place.across * (weight(map_.value(place.row, place.right)) - top_left);
+  const float bottom = bottom_left + place.across * (weight(map_.value(place.row + 1, place.right)) - bottom_left);
+  return top + place.down * (bottom - top);
+}
+
+/// The mean, and sums over the cells: where each begins, the density.
+void Environment::accumulate(Draw draw) {
   const std::size_t rows = map_.rows(), columns = map_.columns();
   row_cdf_.assign(rows + 1, 0);
   columns_.assign(rows * columns, 0);
   std::vector<double> begins(columns);
-  glm::dvec3 mean(0.0);
+  mean_ = map_.mean();
+  floor_ = draw == Draw::contrast ? luminance(mean_) : 0;
+  least_ = draw == Draw::contrast ? least_share * luminance(mean_) : 0;
   for (std::size_t row = 0; row < rows; ++row) {
     double sum = 0;
-    glm::dvec3 color(0.0);
     for (std::size_t column = 0; column < columns; ++column) {
       begins[column] = sum;
       const RadianceMap::Place cell = map_.cell(row, column);
       for (const std::size_t knot_row : {row, row + 1})
-        for (const std::size_t knot : {cell.left, cell.right}) {
-          color += 0.25 * glm::dvec3(map_.value(knot_row, knot));
-          sum += 0.25 * static_cast<double>(luminance(map_.value(knot_row, knot)));
-        }
+        for (const std::size_t knot : {cell.left, cell.right})
+          sum += 0.25 * static_cast<double>(weight(map_.value(knot_row, knot)));
     }
     if (sum > 0)
       for (std::size_t column = 0; column < columns; ++column)
         columns_[row * columns + column] = fixed_point(begins[column] / sum);
     row_cdf_[row + 1] = row_cdf_[row] + sum * map_.cell_solid_angle(row);
-    mean += color * (map_.cell_solid_angle(row) / (4 * pi));
   }
-  mean_ = glm::vec3(mean);
   const double total = row_cdf_[rows];
+  per_weight_ = 0;
   if (!(total > 0)) return;
   for (double& share : row_cdf_) share /= total;
-  per_luminance_ = static_cast<float>(1 / total);
+  per_weight_ = static_cast<float>(1 / total);
 }
 
 Environment::Sample Environment::sample(float u1, float u2) const {
-  if (!(per_luminance_ > 0)) {  // constant, or black: uniform over the sphere
+  if (!(per_weight_ > 0)) {  // constant, or black: uniform over the sphere
     const double fall = 2 * static_cast<double>(u1), azimuth = 2 * pi * (u2 - 0.5);
     const double flat = std::sqrt(std::max(0.0, fall * (2 - fall)));
     return {glm::vec3(-flat * std::sin(azimuth), -flat * std::cos(azimuth), 1 - fall), mean_, everywhere};
@@ -105,9 +120,9 @@ Environment::Sample Environment::sample(float u1, float u2) const {
   const double in_column = (key - begin) / (end - begin);
 
   RadianceMap::Place place = map_.cell(row, column);
-  const double top_left = luminance(map_.value(row, place.left)), top_right = luminance(map_.value(row, place.right));
-  const double bottom_left = luminance(map_.value(row + 1, place.left));
-  const double bottom_right = luminance(map_.value(row + 1, place.right));
+  const double top_left = weight(map_.value(row, place.left)), top_right = weight(map_.value(row, place.right));
+  const double bottom_left = weight(map_.value(row + 1, place.left));
+  const double bottom_right = weight(map_.value(row + 1, place.right));
   const double down = draw_linear(top_left + top_right, bottom_left + bottom_right, in_row);
   const double across = draw_linear(mix(top_left, bottom_left, down), mix(top_right, bottom_right, down), in_column);
   place.down = static_cast<float>(down);
@@ -119,15 +134,15 @@ Environment::Sample Environment::sample(float u1, float u2) const {
   Sample sample{};
   sample.direction = glm::vec3(-flat * std::sin(azimuth), -flat * std::cos(azimuth), 1 - fall);
   sample.radiance = map_.at(place);
-  // No cell ends at the edge of its light but by rounding, and nothing comes from there.
-  sample.pdf_solid_angle = std::max(luminance(sample.radiance) * per_luminance_, std::numeric_limits<float>::min());
+  // By Draw::light no cell ends at the edge of its light but by rounding, and nothing comes from there.
+  sample.pdf_solid_angle = std::max(weight_at(place) * per_weight_, std::numeric_limits<float>::min());
   return sample;
 }
 
 Environment::Seen Environment::look(const glm::vec3& direction) const {
   if (map_.empty()) return {mean_, everywhere};
-  const glm::vec3 radiance = map_.at(map_.place(direction, rotate_rad_));
-  return {radiance, per_luminance_ > 0 ? luminance(radiance) * per_luminance_ : everywhere};
+  const RadianceMap::Place place = map_.place(direction, rotate_rad_);
+  return {map_.at(place), per_weight_ > 0 ? weight_at(place) * per_weight_ : everywhere};
 }
 
 glm::vec3 Environment::radiance(const glm::vec3& direction) const {

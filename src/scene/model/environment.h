@@ -14,20 +14,28 @@ namespace tress::scene {
 /// Immutable after construction; any thread.
 class Environment {
  public:
+  /// What is drawn in proportion to. light: luminance, so that grey light is drawn without noise. contrast: what is
+  /// left of it above its mean, and 0.02 of the mean at least; for multiple importance sampling, where samples of the
+  /// BCSDF meet the even light anyhow (Karlik et al. 2019, "MIS compensation"; measured in bench/README.md).
+  enum class Draw { contrast, light };
+
   /// Constant radiance, linear RGB, >= 0.
   explicit Environment(const glm::vec3& radiance = glm::vec3(1.0f));
   /// width*height pixels, row-major, top row first; finite, >= 0. rotate_rad turns the light about +z.
   Environment(int width, int height, std::vector<glm::vec3> pixels, double rotate_rad, float scale);
   /// Finite, >= 0.
   explicit Environment(RadianceMap map);
+  /// The same light, drawn otherwise.
+  Environment drawn_by(Draw draw) const;
 
   struct Sample {
     glm::vec3 direction;  ///< unit, towards the light
     glm::vec3 radiance;
     float pdf_solid_angle;  ///< 1/sr; > 0
   };
-  /// u1, u2 uniform in [0,1). Draws in proportion to luminance: the density of a direction is the luminance seen along
-  /// it over the integral of the luminance, so that grey light is drawn without noise.
+  /// u1, u2 uniform in [0,1). The density of a direction is the weight there over its integral, exactly; it is above 0
+  /// wherever light comes from. The weight is bilinear between the knots of the map: what Draw makes of their
+  /// luminance.
   Sample sample(float u1, float u2) const;
 
   /// What light comes from a direction (unit), and the density of sample() drawing it, 1/sr.
@@ -45,14 +53,20 @@ class Environment {
   glm::vec3 mean() const { return mean_; }
 
  private:
-  void accumulate();
+  void accumulate(Draw draw);
+  /// Of a knot, whose luminance it is made of.
+  float weight(const glm::vec3& knot) const;
+  /// Bilinear, as RadianceMap::at().
+  float weight_at(const RadianceMap::Place& place) const;
 
   RadianceMap map_;                     ///< empty: constant
   std::vector<RadianceMap> coarser_;    ///< each of half as many pixels along both sides as the one before
   std::vector<double> row_cdf_;         ///< where the rows of cells begin, from 0, and 1
   std::vector<std::uint32_t> columns_;  ///< where the cells of each row begin, from 0, in 2^-32 of the row
   glm::vec3 mean_;
-  float per_luminance_ = 0;  ///< density over luminance, 1/sr; 0: nothing but black
+  float floor_ = 0;       ///< of the luminance, below it nothing is drawn but `least_`; >= 0
+  float least_ = 0;       ///< weight, at least
+  float per_weight_ = 0;  ///< density over weight, 1/sr; 0: nothing but black
   float rotate_rad_ = 0;
   float pixel_rad_ = 0;  ///< height of the pixels of a map; 0: it has none
 };

@@ -58,6 +58,16 @@ double RadianceMap::cell_solid_angle(std::size_t row) const {
   return 2 * pi / static_cast<double>(columns_) * (fall_[row + 1] - fall_[row]);
 }
 
+glm::vec3 RadianceMap::mean() const {
+  glm::dvec3 mean(0.0);
+  for (std::size_t row = 0; row < rows(); ++row) {
+    glm::dvec3 color(0.0);  // both rows of knots: each knot stands between two cells
+    for (std::size_t i = row * columns_; i < (row + 2) * columns_; ++i) color += 0.5 * glm::dvec3(values_[i]);
+    mean += color * (cell_solid_angle(row) / (4 * pi));
+  }
+  return glm::vec3(mean);
+}
+
 /// The row of cells with fall_[row] <= fall < fall_[row + 1].
 std::size_t RadianceMap::row_of(double fall, float angle_down) const {
   const std::size_t last = fall_.size() - 2;

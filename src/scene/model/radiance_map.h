@@ -30,6 +30,8 @@ class RadianceMap {
   /// Rows of cells: one less than rows of knots.
   std::size_t rows() const { return fall_.size() - 1; }
   double fall(std::size_t knot_row) const { return fall_[knot_row]; }
+  /// Over the sphere, of the bilinear radiance.
+  glm::vec3 mean() const;
   /// Of each of the cells of a row, sr.
   double cell_solid_angle(std::size_t row) const;
 
