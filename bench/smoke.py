@@ -42,6 +42,7 @@ def smallest(cache, folder):
         "reciprocity": ["--model", "fiber3d,elliptical", "--paths", "2000"],
         "rough_far_field": ["--paths", "2000", "--points", "100", "--theta-bins", "12", "--phi-bins", "18", "--e", "0.85",
                             "--alpha", "0.2", "--theta", "30"],
+        "steps": [LOCK, "--size", "12x12", "--spp", "2", "--seeds", "2"],
         "slab": ["--model", "elliptical", "--paths", "100"],
         "replay": [LOCK, "--width", "16", "--height", "16", "--teach", "1", "--repeat", "1", "--inside", "0.01"],
         "atlas_faults": ["bytes", cache, "--rows", "1"],

@@ -21,11 +21,11 @@ double luminance_of(const glm::dvec3& color) { return 0.2126 * color.x + 0.7152 
 }  // namespace
 
 BiasAuditor::BiasAuditor(const BiasAudit& audit, const scene::Scene& scene, const geometry::FiberScene& fibers,
-                         const RenderOptions& options, const image::Window& window)
+                         const RenderOptions& options, float brightness, const image::Window& window)
     : options_(with_own_streams(options)),
       share_(audit.share),
       window_(window),
-      tracer_(scene, fibers, *audit.unbiased, audit.fiber_ids, options_),
+      tracer_(PathTracer(scene, fibers, *audit.unbiased, audit.fiber_ids, options_).at_brightness(brightness)),
       pixels_(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height)) {}
 
 void BiasAuditor::audit(int x, int y, std::uint32_t sample) {

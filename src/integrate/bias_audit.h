@@ -13,9 +13,9 @@ namespace tress::integrate {
 /// distinct pixels from distinct threads. The same bits for any number of threads.
 class BiasAuditor {
  public:
-  /// All references must outlive it. options: of the render.
+  /// All references must outlive it. options, brightness: of the render.
   BiasAuditor(const BiasAudit& audit, const scene::Scene& scene, const geometry::FiberScene& fibers,
-              const RenderOptions& options, const image::Window& window);
+              const RenderOptions& options, float brightness, const image::Window& window);
 
   /// Traces the pixel once more if the sample is one of the audited.
   void audit(int x, int y, std::uint32_t sample);

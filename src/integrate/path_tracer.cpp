@@ -19,6 +19,7 @@ enum Dimension : std::uint32_t {
 };
 
 constexpr float least_survival = 0.05f;
+constexpr float surely_traced_share = 1.6f;  ///< of the picture's brightness (bench/README.md, steps)
 constexpr float nowhere = std::numeric_limits<float>::infinity();
 
 /// Without regard to sign.
@@ -29,6 +30,8 @@ float largest_channel(const glm::vec3& color) {
 float luminance_of(const glm::vec3& color) {
   return std::max(0.0f, 0.2126f * color.x + 0.7152f * color.y + 0.0722f * color.z);
 }
+
+float mean_of(const glm::vec3& color) { return (color.x + color.y + color.z) / 3; }
 
 glm::vec3 total_of(const ScatteredLayers& layers) {
   glm::vec3 total(0.0f);
@@ -54,19 +57,34 @@ PathTracer::PathTracer(const scene::Scene& scene, const geometry::FiberScene& fi
       lights_(scene),
       scattering_(scene, model, fiber_ids) {}
 
+PathTracer PathTracer::at_brightness(float brightness) const {
+  PathTracer other = *this;
+  other.surely_traced_ = std::isfinite(brightness) ? surely_traced_share * brightness : 0;
+  return other;
+}
+
 ScatteredLayers PathTracer::light(const Vertex& vertex, float u_light, const std::array<float, 2>& u,
-                                  PathSums& sums) const {
-  ScatteredLayers scattered{};
+                                  const glm::vec3& weight, RandomStream& random, PathSums& sums) const {
+  const ScatteredLayers none{};
   const LightSampler::Arrival light = lights_.sample(vertex.hit.axis, u_light, u);
-  if (!(light.density > 0) || light.radiance == glm::vec3(0.0f)) return scattered;
-  if (vertex.hit.is_surface && !(glm::dot(vertex.hit.normal, light.direction) > 0)) return scattered;
-  if (fibers_.occluded(ray_from(vertex.hit, light.shadow.direction), light.shadow.distance_cm)) return scattered;
+  if (!(light.density > 0) || light.radiance == glm::vec3(0.0f)) return none;
+  if (vertex.hit.is_surface && !(glm::dot(vertex.hit.normal, light.direction) > 0)) return none;
+  // Evaluated first: most of what is drawn brings little, and a shadow ray costs as much as a look at the fiber.
   const Scattered value = scattering_.evaluate(vertex, light.direction, sums);
   const float density = static_cast<float>(vertex.light_samples) * light.density * value.solid_angle +
                         static_cast<float>(vertex.bcsdf_samples) * value.pdf;
-  if (!(density > 0)) return scattered;
-  const glm::vec3 scale = light.radiance / density;
-  for (std::size_t layer = 0; layer < scattered.size(); ++layer) scattered[layer] = value.layers[layer] * scale;
+  if (!(density > 0)) return none;
+  glm::vec3 scale = light.radiance / density;
+  ScatteredLayers scattered = value.layers;
+  const float brought = std::abs(mean_of(weight * scale * total_of(scattered)));
+  if (brought == 0) return none;
+  if (brought < surely_traced_) {
+    const float survival = brought / surely_traced_;
+    if (random.next() >= survival) return none;
+    scale /= survival;
+  }
+  if (fibers_.occluded(ray_from(vertex.hit, light.shadow.direction), light.shadow.distance_cm)) return none;
+  for (glm::vec3& layer : scattered) layer *= scale;
   return scattered;
 }
 
@@ -113,8 +131,9 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
     vertex.light_samples = vertex.evaluates ? std::min(1, options_.light_samples) : 0;
     ++sums.vertices;
     if (vertex.light_samples > 0) {
+      const glm::vec3 weight = first_total * throughput / static_cast<float>(first_samples);
       const float u_light = random.next(), u1 = random.next(), u2 = random.next();
-      radiance += throughput * total_of(light(vertex, u_light, {u1, u2}, sums));
+      radiance += throughput * total_of(light(vertex, u_light, {u1, u2}, weight, random, sums));
     }
     std::array<float, 4> u;
     for (float& number : u) number = random.next();
@@ -155,7 +174,8 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   for (std::uint32_t i = 0; i < light_samples; ++i) {
     const std::uint32_t index = sample * light_samples + i;
     const float u_light = lights_.has_choice() ? stratified.pair(index, light_choice)[0] : 0;
-    const ScatteredLayers layers = light(vertex, u_light, stratified.pair(index, light_direction), sums);
+    const ScatteredLayers layers =
+        light(vertex, u_light, stratified.pair(index, light_direction), glm::vec3(1.0f), random, sums);
     for (std::size_t layer = 0; layer < layers.size(); ++layer) sums.layers[layer] += layers[layer];
   }
   const auto bcsdf_samples = static_cast<std::uint32_t>(options_.bcsdf_samples);

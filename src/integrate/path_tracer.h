@@ -29,9 +29,15 @@ class PathTracer {
   /// than falls on them (`gain` above 1) until floats end.
   PathSums trace(int x, int y, std::uint32_t sample) const;
 
+  /// The same, with shadow rays by roulette: of a light sample that brings the picture less than 1.6 times its
+  /// `brightness` (mean of the channels, of what hair and surfaces show) only a share is traced. 0: all are traced.
+  PathTracer at_brightness(float brightness) const;
+
  private:
-  /// What one light sample of the vertex brings, by layer. Counts its queries in `sums`.
-  ScatteredLayers light(const Vertex& vertex, float u_light, const std::array<float, 2>& u, PathSums& sums) const;
+  /// What one light sample of the vertex brings, by layer. weight: of it in the picture, which its roulette goes by.
+  /// Counts its queries in `sums`.
+  ScatteredLayers light(const Vertex& vertex, float u_light, const std::array<float, 2>& u, const glm::vec3& weight,
+                        RandomStream& random, PathSums& sums) const;
   /// Light that a BCSDF sample of the vertex meets on its way of distance_cm, weighed against light samples.
   glm::vec3 met_light(const Vertex& vertex, const Scattering::Sample& sample, float distance_cm) const;
   /// Adds what one BCSDF sample of the first vertex brings, followed to its end.
@@ -43,6 +49,7 @@ class PathTracer {
   CameraRays camera_;
   LightSampler lights_;
   Scattering scattering_;
+  float surely_traced_ = 0;  ///< what a light sample has to bring; 0: nothing
 };
 
 }  // namespace tress::integrate

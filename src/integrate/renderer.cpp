@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <cmath>
 #include <ctime>
 #include <utility>
 
@@ -80,6 +81,37 @@ PathCount render_pass(const PathTracer& tracer, BiasAuditor* auditor, int pass, 
   return {pixels, covered, dropped};
 }
 
+struct Brightness {
+  float mean = 0;  ///< of the channels, of what hair and surfaces show; 0: black, or none was found
+  std::uint64_t paths = 0;
+};
+
+/// By a few paths spread over the whole image, so that it is that of every crop. It scales a roulette: no need to be
+/// near.
+Brightness measured_brightness(const PathTracer& tracer, const scene::Image& image, const std::atomic<bool>& stop) {
+  constexpr std::uint64_t enough = 128, most_rays = 2048;
+  constexpr std::uint32_t own_sample = 1u << 31;  // of no picture
+  const FlushDenormals flush;
+  const std::uint64_t rays =
+      std::min(most_rays, static_cast<std::uint64_t>(image.width) * static_cast<std::uint64_t>(image.height));
+  Brightness found;
+  double sum = 0;
+  for (std::uint64_t i = 0; i < rays && found.paths < enough && !stop; ++i) {
+    // Multiples of the two numbers that spread evenly over a square (Roberts 2018, the R2 sequence).
+    const double u = static_cast<double>(i) * 0.7548776662466927 + 0.5,
+                 v = static_cast<double>(i) * 0.5698402909980532 + 0.5;
+    const int x = std::min(image.width - 1, static_cast<int>((u - std::floor(u)) * image.width));
+    const int y = std::min(image.height - 1, static_cast<int>((v - std::floor(v)) * image.height));
+    const PathSums path = tracer.trace(x, y, own_sample);
+    if (!(path.coverage > 0) || !path.is_finite()) continue;
+    const glm::vec3 light = path.beauty() - path.layers[background_layer];
+    sum += static_cast<double>(light.x + light.y + light.z) / 3;
+    ++found.paths;
+  }
+  if (sum > 0) found.mean = static_cast<float>(sum / static_cast<double>(found.paths));
+  return found;
+}
+
 bool splits_glint(const scene::Scene& scene) {
   return std::any_of(scene.fibers.begin(), scene.fibers.end(),
                      [](const fiber::FiberParameters& fiber) { return fiber.split_glint; });
@@ -98,7 +130,13 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
                     const std::function<bool(const PassProgress&)>& on_pass) {
   assert(options.samples >= 1 && options.light_samples >= 0 && options.bcsdf_samples >= 1 && options.max_depth >= 1);
   assert(fiber_ids.size() == scene.fibers.size());
-  const PathTracer tracer(scene, fibers, model, fiber_ids, options);
+  const double pilot_start = process_cpu_seconds();
+  const PathTracer plain(scene, fibers, model, fiber_ids, options);
+  const Brightness brightness = options.shadow_roulette && options.light_samples > 0
+                                    ? measured_brightness(plain, scene.image, stop)
+                                    : Brightness{};
+  const PathTracer tracer = plain.at_brightness(brightness.mean);
+  const double pilot_cpu_seconds = process_cpu_seconds() - pilot_start;
   const image::Window whole{0, 0, scene.image.width, scene.image.height};
   const bool opaque = scene.environment_visible && !scene.image.transparent;
   Film film(options.crop.value_or(whole), splits_glint(scene), options.heatmap,
@@ -106,7 +144,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
             options.mattes ? scene.grooms.size() + scene.meshes.size() : 0);
   assert(is_within(film.window(), whole));
   std::optional<BiasAuditor> auditor;
-  if (options.audit != nullptr) auditor.emplace(*options.audit, scene, fibers, options, film.window());
+  if (options.audit != nullptr) auditor.emplace(*options.audit, scene, fibers, options, brightness.mean, film.window());
   RenderResult result;
   PassProgress progress;
   progress.film = &film;
@@ -121,8 +159,8 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     progress.pixels = paths.pixels;
     progress.dropped_samples = paths.dropped;
     progress.paths_so_far += progress.pixels;
-    if (service) progress.table = service->publish(paths.covered);
-    progress.cpu_seconds = process_cpu_seconds() - cpu_start;
+    if (service) progress.table = service->publish(paths.covered + (pass == 0 ? brightness.paths : 0));
+    progress.cpu_seconds = process_cpu_seconds() - cpu_start + (pass == 0 ? pilot_cpu_seconds : 0);
     progress.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     progress.noise = film.relative_noise();
     result.passes = pass + 1;

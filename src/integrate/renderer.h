@@ -31,11 +31,12 @@ struct MeasuredBias {
 };
 
 struct RenderOptions {
-  int samples = 64;        ///< per pixel
-  int light_samples = 1;   ///< at the first hit, over all lights; 1 at later ones; 0: none at any hit
-  int bcsdf_samples = 1;   ///< at the first hit, each going on as a path; 1 at later ones
-  int max_depth = 64;      ///< hits of a path, on fibers and surfaces
-  int roulette_depth = 4;  ///< Russian roulette from this hit on, by the root of the throughput
+  int samples = 64;             ///< per pixel
+  int light_samples = 2;        ///< at the first hit, over all lights; 1 at later ones; 0: none at any hit
+  int bcsdf_samples = 1;        ///< at the first hit, each going on as a path; 1 at later ones
+  int max_depth = 64;           ///< hits of a path, on fibers and surfaces
+  int roulette_depth = 4;       ///< Russian roulette from this hit on, by the root of the throughput
+  bool shadow_roulette = true;  ///< light samples that bring little are traced in part only (PathTracer)
   std::uint64_t seed = 0;
   /// Pixels that are rendered, inside the image; unset: all. A pixel's paths are the same whatever is rendered beside
   /// it; what they learn is not.
