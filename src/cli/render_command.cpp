@@ -22,6 +22,7 @@
 #include "cli/render_job.h"
 #include "integrate/path_sums.h"
 #include "references/registry.h"
+#include "scene/model/hair_colors.h"
 #include "scene/model/parameters.h"
 
 namespace tress::cli {
@@ -32,14 +33,18 @@ glm::vec3 color_of(const std::vector<double>& x) { return glm::vec3(float(x[0]),
 void add_appearance(CLI::App* app, scene::Overrides& o) {
   auto* color = add_numbers(
       app, "--color", 3, 3, [&o](const auto& x) { o.color = color_of(x); },
-      "multiple scattering albedo R,G,B that the hair should have, linear");
+      "color R,G,B, linear, that a dense lock of the hair shows in even light");
   auto* melanin = add_numbers(
       app, "--melanin", 1, 2, [&o](const auto& x) { o.melanin = {float(x[0]), x.size() > 1 ? float(x[1]) : 0.0f}; },
       "concentrations: eumelanin[,pheomelanin]");
   auto* sigma_a = add_numbers(
       app, "--sigma-a", 3, 3, [&o](const auto& x) { o.sigma_a = color_of(x); }, "absorption R,G,B per major semi-axis");
-  color->excludes(melanin)->excludes(sigma_a);
-  melanin->excludes(sigma_a);
+  auto* hair = add_choice(
+      app, "--hair", scene::hair_color_names(), [&o](const std::string& name) { o.hair = name; },
+      "natural color by name");
+  color->excludes(melanin)->excludes(sigma_a)->excludes(hair);
+  melanin->excludes(sigma_a)->excludes(hair);
+  sigma_a->excludes(hair);
   add_fiber_shape(app, o);
   auto* environment = add_file(
       app, "--environment", [&o](const std::string& file) { o.environment_file = file; },

@@ -8,7 +8,9 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "scene/model/hair_colors.h"
 #include "scene/read/load_scene.h"
+#include "tress/fiber/lock_color.h"
 
 namespace tress::scene {
 namespace {
@@ -113,6 +115,16 @@ TEST(SceneFile, ReadsTheMedulla) {
   EXPECT_EQ(scene.materials.at(1).fiber.medulla_scattering, 0);
 }
 
+TEST(SceneFile, NamesNaturalHair) {
+  const auto scene = parsed(R"({"materials": [{"hair": "dark brown"}, {"hair": "grey"}], )" + groom + "}");
+  EXPECT_EQ(scene.materials.at(0).fiber.sigma_a, fiber::sigma_a_from_melanin(3, 0.3f));
+  EXPECT_EQ(scene.materials.at(1).fiber.sigma_a, grey_sigma_a);
+  EXPECT_NE(message(R"({"materials": [{"hair": "blonde"}], )" + groom + "}").find("/materials/0/hair"),
+            std::string::npos);
+  EXPECT_NE(message(R"({"materials": [{"hair": "red", "color": [0.1, 0.2, 0.3]}], )" + groom + "}").find("hair"),
+            std::string::npos);
+}
+
 TEST(SceneFile, ReadsShapesAndGainsOfLobes) {
   using fiber::Lobe;
   const auto scene = parsed(R"({"materials": [
@@ -168,6 +180,25 @@ TEST(SceneFile, SurvivesDeepNestingAndEveryTruncation) {
   EXPECT_NE(message(std::string(100000, '[')), "");
   const std::string whole = R"({"camera": {"frame": true}, "materials": [{"name": "a", "eta": 1.5}], )" + groom + "}";
   for (std::size_t size = 0; size < whole.size(); ++size) EXPECT_NE(message(whole.substr(0, size)), "") << size;
+}
+
+TEST(LoadScene, FindsTheAbsorptionOfAColorForTheShapeThatIsDrawn) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "tress_asked.json";
+  const glm::vec3 asked(0.5f, 0.3f, 0.1f);
+  std::ofstream(file) << R"({"materials": [{"color": [0.5, 0.3, 0.1], "eccentricity": 0.6}], )" << groom << "}";
+  Overrides overrides;
+  const auto as_it_is = load_scene(file, overrides);
+  overrides.roughness = 0.05f;
+  const auto smoother = load_scene(file, overrides);
+  overrides.hair = "red";
+  const auto red = load_scene(file, overrides);
+  std::filesystem::remove(file);
+  ASSERT_TRUE(as_it_is && smoother && red);
+  for (const auto& scene : {*as_it_is, *smoother}) {
+    EXPECT_EQ(scene.fibers.at(0).sigma_a, fiber::sigma_a_of_lock(asked, scene.fibers.at(0)));
+  }
+  EXPECT_NE(as_it_is->fibers[0].sigma_a, smoother->fibers[0].sigma_a);
+  EXPECT_EQ(red->fibers.at(0).sigma_a, sigma_a_of_hair("red"));
 }
 
 TEST(LoadScene, RefusesMissingEmptyAndFolders) {

@@ -135,8 +135,11 @@ constexpr std::array table{
               "",
               "file",
               "",
-              "multiple scattering albedo, linear RGB, that the hair should have; \"file\": that of each strand of a "
-              ".hair file, the mean over its points; at most one of `color`, `melanin`, `sigma_a`"},
+              "color, linear RGB, that a dense lock shows in even light; \"file\": that of each strand of a "
+              ".hair file, the mean over its points; at most one of `color`, `hair`, `melanin`, `sigma_a`"},
+    Parameter{"/materials/N/hair", "--hair", choice, none, "",
+              "black, dark brown, brown, light brown, auburn, red, blond, platinum, white, grey", "",
+              "natural color by name"},
     Parameter{"/materials/N/melanin",
               "--melanin",
               numbers_by_name,

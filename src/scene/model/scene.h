@@ -45,6 +45,7 @@ struct Material {
   std::optional<double> curl_diameter_cm;
   bool twist = true;  ///< false: the major axis stays in the rotation-minimising frame
   StrandVariation variation;
+  std::optional<glm::vec3> color;        ///< that a lock should show, which fiber.sigma_a was chosen for; linear RGB
   bool color_from_file = false;          ///< strands have Groom::color instead of the fiber's sigma_a
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: by a hash of the strand
 };
@@ -95,7 +96,7 @@ struct Groom {
   std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries
   std::vector<glm::vec3> points;           ///< cm
   std::vector<float> radius_cm;            ///< per point: of the circle with the same mean projected width
-  /// Per strand, multiple scattering albedo, linear RGB in [0, 1]; empty unless its material takes colors of the file.
+  /// Per strand, the color of a lock of them, linear RGB in [0, 1]; empty unless its material takes colors of the file.
   std::vector<glm::vec3> color;
   StrandBasis basis = StrandBasis::bspline;
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }

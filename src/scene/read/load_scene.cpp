@@ -12,6 +12,7 @@
 
 #include "scene/generate/generated_environments.h"
 #include "scene/model/camera.h"
+#include "scene/model/hair_colors.h"
 #include "scene/model/parameters.h"
 #include "scene/model/strand_fibers.h"
 #include "scene/read/assembly.h"
@@ -19,6 +20,7 @@
 #include "scene/read/grooms/groom_formats.h"
 #include "scene/read/input_files.h"
 #include "scene/read/scene_file.h"
+#include "tress/fiber/lock_color.h"
 
 namespace tress::scene {
 namespace {
@@ -82,13 +84,17 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   if (overrides.environment_rotate_deg) scene->environment.rotate_deg = *overrides.environment_rotate_deg;
   for (auto& material : scene->materials) {
     auto& fiber = material.fiber;
-    if (overrides.color || overrides.melanin || overrides.sigma_a) material.color_from_file = false;
-    if (overrides.color) fiber.sigma_a = fiber::sigma_a_from_color(*overrides.color);
+    const bool pigment = overrides.melanin || overrides.sigma_a || overrides.hair;
+    if (overrides.color || pigment) material.color_from_file = false;
+    if (overrides.eccentricity) fiber.eccentricity = *overrides.eccentricity;
+    if (overrides.roughness) fiber.roughness = *overrides.roughness;
+    if (pigment) material.color.reset();
+    if (overrides.color) material.color = overrides.color;
+    if (material.color) fiber.sigma_a = fiber::sigma_a_of_lock(*material.color, fiber);
     if (overrides.melanin)
       fiber.sigma_a = fiber::sigma_a_from_melanin(overrides.melanin->first, overrides.melanin->second);
     if (overrides.sigma_a) fiber.sigma_a = *overrides.sigma_a;
-    if (overrides.eccentricity) fiber.eccentricity = *overrides.eccentricity;
-    if (overrides.roughness) fiber.roughness = *overrides.roughness;
+    if (overrides.hair) fiber.sigma_a = sigma_a_of_hair(*overrides.hair).value_or(fiber.sigma_a);
   }
   for (auto& groom : scene->grooms) {
     if (!groom.file) continue;

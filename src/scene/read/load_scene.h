@@ -19,6 +19,7 @@ struct Overrides {
   std::optional<glm::vec3> color;
   std::optional<std::pair<float, float>> melanin;
   std::optional<glm::vec3> sigma_a;
+  std::optional<std::string> hair;  ///< of hair_color_names()
   std::optional<float> eccentricity, roughness;
   std::optional<bool> y_up;
   std::optional<double> cm_per_unit;

@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "scene/model/hair_colors.h"
 #include "scene/read/scene_file.h"
+#include "tress/fiber/lock_color.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::scene {
@@ -38,14 +40,16 @@ void read_lobe_angles(const JsonReader& json, const std::string& key, const std:
     if (const auto x = by_lobe.number(lobes[i])) (*angles)[i] = static_cast<float>(*x * radians);
 }
 
+/// After the shape of the fiber, which the absorption for a color depends on.
 void read_color(const JsonReader& json, Material* material) {
   fiber::FiberParameters* fiber = &material->fiber;
-  if (!json.at_most_one({"color", "melanin", "sigma_a"})) return;
+  if (!json.at_most_one({"color", "hair", "melanin", "sigma_a"})) return;
   if (const auto sigma_a = json.triple("sigma_a")) fiber->sigma_a = *sigma_a;
   if (json.is_text("color"))
     material->color_from_file = json.choice("color", {"file"}).has_value();
-  else if (const auto color = json.triple("color"))
-    fiber->sigma_a = fiber::sigma_a_from_color(*color);
+  else if ((material->color = json.triple("color")))
+    fiber->sigma_a = fiber::sigma_a_of_lock(*material->color, *fiber);
+  if (const auto name = json.choice("hair", hair_color_names())) fiber->sigma_a = *sigma_a_of_hair(*name);
   if (!json.has("melanin")) return;
   const auto melanin = json.child("melanin");
   if (!melanin.object({"eumelanin", "pheomelanin"})) return;
@@ -111,6 +115,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
                                        "tilt_deg",
                                        "medulla",
                                        "color",
+                                       "hair",
                                        "melanin",
                                        "sigma_a",
                                        "azimuthal_sigma_deg",

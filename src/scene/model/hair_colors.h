@@ -1,0 +1,49 @@
+// Natural hair by name.
+#pragma once
+
+#include <array>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tress/fiber/parameters.h"
+
+namespace tress::scene {
+
+/// A color of hair by its pigments: concentrations as sigma_a_from_melanin() takes them.
+struct HairColor {
+  std::string_view name;
+  float eumelanin, pheomelanin;
+};
+
+/// Grey is not of one pigment: between strands that have lost theirs stand others that have not, and from afar the
+/// pigment of both together is a thin neutral one.
+constexpr std::string_view grey_hair = "grey";
+constexpr glm::vec3 grey_sigma_a{0.055f, 0.058f, 0.066f};
+
+constexpr std::array hair_colors{HairColor{"black", 8, 0},         HairColor{"dark brown", 3, 0.3f},
+                                 HairColor{"brown", 1.3f, 0},      HairColor{"light brown", 0.6f, 0.6f},
+                                 HairColor{"auburn", 0.6f, 1.6f},  HairColor{"red", 0.05f, 0.9f},
+                                 HairColor{"blond", 0.25f, 0.35f}, HairColor{"platinum", 0.05f, 0.05f},
+                                 HairColor{"white", 0, 0}};
+
+/// "black", ..., "white", "grey".
+inline std::vector<std::string> hair_color_names() {
+  std::vector<std::string> names;
+  for (const HairColor& color : hair_colors) names.emplace_back(color.name);
+  names.emplace_back(grey_hair);
+  return names;
+}
+
+/// Absorption per major semi-axis; nothing for a name that is none of them.
+inline std::optional<glm::vec3> sigma_a_of_hair(std::string_view name) {
+  if (name == grey_hair) return grey_sigma_a;
+  for (const HairColor& color : hair_colors) {
+    if (color.name == name) return fiber::sigma_a_from_melanin(color.eumelanin, color.pheomelanin);
+  }
+  return std::nullopt;
+}
+
+}  // namespace tress::scene
