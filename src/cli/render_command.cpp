@@ -138,7 +138,7 @@ std::vector<std::string> layer_names() {
   std::vector<std::string> names;
   for (std::size_t layer = 0; layer < integrate::layer_count; ++layer) names.emplace_back(integrate::layer_name(layer));
   for (const char* name : {"coverage", "albedo", "N", "tangent", "Z", "variance", "ais"}) names.emplace_back(name);
-  for (const char* name : {"CryptoObject", "CryptoMaterial"}) names.emplace_back(name);
+  for (const char* name : {"forward", "CryptoObject", "CryptoMaterial"}) names.emplace_back(name);
   return names;
 }
 

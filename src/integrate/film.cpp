@@ -50,17 +50,22 @@ glm::dvec3 PixelSums::variance_of_mean() const {
   return squared_deviations / (n * (n - 1));
 }
 
-Film::Film(const image::Window& window, bool glint, bool timed, Ground ground, std::size_t objects)
+Film::Film(const image::Window& window, bool glint, bool timed, Ground ground, std::size_t objects, bool moving)
     : window_(window),
       glint_(glint),
       ground_(ground),
       pixels_(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height)),
       object_counts_(pixels_.size(), objects),
+      motion_(moving ? pixels_.size() : 0),
       cpu_seconds_(timed ? pixels_.size() : 0) {}
 
 bool Film::add(int x, int y, const PathSums& path) {
   if (!pixel(x, y).add(path, ground_)) return false;
   if (path.coverage > 0) object_counts_.add(index(x, y), path.object);
+  if (!motion_.empty()) {
+    MotionSums& sums = motion_[index(x, y)];
+    (path.coverage > 0 ? sums.seen : sums.behind) += glm::dvec2(path.motion);
+  }
   return true;
 }
 
@@ -138,6 +143,17 @@ image::Picture Film::picture() const {
   add("Z", [&](const PixelSums& pixel) { return static_cast<float>(over_covered(pixel, pixel.distance_cm)); });
   add_three("variance.", rgb,
             [](const PixelSums& pixel) { return glm::min(pixel.variance_of_mean(), static_cast<double>(largest)); });
+  for (int i = 0; i < 2 && !motion_.empty(); ++i) {
+    std::vector<float> pixels(pixels_.size(), 0.0f);
+    for (std::size_t p = 0; p < pixels.size(); ++p) {
+      if (source[p] == no_pixel) continue;
+      const PixelSums& pixel = pixels_[source[p]];
+      const MotionSums& sums = motion_[source[p]];
+      pixels[p] =
+          static_cast<float>(pixel.coverage > 0 ? sums.seen[i] / pixel.coverage : sums.behind[i] / samples(pixel));
+    }
+    picture.channels.push_back({i == 0 ? "forward.u" : "forward.v", std::move(pixels)});
+  }
   const auto over_queries = [](const PixelSums& pixel, double sum) {
     return pixel.queries > 0 ? static_cast<float>(sum / static_cast<double>(pixel.queries)) : 0.0f;
   };

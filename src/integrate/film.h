@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <glm/ext/vector_double2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <vector>
@@ -52,9 +53,10 @@ class Film {
  public:
   /// Of the pixels in `window`, in the coordinates of the whole image. glint: whether a fiber splits that lobe off;
   /// timed: whether the time of the paths is kept.
-  /// objects: of the scene, to count which of them paths meet first; 0: not to.
+  /// objects: of the scene, to count which of them paths meet first; 0: not to. moving: whether there is a layer of
+  /// the motion until the next frame.
   Film(const image::Window& window, bool glint, bool timed = false, Ground ground = Ground::backdrop,
-       std::size_t objects = 0);
+       std::size_t objects = 0, bool moving = false);
 
   const image::Window& window() const { return window_; }
   /// (x, y) in the window.
@@ -68,7 +70,8 @@ class Film {
   /// columns; if there is none at all, black with A = 0.
   /// Beauty is the sum of its layers, in their order in the file. albedo, like every color, is the mean over all
   /// paths, those that met nothing counting as black; N, tangent and Z are means over the paths that met
-  /// something, 0 where none did: the first two are shorter than 1 where directions differ.
+  /// something, 0 where none did: the first two are shorter than 1 where directions differ. forward, of a scene that
+  /// moves, too; where nothing was met it is the motion of the backdrop.
   image::Picture picture() const;
 
   /// Of the paths in the sums that met something.
@@ -106,6 +109,11 @@ class Film {
   Ground ground_;
   std::vector<PixelSums> pixels_;
   ObjectCounts object_counts_;
+  /// Sums over the paths that met something, and over those that met nothing; empty unless the scene moves.
+  struct MotionSums {
+    glm::dvec2 seen{0.0}, behind{0.0};
+  };
+  std::vector<MotionSums> motion_;
   std::vector<double> cpu_seconds_;  ///< empty unless timed
 };
 

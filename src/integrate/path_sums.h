@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "tress/fiber/lobes.h"
@@ -27,6 +28,7 @@ struct PathSums {
   glm::vec3 tangent{0.0f};     ///< unit, of a fiber, root to tip; 0 of a surface
   float distance_cm = 0;       ///< from the camera
   std::uint32_t object = 0;    ///< what was met: index of the groom, or of the mesh after all grooms
+  glm::vec2 motion{0.0f};      ///< pixels right and up until the next frame, of what is seen or of the backdrop
   std::uint32_t vertices = 0;  ///< hits that scattered
   std::uint32_t queries = 0, exact_queries = 0;
   float objective = 0;  ///< sum over the queries
@@ -45,7 +47,8 @@ struct PathSums {
       if (!std::isfinite(light[c]) || !std::isfinite(albedo[c]) || !std::isfinite(normal[c])) return false;
       if (!std::isfinite(tangent[c])) return false;
     }
-    return std::isfinite(coverage) && std::isfinite(distance_cm) && std::isfinite(objective);
+    return std::isfinite(motion.x) && std::isfinite(motion.y) && std::isfinite(coverage) &&
+           std::isfinite(distance_cm) && std::isfinite(objective);
   }
 };
 

@@ -54,6 +54,7 @@ PathTracer::PathTracer(const scene::Scene& scene, const geometry::FiberScene& fi
       fibers_(fibers),
       options_(options),
       camera_(scene.camera, scene.image),
+      motion_(scene),
       lights_(scene),
       scattering_(scene, model, fiber_ids) {}
 
@@ -155,6 +156,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   const geometry::Ray ray = camera_.ray(x, y, stratified.pair(sample, pixel_position));
   const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
   if (!hit) {
+    if (scene_.next) sums.motion = motion_.of_backdrop(ray.direction);
     if (scene_.environment_visible)
       sums.layers[background_layer] = scene_.environment.backdrop(ray.direction, camera_.pixel_rad(ray.direction));
     return sums;
@@ -169,6 +171,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   sums.normal = hit->is_surface ? hit->w : normal_towards(*hit, ray.direction);
   if (!hit->is_surface) sums.tangent = hit->u;
   sums.distance_cm = hit->distance_cm;
+  if (scene_.next) sums.motion = motion_.of_point(hit->position);
   sums.object = hit->is_surface ? static_cast<std::uint32_t>(scene_.grooms.size()) + hit->mesh : hit->groom;
   const auto light_samples = static_cast<std::uint32_t>(vertex.light_samples);
   for (std::uint32_t i = 0; i < light_samples; ++i) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "integrate/camera_rays.h"
+#include "integrate/frame_motion.h"
 #include "integrate/light_sampler.h"
 #include "integrate/path_sums.h"
 #include "integrate/pixel_sampler.h"
@@ -47,6 +48,7 @@ class PathTracer {
   const geometry::FiberScene& fibers_;
   const RenderOptions& options_;
   CameraRays camera_;
+  FrameMotion motion_;
   LightSampler lights_;
   Scattering scattering_;
   float surely_traced_ = 0;  ///< what a light sample has to bring; 0: nothing

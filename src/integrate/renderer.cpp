@@ -140,8 +140,8 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   const image::Window whole{0, 0, scene.image.width, scene.image.height};
   const bool opaque = scene.environment_visible && !scene.image.transparent;
   Film film(options.crop.value_or(whole), splits_glint(scene), options.heatmap,
-            opaque ? Ground::backdrop : Ground::nothing,
-            options.mattes ? scene.grooms.size() + scene.meshes.size() : 0);
+            opaque ? Ground::backdrop : Ground::nothing, options.mattes ? scene.grooms.size() + scene.meshes.size() : 0,
+            scene.next.has_value());
   assert(is_within(film.window(), whole));
   std::optional<BiasAuditor> auditor;
   if (options.audit != nullptr) auditor.emplace(*options.audit, scene, fibers, options, brightness.mean, film.window());

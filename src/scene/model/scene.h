@@ -102,9 +102,15 @@ struct Groom {
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
 };
 
+/// What differs in the frame after this one of a scene that moves.
+struct NextFrame {
+  Camera camera;
+};
+
 struct Scene {
   std::string source;  ///< what it was loaded from
   Camera camera;
+  std::optional<NextFrame> next;  ///< in every frame of a scene that has keyframes or a turntable
   Image image;
   Environment environment;
   bool environment_visible = true;  ///< shown behind the hair (background layer) or black there

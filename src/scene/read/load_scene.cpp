@@ -159,6 +159,14 @@ std::string object_name(const std::optional<std::string>& name, const std::strin
   return free;
 }
 
+/// A camera that could not be in the next frame rests until then, which is a warning.
+NextFrame next_frame(const CameraDescription& camera, std::optional<int> frame, Scene* scene, const std::string& name) {
+  const int now = frame.value_or(camera.keys.empty() ? 0 : camera.keys.front().frame);
+  const auto next = camera_at(camera, now + 1, scene->grooms, scene->image, name);
+  if (!next) scene->warnings.push_back(next.error().message() + "; the layer forward is 0");
+  return {next ? *next : scene->camera};
+}
+
 /// A scene is JSON, and that of a scene begins with a brace: whatever else there is, is told before it is read as JSON.
 bool may_be_json(const std::filesystem::path& file, std::span<const unsigned char> start) {
   if (!known_kind_of(start).empty()) return false;
@@ -226,6 +234,8 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
   const auto camera = camera_at(description.camera, overrides.frame, scene.grooms, scene.image, file.string());
   if (!camera) return camera.error();
   scene.camera = *camera;
+  if (!description.camera.keys.empty() || description.camera.turntable)
+    scene.next = next_frame(description.camera, overrides.frame, &scene, file.string());
   if (overrides.frame && description.camera.keys.empty() && !description.camera.turntable)
     scene.notes.push_back(
         fmt::format("{}: the camera does not move, every frame is the same but for its grain", file.string()));

@@ -1,0 +1,29 @@
+// How far what is seen moves in the picture until the next frame.
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "integrate/camera_projection.h"
+#include "scene/model/scene.h"
+
+namespace tress::integrate {
+
+/// Pixels to the right and up from this frame to the next, as Nuke's forward.u and forward.v: the place of a point in
+/// the picture of the next frame less that in this one. Immutable; any thread.
+class FrameMotion {
+ public:
+  /// Of a scene whose next frame is known (Scene::next); of any other everything rests.
+  explicit FrameMotion(const scene::Scene& scene);
+
+  /// Of a point of the scene, cm. 0 where it is behind the camera in either frame.
+  glm::vec2 of_point(const glm::vec3& world) const;
+  /// Of what is infinitely far away in this direction.
+  glm::vec2 of_backdrop(const glm::vec3& direction) const;
+
+ private:
+  CameraProjection now_, next_;
+  glm::dvec3 eye_, next_eye_;
+};
+
+}  // namespace tress::integrate
