@@ -167,6 +167,8 @@ Hit surface_hit(const Surface& surface, const Ray& ray, float distance_cm, const
   hit.is_surface = true;
   hit.mesh = surface.index;
   hit.triangle = found.primID;
+  hit.second = found.u;
+  hit.third = found.v;
   return hit;
 }
 

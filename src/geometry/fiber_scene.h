@@ -38,7 +38,8 @@ struct Hit {
   bool is_surface = false;
   std::uint32_t mesh = no_index;  ///< index into Scene::meshes
   std::uint32_t triangle = no_index;
-  glm::vec3 normal{0.0f};  ///< unit, geometric, on the side that the ray came from
+  float second = 0, third = 0;  ///< weights of the triangle's second and third corner
+  glm::vec3 normal{0.0f};       ///< unit, geometric, on the side that the ray came from
 };
 
 /// The ray that leaves a hit in a unit direction.

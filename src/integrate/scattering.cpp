@@ -4,14 +4,11 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/geometric.hpp>
-#include <numbers>
 
 #include "integrate/local_directions.h"
 
 namespace tress::integrate {
 namespace {
-
-constexpr float pi = std::numbers::pi_v<float>;
 
 Scattered scattered_by_fiber(const fiber::FiberValue& value, float cos_theta, PathSums& sums) {
   sums.queries += value.queries;
@@ -24,31 +21,59 @@ Scattered scattered_by_fiber(const fiber::FiberValue& value, float cos_theta, Pa
   return scattered;
 }
 
-/// Lambert, about the shading normal w: albedo cos / pi, drawn by the cosine; nothing through the face. Where the face
-/// is about to turn from the light the shading fades out before it (Chiang, Li and Burley 2019, "Taming the shadow
-/// terminator"), so that facets do not show as an edge between light and shadow.
-Scattered scattered_by_surface(const glm::vec3& albedo, const geometry::Hit& hit, const glm::vec3& direction) {
+glm::vec3 to_frame(const geometry::Hit& hit, const glm::vec3& world) {
+  return {glm::dot(world, hit.u), glm::dot(world, hit.v), glm::dot(world, hit.w)};
+}
+
+/// About the shading normal w; nothing through the face. Where the face is about to turn from the light the shading
+/// fades out before it (Chiang, Li and Burley 2019, "Taming the shadow terminator"), so that facets do not show as an
+/// edge between light and shadow.
+Scattered scattered_by_surface(const SurfaceMaterial& material, const geometry::Hit& hit, const glm::vec3& direction) {
   Scattered scattered;
-  const float cosine = glm::dot(hit.w, direction), of_face = glm::dot(hit.normal, direction);
-  scattered.pdf = std::max(0.0f, cosine) / pi;
-  if (!(cosine > 0 && of_face > 0)) return scattered;
+  const glm::vec3 in = to_frame(hit, direction);
+  const float of_face = glm::dot(hit.normal, direction);
+  scattered.pdf = material.pdf(in);
+  if (!(in.z > 0 && of_face > 0)) return scattered;
   float fade = 1;
   if (hit.w != hit.normal) {
-    const float share = std::min(1.0f, of_face / (cosine * glm::dot(hit.w, hit.normal)));
+    const float share = std::min(1.0f, of_face / (in.z * glm::dot(hit.w, hit.normal)));
     fade = share * (1 + share * (1 - share));
   }
-  scattered.layers[surface_layer] = albedo * (scattered.pdf * fade);
+  scattered.layers[surface_layer] = material.value(in) * fade;
   return scattered;
 }
 
+/// Of the mesh's texture at a hit, or one color.
+glm::vec3 diffuse_at(const scene::Mesh& mesh, const geometry::Hit& hit) {
+  if (!mesh.texture) return mesh.albedo;
+  const glm::uvec3& corner = mesh.corner_uvs[hit.triangle];
+  if (corner.x == scene::no_uv || corner.y == scene::no_uv || corner.z == scene::no_uv) return mesh.texture->mean();
+  const glm::vec2 &a = mesh.uvs[corner.x], &b = mesh.uvs[corner.y], &c = mesh.uvs[corner.z];
+  return mesh.texture->at((1 - hit.second - hit.third) * a + hit.second * b + hit.third * c);
+}
+
 }  // namespace
+
+Scattering::Scattering(const scene::Scene& scene, const fiber::FiberModel& model,
+                       const std::vector<fiber::FiberId>& fiber_ids)
+    : scene_(scene), model_(model), fiber_ids_(fiber_ids), coats_(scene.meshes.size()) {
+  for (std::size_t mesh = 0; mesh < coats_.size(); ++mesh) {
+    if (const auto& coat = scene.meshes[mesh].coat) coats_[mesh].emplace(coat->roughness, coat->eta);
+  }
+}
+
+SurfaceMaterial Scattering::surface_at(const geometry::Hit& hit, const glm::vec3& ray_direction) const {
+  const std::optional<Coat>& coat = coats_[hit.mesh];
+  return {diffuse_at(scene_.meshes[hit.mesh], hit), coat ? &*coat : nullptr, to_frame(hit, -ray_direction)};
+}
 
 Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi,
                          float importance) const {
   Vertex vertex;
   vertex.hit = hit;
   if (hit.is_surface) {
-    vertex.albedo = scene_.meshes[hit.mesh].albedo;
+    vertex.surface = surface_at(hit, ray_direction);
+    vertex.albedo = vertex.surface.albedo();
     return vertex;
   }
   const std::uint32_t fiber = scene_.grooms[hit.groom].fiber[hit.strand];
@@ -61,7 +86,7 @@ Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_directio
 }
 
 Scattered Scattering::evaluate(const Vertex& vertex, const glm::vec3& direction, PathSums& sums) const {
-  if (vertex.hit.is_surface) return scattered_by_surface(vertex.albedo, vertex.hit, direction);
+  if (vertex.hit.is_surface) return scattered_by_surface(vertex.surface, vertex.hit, direction);
   const LocalDirection local = to_local(vertex.hit, direction);
   return scattered_by_fiber(model_.evaluate(vertex.event, local.direction), local.cos_theta, sums);
 }
@@ -71,11 +96,10 @@ Scattering::Sample Scattering::sample(const Vertex& vertex, const std::array<flo
     const fiber::FiberSample drawn = model_.sample(vertex.event, u);
     return {to_world(vertex.hit, drawn.wi), scattered_by_fiber(drawn.value, cos_theta(drawn.wi), sums)};
   }
-  const float sine = std::sqrt(u[0]), cosine = std::sqrt(std::max(0.0f, 1 - u[0])), azimuth = 2 * pi * u[1];
   const geometry::Hit& hit = vertex.hit;
-  const glm::vec3 direction =
-      glm::normalize(sine * std::cos(azimuth) * hit.u + sine * std::sin(azimuth) * hit.v + cosine * hit.w);
-  return {direction, scattered_by_surface(vertex.albedo, hit, direction)};
+  const glm::vec3 in = vertex.surface.sample(u);
+  const glm::vec3 direction = glm::normalize(in.x * hit.u + in.y * hit.v + in.z * hit.w);
+  return {direction, scattered_by_surface(vertex.surface, hit, direction)};
 }
 
 }  // namespace tress::integrate

@@ -1,12 +1,14 @@
-// What paths meet and scatter on: fibers and diffuse surfaces behind one interface.
+// What paths meet and scatter on: fibers (FiberModel) and surfaces (surface_scattering.h) behind one interface.
 #pragma once
 
 #include <array>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <vector>
 
 #include "geometry/fiber_scene.h"
 #include "integrate/path_sums.h"
+#include "integrate/surface_scattering.h"
 #include "scene/model/scene.h"
 #include "tress/fiber/fiber_model.h"
 
@@ -16,6 +18,7 @@ namespace tress::integrate {
 struct Vertex {
   geometry::Hit hit;
   fiber::FiberEvent event;  ///< of a fiber
+  SurfaceMaterial surface;  ///< of a surface
   glm::vec3 albedo{0.0f};   ///< of one scattering
   bool evaluates = true;    ///< false: no light may be sampled (FiberModel::evaluates)
   int light_samples = 1, bcsdf_samples = 1;
@@ -39,8 +42,7 @@ struct Scattered {
 /// Immutable; any thread. All references must outlive it.
 class Scattering {
  public:
-  Scattering(const scene::Scene& scene, const fiber::FiberModel& model, const std::vector<fiber::FiberId>& fiber_ids)
-      : scene_(scene), model_(model), fiber_ids_(fiber_ids) {}
+  Scattering(const scene::Scene& scene, const fiber::FiberModel& model, const std::vector<fiber::FiberId>& fiber_ids);
 
   /// ray_direction: of the ray that met the hit. xi: the grid node of a fiber's event. importance: FiberModel::begin().
   Vertex begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi,
@@ -57,9 +59,12 @@ class Scattering {
   Sample sample(const Vertex& vertex, const std::array<float, 4>& u, PathSums& sums) const;
 
  private:
+  SurfaceMaterial surface_at(const geometry::Hit& hit, const glm::vec3& ray_direction) const;
+
   const scene::Scene& scene_;
   const fiber::FiberModel& model_;
   const std::vector<fiber::FiberId>& fiber_ids_;
+  std::vector<std::optional<Coat>> coats_;  ///< of the meshes
 };
 
 }  // namespace tress::integrate

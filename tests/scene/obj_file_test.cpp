@@ -43,6 +43,19 @@ TEST(ObjFile, ReadsEveryFormOfFace) {
   EXPECT_EQ(file->triangles[0], glm::uvec3(2, 1, 0));
 }
 
+/// The same for texture coordinates; those of a bad line are none.
+TEST(ObjFile, ReadsTextureCoordinatesWhereTheyAreGood) {
+  const auto file =
+      parse(square + "vt 0.5 -2 9\nvt 1 nonsense\nvt 1e7 0\nvt 0.25 3\nf 1/1 2/-1 3/4\nf 1/2 2/3 3/9\nf 1 2 3\n");
+  ASSERT_TRUE(file) << file.error().message();
+  ASSERT_EQ(file->corner_uvs.size(), 3u);
+  EXPECT_EQ(file->corner_uvs[0], glm::uvec3(0, 3, 3));
+  EXPECT_EQ(file->corner_uvs[1], glm::uvec3(no_uv, no_uv, no_uv));
+  EXPECT_EQ(file->corner_uvs[2], glm::uvec3(no_uv, no_uv, no_uv));
+  EXPECT_EQ(file->uvs[0], glm::vec2(0.5f, -2));
+  EXPECT_TRUE(parse(square + "vt 0 0\nf 1 2 3\n")->corner_uvs.empty());
+}
+
 /// A corner names a normal that is there so far, from the front or the back; any other is none, and files that name
 /// normals badly are read as before.
 TEST(ObjFile, ReadsNormalsWhereTheyAreGood) {

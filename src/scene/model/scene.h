@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <glm/ext/vector_uint3.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "image/view_transform.h"
 #include "scene/model/environment.h"
+#include "scene/model/texture.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::scene {
@@ -63,9 +65,15 @@ struct Light {
   glm::vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0};
 };
 
-constexpr std::uint32_t no_normal = 0xffffffffu;
+constexpr std::uint32_t no_normal = 0xffffffffu, no_uv = no_normal;
 
-/// Triangles that occlude: a diffuse surface, seen from both sides.
+/// A clear rough layer over a diffuse surface.
+struct CoatParameters {
+  float roughness = 0.3f;  ///< (0, 1]; the width of the GGX distribution is its square
+  float eta = 1.5f;        ///< index of refraction, (1, 2.5]
+};
+
+/// Triangles that occlude: a diffuse surface, coated or not, seen from both sides.
 struct Mesh {
   std::string name;
   std::string object;                 ///< its name in mattes
@@ -75,6 +83,10 @@ struct Mesh {
   std::vector<glm::vec3> normals;     ///< unit, or 0 where the file has none that can be used
   /// Per triangle, of its corners: indices into normals, or no_normal. Empty: all triangles are flat.
   std::vector<glm::uvec3> corner_normals;
+  std::optional<Texture> texture;      ///< in place of `albedo`
+  std::vector<glm::vec2> uvs;          ///< finite
+  std::vector<glm::uvec3> corner_uvs;  ///< the same for uvs, or no_uv; a triangle with one has the texture's mean
+  std::optional<CoatParameters> coat;
 };
 
 /// What the points of a strand are.

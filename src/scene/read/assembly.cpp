@@ -189,6 +189,8 @@ Result<Mesh> place_mesh(const ObjFile& file, const MeshDescription& description,
   Mesh mesh;
   mesh.name = name;
   mesh.albedo = description.albedo;
+  mesh.coat = description.coat;
+  mesh.uvs = file.uvs;
   mesh.positions.reserve(file.positions.size());
   for (const auto& p : file.positions) {
     const glm::dvec3 turned = description.y_up ? glm::dvec3(p.x, -p.z, p.y) : glm::dvec3(p);
@@ -212,6 +214,7 @@ Result<Mesh> place_mesh(const ObjFile& file, const MeshDescription& description,
     if (!(glm::length(glm::cross(b - a, c - a)) > 0)) continue;
     mesh.triangles.push_back(t);
     if (!file.corner_normals.empty()) mesh.corner_normals.push_back(file.corner_normals[i]);
+    if (!file.corner_uvs.empty()) mesh.corner_uvs.push_back(file.corner_uvs[i]);
   }
   const auto left_out = file.triangles.size() - mesh.triangles.size();
   if (left_out)

@@ -46,6 +46,8 @@ struct MeshDescription {
   double cm_per_unit = 1;                ///< before translation
   glm::vec3 translate{0.0f};             ///< cm, in the world's axes
   glm::vec3 albedo = Mesh{}.albedo;
+  std::optional<std::string> albedo_file = {};  ///< as written
+  std::optional<CoatParameters> coat = {};
 };
 
 /// The mesh in the world. Triangles without area are left out, which is a warning. Fails where the placed mesh leaves a

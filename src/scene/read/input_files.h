@@ -5,12 +5,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/ext/vector_uint3.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "scene/model/environment.h"
+#include "scene/model/texture.h"
 #include "tress/base/error.h"
 
 namespace tress::scene {
@@ -39,7 +41,7 @@ std::string known_kind_of(std::span<const unsigned char> start);
 /// begins 00 01 02 03". Printable, for messages.
 std::string kind_of(std::span<const unsigned char> start);
 
-// Wavefront .obj files: the polygons and their normals.
+// Wavefront .obj files: the polygons, their normals and texture coordinates.
 
 /// File units, file axes.
 struct ObjFile {
@@ -48,13 +50,15 @@ struct ObjFile {
   std::vector<glm::vec3> normals;     ///< finite, of any length
   /// Per triangle, indices into normals or no_normal; empty where no corner has one.
   std::vector<glm::uvec3> corner_normals;
+  std::vector<glm::vec2> uvs;          ///< within 10^6 of 0
+  std::vector<glm::uvec3> corner_uvs;  ///< the same for uvs, and no_uv
 };
 
 /// Parses the bytes of an .obj file. Faces name vertices as v, v/vt, v//vn or v/vt/vn, those read so far, from 1 on or
 /// from -1 backwards; polygons become fans of triangles around their first vertex. A normal that is not
-/// there, or is no three finite numbers, is none. Texture coordinates, lines, points, groups and materials are read
-/// over; curved surfaces are refused. Memory is a small multiple of the number of bytes. `name` is the file named in
-/// errors, which give the line.
+/// there, or is no three finite numbers, is none; so are texture coordinates. Lines, points, groups and materials are
+/// read over; curved surfaces are refused. Memory is a small multiple of the number of bytes. `name` is the file named
+/// in errors, which give the line.
 Result<ObjFile> parse_obj_file(std::span<const unsigned char> bytes, const std::string& name);
 
 // Radiance pictures (.hdr, RGBE), and environments from them and from OpenEXR.
@@ -79,5 +83,11 @@ Result<HdrPicture> parse_hdr_file(std::span<const unsigned char> bytes, const st
 /// are errors. A map that is not twice as wide as high is a warning too.
 Result<Environment> load_environment(const std::filesystem::path& file, double rotate_rad, float scale,
                                      std::vector<std::string>* warnings);
+
+// Textures of meshes.
+
+/// A color picture: PNG or JPEG, whose values are sRGB, or OpenEXR with linear R, G, B; which is told by its first
+/// bytes. At most 2^26 pixels. Values outside [0, 1] are clamped, which is a warning: an albedo is a share.
+Result<Texture> load_texture(const std::filesystem::path& file, std::vector<std::string>* warnings);
 
 }  // namespace tress::scene

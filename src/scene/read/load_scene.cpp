@@ -147,7 +147,14 @@ Result<Mesh> make_mesh(const MeshDescription& description, const std::filesystem
   if (!bytes) return bytes.error();
   const auto obj = parse_obj_file(*bytes, file.string());
   if (!obj) return obj.error();
-  return place_mesh(*obj, description, file.string(), &scene->warnings);
+  auto mesh = place_mesh(*obj, description, file.string(), &scene->warnings);
+  if (!mesh || !description.albedo_file) return mesh;
+  auto texture = load_texture(folder / *description.albedo_file, &scene->warnings);
+  if (!texture) return texture.error();
+  if (mesh->corner_uvs.empty())
+    return Error{file.string(), "", "faces with texture coordinates (v/vt) under \"albedo_file\"", "none"};
+  mesh->texture = std::move(*texture);
+  return mesh;
 }
 
 /// What mattes call an object: as the scene says, else `usual`, with a number where another object has it.

@@ -15,9 +15,10 @@ namespace tress::scene {
 namespace {
 
 /// Statements that say nothing about polygons.
-constexpr std::array<std::string_view, 15> read_over{"vt",     "vp",         "o",         "g",      "s",
-                                                     "mg",     "usemtl",     "l",         "mtllib", "usemap",
-                                                     "maplib", "shadow_obj", "trace_obj", "lod",    "p"};
+constexpr std::array<std::string_view, 14> read_over{
+    "vp", "o", "g", "s", "mg", "usemtl", "l", "mtllib", "usemap", "maplib", "lod", "p", "shadow_obj", "trace_obj"};
+
+constexpr float furthest_uv = 1e6f;
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
@@ -62,6 +63,7 @@ class ObjReader {
     if (keyword.empty()) return std::nullopt;
     if (keyword == "v") return vertex(words);
     if (keyword == "vn") return normal(words);
+    if (keyword == "vt") return uv(words);
     if (keyword == "f") return face(words);
     if (std::find(read_over.begin(), read_over.end(), keyword) != read_over.end()) return std::nullopt;
     return error("v, f or another statement of polygons", shown(keyword));
@@ -70,6 +72,7 @@ class ObjReader {
   Result<ObjFile> finish() {
     if (file_.triangles.empty()) return Error{name_, "", "a face or more", fmt::format("none in {} lines", line_)};
     if (!any_normal_) file_.corner_normals.clear();
+    if (!any_uv_) file_.corner_uvs.clear();
     return std::move(file_);
   }
 
@@ -112,16 +115,39 @@ class ObjReader {
     return std::nullopt;
   }
 
-  /// From 1 on or from -1 backwards; no_normal where there is none of that number so far.
-  std::uint32_t normal_at(std::int64_t index) const {
-    const auto count = static_cast<std::int64_t>(file_.normals.size());
-    const std::int64_t from_zero = index > 0 ? index - 1 : index + count;
-    return index == 0 || from_zero < 0 || from_zero >= count ? no_normal : static_cast<std::uint32_t>(from_zero);
+  /// What cannot be read is no coordinate, so that those after it keep their numbers.
+  std::optional<Error> uv(Words& words) {
+    glm::vec2 place(std::numeric_limits<float>::quiet_NaN());
+    for (int c = 0; c < 2; ++c) {
+      const auto x = number<float>(words.next());
+      if (x && std::abs(*x) <= furthest_uv) place[c] = *x;
+    }
+    if (file_.uvs.size() == no_uv) return error("fewer texture coordinates", "2^32 of them");
+    const bool whole = !std::isnan(place.x) && !std::isnan(place.y);
+    file_.uvs.push_back(whole ? place : glm::vec2(0.0f));
+    bad_uv_.push_back(!whole);
+    return std::nullopt;
   }
 
-  /// One corner: the vertex, then up to two indices that must be numbers, of which the second is that of the normal.
-  std::optional<Error> corner(std::string_view word, std::uint32_t* vertex, std::uint32_t* normal) const {
-    *normal = no_normal;
+  /// From 1 on or from -1 backwards; no_normal where there is none of that number among `count` so far.
+  static std::uint32_t index_of(std::int64_t number, std::size_t size) {
+    const auto count = static_cast<std::int64_t>(size);
+    const std::int64_t from_zero = number > 0 ? number - 1 : number + count;
+    return number == 0 || from_zero < 0 || from_zero >= count ? no_normal : static_cast<std::uint32_t>(from_zero);
+  }
+
+  std::uint32_t uv_at(std::int64_t number) const {
+    const std::uint32_t index = index_of(number, file_.uvs.size());
+    return index != no_uv && bad_uv_[index] ? no_uv : index;
+  }
+
+  struct Corner {
+    std::uint32_t vertex = 0, uv = no_uv, normal = no_normal;
+  };
+
+  /// The vertex, then up to two indices that must be numbers: of the texture coordinates, which may be left out, and of
+  /// the normal.
+  std::optional<Error> corner(std::string_view word, Corner* corner) const {
     const auto whole = word;
     for (int part = 0; part < 3; ++part) {
       const auto slash = word.find('/');
@@ -129,13 +155,12 @@ class ObjReader {
       const bool left_out = part == 1 && slash == 0;
       if (!index && !left_out) return error("a corner as v, v/vt, v//vn or v/vt/vn", shown(whole));
       if (part == 0) {
-        const auto count = static_cast<std::int64_t>(file_.positions.size());
-        const std::int64_t from_zero = *index > 0 ? *index - 1 : *index + count;
-        if (*index == 0 || from_zero < 0 || from_zero >= count)
-          return error(fmt::format("an index of one of the {} vertices so far", count), shown(whole));
-        *vertex = static_cast<std::uint32_t>(from_zero);
+        corner->vertex = index_of(*index, file_.positions.size());
+        if (corner->vertex == no_normal)
+          return error(fmt::format("an index of one of the {} vertices so far", file_.positions.size()), shown(whole));
       }
-      if (part == 2) *normal = normal_at(*index);
+      if (part == 1 && index) corner->uv = uv_at(*index);
+      if (part == 2) corner->normal = index_of(*index, file_.normals.size());
       if (slash == std::string_view::npos) return std::nullopt;
       word.remove_prefix(slash + 1);
     }
@@ -143,18 +168,20 @@ class ObjReader {
   }
 
   std::optional<Error> face(Words& words) {
-    std::uint32_t first = 0, last = 0, corners = 0, first_normal = no_normal, last_normal = no_normal;
+    Corner first, last;
+    std::uint32_t corners = 0;
     for (auto word = words.next(); !word.empty(); word = words.next(), ++corners) {
-      std::uint32_t vertex = 0, normal = no_normal;
-      if (auto error = corner(word, &vertex, &normal)) return error;
-      if (corners == 0) first = vertex, first_normal = normal;
+      Corner next;
+      if (auto error = corner(word, &next)) return error;
+      if (corners == 0) first = next;
       if (corners > 1) {
-        file_.triangles.emplace_back(first, last, vertex);
-        file_.corner_normals.emplace_back(first_normal, last_normal, normal);
-        any_normal_ = any_normal_ || first_normal != no_normal || last_normal != no_normal || normal != no_normal;
+        file_.triangles.emplace_back(first.vertex, last.vertex, next.vertex);
+        file_.corner_normals.emplace_back(first.normal, last.normal, next.normal);
+        file_.corner_uvs.emplace_back(first.uv, last.uv, next.uv);
       }
-      last = vertex;
-      last_normal = normal;
+      any_normal_ = any_normal_ || next.normal != no_normal;
+      any_uv_ = any_uv_ || next.uv != no_uv;
+      last = next;
     }
     if (corners < 3) return error("a face of three corners or more", fmt::format("{}", corners));
     return std::nullopt;
@@ -162,7 +189,8 @@ class ObjReader {
 
   const std::string& name_;
   std::size_t line_ = 0;
-  bool any_normal_ = false;
+  bool any_normal_ = false, any_uv_ = false;
+  std::vector<bool> bad_uv_;
   ObjFile file_;
 };
 

@@ -33,17 +33,29 @@ Error not_json(const std::string& name, const nlohmann::json::parse_error& error
   return {name, fmt::format("byte {}", error.byte), "JSON", why.substr(0, 200)};
 }
 
+CoatParameters read_coat(const JsonReader& json) {
+  CoatParameters coat;
+  if (!json.object({"roughness", "eta"})) return coat;
+  coat.roughness = static_cast<float>(json.number("roughness").value_or(coat.roughness));
+  coat.eta = static_cast<float>(json.number("eta").value_or(coat.eta));
+  return coat;
+}
+
 }  // namespace
 
 MeshDescription read_mesh(const JsonReader& json) {
   MeshDescription mesh;
-  if (!json.object({"name", "file", "up", "cm_per_unit", "translate", "albedo"}) || !json.need({"file"})) return mesh;
+  if (!json.object({"name", "file", "up", "cm_per_unit", "translate", "albedo", "albedo_file", "coat"}) ||
+      !json.need({"file"}) || !json.at_most_one({"albedo", "albedo_file"}))
+    return mesh;
   mesh.name = json.text("name");
   mesh.file = json.text("file").value_or("");
   if (const auto up = json.choice("up", {"y", "z"})) mesh.y_up = *up == "y";
   mesh.cm_per_unit = json.number("cm_per_unit").value_or(mesh.cm_per_unit);
   mesh.translate = json.triple("translate").value_or(mesh.translate);
   mesh.albedo = json.triple("albedo").value_or(mesh.albedo);
+  mesh.albedo_file = json.text("albedo_file");
+  if (json.has("coat")) mesh.coat = read_coat(json.child("coat"));
   return mesh;
 }
 

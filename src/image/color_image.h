@@ -1,0 +1,33 @@
+// Pictures of color that a scene is made of: PNG, JPEG and OpenEXR as linear RGB.
+#pragma once
+
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tress/base/error.h"
+
+namespace tress::image {
+
+struct ColorImage {
+  int width = 0, height = 0;
+  std::vector<glm::vec3> pixels;  ///< linear RGB, row-major, top row first; finite
+};
+
+/// Whether the bytes begin as a PNG or a JPEG does.
+bool is_png_or_jpeg(std::span<const unsigned char> bytes);
+
+/// A PNG (8 or 16 bit; grey becomes RGB, alpha is left out) or a JPEG. Values are those of sRGB (IEC 61966-2-1),
+/// whatever profile the file has; the result is in [0, 1]. The size is held against 2^26 pixels and against the number
+/// of bytes before memory is taken. `name` is the file named in errors. Thread-safe.
+Result<ColorImage> parse_png_or_jpeg(std::span<const unsigned char> bytes, const std::string& name);
+
+/// R, G, B of a picture of the EXR.
+Result<ColorImage> read_exr_color(const std::filesystem::path& file);
+
+/// sRGB to linear, both in [0, 1].
+float linear_from_srgb(float encoded);
+
+}  // namespace tress::image

@@ -1,0 +1,32 @@
+// A picture laid over a mesh.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace tress::scene {
+
+/// Linear RGB in [0, 1], bilinear between the middles of its pixels, repeated in both directions. Kept in halves: 6
+/// bytes a pixel, steps of at most 0.0005 of a value. Immutable; any thread.
+class Texture {
+ public:
+  /// pixels: width x height of them, row-major, top row first, in [0, 1]. Both sides at least 1.
+  Texture(int width, int height, const std::vector<glm::vec3>& pixels);
+
+  /// uv as OBJ has them: (0, 0) is the lower left corner of the picture, (1, 1) the upper right one. Finite.
+  glm::vec3 at(const glm::vec2& uv) const;
+  const glm::vec3& mean() const { return mean_; }
+  std::size_t bytes() const { return halves_.size() * sizeof(std::uint16_t); }
+
+ private:
+  glm::vec3 pixel(std::size_t column, std::size_t row) const;
+
+  std::size_t width_, height_;
+  std::vector<std::uint16_t> halves_;
+  glm::vec3 mean_;
+};
+
+}  // namespace tress::scene

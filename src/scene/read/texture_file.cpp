@@ -1,0 +1,49 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "image/color_image.h"
+#include "scene/read/input_files.h"
+
+namespace tress::scene {
+namespace {
+
+constexpr std::size_t most_pixels = std::size_t{1} << 26;
+constexpr std::uintmax_t most_bytes = std::uintmax_t{1} << 29;
+constexpr const char* wanted = "a PNG, JPEG or EXR picture";
+
+Result<image::ColorImage> read(const std::filesystem::path& file) {
+  const auto start = read_file_start(file, wanted, bytes_of_kind);
+  if (!start) return start.error();
+  if (image::is_png_or_jpeg(*start)) {
+    const auto bytes = read_input_file(file, wanted, most_bytes);
+    if (!bytes) return bytes.error();
+    return image::parse_png_or_jpeg(*bytes, file.string());
+  }
+  if (known_kind_of(*start).find("OpenEXR") == std::string::npos)
+    return Error{file.string(), "", wanted, kind_of(*start)};
+  return image::read_exr_color(file);
+}
+
+}  // namespace
+
+Result<Texture> load_texture(const std::filesystem::path& file, std::vector<std::string>* warnings) {
+  auto image = read(file);
+  if (!image) return image.error();
+  if (image->pixels.size() > most_pixels)
+    return Error{file.string(), "size", fmt::format("at most {} pixels", most_pixels),
+                 fmt::format("{} x {}", image->width, image->height)};
+  std::size_t clamped = 0;
+  for (glm::vec3& pixel : image->pixels)
+    for (int c = 0; c < 3; ++c) {
+      const float share = std::clamp(pixel[c], 0.0f, 1.0f);
+      if (share != pixel[c]) ++clamped;
+      pixel[c] = share;
+    }
+  if (clamped)
+    warnings->push_back(fmt::format("{}: {} of {} values are outside 0..1 and taken for its ends: an albedo is a share",
+                                    file.string(), clamped, 3 * image->pixels.size()));
+  return Texture(image->width, image->height, image->pixels);
+}
+
+}  // namespace tress::scene

@@ -1,0 +1,130 @@
+// Color pictures of a scene: values by hand, and what is refused.
+#include "image/color_image.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#define STB_IMAGE_WRITE_STATIC
+#define STBI_WRITE_NO_STDIO
+#include <stb_image_write.h>
+
+namespace tress::image {
+namespace {
+
+using Bytes = std::vector<unsigned char>;
+
+void append(void* context, void* data, int size) {
+  const auto* bytes = static_cast<const unsigned char*>(data);
+  static_cast<Bytes*>(context)->insert(static_cast<Bytes*>(context)->end(), bytes, bytes + size);
+}
+
+Bytes png(int width, int height, int channels, const Bytes& values) {
+  Bytes file;
+  stbi_write_png_to_func(append, &file, width, height, channels, values.data(), width * channels);
+  return file;
+}
+
+void big_endian(std::uint32_t x, Bytes* bytes) {
+  for (int shift = 24; shift >= 0; shift -= 8) bytes->push_back(static_cast<unsigned char>(x >> shift));
+}
+
+void chunk(const std::string& type, const Bytes& data, Bytes* file) {
+  big_endian(static_cast<std::uint32_t>(data.size()), file);
+  file->insert(file->end(), type.begin(), type.end());
+  file->insert(file->end(), data.begin(), data.end());
+  big_endian(0, file);  // the decoder does not look at sums
+}
+
+/// One row of RGB of 16 bits, by hand: a stored block.
+Bytes png_of_16_bits(const std::vector<std::uint16_t>& values, std::uint32_t width, std::uint32_t height) {
+  Bytes file{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'}, header, data{0x78, 0x01, 0x01};
+  big_endian(width, &header);
+  big_endian(height, &header);
+  header.insert(header.end(), {16, 2, 0, 0, 0});
+  const auto length = static_cast<std::uint16_t>(1 + 2 * values.size());
+  for (const std::uint16_t x : {length, static_cast<std::uint16_t>(~length)}) {
+    data.push_back(static_cast<unsigned char>(x & 255));
+    data.push_back(static_cast<unsigned char>(x >> 8));
+  }
+  data.push_back(0);  // no filter
+  for (const std::uint16_t x : values) {
+    data.push_back(static_cast<unsigned char>(x >> 8));
+    data.push_back(static_cast<unsigned char>(x & 255));
+  }
+  big_endian(0, &data);
+  chunk("IHDR", header, &file);
+  chunk("IDAT", data, &file);
+  chunk("IEND", {}, &file);
+  return file;
+}
+
+// IEC 61966-2-1: 128 of 255 is 0.2158605 in linear light, 10 is 0.0030353.
+TEST(ColorImage, APngIsDecodedToLinearLightTopRowFirst) {
+  const auto image = parse_png_or_jpeg(png(2, 2, 3, {0, 10, 255, 128, 128, 128, 255, 0, 0, 0, 255, 0}), "a.png");
+  ASSERT_TRUE(image) << image.error().message();
+  EXPECT_EQ(image->width, 2);
+  EXPECT_EQ(image->height, 2);
+  EXPECT_EQ(image->pixels[0].x, 0);
+  EXPECT_NEAR(image->pixels[0].y, 0.0030353, 1e-7);
+  EXPECT_EQ(image->pixels[0].z, 1);
+  EXPECT_NEAR(image->pixels[1].x, 0.2158605, 1e-6);
+  EXPECT_EQ(image->pixels[2], glm::vec3(1, 0, 0));
+  EXPECT_EQ(image->pixels[3], glm::vec3(0, 1, 0));
+}
+
+TEST(ColorImage, GreyBecomesRgbAndAlphaIsLeftOut) {
+  const auto grey = parse_png_or_jpeg(png(1, 1, 1, {128}), "a.png");
+  ASSERT_TRUE(grey);
+  EXPECT_NEAR(grey->pixels[0].z, 0.2158605, 1e-6);
+  const auto clear = parse_png_or_jpeg(png(1, 1, 4, {255, 0, 255, 0}), "a.png");
+  ASSERT_TRUE(clear);
+  EXPECT_EQ(clear->pixels[0], glm::vec3(1, 0, 1));
+}
+
+TEST(ColorImage, SixteenBitsKeepTheirSteps) {
+  const auto image = parse_png_or_jpeg(png_of_16_bits({0, 65535, 32896, 32897, 1, 2}, 2, 1), "a.png");
+  ASSERT_TRUE(image) << image.error().message();
+  EXPECT_EQ(image->pixels[0].x, 0);
+  EXPECT_EQ(image->pixels[0].y, 1);
+  EXPECT_NEAR(image->pixels[0].z, 0.2158605, 1e-6);  // 32896 = 128 * 257
+  EXPECT_GT(image->pixels[1].x, image->pixels[0].z);
+  EXPECT_NEAR(image->pixels[1].z / image->pixels[1].y, 2, 1e-5);
+}
+
+TEST(ColorImage, AJpegIsRead) {
+  const Bytes grey(16 * 16 * 3, 128);
+  Bytes file;
+  stbi_write_jpg_to_func(append, &file, 16, 16, 3, grey.data(), 100);
+  const auto image = parse_png_or_jpeg(file, "a.jpg");
+  ASSERT_TRUE(image) << image.error().message();
+  for (const glm::vec3& pixel : image->pixels) EXPECT_NEAR(pixel.y, 0.2158605, 0.004);  // one step of 255
+  Bytes short_file(file.begin(), file.end() - 2);
+  EXPECT_FALSE(parse_png_or_jpeg(short_file, "a.jpg"));
+}
+
+TEST(ColorImage, APngThatEndsEarlyIsRefused) {
+  const Bytes whole = png(3, 3, 3, Bytes(27, 77));
+  for (std::size_t size = 0; size + 12 < whole.size(); ++size) {
+    const auto image = parse_png_or_jpeg(std::span(whole).first(size), "a.png");
+    ASSERT_FALSE(image) << size;
+    EXPECT_NE(image.error().message().find("a.png"), std::string::npos);
+  }
+}
+
+// A claim of 65535 x 65535 pixels in a hundred bytes takes no memory.
+TEST(ColorImage, ClaimsAreHeldAgainstTheFile) {
+  const auto image = parse_png_or_jpeg(png_of_16_bits({1, 2, 3}, 65535, 65535), "a.png");
+  ASSERT_FALSE(image);
+  EXPECT_NE(image.error().message().find("65535 x 65535"), std::string::npos) << image.error().message();
+  EXPECT_FALSE(parse_png_or_jpeg(png_of_16_bits({1, 2, 3}, 0, 1), "a.png"));
+  EXPECT_FALSE(parse_png_or_jpeg(png_of_16_bits({1, 2, 3}, 4, 4), "a.png"));
+  EXPECT_FALSE(parse_png_or_jpeg(Bytes{'G', 'I', 'F', '8', '9', 'a'}, "a.gif"));
+}
+
+}  // namespace
+}  // namespace tress::image
