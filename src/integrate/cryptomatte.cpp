@@ -22,6 +22,7 @@ std::uint32_t byte_at(std::string_view bytes, std::size_t i) { return static_cas
 struct Rank {
   float id = 0;
   std::uint32_t paths = 0;
+  std::uint32_t object = 0;  ///< the first with this name
 };
 
 /// The ranks of a pixel. Names that several objects have are one.
@@ -34,11 +35,12 @@ std::vector<Rank> ranked(std::span<const ObjectCounts::Count> counts, const std:
     const float id = id_of_object[count.object];
     const auto same = std::find_if(ranks.begin(), ranks.end(), [id](const Rank& rank) { return rank.id == id; });
     if (same == ranks.end())
-      ranks.push_back({id, count.paths});
+      ranks.push_back({id, count.paths, count.object});
     else
       same->paths += count.paths;
   }
-  std::stable_sort(ranks.begin(), ranks.end(), [](const Rank& a, const Rank& b) { return a.paths > b.paths; });
+  std::sort(ranks.begin(), ranks.end(),
+            [](const Rank& a, const Rank& b) { return a.paths != b.paths ? a.paths > b.paths : a.object < b.object; });
   return ranks;
 }
 
