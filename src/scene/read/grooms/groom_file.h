@@ -5,6 +5,7 @@
 #include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -60,6 +61,12 @@ struct GroomFile {
 
 /// Coordinates and widths beyond this are damage: their squares must stay far from overflow.
 constexpr float largest_coordinate = 1e9f;
+/// As a float; what a float cannot hold is infinite.
+inline float to_float(double x) {
+  constexpr double most = std::numeric_limits<float>::max();
+  if (x > most) return std::numeric_limits<float>::infinity();
+  return x < -most ? -std::numeric_limits<float>::infinity() : static_cast<float>(x);
+}
 /// No file may have more of either: indices have 32 bits.
 constexpr std::uint64_t most_groom_points = 0xffffffffu;
 
