@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "scene/read/grooms/groom_formats.h"
 #include "scene/read/input_files.h"
 #include "scene/read/load_scene.h"
 
@@ -25,24 +26,33 @@ std::string refusal(const std::string& name, const std::string& bytes) {
 
 TEST(FileKind, IsToldOfWhatIsNeitherASceneNorAGroom) {
   const std::vector<std::pair<std::string, std::string>> files{
-      {"Ogawa\xff\0\1"s, "an Alembic archive (Ogawa)"},
-      {"\x89HDF\r\n\x1a\n\0"s, "an HDF5 file"},
-      {"PXR-USDC\0"s, "a binary USD file"},
-      {"#usda 1.0\n"s, "a USD text"},
-      {"\x1f\x8b\x08\0"s, "data packed by gzip"},
+      {"glTF\2\0"s, "a binary glTF file"},
       {"\x89PNG\r\n\x1a\n\0"s, "a PNG picture"},
       {"solid cube\nfacet"s, "a text that begins \"solid cube\""},
       {"\0\1\2\3\4"s, "binary data that begins 00 01 02 03"},
       {"[1, 2]"s, "a text that begins \"[1, 2]\""}};
   for (const auto& [bytes, kind] : files) {
-    for (const char* name : {"tress_kind.abc", "tress_kind"}) {
+    for (const char* name : {"tress_kind.xyz", "tress_kind"}) {
       const std::string said = refusal(name, bytes);
-      EXPECT_NE(said.find("expected a scene (JSON) or a groom (.hair), found " + kind), std::string::npos) << said;
+      EXPECT_NE(said.find("expected a scene (JSON) or a groom (" + groom_endings() + "), found " + kind),
+                std::string::npos)
+          << said;
     }
     const std::string groom = refusal("tress_kind.hair", bytes);
     EXPECT_NE(groom.find("the mark of a .hair file, found " + kind), std::string::npos) << groom;
   }
   EXPECT_NE(refusal("tress_kind.json", "\x89PNG\r\n\x1a\n").find("found a PNG picture"), std::string::npos);
+}
+
+TEST(FileKind, SaysWhatMakesAGroomThatCanBeRead) {
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"\x89HDF\r\n\x1a\n\0"s, "abcconvert -toOgawa"}, {"PXR-USDC\0"s, "usdcat"}, {"\x1f\x8b\x08\0"s, "gunzip"}};
+  for (const auto& [bytes, remedy] : files) {
+    for (const char* name : {"tress_kind.abc", "tress_kind"}) {
+      const std::string said = refusal(name, bytes);
+      EXPECT_NE(said.find(remedy), std::string::npos) << said;
+    }
+  }
 }
 
 TEST(FileKind, LeavesScenesToTheirParser) {

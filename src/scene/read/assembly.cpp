@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/ext/matrix_double4x4.hpp>
+#include <glm/ext/matrix_transform.hpp>
 #include <glm/ext/vector_double3.hpp>
+#include <glm/ext/vector_double4.hpp>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "scene/model/parameters.h"
 
@@ -167,6 +171,29 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
     warnings->push_back(fmt::format("{}: {} of {} strands are degenerate (one point or no length) and left out", name,
                                     degenerate, strands));
   return groom;
+}
+
+std::optional<Error> move_groom(const GroomPlacement& placement, Groom* groom) {
+  if (placement.scale == 1 && placement.rotate_deg == glm::vec3(0.0f) && placement.translate == glm::vec3(0.0f))
+    return std::nullopt;
+  glm::dmat4 turn(1.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::dvec3 about(0.0);
+    about[axis] = 1;
+    turn = glm::rotate(glm::dmat4(1.0), double{placement.rotate_deg[axis]} * std::numbers::pi / 180, about) * turn;
+  }
+  for (glm::vec3& point : groom->points) {
+    const glm::dvec3 turned(turn * glm::dvec4(placement.scale * glm::dvec3(point), 1.0));
+    const glm::dvec3 placed = turned + glm::dvec3(placement.translate);
+    for (int c = 0; c < 3; ++c)
+      if (!(std::abs(placed[c]) <= world_cm))
+        return Error{groom->name, "points", fmt::format("coordinates within {:g} cm", world_cm),
+                     fmt::format("{:g} cm once it is scaled, turned and moved", placed[c])};
+    point = glm::vec3(placed);
+  }
+  for (float& radius : groom->radius_cm)
+    radius = std::max(static_cast<float>(radius * placement.scale), std::min(thinnest_cm, radius));
+  return std::nullopt;
 }
 
 void apply_taper(const Taper& taper, Groom* groom) {

@@ -18,6 +18,9 @@ struct GroomPlacement {
   std::optional<double> cm_per_unit = {};  ///< unset: the longest side of the bounding box is 30 cm
   std::optional<double> radius_cm = {};    ///< unset: the file's, or .004 cm where it has none or an absurd one
   std::optional<StrandBasis> basis = {};   ///< of files that do not say; unset: bspline
+  double scale = 1;                        ///< of the groom in the world, radii too
+  glm::vec3 rotate_deg{0.0f};              ///< about x, then y, then z, after the scale
+  glm::vec3 translate{0.0f};               ///< cm, after the turn
   bool colors = false;                     ///< strands have the mean of the colors of their points
 };
 
@@ -30,6 +33,10 @@ bool falls_along_y(const GroomFile& hair);
 /// Fails where the placed groom leaves a world of 10^6 cm. Takes no memory but for radii that the file has not.
 Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, const std::string& name,
                              std::vector<std::string>* notes, std::vector<std::string>* warnings);
+
+/// Scales, turns and moves a groom that stands in the world; no radius becomes less than 1e-4 cm, unless it was. Fails
+/// where it leaves a world of 10^6 cm.
+std::optional<Error> move_groom(const GroomPlacement& placement, Groom* groom);
 
 /// Factors of the radius, linear in between along the normalised length of the strand's points.
 struct Taper {

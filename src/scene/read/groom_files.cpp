@@ -30,6 +30,14 @@ const GroomFormat* format_by_name(const std::filesystem::path& file) {
 
 std::string wanted() { return "a groom (" + groom_endings() + ")"; }
 
+/// What makes a file that can be read of one that cannot; empty where nothing does.
+std::string remedy_of(const std::string& kind) {
+  if (kind == "a binary USD file") return "a USD text (usdcat --flatten IN -o OUT.usda writes one)";
+  if (kind.starts_with("an HDF5 file")) return "an Alembic archive of Ogawa (abcconvert -toOgawa IN OUT writes one)";
+  if (kind == "data packed by gzip") return "a groom that is not packed (gunzip IN)";
+  return {};
+}
+
 }  // namespace
 
 Result<GroomFile> read_groom_file(const std::filesystem::path& file, std::optional<std::uint32_t> points_per_strand) {
@@ -40,7 +48,8 @@ Result<GroomFile> read_groom_file(const std::filesystem::path& file, std::option
   const GroomFormat* format = groom_format_of(bytes);
   if (!format) {
     format = known_kind_of(start).empty() || ending_of(file) == ".hair" ? format_by_name(file) : nullptr;
-    if (!format) return Error{file.string(), "", wanted(), kind_of(start)};
+    const std::string kind = kind_of(start), remedy = remedy_of(kind);
+    if (!format) return Error{file.string(), "byte 0", remedy.empty() ? wanted() : remedy, kind};
     if (!format->mark.empty()) return Error{file.string(), "byte 0", std::string(format->mark), kind_of(start)};
   }
   const auto other_file = [&](const std::string& path) {
@@ -54,8 +63,8 @@ bool is_groom_file(const std::filesystem::path& file) {
   const auto mapped = MappedFile::open(file, wanted(), most_groom_bytes);
   if (!mapped) return false;
   const auto bytes = mapped->bytes();
-  return groom_format_of(bytes) ||
-         (known_kind_of(bytes.first(std::min(bytes.size(), bytes_of_kind))).empty() && format_by_name(file));
+  const std::string known = known_kind_of(bytes.first(std::min(bytes.size(), bytes_of_kind)));
+  return groom_format_of(bytes) || !remedy_of(known).empty() || (known.empty() && format_by_name(file));
 }
 
 }  // namespace tress::scene

@@ -14,7 +14,8 @@ namespace tress::scene {
 Result<GroomFile> read_groom_file(const std::filesystem::path& file,
                                   std::optional<std::uint32_t> points_per_strand = {});
 
-/// Whether read_groom_file() has a format for it, by its content or else by its name. False where it cannot be read.
+/// Whether read_groom_file() has a format for it, by its content or else by its name, or knows what makes one of it.
+/// False where it cannot be read.
 bool is_groom_file(const std::filesystem::path& file);
 
 }  // namespace tress::scene

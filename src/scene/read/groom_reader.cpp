@@ -66,8 +66,9 @@ std::uint32_t read_material_reference(const JsonReader& json, const std::vector<
 GroomDescription read_groom(const JsonReader& json, const std::vector<Material>& materials) {
   GroomDescription groom;
   const auto shapes = shape_keys();
-  std::vector<std::string> known{"name",  "file",  "generate", "strands",     "seed",    "radius_cm",
-                                 "taper", "basis", "up",       "cm_per_unit", "material"};
+  std::vector<std::string> known{"name",  "file",       "generate", "strands",     "seed",     "radius_cm",
+                                 "taper", "basis",      "up",       "cm_per_unit", "material", "points_per_strand",
+                                 "scale", "rotate_deg", "translate"};
   known.insert(known.end(), shapes.begin(), shapes.end());
   if (!json.object(known) || !json.at_most_one({"file", "generate"})) return groom;
   groom.name = json.text("name");
@@ -75,7 +76,7 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
   const auto kind = json.choice("generate", generated_groom_kinds());
   if (!json.has("file") && !json.has("generate")) json.fail("", "one of file, generate", "neither");
   if (kind) {
-    for (const char* key : {"up", "cm_per_unit"})
+    for (const char* key : {"up", "cm_per_unit", "points_per_strand"})
       if (json.has(key)) json.fail(key, "this key beside \"file\" only", "it beside \"generate\"");
     groom.recipe.kind = *kind;
     read_recipe(json, &groom.recipe);
@@ -87,11 +88,16 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
       if (json.has(key)) json.fail(key, "this key beside \"generate\" only", "it beside \"file\"");
     if (const auto up = json.choice("up", {"y", "z"})) groom.placement.y_up = *up == "y";
     groom.placement.cm_per_unit = json.number("cm_per_unit");
+    if (const auto points = json.integer("points_per_strand"))
+      groom.points_per_strand = static_cast<std::uint32_t>(*points);
     groom.placement.radius_cm = json.number("radius_cm");
     groom.taper = read_taper(json, {});
   }
   if (const auto basis = json.choice("basis", {"bspline", "linear"}))
     groom.placement.basis = *basis == "linear" ? StrandBasis::linear : StrandBasis::bspline;
+  groom.placement.scale = json.number("scale").value_or(1);
+  groom.placement.rotate_deg = json.triple("rotate_deg").value_or(glm::vec3(0.0f));
+  groom.placement.translate = json.triple("translate").value_or(glm::vec3(0.0f));
   groom.material = read_material_reference(json, materials);
   groom.placement.colors = groom.material < materials.size() && materials[groom.material].color_from_file;
   if (kind && groom.placement.colors)

@@ -136,7 +136,7 @@ Result<Groom> make_groom(const GroomDescription& description, const std::filesys
     return groom;
   }
   const auto file = folder / *description.file;
-  auto strands = read_groom_file(file);
+  auto strands = read_groom_file(file, description.points_per_strand);
   if (!strands) return strands.error();
   return assemble_groom(std::move(*strands), description.placement, file.string(), &scene->notes, &scene->warnings);
 }
@@ -226,6 +226,7 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
   for (const auto& groom_description : description.grooms) {
     auto groom = make_groom(groom_description, folder, &scene);
     if (!groom) return groom.error();
+    if (auto error = move_groom(groom_description.placement, &*groom)) return *error;
     const std::string usual = groom_description.file ? std::filesystem::path(*groom_description.file).stem().string()
                                                      : groom_description.recipe.kind;
     groom->object = object_name(groom_description.name, usual, taken);

@@ -17,6 +17,15 @@ constexpr std::array formats{
     GroomFormat{"a .hair groom", ".hair", "\"HAIR\", the mark of a .hair file",
                 [](std::span<const unsigned char> bytes) { return begins(bytes, "HAIR"); },
                 [](const GroomInput& input) { return parse_hair_file(input.bytes, input.name); }},
+    GroomFormat{"a USD text", ".usda", "\"#usda 1.0\", the mark of a USD text",
+                [](std::span<const unsigned char> bytes) { return begins(bytes, "#usda "); }, read_usda},
+    GroomFormat{"an Alembic archive (Ogawa)", ".abc", "\"Ogawa\", the mark of an Alembic archive",
+                [](std::span<const unsigned char> bytes) { return begins(bytes, "Ogawa"); }, read_alembic},
+    GroomFormat{"a pbrt scene", ".pbrt", "", is_pbrt, read_pbrt},
+    GroomFormat{"PLY strands", ".ply", "\"ply\", the mark of a PLY file",
+                [](std::span<const unsigned char> bytes) { return begins(bytes, "ply\n") || begins(bytes, "ply\r\n"); },
+                read_ply},
+    GroomFormat{"USC .data strands", ".data", "", is_usc_data, read_usc_data},
 };
 
 }  // namespace

@@ -30,4 +30,16 @@ std::string groom_endings();
 /// Parses the bytes of a .hair file (README.md). `name` is the file named in errors, which give the byte.
 Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name);
 
+// The readers of the other formats.
+Result<GroomFile> read_usda(const GroomInput& input);
+Result<GroomFile> read_alembic(const GroomInput& input);
+Result<GroomFile> read_pbrt(const GroomInput& input);
+Result<GroomFile> read_usc_data(const GroomInput& input);
+Result<GroomFile> read_ply(const GroomInput& input);
+
+/// Whether a text begins as a scene of pbrt does.
+bool is_pbrt(std::span<const unsigned char> bytes);
+/// Whether the counts of strands and points lead exactly to the end.
+bool is_usc_data(std::span<const unsigned char> bytes);
+
 }  // namespace tress::scene

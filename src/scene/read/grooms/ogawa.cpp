@@ -1,0 +1,315 @@
+#include "scene/read/grooms/ogawa.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
+#include "scene/read/grooms/groom_file.h"
+
+namespace tress::scene {
+namespace {
+
+constexpr std::uint64_t is_data = std::uint64_t{1} << 63;
+constexpr std::size_t key_bytes = 16, hash_bytes = 32;
+
+/// Bytes of one number, by its type.
+std::size_t bytes_of(std::uint8_t pod) {
+  static constexpr std::uint8_t sizes[] = {1, 1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8};
+  return pod < std::size(sizes) ? sizes[pod] : 0;
+}
+
+float of_half(std::uint16_t half) {
+  const int exponent = (half >> 10) & 31, mantissa = half & 1023;
+  const float sign = half & 0x8000 ? -1.0f : 1.0f;
+  if (exponent == 31) return mantissa ? NAN : sign * INFINITY;
+  return sign * (exponent ? std::ldexp(static_cast<float>(mantissa + 1024), exponent - 25)
+                          : std::ldexp(static_cast<float>(mantissa), -24));
+}
+
+template <class To, class From>
+To converted(From x) {
+  if constexpr (std::is_integral_v<To> && std::is_floating_point_v<From>)
+    return std::abs(x) < From(1e15) ? static_cast<To>(x) : To{-1};  // NaN too
+  else if constexpr (std::is_same_v<To, float> && std::is_same_v<From, double>)
+    return to_float(x);
+  else
+    return static_cast<To>(x);
+}
+
+template <class From, class To>
+void convert(std::span<const unsigned char> bytes, std::vector<To>* out) {
+  out->resize(bytes.size() / sizeof(From));
+  if constexpr (std::is_same_v<From, To>) {
+    if (!out->empty()) std::memcpy(out->data(), bytes.data(), out->size() * sizeof(From));
+  } else {
+    for (std::size_t i = 0; i < out->size(); ++i) {
+      From x;
+      std::memcpy(&x, bytes.data() + i * sizeof x, sizeof x);
+      (*out)[i] = converted<To>(x);
+    }
+  }
+}
+
+/// Walks over the bytes of headers.
+struct HeaderBytes {
+  std::span<const unsigned char> bytes;
+  std::size_t at = 0;
+  bool is_short = false;
+
+  std::uint64_t number(std::size_t size) {
+    if (bytes.size() - at < size) {
+      is_short = true;
+      at = bytes.size();
+      return 0;
+    }
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < size; ++i) value |= std::uint64_t{bytes[at + i]} << (8 * i);
+    at += size;
+    return value;
+  }
+
+  std::string text(std::uint64_t size) {
+    if (bytes.size() - at < size) {
+      is_short = true;
+      at = bytes.size();
+      return {};
+    }
+    const auto* begin = reinterpret_cast<const char*>(bytes.data() + at);
+    at += static_cast<std::size_t>(size);
+    return {begin, begin + size};
+  }
+};
+
+}  // namespace
+
+std::string_view OgawaProperty::value_of(std::string_view key) const {
+  std::string_view rest = metadata;
+  while (!rest.empty()) {
+    const std::string_view pair = rest.substr(0, rest.find(';'));
+    rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
+    if (pair.size() > key.size() && pair.starts_with(key) && pair[key.size()] == '=')
+      return pair.substr(key.size() + 1);
+  }
+  return {};
+}
+
+OgawaFile::OgawaFile(std::span<const unsigned char> bytes, std::string name)
+    : bytes_(bytes), name_(std::move(name)), left_(bytes.size() / 8) {
+  if (bytes.size() < 16) {
+    fail(bytes.size(), "a header of 16 bytes", "the end of the file");
+  } else if (bytes[5] != 0xff) {
+    fail(5, "255: an archive that was closed", fmt::format("{}", bytes[5]));
+  } else if (bytes[6] != 0 || bytes[7] != 1) {
+    fail(6, "version 1 of Ogawa", fmt::format("{}", 256 * bytes[6] + bytes[7]));
+  } else {
+    const Group root = group(read<std::uint64_t>(8));
+    if (!error_ && root.children < 6) fail(root.at, "a root group of six children", fmt::format("{}", root.children));
+    read_metadata(data(child(root, 5)));
+    top_ = {"", "", child(root, 2)};
+  }
+}
+
+void OgawaFile::fail(std::uint64_t byte, std::string expected, std::string found) {
+  if (!error_) error_ = Error{name_, fmt::format("byte {}", byte), std::move(expected), std::move(found)};
+}
+
+template <class T>
+T OgawaFile::read(std::uint64_t at) {
+  T value{};
+  if (at > bytes_.size() || bytes_.size() - at < sizeof value) {
+    fail(at, fmt::format("{} bytes", sizeof value), "the end of the file");
+    return value;
+  }
+  std::memcpy(&value, bytes_.data() + at, sizeof value);
+  return value;
+}
+
+OgawaFile::Group OgawaFile::group(std::uint64_t at) {
+  if (error_ || at == 0) return {};
+  if (at & is_data) {
+    fail(at & ~is_data, "a group", "data");
+    return {};
+  }
+  if (left_ == 0) {
+    fail(at, "no more groups than the bytes allow", "groups that hold each other");
+    return {};
+  }
+  --left_;
+  const auto children = read<std::uint64_t>(at);
+  if (error_) return {};
+  if (children > (bytes_.size() - at - 8) / 8) {
+    fail(at, fmt::format("at most {} children, as the bytes allow", (bytes_.size() - at - 8) / 8),
+         fmt::format("{}", children));
+    return {};
+  }
+  return {at, children};
+}
+
+std::uint64_t OgawaFile::child(const Group& group, std::uint64_t index) {
+  if (error_) return 0;
+  if (index >= group.children) {
+    fail(group.at, fmt::format("a group of {} children or more", index + 1), fmt::format("{}", group.children));
+    return 0;
+  }
+  return read<std::uint64_t>(group.at + 8 + 8 * index);
+}
+
+std::span<const unsigned char> OgawaFile::data(std::uint64_t child) {
+  if (error_ || child == 0 || child == is_data) return {};
+  if (!(child & is_data)) {
+    fail(child, "data", "a group");
+    return {};
+  }
+  const std::uint64_t at = child & ~is_data;
+  const auto size = read<std::uint64_t>(at);
+  if (error_) return {};
+  if (size > bytes_.size() - at - 8) {
+    fail(at, fmt::format("at most {} bytes of data", bytes_.size() - at - 8), fmt::format("{}", size));
+    return {};
+  }
+  return bytes_.subspan(static_cast<std::size_t>(at) + 8, static_cast<std::size_t>(size));
+}
+
+void OgawaFile::read_metadata(std::span<const unsigned char> bytes) {
+  HeaderBytes header{bytes};
+  while (header.at < bytes.size() && !header.is_short) metadata_.push_back(header.text(header.number(1)));
+  if (header.is_short) fail(8, "metadata that end", "metadata that are cut off");
+}
+
+std::vector<OgawaObject> OgawaFile::children(const OgawaObject& object) {
+  std::vector<OgawaObject> out;
+  const Group here = group(object.group);
+  if (here.children < 2) return out;
+  const auto bytes = data(child(here, here.children - 1));
+  if (bytes.size() < hash_bytes) return out;
+  HeaderBytes header{bytes.first(bytes.size() - hash_bytes)};
+  while (header.at < header.bytes.size() && !error_) {
+    OgawaObject one;
+    one.name = header.text(header.number(4));
+    const std::uint64_t index = header.number(1);
+    if (index == 255)
+      one.metadata = header.text(header.number(4));
+    else if (index < metadata_.size())
+      one.metadata = metadata_[index];
+    else
+      fail(here.at, "metadata that the archive has", fmt::format("number {} of {}", index, metadata_.size()));
+    if (header.is_short) fail(here.at, "headers of objects that end", "headers that are cut off");
+    if (error_) break;
+    one.group = child(here, out.size() + 1);
+    out.push_back(std::move(one));
+  }
+  return error_ ? std::vector<OgawaObject>() : out;
+}
+
+std::vector<OgawaProperty> OgawaFile::properties(const OgawaObject& object) {
+  const Group here = group(object.group);
+  return here.children == 0 ? std::vector<OgawaProperty>() : properties_of(child(here, 0));
+}
+
+std::vector<OgawaProperty> OgawaFile::properties(const OgawaProperty& compound) {
+  if (compound.kind != OgawaProperty::Kind::compound) return {};
+  return properties_of(compound.group);
+}
+
+std::vector<OgawaProperty> OgawaFile::properties_of(std::uint64_t at) {
+  std::vector<OgawaProperty> out;
+  const Group here = group(at);
+  if (here.children == 0) return out;
+  HeaderBytes header{data(child(here, here.children - 1))};
+  while (header.at < header.bytes.size() && !error_) {
+    OgawaProperty one;
+    const auto info = static_cast<std::uint32_t>(header.number(4));
+    const std::size_t size = std::size_t{1} << std::min((info >> 2) & 3u, 2u);
+    one.kind = (info & 3) == 0   ? OgawaProperty::Kind::compound
+               : (info & 3) == 1 ? OgawaProperty::Kind::scalar
+                                 : OgawaProperty::Kind::array;
+    if (one.kind != OgawaProperty::Kind::compound) {
+      one.pod = static_cast<std::uint8_t>((info >> 4) & 15);
+      one.extent = std::max((info >> 12) & 255u, 1u);
+      one.samples = header.number(size);
+      if (info & (1u << 9)) header.number(size), header.number(size);
+      if (info & (1u << 8)) header.number(size);
+    }
+    one.name = header.text(header.number(size));
+    const std::uint32_t index = (info >> 20) & 255;
+    if (index == 255)
+      one.metadata = header.text(header.number(size));
+    else if (index < metadata_.size())
+      one.metadata = metadata_[index];
+    else
+      fail(here.at, "metadata that the archive has", fmt::format("number {} of {}", index, metadata_.size()));
+    if (header.is_short) fail(here.at, "headers of properties that end", "headers that are cut off");
+    if (error_) break;
+    one.group = child(here, out.size());
+    out.push_back(std::move(one));
+  }
+  return error_ ? std::vector<OgawaProperty>() : out;
+}
+
+std::span<const unsigned char> OgawaFile::sample(const OgawaProperty& property) {
+  if (property.kind == OgawaProperty::Kind::compound || property.samples == 0) return {};
+  const Group here = group(property.group);
+  if (here.children == 0) return {};
+  const auto bytes = data(child(here, 0));
+  return bytes.size() < key_bytes ? std::span<const unsigned char>() : bytes.subspan(key_bytes);
+}
+
+template <class T>
+std::vector<T> OgawaFile::numbers(const OgawaProperty& property) {
+  std::vector<T> out;
+  const auto bytes = sample(property);
+  const std::size_t size = bytes_of(property.pod);
+  if (bytes.empty()) return out;
+  if (size == 0 || bytes.size() % (size * property.extent) != 0) {
+    fail(property.group, fmt::format("values of {} numbers in {}", property.extent, property.name.substr(0, 64)),
+         size == 0 ? "texts" : fmt::format("{} bytes", bytes.size()));
+    return out;
+  }
+  switch (property.pod) {
+    case 0:
+    case 1:
+      convert<std::uint8_t>(bytes, &out);
+      break;
+    case 2:
+      convert<std::int8_t>(bytes, &out);
+      break;
+    case 3:
+      convert<std::uint16_t>(bytes, &out);
+      break;
+    case 4:
+      convert<std::int16_t>(bytes, &out);
+      break;
+    case 5:
+      convert<std::uint32_t>(bytes, &out);
+      break;
+    case 6:
+      convert<std::int32_t>(bytes, &out);
+      break;
+    case 7:
+      convert<std::uint64_t>(bytes, &out);
+      break;
+    case 8:
+      convert<std::int64_t>(bytes, &out);
+      break;
+    case 10:
+      convert<float>(bytes, &out);
+      break;
+    case 11:
+      convert<double>(bytes, &out);
+      break;
+    default:
+      out.resize(bytes.size() / 2);
+      for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] = converted<T>(of_half(static_cast<std::uint16_t>(bytes[2 * i] | bytes[2 * i + 1] << 8)));
+  }
+  return out;
+}
+
+std::vector<float> OgawaFile::floats(const OgawaProperty& property) { return numbers<float>(property); }
+std::vector<double> OgawaFile::doubles(const OgawaProperty& property) { return numbers<double>(property); }
+std::vector<std::int64_t> OgawaFile::integers(const OgawaProperty& property) { return numbers<std::int64_t>(property); }
+
+}  // namespace tress::scene

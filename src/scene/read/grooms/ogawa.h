@@ -1,0 +1,78 @@
+// The container of Alembic's files since 2013: groups of groups and data, and the properties that they stand for.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tress/base/error.h"
+
+namespace tress::scene {
+
+/// A property of an object, as its header has it.
+struct OgawaProperty {
+  enum class Kind : std::uint8_t { compound, scalar, array };
+  std::string name, metadata;
+  Kind kind = Kind::compound;
+  std::uint8_t pod = 0;      ///< type of a number, as in the file (README.md)
+  std::uint32_t extent = 1;  ///< numbers a value
+  std::uint64_t samples = 0;
+  std::uint64_t group = 0;  ///< where its samples or its properties are; 0: nowhere
+
+  /// What metadata has for a key, "geoScope"; empty: nothing.
+  std::string_view value_of(std::string_view key) const;
+};
+
+struct OgawaObject {
+  std::string name, metadata;
+  std::uint64_t group = 0;
+};
+
+/// Reads within the bytes only. The first failure is kept; afterwards everything is empty.
+class OgawaFile {
+ public:
+  /// `name` is the file named in errors, which give the byte. The bytes must outlive it.
+  OgawaFile(std::span<const unsigned char> bytes, std::string name);
+
+  const OgawaObject& top() const { return top_; }
+  std::vector<OgawaObject> children(const OgawaObject& object);
+  std::vector<OgawaProperty> properties(const OgawaObject& object);
+  std::vector<OgawaProperty> properties(const OgawaProperty& compound);
+
+  /// The first sample, without its key; empty where there is none.
+  std::span<const unsigned char> sample(const OgawaProperty& property);
+  /// Its numbers, whatever type they have.
+  std::vector<float> floats(const OgawaProperty& property);
+  std::vector<double> doubles(const OgawaProperty& property);
+  std::vector<std::int64_t> integers(const OgawaProperty& property);
+
+  void fail(std::uint64_t byte, std::string expected, std::string found);
+  const std::optional<Error>& error() const { return error_; }
+
+ private:
+  struct Group {
+    std::uint64_t at = 0, children = 0;
+  };
+
+  Group group(std::uint64_t at);
+  std::uint64_t child(const Group& group, std::uint64_t index);
+  std::span<const unsigned char> data(std::uint64_t child);
+  template <class T>
+  T read(std::uint64_t at);
+  template <class T>
+  std::vector<T> numbers(const OgawaProperty& property);
+  void read_metadata(std::span<const unsigned char> bytes);
+  std::vector<OgawaProperty> properties_of(std::uint64_t group);
+
+  std::span<const unsigned char> bytes_;
+  std::string name_;
+  std::vector<std::string> metadata_{""};
+  OgawaObject top_;
+  std::uint64_t left_;  ///< groups that may still be visited: no file has more than its bytes allow
+  std::optional<Error> error_;
+};
+
+}  // namespace tress::scene

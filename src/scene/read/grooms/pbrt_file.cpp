@@ -1,0 +1,360 @@
+// Scenes of pbrt-v4: their curves with the transforms around them, and what their hair materials say (README.md).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/ext/matrix_double3x3.hpp>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/ext/vector_double4.hpp>
+#include <glm/matrix.hpp>
+#include <map>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include "scene/read/grooms/groom_builder.h"
+#include "scene/read/grooms/groom_formats.h"
+#include "scene/read/grooms/text_cursor.h"
+
+namespace tress::scene {
+namespace {
+
+constexpr int deepest_include = 16, most_includes = 4096;
+constexpr std::size_t deepest_attributes = 1024, most_saved_words = 100'000;
+
+constexpr std::string_view directives[] = {"Accelerator",
+                                           "ActiveTransform",
+                                           "AreaLightSource",
+                                           "Attribute",
+                                           "AttributeBegin",
+                                           "AttributeEnd",
+                                           "Camera",
+                                           "ColorSpace",
+                                           "ConcatTransform",
+                                           "CoordSysTransform",
+                                           "CoordinateSystem",
+                                           "Film",
+                                           "Identity",
+                                           "Import",
+                                           "Include",
+                                           "Integrator",
+                                           "LightSource",
+                                           "LookAt",
+                                           "MakeNamedMaterial",
+                                           "MakeNamedMedium",
+                                           "Material",
+                                           "MediumInterface",
+                                           "NamedMaterial",
+                                           "ObjectBegin",
+                                           "ObjectEnd",
+                                           "ObjectInstance",
+                                           "Option",
+                                           "PixelFilter",
+                                           "ReverseOrientation",
+                                           "Rotate",
+                                           "Sampler",
+                                           "Scale",
+                                           "Shape",
+                                           "Texture",
+                                           "Transform",
+                                           "TransformBegin",
+                                           "TransformEnd",
+                                           "TransformTimes",
+                                           "Translate",
+                                           "WorldBegin",
+                                           "WorldEnd"};
+
+bool is_directive(std::string_view word) { return std::ranges::find(directives, word) != std::end(directives); }
+
+/// The values of one parameter: "float width0" [ .01 ].
+struct Values {
+  std::vector<double> numbers;
+  std::vector<std::string> texts;
+};
+
+struct Parameters {
+  std::vector<std::string> first;  ///< texts that are no parameter: "curve"
+  std::map<std::string, Values, std::less<>> by_name;
+
+  double number(std::string_view name, double usual) const {
+    const auto found = by_name.find(name);
+    return found == by_name.end() || found->second.numbers.empty() ? usual : found->second.numbers[0];
+  }
+  std::string text(std::string_view name, const char* usual) const {
+    const auto found = by_name.find(name);
+    return found == by_name.end() || found->second.texts.empty() ? usual : found->second.texts[0];
+  }
+};
+
+class PbrtReader {
+ public:
+  explicit PbrtReader(const GroomInput& input) : input_(input), builder_(input.name, "a pbrt scene") {}
+
+  Result<GroomFile> read() {
+    read_text(input_.bytes, input_.name, 0);
+    flush();
+    if (error_) return *error_;
+    return builder_.finish();
+  }
+
+ private:
+  void ignore(const std::string& name, const std::string& why) {
+    if (ignored_.size() < 200 && ignored_.insert(name).second) builder_.file().ignored.push_back({name, why});
+  }
+
+  void read_text(std::span<const unsigned char> bytes, const std::string& name, int depth) {
+    TextCursor text(bytes, name);
+    while (!error_ && !text.error() && !text.at_end()) {
+      const std::string directive(text.word());
+      if (!is_directive(directive)) {
+        text.fail("a directive of pbrt", "\"" + directive.substr(0, 32) + "\"");
+      } else if (directive == "Include" || directive == "Import") {
+        include(&text, depth);
+      } else {
+        obey(directive, &text);
+      }
+    }
+    if (text.error() && !error_) error_ = text.error();
+  }
+
+  void include(TextCursor* text, int depth) {
+    const std::string path(text->quoted());
+    if (text->error()) return;
+    if (!input_.other_file) return text->fail("no other files", path.substr(0, 64));
+    if (depth >= deepest_include || ++includes_ > most_includes)
+      return text->fail(fmt::format("at most {} includes in one another, {} in all", deepest_include, most_includes),
+                        "more");
+    const auto bytes = input_.other_file(path);
+    if (!bytes)
+      error_ = bytes.error();
+    else
+      read_text(*bytes, path, depth + 1);
+  }
+
+  std::vector<double> numbers(TextCursor* text, std::size_t count) {
+    std::vector<double> out;
+    const bool has_brackets = text->take('[');
+    while (out.size() < count && !text->error()) out.push_back(text->number());
+    if (has_brackets) text->expect(']', "behind numbers");
+    return out;
+  }
+
+  void obey(const std::string& directive, TextCursor* text) {
+    if (directive == "AttributeBegin" || directive == "TransformBegin") {
+      if (stack_.size() >= deepest_attributes) return text->fail("fewer blocks in one another", "more");
+      stack_.push_back({to_world_, directive == "AttributeBegin", material_});
+    } else if (directive == "AttributeEnd" || directive == "TransformEnd") {
+      if (stack_.empty()) return text->fail("a block that began", directive);
+      to_world_ = stack_.back().to_world;
+      if (stack_.back().has_material) material_ = stack_.back().material;
+      stack_.pop_back();
+    } else if (directive == "WorldBegin" || directive == "Identity") {
+      to_world_ = glm::dmat4(1.0);
+    } else if (directive == "Translate" || directive == "Scale") {
+      const auto n = numbers(text, 3);
+      if (text->error()) return;
+      const glm::dvec3 by(n[0], n[1], n[2]);
+      to_world_ = directive == "Scale" ? glm::scale(to_world_, by) : glm::translate(to_world_, by);
+    } else if (directive == "Rotate") {
+      const auto n = numbers(text, 4);
+      const glm::dvec3 axis = text->error() ? glm::dvec3(0.0) : glm::dvec3(n[1], n[2], n[3]);
+      if (axis != glm::dvec3(0.0)) to_world_ = glm::rotate(to_world_, n[0] * std::numbers::pi / 180, axis);
+    } else if (directive == "LookAt") {
+      numbers(text, 9);  // of the camera
+    } else if (directive == "Transform" || directive == "ConcatTransform") {
+      const auto n = numbers(text, 16);
+      if (text->error()) return;
+      glm::dmat4 matrix;
+      for (int c = 0; c < 4; ++c)
+        for (int r = 0; r < 4; ++r) matrix[c][r] = n[static_cast<std::size_t>(4 * c + r)];
+      to_world_ = directive == "Transform" ? matrix : to_world_ * matrix;
+    } else if (directive == "ObjectBegin") {
+      text->quoted();
+      in_object_ = true;
+    } else if (directive == "ObjectEnd") {
+      in_object_ = false;
+    } else {
+      with_parameters(directive, parameters(text), text);
+    }
+  }
+
+  Parameters parameters(TextCursor* text) {
+    Parameters out;
+    while (!text->error()) {
+      const char c = text->peek();
+      if (c != '"') {
+        if (c == 0 || is_directive(text->peek_word())) break;
+        if (text->is_number())
+          text->number();  // TransformTimes
+        else if (text->word().empty())
+          text->fail_here("a parameter or a directive");
+        continue;
+      }
+      const std::string declared(text->quoted());
+      const std::size_t blank = declared.find_last_of(" \t");
+      if (blank == std::string::npos) {
+        if (out.first.size() < 8) out.first.push_back(declared);
+        continue;
+      }
+      Values& values = out.by_name[declared.substr(blank + 1)];
+      values = {};
+      const bool has_brackets = text->take('[');
+      do {
+        const char next = text->peek();
+        if (next == '"')
+          values.texts.emplace_back(text->quoted());
+        else if (next == 't' || next == 'f')
+          values.texts.emplace_back(text->word());  // true, false
+        else if (next == ']' && has_brackets)
+          break;
+        else
+          values.numbers.push_back(text->number());
+      } while (has_brackets && !text->error());
+      if (has_brackets) text->expect(']', "behind values");
+    }
+    return out;
+  }
+
+  void with_parameters(const std::string& directive, Parameters p, TextCursor* text) {
+    if (text->error()) return;
+    const std::string kind = p.first.empty() ? "" : p.first[0];
+    if (directive == "Shape" && kind == "curve") {
+      if (in_object_) return ignore("ObjectBegin", "instances are not made");
+      add_curve(p, text);
+    } else if (directive == "Shape" || directive == "LightSource" || directive == "AreaLightSource") {
+      ignore(directive + " \"" + kind.substr(0, 32) + "\"", "only curves are read");
+    } else if (directive == "ObjectInstance") {
+      ignore(directive, "instances are not made");
+    } else if (directive == "Material") {
+      material_ = hair_of(kind, p);
+    } else if (directive == "MakeNamedMaterial" && named_.size() < most_saved_words) {
+      named_[kind] = hair_of(p.text("type", ""), p);
+    } else if (directive == "NamedMaterial") {
+      const auto found = named_.find(kind);
+      material_ = found == named_.end() ? "" : found->second;
+    }
+  }
+
+  /// What a hair material says, in the words of the command line; empty where it is of another kind.
+  static std::string hair_of(const std::string& kind, const Parameters& p) {
+    if (kind != "hair") return {};
+    const auto triple = [&](std::string_view name, std::string* out, const char* option) {
+      const auto found = p.by_name.find(name);
+      if (found == p.by_name.end() || found->second.numbers.size() != 3) return false;
+      const auto& n = found->second.numbers;
+      *out = fmt::format("{} {:g},{:g},{:g}", option, n[0], n[1], n[2]);
+      return true;
+    };
+    std::string color;
+    if (!triple("sigma_a", &color, "--sigma-a") && !triple("reflectance", &color, "--color") &&
+        !triple("color", &color, "--color")) {
+      const bool has_melanin = p.by_name.contains("eumelanin") || p.by_name.contains("pheomelanin");
+      color =
+          fmt::format("--melanin {:g},{:g}", p.number("eumelanin", has_melanin ? 0 : 1.3), p.number("pheomelanin", 0));
+    }
+    return fmt::format("hair: {}; eta {:g}, tilt {:g} degrees, beta_m {:g}, beta_n {:g}", color, p.number("eta", 1.55),
+                       p.number("alpha", 2), p.number("beta_m", 0.3), p.number("beta_n", 0.3));
+  }
+
+  /// Quadratic curves as cubic Bezier segments, exactly; empty: the number of points does not fit.
+  static std::vector<glm::dvec3> cubic_of(const std::vector<glm::dvec3>& p, bool is_bspline) {
+    std::vector<glm::dvec3> out;
+    const std::size_t segments = p.size() < 3 ? 0 : is_bspline ? p.size() - 2 : (p.size() - 1) / 2;
+    for (std::size_t s = 0; s < segments; ++s) {
+      const std::size_t i = is_bspline ? s : 2 * s;
+      const glm::dvec3 a = is_bspline ? (p[i] + p[i + 1]) / 2.0 : p[i], b = p[i + 1],
+                       c = is_bspline ? (p[i + 1] + p[i + 2]) / 2.0 : p[i + 2];
+      if (s == 0) out.push_back(a);
+      out.insert(out.end(), {(a + 2.0 * b) / 3.0, (2.0 * b + c) / 3.0, c});
+    }
+    return out;
+  }
+
+  void add_curve(const Parameters& p, TextCursor* text) {
+    const auto given = p.by_name.find("P");
+    const std::vector<double> none;
+    const std::vector<double>& n = given == p.by_name.end() ? none : given->second.numbers;
+    if (n.empty() || n.size() % 3 != 0)
+      return text->fail("points of three numbers, \"point3 P\"", fmt::format("{} numbers", n.size()));
+    std::vector<glm::dvec3> points;
+    for (std::size_t i = 0; i < n.size(); i += 3)
+      points.emplace_back(to_world_ * glm::dvec4(n[i], n[i + 1], n[i + 2], 1.0));
+    const std::string basis = p.text("basis", "bezier");
+    const double degree = p.number("degree", 3);
+    if ((basis != "bezier" && basis != "bspline") || (degree != 2 && degree != 3))
+      return text->fail("basis bezier or bspline of degree 2 or 3",
+                        fmt::format("{} of degree {:g}", basis.substr(0, 32), degree));
+    CurveKind kind{basis == "bezier" ? CurveBasis::bezier : CurveBasis::bspline, CurveWrap::nonperiodic};
+    const bool fits = basis == "bspline"
+                          ? static_cast<double>(points.size()) > degree
+                          : points.size() > 1 && (points.size() - 1) % static_cast<std::size_t>(degree) == 0;
+    if (!fits)
+      return text->fail(fmt::format("points as a {} of degree {:g} has them", basis, degree),
+                        fmt::format("{}", points.size()));
+    if (degree == 2) {
+      points = cubic_of(points, basis == "bspline");
+      kind.basis = CurveBasis::bezier;
+    }
+    const double size = std::cbrt(std::abs(glm::determinant(glm::dmat3(to_world_)))), width = p.number("width", 1);
+    append(kind, points, size * p.number("width0", width), size * p.number("width1", width));
+    if (p.by_name.contains("N")) ignore("normal N", "ribbons of pbrt: the major axis is that of the material");
+    if (!material_.empty() && ignored_.insert("material " + material_).second && materials_++ < 100)
+      builder_.file().materials.push_back(material_);
+  }
+
+  /// A Bezier segment that goes on where the last one ended belongs to its strand: cyhair2pbrt writes a shape for each.
+  void append(const CurveKind& kind, const std::vector<glm::dvec3>& points, double width0, double width1) {
+    if (!(kind == pending_.kind)) flush();
+    pending_.kind = kind;
+    const auto first = vector_of(points[0]);
+    const auto width = to_float(width0);
+    const bool goes_on = kind.basis == CurveBasis::bezier && !pending_.vertices.empty() &&
+                         pending_.vertices.back() == first && pending_.width.values.back() == width;
+    for (std::size_t i = goes_on ? 1 : 0; i < points.size(); ++i) pending_.vertices.push_back(vector_of(points[i]));
+    const std::uint64_t segments = segments_of(kind, points.size());
+    for (std::uint64_t i = goes_on ? 1 : 0; i <= segments; ++i)
+      pending_.width.values.push_back(
+          to_float(width0 + (width1 - width0) * static_cast<double>(i) / static_cast<double>(segments)));
+    const auto count = static_cast<std::uint32_t>(points.size() - (goes_on ? 1 : 0));
+    if (goes_on)
+      pending_.vertex_counts.back() += count;
+    else
+      pending_.vertex_counts.push_back(count);
+  }
+
+  static glm::vec3 vector_of(const glm::dvec3& p) { return {to_float(p.x), to_float(p.y), to_float(p.z)}; }
+
+  void flush() {
+    if (error_ || pending_.vertex_counts.empty()) return;
+    pending_.name = "curves";
+    pending_.width.scope = AttributeScope::varying;
+    pending_.width.name = "width0, width1";
+    if (auto error = builder_.add(std::exchange(pending_, {}))) error_ = error;
+  }
+
+  struct Block {
+    glm::dmat4 to_world;
+    bool has_material;
+    std::string material;
+  };
+
+  const GroomInput& input_;
+  GroomBuilder builder_;
+  CurveSet pending_;
+  glm::dmat4 to_world_{1.0};
+  std::vector<Block> stack_;
+  std::string material_;
+  std::map<std::string, std::string> named_;
+  std::set<std::string> ignored_;
+  std::optional<Error> error_;
+  int includes_ = 0, materials_ = 0;
+  bool in_object_ = false;
+};
+
+}  // namespace
+
+bool is_pbrt(std::span<const unsigned char> bytes) { return is_directive(TextCursor(bytes, "").peek_word()); }
+
+Result<GroomFile> read_pbrt(const GroomInput& input) { return PbrtReader(input).read(); }
+
+}  // namespace tress::scene

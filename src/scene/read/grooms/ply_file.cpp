@@ -1,0 +1,251 @@
+// Strands in PLY: vertices in the order of the strands (README.md).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstring>
+#include <optional>
+#include <string_view>
+
+#include "scene/read/grooms/groom_builder.h"
+#include "scene/read/grooms/groom_formats.h"
+#include "scene/read/grooms/text_cursor.h"
+
+namespace tress::scene {
+namespace {
+
+constexpr std::uint32_t usual_points_per_strand = 100;
+
+enum class Number { i8, u8, i16, u16, i32, u32, f32, f64 };
+
+struct Property {
+  std::string name;
+  Number type;
+};
+
+std::size_t bytes_of(Number type) {
+  static constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  return sizes[static_cast<std::size_t>(type)];
+}
+
+std::optional<Number> number_type(std::string_view word) {
+  static constexpr std::pair<std::string_view, Number> types[] = {
+      {"char", Number::i8},   {"int8", Number::i8},     {"uchar", Number::u8},   {"uint8", Number::u8},
+      {"short", Number::i16}, {"int16", Number::i16},   {"ushort", Number::u16}, {"uint16", Number::u16},
+      {"int", Number::i32},   {"int32", Number::i32},   {"uint", Number::u32},   {"uint32", Number::u32},
+      {"float", Number::f32}, {"float32", Number::f32}, {"double", Number::f64}, {"float64", Number::f64}};
+  const auto found = std::ranges::find(types, word, &std::pair<std::string_view, Number>::first);
+  return found == std::end(types) ? std::nullopt : std::optional(found->second);
+}
+
+template <class T>
+double value_at(const unsigned char* bytes, bool is_big) {
+  std::array<unsigned char, sizeof(T)> raw;
+  std::memcpy(raw.data(), bytes, sizeof(T));
+  if (is_big) std::ranges::reverse(raw);
+  return static_cast<double>(std::bit_cast<T>(raw));
+}
+
+double value_of(Number type, const unsigned char* bytes, bool is_big) {
+  switch (type) {
+    case Number::i8:
+      return value_at<std::int8_t>(bytes, is_big);
+    case Number::u8:
+      return value_at<std::uint8_t>(bytes, is_big);
+    case Number::i16:
+      return value_at<std::int16_t>(bytes, is_big);
+    case Number::u16:
+      return value_at<std::uint16_t>(bytes, is_big);
+    case Number::i32:
+      return value_at<std::int32_t>(bytes, is_big);
+    case Number::u32:
+      return value_at<std::uint32_t>(bytes, is_big);
+    case Number::f32:
+      return value_at<float>(bytes, is_big);
+    default:
+      return value_at<double>(bytes, is_big);
+  }
+}
+
+class PlyReader {
+ public:
+  explicit PlyReader(const GroomInput& input)
+      : input_(input),
+        text_(reinterpret_cast<const char*>(input.bytes.data()), input.bytes.size()),
+        builder_(input.name, "PLY strands") {}
+
+  Result<GroomFile> read() {
+    read_header();
+    if (!error_) read_vertices();
+    if (!error_) cut_strands();
+    if (error_) return *error_;
+    if (auto error = builder_.add(std::move(set_))) return *error;
+    builder_.file().basis.reset();
+    return builder_.finish();
+  }
+
+ private:
+  void fail(std::string expected, std::string found) {
+    if (!error_) error_ = Error{input_.name, fmt::format("byte {}", at_), std::move(expected), std::move(found)};
+  }
+
+  /// The words of the next line of the header.
+  std::vector<std::string_view> line() {
+    const std::size_t end = text_.find('\n', at_);
+    std::vector<std::string_view> words;
+    if (end == text_.npos) {
+      fail("a header that ends with end_header", "the end of the file");
+      return words;
+    }
+    std::string_view rest = text_.substr(at_, end - at_);
+    at_ = end + 1;
+    while (!rest.empty() && words.size() < 8) {
+      const std::size_t begin = std::min(rest.find_first_not_of(" \t\r"), rest.size());
+      rest.remove_prefix(begin);
+      const std::string_view word = rest.substr(0, rest.find_first_of(" \t\r"));
+      if (!word.empty()) words.push_back(word);
+      rest.remove_prefix(word.size());
+    }
+    return words;
+  }
+
+  void read_header() {
+    line();  // ply
+    std::string element;
+    while (!error_) {
+      const auto words = line();
+      if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
+      if (words[0] == "end_header") break;
+      if (words[0] == "format" && words.size() >= 2) {
+        is_ascii_ = words[1] == "ascii";
+        is_big_ = words[1] == "binary_big_endian";
+        if (!is_ascii_ && !is_big_ && words[1] != "binary_little_endian")
+          fail("a format of PLY", std::string(words[1].substr(0, 32)));
+      } else if (words[0] == "element" && words.size() >= 3) {
+        begin_element(words[1], words[2], &element);
+      } else if (words[0] == "property" && element == "vertex") {
+        const auto type = words.size() >= 3 ? number_type(words[1]) : std::nullopt;
+        if (!type)
+          fail("a property of one number a vertex", words.size() >= 2 ? std::string(words[1].substr(0, 32)) : "none");
+        else if (properties_.size() >= 256)
+          fail("at most 256 properties", "more");
+        else
+          properties_.push_back({std::string(words[2].substr(0, 64)), *type});
+      } else if (words[0] != "property") {
+        fail("a line of a PLY header", std::string(words[0].substr(0, 32)));
+      }
+    }
+    if (count_ == 0) fail("an element vertex", "none");
+    for (const char* name : {"x", "y", "z"})
+      if (!place_of({name})) fail(fmt::format("a property {} of vertices", name), "none");
+  }
+
+  void begin_element(std::string_view name, std::string_view count, std::string* element) {
+    std::uint64_t number = 0;
+    const auto [end, fault] = std::from_chars(count.data(), count.data() + count.size(), number);
+    if (fault != std::errc() || end != count.data() + count.size())
+      return fail("a number of elements", std::string(count.substr(0, 32)));
+    if (name == "vertex") {
+      if (!element->empty()) fail("vertices before other elements", *element);
+      count_ = number;
+    } else if (name == "face" && number > 0) {
+      fail("strands: vertices alone", fmt::format("{} faces, a mesh", number));
+    } else if (number > 0) {
+      builder_.file().ignored.push_back(
+          {fmt::format("element {}", name.substr(0, 64)), "strands are cut by their number of points"});
+    }
+    *element = name.substr(0, 64);
+  }
+
+  std::optional<std::size_t> place_of(std::initializer_list<std::string_view> names) const {
+    for (const std::string_view name : names)
+      for (std::size_t i = 0; i < properties_.size(); ++i)
+        if (properties_[i].name == name) return i;
+    return std::nullopt;
+  }
+
+  void read_vertices() {
+    std::size_t stride = 0;
+    std::vector<std::size_t> offsets;
+    for (const Property& property : properties_) {
+      offsets.push_back(stride);
+      stride += is_ascii_ ? 2 : bytes_of(property.type);  // a digit and a blank at least
+    }
+    const std::uint64_t left = text_.size() - at_ + (is_ascii_ ? 1 : 0);
+    if (count_ > left / stride)
+      return fail(fmt::format("at most {} vertices, as the bytes allow", left / stride), fmt::format("{}", count_));
+    TextCursor cursor(input_.bytes.subspan(at_), input_.name);
+    std::vector<double> row(properties_.size());
+    const auto x = *place_of({"x"}), y = *place_of({"y"}), z = *place_of({"z"});
+    const auto red = place_of({"red", "r"}), green = place_of({"green", "g"}), blue = place_of({"blue", "b"});
+    const auto width = place_of({"width", "diameter"}), radius = place_of({"radius"}),
+               strand = place_of({"strand_id", "strand", "curve_id"});
+    const bool has_color = red && green && blue;
+    const double most_color = has_color && bytes_of(properties_[*red].type) == 1 ? 255 : 1;
+    set_.vertices.reserve(count_);
+    for (std::uint64_t i = 0; i < count_; ++i) {
+      for (std::size_t k = 0; k < row.size(); ++k)
+        row[k] = is_ascii_
+                     ? cursor.number()
+                     : value_of(properties_[k].type, input_.bytes.data() + at_ + i * stride + offsets[k], is_big_);
+      if (cursor.error()) return fail(fmt::format("{} vertices", count_), fmt::format("no number in vertex {}", i));
+      set_.vertices.emplace_back(to_float(row[x]), to_float(row[y]), to_float(row[z]));
+      if (width || radius) set_.width.values.push_back(to_float(width ? row[*width] : 2 * row[*radius]));
+      if (has_color)
+        set_.color.values.emplace_back(to_float(row[*red] / most_color), to_float(row[*green] / most_color),
+                                       to_float(row[*blue] / most_color));
+      if (strand) add_to_strand(row[*strand]);
+    }
+    set_.width.name = "width";
+    set_.color.name = "red, green, blue";
+    set_.width.scope = set_.color.scope = AttributeScope::vertex;
+    for (const Property& property : properties_) name_what_is_left(property.name);
+  }
+
+  void add_to_strand(double id) {
+    if (set_.vertex_counts.empty() || id != last_id_) {
+      set_.vertex_counts.push_back(0);
+      last_id_ = id;
+    }
+    ++set_.vertex_counts.back();
+  }
+
+  void name_what_is_left(const std::string& name) {
+    static constexpr std::string_view known[] = {"x",        "y",      "z",         "red",    "green",
+                                                 "blue",     "r",      "g",         "b",      "width",
+                                                 "diameter", "radius", "strand_id", "strand", "curve_id"};
+    if (std::ranges::find(known, name) == std::end(known))
+      builder_.file().ignored.push_back({"property " + name, "nothing here has a use for it"});
+  }
+
+  void cut_strands() {
+    if (!set_.vertex_counts.empty()) return;
+    const std::uint32_t points = input_.points_per_strand.value_or(usual_points_per_strand);
+    if (count_ % points != 0)
+      return fail(fmt::format("strands of {} points (\"points_per_strand\" says how many)", points),
+                  fmt::format("{} vertices", count_));
+    if (!input_.points_per_strand)
+      builder_.file().remarks.push_back(
+          fmt::format("strands of {} points taken; \"points_per_strand\" says otherwise", points));
+    set_.vertex_counts.assign(count_ / points, points);
+  }
+
+  const GroomInput& input_;
+  std::string_view text_;
+  GroomBuilder builder_;
+  CurveSet set_;
+  std::vector<Property> properties_;
+  std::uint64_t count_ = 0;
+  std::size_t at_ = 0;
+  bool is_ascii_ = true, is_big_ = false;
+  double last_id_ = 0;
+  std::optional<Error> error_;
+};
+
+}  // namespace
+
+Result<GroomFile> read_ply(const GroomInput& input) { return PlyReader(input).read(); }
+
+}  // namespace tress::scene

@@ -1,0 +1,314 @@
+#!/usr/bin/env python3
+"""Makes the grooms that tests read: python3 tests/scene/grooms/make_fixtures.py writes them beside this file.
+
+same.*: the same nine strands in every format, of numbers that a float has exactly. bases/: every basis, wrap and
+interpolation of USD with points on the curves as textbooks evaluate them (expected.txt). malformed/: files that must be
+refused, and in malformed/expected.txt what the message must name. The corpora of the fuzz targets are copies.
+"""
+import math
+import pathlib
+import shutil
+import struct
+
+import ogawa_writer as ogawa
+
+HERE = pathlib.Path(__file__).parent
+CORPUS = HERE.parent.parent / "fuzz" / "corpus"
+SEGMENTS = 8
+
+
+def strands():
+    """Nine strands of nine points that hang from z = 0, in sixteenths of a centimetre, and their widths."""
+    out = []
+    for s in range(9):
+        x, y = s % 3 - 1, s // 3 - 1
+        out.append([(x + round(4 * math.sin(0.7 * i + s)) / 16, y + round(3 * math.cos(0.5 * i + s)) / 16, -i)
+                    for i in range(SEGMENTS + 1)])
+    return out
+
+
+WIDTHS = [0.0625 - i / 256 for i in range(SEGMENTS + 1)]
+
+
+def with_phantoms(values):
+    def reflected(a, b):
+        return tuple(2 * p - q for p, q in zip(a, b)) if isinstance(a, tuple) else 2 * a - b
+    return [reflected(values[0], values[1])] + list(values) + [reflected(values[-1], values[-2])]
+
+
+def hair_bytes(all_strands, widths):
+    points = [p for s in all_strands for p in s]
+    header = struct.pack("<4sIIIIfffff", b"HAIR", len(all_strands), len(points), 1 | 2 | 4, 0, 0, 0, 0, 0, 0)
+    out = header.ljust(128, b"\0") + b"".join(struct.pack("<H", len(s) - 1) for s in all_strands)
+    return out + b"".join(struct.pack("<fff", *p) for p in points) + struct.pack("<%df" % len(points),
+                                                                                *(widths * len(all_strands)))
+
+
+def number(x):
+    return repr(float(x)) if not float(x).is_integer() else str(int(x))
+
+
+def triples(values):
+    return "[" + ", ".join("(%s)" % ", ".join(number(x) for x in v) for v in values) + "]"
+
+
+def numbers(values):
+    return "[" + ", ".join(number(x) for x in values) + "]"
+
+
+def basis_curves(name, basis, wrap, counts, points, widths, interpolation, more="", indent="    "):
+    kind = "linear" if basis == "linear" else "cubic"
+    lines = ['def BasisCurves "%s"' % name, "{", '    uniform token type = "%s"' % kind]
+    if basis != "linear":
+        lines.append('    uniform token basis = "%s"' % basis)
+    lines += ['    uniform token wrap = "%s"' % wrap, "    int[] curveVertexCounts = " + numbers(counts),
+              "    point3f[] points = " + triples(points),
+              '    float[] widths = %s ( interpolation = "%s" )' % (numbers(widths), interpolation)]
+    if more:
+        lines.append("    " + more)
+    return "\n".join(indent + line for line in lines + ["}"])
+
+
+def stage(body, head="    metersPerUnit = 0.01\n    upAxis = \"Z\"\n"):
+    return "#usda 1.0\n(\n%s)\n\ndef Xform \"Groom\"\n{\n%s\n}\n" % (head, body)
+
+
+def write(name, content):
+    path = HERE / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def the_same_in_every_format():
+    all_strands = strands()
+    points = [p for s in all_strands for p in s]
+    counts = [SEGMENTS + 1] * len(all_strands)
+    write("same.hair", hair_bytes(all_strands, WIDTHS))
+    write("same.usda", stage(basis_curves("Hair", "bspline", "pinned", counts, points, WIDTHS * len(all_strands), "vertex")))
+    # As XGen writes it: points beyond both ends, and a transform above that a matrix undoes.
+    phantoms = [tuple(x / 2 for x in p) for s in all_strands for p in with_phantoms(s)]
+    widths = [w / 2 for w in with_phantoms(WIDTHS)] * len(all_strands)
+
+    def build(archive):
+        hair = ogawa.curves(archive, [SEGMENTS + 3] * len(all_strands), phantoms, width=widths, params=[
+            archive.array("groom_id", "i32", list(range(len(all_strands))), 1, ogawa.scope("uni", "int32_t")),
+            archive.array("groom_root_uv", "f32", [x for s in range(9) for x in (s / 16, 0.5)], 2,
+                          ogawa.scope("uni", "float32_t", 2)),
+            archive.array("groom_closest_guides", "i32", [0] * 9, 1, ogawa.scope("uni", "int32_t"))])
+        guides = ogawa.curves(archive, [4], [(0, 0, -z) for z in range(4)],
+                              params=[archive.array("groom_guide", "i16", [1], 1, ogawa.scope("con", "int16_t"))])
+        turned = ogawa.xform(archive, [(1, [3, 0, 0]), (6, [90]), (3, [0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 3, 0, 1]),
+                                       (0, [2, 2, 2])],
+                             [("hair", hair, ogawa.CURVE), ("guides", guides, ogawa.CURVE)])
+        return [("turned", turned, ogawa.XFORM)]
+
+    write("same.abc", ogawa.archive_of(build))
+    lines = ["# nine strands of a script", "LookAt 0 -9 0 0 0 0 0 0 1", 'Camera "perspective" "float fov" 30', "WorldBegin",
+             'Material "hair" "rgb sigma_a" [ 0.1 0.2 0.4 ] "float beta_m" .25', "AttributeBegin",
+             "Translate 0 0 -1", "Scale .5 .5 .5", "Transform [ 1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1 ]"]
+    for strand in all_strands:
+        flat = " ".join(number(x) for p in with_phantoms(strand) for x in p)
+        lines.append('Shape "curve" "string type" "cylinder" "string basis" [ "bspline" ] "integer degree" 3 '
+                     '"float width0" %s "float width1" [ %s ] "point3 P" [ %s ]' % (WIDTHS[0], WIDTHS[-1], flat))
+    write("same.pbrt", "\n".join(lines + ["AttributeEnd", 'Shape "sphere" "float radius" 2', ""]))
+    data = struct.pack("<i", len(all_strands))
+    for strand in all_strands:
+        data += struct.pack("<i", len(strand)) + b"".join(struct.pack("<fff", *p) for p in strand)
+    write("same.data", data)
+    head = "ply\nformat %s 1.0\ncomment a script of tress\nelement vertex %d\n" % ("%s", len(points))
+    head += "".join("property float %s\n" % n for n in ("x", "y", "z", "width")) + "property int strand_id\nend_header\n"
+    rows = [(*p, WIDTHS[i], s) for s, strand in enumerate(all_strands) for i, p in enumerate(strand)]
+    write("same.ply", head % "ascii" + "".join(" ".join(number(x) for x in row) + "\n" for row in rows))
+    for order, mark in (("little", "<"), ("big", ">")):
+        write("same_%s.ply" % order, (head % ("binary_%s_endian" % order)).encode() +
+              b"".join(struct.pack(mark + "4fi", *row) for row in rows))
+
+
+# Curves as textbooks have them.
+
+def mix(weights, values):
+    return tuple(sum(w * v[c] for w, v in zip(weights, values)) for c in range(len(values[0])))
+
+
+def weights_of(basis, t):
+    s = 1 - t
+    if basis == "linear":
+        return [s, t]
+    if basis == "bezier":
+        return [s ** 3, 3 * s * s * t, 3 * s * t * t, t ** 3]
+    if basis == "bspline":
+        return [s ** 3 / 6, (3 * t ** 3 - 6 * t * t + 4) / 6, (-3 * t ** 3 + 3 * t * t + 3 * t + 1) / 6, t ** 3 / 6]
+    return [(-t ** 3 + 2 * t * t - t) / 2, (3 * t ** 3 - 5 * t * t + 2) / 2, (-3 * t ** 3 + 4 * t * t + t) / 2,
+            (t ** 3 - t * t) / 2]
+
+
+def segments_of(basis, wrap, count):
+    step = 3 if basis == "bezier" else 1
+    if wrap == "periodic":
+        return count // step
+    if basis == "linear" or (wrap == "pinned" and basis != "bezier"):
+        return count - 1
+    return (count - 4) // step + 1
+
+
+def on_curve(basis, wrap, values, segment, t):
+    """values: tuples a vertex. The phantom points of a pinned curve mirror its second and last but one."""
+    step = 3 if basis == "bezier" else 1
+    pinned = wrap == "pinned" and basis in ("bspline", "catmullRom")
+    vertices = with_phantoms(values) if pinned else list(values)
+    order = 2 if basis == "linear" else 4
+    chosen = [vertices[(segment * step + k) % len(vertices) if wrap == "periodic" else segment * step + k] for k in range(order)]
+    return mix(weights_of(basis, t), chosen)
+
+
+def vertices_of(curve, count):
+    return [(i * 0.5 + 0.25 * math.sin(2.0 * i + curve), 0.5 * math.cos(1.3 * i) + curve, -0.75 * i + 0.125 * (i * i % 5))
+            for i in range(count)]
+
+
+def every_basis():
+    expected = ["# file prim curve segment t x y z width, as textbooks evaluate the curves; see make_fixtures.py"]
+    for basis in ("linear", "bezier", "bspline", "catmullRom"):
+        for wrap in ("nonperiodic", "periodic", "pinned"):
+            if basis == "bezier":
+                counts = [6, 9, 3] if wrap == "periodic" else [4, 7, 10]
+            elif basis == "linear":
+                counts = [2, 3, 5]
+            else:
+                counts = [5, 4, 6, 7] if wrap != "pinned" else [2, 3, 6]
+            curves = [vertices_of(c, n) for c, n in enumerate(counts)]
+            prims = []
+            for interpolation in ("constant", "uniform", "varying", "vertex"):
+                widths, at = [], []
+                for c, count in enumerate(counts):
+                    segments = segments_of(basis, wrap, count)
+                    size = {"constant": 1, "uniform": 1, "vertex": count,
+                            "varying": segments + (0 if wrap == "periodic" else 1)}[interpolation]
+                    # Even rises, where B-splines are held to them: what is linear along a segment is so exactly there.
+                    own = [0.25 + 0.0625 * c + 0.03125 * i for i in range(size)]
+                    if interpolation == "constant":
+                        own = [0.25]
+                    at.append(own)
+                    widths += own if interpolation != "constant" or c == 0 else []
+                prims.append(basis_curves(interpolation, basis, wrap, counts, [p for v in curves for p in v], widths, interpolation))
+                for c, points in enumerate(curves):
+                    for segment in range(segments_of(basis, wrap, counts[c])):
+                        for t in (0.25, 1.0) if segment else (0.0, 0.25, 1.0):
+                            x = on_curve(basis, wrap, [tuple(struct.unpack("<3f", struct.pack("<3f", *p))) for p in points], segment, t)
+                            if interpolation in ("constant", "uniform"):
+                                width = at[c][0]
+                            elif interpolation == "vertex":
+                                width = on_curve(basis, wrap, [(w,) for w in at[c]], segment, t)[0]
+                            elif wrap == "periodic" and basis in ("bspline", "linear"):
+                                continue  # a jump at the seam, which B-splines round: told in README.md
+                            else:
+                                ends = at[c] + at[c][:1]
+                                width = (1 - t) * ends[segment] + t * ends[segment + 1]
+                            expected.append("%s_%s.usda %s %d %d %g %.9g %.9g %.9g %.9g" %
+                                            (basis, wrap, interpolation, c, segment, t, *x, width))
+            write("bases/%s_%s.usda" % (basis, wrap), stage("\n".join(prims)))
+    write("bases/expected.txt", "\n".join(expected) + "\n")
+
+
+def malformed():
+    """Each with a word that the message must have besides the name."""
+    good = (HERE / "same.abc").read_bytes()
+    usda = (HERE / "same.usda").read_text()
+    cases = {}
+
+    def abc(name, word, change):
+        data = bytearray(good)
+        change(data)
+        cases[name + ".abc"] = (bytes(data), word)
+
+    root = struct.unpack("<Q", good[8:16])[0]
+
+    def put(at, value):
+        def change(data):
+            data[at:at + 8] = struct.pack("<Q", value)
+        return change
+
+    def cut(size):
+        def change(data):
+            del data[size:]
+        return change
+
+    abc("not_closed", "byte 5", lambda d: d.__setitem__(5, 0))
+    abc("version_2", "byte 6", lambda d: d.__setitem__(7, 2))
+    abc("header_only", "end of the file", cut(16))
+    abc("cut_in_half", "end of the file", cut(len(good) // 2))
+    abc("root_outside", "end of the file", put(8, len(good) + 8))
+    abc("root_is_data", "a group", put(8, root | ogawa.DATA))
+    abc("root_of_five", "six children", put(root, 5))
+    abc("root_of_2_to_61", "children", put(root, 1 << 61))
+    abc("top_is_root", "a group", put(root + 8 + 16, root))
+    abc("metadata_is_a_group", "data", put(root + 8 + 40, root))
+    abc("metadata_outside", "bytes", put(root + 8 + 40, (len(good) - 4) | ogawa.DATA))
+    abc("no_top", "curves", put(root + 8 + 16, 0))
+
+    def made(name, word, build):
+        cases[name + ".abc"] = (ogawa.archive_of(build), word)
+
+    line = [(0, 0, -z) for z in range(4)]
+    made("counts_too_many", "vertices", lambda a: [("c", ogawa.curves(a, [5], line), ogawa.CURVE)])
+    made("counts_negative", "2^24", lambda a: [("c", ogawa.curves(a, [-4], line), ogawa.CURVE)])
+    made("counts_huge", "2^24", lambda a: [("c", ogawa.curves(a, [2147483647], line), ogawa.CURVE)])
+    made("point_not_finite", "finite", lambda a: [("c", ogawa.curves(a, [4], line[:3] + [(0, math.nan, 0)]), ogawa.CURVE)])
+    made("basis_power", "power", lambda a: [("c", ogawa.curves(a, [4], line, kind=(0, 0, 5, 5)), ogawa.CURVE)])
+    made("bezier_of_five", "3 n + 1", lambda a: [("c", ogawa.curves(a, [5], line + [(0, 0, -9)], kind=(0, 0, 1, 1)), ogawa.CURVE)])
+    made("transform_short", "transform", lambda a: [("x", ogawa.xform(a, [(3, [1] * 9)], []), ogawa.XFORM)])
+    made("no_curves", "curves", lambda a: [])
+
+    def text(name, word, content):
+        cases[name + ".usda"] = (content.encode(), word)
+
+    text("referenced", "usdcat --flatten", usda.replace('def Xform "Groom"', 'def Xform "Groom" (\n    prepend references = @hair.usd@\n)'))
+    text("variants", "usdcat --flatten", usda.replace("    def BasisCurves", '    variantSet "v" = { "a" { } }\n    def BasisCurves'))
+    text("sublayers", "usdcat --flatten", usda.replace("    upAxis", "    subLayers = [ @a.usd@ ]\n    upAxis"))
+    text("cut", "line", usda[:len(usda) // 2])
+    text("counts_wrong", "vertices", usda.replace("curveVertexCounts = [9,", "curveVertexCounts = [8,"))
+    text("counts_fraction", "whole", usda.replace("curveVertexCounts = [9,", "curveVertexCounts = [9.5,"))
+    text("basis_unknown", "basis", usda.replace('"bspline"', '"nurbs"'))
+    text("up_x", "upAxis", usda.replace('upAxis = "Z"', 'upAxis = "X"'))
+    text("points_of_two", "three", usda.replace("[(", "[(1, ", 1))
+    text("deep", "line", "#usda 1.0\n" + 'def "a" {' * 1000)
+    text("brackets", "line", "#usda 1.0\n( a = " + "[" * 1000)
+    text("no_prims", "curves", "#usda 1.0\n")
+    pbrt = (HERE / "same.pbrt").read_bytes()
+    cases["cut.pbrt"] = (pbrt[:pbrt.rindex(b"P\"") + 40], "line")
+    cases["directive.pbrt"] = (b"WorldBegin\nShap \"curve\"\n", "line 2")
+    cases["points.pbrt"] = (b'WorldBegin\nShape "curve" "point3 P" [ 0 0 0  0 0 1 ]\n', "bezier")
+    cases["includes_itself.pbrt"] = (b'WorldBegin\nInclude "includes_itself.pbrt"\n', "includes")
+    data = (HERE / "same.data").read_bytes()
+    cases["cut.data"] = (data[:-5], "byte")
+    cases["longer.data"] = (data + b"\0\0\0\0", "more")
+    cases["strands.data"] = (struct.pack("<i", -9) + data[4:], "byte 0")
+    cases["points.data"] = (data[:4] + struct.pack("<i", 2147483647) + data[8:], "points of strand 0")
+    ply = (HERE / "same_little.ply").read_bytes()
+    cases["cut.ply"] = (ply[:-5], "vertices")
+    cases["many.ply"] = (ply.replace(b"vertex 81", b"vertex 99999999999"), "vertices")
+    cases["mesh.ply"] = (ply.replace(b"end_header", b"element face 3\nproperty list uchar int i\nend_header"), "mesh")
+    cases["no_z.ply"] = (ply.replace(b"float z", b"float q"), "property z")
+    hair = (HERE / "same.hair").read_bytes()
+    cases["cut.hair"] = (hair[:-5], "byte")
+    cases["old.abc"] = (b"\x89HDF\r\n\x1a\n" + bytes(64), "HDF5")
+    cases["binary.usdc"] = (b"PXR-USDC" + bytes(64), "usdcat")
+    for name, (content, _) in cases.items():
+        write("malformed/" + name, content)
+    write("malformed/expected.txt", "".join("%s\t%s\n" % (name, word) for name, (_, word) in sorted(cases.items())))
+
+
+def corpora():
+    for target, ending in (("alembic", ".abc"), ("usda", ".usda"), ("pbrt", ".pbrt"), ("usc", ".data"), ("ply", ".ply")):
+        folder = CORPUS / target
+        folder.mkdir(parents=True, exist_ok=True)
+        for file in sorted(HERE.rglob("*" + ending)):
+            if file.stat().st_size < 20000:
+                shutil.copy(file, folder / (file.parent.name + "_" + file.name))
+
+
+if __name__ == "__main__":
+    the_same_in_every_format()
+    every_basis()
+    malformed()
+    corpora()
