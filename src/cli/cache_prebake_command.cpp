@@ -210,7 +210,7 @@ Command add_cache_prebake(CLI::App& cache) {
   CLI::App* prebake = cache.add_subcommand("prebake", "Learn the whole table of a scene without rendering");
   prebake
       ->add_option_function<std::string>(
-          "SCENE", [&s](const std::string& file) { s.scene = file; }, "scene JSON or .hair file")
+          "SCENE", [&s](const std::string& file) { s.scene = file; }, "scene JSON, or strands of any format")
       ->required();
   add_file(
       prebake, "-o,--output", [&s](const std::string& file) { s.output = file; },

@@ -84,7 +84,7 @@ std::string unknown_word(const CLI::App& root, const std::vector<std::string>& w
 
 int wrong_usage(const std::string& message) {
   log_error(message);
-  std::fputs("usage: tress render|fit|far-field|diff|cache|help ...; --help tells more\n", stderr);
+  std::fputs("usage: tress render|fit|far-field|diff|info|convert|cache|help ...; --help tells more\n", stderr);
   return 2;
 }
 
@@ -140,8 +140,9 @@ Command add_help(CLI::App& tress) {
 
 constexpr const char* examples =
     "Examples:\n"
-    "  tress render mine.hair -o mine.exr                        a bare .hair file is a scene\n"
+    "  tress render mine.hair -o mine.exr                        a bare file of strands is a scene\n"
     "  tress render mine.hair -o a.exr --warm-cache mine.cache   the next shot starts calibrated\n"
+    "  tress info mine.abc                                       what is in a groom, and what will not be used\n"
     "  tress diff a.exr b.exr                                    how far two pictures are apart\n"
     "  tress help render                                         all options of a command";
 
@@ -151,7 +152,12 @@ int run_checked(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", version_text());
   app.footer(examples);
-  std::vector<Command> commands{add_render(app, {argv, argv + argc}), add_fit(app), add_far_field(app), add_diff(app)};
+  std::vector<Command> commands{add_render(app, {argv, argv + argc}),
+                                add_fit(app),
+                                add_far_field(app),
+                                add_diff(app),
+                                add_info(app),
+                                add_convert(app)};
   CLI::App* cache = app.add_subcommand("cache", "Look into warm caches, merge them, or make one beforehand");
   cache->require_subcommand(1);
   for (const auto& add : {add_cache_info, add_cache_verify, add_cache_merge, add_cache_prebake}) {

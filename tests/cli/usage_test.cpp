@@ -30,15 +30,9 @@ class Usage : public CommandTest {
 };
 
 TEST_F(Usage, EveryCommandHasHelpOnStandardOutput) {
-  const std::vector<std::vector<std::string>> commands{{},
-                                                       {"render"},
-                                                       {"fit"},
-                                                       {"far-field"},
-                                                       {"diff"},
-                                                       {"cache"},
-                                                       {"cache", "info"},
-                                                       {"cache", "verify"},
-                                                       {"cache", "merge"}};
+  const std::vector<std::vector<std::string>> commands{
+      {},          {"render"}, {"fit"},           {"far-field"},       {"diff"},          {"info"},
+      {"convert"}, {"cache"},  {"cache", "info"}, {"cache", "verify"}, {"cache", "merge"}};
   for (std::vector<std::string> command : commands) {
     command.push_back("--help");
     const Outcome outcome = run(command);
@@ -50,16 +44,9 @@ TEST_F(Usage, EveryCommandHasHelpOnStandardOutput) {
 }
 
 TEST_F(Usage, HelpIsACommandToo) {
-  const std::vector<std::vector<std::string>> commands{{},
-                                                       {"render"},
-                                                       {"fit"},
-                                                       {"far-field"},
-                                                       {"diff"},
-                                                       {"cache"},
-                                                       {"cache", "info"},
-                                                       {"cache", "verify"},
-                                                       {"cache", "merge"},
-                                                       {"cache", "prebake"}};
+  const std::vector<std::vector<std::string>> commands{
+      {},          {"render"}, {"fit"},           {"far-field"},       {"diff"},           {"info"},
+      {"convert"}, {"cache"},  {"cache", "info"}, {"cache", "verify"}, {"cache", "merge"}, {"cache", "prebake"}};
   for (const std::vector<std::string>& command : commands) {
     std::vector<std::string> word{"help"}, option = command;
     word.insert(word.end(), command.begin(), command.end());
@@ -113,6 +100,8 @@ TEST_F(Usage, EveryOptionIsInTheManualAndInTheCompletions) {
                                                                                        {"far-field"},
                                                                                        {"far-field"},
                                                                                        {"diff"},
+                                                                                       {"info"},
+                                                                                       {"convert"},
                                                                                        {"help"},
                                                                                        {"cache", "info"},
                                                                                        {"cache", "verify"},

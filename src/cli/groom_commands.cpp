@@ -1,0 +1,195 @@
+// tress info and tress convert: what is in a groom of any format, and the same in another one.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <glm/common.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.h"
+#include "cli/console.h"
+#include "cli/options.h"
+#include "scene/read/groom_files.h"
+#include "scene/read/groom_writers.h"
+
+namespace tress::cli {
+namespace {
+
+struct GroomSettings {
+  std::filesystem::path file, output;
+  bool json = false;
+  std::optional<std::uint32_t> points_per_strand = {};
+  std::optional<double> cm_per_unit = {};
+  std::optional<bool> y_up = {};
+};
+
+struct Box {
+  glm::vec3 low{0.0f}, high{0.0f};
+};
+
+Box bounds_of(const scene::GroomFile& groom) {
+  if (groom.points.empty()) return {};
+  Box box{groom.points[0], groom.points[0]};
+  for (const glm::vec3& p : groom.points) {
+    box.low = glm::min(box.low, p);
+    box.high = glm::max(box.high, p);
+  }
+  return box;
+}
+
+std::string basis_of(const scene::GroomFile& groom) {
+  if (!groom.basis) return "not said (taken for B-splines; \"basis\": \"linear\" says otherwise)";
+  switch (*groom.basis) {
+    case scene::StrandBasis::linear:
+      return "linear";
+    case scene::StrandBasis::bspline:
+      return "cubic B-splines through root and tip";
+    case scene::StrandBasis::open_bspline:
+      return "cubic B-splines, open";
+    default:
+      return "cubic Bezier segments";
+  }
+}
+
+std::string unit_of(const scene::GroomFile& groom) {
+  return groom.cm_per_unit ? fmt::format("{:g} cm", *groom.cm_per_unit)
+                           : "not said (its longest side is taken for 30 cm; --cm-per-unit says otherwise)";
+}
+
+std::string up_of(const scene::GroomFile& groom) {
+  if (!groom.y_up) return "not said (by how the strands fall; --up says otherwise)";
+  return *groom.y_up ? "y" : "z";
+}
+
+std::string widths_of(const scene::GroomFile& groom) {
+  if (groom.width.empty())
+    return groom.default_width > 0 ? fmt::format("{:g} units everywhere (diameters)", groom.default_width)
+                                   : "none (a radius of 0.004 cm is taken)";
+  const auto [low, high] = std::ranges::minmax_element(groom.width);
+  return fmt::format("per point, {:g} to {:g} units (diameters)", *low, *high);
+}
+
+std::string colors_of(const scene::GroomFile& groom) {
+  if (!groom.has_color) return "none";
+  if (groom.color.empty())
+    return fmt::format("one, {:g} {:g} {:g}", groom.default_color.x, groom.default_color.y, groom.default_color.z);
+  return groom.color.size() == groom.points.size() ? "per point" : "per strand";
+}
+
+void print_text(const scene::GroomFile& groom) {
+  const Box box = bounds_of(groom);
+  fmt::print(
+      "format    {}\nstrands   {}\npoints    {}\ncurves    {}\nbounds    ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) "
+      "units\n",
+      groom.format, groom.strand_count(), groom.points.size(), basis_of(groom), box.low.x, box.low.y, box.low.z,
+      box.high.x, box.high.y, box.high.z);
+  fmt::print("unit      {}\nup        {}\nwidths    {}\ncolors    {}\nnormals   {}\nids       {}\nroot uv   {}\n",
+             unit_of(groom), up_of(groom), widths_of(groom), colors_of(groom),
+             groom.normal.empty() ? "none" : "per point", groom.id.empty() ? "none" : "per strand",
+             groom.root_uv.empty() ? "none" : "per strand");
+  constexpr std::size_t most_parts = 50;
+  for (std::size_t i = 0; i < std::min(groom.parts.size(), most_parts); ++i) {
+    const scene::GroomPart& part = groom.parts[i];
+    if (part.name.empty() && groom.parts.size() == 1) break;
+    fmt::print("part      {}: {} strands, {} points, {}\n", part.name, part.strands, part.points, part.curve);
+  }
+  if (groom.parts.size() > most_parts) fmt::print("part      and {} more\n", groom.parts.size() - most_parts);
+  for (const std::string& material : groom.materials) fmt::print("material  {}\n", material);
+  for (const std::string& remark : groom.remarks) fmt::print("note      {}\n", remark);
+  for (const scene::IgnoredAttribute& ignored : groom.ignored)
+    fmt::print("not used  {}: {}\n", ignored.name, ignored.why);
+}
+
+void print_json(const scene::GroomFile& groom) {
+  const Box box = bounds_of(groom);
+  nlohmann::ordered_json parts = nlohmann::ordered_json::array(), ignored = nlohmann::ordered_json::array();
+  for (const scene::GroomPart& part : groom.parts)
+    parts.push_back({{"name", part.name}, {"strands", part.strands}, {"points", part.points}, {"curve", part.curve}});
+  for (const scene::IgnoredAttribute& one : groom.ignored) ignored.push_back({{"name", one.name}, {"why", one.why}});
+  nlohmann::ordered_json json = {{"format", groom.format},
+                                 {"strands", groom.strand_count()},
+                                 {"points", groom.points.size()},
+                                 {"curves", basis_of(groom)},
+                                 {"bounds", {{box.low.x, box.low.y, box.low.z}, {box.high.x, box.high.y, box.high.z}}}};
+  json["cm_per_unit"] = groom.cm_per_unit ? nlohmann::ordered_json(*groom.cm_per_unit) : nullptr;
+  json["up"] = groom.y_up ? nlohmann::ordered_json(*groom.y_up ? "y" : "z") : nullptr;
+  json["widths"] = widths_of(groom);
+  json["colors"] = colors_of(groom);
+  json["normals"] = !groom.normal.empty();
+  json["ids"] = !groom.id.empty();
+  json["root_uv"] = !groom.root_uv.empty();
+  json["parts"] = parts;
+  json["materials"] = groom.materials;
+  json["notes"] = groom.remarks;
+  json["not_used"] = ignored;
+  fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+int run_info(const GroomSettings& settings) {
+  const auto groom = scene::read_groom_file(settings.file, settings.points_per_strand);
+  if (!groom) {
+    log_error(groom.error().message());
+    return 1;
+  }
+  if (settings.json)
+    print_json(*groom);
+  else
+    print_text(*groom);
+  return 0;
+}
+
+int run_convert(const GroomSettings& settings) {
+  auto groom = scene::read_groom_file(settings.file, settings.points_per_strand);
+  if (!groom) {
+    log_error(groom.error().message());
+    return 1;
+  }
+  if (settings.cm_per_unit) groom->cm_per_unit = settings.cm_per_unit;
+  if (settings.y_up) groom->y_up = settings.y_up;
+  std::vector<std::string> notes = groom->remarks;
+  for (const scene::IgnoredAttribute& ignored : groom->ignored)
+    notes.push_back(fmt::format("not used: {} ({})", ignored.name, ignored.why));
+  const auto error = scene::write_groom_file(*groom, settings.output, &notes);
+  for (const std::string& note : notes) log_note(note);
+  if (error) log_error(error->message());
+  return error ? 1 : 0;
+}
+
+void add_input(CLI::App* command, GroomSettings* settings) {
+  command->add_option("FILE", settings->file, "groom of any format that can be read")->required()->type_name("FILE");
+  add_whole(command, "--points-per-strand",
+            [settings](std::uint64_t points) { settings->points_per_strand = static_cast<std::uint32_t>(points); });
+}
+
+}  // namespace
+
+Command add_info(CLI::App& tress) {
+  const auto settings = std::make_shared<GroomSettings>();
+  CLI::App* info = tress.add_subcommand("info", "Tell what is in a file of strands, and what of it will not be used");
+  add_input(info, settings.get());
+  info->add_flag("--json", settings->json, "print JSON");
+  return {info, [settings] { return run_info(*settings); }};
+}
+
+Command add_convert(CLI::App& tress) {
+  const auto settings = std::make_shared<GroomSettings>();
+  CLI::App* convert = tress.add_subcommand("convert", "Write the strands of a file as .hair or .usda");
+  add_input(convert, settings.get());
+  convert->add_option("OUT", settings->output, "its ending tells the format: .hair or .usda")
+      ->required()
+      ->type_name("OUT")
+      ->check(expecting("a name that ends with .hair or .usda", [](const std::string& name) {
+        const auto& endings = scene::groom_output_endings();
+        return std::ranges::any_of(endings, [&](const std::string& ending) { return name.ends_with(ending); });
+      }));
+  add_number(
+      convert, "--cm-per-unit", [settings](double x) { settings->cm_per_unit = x; },
+      "length of a unit of FILE, in cm, where it says none or another");
+  add_choice(
+      convert, "--up", {"y", "z"}, [settings](const std::string& axis) { settings->y_up = axis == "y"; },
+      "axis of FILE that points up, where it says none or another");
+  return {convert, [settings] { return run_convert(*settings); }};
+}
+
+}  // namespace tress::cli

@@ -1,0 +1,92 @@
+// tress info, tress convert, and the same picture of the same strands in every format.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "cli/run_tress.h"
+#include "image/picture.h"
+
+namespace tress::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class GroomCommands : public CommandTest {
+ protected:
+  static std::string fixture(const std::string& name) {
+    return (fs::path(TRESS_SOURCE_DIR) / "tests" / "scene" / "grooms" / name).string();
+  }
+
+  image::Picture picture_of(const std::string& file) const {
+    write_text(path("scene.json"), R"({"camera": {"eye": [0, -30, -4], "look_at": [0, 0, -4]},
+        "image": {"width": 24, "height": 32, "samples": 2},
+        "grooms": [{"file": ")" + file +
+                                       R"(", "cm_per_unit": 1, "up": "z"}]})");
+    const Outcome outcome = run({"render", path("scene.json"), "-o", path("a.exr"), "--estimator", "exact"});
+    EXPECT_EQ(outcome.status, 0) << file << outcome.err;
+    auto picture = image::read_exr(path("a.exr"));
+    return picture ? std::move(*picture) : image::Picture{};
+  }
+};
+
+TEST_F(GroomCommands, TheSameStrandsGiveTheSamePictureInFiveFormats) {
+  const image::Picture hair = picture_of(fixture("same.hair"));
+  double covered = 0;
+  for (const image::Channel& channel : hair.channels)
+    if (channel.name == "coverage")
+      for (const float x : channel.pixels) covered += double{x};
+  EXPECT_GT(covered, 4);
+  const Outcome converted =
+      run({"convert", fixture("same.abc"), path("converted.usda"), "--cm-per-unit", "1", "--up", "z"});
+  EXPECT_EQ(converted.status, 0) << converted.err;
+  for (const std::string& file : {fixture("same.usda"), fixture("same.pbrt"), fixture("same.ply"),
+                                  fixture("same_little.ply"), fixture("same_big.ply")}) {
+    const image::Picture other = picture_of(file);
+    const auto difference = image::compare(hair, other, "same.hair", file);
+    ASSERT_TRUE(difference) << difference.error().message();
+    EXPECT_EQ(difference->largest, 0) << file;
+    if (!file.ends_with(".pbrt")) {
+      EXPECT_TRUE(difference->identical) << file;  // in every layer
+    }
+  }
+  // The archive turns them by 90 degrees and back, which rounds; what is converted is what was read.
+  const image::Picture archive = picture_of(fixture("same.abc")), text = picture_of(path("converted.usda"));
+  const auto rounding = image::compare(hair, archive, "same.hair", "same.abc"),
+             same = image::compare(archive, text, "same.abc", "converted.usda");
+  ASSERT_TRUE(rounding && same);
+  EXPECT_LT(rounding->rel_mse, 1e-3);
+  EXPECT_TRUE(same->identical);
+}
+
+TEST_F(GroomCommands, InfoSaysWhatIsInAFileAndWhatIsNotUsed) {
+  const Outcome text = run({"info", fixture("same.abc")});
+  EXPECT_EQ(text.status, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("strands   9\n"));
+  EXPECT_THAT(text.out, HasSubstr("root uv   per strand"));
+  EXPECT_THAT(text.out, HasSubstr("not used  groom_closest_guides"));
+  const Outcome outcome = run({"info", fixture("same.usda"), "--json"});
+  const nlohmann::json json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["strands"], 9);
+  EXPECT_EQ(json["points"], 81);
+  EXPECT_EQ(json["cm_per_unit"], 1);
+  EXPECT_EQ(json["up"], "z");
+  EXPECT_EQ(json["parts"][0]["curve"], "cubic bspline, pinned");
+}
+
+TEST_F(GroomCommands, ErrorsNameTheFileAndEndWithStatusOne) {
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"info", fixture("malformed/cut.usda")},
+                                                  {"convert", fixture("malformed/cut.usda"), path("out.usda")},
+                                                  {"render", fixture("malformed/cut.usda"), "-o", path("a.exr")}}) {
+    const Outcome outcome = run(command);
+    EXPECT_EQ(outcome.status, 1) << command[0];
+    EXPECT_THAT(outcome.err, HasSubstr("cut.usda: line ")) << command[0];
+    EXPECT_THAT(outcome.out, IsEmpty());
+  }
+  EXPECT_FALSE(fs::exists(path("out.usda")));
+  EXPECT_EQ(run({"convert", fixture("same.usda"), path("out.abc")}).status, 2);
+}
+
+}  // namespace
+}  // namespace tress::test
