@@ -17,7 +17,6 @@
 #define STB_IMAGE_STATIC
 #define STBI_NO_STDIO
 #define STBI_ONLY_PNG
-#define STBI_ONLY_JPEG
 #define STBI_NO_LINEAR
 #define STBI_MAX_DIMENSIONS 65536
 #include <stb_image.h>
@@ -26,27 +25,35 @@ namespace tress::image {
 namespace {
 
 constexpr std::uint64_t most_pixels = std::uint64_t{1} << 26;
-/// Deflate makes at most 1032 bytes of one, JPEG 64 pixels of some bits.
-constexpr std::uint64_t most_pixels_of_a_byte = 8192;
+/// Deflate makes at most 1032 bytes of one, which are 8 pixels each where a pixel has one bit.
+constexpr std::uint64_t most_pixels_of_a_byte = 8256;
 
 struct Free {
   void operator()(void* memory) const { stbi_image_free(memory); }
 };
 
-/// The decoder fills what is missing of a file that was cut off.
-bool has_end_of_jpeg(std::span<const unsigned char> bytes) {
-  constexpr std::array<unsigned char, 2> end{0xff, 0xd9};
-  return std::find_end(bytes.begin(), bytes.end(), end.begin(), end.end()) != bytes.end();
+/// Big-endian.
+std::uint64_t number_at(std::span<const unsigned char> bytes, std::size_t at) {
+  return std::uint64_t{bytes[at]} << 24 | std::uint64_t{bytes[at + 1]} << 16 | std::uint64_t{bytes[at + 2]} << 8 |
+         bytes[at + 3];
 }
 
 /// Width and height as a PNG begins.
 std::optional<std::pair<std::uint64_t, std::uint64_t>> png_size(std::span<const unsigned char> bytes) {
-  if (bytes.size() < 24 || bytes[0] != 0x89) return std::nullopt;
-  const auto number = [&](std::size_t at) {
-    return std::uint64_t{bytes[at]} << 24 | std::uint64_t{bytes[at + 1]} << 16 | std::uint64_t{bytes[at + 2]} << 8 |
-           bytes[at + 3];
-  };
-  return std::pair(number(16), number(20));
+  if (bytes.size() < 24) return std::nullopt;
+  return std::pair(number_at(bytes, 16), number_at(bytes, 20));
+}
+
+/// Where a chunk of a PNG, up to its last one, is not whole: the decoder takes memory by the length that it says.
+std::optional<std::size_t> long_chunk(std::span<const unsigned char> bytes) {
+  constexpr std::size_t mark = 8, frame = 12;  // of a chunk: length, type, sum
+  for (std::size_t at = mark;;) {
+    if (bytes.size() - at < frame) return at;
+    const std::uint64_t length = number_at(bytes, at);
+    if (length > bytes.size() - at - frame) return at;
+    if (number_at(bytes, at + 4) == 0x49454e44) return std::nullopt;  // IEND
+    at += frame + static_cast<std::size_t>(length);
+  }
 }
 
 /// Linear values of all that n bits can say.
@@ -71,20 +78,16 @@ float linear_from_srgb(float encoded) {
   return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
 }
 
-bool is_png_or_jpeg(std::span<const unsigned char> bytes) {
-  constexpr std::array<unsigned char, 8> png{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  constexpr std::array<unsigned char, 3> jpeg{0xff, 0xd8, 0xff};
-  const auto begins = [&](const auto& mark) {
-    return bytes.size() >= mark.size() && std::equal(mark.begin(), mark.end(), bytes.begin());
-  };
-  return begins(png) || begins(jpeg);
+bool is_png(std::span<const unsigned char> bytes) {
+  constexpr std::array<unsigned char, 8> mark{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  return bytes.size() >= mark.size() && std::equal(mark.begin(), mark.end(), bytes.begin());
 }
 
-Result<ColorImage> parse_png_or_jpeg(std::span<const unsigned char> bytes, const std::string& name) {
+Result<ColorImage> parse_png(std::span<const unsigned char> bytes, const std::string& name) {
   const auto error = [&](std::string place, std::string expected, std::string found) {
     return Error{name, std::move(place), std::move(expected), std::move(found)};
   };
-  if (!is_png_or_jpeg(bytes)) return error("", "a PNG or JPEG picture", "another file");
+  if (!is_png(bytes)) return error("", "a PNG picture", "another file");
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     return error("", "a picture of at most 2^31 bytes", fmt::format("{}", bytes.size()));
   const auto size = static_cast<int>(bytes.size());
@@ -102,23 +105,24 @@ Result<ColorImage> parse_png_or_jpeg(std::span<const unsigned char> bytes, const
   if (const auto claim = png_size(bytes)) {  // of which the decoder would only say that it is no picture
     if (auto refused = too_large(claim->first, claim->second)) return *refused;
   }
+  if (const auto place = long_chunk(bytes))
+    return error(fmt::format("byte {}", *place), "a whole chunk", "one that is longer than the file");
   if (stbi_info_from_memory(bytes.data(), size, &width, &height, &channels) == 0)
-    return error("header", "a whole PNG or JPEG picture", why());
+    return error("header", "a whole PNG picture", why());
   if (auto refused =
           too_large(static_cast<std::uint64_t>(std::max(width, 0)), static_cast<std::uint64_t>(std::max(height, 0))))
     return *refused;
   ColorImage image{width, height,
                    std::vector<glm::vec3>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
-  if (bytes[0] == 0xff && !has_end_of_jpeg(bytes)) return error("", "a whole JPEG picture", "no mark of its end");
   if (stbi_is_16_bit_from_memory(bytes.data(), size) != 0) {
     const std::unique_ptr<stbi_us, Free> values(
         stbi_load_16_from_memory(bytes.data(), size, &width, &height, &channels, 3));
-    if (!values) return error("", "a whole PNG or JPEG picture", why());
+    if (!values) return error("", "a whole PNG picture", why());
     decode(values.get(), &image);
   } else {
     const std::unique_ptr<stbi_uc, Free> values(
         stbi_load_from_memory(bytes.data(), size, &width, &height, &channels, 3));
-    if (!values) return error("", "a whole PNG or JPEG picture", why());
+    if (!values) return error("", "a whole PNG picture", why());
     decode(values.get(), &image);
   }
   return image;

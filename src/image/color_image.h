@@ -1,4 +1,4 @@
-// Pictures of color that a scene is made of: PNG, JPEG and OpenEXR as linear RGB.
+// Pictures of color that a scene is made of: PNG and OpenEXR as linear RGB.
 #pragma once
 
 #include <filesystem>
@@ -16,13 +16,13 @@ struct ColorImage {
   std::vector<glm::vec3> pixels;  ///< linear RGB, row-major, top row first; finite
 };
 
-/// Whether the bytes begin as a PNG or a JPEG does.
-bool is_png_or_jpeg(std::span<const unsigned char> bytes);
+/// Whether the bytes begin as a PNG does.
+bool is_png(std::span<const unsigned char> bytes);
 
-/// A PNG (8 or 16 bit; grey becomes RGB, alpha is left out) or a JPEG. Values are those of sRGB (IEC 61966-2-1),
+/// A PNG (8 or 16 bit; grey becomes RGB, alpha is left out). Values are those of sRGB (IEC 61966-2-1),
 /// whatever profile the file has; the result is in [0, 1]. The size is held against 2^26 pixels and against the number
 /// of bytes before memory is taken. `name` is the file named in errors. Thread-safe.
-Result<ColorImage> parse_png_or_jpeg(std::span<const unsigned char> bytes, const std::string& name);
+Result<ColorImage> parse_png(std::span<const unsigned char> bytes, const std::string& name);
 
 /// R, G, B of a picture of the EXR.
 Result<ColorImage> read_exr_color(const std::filesystem::path& file);

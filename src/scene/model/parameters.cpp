@@ -122,10 +122,9 @@ constexpr std::array table{
     Parameter{"/meshes/N/translate", "", triple, world, cm, "", "[0, 0, 0]", "after the above"},
     Parameter{"/meshes/N/albedo", "", triple, share, "", "", "[0.18, 0.18, 0.18]",
               "linear RGB of the diffuse surface; or `albedo_file`"},
-    Parameter{
-        "/meshes/N/albedo_file", "", text, none, "", "", "",
-        "a path to a PNG or JPEG (sRGB) or an EXR (linear), told by content, laid over the texture coordinates of "
-        "the OBJ: (0, 0) is its lower left corner; bilinear, repeated"},
+    Parameter{"/meshes/N/albedo_file", "", text, none, "", "", "",
+              "a path to a PNG (sRGB) or an EXR (linear), told by content, laid over the texture coordinates of "
+              "the OBJ: (0, 0) is its lower left corner; bilinear, repeated"},
     Parameter{"/meshes/N/coat/roughness",
               "",
               number,

@@ -86,7 +86,7 @@ Result<Environment> load_environment(const std::filesystem::path& file, double r
 
 // Textures of meshes.
 
-/// A color picture: PNG or JPEG, whose values are sRGB, or OpenEXR with linear R, G, B; which is told by its first
+/// A color picture: PNG, whose values are sRGB, or OpenEXR with linear R, G, B; which is told by its first
 /// bytes. At most 2^26 pixels. Values outside [0, 1] are clamped, which is a warning: an albedo is a share.
 Result<Texture> load_texture(const std::filesystem::path& file, std::vector<std::string>* warnings);
 

@@ -10,15 +10,15 @@ namespace {
 
 constexpr std::size_t most_pixels = std::size_t{1} << 26;
 constexpr std::uintmax_t most_bytes = std::uintmax_t{1} << 29;
-constexpr const char* wanted = "a PNG, JPEG or EXR picture";
+constexpr const char* wanted = "a PNG or EXR picture";
 
 Result<image::ColorImage> read(const std::filesystem::path& file) {
   const auto start = read_file_start(file, wanted, bytes_of_kind);
   if (!start) return start.error();
-  if (image::is_png_or_jpeg(*start)) {
+  if (image::is_png(*start)) {
     const auto bytes = read_input_file(file, wanted, most_bytes);
     if (!bytes) return bytes.error();
-    return image::parse_png_or_jpeg(*bytes, file.string());
+    return image::parse_png(*bytes, file.string());
   }
   if (known_kind_of(*start).find("OpenEXR") == std::string::npos)
     return Error{file.string(), "", wanted, kind_of(*start)};
