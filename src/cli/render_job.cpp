@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -41,6 +42,17 @@ std::string camera_text(const scene::Camera& camera) {
                                           {"look_at", triple(camera.look_at)},
                                           {"up", triple(camera.up)},
                                           {"vertical_fov_deg", camera.vertical_fov_deg}});
+}
+
+/// Brightness against that of the same model without a table.
+std::string brightening_words(const integrate::Brightening& excess) {
+  return fmt::format(
+      "the fits of the table make the picture {:.2g} % {} than tracing every vertex would, give or take {:.2g} %",
+      100 * std::abs(excess.value), excess.value < 0 ? "darker" : "brighter", 100 * excess.error);
+}
+
+std::string json_text(const integrate::Brightening& excess) {
+  return json_text(nlohmann::ordered_json{{"value", excess.value}, {"error", excess.error}});
 }
 
 /// One render, from the loaded scene to the saved files.
@@ -226,15 +238,15 @@ class RenderJob {
   }
 
   void told_pass(const integrate::PassProgress& pass) {
-    telemetry_.write([&](adaptive::TelemetryWriter& writer) {
-      return writer.pass(pass.table, {{"pass", json_text(pass.pass)},
-                                      {"pixels", json_text(pass.pixels)},
-                                      {"samples", json_text(pass.paths_so_far)},
-                                      {"dropped_samples", json_text(pass.dropped_samples)},
-                                      {"seconds", json_text(pass.seconds)},
-                                      {"cpu_seconds", json_text(pass.cpu_seconds)},
-                                      {"noise", json_text(pass.noise)}});
-    });
+    Extra fields{{"pass", json_text(pass.pass)},
+                 {"pixels", json_text(pass.pixels)},
+                 {"samples", json_text(pass.paths_so_far)},
+                 {"dropped_samples", json_text(pass.dropped_samples)},
+                 {"seconds", json_text(pass.seconds)},
+                 {"cpu_seconds", json_text(pass.cpu_seconds)},
+                 {"noise", json_text(pass.noise)}};
+    if (pass.excess) fields.emplace("bias_estimate", json_text(*pass.excess));
+    telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.pass(pass.table, fields); });
     passes_told_ = pass.pass + 1;
   }
 
@@ -282,6 +294,10 @@ class RenderJob {
     picture.metadata["samples"] = fmt::format("{}", result.samples_per_pixel);
     picture.metadata["dropped_samples"] = std::to_string(result.dropped_samples);
     picture.metadata["stopped_by"] = stopped_by_;
+    if (result.excess) {
+      picture.metadata["bias_estimate"] = fmt::format("{:.4f} +- {:.4f}", result.excess->value, result.excess->error);
+      log_note(brightening_words(*result.excess));
+    }
     if (result.bias) {
       picture.metadata["bias"] = fmt::format("{:.4f} +- {:.4f}", result.bias->value, result.bias->error);
       log_note(fmt::format("bias of the brightness {:.2g} %, standard error {:.2g} %, by {} paths without rows",
@@ -324,6 +340,7 @@ class RenderJob {
                  {"exact_queries", json_text(result.exact_queries)},
                  {"cache_hash", json_text(hash)},
                  {"image", json_text(written.value_or(settings_.output).string())}};
+    if (result.excess) fields.emplace("bias_estimate", json_text(*result.excess));
     if (result.bias) {
       const nlohmann::json bias{
           {"value", result.bias->value}, {"error", result.bias->error}, {"paths", result.bias->paths}};

@@ -65,18 +65,35 @@ class RowGrid {
   Node choose(float folded_phi, float theta_d, float xi1, float xi2) const {
     return {choose_azimuth(folded_phi, xi1), choose_inclination(theta_d, xi2)};
   }
+  /// What choose_azimuth() gives in the mean over xi: node `first`, or with the probability `share` the one after it.
+  struct Between {
+    std::uint32_t first, second;
+    float share;  ///< of the second, [0, 1)
+  };
+  Between between_azimuths(float folded_phi) const { return between(folded_phi * steps_per_radian_, last_a_); }
+  Between between_inclinations(float theta_d) const { return between(inclination_coordinate(theta_d), last_b_); }
+
   /// Its two halves. All slices have the same inclinations: one choice of that axis serves every lobe.
   std::uint32_t choose_azimuth(float folded_phi, float xi1) const {
     const float at = std::max(folded_phi * steps_per_radian_ + xi1, 0.0f);
     return std::min(static_cast<std::uint32_t>(static_cast<std::int32_t>(at)), last_a_);
   }
   std::uint32_t choose_inclination(float theta_d, float xi2) const {
-    const Float4 at = from_ + steps_ * (most_ - quarter_cosine(theta_d));
-    const float coordinate = std::max(std::max(at[0], at[1]), std::max(at[2], at[3]));
+    const float coordinate = inclination_coordinate(theta_d);
     return std::min(static_cast<std::uint32_t>(static_cast<std::int32_t>(std::max(coordinate, 0.0f) + xi2)), last_b_);
   }
 
  private:
+  float inclination_coordinate(float theta_d) const {
+    const Float4 at = from_ + steps_ * (most_ - quarter_cosine(theta_d));
+    return std::max(std::max(at[0], at[1]), std::max(at[2], at[3]));
+  }
+  static Between between(float coordinate, std::uint32_t last) {
+    const float at = std::clamp(coordinate, 0.0f, static_cast<float>(last));
+    const auto first = static_cast<std::uint32_t>(at);
+    return {first, std::min(first + 1, last), at - static_cast<float>(first)};
+  }
+
   std::uint32_t last_a_, last_b_;
   float steps_per_radian_;
   float most_ = quarter_cosine(0);  ///< 1 but for rounding, so that the first node is at 0

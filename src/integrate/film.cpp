@@ -11,6 +11,8 @@ namespace {
 
 constexpr float largest = std::numeric_limits<float>::max();
 
+double luminance_of(const glm::dvec3& color) { return 0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z; }
+
 }  // namespace
 
 bool PixelSums::add(const PathSums& path, Ground ground) {
@@ -32,6 +34,8 @@ bool PixelSums::add(const PathSums& path, Ground ground) {
   coverage += static_cast<double>(path.coverage);
   distance_cm += static_cast<double>(path.distance_cm);
   objective += static_cast<double>(path.objective);
+  excess += static_cast<double>(path.excess);
+  excess_squares += static_cast<double>(path.excess) * static_cast<double>(path.excess);
   ++samples;
   const glm::dvec3 after = beauty(ground) / static_cast<double>(samples);
   if (samples > 1) squared_deviations += glm::max((value - before) * (value - after), glm::dvec3(0.0));
@@ -188,6 +192,28 @@ double Film::relative_noise() const {
   }
   if (covered == 0 || !(brightness > 0)) return 0;
   return std::sqrt(variance * 3 * static_cast<double>(covered)) / brightness;
+}
+
+double Film::brightness() const {
+  double light = 0;
+  for (const PixelSums& pixel : pixels_) {
+    if (pixel.samples > 0) light += luminance_of(pixel.beauty(Ground::nothing)) / pixel.samples;
+  }
+  return light / static_cast<double>(pixels_.size());
+}
+
+Brightening Film::excess() const {
+  double light = 0, excess = 0, variance = 0;
+  for (const PixelSums& pixel : pixels_) {
+    if (pixel.samples == 0) continue;
+    const double n = pixel.samples;
+    light += luminance_of(pixel.beauty(Ground::nothing)) / n;
+    excess += pixel.excess / n;
+    variance += pixel.excess_squares / (n * n);  // nearly all are 0: their mean square is their variance
+  }
+  const double truth = light - excess;
+  if (!(truth > 0)) return {};
+  return {excess / truth, std::sqrt(variance) / truth};
 }
 
 double Film::samples_per_pixel() const {

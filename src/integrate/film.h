@@ -31,6 +31,7 @@ struct PixelSums {
   std::array<glm::dvec3, layer_count> layers{};
   glm::dvec3 albedo{0.0}, normal{0.0}, tangent{0.0};
   double coverage = 0, distance_cm = 0, objective = 0;
+  double excess = 0, excess_squares = 0;
   /// Sum of the squared deviations of the paths' beauty from their mean (Welford 1962: no cancellation).
   glm::dvec3 squared_deviations{0.0};
   std::uint64_t vertices = 0, queries = 0, exact_queries = 0;  ///< of dropped paths too: they were work
@@ -46,6 +47,12 @@ struct PixelSums {
   /// Paths of a pixel are stratified, which makes their mean better than independent ones would, and s^2 no smaller:
   /// read it as an upper bound. May be past the largest float, which is what a picture then has.
   glm::dvec3 variance_of_mean() const;
+};
+
+/// Of the mean luminance of hair and surfaces, backgrounds not in it: relative to what it would be without.
+struct Brightening {
+  double value = 0;  ///< picture over truth, minus 1
+  double error = 0;  ///< its standard error
 };
 
 /// Thread-safety: distinct pixels from distinct threads; the rest: one thread.
@@ -91,6 +98,11 @@ class Film {
   /// the channels of the pixels with a coverage above 0. 0 if there are none, or they are black, or no pixel has two
   /// samples.
   double relative_noise() const;
+
+  /// Mean luminance of what the pixels show of hair and surfaces.
+  double brightness() const;
+  /// How much brighter rows make what is seen of hair and surfaces, as far as the paths could tell (PathSums::excess).
+  Brightening excess() const;
 
   /// Of the samples that are in the picture.
   double samples_per_pixel() const;

@@ -32,6 +32,9 @@ struct PathSums {
   std::uint32_t vertices = 0;  ///< hits that scattered
   std::uint32_t queries = 0, exact_queries = 0;
   float objective = 0;  ///< sum over the queries
+  /// Luminance that the rows of the path's vertices bring too much, of either sign: traced at few vertices, which
+  /// stand for all (Scattered::excess).
+  float excess = 0;
 
   /// Sum of the layers, in their order.
   glm::vec3 beauty() const {
@@ -48,7 +51,7 @@ struct PathSums {
       if (!std::isfinite(tangent[c])) return false;
     }
     return std::isfinite(motion.x) && std::isfinite(motion.y) && std::isfinite(coverage) &&
-           std::isfinite(distance_cm) && std::isfinite(objective);
+           std::isfinite(distance_cm) && std::isfinite(objective) && std::isfinite(excess);
   }
 };
 

@@ -1,9 +1,12 @@
 #include "integrate/path_tracer.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+
+#include "tress/base/random.h"
 
 namespace tress::integrate {
 namespace {
@@ -18,6 +21,17 @@ enum Dimension : std::uint32_t {
   light_choice
 };
 
+/// How often it is asked what rows have too much: for one in so many paths that bring the picture's mean by a light,
+/// in proportion to what they bring, but for a share that is least so that what fits have left out is seen too; for
+/// one in so many directions that go on, times what they are worth; before any brightness is known, for one in so many
+/// that meet a light. Some 1 % of a render.
+constexpr float paths_per_excess = 128, directions_per_excess = 32, blind_chance = 1 / 256.0f,
+                least_light_chance = 1 / 4096.0f;
+
+std::uint64_t hash_of(float a, float b, std::uint64_t before) {
+  return mix_bits(before + ((std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b)));
+}
+
 constexpr float least_survival = 0.05f;
 constexpr float surely_traced_share = 1.6f;  ///< of the picture's brightness (bench/README.md, steps)
 constexpr float nowhere = std::numeric_limits<float>::infinity();
@@ -27,9 +41,8 @@ float largest_channel(const glm::vec3& color) {
   return std::max({std::abs(color.x), std::abs(color.y), std::abs(color.z)});
 }
 
-float luminance_of(const glm::vec3& color) {
-  return std::max(0.0f, 0.2126f * color.x + 0.7152f * color.y + 0.0722f * color.z);
-}
+float signed_luminance(const glm::vec3& color) { return 0.2126f * color.x + 0.7152f * color.y + 0.0722f * color.z; }
+float luminance_of(const glm::vec3& color) { return std::max(0.0f, signed_luminance(color)); }
 
 float mean_of(const glm::vec3& color) { return (color.x + color.y + color.z) / 3; }
 
@@ -38,6 +51,36 @@ glm::vec3 total_of(const ScatteredLayers& layers) {
   for (const glm::vec3& layer : layers) total += layer;
   return total;
 }
+
+/// What the rows have too much at one direction of a vertex: traced at most once, where chance has it, for each use
+/// that is made of it.
+class ExcessAt {
+ public:
+  /// All references must outlive it.
+  ExcessAt(const Scattering& scattering, const Vertex& vertex, const glm::vec3& direction)
+      : scattering_(scattering), vertex_(vertex), direction_(direction) {
+    if (!scattering.tells_excess() || vertex.hit.is_surface) return;
+    // By the bits of the direction and of the event: no stream of numbers is used up.
+    const fiber::FiberEvent& event = vertex.event;
+    const std::uint64_t of_event = hash_of(event.xi1, event.xi2, hash_of(event.wr.theta, event.wr.phi, 0));
+    const std::uint64_t hash = hash_of(direction.x, direction.y, of_event);
+    u_ = static_cast<float>(hash >> 40) * 0x1p-24f;
+    place_ = static_cast<float>(hash & 0xffffff) * 0x1p-24f;
+  }
+  /// In the mean over all chances, (0, 1], Scattering::excess().
+  glm::vec3 by(float chance) {
+    if (!(u_ < chance)) return glm::vec3(0.0f);
+    if (!value_) value_ = scattering_.excess(vertex_, direction_, place_);
+    return *value_ / chance;
+  }
+
+ private:
+  const Scattering& scattering_;
+  const Vertex& vertex_;
+  const glm::vec3& direction_;
+  float u_ = 1, place_ = 0;
+  std::optional<glm::vec3> value_;
+};
 
 /// Of a fiber, unit: across its axis, towards where the ray comes from; the minor axis where that is along the fiber.
 glm::vec3 normal_towards(const geometry::Hit& hit, const glm::vec3& ray_direction) {
@@ -64,9 +107,14 @@ PathTracer PathTracer::at_brightness(float brightness) const {
   return other;
 }
 
-ScatteredLayers PathTracer::light(const Vertex& vertex, float u_light, const std::array<float, 2>& u,
+float PathTracer::chance_of_light(float luminance) const {
+  if (!(brightness_ > 0)) return blind_chance;
+  return std::min(least_light_chance + luminance / (paths_per_excess * brightness_), 1.0f);
+}
+
+PathTracer::Lit PathTracer::light(const Vertex& vertex, float u_light, const std::array<float, 2>& u,
                                   const glm::vec3& weight, RandomStream& random, PathSums& sums) const {
-  const ScatteredLayers none{};
+  const Lit none;
   const LightSampler::Arrival light = lights_.sample(vertex.hit.axis, u_light, u);
   if (!(light.density > 0) || light.radiance == glm::vec3(0.0f)) return none;
   if (vertex.hit.is_surface && !(glm::dot(vertex.hit.normal, light.direction) > 0)) return none;
@@ -76,8 +124,8 @@ ScatteredLayers PathTracer::light(const Vertex& vertex, float u_light, const std
                         static_cast<float>(vertex.bcsdf_samples) * value.pdf;
   if (!(density > 0)) return none;
   glm::vec3 scale = light.radiance / density;
-  ScatteredLayers scattered = value.layers;
-  const float brought = std::abs(mean_of(weight * scale * total_of(scattered)));
+  Lit scattered{value.layers};
+  const float brought = std::abs(mean_of(weight * scale * total_of(scattered.layers)));
   if (brought == 0) return none;
   if (brought < surely_traced_) {
     const float survival = brought / surely_traced_;
@@ -85,7 +133,9 @@ ScatteredLayers PathTracer::light(const Vertex& vertex, float u_light, const std
     scale /= survival;
   }
   if (fibers_.occluded(ray_from(vertex.hit, light.shadow.direction), light.shadow.distance_cm)) return none;
-  for (glm::vec3& layer : scattered) layer *= scale;
+  for (glm::vec3& layer : scattered.layers) layer *= scale;
+  const float chance = chance_of_light(luminance_of(weight * total_of(scattered.layers)));
+  scattered.excess = ExcessAt(scattering_, vertex, light.direction).by(chance) * scale;
   return scattered;
 }
 
@@ -107,6 +157,10 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
   const glm::vec3 first_total = sample.value.total() / sample.value.pdf;
   glm::vec3 throughput(1.0f), radiance(0.0f);
   const int first_samples = vertex.bcsdf_samples;
+  // What a unit of light from the vertex brings to the picture, what of that is too much by the rows of the vertices
+  // before it, in the mean, and the same of all light of the path. The mean of a product of independent values is the
+  // product of their means: errors that follow each other are multiplied as they are in the picture.
+  glm::vec3 worth(1 / static_cast<float>(first_samples)), too_much(0.0f), excess_light(0.0f);
   for (int depth = 2;; ++depth) {  // of the hit that the ray may find
     const float largest = largest_channel(first_total * throughput);
     if (!std::isfinite(largest)) {  // gains above 1, again and again: whatever it meets, the film will drop it
@@ -116,8 +170,18 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
     if (!(largest > 0)) break;
     const geometry::Ray ray = ray_from(vertex.hit, sample.direction);
     const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
-    radiance += throughput * met_light(vertex, sample, hit ? hit->distance_cm : nowhere);
+    const glm::vec3 met = met_light(vertex, sample, hit ? hit->distance_cm : nowhere);
+    radiance += throughput * met;
+    ExcessAt excess(scattering_, vertex, sample.direction);
+    const glm::vec3 weight = sample.value.total() / sample.value.pdf;
+    const auto too_much_after = [&](float chance) {
+      return too_much * weight + (worth - too_much) * (excess.by(chance) / sample.value.pdf);
+    };
+    if (met != glm::vec3(0.0f))
+      excess_light += too_much_after(chance_of_light(luminance_of(worth * weight * met))) * met;
     if (!hit || depth > options_.max_depth) break;
+    too_much = too_much_after(std::min(luminance_of(worth * weight) / directions_per_excess, 1.0f));
+    worth *= weight;
     if (depth >= options_.roulette_depth) {
       // The root of the throughput, from early on: variance times time is .78 to .91 of that of the throughput itself
       // from the sixth hit on (bench/README.md, chart 7). A path that has lost nothing goes on: at .95 a path of 60
@@ -125,6 +189,8 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
       const float survival = std::clamp(std::sqrt(largest), least_survival, 1.0f);
       if (random.next() >= survival) break;
       throughput /= survival;
+      worth /= survival;
+      too_much /= survival;
     }
     const float xi1 = random.next(), xi2 = random.next();
     const float importance = luminance_of(first_total * throughput) / static_cast<float>(first_samples);
@@ -132,9 +198,11 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
     vertex.light_samples = vertex.evaluates ? std::min(1, options_.light_samples) : 0;
     ++sums.vertices;
     if (vertex.light_samples > 0) {
-      const glm::vec3 weight = first_total * throughput / static_cast<float>(first_samples);
       const float u_light = random.next(), u1 = random.next(), u2 = random.next();
-      radiance += throughput * total_of(light(vertex, u_light, {u1, u2}, weight, random, sums));
+      const Lit lit = light(vertex, u_light, {u1, u2}, worth, random, sums);
+      const glm::vec3 total = total_of(lit.layers);
+      radiance += throughput * total;
+      excess_light += too_much * total + (worth - too_much) * lit.excess;
     }
     std::array<float, 4> u;
     for (float& number : u) number = random.next();
@@ -142,6 +210,7 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
     if (!(sample.value.pdf > 0)) break;
     throughput *= sample.value.total() / sample.value.pdf;
   }
+  sums.excess += signed_luminance(excess_light);
   for (std::size_t layer = 0; layer < first_weight.size(); ++layer) {
     sums.layers[layer] += first_weight[layer] * radiance;
   }
@@ -177,9 +246,9 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   for (std::uint32_t i = 0; i < light_samples; ++i) {
     const std::uint32_t index = sample * light_samples + i;
     const float u_light = lights_.has_choice() ? stratified.pair(index, light_choice)[0] : 0;
-    const ScatteredLayers layers =
-        light(vertex, u_light, stratified.pair(index, light_direction), glm::vec3(1.0f), random, sums);
-    for (std::size_t layer = 0; layer < layers.size(); ++layer) sums.layers[layer] += layers[layer];
+    const Lit lit = light(vertex, u_light, stratified.pair(index, light_direction), glm::vec3(1.0f), random, sums);
+    for (std::size_t layer = 0; layer < lit.layers.size(); ++layer) sums.layers[layer] += lit.layers[layer];
+    sums.excess += signed_luminance(lit.excess);
   }
   const auto bcsdf_samples = static_cast<std::uint32_t>(options_.bcsdf_samples);
   for (std::uint32_t i = 0; i < bcsdf_samples; ++i) {

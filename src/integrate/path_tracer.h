@@ -34,11 +34,21 @@ class PathTracer {
   /// `brightness` (mean of the channels, of what hair and surfaces show) only a share is traced. 0: all are traced.
   PathTracer at_brightness(float brightness) const;
 
+  /// The mean luminance of what is seen of hair and surfaces, as far as it is known: what light is worth looking at
+  /// is measured by it. Between passes; any value leaves every mean as it is.
+  void tell_brightness(double luminance) { brightness_ = static_cast<float>(luminance); }
+
  private:
-  /// What one light sample of the vertex brings, by layer. weight: of it in the picture, which its roulette goes by.
-  /// Counts its queries in `sums`.
-  ScatteredLayers light(const Vertex& vertex, float u_light, const std::array<float, 2>& u, const glm::vec3& weight,
-                        RandomStream& random, PathSums& sums) const;
+  /// What one light sample brings, by layer, and what of it is too much by the rows, in the mean.
+  struct Lit {
+    ScatteredLayers layers{};
+    glm::vec3 excess{0.0f};
+  };
+  /// Of the vertex. weight: of it in the picture, which its roulette goes by. Counts its queries in `sums`.
+  Lit light(const Vertex& vertex, float u_light, const std::array<float, 2>& u, const glm::vec3& weight,
+            RandomStream& random, PathSums& sums) const;
+  /// The chance of asking what the rows have too much of light that brings so much luminance to the picture.
+  float chance_of_light(float luminance) const;
   /// Light that a BCSDF sample of the vertex meets on its way of distance_cm, weighed against light samples.
   glm::vec3 met_light(const Vertex& vertex, const Scattering::Sample& sample, float distance_cm) const;
   /// Adds what one BCSDF sample of the first vertex brings, followed to its end.
@@ -50,6 +60,7 @@ class PathTracer {
   CameraRays camera_;
   FrameMotion motion_;
   LightSampler lights_;
+  float brightness_ = 0;
   Scattering scattering_;
   float surely_traced_ = 0;  ///< what a light sample has to bring; 0: nothing
 };

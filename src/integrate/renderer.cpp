@@ -135,7 +135,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   const Brightness brightness = options.shadow_roulette && options.light_samples > 0
                                     ? measured_brightness(plain, scene.image, stop)
                                     : Brightness{};
-  const PathTracer tracer = plain.at_brightness(brightness.mean);
+  PathTracer tracer = plain.at_brightness(brightness.mean);
   const double pilot_cpu_seconds = process_cpu_seconds() - pilot_start;
   const image::Window whole{0, 0, scene.image.width, scene.image.height};
   const bool opaque = scene.environment_visible && !scene.image.transparent;
@@ -163,6 +163,10 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     progress.cpu_seconds = process_cpu_seconds() - cpu_start + (pass == 0 ? pilot_cpu_seconds : 0);
     progress.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     progress.noise = film.relative_noise();
+    if (model.tells_excess()) {
+      progress.excess = film.excess();
+      tracer.tell_brightness(film.brightness());
+    }
     result.passes = pass + 1;
     if (on_pass && !on_pass(progress)) break;
   }
@@ -177,6 +181,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     for (const MatteKind& kind : matte_kinds(scene)) add_mattes(film, kind, &result.picture);
   }
   if (auditor) result.bias = auditor->measured(film);
+  result.excess = progress.excess;
   if (options.heatmap) result.heatmap = placed(heatmap(film.costs(), film.window()));
   result.samples_per_pixel = film.samples_per_pixel();
   result.queries = film.queries();

@@ -54,17 +54,19 @@ struct PassProgress {
   std::uint64_t pixels = 0;           ///< pixels sampled in this pass
   std::uint64_t dropped_samples = 0;  ///< of them, not finite and not in the picture
   std::uint64_t paths_so_far = 0, paths_total = 0;
-  double noise = 0;            ///< of the picture so far, relative (Film::relative_noise)
-  double seconds = 0;          ///< wall time of the pass
-  double cpu_seconds = 0;      ///< CPU time of the pass, all threads, learning included
-  adaptive::PassReport table;  ///< empty without a service
-  const Film* film = nullptr;  ///< what the paths have brought so far; valid during the call
+  std::optional<Brightening> excess;  ///< of the picture so far; unset where the model tells none
+  double noise = 0;                   ///< of the picture so far, relative (Film::relative_noise)
+  double seconds = 0;                 ///< wall time of the pass
+  double cpu_seconds = 0;             ///< CPU time of the pass, all threads, learning included
+  adaptive::PassReport table;         ///< empty without a service
+  const Film* film = nullptr;         ///< what the paths have brought so far; valid during the call
 };
 
 struct RenderResult {
   image::Picture picture;                 ///< layers of Film::picture(), mattes; other metadata left to the caller
   std::optional<image::Picture> heatmap;  ///< if asked for
   std::optional<MeasuredBias> bias;       ///< if asked for
+  std::optional<Brightening> excess;      ///< of the rows; unset where the model tells none
   int passes = 0;
   double samples_per_pixel = 0;
   bool interrupted = false;  ///< by `stop`; not by on_pass

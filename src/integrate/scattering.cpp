@@ -56,7 +56,11 @@ glm::vec3 diffuse_at(const scene::Mesh& mesh, const geometry::Hit& hit) {
 
 Scattering::Scattering(const scene::Scene& scene, const fiber::FiberModel& model,
                        const std::vector<fiber::FiberId>& fiber_ids)
-    : scene_(scene), model_(model), fiber_ids_(fiber_ids), coats_(scene.meshes.size()) {
+    : scene_(scene),
+      model_(model),
+      fiber_ids_(fiber_ids),
+      coats_(scene.meshes.size()),
+      tells_excess_(model.tells_excess()) {
   for (std::size_t mesh = 0; mesh < coats_.size(); ++mesh) {
     if (const auto& coat = scene.meshes[mesh].coat) coats_[mesh].emplace(coat->roughness, coat->eta);
   }
@@ -89,6 +93,11 @@ Scattered Scattering::evaluate(const Vertex& vertex, const glm::vec3& direction,
   if (vertex.hit.is_surface) return scattered_by_surface(vertex.surface, vertex.hit, direction);
   const LocalDirection local = to_local(vertex.hit, direction);
   return scattered_by_fiber(model_.evaluate(vertex.event, local.direction), local.cos_theta, sums);
+}
+
+glm::vec3 Scattering::excess(const Vertex& vertex, const glm::vec3& direction, float place) const {
+  if (vertex.hit.is_surface) return glm::vec3(0.0f);
+  return model_.excess(vertex.event, to_local(vertex.hit, direction).direction, place);
 }
 
 Scattering::Sample Scattering::sample(const Vertex& vertex, const std::array<float, 4>& u, PathSums& sums) const {

@@ -51,6 +51,11 @@ class Scattering {
   /// direction: unit, world, away from the hit. Counts queries in `sums`.
   Scattered evaluate(const Vertex& vertex, const glm::vec3& direction, PathSums& sums) const;
 
+  /// What the sum of the layers has too much at this direction, in the mean over events and `place`
+  /// (FiberModel::excess): 0 of surfaces, and where the model does not tell.
+  glm::vec3 excess(const Vertex& vertex, const glm::vec3& direction, float place) const;
+  bool tells_excess() const { return tells_excess_; }
+
   struct Sample {
     glm::vec3 direction{0, 0, 1};  ///< unit, world
     Scattered value;
@@ -65,6 +70,7 @@ class Scattering {
   const fiber::FiberModel& model_;
   const std::vector<fiber::FiberId>& fiber_ids_;
   std::vector<std::optional<Coat>> coats_;  ///< of the meshes
+  bool tells_excess_;
 };
 
 }  // namespace tress::integrate

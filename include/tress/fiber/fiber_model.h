@@ -87,6 +87,15 @@ class FiberModel {
   /// S, beside a pdf that is any positive function of the direction, the same that sample() tells. Balanced by those,
   /// lights that are sampled and lights that are met add up to an unbiased picture.
   virtual bool estimates(const FiberEvent& /*event*/) const { return false; }
+  /// True where excess() tells something.
+  virtual bool tells_excess() const { return false; }
+  /// How much more the model answers at wi than it would without its rows, 1/rad^2 by channel, of either sign: the sum
+  /// over lobes of the mean of S over the nodes that xi1 and xi2 may choose, minus the S that neither grid nor fit is
+  /// in. The latter in the mean over `place`, uniform in [0, 1). Costs a trace, some 20 times an evaluation, and tells
+  /// the service nothing.
+  virtual glm::vec3 excess(const FiberEvent& /*event*/, const FiberDirection& /*wi*/, float /*place*/) const {
+    return glm::vec3(0.0f);
+  }
   /// Memory of fibers and energies, without what the service keeps of rows; 0 if not known.
   virtual std::size_t bytes() const { return 0; }
 

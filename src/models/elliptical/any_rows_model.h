@@ -26,6 +26,8 @@ class AnyRowsModel : public RowModel {
   std::string name() const override { return "elliptical"; }
   FiberId add_fiber(const FiberParameters& parameters) override { return fibers_.add(without_medulla(parameters)); }
   std::size_t bytes() const override { return fibers_.bytes(); }
+  bool tells_excess() const override { return estimator_ == Estimator::fitted; }
+  glm::vec3 excess(const FiberEvent& event, const FiberDirection& wi, float place) const override;
 
  protected:
   /// What all rows of one direction have in common.
@@ -79,6 +81,9 @@ class AnyRowsModel : public RowModel {
   FiberStore fibers_;
 
  private:
+  /// Shape at x, by channel, of lobe i in the mean over the nodes about (folded phi_r, theta_d).
+  glm::vec3 interpolated_shape(const FiberEvent& event, const VertexConstants& constants, std::size_t i, float theta_d,
+                               float x) const;
   RowReader reader_of(const FiberEvent& event, const VertexConstants& constants, std::size_t i) const;
   /// Looks up the row of lobe i, which has no answer yet, unless it has been: then it has one, or is in `asked`.
   void ask(const FiberEvent& event, const VertexConstants& constants, std::size_t i, const Inclination& at,
