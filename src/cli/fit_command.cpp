@@ -31,6 +31,7 @@ namespace {
 /// Angles in degrees, as typed. Every value in range.
 struct FitSettings {
   fiber::Lobe lobe = fiber::Lobe::trt;  ///< any but the residual; trt is the whole of p = 2
+  bool is_rest = false;                 ///< of trt: what is left where GLINT is split off
   double eccentricity = 0.85;           ///< [0.5, 1]
   double theta_d = 30;                  ///< [-89.9, 89.9]; its sign changes nothing
   double phi = 45;                      ///< phi_r, absolute azimuth of the known direction from the major axis
@@ -104,6 +105,7 @@ Curves make_curves(const FitSettings& s) {
   request.p = fiber::slice_order(static_cast<int>(s.lobe));
   if (s.lobe == fiber::Lobe::glint) request.part = fiber::TrtPart::glint;
   // 2048 do for 5 degrees; a narrower blur resolves more of the caustics.
+  if (s.is_rest) request.part = fiber::TrtPart::rest;
   request.nodes = 2048 * std::max(1, static_cast<int>(std::ceil(5 / s.sigma)));
   const fiber::FourierReference reference(request);
 
@@ -115,7 +117,7 @@ Curves make_curves(const FitSettings& s) {
     return curves;
   }
   RowRequest row;
-  row.slice_lobe = static_cast<int>(s.lobe);
+  row.slice_lobe = s.is_rest ? fiber::trt_rest_slice : static_cast<int>(s.lobe);
   row.eta = static_cast<float>(s.eta);
   row.eccentricity = static_cast<float>(s.eccentricity);
   row.sigma = static_cast<float>(request.sigma);
@@ -143,15 +145,26 @@ double relative_l2(const Curves& curves) {
   return error / std::max(square - mass * mass / (2 * pi), 1e-3 / (2 * pi));
 }
 
-int draw(const std::filesystem::path& file, const std::vector<double>& target, const std::vector<double>& fit) {
-  const image::Picture picture =
-      plot_curves({{target, glm::vec3(0.02f, 0.02f, 0.02f)}, {fit, glm::vec3(0.8f, 0.05f, 0.02f)}});
+/// What is fitted, and how well.
+std::vector<std::string> title_of(const FitSettings& s, const char* lobe, const Curves& curves, double error) {
+  const std::string row = fmt::format("{}: e {:.4g}, eta {:.4g}, phi_r {:.4g}, theta_d {:.4g}, sigma {:.4g} degrees{}",
+                                      lobe, s.eccentricity, s.eta, s.phi, s.theta_d, s.sigma,
+                                      s.sigma_a > 0 ? fmt::format(", sigma_a {:.4g}", s.sigma_a) : std::string());
+  if (s.lobe == fiber::Lobe::r) return {row, fmt::format("energy {:.4g}, relative L2 {:.3g}", curves.energy, error)};
+  return {row, fmt::format("energy {:.4g}, relative L2 {:.3g} (epsilon {:.3g}), {} components, {} evaluations{}",
+                           curves.energy, error, s.epsilon, curves.components, curves.evaluations,
+                           curves.converged ? "" : ": not converged")};
+}
+
+int draw(const std::filesystem::path& file, const std::vector<double>& target, const std::vector<double>& fit,
+         const std::vector<std::string>& title) {
+  const image::Picture picture = plot_curves(
+      {{"reference", target, glm::vec3(0.02f, 0.02f, 0.02f)}, {"fit", fit, glm::vec3(0.8f, 0.05f, 0.02f)}}, title);
   if (const std::optional<Error> error = image::write_png(file, picture)) {
     log_error(error->message());
     return 1;
   }
   remove_leftovers(file);
-  log_note(fmt::format("{}: reference black, fit red, azimuth -180 to 180 degrees", file.string()));
   return 0;
 }
 
@@ -172,7 +185,7 @@ int run_fit(const FitSettings& settings) {
     fit.push_back(curves.fit(radians(phi_deg.back())));
   }
   const double error = relative_l2(curves);
-  const char* lobe = fiber::lobe_names[static_cast<std::size_t>(settings.lobe)];
+  const char* lobe = settings.is_rest ? "TRT-REST" : fiber::lobe_names[static_cast<std::size_t>(settings.lobe)];
   int status = 0;
   if (!curves.converged) {
     log_error(fmt::format("lobe {}: expected the row to converge to epsilon {}, found it refused at {:.3g}", lobe,
@@ -194,7 +207,7 @@ int run_fit(const FitSettings& settings) {
   fmt::print("lobe         {}\nenergy       {:.6g}\nrelative_l2  {:.3g}\ncomponents   {}\nevaluations  {}\n", lobe,
              curves.energy, error, curves.components, curves.evaluations);
   if (!settings.plot) return status;
-  return std::max(status, draw(*settings.plot, target, fit));
+  return std::max(status, draw(*settings.plot, target, fit, title_of(settings, lobe, curves, error)));
 }
 
 }  // namespace
@@ -209,8 +222,12 @@ Command add_fit(CLI::App& tress) {
                                                  {"GLINT", fiber::Lobe::glint},
                                                  {"TRRT", fiber::Lobe::trrt}};
   add_choice(
-      fit, "--lobe", {"TT", "TRT", "GLINT", "TRRT", "R"},
-      [&s, lobes](const std::string& name) { s.lobe = lobes.at(name); }, "lobe")
+      fit, "--lobe", {"TT", "TRT", "GLINT", "TRT-REST", "TRRT", "R"},
+      [&s, lobes](const std::string& name) {
+        s.is_rest = name == "TRT-REST";
+        s.lobe = s.is_rest ? fiber::Lobe::trt : lobes.at(name);
+      },
+      "lobe; TRT-REST is what GLINT leaves of TRT")
       ->required();
   add_number(fit, "--e", [&s](double x) { s.eccentricity = x; });
   add_number(fit, "--theta-d", [&s](double x) { s.theta_d = x; });

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "image/picture.h"
@@ -39,13 +40,14 @@ LearnedRow learn_row(const RowRequest& request);
 /// (1 + sigma_a v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. In (0, 1].
 double transmitted_share(double sigma_a, double mean, double variance);
 
-/// A line of one color, linear RGB. Values over equally spaced azimuths from -180 degrees, finite.
+/// A line of one color, linear RGB. Values over equally spaced azimuths from -180 degrees, finite, >= 0.
 struct Curve {
+  std::string name;  ///< in the legend, ASCII
   std::vector<double> values;
   glm::vec3 color;
 };
 
-/// 960 x 540, white, zero line and ticks every 45 degrees; the vertical axis runs from 0 to 1.05 of the largest value.
-image::Picture plot_curves(const std::vector<Curve>& curves);
+/// 1200 x 720, white: axes with numbers, a legend, the lines of the title (ASCII) above; the vertical axis begins at 0.
+image::Picture plot_curves(const std::vector<Curve>& curves, const std::vector<std::string>& title);
 
 }  // namespace tress::cli

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "cli/console.h"
 #include "integrate/pass_order.h"
@@ -67,6 +68,33 @@ Outlook Forecast::after(const integrate::PassProgress& pass, double elapsed) {
   }
   if (result.reason == nullptr && pass.pass + 1 >= pass.pass_count) result.reason = "samples";
   return result;
+}
+
+Step::Step(std::string what) : what_(std::move(what)), watcher_([this](const std::stop_token& stop) { watch(stop); }) {}
+
+Step::~Step() {
+  watcher_.request_stop();
+  watcher_.join();
+}
+
+void Step::watch(const std::stop_token& stop) {
+  const bool redraws = console_is_terminal();
+  const auto start = std::chrono::steady_clock::now();
+  std::unique_lock lock(mutex_);
+  for (double next = redraws ? 0.5 : 5;; next += redraws ? 0.5 : seconds_between_lines) {
+    const auto then =
+        start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(next));
+    wake_.wait_until(lock, stop, then, [] { return false; });
+    if (stop.stop_requested()) break;
+    const float share = share_.load(std::memory_order_relaxed);
+    const std::string done = share > 0 ? fmt::format(", {:.0f} % done", 100 * std::min(share, 1.0f)) : std::string();
+    const std::string text = fmt::format("{}: {} so far{}", what_, duration(next), done);
+    if (redraws)
+      draw_bar(text);
+    else
+      log_note(text);
+  }
+  if (redraws) draw_bar("");
 }
 
 Progress::Progress() : start_(std::chrono::steady_clock::now()), last_line_(start_) {}

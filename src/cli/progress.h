@@ -2,8 +2,14 @@
 // is shown.
 #pragma once
 
+#include <atomic>
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "integrate/renderer.h"
@@ -54,6 +60,28 @@ class Forecast {
   std::vector<Done> done_{{0, 0}};
   double last_pace_ = 0;
   bool is_steady_ = false;
+};
+
+/// A step before the first pass, told while it lasts: of a terminal the last line has what is done, for how long and
+/// how much of it; elsewhere a line says so after 5 s and then every 10. Short steps say nothing. While one lives, the
+/// console is its own but for what its thread says.
+class Step {
+ public:
+  explicit Step(std::string what);
+  ~Step();
+  Step(const Step&) = delete;
+  Step& operator=(const Step&) = delete;
+  /// How much of it is done, [0, 1]. Any thread.
+  void tell(double share) { share_.store(static_cast<float>(share), std::memory_order_relaxed); }
+
+ private:
+  void watch(const std::stop_token& stop);
+
+  std::string what_;
+  std::atomic<float> share_{0};
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::jthread watcher_;
 };
 
 /// One thread at a time. Says nothing under --quiet.

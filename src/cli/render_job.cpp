@@ -17,6 +17,7 @@
 #include "cli/output_files.h"
 #include "cli/process.h"
 #include "cli/progress.h"
+#include "cli/row_words.h"
 #include "cli/telemetry_lines.h"
 #include "geometry/fiber_scene.h"
 #include "integrate/camera_projection.h"
@@ -51,7 +52,7 @@ std::string brightening_words(const integrate::Brightening& excess) {
       100 * std::abs(excess.value), excess.value < 0 ? "darker" : "brighter", 100 * excess.error);
 }
 
-std::string json_text(const integrate::Brightening& excess) {
+std::string brightening_text(const integrate::Brightening& excess) {
   return json_text(nlohmann::ordered_json{{"value", excess.value}, {"error", excess.error}});
 }
 
@@ -104,7 +105,9 @@ class RenderJob {
     const InterruptGuard interrupt;
     add_fibers();
     if (const int status = open_cache(); status != 0) return status;
-    const geometry::FiberScene fibers(scene_);
+    std::optional<Step> building(std::in_place, fmt::format("building the tree over {} strands", strand_count()));
+    const geometry::FiberScene fibers(scene_, [&](double share) { building->tell(share); });
+    building.reset();
 
     integrate::RenderOptions options = settings_.render;
     options.samples = settings_.stop.samples(scene_.image.samples);
@@ -129,6 +132,8 @@ class RenderJob {
                             if (ahead.reason != nullptr) stopped_by_ = ahead.reason;
                             noise_ = pass.noise;
                             bias_bound_ = pass.table.bias_bound;
+                            learning_cpu_seconds_ += pass.table.learning_cpu_seconds;
+                            g_evaluations_ += pass.table.g_evaluations;
                             return ahead.reason == nullptr && !interrupt.requested();
                           });
     progress.finish();
@@ -149,8 +154,21 @@ class RenderJob {
     return audit;
   }
 
+  std::size_t strand_count() const {
+    std::size_t count = 0;
+    for (const scene::Groom& groom : scene_.grooms) count += groom.fiber.size();
+    return count;
+  }
+
   void add_fibers() {
-    for (const fiber::FiberParameters& parameters : scene_.fibers) fiber_ids_.push_back(model_->add_fiber(parameters));
+    {
+      Step step(
+          fmt::format("energies of {} kind{} of fiber", scene_.fibers.size(), scene_.fibers.size() == 1 ? "" : "s"));
+      for (const fiber::FiberParameters& parameters : scene_.fibers) {
+        fiber_ids_.push_back(model_->add_fiber(parameters));
+        step.tell(static_cast<double>(fiber_ids_.size()) / static_cast<double>(scene_.fibers.size()));
+      }
+    }
     for (const scene::Material& material : scene_.materials) tell_narrow_blurs(material);
     if (!service_) return;
     log_note(fmt::format("{} pages for {} fiber{}, table of at most {:.4g} MB", service_->slice_count(),
@@ -194,6 +212,24 @@ class RenderJob {
     return fiber::estimator_name(info_.has_rows() ? settings_.estimator : fiber::Estimator::exact);
   }
 
+  /// What learning the rows that were there would have cost at the pace of those that were learned here; unset where
+  /// too few were to tell.
+  std::optional<double> seconds_spared() const {
+    constexpr std::uint64_t enough = 10000;
+    if (g_evaluations_ < enough) return std::nullopt;
+    return learning_cpu_seconds_ / static_cast<double>(g_evaluations_) * static_cast<double>(cache_->samples_known());
+  }
+
+  /// What the warm cache was good for.
+  void tell_savings() const {
+    if (!cache_ || cache_->rows_known() == 0) return;
+    const std::optional<double> seconds = seconds_spared();
+    log_note(fmt::format("warm cache {}: {} rows had been learned before, from {} samples{}", cache_->file().string(),
+                         cache_->rows_known(), cache_->samples_known(),
+                         seconds ? fmt::format("; estimated by the rows learned now, that is {:.2g} s of CPU", *seconds)
+                                 : std::string()));
+  }
+
   Extra cache_fields() const {
     if (!settings_.warm_cache) return {};
     nlohmann::ordered_json cache = {{"file", settings_.warm_cache->string()},
@@ -201,6 +237,11 @@ class RenderJob {
     if (cache_) {
       cache["loaded"] = cache_->loaded();
       cache["rows_loaded"] = cache_->rows_loaded();
+      if (cache_->rows_known() > 0) {
+        cache["rows_known"] = cache_->rows_known();
+        cache["samples_known"] = cache_->samples_known();
+        if (const std::optional<double> seconds = seconds_spared()) cache["cpu_seconds_spared_estimate"] = *seconds;
+      }
       cache["saved"] = cache_->saved();
       cache["rows_saved"] = cache_->rows_saved();
       if (!cache_->reason().empty()) cache["reason"] = cache_->reason();
@@ -232,9 +273,17 @@ class RenderJob {
     telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.header(fields); });
     if (!settings_.telemetry_rows || !service_ || !telemetry_.wanted()) return;
     service_->set_row_listener([this](const adaptive::RowReport& row) {
-      telemetry_.write(
-          [&](adaptive::TelemetryWriter& writer) { return writer.row(row, {{"pass", json_text(passes_told_)}}); });
+      telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.row(row, row_fields(row)); });
     });
+  }
+
+  Extra row_fields(const adaptive::RowReport& row) const {
+    Extra fields{{"pass", json_text(passes_told_)}};
+    for (adaptive::SliceId id = 0; id < service_->slice_count(); ++id) {
+      const adaptive::SliceDescription& slice = service_->slice(id);
+      if (slice.key == row.slice) fields.merge(words_of_row(slice, row.node, settings_.table.epsilon));
+    }
+    return fields;
   }
 
   void told_pass(const integrate::PassProgress& pass) {
@@ -245,7 +294,7 @@ class RenderJob {
                  {"seconds", json_text(pass.seconds)},
                  {"cpu_seconds", json_text(pass.cpu_seconds)},
                  {"noise", json_text(pass.noise)}};
-    if (pass.excess) fields.emplace("bias_estimate", json_text(*pass.excess));
+    if (pass.excess) fields.emplace("bias_estimate", brightening_text(*pass.excess));
     telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.pass(pass.table, fields); });
     passes_told_ = pass.pass + 1;
   }
@@ -340,7 +389,7 @@ class RenderJob {
                  {"exact_queries", json_text(result.exact_queries)},
                  {"cache_hash", json_text(hash)},
                  {"image", json_text(written.value_or(settings_.output).string())}};
-    if (result.excess) fields.emplace("bias_estimate", json_text(*result.excess));
+    if (result.excess) fields.emplace("bias_estimate", brightening_text(*result.excess));
     if (result.bias) {
       const nlohmann::json bias{
           {"value", result.bias->value}, {"error", result.bias->error}, {"paths", result.bias->paths}};
@@ -353,6 +402,7 @@ class RenderJob {
                       "the others; materials that return more light than falls on them (`gain` above 1) make such",
                       result.dropped_samples));
     }
+    tell_savings();
     if (written) {
       log_note(fmt::format("{}{}: {:.4g} samples a pixel in {:.1f} s", signal_status != 0 ? "interrupted, " : "",
                            written->string(), result.samples_per_pixel, seconds));
@@ -375,6 +425,8 @@ class RenderJob {
   int passes_told_ = 0;
   const char* stopped_by_ = "signal";
   double noise_ = 0, bias_bound_ = 0;  ///< after the last pass
+  double learning_cpu_seconds_ = 0;    ///< of all passes, as the next
+  std::uint64_t g_evaluations_ = 0;
 };
 
 /// What must be writable, checked before anything is rendered.
@@ -396,7 +448,9 @@ std::optional<Error> check_outputs(const RenderSettings& settings) {
 
 int run_render(const RenderSettings& settings) {
   const Clock::time_point start = Clock::now();
+  std::optional<Step> reading(std::in_place, "reading " + settings.scene.string());
   const Result<scene::Scene> scene = scene::load_scene(settings.scene, settings.overrides);
+  reading.reset();
   if (!scene) {
     log_error(scene.error().message());
     return 1;

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "cli/console.h"
 #include "cli/output_files.h"
@@ -79,9 +81,24 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
   loaded_ = "loaded";
   expects_file_ = true;
   rows_loaded_ = contents.rows();
+  count_known(service);
   log_note(fmt::format("warm cache {}: loaded {} rows, {} of them converged ({})", file_.string(), contents.rows(),
                        contents.converged_rows, cache_mode_name(mode_)));
   return std::nullopt;
+}
+
+void WarmCacheSession::count_known(const adaptive::Service& service) {
+  std::vector<adaptive::SliceKey> asked;
+  for (adaptive::SliceId id = 0; id < service.slice_count(); ++id) asked.push_back(service.slice(id).key);
+  const std::unique_ptr<adaptive::RowSource> rows = service.rows();
+  while (const adaptive::SliceDescription* slice = rows->next_slice()) {
+    if (std::ranges::find(asked, slice->key) == asked.end()) continue;
+    while (const adaptive::CachedRow* row = rows->next_row()) {
+      if (row->state != adaptive::RowState::converged) continue;
+      ++rows_known_;
+      samples_known_ += row->count;
+    }
+  }
 }
 
 void WarmCacheSession::save_if_due(const adaptive::Service& service) {

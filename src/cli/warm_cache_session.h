@@ -44,6 +44,10 @@ class WarmCacheSession {
   const std::string& saved() const { return saved_; }  ///< "saved", "merged", "refused", "frozen", "failed", "not yet"
   const std::string& reason() const { return reason_; }  ///< of a refusal or failure; else empty
   std::uint64_t rows_loaded() const { return rows_loaded_; }
+  /// Of the rows loaded, those that answer by their fit from the first query on, and the samples (g evaluations, or
+  /// paths) that taught them when they were learned.
+  std::uint64_t rows_known() const { return rows_known_; }
+  std::uint64_t samples_known() const { return samples_known_; }
   std::uint64_t rows_saved() const { return rows_saved_; }
   const std::filesystem::path& file() const { return file_; }
   CacheMode mode() const { return mode_; }
@@ -52,6 +56,7 @@ class WarmCacheSession {
   std::optional<Error> replace(const adaptive::Service& service);
   std::optional<Error> merge(const adaptive::Service& service);
   void tell_saved(const char* outcome, const char* words, const adaptive::CacheContents& contents);
+  void count_known(const adaptive::Service& service);
   void refuse(const std::string& reason);
 
   std::filesystem::path file_;
@@ -59,7 +64,7 @@ class WarmCacheSession {
   std::string model_;
   Clock::duration interval_;
   std::string loaded_ = "not asked", saved_ = "not yet", reason_;
-  std::uint64_t rows_loaded_ = 0, rows_saved_ = 0;
+  std::uint64_t rows_loaded_ = 0, rows_saved_ = 0, rows_known_ = 0, samples_known_ = 0;
   bool expects_file_ = false;  ///< this session has seen the file, or made it
   Clock::time_point last_save_;
 };

@@ -238,7 +238,8 @@ struct FiberScene::Implementation {
   RTCScene scene = nullptr;
 };
 
-FiberScene::FiberScene(const scene::Scene& scene) : implementation_(std::make_unique<Implementation>()) {
+FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(double)>& told)
+    : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
   self.device = rtcNewDevice("");
   check(self.device, self.device);
@@ -262,7 +263,14 @@ FiberScene::FiberScene(const scene::Scene& scene) : implementation_(std::make_un
     self.surfaces.push_back({&mesh, index, largest_coordinate(mesh)});
     if (!mesh.triangles.empty()) attach(self.scene, triangles(self.device, mesh), scene.grooms.size() + index);
   }
+  // Called from any thread; true: go on.
+  const auto tell = [](void* listener, double share) {
+    (*static_cast<const std::function<void(double)>*>(listener))(share);
+    return true;
+  };
+  if (told) rtcSetSceneProgressMonitorFunction(self.scene, tell, const_cast<std::function<void(double)>*>(&told));
   rtcJoinCommitScene(self.scene);
+  if (told) rtcSetSceneProgressMonitorFunction(self.scene, nullptr, nullptr);
   check(self.device, self.scene);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <memory>
@@ -55,7 +56,8 @@ inline Ray ray_from(const Hit& hit, const glm::vec3& direction) { return {hit.ax
 class FiberScene {
  public:
   /// Builds inside the calling oneTBB arena. `scene` must outlive this. Throws std::bad_alloc for want of memory.
-  explicit FiberScene(const scene::Scene& scene);
+  /// told: now and then how much of the tree is built, [0, 1]; from any thread; empty: nothing.
+  explicit FiberScene(const scene::Scene& scene, const std::function<void(double)>& told = {});
   ~FiberScene();
   FiberScene(const FiberScene&) = delete;
   FiberScene& operator=(const FiberScene&) = delete;

@@ -184,7 +184,7 @@ TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--estimator", "stepwise"},
                "expected fitted|corrected|exact, found stepwise");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--learner", "skech"}, "nearest: sketch");
-  expect_wrong({"fit", "--lobe", "GLNT"}, "expected TT|TRT|GLINT|TRRT|R, found GLNT");
+  expect_wrong({"fit", "--lobe", "GLNT"}, "expected TT|TRT|GLINT|TRT-REST|TRRT|R, found GLNT");
   expect_wrong({"far-field", "--model", "eliptical"}, "nearest: elliptical");
 }
 
