@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstddef>
+#include <optional>
 
 #include "base/color.h"
 #include "fiber/cross_section.h"
@@ -16,19 +18,29 @@ std::uint64_t bits_of(float a, float b) {
   return (std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b);
 }
 
-float glint_share_of(const FiberParameters& parameters, const FiberDirection& wr, float h) {
-  if (!parameters.split_glint) return 0;
-  const CrossSection section(static_cast<double>(parameters.eta), static_cast<double>(parameters.eccentricity),
-                             static_cast<double>(wr.phi), static_cast<double>(wr.theta));
-  return static_cast<float>(
-      section.glint_share(static_cast<double>(h), static_cast<double>(azimuthal_sigmas(parameters)[1])));
-}
+/// GLINT's share of what a fiber returns as TRT, by the offset where light enters; 0 where it is not told apart.
+class GlintShares {
+ public:
+  GlintShares(const FiberParameters& parameters, const FiberDirection& wr) {
+    if (!parameters.split_glint) return;
+    section_.emplace(static_cast<double>(parameters.eta), static_cast<double>(parameters.eccentricity),
+                     static_cast<double>(wr.phi), static_cast<double>(wr.theta));
+    sigma_ = static_cast<double>(azimuthal_sigmas(parameters)[1]);
+  }
+  float at(float h) const {
+    return section_ ? static_cast<float>(section_->glint_share(static_cast<double>(h), sigma_)) : 0;
+  }
+
+ private:
+  std::optional<CrossSection> section_;
+  double sigma_ = 0;
+};
 
 }  // namespace
 
 TracedEvent TracedFibers::begin(const FiberEvent& event, const FiberRecord& fiber, float h) const {
   const float offset = std::clamp(h, -1.0f, 1.0f);
-  return {fibers_[event.fiber].entry(event.wr, offset), glint_share_of(fiber.parameters, event.wr, offset),
+  return {fibers_[event.fiber].entry(event.wr, offset), GlintShares(fiber.parameters, event.wr).at(offset),
           RandomStream(bits_of(event.xi1, event.xi2), bits_of(event.wr.theta, event.wr.phi),
                        std::bit_cast<std::uint32_t>(offset))
               .next_bits()};
@@ -52,18 +64,27 @@ FiberSample TracedFibers::sample(FiberId id, const TracedEvent& event, const Fib
   return sample;
 }
 
-FiberValue TracedFibers::estimate(FiberId id, const TracedEvent& event, const FiberRecord& fiber,
+FiberValue TracedFibers::estimate(const FiberEvent& event, const TracedEvent& traced, const FiberRecord& fiber,
                                   const FiberDirection& wi) const {
-  RandomStream random(bits_of(wi.theta, wi.phi), event.seed, estimate_purpose);
-  RoughFiber::FacetNumbers u;
-  for (std::array<float, 2>& pair : u) {
-    for (float& number : pair) number = random.next();
-  }
-  FiberValue value;
-  value.s = fibers_[id].estimate(event.entry, wi, u, random);
+  RandomStream random(bits_of(wi.theta, wi.phi), traced.seed, estimate_purpose);
+  const RoughFiber& rough = fibers_[event.fiber];
+  const GlintShares glints(fiber.parameters, event.wr);
   constexpr auto trt = static_cast<std::size_t>(Lobe::trt), glint = static_cast<std::size_t>(Lobe::glint);
-  value.s[glint] = event.glint_share * value.s[trt];
-  value.s[trt] *= 1 - event.glint_share;
+  constexpr float share = 1 / static_cast<float>(paths_of_estimate);
+  const float shift = random.next();
+  FiberValue value;
+  for (int i = 0; i < paths_of_estimate; ++i) {
+    RoughFiber::FacetNumbers u;
+    for (std::array<float, 2>& pair : u) {
+      for (float& number : pair) number = random.next();
+    }
+    const float h = 2 * share * (static_cast<float>(i) + shift) - 1;
+    const LobeColors s = rough.estimate(rough.entry(event.wr, h), wi, u, random);
+    for (std::size_t p = 0; p < lobe_count; ++p) value.s[p] += share * s[p];
+    const glm::vec3 of_glint = share * glints.at(h) * s[trt];
+    value.s[trt] -= of_glint;
+    value.s[glint] += of_glint;
+  }
   for (std::size_t p = 0; p < lobe_count; ++p) value.s[p] *= fiber.parameters.gain[p];
   return value;
 }
