@@ -18,7 +18,7 @@ constexpr std::uint32_t audit_one_in = 8;  // of the converged rows of a cache, 
 bool Service::Table::answers(SliceId slice, const CachedRow& cached) const {
   if (cached.state != RowState::converged) return false;
   const double objective = cached.objective;
-  return objective <= epsilon_without_light(slice) ||
+  return objective <= coarsest_cached(slice) ||
          (paths_ > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
 }
 
@@ -69,6 +69,7 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
       row.set_count(cached->count);
       row.energy = cached->energy;
       row.audit = stream_of(row, 0).next_bits() % audit_one_in == 0 ? Audit::due : Audit::possible;
+      row.is_coarse = slice.is_sampled() && static_cast<double>(cached->objective) > options_.sampled_epsilon;
       outcome.cached = cached;
       return outcome;
     }

@@ -39,10 +39,13 @@ void Service::Table::update_rows(PassReport& report) {
     // The first cached row that is asked is checked for its slice, beside those chosen by key.
     const bool audits = row.audit == Audit::due || (row.audit == Audit::possible && !slice.audited);
     const RowState state = state_of(row);
-    if (state == RowState::open ? asked || told : state == RowState::converged && audits && asked) {
-      dirty.push_back(i);
-      slice.audited = slice.audited || state == RowState::converged;
+    const bool is_audited = state == RowState::converged && audits && asked;
+    if (is_audited) {
+      row.audit = Audit::due;
+      slice.audited = true;
     }
+    const bool is_looked_at = state == RowState::converged && row.is_coarse && is_well_asked(row);
+    if (state == RowState::open ? asked || told : is_audited || is_looked_at) dirty.push_back(i);
   }
   std::vector<Outcome> outcomes(dirty.size());
   std::vector<std::size_t> sizes(dirty.size());
@@ -56,6 +59,10 @@ void Service::Table::update_rows(PassReport& report) {
     Row& row = rows_[dirty[i]];
     Outcome& outcome = outcomes[i];
     if (row.learning || outcome.ends_sampled()) show(row, outcome);
+    if (outcome.refined) {
+      drop_forms(row.slice);
+      changes_.push_back({row.slice, row.node, state_of(row)});
+    }
     if (outcome.audit_failed) {
       if (outcome.nodes) start_anew(row, std::move(outcome.nodes), report);
       if (row.audit == Audit::none) {

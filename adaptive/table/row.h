@@ -84,7 +84,9 @@ struct Row {
   // Of a row that has ended; while it learns these are in `learning`.
   std::uint64_t count : 48 = 0;  ///< g evaluations that taught it
   std::uint64_t failed : 8 = 0;  ///< tests failed, in all; 255: or more
-  Audit audit : 8 = Audit::none;
+  Audit audit : 7 = Audit::none;
+  /// Of samples, from a cache and coarser than sampled_epsilon: learned anew if its light asks for much less.
+  bool is_coarse : 1 = false;
   std::unique_ptr<Learning> learning;  ///< null once converged, and in slices of samples
 
   std::uint64_t taught() const { return learning ? learning->count : count; }

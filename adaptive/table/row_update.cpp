@@ -127,7 +127,7 @@ void Service::Table::conclude(Row& row, const FitContext& context, Outcome& outc
 }
 
 Service::Table::Outcome Service::Table::update(Row& row) const {
-  if (!row.learning) return audit(row);
+  if (!row.learning) return row.is_coarse && is_well_asked(row) ? refine_samples(row) : audit(row);
   Outcome outcome;
   outcome.g_evaluations = row.learning->observed.exchange(0, std::memory_order_relaxed);
   row.learning->count += outcome.g_evaluations;
@@ -146,6 +146,7 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
 }
 
 Service::Table::Outcome Service::Table::audit(Row& row) const {
+  if (row.audit != Audit::due) return {};
   row.audit = Audit::none;
   return slices_[row.slice]->is_sampled() ? audit_samples(row) : audit_density(row);
 }

@@ -5,12 +5,16 @@
 #include <memory>
 
 #include "fit/sampled_learner.h"
+#include "table/cached_form.h"
 #include "table/table.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr std::uint32_t audit_paths = 4096;
+constexpr std::uint32_t audit_paths = 1024;
+/// A row of a cache is learned anew where its light asks for an epsilon this many times as small as its bound: light is
+/// known by the paths of a few passes, and a cache that is used again shall not be learned again.
+constexpr double too_coarse = 2;
 
 }  // namespace
 
@@ -44,6 +48,21 @@ Service::Table::Outcome Service::Table::learn(Row& row, const CachedRow* cached)
   outcome.refusal.reset(
       new SampledRefusal{unusable ? -1 : learned.objective, unusable,
                          cached != nullptr && cached->ribbons ? std::make_unique<const CachedRow>(*cached) : nullptr});
+  return outcome;
+}
+
+bool Service::Table::is_well_asked(const Row& row) const {
+  return slot_of(row).queries.load(std::memory_order_relaxed) >= queries_to_creation(*slices_[row.slice]);
+}
+
+Service::Table::Outcome Service::Table::refine_samples(Row& row) const {
+  row.is_coarse = false;
+  const double objective = objective_of(row);
+  if (objective <= too_coarse * epsilon_of(row.slice, row.node, row.energy)) return audit(row);
+  row.audit = Audit::none;
+  const CachedRow cached = cached_form(row, slot_of(row));
+  Outcome outcome = learn(row, &cached);
+  outcome.refined = true;
   return outcome;
 }
 

@@ -26,6 +26,7 @@ struct Service::Table::SavedRow {
   std::uint32_t node = 0;
   state_format::Kind kind = state_format::Kind::answer;
   Audit audit = Audit::none;
+  bool is_coarse = false;
   std::uint8_t failed = 0;
   float energy = 0;
   std::uint32_t generation = 0;

@@ -7,7 +7,8 @@
 //     u32 number of nodes that were asked or carry light, each u32 node, u32 queries, u64 light;
 //     packed answers, packed stored rows, packed earlier rows; u32 number of forms, each u32 number, u32 nodes made
 //   u32 number of slices that nobody uses, each: text, a cache file of its own
-//   u32 number of rows in order of creation, each: u32 slice, node, u8 kind, audit, failed tests, f32 energy,
+//   u32 number of rows in order of creation, each: u32 slice, node, u8 kind, audit and whether it is coarse, u8 failed
+//   tests, f32 energy,
 //     u32 generation, u64 count, and what its kind has (SavedRow)
 //
 // text: u32 length, bytes. packed: PackedSlice::write. Little-endian; floats by their bits, a negative zero too.
@@ -23,6 +24,9 @@
 namespace tress::adaptive::state_format {
 
 constexpr std::uint32_t state_version = 1;
+
+/// In the byte of Row::audit: Row::is_coarse.
+constexpr std::uint8_t coarse_row = 0x80;
 
 /// What answers for a row.
 enum class Kind : std::uint8_t { answer = 0, learning = 1, refusal = 2 };

@@ -187,7 +187,8 @@ class Service::Table::StateReader {
   bool row(const Table& table, SavedRow& row) {
     row.slice = in_.u32();
     row.node = in_.u32();
-    const std::uint8_t kind = in_.u8(), audit = in_.u8();
+    const std::uint8_t kind = in_.u8(), marks = in_.u8();
+    const auto audit = static_cast<std::uint8_t>(marks & ~state_format::coarse_row);
     row.failed = in_.u8();
     if (!whole() || row.slice >= table.slices_.size() || !table.slices_[row.slice]->has_index() ||
         row.node >= table.slices_[row.slice]->description.node_count())
@@ -195,6 +196,7 @@ class Service::Table::StateReader {
     if (kind > 2 || audit > static_cast<std::uint8_t>(Audit::due)) return fail("a kind of row", std::to_string(kind));
     row.kind = static_cast<Kind>(kind);
     row.audit = static_cast<Audit>(audit);
+    row.is_coarse = (marks & state_format::coarse_row) != 0;
     if (!number(row.energy, "an energy")) return false;
     row.generation = in_.u32();
     row.count = in_.u64();
@@ -362,6 +364,7 @@ void Service::Table::take_row(SavedRow& saved) {
   row.energy = saved.energy;
   row.generation = saved.generation;
   row.audit = saved.audit;
+  row.is_coarse = saved.is_coarse;
   row.set_count(saved.count);
   row.set_failed(saved.failed);
   if (saved.kind == Kind::refusal)

@@ -171,7 +171,8 @@ bool Service::Table::write_row(ByteWriter& out, const Row& row) const {
   out.u32(row.slice);
   out.u32(row.node);
   out.u8(static_cast<std::uint8_t>(kind));
-  out.u8(static_cast<std::uint8_t>(Audit(row.audit)));
+  out.u8(static_cast<std::uint8_t>(static_cast<std::uint8_t>(Audit(row.audit)) |
+                                   (row.is_coarse ? state_format::coarse_row : 0)));
   out.u8(static_cast<std::uint8_t>(row.failed));
   write_bits(out, row.energy);
   out.u32(row.generation);

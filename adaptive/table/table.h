@@ -99,6 +99,7 @@ class Service::Table {
   struct Outcome {
     std::uint64_t g_evaluations = 0, validation_draws = 0, refits = 0, bad_fits = 0, traces = 0;
     bool changed = false, converged = false, audit_failed = false, reopened = false;
+    bool refined = false;                      ///< a row of samples from a cache that was too coarse for its light
     const CachedRow* cached = nullptr;         ///< what a row is to be answered by from now on, without learning
     double absorbed_error = -1;                ///< of a row that converged, largest_absorbed_error()
     Moments weights;                           ///< g/(q energy) of what was scored
@@ -120,6 +121,12 @@ class Service::Table {
   double sampled_epsilon_of(SliceId slice, std::uint32_t node) const;
   double epsilon_without_light(SliceId slice) const {
     return slices_[slice]->is_sampled() ? options_.sampled_epsilon : options_.epsilon;
+  }
+  /// What a row of a cache may be at most to answer at once. Of samples, what one of little light may be: it is looked
+  /// at again when its light is known (Row::is_coarse).
+  double coarsest_cached(SliceId slice) const {
+    return slices_[slice]->is_sampled() ? std::max(options_.sampled_epsilon, options_.faint_sampled_epsilon)
+                                        : options_.epsilon;
   }
   /// Queries after which a node of the slice gets a row.
   std::uint32_t queries_to_creation(const Slice& slice) const {
@@ -150,6 +157,10 @@ class Service::Table {
   Outcome learn(Row& row, const CachedRow* cached) const;
   /// Tests a converged row of a cache on fresh draws; one that fails is learned anew at once.
   Outcome audit_samples(Row& row) const;
+  /// Of a row that is_coarse and well asked: learns it anew where its light asks for that, or else audits it.
+  Outcome refine_samples(Row& row) const;
+  /// Whether its node has been asked as often as a creation takes.
+  bool is_well_asked(const Row& row) const;
   static std::size_t sampled_bytes_needed(const CachedRow* stored);
 
   // row_update.cpp

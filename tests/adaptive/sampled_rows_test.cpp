@@ -282,7 +282,7 @@ TEST(SampledRows, OfDrawsThatAreNoneAreRefusedAndToldOnce) {
 
 Options hard() {
   Options options;
-  options.sampled_epsilon = 1e-5;  // past what the most paths show
+  options.sampled_epsilon = options.faint_sampled_epsilon = 1e-5;  // past what the most paths show
   return options;
 }
 
@@ -316,6 +316,37 @@ TEST(SampledRows, OfACacheThatAreTooCoarseAreLearnedAnewAndNeverLost) {
   EXPECT_EQ(second.service.look_up(second.slice, 0, 0).ribbons, nullptr);
   EXPECT_EQ(second.pass().rows_refused, nodes);
   EXPECT_EQ(encode_cache(second.service.snapshot()), encode_cache(image));
+}
+
+// A row that was learned for little light answers at once, and is learned anew where there turns out to be more.
+TEST(SampledRows, OfACacheThatWereFaintAnswerAtOnceUntilTheirLightIsKnown) {
+  const MovingLobes target;
+  Options options;
+  options.sampled_epsilon = options.faint_sampled_epsilon = 0.2;
+  Session first(target, options);
+  first.pass();
+  const TableSnapshot image = first.service.snapshot();
+  float coarsest = 0;
+  for (const CachedRow& row : image.slices[0].rows) coarsest = std::max(coarsest, row.objective);
+  options.sampled_epsilon = coarsest / 8;
+  for (const bool bright : {false, true}) {
+    Session second(target, options, &image);
+    const RowView row = second.service.look_up(second.slice, 0, 0);
+    ASSERT_NE(row.ribbons, nullptr);
+    EXPECT_GT(row.objective, 2 * options.sampled_epsilon);
+    EXPECT_EQ(second.service.publish(1).newly_converged, 0u) << "asked too rarely to tell its light";
+    if (!bright) second.service.credit(second.service.look_up(second.slice, 1, 1), 1e6f);
+    const PassReport report = second.pass();
+    EXPECT_EQ(report.rows_reopened, 0u);
+    const RowView after = second.service.peek(second.slice, 0, 0);
+    ASSERT_NE(after.ribbons, nullptr);
+    if (bright) {
+      EXPECT_LE(after.objective, options.sampled_epsilon);
+    } else {
+      EXPECT_EQ(after.objective, row.objective);
+    }
+    EXPECT_EQ(second.pass().newly_converged, 0u) << "looked at once";
+  }
 }
 
 TEST(SampledRows, OfAFrozenTableStayAsTheyAre) {
