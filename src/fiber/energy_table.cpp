@@ -46,6 +46,26 @@ float energy_of_reflection(const ClearEnergies& clear, const FiberParameters& fi
          reflected_energy(fiber.reflection_fresnel, fiber.eta, fiber.eccentricity, theta, ClearEnergies::phi_of(node));
 }
 
+/// The four nodes about a direction, and how far it is between them.
+struct Corners {
+  int corner, beyond;  ///< each and the one after it
+  float x, y;          ///< from the first to the second, and to beyond; in [0, 1]
+
+  Corners(float phi_r, float theta) {
+    constexpr int width = ClearEnergies::azimuths, last_i = width - 1, last_j = ClearEnergies::inclinations - 1;
+    constexpr float inverse_pi = std::numbers::inv_pi_v<float>;
+    const float at_x = fold_azimuth(phi_r).phi * (2 * inverse_pi * static_cast<float>(last_i));
+    const float at_y =
+        std::clamp((theta * inverse_pi + 0.5f) * static_cast<float>(last_j), 0.0f, static_cast<float>(last_j));
+    const int i = std::clamp(static_cast<int>(at_x), 0, last_i - 1),
+              j = std::clamp(static_cast<int>(at_y), 0, last_j - 1);
+    x = std::clamp(at_x - static_cast<float>(i), 0.0f, 1.0f);
+    y = at_y - static_cast<float>(j);
+    corner = j * width + i;
+    beyond = corner + width;
+  }
+};
+
 }  // namespace
 
 EnergyTable::EnergyTable(std::shared_ptr<const ClearEnergies> clear, const FiberParameters& fiber)
@@ -66,19 +86,13 @@ EnergyTable::EnergyTable(std::shared_ptr<const ClearEnergies> clear, const Fiber
 }
 
 LobeEnergies EnergyTable::interpolated(float phi_r, float theta) const {
-  constexpr int width = ClearEnergies::azimuths, last_i = width - 1, last_j = ClearEnergies::inclinations - 1;
-  constexpr float inverse_pi = std::numbers::inv_pi_v<float>;
-  const float x = fold_azimuth(phi_r).phi * (2 * inverse_pi * static_cast<float>(last_i));
-  const float y =
-      std::clamp((theta * inverse_pi + 0.5f) * static_cast<float>(last_j), 0.0f, static_cast<float>(last_j));
-  const int i = std::clamp(static_cast<int>(x), 0, last_i - 1), j = std::clamp(static_cast<int>(y), 0, last_j - 1);
-  const float fx = std::clamp(x - static_cast<float>(i), 0.0f, 1.0f), fy = y - static_cast<float>(j);
-  const int corner = j * width + i, beyond = corner + width;
+  const Corners at(phi_r, theta);
+  const float fx = at.x, fy = at.y;
   const Float4 weight[4] = {splat((1 - fx) * (1 - fy)), splat(fx * (1 - fy)), splat((1 - fx) * fy), splat(fx * fy)};
   const auto mix = [&](const auto& at_corner, auto& out, std::size_t first) {
     store4(out, first,
-           (weight[0] * load4(at_corner(corner), first) + weight[1] * load4(at_corner(corner + 1), first)) +
-               (weight[2] * load4(at_corner(beyond), first) + weight[3] * load4(at_corner(beyond + 1), first)));
+           (weight[0] * load4(at_corner(at.corner), first) + weight[1] * load4(at_corner(at.corner + 1), first)) +
+               (weight[2] * load4(at_corner(at.beyond), first) + weight[3] * load4(at_corner(at.beyond + 1), first)));
   };
   const auto clear = [&](int node) -> const auto& { return clear_->clear(node); };
   const auto colored = [&](int node) -> const auto& { return colored_[static_cast<std::size_t>(node)]; };
@@ -89,6 +103,28 @@ LobeEnergies EnergyTable::interpolated(float phi_r, float theta) const {
   for (const std::size_t first : {0, 4}) mix(clear, node, first);
   std::copy_n(node.begin(), lobe_count, energies.clear.begin());
   energies.smooth_reflection = smooth_reflection(clear_->key().eta, theta, node[ClearEnergies::let_in]);
+  return energies;
+}
+
+std::array<double, lobe_count> EnergyTable::without_gain(float phi_r, float theta, float sigma_a) const {
+  const Corners at(phi_r, theta);
+  const auto x = static_cast<double>(at.x), y = static_cast<double>(at.y);
+  std::array<double, lobe_count> energies{};
+  const auto add = [&](int node, double share) {
+    energies[0] += share * static_cast<double>(clear_->clear(node)[0]);
+    for (const Lobe lobe : {Lobe::tt, Lobe::trt, Lobe::trrt, Lobe::residual, Lobe::glint}) {
+      if (lobe == Lobe::glint && !(clear_->key().glint_sigma > 0)) continue;
+      for (int k = 0; k < path_points; ++k) {
+        const double way = static_cast<double>(sigma_a) * static_cast<double>(clear_->lengths(lobe, k)[node]);
+        energies[static_cast<std::size_t>(lobe)] +=
+            share * static_cast<double>(clear_->weights(lobe, k)[node]) * std::exp(-way);
+      }
+    }
+  };
+  add(at.corner, (1 - x) * (1 - y));
+  add(at.corner + 1, x * (1 - y));
+  add(at.beyond, (1 - x) * y);
+  add(at.beyond + 1, x * y);
   return energies;
 }
 

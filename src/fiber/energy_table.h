@@ -34,6 +34,9 @@ class EnergyTable {
   /// The same without that step.
   LobeEnergies interpolated(float phi_r, float theta) const;
 
+  /// Of one channel under any sigma_a, with exact Fresnel and without gain: slow, for what is made once.
+  std::array<double, lobe_count> without_gain(float phi_r, float theta, float sigma_a) const;
+
   const ClearEnergies& clear() const { return *clear_; }
   /// Without the shared part.
   std::size_t bytes() const { return sizeof(*this) + colored_.capacity() * sizeof(LobeColors); }

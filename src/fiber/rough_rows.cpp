@@ -107,6 +107,13 @@ adaptive::SliceDescription rough_slice(const FiberParameters& fiber) {
 RoughGrid::RoughGrid(const adaptive::SliceDescription& slice)
     : thetas_(slice.axis_a), last_phi_(static_cast<std::uint32_t>(slice.axis_b.size() - 1)) {}
 
+FiberDirection RoughGrid::direction(std::uint32_t node) const {
+  const std::uint32_t width = last_phi_ + 1, b = node % width;
+  const auto quarter = static_cast<float>(std::numbers::pi / 2);
+  return {thetas_[node / width],
+          last_phi_ > 0 ? quarter * static_cast<float>(b) / static_cast<float>(last_phi_) : 0.0f};
+}
+
 RoughNode RoughGrid::choose(const FiberDirection& wr, float xi1, float xi2) const {
   RoughNode node;
   float theta = wr.theta;

@@ -69,6 +69,8 @@ class RoughGrid {
   explicit RoughGrid(const adaptive::SliceDescription& slice);
   /// wr: theta within +-pi/2, phi of any turn; xi uniform in [0, 1).
   RoughNode choose(const FiberDirection& wr, float xi1, float xi2) const;
+  /// Where a node is; index a * axis_b + b.
+  FiberDirection direction(std::uint32_t node) const;
 
  private:
   std::vector<float> thetas_;

@@ -7,10 +7,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <numbers>
 #include <vector>
 
 #include "base/color.h"
+#include "fiber/energy_table.h"
+#include "fiber/rough_rows.h"
 #include "models/model_measures.h"
 #include "references/registry.h"
 #include "support/chi_square.h"
@@ -139,6 +142,48 @@ TEST(RoughModel, HasAFurnaceOfOneInEveryDirection) {
       EXPECT_NEAR(drawn.value.total().g / drawn.value.pdf, 1, 2e-3f) << "theta_r " << wr.theta;
     }
   }
+}
+
+// What the draws of a row say of its energies mends those of the table, under absorption: one node of each of 16
+// fibers, against 16,384 paths, whose own error is 0.002. Of 76 other nodes the ratio was 0.50 to 0.55.
+TEST(RoughModel, HasTheEnergiesOfItsPathsUnderAbsorption) {
+  constexpr std::array<float, 4> eccentricities{0.5f, 0.75f, 0.85f, 1}, alphas{0.05f, 0.1f, 0.2f, 0.3f},
+      thetas{0, 30, 60, 80};
+  constexpr std::array<float, 3> phis{15, 45, 75};
+  const auto target = fiber::make_rough_target();
+  double squares = 0, of_table = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < eccentricities.size() * alphas.size(); ++i) {
+    const float e = eccentricities[i / alphas.size()];
+    FiberParameters parameters;
+    parameters.eccentricity = e;
+    parameters.roughness = alphas[i % alphas.size()];
+    parameters.tilt = i % 2 == 0 ? 0 : 3 * degree;
+    parameters.sigma_a = {0.1f, 0.25f, 1};
+    const FiberDirection wr{thetas[(i + i / 4) % thetas.size()] * degree, e < 1 ? phis[i % phis.size()] * degree : 0};
+    const test::OneFiber fiber(*references::find_model("rough"), parameters);
+    const fiber::EnergyTable table(std::make_shared<const fiber::ClearEnergies>(fiber::energy_key(parameters)),
+                                   parameters);
+    const FiberEvent event = fiber.begin(wr);
+    ASSERT_TRUE(fiber.model().evaluates(event));
+    std::vector<adaptive::SampledExit> exits;
+    target->draw(fiber::rough_slice(parameters), wr.theta, wr.phi, 1u << 20, 0, 16384, exits);
+    for (int c = 0; c < 3; ++c) {
+      double light = 0, kept = 0, energy = 0, known = 0;
+      for (const adaptive::SampledExit& exit : exits) {
+        light += double{exit.weight};
+        kept += double{exit.weight} * std::exp(-double{parameters.sigma_a[c]} * double{exit.attribute});
+      }
+      for (const glm::vec3& lobe : event.energy) energy += double{lobe[c]};
+      for (const glm::vec3& lobe : table.at(wr.phi, wr.theta).colored) known += double{lobe[c]};
+      squares += std::pow(energy / (kept / light) - 1, 2);
+      of_table += std::pow(known / (kept / light) - 1, 2);
+      ++count;
+    }
+  }
+  const double rms = std::sqrt(squares / count), table_rms = std::sqrt(of_table / count);
+  RecordProperty("rms", std::to_string(rms) + " of the table " + std::to_string(table_rms));
+  EXPECT_LT(rms, 0.7 * table_rms) << "rms " << rms << ", of the table " << table_rms;
 }
 
 }  // namespace

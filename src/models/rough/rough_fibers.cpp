@@ -1,6 +1,10 @@
 #include "models/rough/rough_fibers.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "models/rough/rough_row.h"
+#include "models/rough/row_energies.h"
 
 namespace tress::fiber {
 namespace {
@@ -8,13 +12,17 @@ namespace {
 /// A row under one absorption.
 class ColoredForm final : public adaptive::RowForm {
  public:
-  explicit ColoredForm(const glm::vec3& sigma_a) : sigma_a_(sigma_a) {}
+  ColoredForm(std::shared_ptr<const RoughGrid> grid, std::shared_ptr<const EnergyTable> table, const glm::vec3& sigma_a)
+      : grid_(std::move(grid)), energies_(std::move(table), sigma_a), sigma_a_(sigma_a) {}
   std::size_t bytes(const adaptive::RowView&) const override { return sizeof(RoughRow); }
   void write(const adaptive::RowView& row, void* memory) const override {
-    put_rough_row(*row.ribbons, row.objective, sigma_a_, memory);
+    const FiberDirection at = grid_->direction(row.node);
+    put_rough_row(*row.ribbons, row.objective, sigma_a_, energies_.at(*row.ribbons, at.theta, at.phi), memory);
   }
 
  private:
+  std::shared_ptr<const RoughGrid> grid_;
+  RowEnergies energies_;
   glm::vec3 sigma_a_;
 };
 
@@ -26,11 +34,11 @@ FiberId RoughFibers::add(const FiberParameters& parameters) {
   const FiberId id = store_.add(exact);
   if (id < rows_.size()) return id;
   traced_.add(exact);
-  rows_.push_back(service_ != nullptr ? rows_of(exact) : RoughRows{});
+  rows_.push_back(service_ != nullptr ? rows_of(exact, store_[id].energies) : RoughRows{});
   return id;
 }
 
-RoughRows RoughFibers::rows_of(const FiberParameters& parameters) {
+RoughRows RoughFibers::rows_of(const FiberParameters& parameters, const std::shared_ptr<const EnergyTable>& energies) {
   const adaptive::SliceDescription description = rough_slice(parameters);
   const adaptive::SliceId slice = service_->add_slice(description).value();
   std::shared_ptr<const RoughGrid>& grid = grids_[slice];
@@ -39,9 +47,13 @@ RoughRows RoughFibers::rows_of(const FiberParameters& parameters) {
   const adaptive::FormedRows*& formed = formed_[{slice, {sigma_a.x, sigma_a.y, sigma_a.z}}];
   if (formed == nullptr) {
     formed =
-        service_->add_form(slice, std::make_shared<ColoredForm>(sigma_a), {sigma_a.x, sigma_a.y, sigma_a.z}).value();
+        service_
+            ->add_form(slice, std::make_shared<ColoredForm>(grid, energies, sigma_a), {sigma_a.x, sigma_a.y, sigma_a.z})
+            .value();
   }
-  return {grid, formed};
+  const bool gains =
+      std::ranges::any_of(parameters.gain, [](const glm::vec3& gain) { return gain != glm::vec3(1.0f); });
+  return {grid, formed, !gains};
 }
 
 }  // namespace tress::fiber

@@ -21,6 +21,7 @@ namespace tress::fiber {
 struct RoughRows {
   std::shared_ptr<const RoughGrid> grid;
   const adaptive::FormedRows* formed = nullptr;  ///< null without a service
+  bool keeps_sum = false;                        ///< no gains: the sum over lobes is held to RoughRow::whole_energy
 };
 
 /// Shared: energies as FiberStore does, a slice and its grid by its key, forms by (slice, sigma_a). Thread-safety:
@@ -40,7 +41,7 @@ class RoughFibers {
  private:
   using Color = std::array<float, 3>;
 
-  RoughRows rows_of(const FiberParameters& parameters);
+  RoughRows rows_of(const FiberParameters& parameters, const std::shared_ptr<const EnergyTable>& energies);
 
   adaptive::Service* service_;
   FiberStore store_{nullptr};

@@ -125,9 +125,13 @@ void put_part(const adaptive::Ribbon& ribbon, const glm::vec3& sigma_a, RoughPar
 
 }  // namespace
 
-const RoughRow* put_rough_row(const adaptive::RibbonRow& row, float objective, const glm::vec3& sigma_a, void* memory) {
+const RoughRow* put_rough_row(const adaptive::RibbonRow& row, float objective, const glm::vec3& sigma_a,
+                              const EnergyFactors& energies, void* memory) {
   auto* rough = new (memory) RoughRow;
   rough->objective = objective;
+  const auto in_lanes = [](const glm::vec3& color) { return Float4{color.x, color.y, color.z, 1}; };
+  std::ranges::transform(energies.part, rough->energy.begin(), in_lanes);
+  rough->whole_energy = in_lanes(energies.whole);
   for (std::uint32_t p = 0; p < RoughRow::parts; ++p) {
     const adaptive::Ribbon ribbon = p < row.parts() ? row.ribbon(p) : adaptive::Ribbon();
     rough->is_normal[static_cast<int>(p)] = ribbon.main_law() == adaptive::HeightLaw::normal ? -1 : 0;

@@ -34,8 +34,9 @@ class TracedFibers {
   FiberSample sample(FiberId id, const TracedEvent& event, const FiberRecord& fiber,
                      const std::array<float, 4>& u) const;
   /// An unbiased value of S at wi: the mean of RoughFiber::estimate() from equidistant places across the fiber, times
-  /// the gain, by numbers that depend on the event and on wi alone; no pdf. Of one path from where the ray met the fiber
-  /// the variance is 4 to 10 times as large: a lobe comes from a part of the width that is as narrow as it is rough.
+  /// the gain, by numbers that depend on the event and on wi alone; no pdf. Of one path from where the ray met the
+  /// fiber the variance is 4 to 10 times as large: a lobe comes from a part of the width that is as narrow as it is
+  /// rough.
   FiberValue estimate(const FiberEvent& event, const TracedEvent& traced, const FiberRecord& fiber,
                       const FiberDirection& wi) const;
   static constexpr int paths_of_estimate = 8;

@@ -1,0 +1,97 @@
+#include "models/rough/row_energies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <span>
+
+namespace tress::fiber {
+namespace {
+
+using adaptive::Ribbon;
+using adaptive::RibbonKnot;
+
+constexpr std::size_t rates = 3;  // at which a row is compared: 0 and Ribbon::decay_rates
+/// Of all light: less says nothing of a ratio, and a ratio says no more than this.
+constexpr double darkest = 1e-5, largest_ratio = 2;
+
+using AtRates = std::array<double, rates>;
+
+/// What a layer keeps of its light at each rate: trapezoids between knots.
+void add_kept(std::span<const RibbonKnot> knots, AtRates& kept) {
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    const RibbonKnot &knot = knots[k], &next = knots[(k + 1) % knots.size()];
+    double width = static_cast<double>(next.azimuth) - static_cast<double>(knot.azimuth);
+    if (width < 0) width += 2 * std::numbers::pi;
+    const auto add = [&](const RibbonKnot& end) {
+      const double light = 0.5 * width * static_cast<double>(end.density);
+      kept[0] += light;
+      for (std::size_t i = 0; i < end.decays.size(); ++i) kept[i + 1] += light * static_cast<double>(end.decays[i]);
+    };
+    add(knot);
+    add(next);
+  }
+}
+
+/// ln of the ratio at sigma, between those at the rates.
+double interpolated(const AtRates& logarithms, double sigma) {
+  constexpr auto first = static_cast<double>(Ribbon::decay_rates[0]),
+                 second = static_cast<double>(Ribbon::decay_rates[1]);
+  if (sigma <= first) return logarithms[0] + (logarithms[1] - logarithms[0]) * sigma / first;
+  const double share = std::min(std::log(sigma / first) / std::log(second / first), 1.0);
+  return logarithms[1] + (logarithms[2] - logarithms[1]) * share;
+}
+
+/// The parts of a row, in the table at one direction and absorption.
+std::array<double, rough_parts> parts_of(const std::array<double, lobe_count>& lobes) {
+  return {lobes[0], lobes[1], lobes[2] + lobes[static_cast<std::size_t>(Lobe::glint)], lobes[3] + lobes[4]};
+}
+
+}  // namespace
+
+EnergyFactors RowEnergies::at(const adaptive::RibbonRow& row, float theta_r, float phi_r) const {
+  const auto table_at = [&](double sigma) {
+    return parts_of(table_->without_gain(phi_r, theta_r, static_cast<float>(sigma)));
+  };
+  const std::array<std::array<double, rough_parts>, rates> table{table_at(0),
+                                                                 table_at(static_cast<double>(Ribbon::decay_rates[0])),
+                                                                 table_at(static_cast<double>(Ribbon::decay_rates[1]))};
+  double whole = 0, mass = 0;
+  for (std::uint32_t p = 0; p < rough_parts; ++p) {
+    whole += table[0][p];
+    mass += p < row.parts() ? static_cast<double>(row.mass(p)) : 0.0;
+  }
+  EnergyFactors factors;
+  if (!(mass > 0) || !(whole > 0)) return factors;
+  std::array<AtRates, rough_parts> logarithms{};
+  for (std::uint32_t p = 0; p < std::min(row.parts(), rough_parts); ++p) {
+    const Ribbon ribbon = row.ribbon(p);
+    AtRates kept{};
+    add_kept(ribbon.main(), kept);
+    add_kept(ribbon.broad(), kept);
+    for (std::size_t i = 0; i < rates; ++i) {
+      const double known = static_cast<double>(row.mass(p)) * (whole / mass) * kept[i] / kept[0];
+      if (known > darkest && table[i][p] > darkest) {
+        const double ratio = std::clamp(known / table[i][p], 1 / largest_ratio, largest_ratio);
+        logarithms[p][i] = std::log(ratio);
+      }
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    const auto sigma = static_cast<double>(sigma_a_[c]);
+    const std::array<double, rough_parts> energy = table_at(sigma);
+    double before = 0, after = 0;
+    for (std::size_t p = 0; p < rough_parts; ++p) {
+      const double factor = std::exp(interpolated(logarithms[p], sigma));
+      factors.part[p][c] = static_cast<float>(factor);
+      before += energy[p];
+      after += factor * energy[p];
+    }
+    factors.whole[c] = sigma > 0 && before > 0 ? static_cast<float>(after / before) : 1.0f;
+  }
+  return factors;
+}
+
+}  // namespace tress::fiber
