@@ -67,6 +67,12 @@ inline float to_float(double x) {
   if (x > most) return std::numeric_limits<float>::infinity();
   return x < -most ? -std::numeric_limits<float>::infinity() : static_cast<float>(x);
 }
+/// A name of a file as it may be told: control characters could move a terminal's cursor.
+inline std::string printable(std::string name) {
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '?';
+  return name;
+}
 /// No file may have more of either: indices have 32 bits.
 constexpr std::uint64_t most_groom_points = 0xffffffffu;
 

@@ -79,7 +79,7 @@ struct HeaderBytes {
     }
     const auto* begin = reinterpret_cast<const char*>(bytes.data() + at);
     at += static_cast<std::size_t>(size);
-    return {begin, begin + size};
+    return printable({begin, begin + size});
   }
 };
 

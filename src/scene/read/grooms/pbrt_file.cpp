@@ -217,7 +217,7 @@ class PbrtReader {
 
   void with_parameters(const std::string& directive, Parameters p, TextCursor* text) {
     if (text->error()) return;
-    const std::string kind = p.first.empty() ? "" : p.first[0];
+    const std::string kind = p.first.empty() ? "" : printable(p.first[0]);
     if (directive == "Shape" && kind == "curve") {
       if (in_object_) return ignore("ObjectBegin", "instances are not made");
       add_curve(p, text);

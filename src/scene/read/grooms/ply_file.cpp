@@ -132,7 +132,7 @@ class PlyReader {
         else if (properties_.size() >= 256)
           fail("at most 256 properties", "more");
         else
-          properties_.push_back({std::string(words[2].substr(0, 64)), *type});
+          properties_.push_back({printable(std::string(words[2].substr(0, 64))), *type});
       } else if (words[0] != "property") {
         fail("a line of a PLY header", std::string(words[0].substr(0, 32)));
       }
