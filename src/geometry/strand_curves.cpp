@@ -39,7 +39,8 @@ void add_strand(const scene::Groom& groom, std::uint32_t strand, float eccentric
   const StrandPoints points = points_of(groom, strand, eccentricity);
   const std::vector<glm::vec3>& p = points.position;
   const std::vector<float>& axes = points.axis;
-  const std::vector<KnotFrame> frames = strand_frames(p, root_angle_rad, turn_rad_per_cm, groom.basis);
+  const std::vector<KnotFrame> frames =
+      strand_frames(p, root_angle_rad, turn_rad_per_cm, groom.basis, groom.turned_rad);
   if (frames.empty()) return;
   const std::size_t count = p.size();
   // Reflected ends make the spline pass through root and tip. A reflected radius stops at 0.

@@ -12,14 +12,30 @@ glm::dvec3 reflect_across(const glm::dvec3& x, const glm::dvec3& axis) {
   return length_squared > 0 ? x - (2 * glm::dot(axis, x) / length_squared) * axis : x;
 }
 
-glm::dvec3 least_aligned_normal(const glm::dvec3& tangent) {
-  const glm::dvec3 size = glm::abs(tangent);
+/// About z, counter-clockwise from above.
+struct Turned {
+  double cosine = 1, sine = 0;
+  Turned() = default;
+  explicit Turned(double turned_rad) : cosine(std::cos(turned_rad)), sine(std::sin(turned_rad)) {}
+  glm::dvec3 operator()(const glm::dvec3& a) const {
+    return {cosine * a.x - sine * a.y, sine * a.x + cosine * a.y, a.z};
+  }
+  glm::dvec3 back(const glm::dvec3& a) const { return {cosine * a.x + sine * a.y, cosine * a.y - sine * a.x, a.z}; }
+};
+
+/// Points that are turned are rounded: strands that go straight down are as far from x as from y in every frame.
+constexpr double rounding = 1e-5;
+
+/// Of axes that are as far from the tangent as another to within `alike` the first.
+glm::dvec3 least_aligned_normal(const glm::dvec3& tangent, const Turned& turned, double alike) {
+  const glm::dvec3 size = glm::abs(turned.back(tangent));
   glm::dvec3 axis(0, 0, 1);
-  if (size.x <= size.y && size.x <= size.z) {
+  if (size.x <= size.y + alike && size.x <= size.z + alike) {
     axis = {1, 0, 0};
-  } else if (size.y <= size.z) {
+  } else if (size.y <= size.z + alike) {
     axis = {0, 1, 0};
   }
+  axis = turned(axis);
   return glm::normalize(axis - glm::dot(axis, tangent) * tangent);
 }
 
@@ -68,7 +84,7 @@ void fill_tangents(std::vector<glm::dvec3>* tangent) {
 
 }  // namespace
 
-glm::vec3 root_normal(const glm::vec3& tangent) { return least_aligned_normal(tangent); }
+glm::vec3 root_normal(const glm::vec3& tangent) { return least_aligned_normal(tangent, Turned(), 0); }
 
 StrandKnots strand_knots(std::span<const glm::vec3> points, StrandBasis basis) {
   const std::size_t count = points.size();
@@ -97,11 +113,13 @@ StrandKnots strand_knots(std::span<const glm::vec3> points, StrandBasis basis) {
   return knots;
 }
 
-std::vector<KnotFrame> strand_frames(const StrandKnots& knots, double root_angle_rad, double turn_rad_per_cm) {
+std::vector<KnotFrame> strand_frames(const StrandKnots& knots, double root_angle_rad, double turn_rad_per_cm,
+                                     double turned_rad) {
   std::vector<KnotFrame> frames;
   if (knots.position.size() < 2) return frames;
   frames.reserve(knots.position.size());
-  glm::dvec3 normal = least_aligned_normal(knots.tangent[0]);
+  const Turned turned(turned_rad);
+  glm::dvec3 normal = least_aligned_normal(knots.tangent[0], turned, rounding);
   double length = 0;
   frames.push_back({normal, static_cast<float>(root_angle_rad)});
   for (std::size_t i = 1; i < knots.position.size(); ++i) {
@@ -110,7 +128,7 @@ std::vector<KnotFrame> strand_frames(const StrandKnots& knots, double root_angle
     normal = reflect_across(reflect_across(normal, step), knots.tangent[i] - tangent_reflected);
     normal -= glm::dot(normal, knots.tangent[i]) * knots.tangent[i];
     const double size = glm::length(normal);
-    normal = size > 1e-9 ? normal / size : least_aligned_normal(knots.tangent[i]);
+    normal = size > 1e-9 ? normal / size : least_aligned_normal(knots.tangent[i], turned, rounding);
     length += glm::length(step);
     frames.push_back({normal, static_cast<float>(root_angle_rad + turn_rad_per_cm * length)});
   }
@@ -118,8 +136,8 @@ std::vector<KnotFrame> strand_frames(const StrandKnots& knots, double root_angle
 }
 
 std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm,
-                                     StrandBasis basis) {
-  return strand_frames(strand_knots(points, basis), root_angle_rad, turn_rad_per_cm);
+                                     StrandBasis basis, double turned_rad) {
+  return strand_frames(strand_knots(points, basis), root_angle_rad, turn_rad_per_cm, turned_rad);
 }
 
 FiberFrame frame_between(const KnotFrame& a, const KnotFrame& b, float t, const glm::vec3& tangent) {

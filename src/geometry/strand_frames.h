@@ -38,12 +38,14 @@ struct StrandKnots {
 StrandKnots strand_knots(std::span<const glm::vec3> points, scene::StrandBasis basis);
 
 /// Frames at the knots by double reflection (Wang et al. 2008). The major axis leaves the root at root_angle_rad from
-/// root_normal and turns by turn_rad_per_cm times the length of the polygon of knots.
-std::vector<KnotFrame> strand_frames(const StrandKnots& knots, double root_angle_rad, double turn_rad_per_cm);
+/// root_normal and turns by turn_rad_per_cm times the length of the polygon of knots. turned_rad: how far the strand
+/// has been turned about z (scene::Groom::turned_rad); the axes of root_normal turn with it, so that the frames do.
+std::vector<KnotFrame> strand_frames(const StrandKnots& knots, double root_angle_rad, double turn_rad_per_cm,
+                                     double turned_rad = 0);
 
 /// The same of strand_knots().
 std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm,
-                                     scene::StrandBasis basis = scene::StrandBasis::bspline);
+                                     scene::StrandBasis basis = scene::StrandBasis::bspline, double turned_rad = 0);
 
 /// Frame between two consecutive knots, at t in [0, 1], for the unit tangent there. Orthonormal for every input.
 FiberFrame frame_between(const KnotFrame& a, const KnotFrame& b, float t, const glm::vec3& tangent);

@@ -45,6 +45,32 @@ TEST(StrandFrames, are_orthonormal_and_right_handed_between_knots) {
   }
 }
 
+/// Points that turn are rounded; what decides on an axis must not be. Strands that go straight down, or along a
+/// diagonal, are as near to one axis as to another.
+TEST(StrandFrames, turn_with_a_strand_that_turns_about_the_vertical) {
+  const std::vector<std::vector<glm::vec3>> strands{
+      helix(40),
+      {{3.1f, -2.7f, 8}, {3.1f, -2.7f, 5}, {3.1f, -2.7f, 1}, {3.2f, -2.7f, -4}},
+      {{0.3f, 0.7f, 2}, {1.3f, 1.7f, 2}, {2.3f, 2.7f, 2}, {3.3f, 3.7f, 2.5f}},
+      {{1, 1, 1}, {2, 2, 2}, {3, 3, 3}, {4, 4, 4.1f}}};
+  for (const std::vector<glm::vec3>& points : strands) {
+    const std::vector<KnotFrame> still = strand_frames(points, 0.4, 0.3);
+    for (int step = 1; step < 48; ++step) {
+      const double turn = step * 0.1309, c = std::cos(turn), s = std::sin(turn);
+      const auto turned = [&](const glm::vec3& p) {
+        return glm::vec3(static_cast<float>(c * p.x - s * p.y), static_cast<float>(s * p.x + c * p.y), p.z);
+      };
+      std::vector<glm::vec3> there;
+      for (const glm::vec3& point : points) there.push_back(turned(point));
+      const std::vector<KnotFrame> frames = strand_frames(there, 0.4, 0.3, scene::StrandBasis::bspline, turn);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        EXPECT_LT(glm::distance(frames[i].normal, turned(still[i].normal)), 2e-5f) << step;
+        EXPECT_NEAR(frames[i].angle, still[i].angle, 1e-5);
+      }
+    }
+  }
+}
+
 TEST(StrandFrames, do_not_turn_about_the_tangent_more_than_parallel_transport) {
   // A helix of radius 1 and pitch .3 per radian: parallel transport turns against the Frenet frame by the torsion
   // .3/(1 + .3^2) per unit of length, sqrt(1 + .3^2) of it per radian. The spline's knots lie on a helix of radius

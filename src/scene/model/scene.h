@@ -111,6 +111,7 @@ struct Groom {
   /// Per strand, the color of a lock of them, linear RGB in [0, 1]; empty unless its material takes colors of the file.
   std::vector<glm::vec3> color;
   StrandBasis basis = StrandBasis::bspline;
+  double turned_rad = 0;  ///< about the vertical since it was made: root angles are counted from axes that turn with it
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
 };
 
