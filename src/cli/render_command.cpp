@@ -163,13 +163,15 @@ void add_layers(CLI::App* app, RenderSettings& s) {
            else
              s.layers = parted_by_commas(text);
          },
-         fmt::format("layers of the EXR beside R, G, B, A: all (default), beauty for none, or some of {}",
-                     joined(known, ",")))
+         fmt::format(
+             "layers of the EXR beside R, G, B, A: all (default), beauty for none, or some of {} and light.GROUP",
+             joined(known, ",")))
       ->check(CLI::Validator(
           [known](std::string& text) {
             if (text == "all") return std::string();
             for (const std::string& word : parted_by_commas(text)) {
-              if (word != "beauty" && std::ranges::find(known, word) == known.end())
+              const bool is_group = word.starts_with(light_layer) && word.size() > light_layer.size();
+              if (word != "beauty" && !is_group && std::ranges::find(known, word) == known.end())
                 return fmt::format("expected all, beauty or layers separated by commas, found {} (nearest: {})", word,
                                    nearest_word(word, known));
             }

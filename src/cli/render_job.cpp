@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "cli/console.h"
+#include "cli/options.h"
 #include "cli/output_files.h"
 #include "cli/process.h"
 #include "cli/progress.h"
@@ -22,6 +23,7 @@
 #include "geometry/fiber_scene.h"
 #include "integrate/camera_projection.h"
 #include "references/registry.h"
+#include "scene/model/light.h"
 #include "tress/adaptive/telemetry.h"
 #include "tress/version.h"
 
@@ -39,10 +41,34 @@ std::array<int, 4> edges_of(const image::Window& window) {
 /// As JSON with the keys of a scene file.
 std::string camera_text(const scene::Camera& camera) {
   const auto triple = [](const glm::vec3& x) { return nlohmann::ordered_json{x.x, x.y, x.z}; };
-  return json_text(nlohmann::ordered_json{{"eye", triple(camera.eye)},
-                                          {"look_at", triple(camera.look_at)},
-                                          {"up", triple(camera.up)},
-                                          {"vertical_fov_deg", camera.vertical_fov_deg}});
+  nlohmann::ordered_json keys{
+      {"eye", triple(camera.eye)}, {"look_at", triple(camera.look_at)}, {"up", triple(camera.up)}};
+  if (camera.orthographic_height_cm > 0)
+    keys["orthographic_height_cm"] = camera.orthographic_height_cm;
+  else
+    keys["vertical_fov_deg"] = camera.vertical_fov_deg;
+  if (camera.shift_x != 0) keys["shift_x"] = camera.shift_x;
+  if (camera.shift_y != 0) keys["shift_y"] = camera.shift_y;
+  if (camera.lens_radius_cm > 0) {
+    nlohmann::ordered_json& lens = keys["depth_of_field"];
+    lens = {{"radius_cm", camera.lens_radius_cm}, {"focus_cm", camera.focus_cm}};
+    if (camera.blades > 0) lens["blades"] = camera.blades;
+    if (camera.blades > 0) lens["blade_rotation_deg"] = camera.blade_rotation_rad * 180 / std::numbers::pi_v<float>;
+  }
+  return json_text(keys);
+}
+
+/// Of --layers: a group of light that the scene does not have.
+std::optional<Error> unknown_group(const RenderSettings& settings, const scene::Scene& scene) {
+  const std::vector<std::string> groups = scene::light_groups(scene);
+  for (const std::string& layer : settings.layers.value_or(std::vector<std::string>{})) {
+    if (!layer.starts_with(light_layer) || std::ranges::count(groups, layer.substr(light_layer.size())) > 0) continue;
+    return Error{"", "--layers",
+                 groups.empty() ? "layers of a scene whose lights have no `group`"
+                                : "light. with one of the groups " + joined(groups, ", "),
+                 layer};
+  }
+  return std::nullopt;
 }
 
 /// Brightness against that of the same model without a table.
@@ -462,6 +488,10 @@ int run_render(const RenderSettings& settings) {
                             scene->image.height, x0, y0, x1, y1));
       return 2;
     }
+  }
+  if (const std::optional<Error> error = unknown_group(settings, *scene)) {
+    log_error(error->message());
+    return 2;
   }
   for (const std::string& text : scene->notes) log_note(text);
   for (const std::string& text : scene->warnings) log_warning(text);

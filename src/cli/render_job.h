@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/progress.h"
@@ -14,6 +15,9 @@
 #include "tress/fiber/elliptical_model.h"
 
 namespace tress::cli {
+
+/// What the names of the layers of light groups begin with.
+inline constexpr std::string_view light_layer = "light.";
 
 /// Every value in range: the command line has been checked.
 struct RenderSettings {

@@ -23,6 +23,7 @@ struct RayQuery {
   embree::RayContext context;
   std::uint32_t start_groom, start_strand;
   float start;  ///< distance from Embree's origin to where the ray starts
+  bool from_camera;
 };
 
 /// Whether the hit lies outside the ellipse's silhouette on the circumscribed ribbon: |v| > w(phi), phi the azimuth of
@@ -90,6 +91,12 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
+/// Of a mesh that the camera does not see.
+void unseen_filter(const RTCFilterFunctionNArguments* arguments) {
+  if (!reinterpret_cast<const RayQuery*>(arguments->context)->from_camera) return;
+  for (unsigned int i = 0; i < arguments->N; ++i) arguments->valid[i] = 0;
+}
+
 bool count_bytes(void* user, ssize_t bytes, bool) {
   *static_cast<std::atomic<std::ptrdiff_t>*>(user) += bytes;
   return true;
@@ -118,6 +125,7 @@ RayQuery ray_query(const Ray& ray, float start) {
   query.start_groom = ray.start_groom;
   query.start_strand = ray.start_strand;
   query.start = start;
+  query.from_camera = ray.from_camera;
   return query;
 }
 
@@ -208,6 +216,7 @@ RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   };
   copy(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions);
   copy(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles);
+  if (!mesh.visible) rtcSetGeometryIntersectFilterFunction(geometry, unseen_filter);
   return geometry;
 }
 

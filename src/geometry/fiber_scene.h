@@ -19,6 +19,7 @@ struct Ray {
   glm::vec3 direction;  ///< unit
   /// The strand whose axis the ray starts on, if any (ray_from sets both).
   std::uint32_t start_groom = no_index, start_strand = no_index;
+  bool from_camera = false;  ///< passes through meshes that the camera does not see (scene::Mesh::visible)
 };
 
 /// Where a ray meets a fiber or a surface. The fields of the other kind are at their defaults.

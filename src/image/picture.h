@@ -37,6 +37,7 @@ struct Picture {
   std::map<std::string, std::array<float, 16>> matrices;
   /// Of the display window at distance 1 from the camera; 1 of a picture without one (screenWindowWidth).
   float screen_width = 1;
+  std::array<float, 2> screen_center{0, 0};  ///< of it there, right and up, from where the camera looks
   const Channel* find(const std::string& name) const;
   Window window() const { return {left, top, width, height}; }
   Window whole() const {

@@ -149,6 +149,7 @@ std::optional<Error> write_exr(const std::filesystem::path& file, const Picture&
     for (const auto& [key, value] : picture.metadata) header.insert(key, Imf::StringAttribute(value));
     for (const auto& [key, value] : picture.matrices) header.insert(key, Imf::M44fAttribute(matrix_of(value)));
     header.screenWindowWidth() = picture.screen_width;
+    header.screenWindowCenter() = {picture.screen_center[0], picture.screen_center[1]};
     Imf::FrameBuffer frame;
     std::set<std::string> of_halves;
     if (precision == Precision::half) of_halves = layers_of_halves(picture);
@@ -232,6 +233,7 @@ Result<Picture> read_exr(const std::filesystem::path& file) {
       return error("header dataWindow", fmt::format("at most {} bytes of pixels in a file of this size", most),
                    fmt::format("{} x {} with {} channels", width, height, picture.channels.size()));
     picture.screen_width = in.header().screenWindowWidth();
+    picture.screen_center = {in.header().screenWindowCenter().x, in.header().screenWindowCenter().y};
     for (auto it = in.header().begin(); it != in.header().end(); ++it) {
       if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute()))
         if (std::string(it.name()) != "type") picture.metadata[it.name()] = text->value();

@@ -33,7 +33,11 @@ CameraProjection::CameraProjection(const scene::Camera& camera, const scene::Ima
   right_ = axes.right;
   up_ = -axes.down;
   forward_ = axes.forward;
-  half_height_ = std::tan(double{camera.vertical_fov_deg} * std::numbers::pi / 360);
+  orthographic_ = camera.orthographic_height_cm > 0;
+  half_height_ = orthographic_ ? camera.orthographic_height_cm / 2.0
+                               : std::tan(double{camera.vertical_fov_deg} * std::numbers::pi / 360);
+  shift_x_ = camera.shift_x;
+  shift_y_ = camera.shift_y;
   half_width_ = half_height_ * width_ / height_;
 }
 
@@ -50,10 +54,11 @@ std::array<double, 16> CameraProjection::world_to_ndc() const {
   std::array<double, 16> ndc{};
   for (std::size_t row = 0; row < 16; row += 4) {
     const double x = camera[row], y = camera[row + 1], z = camera[row + 2], w = camera[row + 3];
-    ndc[row] = 0.5 * (x / half_width_ + z);
-    ndc[row + 1] = 0.5 * (z - y / half_height_);
+    const double over = orthographic_ ? w : z;  // what the rest is divided by
+    ndc[row] = 0.5 * (x / half_width_ + over) - shift_x_ * over;
+    ndc[row + 1] = 0.5 * (over - y / half_height_) + shift_y_ * over;
     ndc[row + 2] = z - near_cm * w;
-    ndc[row + 3] = z;
+    ndc[row + 3] = over;
   }
   return ndc;
 }
@@ -62,16 +67,19 @@ std::optional<glm::dvec2> CameraProjection::pixel(const glm::dvec3& world) const
   const glm::dvec3 from_eye = world - eye_;
   const double depth = glm::dot(from_eye, forward_);
   if (!(depth > 0)) return std::nullopt;
-  return glm::dvec2(0.5 * width_ * (1 + glm::dot(from_eye, right_) / (depth * half_width_)),
-                    0.5 * height_ * (1 - glm::dot(from_eye, up_) / (depth * half_height_)));
+  const double over = orthographic_ ? 1 : depth;
+  return glm::dvec2(width_ * (0.5 + 0.5 * glm::dot(from_eye, right_) / (over * half_width_) - shift_x_),
+                    height_ * (0.5 - 0.5 * glm::dot(from_eye, up_) / (over * half_height_) + shift_y_));
 }
 
 void describe_camera(const scene::Camera& camera, const scene::Image& image, image::Picture* picture) {
   const CameraProjection projection(camera, image);
   picture->matrices["worldToCamera"] = as_floats(projection.world_to_camera());
   picture->matrices["worldToNDC"] = as_floats(projection.world_to_ndc());
-  picture->screen_width = static_cast<float>(2 * std::tan(double{camera.vertical_fov_deg} * std::numbers::pi / 360) *
-                                             image.width / image.height);
+  const glm::dvec2 half = projection.half_size();
+  picture->screen_width = static_cast<float>(2 * half.x);
+  picture->screen_center = {static_cast<float>(2 * half.x * double{camera.shift_x}),
+                            static_cast<float>(2 * half.y * double{camera.shift_y})};
 }
 
 }  // namespace tress::integrate

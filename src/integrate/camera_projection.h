@@ -28,17 +28,23 @@ class CameraProjection {
   /// (p' = p M, translation in the last row): the worldToCamera of OpenEXR and RenderMan.
   std::array<double, 16> world_to_camera() const;
   /// From world to 0..1, x right, y down, over the whole image, after division by the last component: the worldToNDC of
-  /// OpenEXR and RenderMan. There is no clipping; z is 1 - 0.1 cm / depth.
+  /// OpenEXR and RenderMan. There is no clipping; z is 1 - 0.1 cm / depth; of an
+  /// orthographic camera, whose last component is 1, the depth less 0.1 cm.
   std::array<double, 16> world_to_ndc() const;
 
   /// Pixels of the whole image from its top left corner, x right, y down; pixel (0, 0) has its middle at (0.5, 0.5).
   /// Nothing of a point that is not before the camera.
   std::optional<glm::dvec2> pixel(const glm::dvec3& world) const;
 
+  /// Of the picture at distance 1; orthographic: in cm.
+  glm::dvec2 half_size() const { return {half_width_, half_height_}; }
+
  private:
   glm::dvec3 eye_, right_, up_, forward_;
   double half_width_, half_height_;  ///< of the picture, at depth 1
-  double width_, height_;            ///< pixels
+  bool orthographic_;
+  double shift_x_, shift_y_;
+  double width_, height_;  ///< pixels
 };
 
 /// The picture's matrices and the width of its screen.

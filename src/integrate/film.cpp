@@ -32,6 +32,8 @@ bool PixelSums::add(const PathSums& path, Ground ground) {
   normal += glm::dvec3(path.normal);
   tangent += glm::dvec3(path.tangent);
   coverage += static_cast<double>(path.coverage);
+  const bool shows = path.coverage > 0 || path.sees_light || ground == Ground::backdrop;
+  opaque += shows && !path.held_out ? 1 : 0;
   distance_cm += static_cast<double>(path.distance_cm);
   objective += static_cast<double>(path.objective);
   excess += static_cast<double>(path.excess);
@@ -54,14 +56,18 @@ glm::dvec3 PixelSums::variance_of_mean() const {
   return squared_deviations / (n * (n - 1));
 }
 
-Film::Film(const image::Window& window, bool glint, bool timed, Ground ground, std::size_t objects, bool moving)
+Film::Film(const image::Window& window, bool glint, bool timed, Ground ground, std::size_t objects, bool moving,
+           Extra extra)
     : window_(window),
       glint_(glint),
       ground_(ground),
+      extra_(std::move(extra)),
       pixels_(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height)),
       object_counts_(pixels_.size(), objects),
       motion_(moving ? pixels_.size() : 0),
-      cpu_seconds_(timed ? pixels_.size() : 0) {}
+      cpu_seconds_(timed ? pixels_.size() : 0) {
+  group_sums_.resize(pixels_.size() * extra_.groups.size(), glm::dvec3(0.0));
+}
 
 bool Film::add(int x, int y, const PathSums& path) {
   if (!pixel(x, y).add(path, ground_)) return false;
@@ -69,6 +75,13 @@ bool Film::add(int x, int y, const PathSums& path) {
   if (!motion_.empty()) {
     MotionSums& sums = motion_[index(x, y)];
     (path.coverage > 0 ? sums.seen : sums.behind) += glm::dvec2(path.motion);
+  }
+  const std::size_t count = extra_.groups.size(), first = index(x, y) * count;
+  for (std::size_t group = 0; group < count; ++group) {
+    glm::dvec3 light(path.groups.light[group]);
+    if (group == extra_.backdrop_group && ground_ == Ground::backdrop)
+      light += glm::dvec3(path.layers[background_layer]);
+    if (std::isfinite(light.x + light.y + light.z)) group_sums_[first + group] += light;
   }
   return true;
 }
@@ -131,12 +144,20 @@ image::Picture Film::picture() const {
     return glm::clamp(sum, -largest, largest);  // a mean of finite sums is finite, but for the rounding of this one
   });
   const auto coverage = [&](const PixelSums& pixel) { return static_cast<float>(pixel.coverage / samples(pixel)); };
-  add("A", [&](const PixelSums& pixel) { return ground_ == Ground::backdrop ? 1.0f : coverage(pixel); });
+  add("A", [&](const PixelSums& pixel) { return static_cast<float>(pixel.opaque / samples(pixel)); });
   add("coverage", coverage);
   for (std::size_t layer = 0; layer < layer_count; ++layer) {
     if (layer == static_cast<std::size_t>(fiber::Lobe::glint) && !glint_) continue;
+    if (layer == emission_layer && !extra_.emission) continue;
     add_three(std::string(layer_name(layer)) + ".", rgb,
               [&](const PixelSums& pixel) { return pixel.layers[layer] / samples(pixel); });
+  }
+  for (std::size_t group = 0; group < extra_.groups.size(); ++group) {
+    add_three("light." + extra_.groups[group] + ".", rgb, [&](const PixelSums& pixel) {
+      const auto at = static_cast<std::size_t>(&pixel - pixels_.data());
+      const glm::dvec3 most(static_cast<double>(largest));
+      return glm::clamp(group_sums_[at * extra_.groups.size() + group] / samples(pixel), -most, most);
+    });
   }
   const auto over_covered = [](const PixelSums& pixel, const auto& sum) {
     return pixel.coverage > 0 ? sum / pixel.coverage : 0.0 * sum;

@@ -32,6 +32,7 @@ struct PixelSums {
   glm::dvec3 albedo{0.0}, normal{0.0}, tangent{0.0};
   double coverage = 0, distance_cm = 0, objective = 0;
   double excess = 0, excess_squares = 0;
+  double opaque = 0;  ///< paths that A counts: all but those that are held out, or that met nothing over no ground
   /// Sum of the squared deviations of the paths' beauty from their mean (Welford 1962: no cancellation).
   glm::dvec3 squared_deviations{0.0};
   std::uint64_t vertices = 0, queries = 0, exact_queries = 0;  ///< of dropped paths too: they were work
@@ -58,17 +59,27 @@ struct Brightening {
 /// Thread-safety: distinct pixels from distinct threads; the rest: one thread.
 class Film {
  public:
+  /// Layers that only some scenes have.
+  struct Extra {
+    bool emission = false;            ///< lights that the camera sees
+    std::vector<std::string> groups;  ///< of light (scene::light_groups): a layer each, which add up to beauty
+    std::size_t backdrop_group = 0;   ///< which of them the background is of
+  };
+
   /// Of the pixels in `window`, in the coordinates of the whole image. glint: whether a fiber splits that lobe off;
   /// timed: whether the time of the paths is kept.
   /// objects: of the scene, to count which of them paths meet first; 0: not to. moving: whether there is a layer of
   /// the motion until the next frame.
   Film(const image::Window& window, bool glint, bool timed = false, Ground ground = Ground::backdrop,
-       std::size_t objects = 0, bool moving = false);
+       std::size_t objects = 0, bool moving = false)
+      : Film(window, glint, timed, ground, objects, moving, Extra{}) {}
+  Film(const image::Window& window, bool glint, bool timed, Ground ground, std::size_t objects, bool moving,
+       Extra extra);
 
   const image::Window& window() const { return window_; }
   /// (x, y) in the window.
   PixelSums& pixel(int x, int y) { return pixels_[index(x, y)]; }
-  /// PixelSums::add.
+  /// PixelSums::add, and what is kept beside it.
   bool add(int x, int y, const PathSums& path);
   const PixelSums& pixel(int x, int y) const { return pixels_[index(x, y)]; }
 
@@ -119,6 +130,8 @@ class Film {
   image::Window window_;
   bool glint_;
   Ground ground_;
+  Extra extra_;
+  std::vector<glm::dvec3> group_sums_;  ///< by pixel, then group
   std::vector<PixelSums> pixels_;
   ObjectCounts object_counts_;
   /// Sums over the paths that met something, and over those that met nothing; empty unless the scene moves.

@@ -19,9 +19,15 @@ FrameMotion::FrameMotion(const scene::Scene& scene)
     : now_(scene.camera, scene.image),
       next_(next_camera(scene), scene.image),
       eye_(scene.camera.eye),
-      next_eye_(next_camera(scene).eye) {}
+      next_eye_(next_camera(scene).eye),
+      turn_(scene.next ? scene.next->turn : scene::ObjectTurn{}) {}
 
 glm::vec2 FrameMotion::of_point(const glm::vec3& world) const {
+  const glm::dvec3 point(world);
+  return moved(now_.pixel(point), next_.pixel(turn_.of(point)));
+}
+
+glm::vec2 FrameMotion::of_light(const glm::vec3& world) const {
   const glm::dvec3 point(world);
   return moved(now_.pixel(point), next_.pixel(point));
 }

@@ -16,14 +16,17 @@ class FrameMotion {
   /// Of a scene whose next frame is known (Scene::next); of any other everything rests.
   explicit FrameMotion(const scene::Scene& scene);
 
-  /// Of a point of the scene, cm. 0 where it is behind the camera in either frame.
+  /// Of a point of a groom or mesh, cm. 0 where it is behind the camera in either frame.
   glm::vec2 of_point(const glm::vec3& world) const;
+  /// Of one of a light, which no turntable turns.
+  glm::vec2 of_light(const glm::vec3& world) const;
   /// Of what is infinitely far away in this direction.
   glm::vec2 of_backdrop(const glm::vec3& direction) const;
 
  private:
   CameraProjection now_, next_;
   glm::dvec3 eye_, next_eye_;
+  scene::ObjectTurn turn_;
 };
 
 }  // namespace tress::integrate

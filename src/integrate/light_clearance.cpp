@@ -22,7 +22,7 @@ struct Extent {
   double radius;
 
   explicit Extent(const scene::Light& light) : center(light.center), u(0.0), v(0.0), radius(light.radius_cm) {
-    if (light.kind == scene::Light::Kind::sphere) return;
+    if (light.is_ball()) return;
     u = light.edge_u, v = light.edge_v;
     radius = 0;
   }
@@ -70,7 +70,7 @@ SceneSize::SceneSize(const scene::Scene& scene) {
 
 LightClearance::LightClearance(const scene::Light& light, const scene::Scene& scene, const SceneSize& of_scene) {
   if (light.kind == scene::Light::Kind::distant) return;
-  is_sphere_ = light.kind == scene::Light::Kind::sphere;
+  is_sphere_ = light.is_ball();
   center_ = light.center;
   radius_cm_ = light.radius_cm;
   const glm::dvec3 u(light.edge_u), v(light.edge_v);

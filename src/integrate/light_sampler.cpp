@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <numbers>
 #include <span>
+#include <string>
 
 #include "base/color.h"
 #include "fiber/energy_table.h"
@@ -47,8 +48,9 @@ double mean_fluence(const scene::Light& light, const std::vector<glm::vec3>& poi
 
 LightSampler::LightSampler(const scene::Scene& scene) : scene_(scene) {
   std::vector<double> fluence;
+  const std::vector<std::string> groups = scene::light_groups(scene);
   if (scene.environment.mean() != glm::vec3(0.0f)) {
-    choices_.push_back({nullptr, 0});
+    choices_.push_back({nullptr, 0, scene::group_index(groups, scene.environment_group)});
     fluence.push_back(4 * std::numbers::pi * static_cast<double>(luminance(scene.environment.mean())));
   }
   if (!scene.lights.empty()) {
@@ -56,7 +58,8 @@ LightSampler::LightSampler(const scene::Scene& scene) : scene_(scene) {
     const SceneSize size(scene);
     for (const scene::Light& light : scene.lights) {
       if (light.radiance == glm::vec3(0.0f)) continue;
-      choices_.push_back({&light, 0, LightClearance(light, scene, size)});
+      choices_.push_back({&light, 0, scene::group_index(groups, light.group), LightClearance(light, scene, size)});
+      some_seen_ = some_seen_ || light.visible;
       fluence.push_back(mean_fluence(light, points));
     }
   }
@@ -78,6 +81,7 @@ LightSampler::Arrival LightSampler::sample(const glm::vec3& point, float u_light
     below += choices_[++chosen].probability;
   }
   const Choice& choice = choices_[chosen];
+  arrival.group = choice.group;
   if (choice.light != nullptr) {
     const scene::LightSample drawn = scene::sample_light(*choice.light, point, u[0], u[1]);
     arrival.direction = drawn.direction;
@@ -93,6 +97,16 @@ LightSampler::Arrival LightSampler::sample(const glm::vec3& point, float u_light
     arrival.density = choice.probability * drawn.pdf_solid_angle;
   }
   return arrival;
+}
+
+LightSampler::Arrival LightSampler::seen(const glm::vec3& origin, const glm::vec3& direction, float distance_cm) const {
+  Arrival nearest;
+  if (!some_seen_) return nearest;
+  along(origin, direction, distance_cm, [&](const Arrival& light) {
+    const bool nearer = !(nearest.density > 0) || light.distance_cm < nearest.distance_cm;
+    if (light.is_seen && nearer) nearest = light;
+  });
+  return nearest;
 }
 
 }  // namespace tress::integrate

@@ -26,10 +26,12 @@ class LightSampler {
     glm::vec3 direction{0, 0, 1};                                ///< unit, world
     float distance_cm = std::numeric_limits<float>::infinity();  ///< to the light
     glm::vec3 radiance{0.0f};                                    ///< linear RGB, unshadowed
+    std::size_t group = 0;                                       ///< index into scene::light_groups()
     float density = 0;  ///< 1/sr: of this light being drawn, and this direction to it; 0: no light
     /// Of sample(): what is met on this way shadows. It ends above the light by LightClearance::bound_cm(), so that a
     /// mesh flush with the light does not.
     LightClearance::Segment shadow{};
+    bool is_seen = false;  ///< by the camera; of along()
   };
 
   /// u_light, u uniform in [0, 1).
@@ -45,12 +47,14 @@ class LightSampler {
     for (const Choice& choice : choices_) {
       Arrival arrival;
       arrival.direction = direction;
+      arrival.group = choice.group;
       if (choice.light != nullptr) {
         if (!escapes && choice.light->kind == scene::Light::Kind::distant) continue;
         const scene::LightSample met = scene::light_along(*choice.light, origin, direction);
         if (!(met.pdf_solid_angle > 0)) continue;
         if (!choice.clearance.is_seen(origin, direction, met.distance, distance_cm)) continue;
         arrival.distance_cm = met.distance;
+        arrival.is_seen = choice.light->visible;
         arrival.radiance = met.radiance;
         arrival.density = choice.probability * met.pdf_solid_angle;
       } else {
@@ -63,6 +67,10 @@ class LightSampler {
     }
   }
 
+  /// The nearest light that the camera sees (scene::Light::visible) along a ray that meets something at distance_cm, or
+  /// nothing (infinity); density 0: none. `density` says nothing else.
+  Arrival seen(const glm::vec3& origin, const glm::vec3& direction, float distance_cm) const;
+
   /// Whether sample() looks at u_light.
   bool has_choice() const { return choices_.size() > 1; }
 
@@ -70,9 +78,11 @@ class LightSampler {
   struct Choice {
     const scene::Light* light;  ///< null: the environment
     float probability;
+    std::size_t group = 0;
     LightClearance clearance{};
   };
   const scene::Scene& scene_;
+  bool some_seen_ = false;       ///< by the camera
   std::vector<Choice> choices_;  ///< sum of the probabilities 1
 };
 

@@ -8,16 +8,32 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "scene/model/light.h"
 #include "tress/fiber/lobes.h"
 
 namespace tress::integrate {
 
-/// Layers of a picture: the lobe of the first fiber hit, then surfaces first hit, then what is behind everything.
-constexpr std::size_t surface_layer = fiber::lobe_count, background_layer = surface_layer + 1,
-                      layer_count = background_layer + 1;
+/// Layers of a picture: the lobe of the first fiber hit, then surfaces first hit, lights that the camera sees, then
+/// what is behind everything.
+constexpr std::size_t surface_layer = fiber::lobe_count, emission_layer = surface_layer + 1,
+                      background_layer = emission_layer + 1, layer_count = background_layer + 1;
 constexpr const char* layer_name(std::size_t layer) {
-  return layer == surface_layer ? "surface" : layer == background_layer ? "background" : fiber::lobe_names[layer];
+  return layer == surface_layer      ? "surface"
+         : layer == emission_layer   ? "emission"
+         : layer == background_layer ? "background"
+                                     : fiber::lobe_names[layer];
 }
+
+/// Light by the group of the light that it comes from (scene::light_groups). Of `count` groups; 0: nothing is kept.
+struct GroupLight {
+  std::array<glm::vec3, scene::most_light_groups> light{};  ///< linear RGB; the first `count`
+  std::size_t count = 0;
+
+  explicit GroupLight(std::size_t groups = 0) : count(groups) {}
+  void add(std::size_t group, const glm::vec3& radiance) {
+    if (group < count) light[group] += radiance;
+  }
+};
 
 /// What one path brings: sums over its hits.
 struct PathSums {
@@ -35,6 +51,12 @@ struct PathSums {
   /// Luminance that the rows of the path's vertices bring too much, of either sign: traced at few vertices, which
   /// stand for all (Scattered::excess).
   float excess = 0;
+  bool sees_light = false;  ///< the camera's ray ends at a light
+  bool held_out = false;    ///< or at a matte, which shows nothing
+  GroupLight groups;        ///< of all layers but the background
+
+  PathSums() = default;
+  explicit PathSums(std::size_t group_count) : groups(group_count) {}
 
   /// Sum of the layers, in their order.
   glm::vec3 beauty() const {

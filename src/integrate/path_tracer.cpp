@@ -18,7 +18,8 @@ enum Dimension : std::uint32_t {
   light_direction,
   lobe_and_theta,
   phi_and_spare,
-  light_choice
+  light_choice,
+  lens_position
 };
 
 /// How often it is asked what rows have too much: for one in so many paths that bring the picture's mean by a light,
@@ -99,6 +100,7 @@ PathTracer::PathTracer(const scene::Scene& scene, const geometry::FiberScene& fi
       camera_(scene.camera, scene.image),
       motion_(scene),
       lights_(scene),
+      group_count_(scene::light_groups(scene).size()),
       scattering_(scene, model, fiber_ids) {}
 
 PathTracer PathTracer::at_brightness(float brightness) const {
@@ -125,6 +127,7 @@ PathTracer::Lit PathTracer::light(const Vertex& vertex, float u_light, const std
   if (!(density > 0)) return none;
   glm::vec3 scale = light.radiance / density;
   Lit scattered{value.layers};
+  scattered.group = light.group;
   const float brought = std::abs(mean_of(weight * scale * total_of(scattered.layers)));
   if (brought == 0) return none;
   if (brought < surely_traced_) {
@@ -139,12 +142,15 @@ PathTracer::Lit PathTracer::light(const Vertex& vertex, float u_light, const std
   return scattered;
 }
 
-glm::vec3 PathTracer::met_light(const Vertex& vertex, const Scattering::Sample& sample, float distance_cm) const {
+glm::vec3 PathTracer::met_light(const Vertex& vertex, const Scattering::Sample& sample, float distance_cm,
+                                const glm::vec3& throughput, GroupLight& groups) const {
   glm::vec3 radiance(0.0f);
   const float drawn = static_cast<float>(vertex.bcsdf_samples) * sample.value.pdf;
   const float per_light = static_cast<float>(vertex.light_samples) * sample.value.solid_angle;
   lights_.along(vertex.hit.axis, sample.direction, distance_cm, [&](const LightSampler::Arrival& light) {
-    radiance += light.radiance * (drawn / (drawn + per_light * light.density));
+    const glm::vec3 share = light.radiance * (drawn / (drawn + per_light * light.density));
+    radiance += share;
+    groups.add(light.group, throughput * share);
   });
   return radiance;
 }
@@ -156,6 +162,7 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
   for (glm::vec3& layer : first_weight) layer /= sample.value.pdf * static_cast<float>(vertex.bcsdf_samples);
   const glm::vec3 first_total = sample.value.total() / sample.value.pdf;
   glm::vec3 throughput(1.0f), radiance(0.0f);
+  GroupLight groups(group_count_);
   const int first_samples = vertex.bcsdf_samples;
   // What a unit of light from the vertex brings to the picture, what of that is too much by the rows of the vertices
   // before it, in the mean, and the same of all light of the path. The mean of a product of independent values is the
@@ -170,7 +177,7 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
     if (!(largest > 0)) break;
     const geometry::Ray ray = ray_from(vertex.hit, sample.direction);
     const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
-    const glm::vec3 met = met_light(vertex, sample, hit ? hit->distance_cm : nowhere);
+    const glm::vec3 met = met_light(vertex, sample, hit ? hit->distance_cm : nowhere, throughput, groups);
     radiance += throughput * met;
     ExcessAt excess(scattering_, vertex, sample.direction);
     const glm::vec3 weight = sample.value.total() / sample.value.pdf;
@@ -202,6 +209,7 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
       const Lit lit = light(vertex, u_light, {u1, u2}, worth, random, sums);
       const glm::vec3 total = total_of(lit.layers);
       radiance += throughput * total;
+      groups.add(lit.group, throughput * total);
       excess_light += too_much * total + (worth - too_much) * lit.excess;
     }
     std::array<float, 4> u;
@@ -214,6 +222,8 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
   for (std::size_t layer = 0; layer < first_weight.size(); ++layer) {
     sums.layers[layer] += first_weight[layer] * radiance;
   }
+  const glm::vec3 first = total_of(first_weight);
+  for (std::size_t group = 0; group < groups.count; ++group) sums.groups.add(group, first * groups.light[group]);
 }
 
 PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
@@ -221,9 +231,27 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(scene_.image.width) + static_cast<std::uint64_t>(x);
   const PixelSampler stratified(options_.seed, pixel);
   RandomStream random(options_.seed, pixel, sample);
-  PathSums sums;
-  const geometry::Ray ray = camera_.ray(x, y, stratified.pair(sample, pixel_position));
+  PathSums sums(group_count_);
+  const geometry::Ray ray = camera_.has_lens() ? camera_.ray(x, y, stratified.pair(sample, pixel_position),
+                                                             stratified.pair(sample, lens_position))
+                                               : camera_.ray(x, y, stratified.pair(sample, pixel_position));
   const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
+  const LightSampler::Arrival seen = lights_.seen(ray.origin, ray.direction, hit ? hit->distance_cm : nowhere);
+  if (seen.density > 0) {
+    sums.sees_light = true;
+    sums.layers[emission_layer] = seen.radiance;
+    sums.groups.add(seen.group, seen.radiance);
+    if (scene_.next) {
+      const bool near = seen.distance_cm < scene::distant_cm;
+      sums.motion =
+          near ? motion_.of_light(ray.origin + seen.distance_cm * ray.direction) : motion_.of_backdrop(ray.direction);
+    }
+    return sums;
+  }
+  if (hit && hit->is_surface && scene_.meshes[hit->mesh].holdout) {
+    sums.held_out = true;
+    return sums;
+  }
   if (!hit) {
     if (scene_.next) sums.motion = motion_.of_backdrop(ray.direction);
     if (scene_.environment_visible)
@@ -249,6 +277,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
     const Lit lit = light(vertex, u_light, stratified.pair(index, light_direction), glm::vec3(1.0f), random, sums);
     for (std::size_t layer = 0; layer < lit.layers.size(); ++layer) sums.layers[layer] += lit.layers[layer];
     sums.excess += signed_luminance(lit.excess);
+    sums.groups.add(lit.group, total_of(lit.layers));
   }
   const auto bcsdf_samples = static_cast<std::uint32_t>(options_.bcsdf_samples);
   for (std::uint32_t i = 0; i < bcsdf_samples; ++i) {

@@ -43,14 +43,17 @@ class PathTracer {
   struct Lit {
     ScatteredLayers layers{};
     glm::vec3 excess{0.0f};
+    std::size_t group = 0;  ///< of the light that was drawn
   };
   /// Of the vertex. weight: of it in the picture, which its roulette goes by. Counts its queries in `sums`.
   Lit light(const Vertex& vertex, float u_light, const std::array<float, 2>& u, const glm::vec3& weight,
             RandomStream& random, PathSums& sums) const;
   /// The chance of asking what the rows have too much of light that brings so much luminance to the picture.
   float chance_of_light(float luminance) const;
-  /// Light that a BCSDF sample of the vertex meets on its way of distance_cm, weighed against light samples.
-  glm::vec3 met_light(const Vertex& vertex, const Scattering::Sample& sample, float distance_cm) const;
+  /// Light that a BCSDF sample of the vertex meets on its way of distance_cm, weighed against light samples; `groups`
+  /// get it times the throughput.
+  glm::vec3 met_light(const Vertex& vertex, const Scattering::Sample& sample, float distance_cm,
+                      const glm::vec3& throughput, GroupLight& groups) const;
   /// Adds what one BCSDF sample of the first vertex brings, followed to its end.
   void follow(Vertex vertex, Scattering::Sample sample, RandomStream& random, PathSums& sums) const;
 
@@ -61,6 +64,7 @@ class PathTracer {
   FrameMotion motion_;
   LightSampler lights_;
   float brightness_ = 0;
+  std::size_t group_count_;  ///< 0: no light is kept by group
   Scattering scattering_;
   float surely_traced_ = 0;  ///< what a light sample has to bring; 0: nothing
 };

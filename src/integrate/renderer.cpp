@@ -117,6 +117,15 @@ bool splits_glint(const scene::Scene& scene) {
                      [](const fiber::FiberParameters& fiber) { return fiber.split_glint; });
 }
 
+Film::Extra extra_layers(const scene::Scene& scene) {
+  Film::Extra extra;
+  extra.emission =
+      std::any_of(scene.lights.begin(), scene.lights.end(), [](const scene::Light& light) { return light.visible; });
+  extra.groups = scene::light_groups(scene);
+  extra.backdrop_group = scene::group_index(extra.groups, scene.environment_group);
+  return extra;
+}
+
 [[maybe_unused]] bool is_within(const image::Window& part, const image::Window& whole) {
   return part.width >= 1 && part.height >= 1 && part.left >= 0 && part.top >= 0 &&
          part.left <= whole.width - part.width && part.top <= whole.height - part.height;
@@ -141,7 +150,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   const bool opaque = scene.environment_visible && !scene.image.transparent;
   Film film(options.crop.value_or(whole), splits_glint(scene), options.heatmap,
             opaque ? Ground::backdrop : Ground::nothing, options.mattes ? scene.grooms.size() + scene.meshes.size() : 0,
-            scene.next.has_value());
+            scene.next.has_value(), extra_layers(scene));
   assert(is_within(film.window(), whole));
   std::optional<BiasAuditor> auditor;
   if (options.audit != nullptr) auditor.emplace(*options.audit, scene, fibers, options, brightness.mean, film.window());

@@ -73,6 +73,40 @@ TEST(CameraProjection, PointsOnARayThroughAPixelAreProjectedThere) {
       }
 }
 
+TEST(CameraProjection, FollowsShiftedAndOrthographicCamerasToo) {
+  scene::Image image;
+  image.width = 96;
+  image.height = 54;
+  for (const float height : {0.0f, 30.0f}) {
+    scene::Camera camera = tilted();
+    camera.orthographic_height_cm = height;
+    camera.shift_x = 0.25f;
+    camera.shift_y = -0.5f;
+    const CameraProjection projection(camera, image);
+    const CameraRays rays(camera, image);
+    // The view is moved: what was in its middle is now a quarter to the left of it, and half a picture higher.
+    const auto middle = projection.pixel(camera.look_at);
+    EXPECT_NEAR(middle->x, 0.25 * 96, 1e-4);
+    EXPECT_NEAR(middle->y, 0, 1e-4);
+    const std::array<double, 16> ndc = projection.world_to_ndc();
+    for (const int x : {0, 17, 95})
+      for (const int y : {0, 30, 53}) {
+        const geometry::Ray ray = rays.ray(x, y, {0.5f, 0.5f});
+        const glm::dvec3 point = glm::dvec3(ray.origin) + 40.0 * glm::dvec3(ray.direction);
+        const auto pixel = projection.pixel(point);
+        ASSERT_TRUE(pixel);
+        EXPECT_NEAR(pixel->x, x + 0.5, 1e-3);
+        EXPECT_NEAR(pixel->y, y + 0.5, 1e-3);
+        const std::array<double, 4> in_ndc = times(point, ndc);
+        EXPECT_NEAR(in_ndc[0] / in_ndc[3], pixel->x / image.width, 1e-9);
+        EXPECT_NEAR(in_ndc[1] / in_ndc[3], pixel->y / image.height, 1e-9);
+        if (height > 0) {
+          EXPECT_NEAR(in_ndc[2] / in_ndc[3], 40 - 0.1, 1e-4) << "depth less 0.1 cm";
+        }
+      }
+  }
+}
+
 // OpenEXR: the camera's space is left-handed; the world here is right-handed.
 TEST(CameraProjection, TheCamerasSpaceIsLeftHandedAndKeepsLengths) {
   const std::array<double, 16> m = CameraProjection(tilted(), {}).world_to_camera();
@@ -88,9 +122,13 @@ TEST(CameraProjection, APictureGetsTheMatricesAndTheWidthOfItsScreen) {
   scene::Image image;
   image.width = 300;
   image.height = 100;
+  camera.shift_x = 0.5f;
+  camera.shift_y = 0.25f;
   image::Picture picture;
   describe_camera(camera, image, &picture);
   EXPECT_NEAR(picture.screen_width, 6, 1e-5);
+  EXPECT_NEAR(picture.screen_center[0], 3, 1e-5);
+  EXPECT_NEAR(picture.screen_center[1], 0.5, 1e-5);
   EXPECT_EQ(picture.matrices.count("worldToCamera"), 1u);
   EXPECT_NEAR(picture.matrices.at("worldToNDC")[15], CameraProjection(camera, image).world_to_ndc()[15], 1e-5);
 }

@@ -49,6 +49,20 @@ TEST(FrameMotion, ACameraThatTurnsMovesTheBackdropToo) {
   EXPECT_NEAR(motion.of_point({0, 0, 0}).y, 0, 1e-4);
 }
 
+// A quarter turn counter-clockwise from above about (1, 0): what is 1 cm before the axis goes 1 cm to its right, in the
+// plane of the axis, where a cm is 5 pixels; lights and the backdrop rest.
+TEST(FrameMotion, OnATurntableHairMovesAndLightsRest) {
+  scene::Scene scene = seen_from_ten_cm();
+  scene.next->turn = {std::acos(-1.0) / 2, {1, 0, 0}};
+  const FrameMotion motion(scene);
+  const double before = 50.0 / 9, after = 10;  // pixels right of the middle
+  EXPECT_NEAR(motion.of_point({1, -1, 0}).x, after - before, 1e-4);
+  EXPECT_NEAR(motion.of_point({1, -1, 0}).y, 0, 1e-4);
+  EXPECT_NEAR(motion.of_point({1, 0, 3}).x, 0, 1e-4) << "on the axis";
+  EXPECT_EQ(motion.of_light({1, -1, 0}), glm::vec2(0.0f));
+  EXPECT_EQ(motion.of_backdrop({0, 1, 0}), glm::vec2(0.0f));
+}
+
 TEST(FrameMotion, WhatIsBehindTheNextCameraRests) {
   scene::Scene scene = seen_from_ten_cm();
   scene.next->camera.eye = {0, 20, 0};

@@ -73,6 +73,7 @@ TEST(CameraMotion, RefusesWhatContradicts) {
       {R"({"frames": [{"frame": 3, "eye": [0, 1, 3]}], "turntable": {"frames": 3}})", "/camera: expected at most one"},
       {R"({"turntable": {}})", "/camera/turntable/frames: expected this key"},
       {R"({"turntable": {"frames": 4, "height_cm": 3}})", "/camera/turntable/height_cm"},
+      {R"({"turntable": {"frames": 4, "turns": "light"}})", "/camera/turntable/turns: expected one of object, camera"},
       {R"({"turntable": {"frames": 4, "distance_cm": 0.001, "height_cm": 1000}})", "/camera/turntable/up"}};
   for (const auto& [text, why] : wrong) {
     const auto scene = parse(text);
@@ -83,7 +84,8 @@ TEST(CameraMotion, RefusesWhatContradicts) {
 
 TEST(CameraMotion, TurntableGoesCounterClockwiseFromTheFront) {
   const auto camera = described(
-      R"({"turntable": {"frames": 4, "look_at": [1, 2, 3], "distance_cm": 10, "height_cm": 5}, "vertical_fov_deg": 33})");
+      R"({"turntable": {"frames": 4, "look_at": [1, 2, 3], "distance_cm": 10, "height_cm": 5, "turns": "camera"},
+          "vertical_fov_deg": 33})");
   const glm::vec3 eyes[] = {{1, -8, 8}, {11, 2, 8}, {1, 12, 8}, {-9, 2, 8}, {1, -8, 8}};
   for (int frame = 0; frame < 5; ++frame) {
     const auto now = at(camera, frame);
@@ -108,7 +110,7 @@ TEST(CameraMotion, FramedTurntableSeesAllHairAllRoundAndNoLess) {
   const std::vector<Groom> grooms{generate_groom({.kind = "curly_lock", .strands = 60, .seed = 4})};
   for (const char* aim : {"", R"(, "look_at": [3, 1, -20])"})
     for (const Image& image : {Image{400, 400, 1}, Image{200, 600, 1}, Image{800, 200, 1}}) {
-      const auto camera = described(std::string(R"({"turntable": {"frames": 360)") + aim + "}}");
+      const auto camera = described(std::string(R"({"turntable": {"turns": "camera", "frames": 360)") + aim + "}}");
       double most = 0;
       for (int frame = 0; frame < 360; frame += 1) {
         const auto now = camera_at(camera, frame, grooms, image, "s.json");
@@ -118,6 +120,37 @@ TEST(CameraMotion, FramedTurntableSeesAllHairAllRoundAndNoLess) {
       EXPECT_LE(most, 1 / 1.06 + 1e-4);
       EXPECT_GE(most, 1 / 1.06 - 2e-3);
     }
+}
+
+/// As `turns` has it, a frame shows the same side of the hair: where a point is seen from the camera.
+TEST(CameraMotion, ATurntableOfObjectsStandsStillAndShowsWhatTheTurningCameraSees) {
+  const std::vector<Groom> grooms{generate_groom({.kind = "curly_lock", .strands = 20, .seed = 4})};
+  const Image image{300, 400, 1};
+  for (const char* aim : {"", R"(, "look_at": [3, 1, -20])", R"(, "distance_cm": 40, "height_cm": 7)"}) {
+    const auto turning = described(fmt::format(R"({{"turntable": {{"frames": 24, "turns": "camera"{}}}}})", aim));
+    const auto still = described(fmt::format(R"({{"turntable": {{"frames": 24{}}}}})", aim));
+    for (const int frame : {0, 1, 7, 12, 31}) {
+      const auto camera = camera_at(turning, frame, grooms, image, "s.json");
+      const auto fixed = camera_at(still, frame, grooms, image, "s.json");
+      ASSERT_TRUE(camera && fixed);
+      EXPECT_EQ(fixed->eye, camera_at(still, 0, grooms, image, "s.json")->eye);
+      EXPECT_EQ(object_turn_at(turning, frame, grooms).turn_rad, 0);
+      std::vector<Groom> turned = grooms;
+      std::vector<Mesh> meshes(1);
+      meshes[0].positions = {grooms[0].points[0]};
+      meshes[0].normals = {glm::normalize(camera->eye - camera->look_at)};
+      turn_objects(object_turn_at(still, frame, grooms), &turned, &meshes);
+      EXPECT_EQ(meshes[0].positions[0], turned[0].points[0]);
+      EXPECT_LT(glm::distance(meshes[0].normals[0], glm::normalize(fixed->eye - fixed->look_at)), 1e-6f);
+      const auto seen = [](const Camera& by, const glm::vec3& point) {
+        const glm::vec3 forward = glm::normalize(by.look_at - by.eye), d = point - by.eye;
+        const glm::vec3 right = glm::normalize(glm::cross(forward, by.up));
+        return glm::vec3(glm::dot(d, right), glm::dot(d, glm::cross(right, forward)), glm::dot(d, forward));
+      };
+      for (std::size_t i = 0; i < grooms[0].points.size(); i += 37)
+        EXPECT_LT(glm::distance(seen(*camera, grooms[0].points[i]), seen(*fixed, turned[0].points[i])), 1e-4f);
+    }
+  }
 }
 
 TEST(CameraMotion, AFramedCameraTurnsAboutTheHair) {

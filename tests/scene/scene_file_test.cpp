@@ -88,7 +88,7 @@ TEST(SceneFile, ReadsLights) {
   EXPECT_NEAR(glm::cross(front.edge_u, front.edge_v).y, 3, 1e-5);
   EXPECT_NEAR(std::abs(front.edge_v.z), 1, 1e-6);
   const std::pair<std::string, std::string> wrong[] = {
-      {R"({})", "/lights/0: expected one of distant, sphere, rectangle, found none"},
+      {R"({})", "/lights/0: expected one of distant, sphere, rectangle, spot, found none"},
       {R"({"sphere": {}, "distant": {}})", "/lights/0: expected at most one of"},
       {R"({"distant": {"direction": [0, 0, 0], "radiance": [1, 1, 1]}})", "/lights/0/distant/direction"},
       {R"({"distant": {"direction": [0, 0, 1]}})", "/lights/0/distant: expected one of radiance, irradiance"},

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/ext/vector_double3.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
+
+#include "scene/model/parameters.h"
 
 namespace tress::scene {
 namespace {
@@ -46,10 +49,49 @@ Camera placed(const std::vector<Groom>& grooms, const Camera& camera, const glm:
 
 Camera between(const Camera& a, const Camera& b, float t) {
   const auto mix = [t](const auto& x, const auto& y) { return x + t * (y - x); };
-  return {mix(a.eye, b.eye), mix(a.look_at, b.look_at), mix(a.up, b.up), mix(a.vertical_fov_deg, b.vertical_fov_deg)};
+  Camera camera = a;
+  camera.eye = mix(a.eye, b.eye);
+  camera.look_at = mix(a.look_at, b.look_at);
+  camera.up = mix(a.up, b.up);
+  camera.vertical_fov_deg = mix(a.vertical_fov_deg, b.vertical_fov_deg);
+  return camera;
 }
 
-Camera at_keys(const std::vector<CameraKey>& keys, int frame) {
+/// Height of the part of the sensor that the picture has.
+double sensor_height_mm(const Lens& lens, const Image& image) {
+  const double size = lens.sensor_mm, aspect = static_cast<double>(image.width) / image.height;
+  const bool by_width = lens.sensor_fit == Lens::Fit::width || (lens.sensor_fit == Lens::Fit::longer && aspect >= 1);
+  return by_width ? size / aspect : size;
+}
+
+/// With the angle of view of its focal length, or the focal length of its angle.
+Camera with_angle(Camera camera, const Lens& lens, const Image& image) {
+  constexpr double degrees = 180 / std::numbers::pi;
+  const double half_mm = sensor_height_mm(lens, image) / 2;
+  if (camera.focal_length_mm > 0)
+    camera.vertical_fov_deg = static_cast<float>(2 * std::atan(half_mm / double{camera.focal_length_mm}) * degrees);
+  return camera;
+}
+
+/// Radius and focus of the lens of a camera that is in its place. Sets *fault where the point in focus is not before
+/// it.
+Camera with_lens(Camera camera, const Lens& lens, const Image& image, std::optional<CameraFault>* fault) {
+  const double half_angle_rad = double{camera.vertical_fov_deg} / 2 * std::numbers::pi / 180;
+  camera.focal_length_mm = static_cast<float>(sensor_height_mm(lens, image) / 2 / std::tan(half_angle_rad));
+  if (lens.f_number) camera.lens_radius_cm = camera.focal_length_mm / 10 / (2 * *lens.f_number);
+  if (lens.radius_cm) camera.lens_radius_cm = *lens.radius_cm;
+  if (!(camera.lens_radius_cm > 0)) return camera;
+  const glm::vec3 forward = glm::normalize(camera.look_at - camera.eye);
+  const glm::vec3 sharp = lens.focus_point.value_or(camera.look_at);
+  camera.focus_cm = lens.focus_cm.value_or(glm::dot(sharp - camera.eye, forward));
+  if (!(camera.focus_cm >= 1e-3f))
+    *fault = {"depth_of_field/focus_point", "a point before the camera",
+              fmt::format("one at {:g} cm along the view", camera.focus_cm)};
+  return camera;
+}
+
+Camera at_keys(std::vector<CameraKey> keys, int frame, const Lens& lens, const Image& image) {
+  for (CameraKey& key : keys) key.camera = with_angle(key.camera, lens, image);
   const auto next =
       std::find_if(keys.begin(), keys.end(), [frame](const CameraKey& key) { return key.frame >= frame; });
   if (next == keys.end()) return keys.back().camera;
@@ -59,14 +101,19 @@ Camera at_keys(const std::vector<CameraKey>& keys, int frame) {
   return between(before.camera, next->camera, static_cast<float>(t));
 }
 
+/// Counter-clockwise from above, [0, 2 pi).
+double turn_at(const Turntable& turntable, int frame) {
+  const int step = (frame % turntable.frames + turntable.frames) % turntable.frames;
+  return 2 * std::numbers::pi * step / turntable.frames;
+}
+
 Camera on_turntable(const Turntable& turntable, int frame, const std::vector<Groom>& grooms, const Image& image,
                     const Camera& still) {
   Camera camera = frame_grooms_all_round(grooms, image, still, turntable.look_at);
   const glm::vec3 middle = turntable.look_at.value_or(camera.look_at);
   float distance = std::hypot(camera.eye.x - middle.x, camera.eye.y - middle.y), height = camera.eye.z - middle.z;
   if (turntable.distance_cm) distance = *turntable.distance_cm, height = turntable.height_cm;
-  const int step = (frame % turntable.frames + turntable.frames) % turntable.frames;
-  const double turn = 2 * std::numbers::pi * step / turntable.frames;
+  const double turn = turntable.turns_camera ? turn_at(turntable, frame) : 0;
   camera.look_at = middle;
   camera.eye = middle + glm::vec3(distance * static_cast<float>(std::sin(turn)),
                                   -distance * static_cast<float>(std::cos(turn)), height);
@@ -119,6 +166,12 @@ Camera frame_grooms_all_round(const std::vector<Groom>& grooms, const Image& ima
 }
 
 std::optional<CameraFault> fault_of(const Camera& camera) {
+  const Range& angles = parameter_at("/camera/vertical_fov_deg")->range;
+  if (!angles.contains(double{camera.vertical_fov_deg}))
+    return CameraFault{
+        "focal_length_mm",
+        fmt::format("one that gives a vertical angle of view of {:g} to {:g} degrees", angles.least, angles.most),
+        fmt::format("{:g} degrees", camera.vertical_fov_deg)};
   const auto forward = camera.look_at - camera.eye;
   if (!(glm::length(forward) > 1e-5f)) return CameraFault{"look_at", "a point other than eye", "the same point"};
   const auto up_length = glm::length(camera.up);
@@ -127,19 +180,49 @@ std::optional<CameraFault> fault_of(const Camera& camera) {
   return std::nullopt;
 }
 
+ObjectTurn object_turn_at(const CameraDescription& description, std::optional<int> frame,
+                          const std::vector<Groom>& grooms) {
+  if (!description.turntable || description.turntable->turns_camera) return {};
+  const glm::vec3 middle = middle_of(grooms).value_or(glm::vec3(0.0f));
+  return {-turn_at(*description.turntable, frame.value_or(0)), description.turntable->look_at.value_or(middle)};
+}
+
+glm::dvec3 ObjectTurn::of(const glm::dvec3& point) const {
+  if (turn_rad == 0) return point;
+  const double c = std::cos(turn_rad), s = std::sin(turn_rad), x = point.x - double{pivot.x},
+               y = point.y - double{pivot.y};
+  return {c * x - s * y + double{pivot.x}, s * x + c * y + double{pivot.y}, point.z};
+}
+
+void turn_objects(const ObjectTurn& turn, std::vector<Groom>* grooms, std::vector<Mesh>* meshes) {
+  if (turn.turn_rad == 0) return;
+  const ObjectTurn of_directions{turn.turn_rad, glm::vec3(0.0f)};
+  for (Groom& groom : *grooms) {
+    groom.turned_rad += turn.turn_rad;
+    for (glm::vec3& point : groom.points) point = glm::vec3(turn.of(point));
+  }
+  for (Mesh& mesh : *meshes) {
+    for (glm::vec3& point : mesh.positions) point = glm::vec3(turn.of(point));
+    for (glm::vec3& normal : mesh.normals) normal = glm::vec3(of_directions.of(normal));
+  }
+}
+
 Result<Camera> camera_at(const CameraDescription& description, std::optional<int> frame,
                          const std::vector<Groom>& grooms, const Image& image, const std::string& name) {
-  if (description.framed) return frame_grooms(grooms, image, description.camera, description.turn_rad);
-  Camera camera = description.camera;
+  const Camera still = with_angle(description.camera, description.lens, image);
+  Camera camera = still;
   int at = frame.value_or(0);
-  if (description.turntable) {
-    camera = on_turntable(*description.turntable, at, grooms, image, description.camera);
+  if (description.framed) {
+    camera = frame_grooms(grooms, image, still, description.turn_rad);
+  } else if (description.turntable) {
+    camera = on_turntable(*description.turntable, at, grooms, image, still);
   } else if (!description.keys.empty()) {
     at = frame.value_or(description.keys.front().frame);
-    camera = at_keys(description.keys, at);
+    camera = at_keys(description.keys, at, description.lens, image);
   }
-  if (const auto fault = fault_of(camera))
-    return Error{name, fmt::format("/camera at frame {}: {}", at, fault->key), fault->expected, fault->found};
+  std::optional<CameraFault> fault = fault_of(camera);
+  if (!fault) camera = with_lens(camera, description.lens, image, &fault);
+  if (fault) return Error{name, fmt::format("/camera at frame {}: {}", at, fault->key), fault->expected, fault->found};
   return camera;
 }
 

@@ -15,17 +15,32 @@ struct CameraKey {
   Camera camera;
 };
 
-/// A level circle around `look_at`, counter-clockwise from above; frame 0 is on the side of -y.
+/// The camera on a level circle around `look_at`, counter-clockwise from above, frame 0 on the side of -y; or the hair
+/// and the meshes the other way round under a camera that stands at frame 0, so that a frame shows the same side of
+/// them. Lights and the environment stand still either way.
 struct Turntable {
   int frames = 1;                    ///< of one turn; frame numbers repeat after them
+  bool turns_camera = false;         ///< else the objects
   std::optional<glm::vec3> look_at;  ///< unset: the middle of the hair
   std::optional<float> distance_cm;  ///< from the axis; unset: all hair is seen in every frame, from 8 degrees above
   float height_cm = 0;               ///< above look_at, with distance_cm
 };
 
+/// What makes angles of focal lengths, and a lens.
+struct Lens {
+  enum class Fit { longer, width, height };
+  float sensor_mm = 36;                  ///< what the side of the picture spans that fits
+  Fit sensor_fit = Fit::longer;          ///< which side that is
+  std::optional<float> f_number;         ///< focal length over the diameter of the lens; or
+  std::optional<float> radius_cm;        ///< that of the lens; neither: a pinhole
+  std::optional<float> focus_cm;         ///< along the view; or
+  std::optional<glm::vec3> focus_point;  ///< a point that is sharp; neither: that of `look_at`
+};
+
 /// At most one of `framed`, `keys`, `turntable`; else `camera` as it is.
 struct CameraDescription {
-  Camera camera;                ///< only its angle of view where it is framed or goes around
+  Camera camera;                ///< only how it looks, not where, where it is framed or goes around
+  Lens lens;                    ///< the members of the cameras that it determines are set by camera_at()
   bool framed = true;           ///< placed to see all grooms
   double turn_rad = 0;          ///< where it is framed: about the hair, counter-clockwise from above; 0: from -y
   std::vector<CameraKey> keys;  ///< by rising frame number
@@ -33,10 +48,18 @@ struct CameraDescription {
 };
 
 /// The eye, the point looked at, up and the angle of view are linear between keys and hold before and after them.
-/// Without a frame: that of the first key, or 0. Fails where a camera between keys looks along its up or at its eye;
-/// `name` is the scene file of the message.
+/// Without a frame: that of the first key, or 0. Fails where a camera between keys looks along its up or at its eye, a
+/// focal length gives an angle of view out of its range, or the point in focus is not before the camera; `name` is the
+/// scene file of the message.
 Result<Camera> camera_at(const CameraDescription& description, std::optional<int> frame,
                          const std::vector<Groom>& grooms, const Image& image, const std::string& name);
+
+/// How far grooms and meshes are turned in a frame.
+ObjectTurn object_turn_at(const CameraDescription& description, std::optional<int> frame,
+                          const std::vector<Groom>& grooms);
+
+/// Turns points and normals of grooms and meshes, and the axes that the root angles of the strands are counted from.
+void turn_objects(const ObjectTurn& turn, std::vector<Groom>* grooms, std::vector<Mesh>* meshes);
 
 /// What keeps the camera from seeing anything: looks at its own eye, or along `up`. Nothing where it can.
 struct CameraFault {

@@ -48,6 +48,7 @@ LightSample finite_sample(const Light& light, const glm::dvec3& direction, doubl
   sample.direction = glm::vec3(direction);
   sample.distance = static_cast<float>(std::min(distance, static_cast<double>(distant_cm)));
   sample.radiance = light.radiance;
+  if (light.kind == Light::Kind::spot) sample.radiance *= static_cast<float>(spot_share(light, -sample.direction));
   sample.pdf_solid_angle = density;
   return sample;
 }
@@ -159,6 +160,7 @@ LightSample sample_light(const Light& light, const glm::vec3& point, float u1, f
   const glm::dvec3 from(point);
   switch (light.kind) {
     case Light::Kind::sphere:
+    case Light::Kind::spot:
       return sample_sphere(light, from, u1, u2);
     case Light::Kind::rectangle:
       return sample_rectangle(light, from, u1, u2);
@@ -174,7 +176,7 @@ LightSample sample_light(const Light& light, const glm::vec3& point, float u1, f
 LightSample light_along(const Light& light, const glm::vec3& origin, const glm::vec3& direction, float max_distance) {
   const glm::dvec3 unit = glm::normalize(glm::dvec3(direction)), from(origin);
   LightSample met;
-  if (light.kind == Light::Kind::sphere) {
+  if (light.is_ball()) {
     met = sphere_along(light, from, unit);
   } else if (light.kind == Light::Kind::rectangle) {
     met = rectangle_along(light, from, unit);
@@ -191,6 +193,47 @@ LightSample light_along(const Light& light, const glm::vec3& origin, const glm::
 glm::vec3 direction_towards(double azimuth_rad, double elevation_rad) {
   const double flat = std::cos(elevation_rad);
   return glm::vec3(flat * std::sin(azimuth_rad), -flat * std::cos(azimuth_rad), std::sin(elevation_rad));
+}
+
+double spot_share(const Light& light, const glm::vec3& direction) {
+  // 2 (1 - cos) is the squared distance of the unit directions: no cancellation in the narrowest cone.
+  const glm::dvec3 aside = glm::dvec3(direction) - glm::dvec3(light.direction);
+  const double off_axis = 0.5 * glm::dot(aside, aside), core = light.core, cone = light.cone;
+  if (off_axis <= core) return 1;
+  if (!(off_axis < cone)) return 0;
+  const double t = (cone - off_axis) / (cone - core);
+  return t * t * (3 - 2 * t);
+}
+
+glm::vec3 spot_radiance(const glm::vec3& irradiance, double radius_cm, double distance_cm) {
+  const double ratio = std::max(1.0, distance_cm / radius_cm);
+  return irradiance * static_cast<float>(ratio * ratio / pi);
+}
+
+std::vector<std::string> light_groups(const Scene& scene) {
+  std::vector<std::string> names;
+  bool others = false;
+  const auto add = [&](const std::string& name) {
+    if (name.empty()) others = true;
+    if (!name.empty() && std::ranges::find(names, name) == names.end()) names.push_back(name);
+  };
+  if (scene.environment.mean() != glm::vec3(0.0f)) add(scene.environment_group);
+  for (const Light& light : scene.lights) add(light.group);
+  if (!names.empty() && others && std::ranges::find(names, other_lights) == names.end())
+    names.emplace_back(other_lights);
+  return names;
+}
+
+std::size_t group_index(const std::vector<std::string>& groups, const std::string& name) {
+  const auto found = std::ranges::find(groups, name.empty() ? other_lights : name);
+  return found == groups.end() ? 0 : static_cast<std::size_t>(found - groups.begin());
+}
+
+bool is_group_name(const std::string& name) {
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
+  return !name.empty() && name.size() <= 64 && std::ranges::all_of(name, is_plain);
 }
 
 glm::vec3 distant_radiance(const glm::vec3& irradiance, double half_angle_rad) {

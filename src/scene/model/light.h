@@ -1,8 +1,11 @@
 // Lights beside the environment: drawn from a point, and met by a ray that was drawn by other means.
 #pragma once
 
+#include <cstddef>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "scene/model/scene.h"
 
@@ -21,8 +24,9 @@ struct LightSample {
 
 /// Draws a direction towards `light` from `point` (cm); u1, u2 uniform in [0, 1). The density is uniform over the solid
 /// angle that the light takes at the point: the cone of a distant light or sphere (all directions inside a sphere,
-/// which shines inwards too), the spherical rectangle (Urena, Fajardo, King 2013) of a rectangle; a rectangle of less
-/// than 1e-6 sr is drawn by area. Every member is finite for every input, NaN included. Pure; any thread.
+/// which shines inwards too; a spot is a sphere), the spherical rectangle (Urena, Fajardo, King 2013) of a rectangle; a
+/// rectangle of less than 1e-6 sr is drawn by area. Every member is finite for every input, NaN included. Pure; any
+/// thread.
 LightSample sample_light(const Light& light, const glm::vec3& point, float u1, float u2);
 
 /// What a ray meets of a light: `pdf_solid_angle` is that with which sample_light() draws its direction from its
@@ -35,6 +39,24 @@ LightSample light_along(const Light& light, const glm::vec3& origin, const glm::
 /// Towards azimuth and elevation, radians: azimuth 0 is -y (the side of a framed camera), counter-clockwise from
 /// above, so that +x is at pi/2; elevation from the horizon.
 glm::vec3 direction_towards(double azimuth_rad, double elevation_rad);
+
+/// Share of its radiance that a spot sends into a unit direction: 1 within `core`, 0 beyond `cone`, t^2 (3 - 2 t)
+/// between them, t linear in the cosine. The same as a spot of pbrt and of Blender (soft edge: `blend`).
+double spot_share(const Light& light, const glm::vec3& direction);
+
+/// Radiance of a spot of `radius_cm` that gives `irradiance` on a plane across its axis at `distance_cm`, where it is
+/// full: E d^2 / (pi r^2), within the sphere E / pi.
+glm::vec3 spot_radiance(const glm::vec3& irradiance, double radius_cm, double distance_cm);
+
+/// Groups of a scene that have layers: names in the order of the environment, then the lights; `other_lights` last for
+/// what has none. Empty where nothing has one.
+constexpr const char* other_lights = "other";
+std::vector<std::string> light_groups(const Scene& scene);
+/// Where a name is in light_groups(); `other_lights` for an empty one, 0 where there are none.
+std::size_t group_index(const std::vector<std::string>& groups, const std::string& name);
+constexpr std::size_t most_light_groups = 16;  ///< of a scene, `other_lights` among them
+/// Letters, digits, _ and -, 1 to 64.
+bool is_group_name(const std::string& name);
 
 /// Radiance of a distant light that gives `irradiance` on a plane across its direction: E / (pi sin^2 half_angle).
 glm::vec3 distant_radiance(const glm::vec3& irradiance, double half_angle_rad);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/ext/vector_double3.hpp>
 #include <glm/ext/vector_uint3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -22,6 +23,14 @@ struct Camera {
   glm::vec3 look_at{0, 0, 0};
   glm::vec3 up{0, 0, 1};
   float vertical_fov_deg = 30;
+  /// > 0: in place of the angle of view, with the sensor of CameraDescription; of a loaded scene that of the angle.
+  float focal_length_mm = 0;
+  float orthographic_height_cm = 0;  ///< > 0: the rays are parallel, the picture is as high as this
+  float shift_x = 0, shift_y = 0;    ///< of the view past `look_at`: picture widths to the right, heights up
+  float lens_radius_cm = 0;          ///< > 0: depth of field; of a polygon: of its corners
+  float focus_cm = 0;                ///< with a lens, > 0: from the eye to what is sharp, along the view
+  int blades = 0;                    ///< corners of the lens, at least 3; 0: round
+  float blade_rotation_rad = 0;  ///< counter-clockwise as what is behind the focus shows it; 0: a corner to the right
 };
 
 struct Image {
@@ -52,17 +61,23 @@ struct Material {
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: by a hash of the strand
 };
 
-/// A light beside the environment. Seen by rays that leave a fiber or a surface, not by the camera.
+/// A light beside the environment. Seen by rays that leave a fiber or a surface, by the camera where it is `visible`.
 struct Light {
-  enum class Kind { distant, sphere, rectangle };
+  enum class Kind { distant, sphere, rectangle, spot };
   Kind kind = Kind::distant;
-  glm::vec3 radiance{1.0f};        ///< linear RGB, >= 0, the same in all directions it shines into
-  glm::vec3 direction{0, 0, 1};    ///< distant: unit, towards the light
+  glm::vec3 radiance{1.0f};        ///< linear RGB, >= 0, the same in all directions it shines into; spot: on its axis
+  glm::vec3 direction{0, 0, 1};    ///< unit; distant: towards the light; spot: where it shines to
   float half_angle_rad = 0.0047f;  ///< distant: angular radius, (0, pi/2]
-  glm::vec3 center{0, 0, 0};       ///< sphere, rectangle: cm
-  float radius_cm = 1;             ///< sphere: > 0
+  glm::vec3 center{0, 0, 0};       ///< sphere, spot, rectangle: cm
+  float radius_cm = 1;             ///< sphere, spot: > 0
+  /// spot: 1 - cos of the angles to the axis up to which it is full and from which on it is dark, core <= cone.
+  float core = 0, cone = 1;
   /// rectangle: half edges, cm, orthogonal, not 0; shines towards edge_u x edge_v.
   glm::vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0};
+  bool visible = false;  ///< to the camera, from the side that it shines to
+  std::string group;     ///< layer of its light; empty: none of its own
+
+  bool is_ball() const { return kind == Kind::sphere || kind == Kind::spot; }
 };
 
 constexpr std::uint32_t no_normal = 0xffffffffu, no_uv = no_normal;
@@ -87,6 +102,8 @@ struct Mesh {
   std::vector<glm::vec2> uvs;          ///< finite
   std::vector<glm::uvec3> corner_uvs;  ///< the same for uvs, or no_uv; a triangle with one has the texture's mean
   std::optional<CoatParameters> coat;
+  bool visible = true;   ///< to the camera; all other rays meet it
+  bool holdout = false;  ///< the camera sees nothing where it is: black, alpha 0
 };
 
 /// What the points of a strand are.
@@ -115,9 +132,19 @@ struct Groom {
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
 };
 
+/// What turns on a turntable: grooms and meshes, about the vertical through `pivot`, counter-clockwise from above.
+struct ObjectTurn {
+  double turn_rad = 0;  ///< 0: nothing turns
+  glm::vec3 pivot{0.0f};
+
+  /// Where a point is after the turn.
+  glm::dvec3 of(const glm::dvec3& point) const;
+};
+
 /// What differs in the frame after this one of a scene that moves.
 struct NextFrame {
   Camera camera;
+  ObjectTurn turn = {};  ///< from this frame to that
 };
 
 struct Scene {
@@ -127,6 +154,7 @@ struct Scene {
   Image image;
   Environment environment;
   bool environment_visible = true;  ///< shown behind the hair (background layer) or black there
+  std::string environment_group;    ///< as Light::group
   std::vector<Light> lights;
   std::vector<Mesh> meshes;
   std::vector<Material> materials;

@@ -218,6 +218,8 @@ Result<Mesh> place_mesh(const ObjFile& file, const MeshDescription& description,
   mesh.albedo = description.albedo;
   mesh.coat = description.coat;
   mesh.uvs = file.uvs;
+  mesh.visible = description.visible;
+  mesh.holdout = description.holdout;
   mesh.positions.reserve(file.positions.size());
   for (const auto& p : file.positions) {
     const glm::dvec3 turned = description.y_up ? glm::dvec3(p.x, -p.z, p.y) : glm::dvec3(p);

@@ -55,6 +55,7 @@ struct MeshDescription {
   glm::vec3 albedo = Mesh{}.albedo;
   std::optional<std::string> albedo_file = {};  ///< as written
   std::optional<CoatParameters> coat = {};
+  bool visible = true, holdout = false;  ///< as of Mesh
 };
 
 /// The mesh in the world. Triangles without area are left out, which is a warning. Fails where the placed mesh leaves a

@@ -16,7 +16,12 @@ Camera read_view(const JsonReader& json, Camera camera) {
   camera.eye = json.triple("eye").value_or(camera.eye);
   camera.look_at = json.triple("look_at").value_or(camera.look_at);
   camera.up = json.triple("up").value_or(camera.up);
-  if (const auto x = json.number("vertical_fov_deg")) camera.vertical_fov_deg = static_cast<float>(*x);
+  if (!json.at_most_one({"vertical_fov_deg", "focal_length_mm", "orthographic_height_cm"})) return camera;
+  if (const auto x = json.number("vertical_fov_deg")) {
+    camera.vertical_fov_deg = static_cast<float>(*x);
+    camera.focal_length_mm = 0;
+  }
+  if (const auto x = json.number("focal_length_mm")) camera.focal_length_mm = static_cast<float>(*x);
   return camera;
 }
 
@@ -27,7 +32,9 @@ void check_view(const JsonReader& json, const Camera& camera) {
 
 void read_keys(const JsonReader& json, CameraDescription* camera) {
   for (const auto& item : json.items("frames", most_keys)) {
-    if (!item.object({"frame", "eye", "look_at", "up", "vertical_fov_deg"}) || !item.need({"frame", "eye"})) return;
+    if (!item.object({"frame", "eye", "look_at", "up", "vertical_fov_deg", "focal_length_mm"}) ||
+        !item.need({"frame", "eye"}))
+      return;
     const auto frame = item.integer("frame");
     const CameraKey key{static_cast<int>(frame.value_or(0)), read_view(item, camera->camera)};
     check_view(item, key.camera);
@@ -42,26 +49,64 @@ void read_keys(const JsonReader& json, CameraDescription* camera) {
 
 Turntable read_turntable(const JsonReader& json) {
   Turntable turntable;
-  if (!json.object({"frames", "look_at", "distance_cm", "height_cm"}) || !json.need({"frames"})) return turntable;
+  if (!json.object({"frames", "turns", "look_at", "distance_cm", "height_cm"}) || !json.need({"frames"}))
+    return turntable;
   turntable.frames = static_cast<int>(json.integer("frames").value_or(1));
+  turntable.turns_camera = json.choice("turns", {"object", "camera"}).value_or("object") == "camera";
   turntable.look_at = json.triple("look_at");
   if (const auto x = json.number("distance_cm")) turntable.distance_cm = static_cast<float>(*x);
   if (const auto x = json.number("height_cm")) turntable.height_cm = static_cast<float>(*x);
   if (json.has("height_cm") && !json.has("distance_cm"))
     json.fail("height_cm", "this key beside \"distance_cm\" only", "it alone");
-  if (turntable.distance_cm)
-    check_view(json, {glm::vec3(0, -*turntable.distance_cm, turntable.height_cm), glm::vec3(0.0f), {0, 0, 1}, 30});
+  if (turntable.distance_cm) check_view(json, {.eye = {0, -*turntable.distance_cm, turntable.height_cm}});
   return turntable;
+}
+
+std::optional<float> float_of(std::optional<double> x) {
+  return x ? std::optional(static_cast<float>(*x)) : std::nullopt;
+}
+
+void read_depth_of_field(const JsonReader& json, CameraDescription* camera) {
+  if (!json.object({"f_number", "radius_cm", "focus_cm", "focus_point", "blades", "blade_rotation_deg"}) ||
+      !json.exactly_one({"f_number", "radius_cm"}) || !json.at_most_one({"focus_cm", "focus_point"}))
+    return;
+  camera->lens.f_number = float_of(json.number("f_number"));
+  camera->lens.radius_cm = float_of(json.number("radius_cm"));
+  camera->lens.focus_cm = float_of(json.number("focus_cm"));
+  camera->lens.focus_point = json.triple("focus_point");
+  camera->camera.blades = static_cast<int>(json.integer("blades").value_or(0));
+  const double rotation_deg = json.number("blade_rotation_deg").value_or(0);
+  camera->camera.blade_rotation_rad = static_cast<float>(rotation_deg * radians);
+  if (json.has("blade_rotation_deg") && !json.has("blades"))
+    json.fail("blade_rotation_deg", "this key beside \"blades\" only", "it without them");
+  if (json.has("f_number") && camera->camera.orthographic_height_cm > 0)
+    json.fail("f_number", "radius_cm, as an orthographic camera has no focal length", "an f-number");
+}
+
+/// What a camera is wherever it stands.
+void read_optics(const JsonReader& json, CameraDescription* camera) {
+  using Fit = Lens::Fit;
+  if (const auto x = json.number("orthographic_height_cm"))
+    camera->camera.orthographic_height_cm = static_cast<float>(*x);
+  camera->camera.shift_x = float_of(json.number("shift_x")).value_or(0);
+  camera->camera.shift_y = float_of(json.number("shift_y")).value_or(0);
+  camera->lens.sensor_mm = float_of(json.number("sensor_mm")).value_or(camera->lens.sensor_mm);
+  if (const auto fit = json.choice("sensor_fit", {"longer", "width", "height"}))
+    camera->lens.sensor_fit = *fit == "width" ? Fit::width : *fit == "height" ? Fit::height : Fit::longer;
+  if (json.has("depth_of_field")) read_depth_of_field(json.child("depth_of_field"), camera);
 }
 
 }  // namespace
 
 CameraDescription read_camera(const JsonReader& json) {
   CameraDescription camera;
-  if (!json.object({"frame", "turn_deg", "eye", "look_at", "up", "vertical_fov_deg", "frames", "turntable"}))
+  if (!json.object({"frame", "turn_deg", "eye", "look_at", "up", "vertical_fov_deg", "focal_length_mm", "sensor_mm",
+                    "sensor_fit", "orthographic_height_cm", "shift_x", "shift_y", "depth_of_field", "frames",
+                    "turntable"}))
     return camera;
   const bool placed = json.has("eye") || json.has("look_at") || json.has("up");
   camera.camera = read_view(json, camera.camera);
+  read_optics(json, &camera);
   if (json.has("frames") || json.has("turntable")) {
     camera.framed = false;
     if (placed || json.has("frame") || json.has("turn_deg"))

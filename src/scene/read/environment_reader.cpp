@@ -21,7 +21,7 @@ void read_sky(const JsonReader& json, EnvironmentDescription* environment) {
 EnvironmentDescription read_environment(const JsonReader& json) {
   using Kind = EnvironmentDescription::Kind;
   EnvironmentDescription environment;
-  if (!json.object({"file", "constant", "studio", "sky", "rotate_deg", "scale"}) ||
+  if (!json.object({"file", "constant", "studio", "sky", "rotate_deg", "scale", "group"}) ||
       !json.exactly_one({"file", "constant", "studio", "sky"}))
     return environment;
   if (const auto file = json.text("file")) environment.kind = Kind::file, environment.file = *file;
@@ -34,6 +34,7 @@ EnvironmentDescription read_environment(const JsonReader& json) {
   }
   environment.rotate_deg = json.number("rotate_deg").value_or(0);
   environment.scale = static_cast<float>(json.number("scale").value_or(1));
+  environment.group = read_light_group(json);
   return environment;
 }
 
@@ -44,6 +45,7 @@ std::optional<Light> sun_of(const EnvironmentDescription& environment) {
   const glm::vec3 d = sun.direction;
   sun.direction = glm::vec3(static_cast<float>(c * d.x - s * d.y), static_cast<float>(s * d.x + c * d.y), d.z);
   sun.radiance *= environment.scale;
+  sun.group = environment.group;
   return sun;
 }
 

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
 
@@ -9,7 +10,7 @@ namespace tress::scene {
 namespace {
 
 constexpr double radians = std::numbers::pi / 180;
-constexpr double sun_angle_deg = 0.53;
+constexpr double sun_angle_deg = 0.53, usual_cone_deg = 45, usual_softness = 0.15;
 
 void read_distant(const JsonReader& json, Light* light) {
   if (!json.object({"direction", "azimuth_deg", "elevation_deg", "angle_deg", "radiance", "irradiance"})) return;
@@ -36,6 +37,27 @@ void read_sphere(const JsonReader& json, Light* light) {
   if (const auto x = json.triple("center")) light->center = *x;
   if (const auto x = json.number("radius_cm")) light->radius_cm = static_cast<float>(*x);
   if (const auto x = json.triple("radiance")) light->radiance = *x;
+}
+
+void read_spot(const JsonReader& json, Light* light) {
+  if (!json.object({"center", "look_at", "radius_cm", "cone_deg", "soft", "radiance", "irradiance"}) ||
+      !json.need({"center", "look_at"}) || !json.exactly_one({"radiance", "irradiance"}))
+    return;
+  if (const auto x = json.triple("center")) light->center = *x;
+  const glm::vec3 look_at = json.triple("look_at").value_or(light->center);
+  if (const auto x = json.number("radius_cm")) light->radius_cm = static_cast<float>(*x);
+  const double half_angle = json.number("cone_deg").value_or(usual_cone_deg) / 2 * radians;
+  const double cone = 2 * std::sin(half_angle / 2) * std::sin(half_angle / 2);
+  light->cone = static_cast<float>(cone);
+  light->core = static_cast<float>((1 - json.number("soft").value_or(usual_softness)) * cone);
+  if (const auto x = json.triple("radiance")) light->radiance = *x;
+  const auto irradiance = json.triple("irradiance");
+  if (json.failed()) return;
+  const float distance = glm::distance(look_at, light->center);
+  if (!(distance > 1e-5f)) return json.fail("look_at", "a point other than center", "the same point");
+  light->direction = glm::normalize(look_at - light->center);
+  if (irradiance)
+    light->radiance = spot_radiance(*irradiance, static_cast<double>(light->radius_cm), static_cast<double>(distance));
 }
 
 /// Half edges of a rectangle that faces `look_at`, its height along `up` as far as it goes.
@@ -67,6 +89,13 @@ void read_rectangle(const JsonReader& json, Light* light) {
 
 }  // namespace
 
+std::string read_light_group(const JsonReader& json) {
+  const std::string name = json.text("group").value_or("");
+  if (json.has("group") && !json.failed() && !is_group_name(name))
+    json.fail("group", "1 to 64 letters, digits, _ and -", '"' + name + '"');
+  return name;
+}
+
 Light read_distant_light(const JsonReader& json) {
   Light light;
   light.kind = Light::Kind::distant;
@@ -76,17 +105,23 @@ Light read_distant_light(const JsonReader& json) {
 
 Light read_light(const JsonReader& json) {
   Light light;
-  if (!json.object({"distant", "sphere", "rectangle"}) || !json.exactly_one({"distant", "sphere", "rectangle"}))
+  if (!json.object({"distant", "sphere", "rectangle", "spot", "visible", "group"}) ||
+      !json.exactly_one({"distant", "sphere", "rectangle", "spot"}))
     return light;
   if (json.has("distant")) {
     light = read_distant_light(json.child("distant"));
   } else if (json.has("sphere")) {
     light.kind = Light::Kind::sphere;
     read_sphere(json.child("sphere"), &light);
+  } else if (json.has("spot")) {
+    light.kind = Light::Kind::spot;
+    read_spot(json.child("spot"), &light);
   } else {
     light.kind = Light::Kind::rectangle;
     read_rectangle(json.child("rectangle"), &light);
   }
+  light.visible = json.boolean("visible").value_or(false);
+  light.group = read_light_group(json);
   return light;
 }
 

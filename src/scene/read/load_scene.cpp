@@ -13,6 +13,7 @@
 #include "scene/generate/generated_environments.h"
 #include "scene/model/camera.h"
 #include "scene/model/hair_colors.h"
+#include "scene/model/light.h"
 #include "scene/model/parameters.h"
 #include "scene/model/strand_fibers.h"
 #include "scene/read/assembly.h"
@@ -171,7 +172,9 @@ NextFrame next_frame(const CameraDescription& camera, std::optional<int> frame, 
   const int now = frame.value_or(camera.keys.empty() ? 0 : camera.keys.front().frame);
   const auto next = camera_at(camera, now + 1, scene->grooms, scene->image, name);
   if (!next) scene->warnings.push_back(next.error().message() + "; the layer forward is 0");
-  return {next ? *next : scene->camera};
+  ObjectTurn turn = object_turn_at(camera, now + 1, scene->grooms);
+  turn.turn_rad -= object_turn_at(camera, now, scene->grooms).turn_rad;
+  return {next ? *next : scene->camera, turn};
 }
 
 /// A scene is JSON, and that of a scene begins with a brace: whatever else there is, is told before it is read as JSON.
@@ -207,6 +210,7 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
   scene.source = file.string();
   scene.image = description.image;
   scene.environment_visible = description.environment_visible;
+  scene.environment_group = description.environment.group;
   scene.lights = std::move(description.lights);
   if (const auto sun = sun_of(description.environment)) scene.lights.push_back(*sun);
   scene.materials = std::move(description.materials);
@@ -244,6 +248,10 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
   scene.camera = *camera;
   if (!description.camera.keys.empty() || description.camera.turntable)
     scene.next = next_frame(description.camera, overrides.frame, &scene, file.string());
+  turn_objects(object_turn_at(description.camera, overrides.frame, scene.grooms), &scene.grooms, &scene.meshes);
+  if (const std::size_t groups = light_groups(scene).size(); groups > most_light_groups)
+    return Error{file.string(), "/lights", fmt::format("at most {} groups of light", most_light_groups),
+                 fmt::format("{}", groups)};
   if (overrides.frame && description.camera.keys.empty() && !description.camera.turntable)
     scene.notes.push_back(
         fmt::format("{}: the camera does not move, every frame is the same but for its grain", file.string()));

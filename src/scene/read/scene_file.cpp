@@ -45,7 +45,8 @@ CoatParameters read_coat(const JsonReader& json) {
 
 MeshDescription read_mesh(const JsonReader& json) {
   MeshDescription mesh;
-  if (!json.object({"name", "file", "up", "cm_per_unit", "translate", "albedo", "albedo_file", "coat"}) ||
+  if (!json.object(
+          {"name", "file", "up", "cm_per_unit", "translate", "albedo", "albedo_file", "coat", "visible", "holdout"}) ||
       !json.need({"file"}) || !json.at_most_one({"albedo", "albedo_file"}))
     return mesh;
   mesh.name = json.text("name");
@@ -56,6 +57,9 @@ MeshDescription read_mesh(const JsonReader& json) {
   mesh.albedo = json.triple("albedo").value_or(mesh.albedo);
   mesh.albedo_file = json.text("albedo_file");
   if (json.has("coat")) mesh.coat = read_coat(json.child("coat"));
+  mesh.visible = json.boolean("visible").value_or(mesh.visible);
+  mesh.holdout = json.boolean("holdout").value_or(mesh.holdout);
+  if (mesh.holdout && !mesh.visible) json.fail("holdout", "a mesh that the camera sees", "\"visible\": false");
   return mesh;
 }
 

@@ -25,6 +25,7 @@ struct EnvironmentDescription {
   std::optional<Light> sun;  ///< of the sky: distant, before rotation and scale
   double rotate_deg = 0;
   float scale = 1;
+  std::string group;  ///< Light::group of it and its sun
 };
 
 struct GroomDescription {
@@ -60,6 +61,9 @@ EnvironmentDescription read_environment(const JsonReader& json);
 
 /// The sun as a light of the scene: turned and scaled with its sky.
 std::optional<Light> sun_of(const EnvironmentDescription& environment);
+
+/// Light::group of a light or an environment; empty where there is none.
+std::string read_light_group(const JsonReader& json);
 
 /// One element of /lights.
 Light read_light(const JsonReader& json);
