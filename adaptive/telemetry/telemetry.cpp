@@ -110,6 +110,28 @@ Result<std::unique_ptr<TelemetryWriter>> TelemetryWriter::create(const std::file
   return std::unique_ptr<TelemetryWriter>(new TelemetryWriter(file, descriptor));
 }
 
+Result<std::unique_ptr<TelemetryWriter>> TelemetryWriter::resume(const std::filesystem::path& file,
+                                                                 std::uint64_t bytes) {
+  const int descriptor = ::open(file.c_str(), O_RDWR | O_APPEND | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) return Error{file.string(), "", "a file that goes on", std::strerror(errno)};
+  std::unique_ptr<TelemetryWriter> writer(new TelemetryWriter(file, descriptor));
+  struct stat status{};
+  if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode))
+    return Error{file.string(), "", "a file that goes on", "no regular file"};
+  if (static_cast<std::uint64_t>(status.st_size) < bytes) {
+    return Error{file.string(), "", "the " + std::to_string(bytes) + " bytes that were written",
+                 std::to_string(status.st_size)};
+  }
+  const auto end = static_cast<off_t>(bytes);
+  char last = '\n';
+  if (bytes > 0 && (::pread(descriptor, &last, 1, end - 1) != 1 || last != '\n'))
+    return Error{file.string(), "byte " + std::to_string(bytes), "the end of a line", "another place"};
+  if (::ftruncate(descriptor, end) != 0)
+    return Error{file.string(), "", "a file that can be cut", std::strerror(errno)};
+  writer->bytes_ = bytes;
+  return writer;
+}
+
 std::optional<Error> TelemetryWriter::write_line(const std::string& line) {
   // A file with a line lost in the middle would tell a false story.
   if (failed_) return Error{file_.string(), "", "room for a line", "an earlier write that failed"};
@@ -125,6 +147,7 @@ std::optional<Error> TelemetryWriter::write_line(const std::string& line) {
     }
     written += static_cast<std::size_t>(step);
   }
+  bytes_ += written;
   return std::nullopt;
 }
 

@@ -157,7 +157,8 @@ int run_checked(int argc, char** argv) {
                                 add_far_field(app),
                                 add_diff(app),
                                 add_info(app),
-                                add_convert(app)};
+                                add_convert(app),
+                                add_merge(app)};
   CLI::App* cache = app.add_subcommand("cache", "Look into warm caches, merge them, or make one beforehand");
   cache->require_subcommand(1);
   for (const auto& add : {add_cache_info, add_cache_verify, add_cache_merge, add_cache_prebake}) {

@@ -1,4 +1,4 @@
-// The tress command and its commands: render, fit, far-field, diff, info, convert, cache info, verify, merge and
+// The tress command and its commands: render, merge, fit, far-field, diff, info, convert, cache info, verify, merge and
 // prebake; each has its file. And the parser in other forms: manual pages and shell completion, so that no option is
 // missing in them.
 #pragma once
@@ -25,6 +25,7 @@ Command add_far_field(CLI::App& tress);
 Command add_diff(CLI::App& tress);
 Command add_info(CLI::App& tress);
 Command add_convert(CLI::App& tress);
+Command add_merge(CLI::App& tress);
 Command add_cache_info(CLI::App& cache);
 Command add_cache_verify(CLI::App& cache);
 Command add_cache_merge(CLI::App& cache);

@@ -13,11 +13,13 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "base/nearest_word.h"
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/frame_list.h"
 #include "cli/options.h"
 #include "cli/render_job.h"
 #include "integrate/path_sums.h"
@@ -181,6 +183,52 @@ void add_layers(CLI::App* app, RenderSettings& s) {
       ->type_name("NAME,...");
 }
 
+void add_shots(CLI::App* app, RenderSettings& s) {
+  app->add_option_function<std::string>(
+         "--frames", [&s](const std::string& text) { s.frames = *parse_frames(text); },
+         "frames one after the other, 1-240,250,300-340x2; #### in names of files is their number; finished ones are "
+         "skipped")
+      ->check(expecting("frames and ranges, 1-240,250,300-340x2, each 0..1000000",
+                        [](const std::string& text) { return parse_frames(text).has_value(); }))
+      ->type_name("LIST")
+      ->excludes(app->get_option("--frame"));
+  add_flag(app, "--overwrite", [&s] { s.overwrite = true; })->needs(app->get_option("--frames"));
+  auto* checkpoint = app->add_option_function<std::string>(
+                            "--checkpoint", [&s](const std::string& file) { s.checkpoint = file == "" ? "" : file; },
+                            "write how far it is from time to time, and go on from there; default: beside the output")
+                         ->expected(0, 1)
+                         ->default_str("")
+                         ->type_name("FILE");
+  add_number(app, "--checkpoint-interval", [&s](double x) { s.checkpoint_interval = x; })->needs(checkpoint);
+  add_number(app, "--checkpoint-deadline", [&s](double x) { s.checkpoint_deadline = x; })->needs(checkpoint);
+  for (const char* name : {"--samples-from", "--samples-to"}) {
+    std::optional<int>& end = name == std::string_view("--samples-from") ? s.samples_from : s.samples_to;
+    add_whole(app, name, [&end](std::uint64_t n) { end = int(n); })
+        ->excludes(app->get_option("--time"))
+        ->excludes(app->get_option("--noise"));
+  }
+  add_file(
+      app, "--part", [&s](const std::string& file) { s.part = file; }, "the sums of the picture, for tress merge")
+      ->excludes(app->get_option("--time"))
+      ->excludes(app->get_option("--noise"));
+}
+
+/// The options that change the picture, as they were given.
+std::map<std::string, std::string> told_options(const CLI::App& render) {
+  static const std::set<std::string> others{
+      "SCENE",    "--output",    "--threads",    "--telemetry",           "--telemetry-level",     "--quiet",
+      "--frames", "--overwrite", "--checkpoint", "--checkpoint-interval", "--checkpoint-deadline", "--part",
+      "--help"};
+  std::map<std::string, std::string> told;
+  for (const CLI::Option* option : render.get_options()) {
+    const std::string name = option->get_name();
+    const std::string plain = option->get_lnames().empty() ? name : "--" + option->get_lnames().front();
+    if (option->count() == 0 || others.contains(plain)) continue;
+    told[plain] = plain == "--heatmap" ? "given" : joined(option->results(), ",");
+  }
+  return told;
+}
+
 /// In quotes where a shell would take a word apart.
 std::string as_shell_words(const std::vector<std::string>& words) {
   std::string text;
@@ -231,18 +279,32 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   if (s.quadrature_points && !model.has_quadrature) {
     return fmt::format("--quadrature-points: expected a model that integrates, found --model {}", s.model);
   }
+  if (!s.frames.empty() && !names_frames(s.output)) {
+    return fmt::format("--output: expected a name with #### for the number of the frame with --frames, found {}",
+                       s.output.string());
+  }
+  for (const auto& [option, file] :
+       {std::pair{"--heatmap", &s.heatmap}, std::pair{"--checkpoint", &s.checkpoint}, std::pair{"--part", &s.part}}) {
+    if (!s.frames.empty() && *file && !(*file)->empty() && !names_frames(**file)) {
+      return fmt::format("{}: expected a name with #### for the number of the frame with --frames, found {}", option,
+                         (*file)->string());
+    }
+  }
   std::filesystem::path preview = s.output;
   std::vector<std::filesystem::path> files{s.scene, s.output, preview.replace_extension(".png")};
   if (s.warm_cache) files.push_back(*s.warm_cache);
   if (s.telemetry) files.push_back(*s.telemetry);
   if (s.heatmap) files.push_back(*s.heatmap);
+  if (s.part) files.push_back(*s.part);
+  if (s.checkpoint && !s.checkpoint->empty()) files.push_back(*s.checkpoint);
   std::set<std::filesystem::path> seen;
   for (const std::filesystem::path& file : files) {
     std::error_code error;
     const std::filesystem::path whole = std::filesystem::weakly_canonical(file, error);
     if (!error && !seen.insert(whole).second) {
-      return fmt::format("{}: expected different files for scene, picture, preview, heat map, cache and telemetry",
-                         file.string());
+      return fmt::format(
+          "{}: expected different files for scene, picture, preview, heat map, cache, telemetry, checkpoint and part",
+          file.string());
     }
   }
   return {};
@@ -290,6 +352,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
                         [](const std::string& text) { return parse_crop(text).has_value(); }))
       ->type_name("X0,Y0,X1,Y1");
   add_threads(render, s.threads);
+  add_shots(render, s);
   add_whole(render, "--seed", [&s](std::uint64_t seed) { s.render.seed = seed; });
   add_whole(render, "--light-samples", [&s](std::uint64_t n) { s.render.light_samples = int(n); });
   add_whole(render, "--bcsdf-samples", [&s](std::uint64_t n) { s.render.bcsdf_samples = int(n); });
@@ -309,6 +372,8 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
               throw WrongUsage(message);
             }
             // Frames of one grain would show it as a dirty pane before the hair.
+            settings->told = told_options(*render);
+            settings->seed_of_frame = !render->count("--seed");
             if (!render->count("--seed")) {
               settings->render.seed = static_cast<std::uint64_t>(settings->overrides.frame.value_or(0));
             }

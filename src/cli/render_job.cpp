@@ -1,23 +1,31 @@
 #include "cli/render_job.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <memory>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <stop_token>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <vector>
 
+#include "cli/checkpoint_session.h"
 #include "cli/console.h"
+#include "cli/frame_list.h"
 #include "cli/options.h"
 #include "cli/output_files.h"
 #include "cli/process.h"
 #include "cli/progress.h"
+#include "cli/render_identity.h"
 #include "cli/row_words.h"
 #include "cli/telemetry_lines.h"
 #include "geometry/fiber_scene.h"
@@ -82,17 +90,53 @@ std::string brightening_text(const integrate::Brightening& excess) {
   return json_text(nlohmann::ordered_json{{"value", excess.value}, {"error", excess.error}});
 }
 
+/// What is open before a render begins.
+struct RenderFiles {
+  Identity identity;
+  std::optional<CheckpointSession> checkpoint;
+  std::optional<SavedRender> saved;  ///< what the checkpoint had
+  TelemetryLines& telemetry;
+};
+
+/// After a signal the running pass may go on for a while, so that nothing of it is lost.
+class Deadline {
+ public:
+  /// seconds: 0: none.
+  Deadline(const std::atomic<bool>& asked, double seconds)
+      : asked_(asked), watcher_([this, seconds](const std::stop_token& over) { watch(over, seconds); }) {}
+  const std::atomic<bool>& passed() const { return passed_; }
+
+ private:
+  void watch(const std::stop_token& over, double seconds) {
+    constexpr std::chrono::milliseconds step{20};
+    double left = seconds;
+    while (!over.stop_requested() && !(asked_ && left <= 0)) {
+      std::this_thread::sleep_for(step);
+      if (asked_) left -= std::chrono::duration<double>(step).count();
+    }
+    if (asked_ && left <= 0) passed_ = true;
+  }
+
+  const std::atomic<bool>& asked_;
+  std::atomic<bool> passed_{false};
+  std::jthread watcher_;
+};
+
 /// One render, from the loaded scene to the saved files.
 class RenderJob {
  public:
   RenderJob(const RenderSettings& settings, const scene::Scene& scene, int threads, Clock::time_point start,
-            TelemetryLines telemetry)
+            RenderFiles& files, fiber::ModelService* carried)
       : settings_(settings),
         info_(*references::find_model(settings.model)),
         scene_(scene),
         threads_(threads),
         start_(start),
-        telemetry_(std::move(telemetry)) {
+        identity_(files.identity),
+        checkpoint_(files.checkpoint ? &*files.checkpoint : nullptr),
+        saved_(files.saved ? &*files.saved : nullptr),
+        carried_(carried),
+        telemetry_(files.telemetry) {
     if (info_.has_rows() && settings.estimator != fiber::Estimator::exact) {
       adaptive::Options options = settings.table;
       options.seed = settings.render.seed;
@@ -130,13 +174,17 @@ class RenderJob {
   int rendered() {
     const InterruptGuard interrupt;
     add_fibers();
-    if (const int status = open_cache(); status != 0) return status;
+    if (const int status = saved_ != nullptr ? resume() : open_cache(); status != 0) return status;
+    const Deadline deadline(interrupt.requested(), checkpoint_ != nullptr ? settings_.checkpoint_deadline : 0);
     std::optional<Step> building(std::in_place, fmt::format("building the tree over {} strands", strand_count()));
     const geometry::FiberScene fibers(scene_, [&](double share) { building->tell(share); });
     building.reset();
 
     integrate::RenderOptions options = settings_.render;
-    options.samples = settings_.stop.samples(scene_.image.samples);
+    options.first_sample = settings_.samples_from.value_or(0);
+    options.samples =
+        settings_.samples_to.value_or(settings_.stop.samples(scene_.image.samples)) - options.first_sample;
+    if (saved_ != nullptr) options.resume = &saved_->render;
     options.mattes = is_wanted("CryptoObject") || is_wanted("CryptoMaterial");
     if (!model_->evaluates()) {
       options.light_samples = 0;
@@ -148,7 +196,7 @@ class RenderJob {
     Forecast forecast(settings_.stop);
     Progress progress;
     integrate::RenderResult result =
-        integrate::render(scene_, fibers, *model_, fiber_ids_, service_, options, interrupt.requested(),
+        integrate::render(scene_, fibers, *model_, fiber_ids_, service_, options, deadline.passed(),
                           [&](const integrate::PassProgress& pass) {
                             const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
                             const Outlook ahead = forecast.after(pass, elapsed);
@@ -160,10 +208,101 @@ class RenderJob {
                             bias_bound_ = pass.table.bias_bound;
                             learning_cpu_seconds_ += pass.table.learning_cpu_seconds;
                             g_evaluations_ += pass.table.g_evaluations;
+                            if (ahead.reason == nullptr && !deadline.passed()) checkpoint(pass, interrupt.requested());
+                            if (settings_.part && !deadline.passed()) tell_part(pass);
                             return ahead.reason == nullptr && !interrupt.requested();
                           });
     progress.finish();
-    return save(result, progress.seconds(), interrupt.exit_status());
+    if (result.unusable) {
+      log_error(fmt::format("{}: expected the sums of this picture, found others", checkpoint_->file().string()));
+      return 1;
+    }
+    return save(result, progress.seconds() + seconds_before_, interrupt.exit_status());
+  }
+
+  /// Goes on where a checkpoint was written.
+  int resume() {
+    const nlohmann::json& told = saved_->progress;
+    const auto text = [&](const char* name) {
+      return told.contains(name) && told[name].is_string() ? told[name].get<std::string>() : std::string();
+    };
+    const auto number = [&](const char* name) {
+      return told.contains(name) && told[name].is_number() ? told[name].get<double>() : 0.0;
+    };
+    const auto whole = [&](const char* name) {
+      return static_cast<std::uint64_t>(std::clamp(number(name), 0.0, 1e15));
+    };
+    std::optional<Error> refused;
+    if (service_ != nullptr) refused = service_->restore(saved_->table.value_or(""));
+    if (refused) {
+      refused->file = checkpoint_->file().string();
+      log_error(refused->message());
+      return 1;
+    }
+    if (cache_) {
+      cache_->resume(text("cache_loaded"), whole("cache_rows"), whole("cache_rows_known"),
+                     whole("cache_samples_known"));
+      if (settings_.cache_mode == CacheMode::frozen && cache_->loaded() == "loaded") service_->set_learning(false);
+    }
+    seconds_before_ = std::clamp(number("seconds"), 0.0, 1e9);
+    start_ -= std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds_before_));
+    passes_told_ = saved_->render.passes;
+    learning_cpu_seconds_ = std::clamp(number("learning_cpu_seconds"), 0.0, 1e9);
+    g_evaluations_ = whole("g_evaluations");
+    listen();
+    log_note(fmt::format("{}: goes on after {} passes", checkpoint_->file().string(), saved_->render.passes));
+    return 0;
+  }
+
+  nlohmann::json progress_so_far() const {
+    nlohmann::json told{{"seconds", std::chrono::duration<double>(Clock::now() - start_).count()},
+                        {"telemetry_bytes", telemetry_.bytes()},
+                        {"learning_cpu_seconds", learning_cpu_seconds_},
+                        {"g_evaluations", g_evaluations_}};
+    if (cache_) {
+      told["cache_loaded"] = cache_->loaded();
+      told["cache_rows"] = cache_->rows_loaded();
+      told["cache_rows_known"] = cache_->rows_known();
+      told["cache_samples_known"] = cache_->samples_known();
+    }
+    return told;
+  }
+
+  void checkpoint(const integrate::PassProgress& pass, bool now) {
+    if (checkpoint_ == nullptr || !(now || checkpoint_->is_due())) return;
+    const Clock::time_point start = Clock::now();
+    if (checkpoint_->save(pass, service_, progress_so_far()) && !now) {
+      image::Picture partial = pass.film->picture();
+      partial.whole_width = scene_.image.width;
+      partial.whole_height = scene_.image.height;
+      partial.metadata["settings"] = identity_text(identity_);
+      partial.metadata["stopped_by"] = "checkpoint";
+      if (settings_.layers) image::keep_layers(*settings_.layers, &partial);
+      if (const auto error = image::write_exr(settings_.output, partial, settings_.precision))
+        log_warning("checkpoint: no picture so far: " + error->message());
+    }
+    checkpoint_->spent(Clock::now() - start);
+  }
+
+  /// After the last pass, where the film is there.
+  void tell_part(const integrate::PassProgress& pass) {
+    if (pass.pass + 1 < pass.pass_count) return;
+    const image::Window& window = pass.film->window();
+    const nlohmann::json told{
+        {"window", {window.left, window.top, window.width, window.height}},
+        {"whole", {scene_.image.width, scene_.image.height}},
+        {"samples",
+         {settings_.samples_from.value_or(0),
+          settings_.samples_to.value_or(settings_.stop.samples(scene_.image.samples))}},
+        {"opaque", scene_.environment_visible && !scene_.image.transparent},
+        {"glint",
+         std::ranges::any_of(scene_.fibers, [](const fiber::FiberParameters& fiber) { return fiber.split_glint; })},
+        {"moving", scene_.next.has_value()},
+        {"groups", nlohmann::json(scene::light_groups(scene_))},
+        {"table", service_ != nullptr ? adaptive::cache_hash(*service_->rows()) : ""},
+        {"frozen", service_ == nullptr || settings_.cache_mode == CacheMode::frozen}};
+    part_failed_ = write_saved_render(*settings_.part, identity_, told, pass, nullptr);
+    if (!part_failed_) log_note(fmt::format("{}: part for tress merge", settings_.part->string()));
   }
 
   bool is_wanted(const char* layer) const {
@@ -219,7 +358,8 @@ class RenderJob {
   int open_cache() {
     std::optional<Error> refused;
     if (cache_) {
-      refused = cache_->open(*service_);
+      if (carried_ != nullptr && carried_->service) refused = cache_->take(*service_, *carried_->service->rows());
+      if (carried_ == nullptr || !carried_->service || refused) refused = cache_->open(*service_);
       // A frozen table answers every picture alike, whatever part of it is rendered.
       if (settings_.cache_mode == CacheMode::frozen && cache_->loaded() == "loaded") service_->set_learning(false);
     } else if (settings_.warm_cache) {
@@ -296,10 +436,22 @@ class RenderJob {
     if (const auto& crop = settings_.render.crop) fields.emplace("crop", json_text(edges_of(*crop)));
     if (settings_.table.picture_error > 0) fields.emplace("picture_error", json_text(settings_.table.picture_error));
     fields.merge(cache_fields());
+    add_frame(fields);
     telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.header(fields); });
+    listen();
+  }
+
+  /// Where one file tells of many frames, each line says of which.
+  void add_frame(Extra& fields) const {
+    if (!settings_.frames.empty()) fields.emplace("frame", json_text(*settings_.overrides.frame));
+  }
+
+  void listen() {
     if (!settings_.telemetry_rows || !service_ || !telemetry_.wanted()) return;
     service_->set_row_listener([this](const adaptive::RowReport& row) {
-      telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.row(row, row_fields(row)); });
+      Extra fields = row_fields(row);
+      add_frame(fields);
+      telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.row(row, fields); });
     });
   }
 
@@ -321,12 +473,14 @@ class RenderJob {
                  {"cpu_seconds", json_text(pass.cpu_seconds)},
                  {"noise", json_text(pass.noise)}};
     if (pass.excess) fields.emplace("bias_estimate", brightening_text(*pass.excess));
+    add_frame(fields);
     telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.pass(pass.table, fields); });
     passes_told_ = pass.pass + 1;
   }
 
   void told_summary(const char* status, Extra fields) {
     fields.emplace("status", json_text(status));
+    add_frame(fields);
     fields.merge(cache_fields());
     telemetry_.write([&](adaptive::TelemetryWriter& writer) { return writer.summary(fields); });
   }
@@ -356,6 +510,7 @@ class RenderJob {
     if (service_) hash = adaptive::cache_hash(*service_->rows());
     image::Picture& picture = result.picture;
     picture.metadata["scene"] = scene_.source;
+    picture.metadata["settings"] = identity_text(identity_);
     picture.metadata["command"] = settings_.command;
     picture.metadata["version"] = version();
     if (settings_.overrides.frame) picture.metadata["frame"] = std::to_string(*settings_.overrides.frame);
@@ -401,8 +556,11 @@ class RenderJob {
       write(*settings_.heatmap,
             [&](const std::filesystem::path& file) { return image::write_exr(file, *result.heatmap); });
     }
+    told(part_failed_);
     // Last: it may have to wait for another session, and the picture must not.
     if (cache_) told(cache_->save(*service_));
+    if (checkpoint_ != nullptr && !failed && signal_status == 0) checkpoint_->remove();
+    if (carried_ != nullptr && service_ != nullptr) hand_over();
 
     Extra fields{{"passes", json_text(result.passes)},
                  {"samples_per_pixel", json_text(result.samples_per_pixel)},
@@ -436,6 +594,14 @@ class RenderJob {
     return failed || telemetry_.failed() ? 1 : signal_status;
   }
 
+  /// What was learned, to the next frame. The model that asks it goes with this job, after this.
+  void hand_over() {
+    model_.reset();
+    service_->set_row_listener({});
+    *carried_ = std::move(learned_);
+    service_ = nullptr;
+  }
+
   const RenderSettings& settings_;
   const fiber::ModelInfo& info_;
   const scene::Scene& scene_;
@@ -447,13 +613,24 @@ class RenderJob {
   std::unique_ptr<fiber::FiberModel> unbiased_;  ///< the same model without rows, where the bias is measured
   std::optional<WarmCacheSession> cache_;
   std::vector<fiber::FiberId> fiber_ids_;
-  TelemetryLines telemetry_;
+  const Identity& identity_;
+  CheckpointSession* checkpoint_;  ///< null: not asked for
+  const SavedRender* saved_;       ///< null: from the start
+  fiber::ModelService* carried_;   ///< null: no frame comes before or after this one
+  double seconds_before_ = 0;      ///< of the runs before this one
+  std::optional<Error> part_failed_;
+  TelemetryLines& telemetry_;
   int passes_told_ = 0;
   const char* stopped_by_ = "signal";
   double noise_ = 0, bias_bound_ = 0;  ///< after the last pass
   double learning_cpu_seconds_ = 0;    ///< of all passes, as the next
   std::uint64_t g_evaluations_ = 0;
 };
+
+std::filesystem::path checkpoint_file(const RenderSettings& settings) {
+  std::filesystem::path file = *settings.checkpoint;
+  return file.empty() ? std::filesystem::path(settings.output).replace_extension(".checkpoint") : file;
+}
 
 /// What must be writable, checked before anything is rendered.
 std::optional<Error> check_outputs(const RenderSettings& settings) {
@@ -464,15 +641,39 @@ std::optional<Error> check_outputs(const RenderSettings& settings) {
   if (settings.heatmap) {
     if (auto error = check_output(*settings.heatmap)) return error;
   }
+  if (settings.checkpoint) {
+    if (auto error = check_output(checkpoint_file(settings))) return error;
+  }
+  if (settings.part) {
+    if (auto error = check_output(*settings.part)) return error;
+  }
   if (settings.warm_cache && settings.cache_mode != CacheMode::frozen) {
     return check_output(*settings.warm_cache);
   }
   return std::nullopt;
 }
 
-}  // namespace
+/// What the command line cannot know before the scene does.
+int told_wrong_ranges(const RenderSettings& settings, const scene::Scene& scene) {
+  if (const auto& crop = settings.render.crop) {
+    const auto [x0, y0, x1, y1] = edges_of(*crop);
+    if (x1 > scene.image.width || y1 > scene.image.height) {
+      log_error(fmt::format("--crop: expected pixels within {} x {}, found {},{},{},{}", scene.image.width,
+                            scene.image.height, x0, y0, x1, y1));
+      return 2;
+    }
+  }
+  const int from = settings.samples_from.value_or(0);
+  const int to = settings.samples_to.value_or(settings.stop.samples(scene.image.samples));
+  if (from >= to) {
+    log_error(fmt::format("--samples-from: expected a sample before {}, where they end, found {}", to, from));
+    return 2;
+  }
+  return 0;
+}
 
-int run_render(const RenderSettings& settings) {
+/// One picture. telemetry: of the frames before this one too, in one file; null: a file of its own.
+int render_one(const RenderSettings& settings, TelemetryLines* shared, fiber::ModelService* carried) {
   const Clock::time_point start = Clock::now();
   std::optional<Step> reading(std::in_place, "reading " + settings.scene.string());
   const Result<scene::Scene> scene = scene::load_scene(settings.scene, settings.overrides);
@@ -481,14 +682,7 @@ int run_render(const RenderSettings& settings) {
     log_error(scene.error().message());
     return 1;
   }
-  if (const auto& crop = settings.render.crop) {
-    const auto [x0, y0, x1, y1] = edges_of(*crop);
-    if (x1 > scene->image.width || y1 > scene->image.height) {
-      log_error(fmt::format("--crop: expected pixels within {} x {}, found {},{},{},{}", scene->image.width,
-                            scene->image.height, x0, y0, x1, y1));
-      return 2;
-    }
-  }
+  if (const int status = told_wrong_ranges(settings, *scene); status != 0) return status;
   if (const std::optional<Error> error = unknown_group(settings, *scene)) {
     log_error(error->message());
     return 2;
@@ -499,16 +693,115 @@ int run_render(const RenderSettings& settings) {
     log_error(error->message());
     return 1;
   }
-  Result<TelemetryLines> telemetry = TelemetryLines::open(settings.telemetry);
-  if (!telemetry) {
-    log_error(telemetry.error().message());
+  const Identity identity = identity_of(settings.scene, settings.told);
+  std::optional<CheckpointSession> checkpoint;
+  std::optional<SavedRender> saved;
+  if (settings.checkpoint) {
+    checkpoint.emplace(checkpoint_file(settings), settings.checkpoint_interval, identity);
+    Result<std::optional<SavedRender>> there = checkpoint->open();
+    if (!there) {
+      log_error(there.error().message() + "; to begin anew, remove it");
+      return 1;
+    }
+    saved = std::move(*there);
+  }
+  Result<TelemetryLines> own = TelemetryLines::open(std::nullopt);
+  if (shared == nullptr || (saved && shared->wanted())) {
+    std::uint64_t bytes = 0;
+    if (saved && saved->progress.contains("telemetry_bytes") && saved->progress["telemetry_bytes"].is_number_unsigned())
+      bytes = saved->progress["telemetry_bytes"].get<std::uint64_t>();
+    own = saved ? TelemetryLines::resume(settings.telemetry, bytes) : TelemetryLines::open(settings.telemetry);
+  }
+  if (!own) {
+    log_error(own.error().message());
     return 1;
   }
-
+  if (shared != nullptr && own->wanted()) *shared = std::move(*own);
   return run_threaded(settings.threads, [&](int threads) {
-    RenderJob job(settings, *scene, threads, start, std::move(*telemetry));
+    RenderFiles files{identity, std::move(checkpoint), std::move(saved), shared != nullptr ? *shared : *own};
+    RenderJob job(settings, *scene, threads, start, files, carried);
     return job.run();
   });
+}
+
+/// The settings of one frame: its files, its seed, its camera.
+RenderSettings settings_of(const RenderSettings& all, int frame) {
+  RenderSettings one = all;
+  one.overrides.frame = frame;
+  one.told["frame"] = std::to_string(frame);
+  if (all.seed_of_frame) one.render.seed = static_cast<std::uint64_t>(frame);
+  one.output = of_frame(all.output, frame);
+  for (std::optional<std::filesystem::path>* file : {&one.telemetry, &one.heatmap, &one.checkpoint, &one.part}) {
+    if (*file) *file = of_frame(**file, frame);
+  }
+  return one;
+}
+
+/// Whether the picture is there, whole, and of these settings.
+bool is_finished(const RenderSettings& settings) {
+  std::error_code error;
+  if (!std::filesystem::exists(settings.output, error)) return false;
+  const Result<image::Picture> picture = image::read_exr(settings.output);
+  if (!picture) return false;
+  const auto of = [&](const char* name) {
+    const auto found = picture->metadata.find(name);
+    return found == picture->metadata.end() ? std::string() : found->second;
+  };
+  if (of("stopped_by") == "signal" || of("stopped_by") == "checkpoint") return false;
+  return of("settings") == identity_text(identity_of(settings.scene, settings.told));
+}
+
+struct FrameCount {
+  int rendered = 0, skipped = 0;
+  std::vector<std::string> failed;
+};
+
+void tell_frames(const FrameCount& count, std::size_t frames, int signal_status) {
+  log_note(fmt::format("{}{} frames: {} rendered, {} finished before, {} failed{}{}",
+                       signal_status != 0 ? "interrupted, " : "", frames, count.rendered, count.skipped,
+                       count.failed.size(), count.failed.empty() ? "" : ": ", fmt::join(count.failed, ",")));
+}
+
+int render_frames(const RenderSettings& settings) {
+  FrameCount count;
+  fiber::ModelService learned;
+  // A file for all frames goes on: the frames that are skipped are in it.
+  const bool shares = settings.telemetry && !names_frames(*settings.telemetry);
+  std::error_code error;
+  const std::uintmax_t size = shares ? std::filesystem::file_size(*settings.telemetry, error) : 0;
+  Result<TelemetryLines> lines = TelemetryLines::open(std::nullopt);
+  if (shares) {
+    lines = error || settings.overwrite ? TelemetryLines::open(settings.telemetry)
+                                        : TelemetryLines::resume(settings.telemetry, size);
+    if (!lines) {
+      log_error(lines.error().message());
+      return 1;
+    }
+  }
+  for (const int frame : settings.frames) {
+    const RenderSettings one = settings_of(settings, frame);
+    if (!settings.overwrite && is_finished(one)) {
+      log_note(fmt::format("frame {}: finished, {}", frame, one.output.string()));
+      ++count.skipped;
+      continue;
+    }
+    const int status = render_one(one, shares ? &*lines : nullptr, settings.warm_cache ? &learned : nullptr);
+    if (status == 2) return status;
+    if (status > 128) {
+      tell_frames(count, settings.frames.size(), status);
+      return status;
+    }
+    if (status == 0) ++count.rendered;
+    if (status != 0) count.failed.push_back(std::to_string(frame));
+  }
+  tell_frames(count, settings.frames.size(), 0);
+  return count.failed.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+int run_render(const RenderSettings& settings) {
+  return settings.frames.empty() ? render_one(settings, nullptr, nullptr) : render_frames(settings);
 }
 
 }  // namespace tress::cli

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -38,10 +39,19 @@ struct RenderSettings {
   CacheMode cache_mode = CacheMode::append;
   std::optional<std::filesystem::path> telemetry;
   bool telemetry_rows = false;
-  std::optional<std::filesystem::path> heatmap;  ///< ends in .exr
+  std::optional<std::filesystem::path> heatmap;     ///< ends in .exr
+  std::map<std::string, std::string> told;          ///< options that change the picture, by name, as they were given
+  std::vector<int> frames;                          ///< empty: one picture; else names of files may have ####
+  bool overwrite = false;                           ///< frames that are finished are rendered again
+  bool seed_of_frame = true;                        ///< no seed was given: that of a frame is its number
+  std::optional<std::filesystem::path> checkpoint;  ///< empty: beside the output
+  double checkpoint_interval = 30;                  ///< seconds
+  double checkpoint_deadline = 20;                  ///< seconds that a pass may go on after a signal
+  std::optional<int> samples_from, samples_to;      ///< of the samples of a pixel, the second excluded
+  std::optional<std::filesystem::path> part;        ///< what `tress merge` takes
 };
 
-/// Exit status of the command.
+/// Exit status of the command. Of many frames: 0 if all are there, 1 if one could not be rendered, the others were.
 int run_render(const RenderSettings& settings);
 
 }  // namespace tress::cli

@@ -1,6 +1,7 @@
 // Telemetry of a command: it never stops the work, the first error is told, then it is silent.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -28,6 +29,17 @@ class TelemetryLines {
     if (!writer) return writer.error();
     return TelemetryLines(std::move(*writer));
   }
+
+  /// Goes on behind so many bytes of the file. Where that cannot be, it is told and the file begun anew.
+  static Result<TelemetryLines> resume(const std::optional<std::filesystem::path>& file, std::uint64_t bytes) {
+    if (!file) return TelemetryLines(nullptr);
+    auto writer = adaptive::TelemetryWriter::resume(*file, bytes);
+    if (writer) return TelemetryLines(std::move(*writer));
+    log_warning("telemetry is begun anew: " + writer.error().message());
+    return open(file);
+  }
+  /// Of the file so far.
+  std::uint64_t bytes() const { return writer_ ? writer_->bytes() : 0; }
 
   /// line: takes the writer and returns its error.
   template <class Write>

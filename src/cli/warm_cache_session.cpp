@@ -101,6 +101,28 @@ void WarmCacheSession::count_known(const adaptive::Service& service) {
   }
 }
 
+std::optional<Error> WarmCacheSession::take(adaptive::Service& service, adaptive::RowSource& rows) {
+  if (std::optional<Error> error = service.load(rows)) return error;
+  loaded_ = "loaded";
+  expects_file_ = true;
+  rows.rewind();
+  while (rows.next_slice() != nullptr) {
+    while (rows.next_row() != nullptr) ++rows_loaded_;
+  }
+  count_known(service);
+  log_note(fmt::format("warm cache {}: carried {} rows from the frame before", file_.string(), rows_loaded_));
+  return std::nullopt;
+}
+
+void WarmCacheSession::resume(const std::string& loaded, std::uint64_t rows_loaded, std::uint64_t rows_known,
+                              std::uint64_t samples_known) {
+  loaded_ = loaded;
+  rows_known_ = rows_known;
+  samples_known_ = samples_known;
+  rows_loaded_ = rows_loaded;
+  expects_file_ = loaded == "loaded";
+}
+
 void WarmCacheSession::save_if_due(const adaptive::Service& service) {
   // Scratch replaces the file at the end only.
   if (mode_ == CacheMode::scratch || Clock::now() - last_save_ < interval_) return;

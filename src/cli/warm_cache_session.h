@@ -34,6 +34,11 @@ class WarmCacheSession {
 
   /// Loads into the service as the mode says, once its slices are known. Error only under `require`.
   std::optional<Error> open(adaptive::Service& service);
+  /// In place of open(): the rows of a table of this process, which has seen the file. Error if they are refused.
+  std::optional<Error> take(adaptive::Service& service, adaptive::RowSource& rows);
+  /// In place of open(), where the table comes from a checkpoint: as it had been opened.
+  void resume(const std::string& loaded, std::uint64_t rows_loaded, std::uint64_t rows_known,
+              std::uint64_t samples_known);
   /// Saves if the interval has passed since the last time. A failure is a warning; the end tries again.
   void save_if_due(const adaptive::Service& service);
   /// The save at the end. Error if the file could not be written.

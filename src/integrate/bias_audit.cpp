@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 
 #include "tress/base/random.h"
 
@@ -63,6 +64,18 @@ MeasuredBias BiasAuditor::measured(const Film& film) const {
   bias.value = (shown - traced) / traced;
   bias.error = std::sqrt(variance) / traced;
   return bias;
+}
+
+std::pair<std::string, std::string_view> BiasAuditor::section() const {
+  return {"audit", {reinterpret_cast<const char*>(pixels_.data()), pixels_.size() * sizeof(Sums)}};
+}
+
+bool BiasAuditor::set_section(const std::map<std::string, std::string>& sections) {
+  const auto found = sections.find("audit");
+  if (found == sections.end() || found->second.size() != pixels_.size() * sizeof(Sums)) return false;
+  std::memcpy(pixels_.data(), found->second.data(), found->second.size());
+  return std::ranges::all_of(pixels_,
+                             [](const Sums& sums) { return std::isfinite(sums.light) && std::isfinite(sums.squares); });
 }
 
 }  // namespace tress::integrate

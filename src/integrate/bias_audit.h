@@ -2,6 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "integrate/film.h"
@@ -24,10 +28,14 @@ class BiasAuditor {
   /// pixels is no noise.
   MeasuredBias measured(const Film& film) const;
 
+  /// As of Film.
+  std::pair<std::string, std::string_view> section() const;
+  bool set_section(const std::map<std::string, std::string>& sections);
+
  private:
   struct Sums {
     double light = 0, squares = 0;  ///< of luminance
-    std::uint32_t paths = 0;
+    std::uint64_t paths = 0;        ///< 64 bits, so that no byte of it is unset
   };
 
   RenderOptions options_;

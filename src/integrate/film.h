@@ -7,6 +7,10 @@
 #include <glm/ext/vector_double2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "image/picture.h"
@@ -42,6 +46,8 @@ struct PixelSums {
   /// Adds the path, or counts it as dropped; tells whether it was added. What is added stays finite: 2^32 times the
   /// square of the largest float is a double. Of one pixel `ground` is always the same.
   bool add(const PathSums& path, Ground ground = Ground::backdrop);
+  /// Adds the paths of the same pixel that came after these: sums as of one run but for the last bits of a double.
+  void add(const PixelSums& later, Ground ground);
   /// Sum of the layers that beauty has, in their order.
   glm::dvec3 beauty(Ground ground = Ground::backdrop) const;
   /// Estimated variance of the pixel's mean, per channel: that of n independent paths, s^2 / n; 0 for less than two.
@@ -98,6 +104,14 @@ class Film {
   static constexpr std::size_t no_pixel = std::numeric_limits<std::size_t>::max();
   /// For each pixel, row by row, the index of the one that it shows in a picture; no_pixel: none, it is black.
   std::vector<std::size_t> shown_pixels() const;
+
+  /// All that the film is, by name, as the bytes that it takes in memory, good until it changes; and back. Of one
+  /// program on one kind of machine. False, and the film of no use, if they are none of a film of this window.
+  std::vector<std::pair<std::string, std::string_view>> sections() const;
+  bool set_sections(const std::map<std::string, std::string>& sections);
+  /// Adds the sums of later samples, of a window within this one; both move or neither, and have the same groups.
+  /// Objects are not counted.
+  void add(const Film& later);
 
   bool timed() const { return !cpu_seconds_.empty(); }
   /// Of a timed film.

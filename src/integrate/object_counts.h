@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace tress::integrate {
@@ -24,7 +26,7 @@ class ObjectCounts {
 
   /// objects: of the scene, numbered from 0. None: nothing is counted and no memory taken.
   ObjectCounts(std::size_t pixels, std::size_t objects)
-      : room_(objects < most_objects ? objects : most_objects), counts_(pixels * room_) {}
+      : objects_(objects), room_(objects < most_objects ? objects : most_objects), counts_(pixels * room_) {}
 
   void add(std::size_t pixel, std::uint32_t object) {
     for (Count& count : std::span(counts_).subspan(pixel * room_, room_)) {
@@ -38,7 +40,21 @@ class ObjectCounts {
   /// In the order in which they were met first; free room at the end.
   std::span<const Count> of(std::size_t pixel) const { return std::span(counts_).subspan(pixel * room_, room_); }
 
+  /// All counts as they lie in memory, and back; false if they are none of so many pixels and objects.
+  std::string_view bytes() const {
+    return {reinterpret_cast<const char*>(counts_.data()), counts_.size() * sizeof(Count)};
+  }
+  bool set_bytes(std::string_view bytes) {
+    if (bytes.size() != counts_.size() * sizeof(Count)) return false;
+    if (!bytes.empty()) std::memcpy(counts_.data(), bytes.data(), bytes.size());
+    for (const Count& count : counts_) {
+      if (count.paths > 0 && count.object >= objects_) return false;
+    }
+    return true;
+  }
+
  private:
+  std::size_t objects_;
   std::size_t room_;
   std::vector<Count> counts_;
 };

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <ctime>
 #include <utility>
 
@@ -39,7 +40,8 @@ struct PathCount {
 };
 
 /// Samples the pixels of a pass that lie in one block, in order.
-PathCount render_block(const PathTracer& tracer, BiasAuditor* auditor, int block, int pass, Film& film) {
+PathCount render_block(const PathTracer& tracer, BiasAuditor* auditor, int block, int pass, std::uint32_t sample,
+                       Film& film) {
   const FlushDenormals flush;
   const image::Window& window = film.window();
   const int blocks_across = blocks_along(window.width);
@@ -52,11 +54,11 @@ PathCount render_block(const PathTracer& tracer, BiasAuditor* auditor, int block
   for (int y = top; y < bottom; ++y) {
     for (int x = left; x < right; ++x) {
       if (!in_pass(pass, x, y)) continue;
-      const PathSums path = tracer.trace(x, y, sample_of_pass(pass));
+      const PathSums path = tracer.trace(x, y, sample);
       count.dropped += film.add(x, y, path) ? 0 : 1;
       ++count.pixels;
       count.covered += path.coverage > 0 ? 1 : 0;
-      if (auditor != nullptr) auditor->audit(x, y, sample_of_pass(pass));
+      if (auditor != nullptr) auditor->audit(x, y, sample);
       if (!film.timed()) continue;
       const double start = std::exchange(time, thread_cpu_seconds());
       film.add_time(x, y, time - start);
@@ -67,13 +69,13 @@ PathCount render_block(const PathTracer& tracer, BiasAuditor* auditor, int block
 
 /// Every pixel of a block belongs to one task, and a pass ends before the next begins: sums are added in the order of
 /// the samples whatever the number of threads.
-PathCount render_pass(const PathTracer& tracer, BiasAuditor* auditor, int pass, const std::atomic<bool>& stop,
-                      Film& film) {
+PathCount render_pass(const PathTracer& tracer, BiasAuditor* auditor, int pass, std::uint32_t sample,
+                      const std::atomic<bool>& stop, Film& film) {
   const int blocks = blocks_along(film.window().width) * blocks_along(film.window().height);
   std::atomic<std::uint64_t> pixels{0}, covered{0}, dropped{0};
   tbb::parallel_for(0, blocks, [&](int block) {
     if (stop.load(std::memory_order_relaxed)) return;
-    const PathCount count = render_block(tracer, auditor, block, pass, film);
+    const PathCount count = render_block(tracer, auditor, block, pass, sample, film);
     pixels += count.pixels;
     covered += count.covered;
     dropped += count.dropped;
@@ -112,6 +114,15 @@ Brightness measured_brightness(const PathTracer& tracer, const scene::Image& ima
   return found;
 }
 
+/// What the pilot of the render that was saved has found; -1 if that is not there.
+Brightness saved_brightness(const RenderState& state) {
+  Brightness brightness{-1, 0};
+  const auto found = state.sections.find("pilot");
+  if (found == state.sections.end() || found->second.size() != sizeof(float)) return brightness;
+  std::memcpy(&brightness.mean, found->second.data(), sizeof(float));
+  return std::isfinite(brightness.mean) ? brightness : Brightness{-1, 0};
+}
+
 bool splits_glint(const scene::Scene& scene) {
   return std::any_of(scene.fibers.begin(), scene.fibers.end(),
                      [](const fiber::FiberParameters& fiber) { return fiber.split_glint; });
@@ -141,7 +152,8 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   assert(fiber_ids.size() == scene.fibers.size());
   const double pilot_start = process_cpu_seconds();
   const PathTracer plain(scene, fibers, model, fiber_ids, options);
-  const Brightness brightness = options.shadow_roulette && options.light_samples > 0
+  const Brightness brightness = options.resume != nullptr ? saved_brightness(*options.resume)
+                                : options.shadow_roulette && options.light_samples > 0
                                     ? measured_brightness(plain, scene.image, stop)
                                     : Brightness{};
   PathTracer tracer = plain.at_brightness(brightness.mean);
@@ -160,11 +172,26 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   progress.pass_count = pass_count(options.samples);
   progress.paths_total = static_cast<std::uint64_t>(film.window().width) *
                          static_cast<std::uint64_t>(film.window().height) * static_cast<std::uint64_t>(options.samples);
-  for (int pass = 0; pass < progress.pass_count && !stop; ++pass) {
+  progress.sections = [&] {
+    auto all = film.sections();
+    all.emplace_back("pilot", std::string_view(reinterpret_cast<const char*>(&brightness.mean), sizeof(float)));
+    if (auditor) all.push_back(auditor->section());
+    return all;
+  };
+  if (options.resume != nullptr) {
+    const RenderState& state = *options.resume;
+    result.unusable = !(brightness.mean >= 0) || state.passes < 0 || state.passes > progress.pass_count ||
+                      !film.set_sections(state.sections) || (auditor && !auditor->set_section(state.sections));
+    if (result.unusable) return result;
+    result.passes = state.passes;
+    progress.paths_so_far = state.paths;
+  }
+  for (int pass = result.passes; pass < progress.pass_count && !stop; ++pass) {
     const auto start = std::chrono::steady_clock::now();
     const double cpu_start = process_cpu_seconds();
+    const std::uint32_t sample = static_cast<std::uint32_t>(options.first_sample) + sample_of_pass(pass);
     progress.pass = pass;
-    const PathCount paths = render_pass(tracer, auditor ? &*auditor : nullptr, pass, stop, film);
+    const PathCount paths = render_pass(tracer, auditor ? &*auditor : nullptr, pass, sample, stop, film);
     progress.pixels = paths.pixels;
     progress.dropped_samples = paths.dropped;
     progress.paths_so_far += progress.pixels;

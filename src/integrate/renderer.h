@@ -4,7 +4,11 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "geometry/fiber_scene.h"
@@ -30,8 +34,16 @@ struct MeasuredBias {
   std::uint64_t paths = 0;
 };
 
+/// Where a render goes on: what had been done when it was saved, after a pass.
+struct RenderState {
+  int passes = 0;
+  std::uint64_t paths = 0;                      ///< PassProgress::paths_so_far
+  std::map<std::string, std::string> sections;  ///< PassProgress::sections()
+};
+
 struct RenderOptions {
   int samples = 64;             ///< per pixel
+  int first_sample = 0;         ///< index of the first of them, where others render those before it
   int light_samples = 2;        ///< at the first hit, over all lights; 1 at later ones; 0: none at any hit
   int bcsdf_samples = 1;        ///< at the first hit, each going on as a path; 1 at later ones
   int max_depth = 64;           ///< hits of a path, on fibers and surfaces
@@ -45,6 +57,9 @@ struct RenderOptions {
   bool heatmap = false;  ///< time every path, for RenderResult::heatmap
   /// Measures the bias of the picture on some of its samples, for RenderResult::bias; null: not. Outlives the render.
   const BiasAudit* audit = nullptr;
+  /// Of a render with the same scene and options, whose service has been restored to the same pass; null: from the
+  /// start. Outlives the call.
+  const RenderState* resume = nullptr;
 };
 
 /// What a pass did, before and after the table was published.
@@ -60,6 +75,8 @@ struct PassProgress {
   double cpu_seconds = 0;             ///< CPU time of the pass, all threads, learning included
   adaptive::PassReport table;         ///< empty without a service
   const Film* film = nullptr;         ///< what the paths have brought so far; valid during the call
+  /// All that the render is beside its service, by name: good until the call ends.
+  std::function<std::vector<std::pair<std::string, std::string_view>>()> sections;
 };
 
 struct RenderResult {
@@ -70,6 +87,7 @@ struct RenderResult {
   int passes = 0;
   double samples_per_pixel = 0;
   bool interrupted = false;  ///< by `stop`; not by on_pass
+  bool unusable = false;     ///< RenderOptions::resume was none of this render: nothing was rendered
   std::uint64_t queries = 0, exact_queries = 0;
   std::uint64_t dropped_samples = 0;  ///< not finite and not in the picture (PICTURE.md)
 };

@@ -86,6 +86,11 @@ class TelemetryWriter {
   using Extra = std::map<std::string, std::string>;
 
   static Result<std::unique_ptr<TelemetryWriter>> create(const std::filesystem::path& file);
+  /// Goes on behind the first so many bytes of a file that is there; what follows them is cut off. Error if they are
+  /// not there, or do not end a line.
+  static Result<std::unique_ptr<TelemetryWriter>> resume(const std::filesystem::path& file, std::uint64_t bytes);
+  /// Of the file, in all.
+  std::uint64_t bytes() const { return bytes_; }
   ~TelemetryWriter();
   TelemetryWriter(const TelemetryWriter&) = delete;
   TelemetryWriter& operator=(const TelemetryWriter&) = delete;
@@ -102,6 +107,7 @@ class TelemetryWriter {
   void take_back(std::size_t written);
   std::filesystem::path file_;
   int descriptor_;
+  std::uint64_t bytes_ = 0;
   bool failed_ = false;
 };
 

@@ -1,0 +1,71 @@
+#include "cli/frame_list.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <set>
+
+#include "cli/options.h"
+
+namespace tress::cli {
+namespace {
+
+constexpr std::uint64_t last_frame = 1'000'000;
+constexpr std::size_t most_frames = 1'000'000;
+
+struct Range {
+  std::uint64_t first = 0, last = 0, step = 1;
+};
+
+std::optional<Range> parse_range(const std::string& text) {
+  const std::size_t by = text.find('x');
+  const std::string ends = text.substr(0, by);
+  const std::size_t dash = ends.find('-');
+  const auto first = parse_unsigned(ends.substr(0, dash));
+  const auto last = dash == std::string::npos ? first : parse_unsigned(ends.substr(dash + 1));
+  const auto step = by == std::string::npos ? std::optional<std::uint64_t>(1) : parse_unsigned(text.substr(by + 1));
+  if (!first || !last || !step || *step == 0 || *last < *first || *last > last_frame) return std::nullopt;
+  if (dash == std::string::npos && by != std::string::npos) return std::nullopt;
+  return Range{*first, *last, *step};
+}
+
+/// Where the last run of # begins, and its length; 0 if there is none.
+std::pair<std::size_t, std::size_t> mark_in(const std::string& name) {
+  const std::size_t last = name.rfind('#');
+  if (last == std::string::npos) return {0, 0};
+  std::size_t first = last;
+  while (first > 0 && name[first - 1] == '#') --first;
+  return {first, last - first + 1};
+}
+
+}  // namespace
+
+std::optional<std::vector<int>> parse_frames(const std::string& text) {
+  std::vector<int> frames;
+  std::set<int> seen;
+  for (std::size_t begin = 0; begin != std::string::npos;) {
+    const std::size_t comma = text.find(',', begin);
+    const auto range = parse_range(text.substr(begin, comma == std::string::npos ? comma : comma - begin));
+    if (!range) return std::nullopt;
+    for (std::uint64_t frame = range->first; frame <= range->last; frame += range->step) {
+      if (seen.insert(static_cast<int>(frame)).second) frames.push_back(static_cast<int>(frame));
+      if (frames.size() > most_frames || range->step > last_frame) break;
+    }
+    if (frames.size() > most_frames) return std::nullopt;
+    begin = comma == std::string::npos ? comma : comma + 1;
+  }
+  return frames;
+}
+
+bool names_frames(const std::filesystem::path& file) { return mark_in(file.filename().string()).second > 0; }
+
+std::filesystem::path of_frame(const std::filesystem::path& file, int frame) {
+  std::string name = file.filename().string();
+  const auto [first, length] = mark_in(name);
+  if (length == 0) return file;
+  name.replace(first, length, fmt::format("{:0{}}", frame, length));
+  return file.parent_path() / name;
+}
+
+}  // namespace tress::cli

@@ -1,0 +1,91 @@
+#include "cli/render_identity.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <system_error>
+
+#include "base/content_hash.h"
+#include "cli/telemetry_lines.h"
+#include "tress/version.h"
+
+namespace tress::cli {
+namespace {
+
+constexpr std::size_t most_told = 8;
+constexpr std::uintmax_t most_scene_bytes = std::uintmax_t{1} << 28;
+
+/// The text, and the content of the file of that name if there is one.
+std::string with_content(const std::string& text, const std::filesystem::path& folder) {
+  if (text.empty() || text.size() > 4096) return text;
+  const std::optional<std::string> content = file_content_name(folder / text);
+  return content ? text + " with content " + *content : text;
+}
+
+bool add_scene_values(const std::filesystem::path& file, Identity* identity) {
+  std::error_code error;
+  if (std::filesystem::file_size(file, error) > most_scene_bytes || error) return false;
+  std::ifstream in(file, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const nlohmann::json document = nlohmann::json::parse(text, nullptr, false);
+  if (!document.is_object()) return false;
+  const nlohmann::json values = document.flatten();
+  for (const auto& [place, value] : values.items()) {
+    if (place.starts_with("/$schema") || place.starts_with("/expected")) continue;
+    (*identity)[place] =
+        value.is_string() ? with_content(value.get<std::string>(), file.parent_path()) : json_text(value);
+  }
+  return true;
+}
+
+}  // namespace
+
+Identity identity_of(const std::filesystem::path& scene, const std::map<std::string, std::string>& options) {
+  Identity identity;
+  identity["version"] = version();
+  for (const auto& [name, value] : options) identity[name] = name == "--environment" ? with_content(value, ".") : value;
+  if (!add_scene_values(scene, &identity))
+    identity["scene"] = "content " + file_content_name(scene).value_or("unknown");
+  return identity;
+}
+
+std::string identity_text(const Identity& identity) { return json_text(identity); }
+
+std::optional<Identity> parse_identity(const std::string& text) {
+  const nlohmann::json document = nlohmann::json::parse(text, nullptr, false);
+  if (!document.is_object()) return std::nullopt;
+  Identity identity;
+  for (const auto& [name, value] : document.items()) {
+    if (!value.is_string()) return std::nullopt;
+    identity[name] = value.get<std::string>();
+  }
+  return identity;
+}
+
+std::string differences(const Identity& expected, const Identity& found, const std::vector<std::string>& ignored) {
+  std::set<std::string> names;
+  for (const Identity* one : {&expected, &found}) {
+    for (const auto& [name, value] : *one) names.insert(name);
+  }
+  for (const std::string& name : ignored) names.erase(name);
+  const auto value_in = [](const Identity& identity, const std::string& name) {
+    const auto at = identity.find(name);
+    return at == identity.end() ? std::string("nothing") : at->second.substr(0, 120);
+  };
+  std::string text;
+  std::size_t told = 0;
+  for (const std::string& name : names) {
+    const auto a = expected.find(name), b = found.find(name);
+    if (a != expected.end() && b != found.end() && a->second == b->second) continue;
+    if (++told > most_told) continue;
+    text += fmt::format("{}{}: expected {}, found {}", text.empty() ? "" : "; ", name, value_in(expected, name),
+                        value_in(found, name));
+  }
+  return told > most_told ? fmt::format("{}; and {} more", text, told - most_told) : text;
+}
+
+}  // namespace tress::cli

@@ -1,0 +1,185 @@
+// Renders that are killed and go on end as those that were not: picture, cache and telemetry. What cannot be equal is
+// named: `time` of the picture, and `seconds`, `cpu_seconds`, `learning_cpu_seconds` of telemetry.
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "cli/run_tress.h"
+#include "image/picture.h"
+#include "support/seed.h"
+#include "tress/base/random.h"
+
+namespace tress::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+void expect_same_pictures(const fs::path& a, const fs::path& b) {
+  auto one = image::read_exr(a), other = image::read_exr(b);
+  ASSERT_TRUE(one && other);
+  for (image::Picture* picture : {&*one, &*other}) {
+    for (const char* name : {"time", "command"}) picture->metadata.erase(name);
+  }
+  EXPECT_EQ(one->metadata, other->metadata);
+  ASSERT_EQ(one->channels.size(), other->channels.size());
+  for (std::size_t c = 0; c < one->channels.size(); ++c) {
+    EXPECT_EQ(one->channels[c].name, other->channels[c].name);
+    EXPECT_TRUE(one->channels[c].pixels == other->channels[c].pixels) << one->channels[c].name;
+  }
+}
+
+/// Without what no two runs have alike, and without the names of files.
+std::string comparable_telemetry(const fs::path& file) {
+  std::istringstream lines(read_text(file));
+  std::string line, text;
+  while (std::getline(lines, line)) {
+    nlohmann::json fields = nlohmann::json::parse(line);
+    for (const char* name : {"seconds", "cpu_seconds", "learning_cpu_seconds", "image", "warm_cache"})
+      fields.erase(name);
+    text += fields.dump() + "\n";
+  }
+  return text;
+}
+
+class Checkpoints : public CommandTest {
+ protected:
+  void SetUp() override {
+    CommandTest::SetUp();
+    write_text(path("scene.json"), R"({
+      "camera": {"frame": true},
+      "image": {"width": 64, "height": 64, "samples": 24},
+      "environment": {"constant": [1, 0.9, 0.8]},
+      "materials": [{"name": "brown"}],
+      "grooms": [{"generate": "straight", "strands": 300, "radius_cm": 0.04, "material": "brown"}]
+    })");
+  }
+  std::vector<std::string> command(const std::string& name, const std::vector<std::string>& more) const {
+    std::vector<std::string> words{"render",       path("scene.json"),
+                                   "-o",           path(name + ".exr"),
+                                   "--warm-cache", path(name + ".cache"),
+                                   "--telemetry",  path(name + ".jsonl"),
+                                   "--threads",    "2",
+                                   "--precision",  "float"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+  void expect_same(const std::string& a, const std::string& b) const {
+    expect_same_pictures(path(a + ".exr"), path(b + ".exr"));
+    EXPECT_TRUE(read_text(path(a + ".cache")) == read_text(path(b + ".cache"))) << "the caches differ";
+    EXPECT_EQ(comparable_telemetry(path(a + ".jsonl")), comparable_telemetry(path(b + ".jsonl")));
+    EXPECT_FALSE(fs::exists(path(b + ".checkpoint"))) << "it is done";
+  }
+  /// At most a minute, until the render has told of two passes.
+  static void wait_for_pass(const fs::path& telemetry) {
+    for (int tries = 0; tries < 3000; ++tries) {
+      if (fs::exists(telemetry) && telemetry_lines(telemetry, "pass").size() >= 2) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+  /// Kills the command so many times, each after a while, then lets it end. Returns how often it went on.
+  int survive(const std::string& name, const std::vector<std::string>& words, int kills, int signal,
+              std::uint64_t stream) const {
+    const fs::path telemetry = path(name + ".jsonl");
+    RandomStream random(seed(2026), stream);
+    int resumed = 0;
+    for (int kill = 0; kill <= kills; ++kill) {
+      const Process process(folder_, words);
+      if (kill < kills) {
+        if (kill == 0) wait_for_pass(telemetry);
+        std::this_thread::sleep_for(std::chrono::milliseconds(20 + random.next_bits() % 600));
+        process.send(signal);
+      }
+      const Outcome outcome = process.wait();
+      resumed += outcome.err.find("goes on after") != std::string::npos ? 1 : 0;
+      if (outcome.status == 0) break;
+      EXPECT_EQ(outcome.status, 128 + signal) << outcome.err;
+    }
+    return resumed;
+  }
+};
+
+TEST_F(Checkpoints, KilledRendersEndAsIfTheyHadNotBeen) {
+  int resumed = 0;
+  for (const std::string model : {"elliptical", "rough"}) {
+    SCOPED_TRACE(model);
+    const std::vector<std::string> more{"--model", model, "--telemetry-level", "rows", "--spp", "48"};
+    const Outcome whole = run(command("whole-" + model, more));
+    ASSERT_EQ(whole.status, 0) << whole.err;
+    auto words = command("killed-" + model, more);
+    words.insert(words.end(), {"--checkpoint", "--checkpoint-interval", "0"});
+    resumed += survive("killed-" + model, words, 5, SIGKILL, model.size());
+    expect_same("whole-" + model, "killed-" + model);
+  }
+  EXPECT_GT(resumed, 0) << "no run was killed after a checkpoint";
+}
+
+TEST_F(Checkpoints, ASignalWritesOneInTime) {
+  const std::vector<std::string> more{"--spp", "96"};
+  const Outcome whole = run(command("whole", more));
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  auto words = command("asked", more);
+  words.insert(words.end(), {"--checkpoint", "--checkpoint-interval", "100000"});
+  EXPECT_GT(survive("asked", words, 2, SIGTERM, 1), 0);
+  expect_same("whole", "asked");
+}
+
+TEST_F(Checkpoints, OfAnotherRenderOrDamagedAreRefusedByName) {
+  auto words = command("a", {"--spp", "4096", "--checkpoint"});
+  {
+    const Process process(folder_, words);
+    wait_for_pass(path("a.jsonl"));
+    process.send(SIGTERM);
+    EXPECT_EQ(process.wait().status, 143);
+  }
+  ASSERT_TRUE(fs::exists(path("a.checkpoint")));
+  const std::string good = read_text(path("a.checkpoint"));
+  auto other = words;
+  other.insert(other.end(), {"--epsilon", "0.02"});
+  Outcome refused = run(other);
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.err, HasSubstr("--epsilon: expected 0.02, found nothing"));
+  std::string scene = read_text(path("scene.json"));
+  const std::string changed = scene.substr(0, scene.find("0.9")) + "0.7" + scene.substr(scene.find("0.9") + 3);
+  write_text(path("scene.json"), changed);
+  refused = run(words);
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.err, HasSubstr("/environment/constant/1: expected 0.7, found 0.9"));
+  write_text(path("scene.json"), scene);
+  for (const std::string& bad : {good.substr(0, good.size() / 2), good + "x", std::string("not one"), std::string()}) {
+    write_text(path("a.checkpoint"), bad);
+    refused = run(words);
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_THAT(refused.err, HasSubstr("a.checkpoint"));
+    EXPECT_EQ(read_text(path("a.checkpoint")), bad) << "it is left as it is";
+  }
+}
+
+TEST_F(Checkpoints, FramesAreSkippedWhereTheyAreFinished) {
+  const auto frames = [&](const std::string& list, const std::vector<std::string>& more) {
+    std::vector<std::string> words{
+        "render",      path("scene.json"),   "-o",           path("f.####.exr"),  "--frames", list, "--spp", "2",
+        "--telemetry", path("frames.jsonl"), "--warm-cache", path("frames.cache")};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words);
+  };
+  const Outcome first = frames("1-3x2", {});
+  EXPECT_EQ(first.status, 0) << first.err;
+  EXPECT_THAT(first.err, HasSubstr("2 frames: 2 rendered, 0 finished before, 0 failed"));
+  EXPECT_THAT(first.err, HasSubstr("from the frame before"));
+  write_text(path("f.0003.exr"), read_text(path("f.0003.exr")).substr(0, 2000));
+  const Outcome second = frames("1-3", {});
+  EXPECT_EQ(second.status, 0) << second.err;
+  EXPECT_THAT(second.err, HasSubstr("3 frames: 2 rendered, 1 finished before, 0 failed"));
+  const Outcome other = frames("1-3", {"--max-depth", "3"});
+  EXPECT_THAT(other.err, HasSubstr("3 frames: 3 rendered, 0 finished before"));
+  const std::string lines = read_text(path("frames.jsonl"));
+  for (const char* frame : {"\"frame\":1", "\"frame\":2", "\"frame\":3"}) EXPECT_THAT(lines, HasSubstr(frame));
+  EXPECT_EQ(run({"render", path("scene.json"), "-o", path("f.exr"), "--frames", "1-3"}).status, 2);
+}
+
+}  // namespace
+}  // namespace tress::test
