@@ -35,7 +35,7 @@ struct Part {
   SavedRender saved;
   image::Window window, whole;
   int from = 0, to = 0;
-  bool opaque = false, glint = false, frozen = false, moving = false;
+  bool opaque = false, glint = false, frozen = false, moving = false, emission = false;
   std::string table;
   std::vector<std::string> groups;  ///< of light
 };
@@ -63,8 +63,9 @@ bool describe(Part* part) {
   part->whole = {0, 0, whole[0], whole[1]};
   part->from = samples[0];
   part->to = samples[1];
-  for (const auto& [name, flag] : {std::pair{"opaque", &part->opaque}, std::pair{"glint", &part->glint},
-                                   std::pair{"frozen", &part->frozen}, std::pair{"moving", &part->moving}}) {
+  for (const auto& [name, flag] :
+       {std::pair{"opaque", &part->opaque}, std::pair{"glint", &part->glint}, std::pair{"frozen", &part->frozen},
+        std::pair{"moving", &part->moving}, std::pair{"emission", &part->emission}}) {
     if (!told.contains(name) || !told[name].is_boolean()) return false;
     *flag = told[name].get<bool>();
   }
@@ -100,7 +101,9 @@ std::vector<Part> read_parts(const MergeSettings& settings) {
       refuse(saved.error());
       continue;
     }
-    Part part{file, std::move(*saved)};
+    Part part;
+    part.file = file;
+    part.saved = std::move(*saved);
     if (!describe(&part)) {
       refuse({file.string(), "progress", "a part as --part writes it", "another file"});
       continue;
@@ -108,7 +111,7 @@ std::vector<Part> read_parts(const MergeSettings& settings) {
     if (!identity) identity = part.saved.identity;
     for (const Part& other : parts) {
       if (part.whole != other.whole || part.opaque != other.opaque || part.glint != other.glint ||
-          part.moving != other.moving || part.groups != other.groups)
+          part.moving != other.moving || part.groups != other.groups || part.emission != other.emission)
         refuse({file.string(), "", "a part of the same picture as " + other.file.string(), "one of another"});
       if (meet(part, other)) {
         refuse({file.string(), "", "samples that " + other.file.string() + " has not",
@@ -169,11 +172,13 @@ int run_merge(const MergeSettings& settings) {
   if (parts.empty()) return 1;
   const integrate::Ground ground = parts.front().opaque ? integrate::Ground::backdrop : integrate::Ground::nothing;
   integrate::Film::Extra extra;
+  extra.emission = parts.front().emission;
   extra.groups = parts.front().groups;
   integrate::Film film(around(parts), parts.front().glint, false, ground, 0, parts.front().moving, extra);
   bool one_table = true;
   for (Part& part : parts) {
     integrate::Film own(part.window, part.glint, false, ground, 0, part.moving, extra);
+    part.saved.render.sections.erase("film.objects");  // mattes need the scene: they are not merged
     if (!own.set_sections(part.saved.render.sections)) {
       log_error(fmt::format("{}: film.sums: expected the sums of {} x {} pixels, found others", part.file.string(),
                             part.window.width, part.window.height));

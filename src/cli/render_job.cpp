@@ -299,6 +299,7 @@ class RenderJob {
          std::ranges::any_of(scene_.fibers, [](const fiber::FiberParameters& fiber) { return fiber.split_glint; })},
         {"moving", scene_.next.has_value()},
         {"groups", nlohmann::json(scene::light_groups(scene_))},
+        {"emission", std::ranges::any_of(scene_.lights, [](const scene::Light& light) { return light.visible; })},
         {"table", service_ != nullptr ? adaptive::cache_hash(*service_->rows()) : ""},
         {"frozen", service_ == nullptr || settings_.cache_mode == CacheMode::frozen}};
     part_failed_ = write_saved_render(*settings_.part, identity_, told, pass, nullptr);

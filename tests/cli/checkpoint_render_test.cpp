@@ -181,5 +181,45 @@ TEST_F(Checkpoints, FramesAreSkippedWhereTheyAreFinished) {
   EXPECT_EQ(run({"render", path("scene.json"), "-o", path("f.exr"), "--frames", "1-3"}).status, 2);
 }
 
+TEST_F(Checkpoints, PartsOfOneFrozenTableAreThePictureOfOneRender) {
+  ASSERT_EQ(run({"render", path("scene.json"), "-o", path("warm.exr"), "--spp", "8", "--warm-cache", path("c")}).status,
+            0);
+  const auto part = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> words{"render",       path("scene.json"), "-o",           path(name + ".exr"),
+                                   "--warm-cache", path("c"),          "--cache-mode", "frozen",
+                                   "--layers",     "beauty,Z,TT",      "--spp",        "6",
+                                   "--part",       path(name),         "--threads",    "2"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+  };
+  part("whole", {});
+  part("a", {"--samples-to", "2"});
+  part("b", {"--samples-from", "2"});
+  part("left", {"--crop", "0,0,30,64"});
+  part("right", {"--crop", "30,0,64,64"});
+  const std::vector<std::vector<std::string>> ways{{path("b"), path("a")}, {path("left"), path("right")}};
+  for (const std::vector<std::string>& way : ways) {
+    const Outcome merged = run({"merge", way[0], way[1], "-o", path("merged.exr")});
+    ASSERT_EQ(merged.status, 0) << merged.err;
+    EXPECT_THAT(merged.err, HasSubstr("the picture of one render"));
+    const auto whole = image::read_exr(path("whole.exr")), all = image::read_exr(path("merged.exr"));
+    ASSERT_TRUE(whole && all);
+    for (const char* name : {"R", "G", "B", "A", "TT.R", "TT.G", "TT.B"}) {
+      ASSERT_NE(whole->find(name), nullptr) << name;
+      ASSERT_NE(all->find(name), nullptr) << name;
+      EXPECT_TRUE(whole->find(name)->pixels == all->find(name)->pixels) << name;
+    }
+  }
+  Outcome refused = run({"merge", path("a"), path("whole"), "-o", path("no.exr")});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.err, HasSubstr("samples 0 to 6 of pixels of both"));
+  part("other", {"--samples-from", "2", "--max-depth", "9"});
+  refused = run({"merge", path("a"), path("other"), "-o", path("no.exr")});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.err, HasSubstr("--max-depth: expected nothing, found 9"));
+  EXPECT_FALSE(fs::exists(path("no.exr")));
+}
+
 }  // namespace
 }  // namespace tress::test
