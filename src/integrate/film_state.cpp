@@ -12,7 +12,7 @@ static_assert(std::is_trivially_copyable_v<PixelSums> && std::is_trivially_copya
 
 // A sum that is new belongs into add() and is_finite() below too.
 static_assert(sizeof(PixelSums) ==
-              (layer_count + 4) * sizeof(glm::dvec3) + 8 * sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t));
+              (layer_count + 4) * sizeof(glm::dvec3) + 9 * sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t));
 
 template <class T>
 std::string_view bytes_of(const std::vector<T>& values) {
@@ -24,7 +24,8 @@ bool is_finite(const glm::dvec3& x) { return std::isfinite(x.x) && std::isfinite
 bool is_finite(const PixelSums& sums) {
   bool good = is_finite(sums.albedo) && is_finite(sums.normal) && is_finite(sums.tangent) &&
               is_finite(sums.squared_deviations) && std::isfinite(sums.coverage) && std::isfinite(sums.distance_cm) &&
-              std::isfinite(sums.objective) && std::isfinite(sums.excess) && std::isfinite(sums.excess_squares);
+              std::isfinite(sums.objective) && std::isfinite(sums.opaque) && std::isfinite(sums.excess) &&
+              std::isfinite(sums.excess_squares);
   for (const glm::dvec3& layer : sums.layers) good = good && is_finite(layer);
   return good;
 }
@@ -77,6 +78,7 @@ void PixelSums::add(const PixelSums& later, Ground ground) {
   coverage += later.coverage;
   distance_cm += later.distance_cm;
   objective += later.objective;
+  opaque += later.opaque;
   excess += later.excess;
   excess_squares += later.excess_squares;
   vertices += later.vertices;
