@@ -178,6 +178,11 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     if (auditor) all.push_back(auditor->section());
     return all;
   };
+  const auto tell_excess = [&] {
+    if (!model.tells_excess()) return;
+    progress.excess = film.excess();
+    tracer.tell_brightness(film.brightness());
+  };
   if (options.resume != nullptr) {
     const RenderState& state = *options.resume;
     result.unusable = !(brightness.mean >= 0) || state.passes < 0 || state.passes > progress.pass_count ||
@@ -185,6 +190,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     if (result.unusable) return result;
     result.passes = state.passes;
     progress.paths_so_far = state.paths;
+    tell_excess();
   }
   for (int pass = result.passes; pass < progress.pass_count && !stop; ++pass) {
     const auto start = std::chrono::steady_clock::now();
@@ -199,10 +205,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     progress.cpu_seconds = process_cpu_seconds() - cpu_start + (pass == 0 ? pilot_cpu_seconds : 0);
     progress.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     progress.noise = film.relative_noise();
-    if (model.tells_excess()) {
-      progress.excess = film.excess();
-      tracer.tell_brightness(film.brightness());
-    }
+    tell_excess();
     result.passes = pass + 1;
     if (on_pass && !on_pass(progress)) break;
   }
