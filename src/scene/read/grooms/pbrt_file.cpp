@@ -107,7 +107,7 @@ class PbrtReader {
     while (!error_ && !text.error() && !text.at_end()) {
       const std::string directive(text.word());
       if (!is_directive(directive)) {
-        text.fail("a directive of pbrt", "\"" + directive.substr(0, 32) + "\"");
+        text.fail("a directive of pbrt", fmt::format("\"{}\"", directive.substr(0, 32)));
       } else if (directive == "Include" || directive == "Import") {
         include(&text, depth);
       } else {

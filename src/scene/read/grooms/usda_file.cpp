@@ -135,7 +135,7 @@ class UsdaReader {
     if (keyword != "def" && keyword != "over" && keyword != "class") return text_.fail_here("def, over or class");
     Prim prim{.type = std::string(text_.word())};
     Parent here = parent;
-    here.path += "/" + printable(std::string(text_.quoted().substr(0, 256)));
+    here.path += fmt::format("/{}", printable(std::string(text_.quoted().substr(0, 256))));
     if (++here.depth > deepest_prim)
       return text_.fail(fmt::format("at most {} prims in one another", deepest_prim), "more");
     if (keyword != "def") here.is_seen = false;
