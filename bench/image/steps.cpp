@@ -41,6 +41,7 @@ struct Step {
   Draw draw;
   bool shadow_roulette;
   int light_samples;
+  bool adaptive = false;
 };
 
 constexpr Step steps[] = {
@@ -48,6 +49,7 @@ constexpr Step steps[] = {
     {"environment by contrast", Draw::contrast, false, 1},
     {"shadow rays by roulette too", Draw::contrast, true, 1},
     {"2 light samples too", Draw::contrast, true, 2},
+    {"samples where the noise is too", Draw::contrast, true, 2, true},
     {"roulette alone", Draw::light, true, 1},
     {"2 light samples alone", Draw::light, false, 2},
 };
@@ -62,7 +64,8 @@ struct Settings {
 /// Of one step and seed.
 struct Rendered {
   double cpu_seconds = 0, told = 0;  ///< told: variance of a pixel over the mean squared
-  std::vector<double> values;        ///< R, G, B of the pixels that are looked at
+  double covered = 0;                ///< pixels
+  std::vector<double> values;        ///< R, G, B of all pixels
 };
 
 Rendered rendered(const scene::Scene& scene, const geometry::FiberScene& fibers, fiber::FiberModel& model,
@@ -77,42 +80,36 @@ Rendered rendered(const scene::Scene& scene, const geometry::FiberScene& fibers,
         return true;
       });
   out.cpu_seconds = integrate::thread_cpu_seconds() - start;
-  const std::vector<float>& cover = result.picture.find("coverage")->pixels;
-  for (const char* channel : {"R", "G", "B"}) {
-    const std::vector<float>& pixels = result.picture.find(channel)->pixels;
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      if (cover[i] > 0.25f) out.values.push_back(static_cast<double>(pixels[i]));
-      // A pixel at the edge of this is covered under one seed and not under another: as black it would be noise.
-      else
-        out.values.push_back(std::nan(""));
-    }
-  }
+  for (const float coverage : result.picture.find("coverage")->pixels) out.covered += coverage > 0 ? 1 : 0;
+  for (const char* channel : {"R", "G", "B"})
+    for (const float value : result.picture.find(channel)->pixels) out.values.push_back(static_cast<double>(value));
   return out;
 }
 
-/// Mean variance of a pixel across seeds over the mean squared, without seed `left_out` (-1: with all).
+/// Variance of a covered pixel across seeds over the mean squared (Film::relative_noise, squared), without seed
+/// `left_out` (-1: with all).
 double relative_variance(const std::vector<Rendered>& seeds, int left_out, double* mean_out = nullptr) {
-  double variance = 0, brightness = 0;
-  std::size_t count = 0;
+  double variance = 0, brightness = 0, covered = 0, n = 0;
+  for (std::size_t seed = 0; seed < seeds.size(); ++seed) {
+    if (static_cast<int>(seed) == left_out) continue;
+    covered += seeds[seed].covered;
+    n += 1;
+  }
   for (std::size_t i = 0; i < seeds.front().values.size(); ++i) {
-    double sum = 0, squares = 0, n = 0;
-    bool looked_at = true;
-    for (const Rendered& one : seeds) looked_at = looked_at && !std::isnan(one.values[i]);
-    if (!looked_at) continue;
+    double sum = 0, squares = 0, count = 0;
     for (std::size_t seed = 0; seed < seeds.size(); ++seed) {
       if (static_cast<int>(seed) == left_out) continue;
-      const double value = seeds[seed].values[i], before = n > 0 ? sum / n : 0;
+      const double value = seeds[seed].values[i], before = count > 0 ? sum / count : 0;
       sum += value;
-      n += 1;
-      if (n > 1) squares += (value - before) * (value - sum / n);
+      count += 1;
+      if (count > 1) squares += (value - before) * (value - sum / count);
     }
     variance += squares / (n - 1);
     brightness += sum / n;
-    ++count;
   }
-  const double pixels = static_cast<double>(count), mean = brightness / pixels;
+  const double channels = 3 * covered / n, mean = brightness / channels;
   if (mean_out != nullptr) *mean_out = mean;
-  return variance / pixels / (mean * mean);
+  return variance / channels / (mean * mean);
 }
 
 double cost(const std::vector<Rendered>& seeds, int left_out) {
@@ -170,6 +167,7 @@ int run(const Settings& settings) {
     options.samples = samples;
     options.seed = seed;
     options.light_samples = step.light_samples;
+    options.adaptive = step.adaptive;
     options.shadow_roulette = step.shadow_roulette;
     return rendered(step.draw == Draw::light ? by_light : by_contrast, fibers, *model, ids, learned.service.get(),
                     options);

@@ -139,7 +139,8 @@ void add_resolution(CLI::App* app, scene::Overrides& o) {
 std::vector<std::string> layer_names() {
   std::vector<std::string> names;
   for (std::size_t layer = 0; layer < integrate::layer_count; ++layer) names.emplace_back(integrate::layer_name(layer));
-  for (const char* name : {"coverage", "albedo", "N", "tangent", "Z", "variance", "ais"}) names.emplace_back(name);
+  for (const char* name : {"coverage", "albedo", "N", "tangent", "Z", "variance", "samples", "ais"})
+    names.emplace_back(name);
   for (const char* name : {"forward", "CryptoObject", "CryptoMaterial"}) names.emplace_back(name);
   return names;
 }
@@ -276,6 +277,9 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   if (s.table.picture_error > 0 && s.table.learner == &adaptive::knot_learner) {
     return "--picture-error: expected a learner that fits mixtures, found --learner table";
   }
+  if (s.adaptive.value_or(false) && (s.samples_from || s.samples_to)) {
+    return "--adaptive: expected off with --samples-from and --samples-to, whose pixels have as many samples, found on";
+  }
   if (s.quadrature_points && !model.has_quadrature) {
     return fmt::format("--quadrature-points: expected a model that integrates, found --model {}", s.model);
   }
@@ -331,6 +335,9 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
   auto* noise = add_number(render, "--noise", [&s](double x) { s.stop.noise = x; });
   samples->excludes(time)->excludes(noise);
   time->excludes(noise);
+  add_choice(
+      render, "--adaptive", {"on", "off"}, [&s](const std::string& word) { s.adaptive = word == "on"; },
+      "more samples where the picture is noisier, --spp being their mean; default: on with --noise and --time");
   add_resolution(render, s.overrides);
   add_layers(render, s);
   add_choice(

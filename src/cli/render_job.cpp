@@ -185,6 +185,9 @@ class RenderJob {
     options.samples =
         settings_.samples_to.value_or(settings_.stop.samples(scene_.image.samples)) - options.first_sample;
     if (saved_ != nullptr) options.resume = &saved_->render;
+    // Of samples that are taken apart each pixel has its own share, so that no two parts have the same.
+    options.adaptive = settings_.adaptive.value_or(settings_.stop.noise || settings_.stop.seconds) &&
+                       !settings_.samples_from && !settings_.samples_to;
     options.mattes = is_wanted("CryptoObject") || is_wanted("CryptoMaterial");
     if (!model_->evaluates()) {
       options.light_samples = 0;

@@ -29,6 +29,7 @@ struct RenderSettings {
   scene::Overrides overrides;
   integrate::RenderOptions render;       ///< samples come from the scene and its overrides
   StopRule stop;                         ///< instead of those samples
+  std::optional<bool> adaptive;          ///< unset: where `stop` ends the render by noise or time
   std::optional<int> threads;            ///< unset: one per hardware thread that the process may use
   std::string model = "elliptical";      ///< of references::models()
   std::optional<int> quadrature_points;  ///< of models that have them

@@ -15,7 +15,8 @@ double luminance_of(const glm::dvec3& color) { return 0.2126 * color.x + 0.7152 
 
 }  // namespace
 
-bool PixelSums::add(const PathSums& path, Ground ground) {
+bool PixelSums::add(const PathSums& path, Ground ground, std::uint32_t first_sample) {
+  const bool is_odd = (first_sample + traced()) % 2 == 1;
   vertices += path.vertices;
   queries += path.queries;
   exact_queries += path.exact_queries;
@@ -39,6 +40,10 @@ bool PixelSums::add(const PathSums& path, Ground ground) {
   excess += static_cast<double>(path.excess);
   excess_squares += static_cast<double>(path.excess) * static_cast<double>(path.excess);
   ++samples;
+  if (is_odd) {
+    odd_beauty += value;
+    ++odd_samples;
+  }
   const glm::dvec3 after = beauty(ground) / static_cast<double>(samples);
   if (samples > 1) squared_deviations += glm::max((value - before) * (value - after), glm::dvec3(0.0));
   return true;
@@ -56,6 +61,13 @@ glm::dvec3 PixelSums::variance_of_mean() const {
   return squared_deviations / (n * (n - 1));
 }
 
+glm::dvec3 PixelSums::variance_by_halves(Ground ground) const {
+  if (odd_samples == 0 || odd_samples == samples) return glm::dvec3(0.0);
+  const double n = samples, odd = odd_samples, even = n - odd;
+  const glm::dvec3 apart = odd_beauty / odd - (beauty(ground) - odd_beauty) / even;
+  return apart * apart * (odd * even / (n * n));
+}
+
 Film::Film(const image::Window& window, bool glint, bool timed, Ground ground, std::size_t objects, bool moving,
            Extra extra)
     : window_(window),
@@ -70,7 +82,7 @@ Film::Film(const image::Window& window, bool glint, bool timed, Ground ground, s
 }
 
 bool Film::add(int x, int y, const PathSums& path) {
-  if (!pixel(x, y).add(path, ground_)) return false;
+  if (!pixel(x, y).add(path, ground_, extra_.first_sample)) return false;
   if (path.coverage > 0) object_counts_.add(index(x, y), path.object);
   if (!motion_.empty()) {
     MotionSums& sums = motion_[index(x, y)];
@@ -179,6 +191,7 @@ image::Picture Film::picture() const {
     }
     picture.channels.push_back({i == 0 ? "forward.u" : "forward.v", std::move(pixels)});
   }
+  add("samples", [](const PixelSums& pixel) { return static_cast<float>(pixel.samples); });
   const auto over_queries = [](const PixelSums& pixel, double sum) {
     return pixel.queries > 0 ? static_cast<float>(sum / static_cast<double>(pixel.queries)) : 0.0f;
   };
@@ -199,20 +212,23 @@ std::vector<PixelCost> Film::costs() const {
 }
 
 double Film::relative_noise() const {
-  double variance = 0, brightness = 0;
-  std::uint64_t covered = 0;
+  constexpr double pixels_of_independent_paths = 32;
+  double independent = 0, by_halves = 0, brightness = 0, covered = 0;
   for (const PixelSums& pixel : pixels_) {
     if (!(pixel.coverage > 0)) continue;
-    const glm::dvec3 of_mean = pixel.variance_of_mean(),
+    const glm::dvec3 upper = pixel.variance_of_mean(), halves = pixel.variance_by_halves(ground_),
                      mean = pixel.beauty(ground_) / static_cast<double>(pixel.samples);
     for (int c = 0; c < 3; ++c) {
-      variance += of_mean[c];
+      independent += upper[c];
+      by_halves += halves[c];
       brightness += mean[c];
     }
-    ++covered;
+    covered += 1;
   }
-  if (covered == 0 || !(brightness > 0)) return 0;
-  return std::sqrt(variance * 3 * static_cast<double>(covered)) / brightness;
+  if (!(brightness > 0)) return 0;
+  const double share = covered / (covered + pixels_of_independent_paths);
+  const double variance = share * by_halves + (1 - share) * independent;
+  return std::sqrt(variance * 3 * covered) / brightness;
 }
 
 double Film::brightness() const {

@@ -39,13 +39,21 @@ struct PixelSums {
   double opaque = 0;  ///< paths that A counts: all but those that are held out, or that met nothing over no ground
   /// Sum of the squared deviations of the paths' beauty from their mean (Welford 1962: no cancellation).
   glm::dvec3 squared_deviations{0.0};
+  /// Beauty of the paths of odd index. It and the rest are stratified apart (PathTracer::trace):
+  /// two independent pictures.
+  glm::dvec3 odd_beauty{0.0};
   std::uint64_t vertices = 0, queries = 0, exact_queries = 0;  ///< of dropped paths too: they were work
   std::uint32_t samples = 0;                                   ///< paths in the sums
+  std::uint32_t odd_samples = 0;                               ///< of them, paths in odd_beauty
   std::uint32_t dropped = 0;  ///< paths that were not finite (PathSums::is_finite): in no sum above, in no mean
+
+  /// Paths that were traced: the number of the next one.
+  std::uint32_t traced() const { return samples + dropped; }
 
   /// Adds the path, or counts it as dropped; tells whether it was added. What is added stays finite: 2^32 times the
   /// square of the largest float is a double. Of one pixel `ground` is always the same.
-  bool add(const PathSums& path, Ground ground = Ground::backdrop);
+  /// first_sample: index of the first path of the pixel.
+  bool add(const PathSums& path, Ground ground = Ground::backdrop, std::uint32_t first_sample = 0);
   /// Adds the paths of the same pixel that came after these: sums as of one run but for the last bits of a double.
   void add(const PixelSums& later, Ground ground);
   /// Sum of the layers that beauty has, in their order.
@@ -54,6 +62,9 @@ struct PixelSums {
   /// Paths of a pixel are stratified, which makes their mean better than independent ones would, and s^2 no smaller:
   /// read it as an upper bound. May be past the largest float, which is what a picture then has.
   glm::dvec3 variance_of_mean() const;
+  /// The same by the difference of the two halves: as stratified as they are, but of one degree of freedom. To be
+  /// averaged over many pixels. 0 while a half has none.
+  glm::dvec3 variance_by_halves(Ground ground = Ground::backdrop) const;
 };
 
 /// Of the mean luminance of hair and surfaces, backgrounds not in it: relative to what it would be without.
@@ -70,6 +81,7 @@ class Film {
     bool emission = false;            ///< lights that the camera sees
     std::vector<std::string> groups;  ///< of light (scene::light_groups): a layer each, which add up to beauty
     std::size_t backdrop_group = 0;   ///< which of them the background is of
+    std::uint32_t first_sample = 0;   ///< index of the first path of each pixel
   };
 
   /// Of the pixels in `window`, in the coordinates of the whole image. glint: whether a fiber splits that lobe off;
@@ -121,7 +133,8 @@ class Film {
 
   /// Noise of the picture relative to its brightness: the square root of the mean variance over the mean, both over
   /// the channels of the pixels with a coverage above 0. 0 if there are none, or they are black, or no pixel has two
-  /// samples.
+  /// samples. The variance is by halves, with that of independent paths as if of 32 pixels more: in a picture of
+  /// few pixels halves alone would tell little.
   double relative_noise() const;
 
   /// Mean luminance of what the pixels show of hair and surfaces.

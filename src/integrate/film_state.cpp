@@ -12,7 +12,7 @@ static_assert(std::is_trivially_copyable_v<PixelSums> && std::is_trivially_copya
 
 // A sum that is new belongs into add() and is_finite() below too.
 static_assert(sizeof(PixelSums) ==
-              (layer_count + 4) * sizeof(glm::dvec3) + 9 * sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t));
+              (layer_count + 5) * sizeof(glm::dvec3) + 9 * sizeof(std::uint64_t) + 4 * sizeof(std::uint32_t));
 
 template <class T>
 std::string_view bytes_of(const std::vector<T>& values) {
@@ -23,9 +23,9 @@ bool is_finite(const glm::dvec3& x) { return std::isfinite(x.x) && std::isfinite
 
 bool is_finite(const PixelSums& sums) {
   bool good = is_finite(sums.albedo) && is_finite(sums.normal) && is_finite(sums.tangent) &&
-              is_finite(sums.squared_deviations) && std::isfinite(sums.coverage) && std::isfinite(sums.distance_cm) &&
-              std::isfinite(sums.objective) && std::isfinite(sums.opaque) && std::isfinite(sums.excess) &&
-              std::isfinite(sums.excess_squares);
+              is_finite(sums.squared_deviations) && is_finite(sums.odd_beauty) && std::isfinite(sums.coverage) &&
+              std::isfinite(sums.distance_cm) && std::isfinite(sums.objective) && std::isfinite(sums.opaque) &&
+              std::isfinite(sums.excess) && std::isfinite(sums.excess_squares);
   for (const glm::dvec3& layer : sums.layers) good = good && is_finite(layer);
   return good;
 }
@@ -72,6 +72,7 @@ void PixelSums::add(const PixelSums& later, Ground ground) {
   }
   squared_deviations += later.squared_deviations;
   for (std::size_t i = 0; i < layers.size(); ++i) layers[i] += later.layers[i];
+  odd_beauty += later.odd_beauty;
   albedo += later.albedo;
   normal += later.normal;
   tangent += later.tangent;
@@ -85,6 +86,7 @@ void PixelSums::add(const PixelSums& later, Ground ground) {
   queries += later.queries;
   exact_queries += later.exact_queries;
   samples += later.samples;
+  odd_samples += later.odd_samples;
   dropped += later.dropped;
 }
 

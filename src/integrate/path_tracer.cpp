@@ -229,12 +229,14 @@ void PathTracer::follow(Vertex vertex, Scattering::Sample sample, RandomStream& 
 PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   const std::uint64_t pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(scene_.image.width) + static_cast<std::uint64_t>(x);
-  const PixelSampler stratified(options_.seed, pixel);
+  // Even samples and odd ones are stratified apart, so that they are two independent pictures (PixelSums::odd_beauty).
+  const PixelSampler stratified(options_.seed, pixel, sample & 1);
+  const std::uint32_t in_half = sample >> 1;
   RandomStream random(options_.seed, pixel, sample);
   PathSums sums(group_count_);
-  const geometry::Ray ray = camera_.has_lens() ? camera_.ray(x, y, stratified.pair(sample, pixel_position),
-                                                             stratified.pair(sample, lens_position))
-                                               : camera_.ray(x, y, stratified.pair(sample, pixel_position));
+  const geometry::Ray ray = camera_.has_lens() ? camera_.ray(x, y, stratified.pair(in_half, pixel_position),
+                                                             stratified.pair(in_half, lens_position))
+                                               : camera_.ray(x, y, stratified.pair(in_half, pixel_position));
   const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
   const LightSampler::Arrival seen = lights_.seen(ray.origin, ray.direction, hit ? hit->distance_cm : nowhere);
   if (seen.density > 0) {
@@ -258,7 +260,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
       sums.layers[background_layer] = scene_.environment.backdrop(ray.direction, camera_.pixel_rad(ray.direction));
     return sums;
   }
-  Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(sample, grid_node),
+  Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(in_half, grid_node),
                                     1 / static_cast<float>(options_.bcsdf_samples));
   vertex.light_samples = vertex.evaluates ? options_.light_samples : 0;
   vertex.bcsdf_samples = options_.bcsdf_samples;
@@ -272,7 +274,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   sums.object = hit->is_surface ? static_cast<std::uint32_t>(scene_.grooms.size()) + hit->mesh : hit->groom;
   const auto light_samples = static_cast<std::uint32_t>(vertex.light_samples);
   for (std::uint32_t i = 0; i < light_samples; ++i) {
-    const std::uint32_t index = sample * light_samples + i;
+    const std::uint32_t index = in_half * light_samples + i;
     const float u_light = lights_.has_choice() ? stratified.pair(index, light_choice)[0] : 0;
     const Lit lit = light(vertex, u_light, stratified.pair(index, light_direction), glm::vec3(1.0f), random, sums);
     for (std::size_t layer = 0; layer < lit.layers.size(); ++layer) sums.layers[layer] += lit.layers[layer];
@@ -281,7 +283,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   }
   const auto bcsdf_samples = static_cast<std::uint32_t>(options_.bcsdf_samples);
   for (std::uint32_t i = 0; i < bcsdf_samples; ++i) {
-    const std::uint32_t index = sample * bcsdf_samples + i;
+    const std::uint32_t index = in_half * bcsdf_samples + i;
     const std::array<float, 2> first = stratified.pair(index, lobe_and_theta);
     const std::array<float, 2> second = stratified.pair(index, phi_and_spare);
     follow(vertex, scattering_.sample(vertex, {first[0], first[1], second[0], second[1]}, sums), random, sums);

@@ -9,11 +9,11 @@
 namespace tress::integrate {
 
 /// Pairs of uniforms in [0, 1): the pairs of one dimension over consecutive indices are a scrambled (0,2)-sequence;
-/// different dimensions and pixels are independent. Pure.
+/// different dimensions, pixels and halves (0 or 1) are independent. Pure.
 class PixelSampler {
  public:
-  PixelSampler(std::uint64_t seed, std::uint64_t pixel)
-      : key_(mix_bits(mix_bits(seed + 0x632be59bd9b4e019ull) ^ pixel)) {}
+  PixelSampler(std::uint64_t seed, std::uint64_t pixel, std::uint32_t half)
+      : key_(mix_bits(mix_bits(seed + 0x632be59bd9b4e019ull) ^ pixel) + half * 0xd1b54a32d192ed03ull) {}
 
   std::array<float, 2> pair(std::uint32_t index, std::uint32_t dimension) const {
     const std::uint64_t first = mix_bits(key_ + dimension * 0x9e3779b97f4a7c15ull);

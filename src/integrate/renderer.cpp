@@ -17,6 +17,7 @@
 #include "integrate/heatmap.h"
 #include "integrate/pass_order.h"
 #include "integrate/path_tracer.h"
+#include "integrate/sample_plan.h"
 
 namespace tress::integrate {
 namespace {
@@ -34,14 +35,14 @@ double process_cpu_seconds() {
 int blocks_along(int length) { return (length + block_size - 1) / block_size; }
 
 struct PathCount {
-  std::uint64_t pixels = 0;   ///< sampled, a path each
+  std::uint64_t paths = 0;
   std::uint64_t covered = 0;  ///< of them, paths that met something
   std::uint64_t dropped = 0;  ///< of them, paths that were not finite
 };
 
 /// Samples the pixels of a pass that lie in one block, in order.
-PathCount render_block(const PathTracer& tracer, BiasAuditor* auditor, int block, int pass, std::uint32_t sample,
-                       Film& film) {
+PathCount render_block(const PathTracer& tracer, BiasAuditor* auditor, int block, int pass, std::uint32_t first_sample,
+                       SamplePlan& plan, Film& film) {
   const FlushDenormals flush;
   const image::Window& window = film.window();
   const int blocks_across = blocks_along(window.width);
@@ -53,15 +54,19 @@ PathCount render_block(const PathTracer& tracer, BiasAuditor* auditor, int block
   double time = film.timed() ? thread_cpu_seconds() : 0;
   for (int y = top; y < bottom; ++y) {
     for (int x = left; x < right; ++x) {
-      if (!in_pass(pass, x, y)) continue;
-      const PathSums path = tracer.trace(x, y, sample);
-      count.dropped += film.add(x, y, path) ? 0 : 1;
-      ++count.pixels;
-      count.covered += path.coverage > 0 ? 1 : 0;
-      if (auditor != nullptr) auditor->audit(x, y, sample);
-      if (!film.timed()) continue;
-      const double start = std::exchange(time, thread_cpu_seconds());
-      film.add_time(x, y, time - start);
+      const std::uint32_t end = plan.samples_after(pass, x, y);
+      for (std::uint32_t count_of_pixel = film.pixel(x, y).traced(); count_of_pixel < end; ++count_of_pixel) {
+        const std::uint32_t sample = first_sample + count_of_pixel;
+        const PathSums path = tracer.trace(x, y, sample);
+        count.dropped += film.add(x, y, path) ? 0 : 1;
+        plan.note(x, y, film.pixel(x, y));
+        ++count.paths;
+        count.covered += path.coverage > 0 ? 1 : 0;
+        if (auditor != nullptr) auditor->audit(x, y, sample);
+        if (!film.timed()) continue;
+        const double start = std::exchange(time, thread_cpu_seconds());
+        film.add_time(x, y, time - start);
+      }
     }
   }
   return count;
@@ -69,18 +74,18 @@ PathCount render_block(const PathTracer& tracer, BiasAuditor* auditor, int block
 
 /// Every pixel of a block belongs to one task, and a pass ends before the next begins: sums are added in the order of
 /// the samples whatever the number of threads.
-PathCount render_pass(const PathTracer& tracer, BiasAuditor* auditor, int pass, std::uint32_t sample,
-                      const std::atomic<bool>& stop, Film& film) {
+PathCount render_pass(const PathTracer& tracer, BiasAuditor* auditor, int pass, std::uint32_t first_sample,
+                      const std::atomic<bool>& stop, SamplePlan& plan, Film& film) {
   const int blocks = blocks_along(film.window().width) * blocks_along(film.window().height);
-  std::atomic<std::uint64_t> pixels{0}, covered{0}, dropped{0};
+  std::atomic<std::uint64_t> traced{0}, covered{0}, dropped{0};
   tbb::parallel_for(0, blocks, [&](int block) {
     if (stop.load(std::memory_order_relaxed)) return;
-    const PathCount count = render_block(tracer, auditor, block, pass, sample, film);
-    pixels += count.pixels;
+    const PathCount count = render_block(tracer, auditor, block, pass, first_sample, plan, film);
+    traced += count.paths;
     covered += count.covered;
     dropped += count.dropped;
   });
-  return {pixels, covered, dropped};
+  return {traced, covered, dropped};
 }
 
 struct Brightness {
@@ -128,8 +133,9 @@ bool splits_glint(const scene::Scene& scene) {
                      [](const fiber::FiberParameters& fiber) { return fiber.split_glint; });
 }
 
-Film::Extra extra_layers(const scene::Scene& scene) {
+Film::Extra extra_layers(const scene::Scene& scene, int first_sample) {
   Film::Extra extra;
+  extra.first_sample = static_cast<std::uint32_t>(first_sample);
   extra.emission =
       std::any_of(scene.lights.begin(), scene.lights.end(), [](const scene::Light& light) { return light.visible; });
   extra.groups = scene::light_groups(scene);
@@ -162,10 +168,11 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   const bool opaque = scene.environment_visible && !scene.image.transparent;
   Film film(options.crop.value_or(whole), splits_glint(scene), options.heatmap,
             opaque ? Ground::backdrop : Ground::nothing, options.mattes ? scene.grooms.size() + scene.meshes.size() : 0,
-            scene.next.has_value(), extra_layers(scene));
+            scene.next.has_value(), extra_layers(scene, options.first_sample));
   assert(is_within(film.window(), whole));
   std::optional<BiasAuditor> auditor;
   if (options.audit != nullptr) auditor.emplace(*options.audit, scene, fibers, options, brightness.mean, film.window());
+  SamplePlan plan(film.window(), options.adaptive);
   RenderResult result;
   PassProgress progress;
   progress.film = &film;
@@ -176,6 +183,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     auto all = film.sections();
     all.emplace_back("pilot", std::string_view(reinterpret_cast<const char*>(&brightness.mean), sizeof(float)));
     if (auditor) all.push_back(auditor->section());
+    plan.add_sections(&all);
     return all;
   };
   const auto tell_excess = [&] {
@@ -186,7 +194,8 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   if (options.resume != nullptr) {
     const RenderState& state = *options.resume;
     result.unusable = !(brightness.mean >= 0) || state.passes < 0 || state.passes > progress.pass_count ||
-                      !film.set_sections(state.sections) || (auditor && !auditor->set_section(state.sections));
+                      !film.set_sections(state.sections) || !plan.set_sections(state.sections) ||
+                      (auditor && !auditor->set_section(state.sections));
     if (result.unusable) return result;
     result.passes = state.passes;
     progress.paths_so_far = state.paths;
@@ -195,10 +204,10 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   for (int pass = result.passes; pass < progress.pass_count && !stop; ++pass) {
     const auto start = std::chrono::steady_clock::now();
     const double cpu_start = process_cpu_seconds();
-    const std::uint32_t sample = static_cast<std::uint32_t>(options.first_sample) + sample_of_pass(pass);
     progress.pass = pass;
-    const PathCount paths = render_pass(tracer, auditor ? &*auditor : nullptr, pass, sample, stop, film);
-    progress.pixels = paths.pixels;
+    const PathCount paths = render_pass(tracer, auditor ? &*auditor : nullptr, pass,
+                                        static_cast<std::uint32_t>(options.first_sample), stop, plan, film);
+    progress.pixels = paths.paths;
     progress.dropped_samples = paths.dropped;
     progress.paths_so_far += progress.pixels;
     if (service) progress.table = service->publish(paths.covered + (pass == 0 ? brightness.paths : 0));
@@ -207,6 +216,9 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     progress.noise = film.relative_noise();
     tell_excess();
     result.passes = pass + 1;
+    if (!stop) plan.pass_ended(pass);
+    // Of an adaptive picture the passes are rounded.
+    if (!stop && result.passes == progress.pass_count) progress.paths_total = progress.paths_so_far;
     if (on_pass && !on_pass(progress)) break;
   }
   result.interrupted = stop && progress.paths_so_far < progress.paths_total;

@@ -49,6 +49,8 @@ struct RenderOptions {
   int max_depth = 64;           ///< hits of a path, on fibers and surfaces
   int roulette_depth = 4;       ///< Russian roulette from this hit on, by the root of the throughput
   bool shadow_roulette = true;  ///< light samples that bring little are traced in part only (PathTracer)
+  /// More samples where the picture is noisier (SamplePlan). What a crop shows is then not bit for bit the whole's.
+  bool adaptive = false;
   std::uint64_t seed = 0;
   /// Pixels that are rendered, inside the image; unset: all. A pixel's paths are the same whatever is rendered beside
   /// it; what they learn is not.
@@ -66,7 +68,7 @@ struct RenderOptions {
 struct PassProgress {
   int pass = 0;  ///< from 0
   int pass_count = 0;
-  std::uint64_t pixels = 0;           ///< pixels sampled in this pass
+  std::uint64_t pixels = 0;           ///< samples of this pass: of as many pixels, or of some more often
   std::uint64_t dropped_samples = 0;  ///< of them, not finite and not in the picture
   std::uint64_t paths_so_far = 0, paths_total = 0;
   std::optional<Brightening> excess;  ///< of the picture so far; unset where the model tells none

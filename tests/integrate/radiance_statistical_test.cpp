@@ -1,6 +1,7 @@
 // Means that are known on paper: furnaces, one fiber under any light, and estimators that must agree.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -142,6 +143,64 @@ TEST(Variance, is_what_pictures_of_many_seeds_show) {
   RecordProperty("found_over_told", std::to_string(found / told));
   EXPECT_LT(found, 1.15 * told);
   EXPECT_GT(found, 0.5 * told);
+}
+
+/// What --noise goes by, against pictures of 60 seeds. Each tells its noise squared from 576 pixels' halves, and that
+/// of the seeds is found from 59 degrees of freedom a pixel: 0.008 and 0.01 relative if errors were normal, 0.02 with
+/// their tails; 0.1 of the square are five of those, and 0.05 of the noise.
+TEST(Noise, is_what_pictures_of_many_seeds_show_adaptive_or_not) {
+  WhiteFiber model;
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
+  scene::Scene scene = tangle(300, 24, 24);
+  scene.camera.vertical_fov_deg = 8;
+  scene.environment_visible = false;
+  constexpr int seeds = 60;
+  for (const bool adaptive : {false, true}) {
+    std::vector<double> sum(576), squares(576);
+    double told = 0, light = 0, covered = 0;
+    for (int seed = 0; seed < seeds; ++seed) {
+      RenderOptions options;
+      options.samples = 16;
+      options.seed = static_cast<std::uint64_t>(500 + seed);
+      options.max_depth = 10;
+      options.adaptive = adaptive;
+      double noise = 0;
+      const RenderResult result =
+          render_with(scene, model, fibers, options, 2, never_stop, [&](const PassProgress& pass) {
+            noise = pass.noise;
+            return true;
+          });
+      told += noise * noise / seeds;
+      for (std::size_t i = 0; i < 576; ++i) {
+        const double value = static_cast<double>(result.picture.find("G")->pixels[i]);
+        sum[i] += value;
+        squares[i] += value * value;
+        light += value / seeds;
+        covered += result.picture.find("coverage")->pixels[i] > 0 ? 1.0 / seeds : 0;
+      }
+    }
+    double variance = 0;
+    for (std::size_t i = 0; i < 576; ++i) variance += (squares[i] - sum[i] * sum[i] / seeds) / (seeds - 1);
+    const double found = variance * covered / (light * light);  // the three channels are alike
+    RecordProperty(adaptive ? "told_over_found_adaptive" : "told_over_found", std::to_string(told / found));
+    EXPECT_NEAR(told / found, 1, 0.1) << adaptive;
+  }
+}
+
+/// Nothing but the noise changes: a furnace has 1, in pictures whose pixels differ by fifty times in variance.
+TEST(Furnace, of_an_adaptive_picture_is_one) {
+  WhiteFiber model;
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
+  scene::Scene scene = tangle(300, 48, 48);
+  RenderOptions options = long_paths(64, 77);
+  options.adaptive = true;
+  const RenderResult result = render_with(scene, model, fibers, options, 2);
+  const std::vector<float>& samples = result.picture.find("samples")->pixels;
+  EXPECT_GT(*std::ranges::max_element(samples), *std::ranges::min_element(samples));
+  for (const char* color : {"R", "G", "B"}) {
+    const Mean mean = mean_of(result, color);
+    EXPECT_LT(std::abs(mean.value - 1), z_limit * mean.error) << color;
+  }
 }
 
 TEST(Depth, limits_the_hits_of_a_path) {

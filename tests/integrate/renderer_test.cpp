@@ -13,6 +13,7 @@
 
 #include "integrate/film.h"
 #include "integrate/pass_order.h"
+#include "integrate/sample_plan.h"
 #include "integrate/white_fiber.h"
 #include "tress/fiber/elliptical_model.h"
 
@@ -56,6 +57,40 @@ TEST(PassOrder, first_passes_are_disjoint_and_cover_the_picture) {
   EXPECT_EQ(pixels[2], 64 * 64 / 4);
   EXPECT_EQ(pixels[3], 64 * 64 * 43 / 64);
   EXPECT_EQ(sample_of_pass(pass_count(17) - 1), 16u);
+}
+
+/// What a pixel brought changes the samples of those around it, not its own: else a picture would be too dark. What it
+/// does to the mean over 400 pixels is all that its own count sees.
+TEST(SamplePlan, gives_a_pixel_samples_by_the_pixels_around_it) {
+  const image::Window window{0, 0, 20, 20};
+  const auto planned = [&](double own_deviations) {
+    SamplePlan plan(window, true);
+    for (int y = 0; y < 20; ++y)
+      for (int x = 0; x < 20; ++x) {
+        PixelSums sums;
+        sums.samples = 8;
+        sums.vertices = 16;
+        sums.squared_deviations = glm::dvec3(x == 10 && y == 10 ? own_deviations : x < 10 ? 1.0 : 4.0);
+        plan.note(x, y, sums);
+      }
+    plan.pass_ended(initial_passes + 6);  // each pixel has 8
+    return plan;
+  };
+  const SamplePlan dark = planned(0), even = planned(4), bright = planned(40);
+  const int later = initial_passes + 6 + 56;
+  const std::uint32_t own = even.samples_after(later, 10, 10);
+  EXPECT_GT(own, even.samples_after(later, 3, 10)) << "where it is noisier";
+  EXPECT_NEAR(dark.samples_after(later, 10, 10), own, 1 + 0.05 * own);
+  EXPECT_NEAR(bright.samples_after(later, 10, 10), own, 1 + 0.05 * own);
+  EXPECT_GT(bright.samples_after(later, 11, 11), 1.1 * even.samples_after(later, 11, 11));
+  double mean = 0;
+  for (int y = 0; y < 20; ++y)
+    for (int x = 0; x < 20; ++x) {
+      const std::uint32_t count = even.samples_after(later, x, y);
+      EXPECT_GE(count, 32u) << "what the next plan goes by";
+      mean += count / 400.0;
+    }
+  EXPECT_NEAR(mean, 64, 0.5);
 }
 
 TEST(Renderer, tells_of_every_pass_and_ends_with_the_samples_asked_for) {
@@ -350,6 +385,70 @@ TEST(Renderer, a_transparent_picture_has_its_backdrop_in_a_layer_alone_and_alpha
   EXPECT_LT(seen_through, 23 * 24);
 }
 
+/// Of an adaptive picture the samples of a pixel differ, between a half and four times what is spread after the first
+/// 8; their mean is what was asked for but for rounding; and the bits do not depend on the threads.
+TEST(Renderer, an_adaptive_picture_has_its_samples_where_it_is_noisy) {
+  WhiteFiber model;
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
+  scene::Scene scene = tangle(60, 40, 33);
+  scene.environment_visible = false;
+  scene::Light light;  // small and bright: noise, and less of it where there is no hair
+  light.kind = scene::Light::Kind::sphere;
+  light.center = {0, -8, 6};
+  light.radius_cm = 0.5f;
+  light.radiance = glm::vec3(500.0f);
+  scene.lights = {light};
+  RenderOptions options = few_samples(24);
+  options.max_depth = 4;
+  options.adaptive = true;
+  const RenderResult one = render_with(scene, model, fibers, options, 1);
+  const std::vector<float>& samples = channel(one, "samples");
+  double sum = 0;
+  for (const float count : samples) {
+    EXPECT_GE(count, 8 + 16 / 2);
+    EXPECT_LE(count, 8 + 16 * 4 + 1);
+    sum += static_cast<double>(count) / static_cast<double>(samples.size());
+  }
+  EXPECT_NEAR(sum, 24, 0.2);
+  EXPECT_NEAR(one.samples_per_pixel, sum, 1e-9);
+  EXPECT_GT(*std::ranges::max_element(samples), 1.5f * *std::ranges::min_element(samples));
+  EXPECT_FALSE(one.interrupted);
+  const RenderResult many = render_with(scene, model, fibers, options, 8);
+  for (std::size_t i = 0; i < one.picture.channels.size(); ++i)
+    EXPECT_EQ(one.picture.channels[i].pixels, many.picture.channels[i].pixels) << one.picture.channels[i].name;
+  options.adaptive = false;
+  for (const float count : channel(render_with(scene, model, fibers, options, 2), "samples")) EXPECT_EQ(count, 24);
+}
+
+/// Saved before the first plan, at it, and after it: a render that goes on from there has the same bits.
+TEST(Renderer, an_adaptive_picture_goes_on_from_where_it_was_saved) {
+  WhiteFiber model;
+  const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
+  const scene::Scene scene = tangle(60, 24, 17);
+  RenderOptions options = few_samples(20);
+  options.max_depth = 4;
+  options.adaptive = true;
+  const RenderResult whole = render_with(scene, model, fibers, options, 2);
+  for (const int last : {1, 6, 10, 15, 22}) {
+    RenderState state;
+    render_with(scene, model, fibers, options, 2, never_stop, [&](const PassProgress& pass) {
+      if (pass.pass < last) return true;
+      state.passes = pass.pass + 1;
+      state.paths = pass.paths_so_far;
+      for (const auto& [name, bytes] : pass.sections()) state.sections[name] = std::string(bytes);
+      return false;
+    });
+    RenderOptions on = options;
+    on.resume = &state;
+    const RenderResult rest = render_with(scene, model, fibers, on, 2);
+    ASSERT_FALSE(rest.unusable) << last;
+    EXPECT_EQ(channel(rest, "R"), channel(whole, "R")) << last;
+    EXPECT_EQ(channel(rest, "samples"), channel(whole, "samples")) << last;
+    state.sections.erase("plan.notes");
+    EXPECT_TRUE(render_with(scene, model, fibers, on, 2).unusable);
+  }
+}
+
 TEST(Renderer, interrupted_anywhere_returns_a_finite_picture) {
   for (const int events : {0, 1, 40, 400, 3000}) {
     WhiteFiber model;
@@ -456,11 +555,15 @@ TEST(Film, tells_the_variance_of_the_mean_and_the_noise) {
   EXPECT_NEAR(variance.y, 4 * 14.0 / 6, 4e-9);
   EXPECT_EQ(variance.z, 0);
   EXPECT_EQ(film.picture().find("variance.R")->pixels[0], static_cast<float>(variance.x));
-  // Mean variance 5 * 14 / 6 / 3 over the mean 1003; the pixel without a hit does not count.
+  // Halves: 1002 and the mean of the others, 1003.5: their difference squared, times 1 * 2 / 3^2.
+  const glm::dvec3 by_halves = film.pixel(0, 0).variance_by_halves();
+  EXPECT_NEAR(by_halves.x, 0.5, 1e-9);
+  EXPECT_NEAR(by_halves.y, 2, 4e-9);
+  // Mean variance over the mean 1003, with 32 pixels' worth of 5 * 14 / 6; the pixel without a hit does not count.
   PathSums bright;
   bright.layers[background_layer] = glm::vec3(1e6f);
   film.pixel(1, 0).add(bright);
-  EXPECT_NEAR(film.relative_noise(), std::sqrt(5 * 14.0 / 18) / 1003, 1e-6);
+  EXPECT_NEAR(film.relative_noise(), std::sqrt((2.5 + 32 * 5 * 14.0 / 6) / 33 / 3) / 1003, 1e-6);
   path.layers[0] = glm::vec3(3e38f, 0, 0);  // its square is past a float
   film.pixel(0, 0).add(path);
   EXPECT_EQ(film.picture().find("variance.R")->pixels[0], std::numeric_limits<float>::max());

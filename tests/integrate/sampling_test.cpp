@@ -18,7 +18,7 @@ namespace {
 
 TEST(PixelSampler, any_power_of_two_of_pairs_has_one_in_every_elementary_box) {
   for (std::uint64_t pixel : {0ull, 1ull, 77777ull}) {
-    const PixelSampler sampler(9, pixel);
+    const PixelSampler sampler(9, pixel, 0);
     for (std::uint32_t dimension = 0; dimension < 4; ++dimension) {
       for (int split = 0; split <= 4; ++split) {
         std::set<std::pair<int, int>> boxes;
@@ -35,11 +35,12 @@ TEST(PixelSampler, any_power_of_two_of_pairs_has_one_in_every_elementary_box) {
 }
 
 TEST(PixelSampler, pixels_and_dimensions_differ) {
-  const PixelSampler sampler(1, 5);
+  const PixelSampler sampler(1, 5, 0);
   EXPECT_NE(sampler.pair(0, 0), sampler.pair(0, 1));
-  EXPECT_NE(sampler.pair(0, 0), PixelSampler(1, 6).pair(0, 0));
-  EXPECT_NE(sampler.pair(0, 0), PixelSampler(2, 5).pair(0, 0));
-  EXPECT_EQ(sampler.pair(3, 2), PixelSampler(1, 5).pair(3, 2));
+  EXPECT_NE(sampler.pair(0, 0), PixelSampler(1, 6, 0).pair(0, 0));
+  EXPECT_NE(sampler.pair(0, 0), PixelSampler(2, 5, 0).pair(0, 0));
+  EXPECT_NE(sampler.pair(0, 0), PixelSampler(1, 5, 1).pair(0, 0));
+  EXPECT_EQ(sampler.pair(3, 2), PixelSampler(1, 5, 0).pair(3, 2));
 }
 
 TEST(CameraRays, look_where_the_camera_looks) {
