@@ -1,6 +1,7 @@
 // Mattes: ids against published values, ranks and shares by hand, a file read back as a compositor decodes it.
 #include "integrate/cryptomatte.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -43,7 +44,7 @@ TEST(Cryptomatte, IdsOfAllZeroOrAllOneExponentsAreMadeNormal) {
   EXPECT_EQ(murmur_hash("n535"), 0xff8d97efu);
   EXPECT_EQ(hex_of_id(matte_id("n535")), "ff0d97ef");
   EXPECT_EQ(murmur_hash(""), 0u);
-  for (int i = 0; i < 3000; ++i) EXPECT_TRUE(std::isnormal(matte_id("n" + std::to_string(i)))) << i;
+  for (int i = 0; i < 3000; ++i) EXPECT_TRUE(std::isnormal(matte_id(fmt::format("n{}", i)))) << i;
 }
 
 PathSums met(std::uint32_t object) {
