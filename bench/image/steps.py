@@ -3,7 +3,7 @@
 
 usage: bench/image/steps.py [BUILD] [-o FILE] [--spp N] [--seeds N] [--only NAME]...
 
-Writes JSON, a list with one entry a scene. One thread; some 20 to 60 s of CPU a scene.
+Writes JSON, `context` and one entry a scene. One thread; some 20 to 60 s of CPU a scene.
 """
 import argparse
 import json
@@ -33,6 +33,8 @@ def main():
     parser.add_argument("--only", action="append", choices=SCENES)
     options = parser.parse_args()
     program = os.path.join(os.path.abspath(options.build), "bench", "bench_steps")
+    git = subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True)
+    context = {"commit": git.stdout.strip(), "samples": int(options.spp), "seeds": int(options.seeds), "load": os.getloadavg()[0]}
     found = []
     for name in options.only or SCENES:
         scene, *flags = SCENES[name]
@@ -48,7 +50,7 @@ def main():
             print(f"{name:18} {step['step']:32} {step['variance_times_time']:.2f} +- {step['standard_error']:.2f}, "
                   f"told {step['told_over_true_variance']:.2f}", flush=True)
         with open(options.output, "w") as out:
-            json.dump(found, out, indent=1)
+            json.dump({"context": context, "scenes": found}, out, indent=1)
             out.write("\n")
 
 
