@@ -47,6 +47,7 @@ SAYS = {  # a phrase for a folder; one without is drawn with its name alone
     "src/scene/model": "what a scene is",
     "src/scene/generate": "grooms and skies by recipe",
     "src/scene/read": "files into scenes",
+    "src/scene/read/grooms": "a file format a row",
     "src/geometry": "Embree, hits, frames",
     "src/integrate": "path tracing, film",
     "src/cli": "the command line",

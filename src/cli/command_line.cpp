@@ -84,7 +84,7 @@ std::string unknown_word(const CLI::App& root, const std::vector<std::string>& w
 
 int wrong_usage(const std::string& message) {
   log_error(message);
-  std::fputs("usage: tress render|fit|far-field|diff|info|convert|cache|help ...; --help tells more\n", stderr);
+  std::fputs("usage: tress render|fit|far-field|diff|info|convert|merge|cache|help ...; --help tells more\n", stderr);
   return 2;
 }
 

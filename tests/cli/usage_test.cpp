@@ -31,8 +31,8 @@ class Usage : public CommandTest {
 
 TEST_F(Usage, EveryCommandHasHelpOnStandardOutput) {
   const std::vector<std::vector<std::string>> commands{
-      {},          {"render"}, {"fit"},           {"far-field"},       {"diff"},          {"info"},
-      {"convert"}, {"cache"},  {"cache", "info"}, {"cache", "verify"}, {"cache", "merge"}};
+      {},        {"render"}, {"fit"},           {"far-field"},       {"diff"},          {"info"}, {"convert"},
+      {"merge"}, {"cache"},  {"cache", "info"}, {"cache", "verify"}, {"cache", "merge"}};
   for (std::vector<std::string> command : commands) {
     command.push_back("--help");
     const Outcome outcome = run(command);
@@ -44,9 +44,19 @@ TEST_F(Usage, EveryCommandHasHelpOnStandardOutput) {
 }
 
 TEST_F(Usage, HelpIsACommandToo) {
-  const std::vector<std::vector<std::string>> commands{
-      {},          {"render"}, {"fit"},           {"far-field"},       {"diff"},           {"info"},
-      {"convert"}, {"cache"},  {"cache", "info"}, {"cache", "verify"}, {"cache", "merge"}, {"cache", "prebake"}};
+  const std::vector<std::vector<std::string>> commands{{},
+                                                       {"render"},
+                                                       {"fit"},
+                                                       {"far-field"},
+                                                       {"diff"},
+                                                       {"info"},
+                                                       {"convert"},
+                                                       {"merge"},
+                                                       {"cache"},
+                                                       {"cache", "info"},
+                                                       {"cache", "verify"},
+                                                       {"cache", "merge"},
+                                                       {"cache", "prebake"}};
   for (const std::vector<std::string>& command : commands) {
     std::vector<std::string> word{"help"}, option = command;
     word.insert(word.end(), command.begin(), command.end());
@@ -236,7 +246,7 @@ TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"far-field", "--sigma-a", "1,2"}, "expected 1 value or 3, found 2");
   expect_wrong({"far-field", "--model", "elliptical", "--lose-masked"}, "expected --model fiber3d");
   expect_wrong({"render", "a.json"}, "--output is required");
-  expect_wrong({}, "render|fit|far-field|diff|cache|help");
+  expect_wrong({}, "render|fit|far-field|diff|info|convert|merge|cache|help");
   expect_wrong({}, "Render a scene");
   expect_wrong({"cache"}, "info|verify|merge|prebake");
   expect_wrong({"cache", "prebake", "a.json"}, "--output is required");
