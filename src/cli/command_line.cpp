@@ -12,6 +12,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "base/nearest_word.h"
@@ -203,6 +204,10 @@ int run(int argc, char** argv) {
     status = run_checked(argc, argv);
   } catch (const std::bad_alloc&) {
     log_error("memory: expected more, found none left; what had been saved is as it was");
+  } catch (const std::system_error& error) {
+    const bool no_thread = error.code() == std::errc::resource_unavailable_try_again;
+    if (std::ferror(stdout) == 0)
+      log_error(no_thread ? "memory: expected enough for one more thread, found none left" : error.what());
   } catch (const std::exception& error) {
     if (std::ferror(stdout) == 0) log_error(error.what());  // else told below
   }

@@ -22,8 +22,8 @@ class GroomCommands : public CommandTest {
   image::Picture picture_of(const std::string& file) const {
     write_text(path("scene.json"), R"({"camera": {"eye": [0, -30, -4], "look_at": [0, 0, -4]},
         "image": {"width": 24, "height": 32, "samples": 2},
-        "grooms": [{"file": ")" + file +
-                                       R"(", "cm_per_unit": 1, "up": "z"}]})");
+        "grooms": [{"name": "same", "file": ")" +
+                                       file + R"(", "cm_per_unit": 1, "up": "z"}]})");
     const Outcome outcome = run({"render", path("scene.json"), "-o", path("a.exr"), "--estimator", "exact"});
     EXPECT_EQ(outcome.status, 0) << file << outcome.err;
     auto picture = image::read_exr(path("a.exr"));
