@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -120,7 +121,9 @@ std::vector<Part> read_parts(const MergeSettings& settings) {
     }
     parts.push_back(std::move(part));
   }
-  std::ranges::stable_sort(parts, {}, &Part::from);
+  // Parts that are good differ in this, so that the order in which they were named changes no bit.
+  std::ranges::sort(parts, {},
+                    [](const Part& part) { return std::tuple(part.from, part.window.top, part.window.left); });
   return good ? std::move(parts) : std::vector<Part>();
 }
 
