@@ -25,7 +25,7 @@ class AtHalf final : public RowForm {
   void write(const RowView& row, void* memory) const override { *static_cast<float*>(memory) = row.density(0.5f); }
 };
 
-constexpr std::uint32_t density_slices = 3, sampled_slices = 1;
+constexpr std::uint32_t density_slices = 3;
 
 /// A service of three slices of densities, one of samples, and a form of the first two.
 struct Host {
