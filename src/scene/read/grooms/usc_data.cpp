@@ -41,8 +41,9 @@ Result<GroomFile> read_usc_data(const GroomInput& input) {
   };
   if (bytes.size() < 4) return error(bytes.size(), "a number of strands", "the end of the file");
   const std::int64_t strands = number_at(bytes, 0);
-  if (strands <= 0 || static_cast<std::uint64_t>(strands) > bytes.size() / 4)
-    return error(0, fmt::format("1 to {} strands, as the bytes allow", bytes.size() / 4), fmt::format("{}", strands));
+  const std::size_t most_strands = (bytes.size() - 4) / 4;
+  if (strands <= 0 || static_cast<std::uint64_t>(strands) > most_strands)
+    return error(0, fmt::format("1 to {} strands, as the bytes allow", most_strands), fmt::format("{}", strands));
   CurveSet set;
   set.kind = {CurveBasis::linear, CurveWrap::nonperiodic};
   set.vertex_counts.reserve(static_cast<std::size_t>(strands));
