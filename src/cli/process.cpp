@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstddef>
 #include <cstdio>
@@ -62,6 +63,19 @@ const std::atomic<bool>& InterruptGuard::requested() const { return stop_request
 int InterruptGuard::exit_status() const {
   const int signal = first_signal;
   return signal == 0 ? 0 : 128 + signal;
+}
+
+Deadline::Deadline(const std::atomic<bool>& asked, double seconds)
+    : asked_(asked), watcher_([this, seconds](const std::stop_token& over) { watch(over, seconds); }) {}
+
+void Deadline::watch(const std::stop_token& over, double seconds) {
+  constexpr std::chrono::milliseconds step{20};
+  double left = seconds;
+  while (!over.stop_requested() && !(asked_ && left <= 0)) {
+    std::this_thread::sleep_for(step);
+    if (asked_) left -= std::chrono::duration<double>(step).count();
+  }
+  if (asked_ && left <= 0) passed_ = true;
 }
 
 void prepare_standard_streams() {

@@ -4,6 +4,8 @@
 #include <atomic>
 #include <functional>
 #include <optional>
+#include <stop_token>
+#include <thread>
 
 #include "tress/base/error.h"
 
@@ -31,6 +33,21 @@ class InterruptGuard {
   const std::atomic<bool>& requested() const;
   /// 130 after SIGINT, 143 after SIGTERM, 129 after SIGHUP, 0 before any.
   int exit_status() const;
+};
+
+/// After a signal the running pass may go on for a while, so that nothing of it is lost. Any thread.
+class Deadline {
+ public:
+  /// asked: set by the signal, outlives it; seconds: from then on, 0: none.
+  Deadline(const std::atomic<bool>& asked, double seconds);
+  const std::atomic<bool>& passed() const { return passed_; }
+
+ private:
+  void watch(const std::stop_token& over, double seconds);
+
+  const std::atomic<bool>& asked_;
+  std::atomic<bool> passed_{false};
+  std::jthread watcher_;
 };
 
 /// Runs `work` with that many threads (oneTBB), unset: one per hardware thread that the process may use; `work` is

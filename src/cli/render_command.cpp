@@ -21,7 +21,7 @@
 #include "cli/console.h"
 #include "cli/frame_list.h"
 #include "cli/options.h"
-#include "cli/render_job.h"
+#include "cli/render_frames.h"
 #include "integrate/path_sums.h"
 #include "references/registry.h"
 #include "scene/model/hair_colors.h"

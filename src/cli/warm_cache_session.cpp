@@ -114,13 +114,60 @@ std::optional<Error> WarmCacheSession::take(adaptive::Service& service, adaptive
   return std::nullopt;
 }
 
-void WarmCacheSession::resume(const std::string& loaded, std::uint64_t rows_loaded, std::uint64_t rows_known,
-                              std::uint64_t samples_known) {
-  loaded_ = loaded;
-  rows_known_ = rows_known;
-  samples_known_ = samples_known;
-  rows_loaded_ = rows_loaded;
-  expects_file_ = loaded == "loaded";
+void WarmCacheSession::resume(const nlohmann::json& progress) {
+  const auto number = [&](const char* name) {
+    return progress.contains(name) && progress[name].is_number() ? progress[name].get<double>() : 0.0;
+  };
+  const auto whole = [&](const char* name) { return static_cast<std::uint64_t>(std::clamp(number(name), 0.0, 1e15)); };
+  if (progress.contains("cache_loaded") && progress["cache_loaded"].is_string())
+    loaded_ = progress["cache_loaded"].get<std::string>();
+  rows_loaded_ = whole("cache_rows");
+  rows_known_ = whole("cache_rows_known");
+  samples_known_ = whole("cache_samples_known");
+  learning_cpu_seconds_ = std::clamp(number("learning_cpu_seconds"), 0.0, 1e9);
+  g_evaluations_ = whole("g_evaluations");
+  expects_file_ = loaded_ == "loaded";
+}
+
+nlohmann::json WarmCacheSession::progress() const {
+  return {{"cache_loaded", loaded_},
+          {"cache_rows", rows_loaded_},
+          {"cache_rows_known", rows_known_},
+          {"cache_samples_known", samples_known_},
+          {"learning_cpu_seconds", learning_cpu_seconds_},
+          {"g_evaluations", g_evaluations_}};
+}
+
+void WarmCacheSession::add_cost(const adaptive::PassReport& pass) {
+  learning_cpu_seconds_ += pass.learning_cpu_seconds;
+  g_evaluations_ += pass.g_evaluations;
+}
+
+std::optional<double> WarmCacheSession::cpu_seconds_spared() const {
+  constexpr std::uint64_t enough = 10000;
+  if (g_evaluations_ < enough) return std::nullopt;
+  return learning_cpu_seconds_ / static_cast<double>(g_evaluations_) * static_cast<double>(samples_known_);
+}
+
+void WarmCacheSession::tell_savings() const {
+  if (rows_known_ == 0) return;
+  const std::optional<double> seconds = cpu_seconds_spared();
+  log_note(fmt::format(
+      "warm cache {}: {} rows had been learned before, from {} samples{}", file_.string(), rows_known_, samples_known_,
+      seconds ? fmt::format("; estimated by the rows learned now, that is {:.2g} s of CPU", *seconds) : std::string()));
+}
+
+nlohmann::ordered_json WarmCacheSession::telemetry() const {
+  nlohmann::ordered_json told{{"loaded", loaded_}, {"rows_loaded", rows_loaded_}};
+  if (rows_known_ > 0) {
+    told["rows_known"] = rows_known_;
+    told["samples_known"] = samples_known_;
+    if (const std::optional<double> seconds = cpu_seconds_spared()) told["cpu_seconds_spared_estimate"] = *seconds;
+  }
+  told["saved"] = saved_;
+  told["rows_saved"] = rows_saved_;
+  if (!reason_.empty()) told["reason"] = reason_;
+  return told;
 }
 
 void WarmCacheSession::save_if_due(const adaptive::Service& service) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -37,14 +38,26 @@ class WarmCacheSession {
   /// In place of open(): the rows of a table of this process, which has seen the file. Error if they are refused.
   std::optional<Error> take(adaptive::Service& service, adaptive::RowSource& rows);
   /// In place of open(), where the table comes from a checkpoint: as it had been opened.
-  void resume(const std::string& loaded, std::uint64_t rows_loaded, std::uint64_t rows_known,
-              std::uint64_t samples_known);
+  /// progress: of progress(); what is not in it, or no number, is 0.
+  void resume(const nlohmann::json& progress);
+  /// An object for the checkpoint.
+  nlohmann::json progress() const;
+  /// After each pass: what learning costs in this session.
+  void add_cost(const adaptive::PassReport& pass);
   /// Saves if the interval has passed since the last time. A failure is a warning; the end tries again.
   void save_if_due(const adaptive::Service& service);
   /// The save at the end. Error if the file could not be written.
   std::optional<Error> save(const adaptive::Service& service);
 
-  /// What telemetry tells: how the session began and how it ended, and why if refused.
+  /// What learning the known rows would have cost, seconds of CPU, at the pace of those that this session learned;
+  /// unset where too few were to tell.
+  std::optional<double> cpu_seconds_spared() const;
+  /// The same as a note, if there were any.
+  void tell_savings() const;
+  /// For telemetry: how the session began and ended, without the file and the mode.
+  nlohmann::ordered_json telemetry() const;
+
+  /// How the session began and how it ended, and why if refused.
   const std::string& loaded() const { return loaded_; }  ///< "loaded", "absent", "refused", "not asked"
   const std::string& saved() const { return saved_; }  ///< "saved", "merged", "refused", "frozen", "failed", "not yet"
   const std::string& reason() const { return reason_; }  ///< of a refusal or failure; else empty
@@ -70,7 +83,9 @@ class WarmCacheSession {
   Clock::duration interval_;
   std::string loaded_ = "not asked", saved_ = "not yet", reason_;
   std::uint64_t rows_loaded_ = 0, rows_saved_ = 0, rows_known_ = 0, samples_known_ = 0;
-  bool expects_file_ = false;  ///< this session has seen the file, or made it
+  double learning_cpu_seconds_ = 0;
+  std::uint64_t g_evaluations_ = 0;  ///< in those seconds
+  bool expects_file_ = false;        ///< this session has seen the file, or made it
   Clock::time_point last_save_;
 };
 

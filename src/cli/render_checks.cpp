@@ -1,0 +1,86 @@
+#include "cli/render_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/console.h"
+#include "cli/options.h"
+#include "cli/output_files.h"
+#include "scene/model/light.h"
+
+namespace tress::cli {
+namespace {
+
+/// Of --layers: a group of light that the scene does not have.
+std::optional<Error> unknown_group(const RenderSettings& settings, const scene::Scene& scene) {
+  const std::vector<std::string> groups = scene::light_groups(scene);
+  for (const std::string& layer : settings.layers.value_or(std::vector<std::string>{})) {
+    if (!layer.starts_with(light_layer) || std::ranges::count(groups, layer.substr(light_layer.size())) > 0) continue;
+    return Error{"", "--layers",
+                 groups.empty() ? "layers of a scene whose lights have no `group`"
+                                : "light. with one of the groups " + joined(groups, ", "),
+                 layer};
+  }
+  return std::nullopt;
+}
+
+/// What must be writable, checked before anything is rendered.
+std::optional<Error> check_outputs(const RenderSettings& settings) {
+  std::filesystem::path preview = settings.output;
+  preview.replace_extension(".png");
+  if (auto error = check_output(settings.output)) return error;
+  if (auto error = check_output(preview)) return error;
+  if (settings.heatmap) {
+    if (auto error = check_output(*settings.heatmap)) return error;
+  }
+  if (settings.checkpoint) {
+    if (auto error = check_output(checkpoint_file(settings))) return error;
+  }
+  if (settings.part) {
+    if (auto error = check_output(*settings.part)) return error;
+  }
+  if (settings.warm_cache && settings.cache_mode != CacheMode::frozen) {
+    return check_output(*settings.warm_cache);
+  }
+  return std::nullopt;
+}
+
+std::optional<Error> wrong_range(const RenderSettings& settings, const scene::Scene& scene) {
+  if (const auto& crop = settings.render.crop) {
+    const auto [x0, y0, x1, y1] = edges_of(*crop);
+    if (x1 > scene.image.width || y1 > scene.image.height) {
+      return Error{"", "--crop", fmt::format("pixels within {} x {}", scene.image.width, scene.image.height),
+                   fmt::format("{},{},{},{}", x0, y0, x1, y1)};
+    }
+  }
+  const SampleRange samples = samples_of(settings, scene);
+  if (samples.from < samples.to) return std::nullopt;
+  return Error{"", "--samples-from", fmt::format("a sample before {}, where they end", samples.to),
+               std::to_string(samples.from)};
+}
+
+}  // namespace
+
+std::array<int, 4> edges_of(const image::Window& window) {
+  return {window.left, window.top, window.left + window.width, window.top + window.height};
+}
+
+int told_refusal(const RenderSettings& settings, const scene::Scene& scene) {
+  for (const auto& check : {wrong_range, unknown_group}) {
+    if (const std::optional<Error> error = check(settings, scene)) {
+      log_error(error->message());
+      return 2;
+    }
+  }
+  if (const std::optional<Error> error = check_outputs(settings)) {
+    log_error(error->message());
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace tress::cli

@@ -1,0 +1,75 @@
+// What `tress render` was asked for: the only thing that the command line gives to the render.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/progress.h"
+#include "cli/warm_cache_session.h"
+#include "integrate/renderer.h"
+#include "references/registry.h"
+#include "scene/read/load_scene.h"
+#include "tress/adaptive/options.h"
+#include "tress/fiber/elliptical_model.h"
+
+namespace tress::cli {
+
+/// What the names of the layers of light groups begin with.
+inline constexpr std::string_view light_layer = "light.";
+
+/// Every value in range: the command line has been checked.
+struct RenderSettings {
+  std::filesystem::path scene, output;  ///< output ends in .exr; a .png is written beside it
+  std::string command;                  ///< as a shell takes it
+  image::Precision precision = image::Precision::half;
+  std::optional<std::vector<std::string>> layers;  ///< beside beauty; unset: all
+  scene::Overrides overrides;
+  integrate::RenderOptions render;       ///< samples come from the scene and its overrides
+  StopRule stop;                         ///< instead of those samples
+  std::optional<bool> adaptive;          ///< unset: where `stop` ends the render by noise or time
+  std::optional<int> threads;            ///< unset: one per hardware thread that the process may use
+  std::string model = "elliptical";      ///< of references::models()
+  std::optional<int> quadrature_points;  ///< of models that have them
+  fiber::Estimator estimator = fiber::Estimator::fitted;
+  adaptive::Options table;
+  std::optional<float> audited_share;  ///< of the samples, whose bias is measured
+  std::optional<std::filesystem::path> warm_cache;
+  CacheMode cache_mode = CacheMode::append;
+  std::optional<std::filesystem::path> telemetry;
+  bool telemetry_rows = false;
+  std::optional<std::filesystem::path> heatmap;     ///< ends in .exr
+  std::map<std::string, std::string> told;          ///< options that change the picture, by name, as they were given
+  std::vector<int> frames;                          ///< empty: one picture; else names of files may have ####
+  bool overwrite = false;                           ///< frames that are finished are rendered again
+  bool seed_of_frame = true;                        ///< no seed was given: that of a frame is its number
+  std::optional<std::filesystem::path> checkpoint;  ///< empty: beside the output
+  double checkpoint_interval = 30;                  ///< seconds
+  double checkpoint_deadline = 20;                  ///< seconds that a pass may go on after a signal
+  std::optional<int> samples_from, samples_to;      ///< of the samples of a pixel, the second excluded
+  std::optional<std::filesystem::path> part;        ///< what `tress merge` takes
+};
+
+/// A model without rows is what it is at every vertex.
+inline fiber::Estimator estimator_of(const RenderSettings& settings) {
+  return references::find_model(settings.model)->has_rows() ? settings.estimator : fiber::Estimator::exact;
+}
+
+/// Where the checkpoint is written. settings.checkpoint must be set.
+inline std::filesystem::path checkpoint_file(const RenderSettings& settings) {
+  std::filesystem::path file = *settings.checkpoint;
+  return file.empty() ? std::filesystem::path(settings.output).replace_extension(".checkpoint") : file;
+}
+
+/// Samples of a pixel that are taken: from the first, to the second excluded.
+struct SampleRange {
+  int from = 0, to = 0;
+};
+inline SampleRange samples_of(const RenderSettings& settings, const scene::Scene& scene) {
+  return {settings.samples_from.value_or(0), settings.samples_to.value_or(settings.stop.samples(scene.image.samples))};
+}
+
+}  // namespace tress::cli

@@ -1,0 +1,73 @@
+#include "cli/scene_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "cli/console.h"
+#include "cli/progress.h"
+
+namespace tress::cli {
+
+SceneModel::SceneModel(const RenderSettings& settings)
+    : settings_(settings), info_(*references::find_model(settings.model)) {
+  if (info_.has_rows() && settings.estimator != fiber::Estimator::exact) {
+    adaptive::Options options = settings.table;
+    options.seed = settings.render.seed;
+    // A frozen table is used as it is: it learns nothing, the light of its rows neither.
+    if (settings.cache_mode == CacheMode::frozen) {
+      options.sampled_epsilon = std::max(options.sampled_epsilon, options.faint_sampled_epsilon);
+      if (options.picture_error > 0) options.epsilon = options.sampled_epsilon = 1;
+    }
+    learned_ = fiber::make_service(info_, options);
+  }
+  model_ = info_.make({settings.estimator, service(), settings.quadrature_points.value_or(0)});
+  if (settings.audited_share) unbiased_ = info_.make({fiber::Estimator::exact, nullptr});
+}
+
+void SceneModel::add_fibers(const scene::Scene& scene) {
+  {
+    Step step(fmt::format("energies of {} kind{} of fiber", scene.fibers.size(), scene.fibers.size() == 1 ? "" : "s"));
+    for (const fiber::FiberParameters& parameters : scene.fibers) {
+      fiber_ids_.push_back(model_->add_fiber(parameters));
+      step.tell(static_cast<double>(fiber_ids_.size()) / static_cast<double>(scene.fibers.size()));
+    }
+  }
+  if (unbiased_) {
+    audit_.unbiased = unbiased_.get();
+    audit_.share = *settings_.audited_share;
+    for (const fiber::FiberParameters& parameters : scene.fibers)
+      audit_.fiber_ids.push_back(unbiased_->add_fiber(parameters));
+  }
+  for (const scene::Material& material : scene.materials) tell_narrow_blurs(material);
+  if (!service()) return;
+  log_note(fmt::format("{} pages for {} fiber{}, table of at most {:.4g} MB", service()->slice_count(),
+                       scene.fibers.size(), scene.fibers.size() == 1 ? "" : "s",
+                       double(settings_.table.memory_bytes) / double(1 << 20)));
+}
+
+// Under a blur of 4 degrees a grid of rows would explode, and g is traced at every vertex instead.
+void SceneModel::tell_narrow_blurs(const scene::Material& material) const {
+  if (!service() || info_.learns_samples()) return;
+  const std::array<float, 3> sigmas = fiber::azimuthal_sigmas(material.fiber);
+  for (int lobe = 0; lobe < 3; ++lobe) {
+    const double degrees = double(sigmas[std::size_t(lobe)]) * 180 / std::numbers::pi;
+    if (degrees >= 4) continue;
+    log_note(
+        fmt::format("material {}: {} is blurred by {:.2f} degrees, less than 4: its rows only propose, and it is "
+                    "traced at every vertex",
+                    material.name, fiber::lobe_names[std::size_t(lobe) + 1], degrees));
+  }
+}
+
+fiber::ModelService SceneModel::hand_over() {
+  model_.reset();
+  service()->set_row_listener({});
+  return std::move(learned_);
+}
+
+}  // namespace tress::cli
