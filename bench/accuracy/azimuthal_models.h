@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "azimuthal_rows.h"
+#include "base/normal_quantile.h"
 #include "fiber/cross_section.h"
 #include "fiber/longitudinal.h"
 #include "models/elliptical/ray_shape.h"
@@ -51,7 +52,7 @@ class Deon2011 : public Told {
   }
   Answer sample(std::size_t i, float u, float u_other) const {
     trace_.trace(quadrature_, fibers_[i], domain_.rows[i].theta_d);
-    return value(i, adaptive::wrap_angle(trace_.sample(domain_.rows[i].p, mix, u, fiber::normal_quantile(u_other))));
+    return value(i, adaptive::wrap_angle(trace_.sample(domain_.rows[i].p, mix, u, normal_quantile(u_other))));
   }
   /// All four lobes of one trace.
   Answer evaluate_four(std::size_t i, float x) const {

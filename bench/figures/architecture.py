@@ -39,6 +39,7 @@ SAYS = {  # a phrase for a folder; one without is drawn with its name alone
     "src/base": "numerics, files, lanes",
     "src/fiber": "one fiber's optics",
     "src/models": "ours and the traced truth",
+    "src/models/lobes": "what models share",
     "src/models/elliptical": "our model", "src/models/rough": "rows of samples",
     "src/references": "every model and learner by name",
     "src/references/models": "the rivals' models",

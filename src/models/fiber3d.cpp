@@ -7,7 +7,8 @@
 
 #include "fiber/energy_table.h"
 #include "fiber/event_constants.h"
-#include "models/elliptical/fiber_store.h"
+#include "models/lobes/fiber_store.h"
+#include "models/lobes/lobe_choice.h"
 #include "models/rough/traced_path.h"
 
 namespace tress::fiber {
@@ -35,19 +36,20 @@ class Fiber3d final : public FiberModel {
     event.wr = clamped(wr);
     event.xi1 = xi1;
     event.xi2 = xi2;
-    set_energies(event, fiber.energies->at(event.wr.phi, event.wr.theta).colored);
-    new (place_of<TracedEvent>(event)) TracedEvent(traced_.begin(event, fiber, h));
+    event.energy = fiber.energies->at(event.wr.phi, event.wr.theta).colored;
+    select_lobes(event);
+    new (place_of<TracedEvent>(event)) TracedEvent(traced_.begin(event, fiber.parameters, h));
     return event;
   }
 
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
-    return traced_.sample(event.fiber, constants_in<TracedEvent>(event), store_[event.fiber], u);
+    return traced_.sample(event.fiber, constants_in<TracedEvent>(event), store_[event.fiber].parameters, u);
   }
 
   FiberValue evaluate(const FiberEvent&, const FiberDirection&) const override { return {}; }
 
  private:
-  FiberStore store_{nullptr};
+  FiberStore store_;
   TracedFibers traced_;
 };
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "base/color.h"
 #include "fiber/energy_table.h"
+#include "models/lobes/lobe_choice.h"
 #include "tress/base/random.h"
 
 namespace tress::fiber {
@@ -35,11 +35,6 @@ AnyRowsModel::AnyRowsModel(Estimator estimator, adaptive::Service* service)
   if (service_ != nullptr) uniform_share_ = service_->options().uniform_share_converged;
 }
 
-glm::vec3 AnyRowsModel::channel_weights(const FiberEvent& event, std::size_t lobe) {
-  const glm::vec3 terms = luminance_terms(event.energy[lobe]);
-  return terms * (1 / (terms.x + terms.y + terms.z));
-}
-
 RowReader AnyRowsModel::reader_of(const FiberEvent& event, const VertexConstants& constants, std::size_t i) const {
   const auto lobe = static_cast<std::size_t>(row_lobes[i]);
   return {fibers_[event.fiber], service_, i, constants.fold.phi, channel_weights(event, lobe)};
@@ -59,7 +54,7 @@ std::optional<float> AnyRowsModel::correction(const VertexConstants& constants, 
 void AnyRowsModel::complete(const FiberEvent& event, const VertexConstants& constants, const Inclination& at,
                             DirectionRows& rows, Answers& answers) const {
   answers.asked = std::make_unique<std::array<adaptive::FormedLookup, 4>>();
-  const FiberRecord& fiber = fibers_[event.fiber];
+  const EllipticalFiber& fiber = fibers_[event.fiber];
   if (!fiber.answers_by_rows) return;
   answers.all = true;
   for (std::size_t i = 0; i < row_lobes.size(); ++i) {
@@ -96,7 +91,7 @@ float AnyRowsModel::sample_any(const FiberEvent& event, const VertexConstants& c
 FiberValue AnyRowsModel::value_of_any(const FiberEvent& event, const VertexConstants& constants,
                                       const FiberDirection& wi, const Inclination& at, int drawn, DirectionRows& rows,
                                       Answers& answers) const {
-  const FiberRecord& fiber = fibers_[event.fiber];
+  const EllipticalFiber& fiber = fibers_[event.fiber];
   FiberValue value;
   if (event.selection[0] > 0) {
     const ReflectionLobe::At r = constants.reflection.at(wi.phi);

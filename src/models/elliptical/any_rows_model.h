@@ -9,7 +9,7 @@
 #include <string>
 
 #include "fiber/row_model.h"
-#include "models/elliptical/fiber_store.h"
+#include "models/elliptical/elliptical_fibers.h"
 #include "models/elliptical/row_reader.h"
 #include "models/elliptical/vertex_constants.h"
 #include "tress/fiber/elliptical_model.h"
@@ -44,8 +44,6 @@ class AnyRowsModel : public RowModel {
   static std::size_t row_lobe_of(int lobe) {
     return lobe == static_cast<int>(Lobe::glint) ? 3 : static_cast<std::size_t>(lobe) - 1;
   }
-  /// Shares of the channels in the luminance of a lobe's energy. The lobe is selected.
-  static glm::vec3 channel_weights(const FiberEvent& event, std::size_t lobe);
 
   /// What the rows of one direction are answered by.
   struct Answers {
@@ -74,11 +72,9 @@ class AnyRowsModel : public RowModel {
   /// VertexConstants::hash.
   std::uint64_t hash_of_event(const FiberDirection& wr, float xi1, float xi2) const;
 
-  static constexpr float smallest_pdf = 1e-30f;  ///< where every lobe has underflowed; S is 0 there
-
   Estimator estimator_;
   float uniform_share_ = 0;  ///< of the proposal of converged rows
-  FiberStore fibers_;
+  EllipticalFibers fibers_;
 
  private:
   /// Shape at x, by channel, of lobe i in the mean over the nodes about (folded phi_r, theta_d).

@@ -19,7 +19,7 @@ constexpr std::array<Lobe, 4> row_lobes{Lobe::tt, Lobe::trt, Lobe::trrt, Lobe::g
 constexpr std::array<int, 4> row_orders{1, 2, 3, 2};
 
 /// Plain data and shared parts; written between passes only.
-struct FiberRecord {
+struct EllipticalFiber {
   FiberParameters parameters;
   LobeWidths widths;
   std::array<float, 4> sigma{};         ///< blur of each of row_lobes, radians

@@ -16,15 +16,13 @@
 
 #include "base/color.h"
 #include "base/float4.h"
+#include "base/instruction_sets.h"
 #include "fiber/energy_table.h"
 #include "fiber/event_constants.h"
 #include "models/elliptical/absorbed_lanes.h"
 #include "models/elliptical/any_rows_model.h"
+#include "models/lobes/lobe_choice.h"
 
-// Of the instruction sets of x86-64, two: its own and AVX2 with FMA. What comes after that has nothing for lanes of
-// four. The headers above come before it: their functions are inlined, or of the first.
-#undef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | (HWY_AVX2 - 1))
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "models/elliptical/elliptical_model.cpp"
 #include <hwy/foreach_target.h>
@@ -39,7 +37,7 @@ class EllipticalModel final : public AnyRowsModel {
   using AnyRowsModel::AnyRowsModel;
 
   FiberEvent make_event(FiberId id, const FiberDirection& wr, float xi1, float xi2, float /*h*/) const override {
-    const FiberRecord& fiber = fibers_[id];
+    const EllipticalFiber& fiber = fibers_[id];
     FiberEvent event;
     event.fiber = id;
     event.wr = clamped(wr);
@@ -47,16 +45,7 @@ class EllipticalModel final : public AnyRowsModel {
     event.xi2 = xi2;
     const LobeEnergies energies = fiber.energies->at(event.wr.phi, event.wr.theta);
     event.energy = energies.colored;
-    float sum = 0;
-    for (std::size_t p = 0; p < lobe_count; ++p) sum += event.selection[p] = luminance(event.energy[p]);
-    const bool is_black = !(sum > darkest_energy);
-    if (is_black) {
-      event.energy = {};
-      event.selection = {};
-      event.selection[0] = sum = 1;
-    }
-    const float inverse_sum = 1 / sum;
-    for (float& probability : event.selection) probability *= inverse_sum;
+    const LobeShares shares = select_lobes(event);
 
     const FoldedAzimuth fold = fold_azimuth(event.wr.phi);
     const FiberParameters& parameters = fiber.parameters;
@@ -69,8 +58,8 @@ class EllipticalModel final : public AnyRowsModel {
         splat(0),
         {},
         fold,
-        inverse_sum,
-        is_black ? glm::vec3(0.0f) : parameters.gain[0] * (energies.clear[0] / energies.smooth_reflection),
+        shares.inverse_luminance,
+        shares.is_black ? glm::vec3(0.0f) : parameters.gain[0] * (energies.clear[0] / energies.smooth_reflection),
         hash_of_event(event.wr, xi1, xi2)};
     for (std::size_t i = 0; i < row_lobes.size(); ++i) {
       const float selection = event.selection[static_cast<std::size_t>(row_lobes[i])];
@@ -90,7 +79,7 @@ class EllipticalModel final : public AnyRowsModel {
   FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u, DirectionRows& rows) const override {
     const VertexConstants& constants = constants_in<VertexConstants>(event);
     FiberSample sample;
-    const std::size_t p = lobe_of(event, u[0]);
+    const std::size_t p = choose_lobe(event, u[0]);
     sample.lobe = static_cast<Lobe>(p);
     Inclination at;
     Answers answers;
@@ -112,7 +101,7 @@ class EllipticalModel final : public AnyRowsModel {
         const AbsorbedRow* row = answers.row[i];
         if (row == nullptr) [[unlikely]] {
           drawn = static_cast<int>(p);
-          const std::array<float, 3> any{spare_of(event, p, u[0]), u[2], u[3]};
+          const std::array<float, 3> any{spare_of_choice(event, p, u[0]), u[2], u[3]};
           sample.wi.phi = sample_any(event, constants, drawn, at, any, rows, answers);
         } else {
           const glm::vec3 weights = channel_weights(event, p);
@@ -148,35 +137,6 @@ class EllipticalModel final : public AnyRowsModel {
   static constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 
   static constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
-  /// A fiber of no more luminance in all its lobes is black: less may be denormal, and 1 over it infinite.
-  static constexpr float darkest_energy = 1e-30f;
-
-  /// The lobe that u chooses: the first below whose end of the selections it is, without branches.
-  static std::size_t lobe_of(const FiberEvent& event, float u) {
-    std::size_t p = 0;
-    float below = 0;
-    for (const float probability : event.selection) {
-      below += probability;
-      p += u < below ? 0 : 1;
-    }
-    if (p == lobe_count) [[unlikely]] {  // u is beyond the sum of all, by rounding: the last that can be drawn
-      do --p;
-      while (p > 0 && !(event.selection[p] > 0));
-    }
-    return p;
-  }
-  /// What is left of u within the share of the lobe that it chose, in [0, 1).
-  static float spare_of(const FiberEvent& event, std::size_t p, float u) {
-    float below = 0;
-    for (std::size_t lobe = 0; lobe < p; ++lobe) below += event.selection[lobe];
-    return std::clamp((u - below) / event.selection[p], 0.0f, 0.99999994f);
-  }
-
-  /// A lobe's colors with what comes behind them in the object as the fourth lane.
-  static Float4 load_lobe(const FiberEvent& event, Lobe lobe) {
-    return load4(event, offsetof(FiberEvent, energy) / sizeof(float) + 3 * static_cast<std::size_t>(lobe));
-  }
-
   /// One function, not inlined: sample() and evaluate() agree to the bit. S and Q at wi, theta in [-pi/2, pi/2], phi in
   /// [-pi, pi).
   [[gnu::noinline]] void value_at(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,
@@ -207,9 +167,9 @@ class EllipticalModel final : public AnyRowsModel {
     }
 
     const std::array<Float4, 4> s{
-        load_lobe(event, Lobe::tt) * (m[0] * shape[0]), load_lobe(event, Lobe::trt) * (m[1] * shape[1]),
-        load_lobe(event, Lobe::trrt) * (m[2] * shape[2]), load_lobe(event, Lobe::glint) * (m[1] * shape[3])};
-    const Float4 s_residual = load_lobe(event, Lobe::residual) * (inverse_two_pi * m[2]);
+        load_energy(event, Lobe::tt) * (m[0] * shape[0]), load_energy(event, Lobe::trt) * (m[1] * shape[1]),
+        load_energy(event, Lobe::trrt) * (m[2] * shape[2]), load_energy(event, Lobe::glint) * (m[1] * shape[3])};
+    const Float4 s_residual = load_energy(event, Lobe::residual) * (inverse_two_pi * m[2]);
     // By selections and channels alike the proposals of converged rows are shares of the luminance of S.
     const Float4 proposed = (1 - uniform_share_) * ((s[0] + s[1]) + (s[2] + s[3])) + s_residual;
     const Float4 uniform = constants.uniform_pdf * Float4{m[0], m[1], m[2], m[1]};
@@ -225,20 +185,10 @@ class EllipticalModel final : public AnyRowsModel {
       asked += one->has_row() ? 1 : 0;
       objective += one->objective();
     }
-    put(value, by_lobe, std::max(pdf, smallest_pdf));
+    put_value(value, by_lobe, std::max(pdf, smallest_pdf));
     value.queries = static_cast<std::uint16_t>(asked);
     value.exact_queries = 0;
     value.objective = objective;
-  }
-
-  /// S and pdf, in whole vectors: what reads them back finds each number in one store.
-  static void put(FiberValue& value, const std::array<Float4, lobe_count>& s, float pdf) {
-    static_assert(offsetof(FiberValue, s) == 0 && offsetof(FiberValue, pdf) == 18 * sizeof(float));
-    store4(value, 0, Float4{s[0][0], s[0][1], s[0][2], s[1][0]});
-    store4(value, 4, Float4{s[1][1], s[1][2], s[2][0], s[2][1]});
-    store4(value, 8, Float4{s[2][2], s[3][0], s[3][1], s[3][2]});
-    store4(value, 12, Float4{s[4][0], s[4][1], s[4][2], s[5][0]});
-    store4(value, 16, Float4{s[5][1], s[5][2], pdf, 0});
   }
 
   /// TT has three or four components mostly, TRT and TRRT one or two, GLINT three where there is any.

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/exp_of_negative.h"
+#include "base/normal_quantile.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::fiber {
@@ -120,28 +121,6 @@ float draw_azimuth(const RayShape& rays, float sigma_a, float mass, float u_ray,
   }
   if (rays.weight.empty()) return -pi + two_pi * u_ray;
   return adaptive::wrap_angle(rays.azimuth[chosen] + rays.blur_rad * normal_quantile(u_blur));
-}
-
-float normal_quantile(float u) {
-  const float x = std::clamp(2 * u - 1, -0.99999994f, 0.99999994f);
-  float w = -std::log((1 - x) * (1 + x));
-  float p;
-  if (w < 5) {
-    w -= 2.5f;
-    p = 2.81022636e-08f;
-    for (const float c : {3.43273939e-07f, -3.5233877e-06f, -4.39150654e-06f, 0.00021858087f, -0.00125372503f,
-                          -0.00417768164f, 0.246640727f, 1.50140941f}) {
-      p = c + p * w;
-    }
-  } else {
-    w = std::sqrt(w) - 3;
-    p = -0.000200214257f;
-    for (const float c : {0.000100950558f, 0.00134934322f, -0.00367342844f, 0.00573950773f, -0.0076224613f,
-                          0.00943887047f, 1.00167406f, 2.83297682f}) {
-      p = c + p * w;
-    }
-  }
-  return std::numbers::sqrt2_v<float> * p * x;
 }
 
 }  // namespace tress::fiber

@@ -36,7 +36,4 @@ ClearAndAbsorbed ray_density(const RayShape& rays, const glm::vec3& sigma_a, flo
 /// the blur by u_blur. u in [0, 1). `mass` > 0: the channel's ray_mass. Radians in [-pi, pi).
 float draw_azimuth(const RayShape& rays, float sigma_a, float mass, float u_ray, float u_blur);
 
-/// Inverse of the standard normal distribution function (Giles 2012, single precision); finite for u in [0, 1].
-float normal_quantile(float u);
-
 }  // namespace tress::fiber

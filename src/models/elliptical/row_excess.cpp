@@ -30,7 +30,7 @@ const AbsorbedRow* answer_at(const adaptive::Service& service, const ColoredRows
 
 glm::vec3 AnyRowsModel::interpolated_shape(const FiberEvent& event, const VertexConstants& constants, std::size_t i,
                                            float theta_d, float x) const {
-  const FiberRecord& fiber = fibers_[event.fiber];
+  const EllipticalFiber& fiber = fibers_[event.fiber];
   const ColoredRows& rows = *fiber.rows[i];
   const RowGrid& grid = rows.slice().grid;
   const adaptive::SliceDescription& slice = service_->slice(rows.slice().slice);
@@ -56,7 +56,7 @@ glm::vec3 AnyRowsModel::excess(const FiberEvent& event, const FiberDirection& wi
   glm::vec3 sum(0.0f);
   if (!tells_excess()) return sum;
   const VertexConstants& constants = constants_in<VertexConstants>(event);
-  const FiberRecord& fiber = fibers_[event.fiber];
+  const EllipticalFiber& fiber = fibers_[event.fiber];
   const FiberDirection to = clamped(wi);
   const float theta_d = inclination_of(event, to.theta).theta_d, x = constants.fold.relative(to.phi, event.wr.phi);
   const Float4 widths = constants.longitudinal.density(to.theta);

@@ -2,7 +2,7 @@
 // vertex.
 #pragma once
 
-#include "models/elliptical/fiber_record.h"
+#include "models/elliptical/elliptical_fiber.h"
 #include "models/elliptical/vertex_trace.h"
 
 namespace tress::fiber {
@@ -13,7 +13,7 @@ class RowReader {
  public:
   /// folded_phi_r: of fold_azimuth(event.wr.phi). row_lobe: index into row_lobes. channel_weights: the shares of the
   /// channels in the luminance of the lobe's energy, sum 1.
-  RowReader(const FiberRecord& fiber, const adaptive::Service* service, std::size_t row_lobe, float folded_phi_r,
+  RowReader(const EllipticalFiber& fiber, const adaptive::Service* service, std::size_t row_lobe, float folded_phi_r,
             const glm::vec3& channel_weights)
       : fiber_(fiber),
         service_(service),
@@ -43,7 +43,7 @@ class RowReader {
                     float u_blur) const;
   const ColoredRows& rows() const { return *fiber_.rows[row_lobe_]; }
 
-  const FiberRecord& fiber_;
+  const EllipticalFiber& fiber_;
   const adaptive::Service* service_;
   std::size_t row_lobe_;
   float phi_r_;  ///< folded

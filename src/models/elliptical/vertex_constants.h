@@ -10,7 +10,7 @@
 #include "fiber/reflection.h"
 #include "fiber/row_axes.h"
 #include "models/elliptical/colored_rows.h"
-#include "models/elliptical/fiber_record.h"
+#include "models/elliptical/elliptical_fiber.h"
 
 namespace tress::fiber {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "fiber/rough_rows.h"
-#include "models/elliptical/fiber_store.h"
+#include "models/lobes/fiber_store.h"
 #include "models/rough/traced_path.h"
 #include "tress/adaptive/service.h"
 #include "tress/fiber/fiber_model.h"
@@ -44,7 +44,7 @@ class RoughFibers {
   RoughRows rows_of(const FiberParameters& parameters, const std::shared_ptr<const EnergyTable>& energies);
 
   adaptive::Service* service_;
-  FiberStore store_{nullptr};
+  FiberStore store_;
   TracedFibers traced_;
   std::vector<RoughRows> rows_;  ///< by id
   std::map<adaptive::SliceId, std::shared_ptr<const RoughGrid>> grids_;

@@ -14,8 +14,8 @@
 #include "base/exp_of_negative.h"
 #include "base/float4.h"
 #include "base/logarithm.h"
+#include "base/normal_quantile.h"
 #include "base/quarter_sine.h"
-#include "models/elliptical/ray_shape.h"
 #include "models/rough/rough_row.h"
 #include "tress/adaptive/knot_density.h"
 

@@ -16,17 +16,16 @@
 
 #include "base/color.h"
 #include "base/float4.h"
+#include "base/instruction_sets.h"
 #include "fiber/energy_table.h"
 #include "fiber/event_constants.h"
 #include "fiber/row_axes.h"
 #include "fiber/row_model.h"
+#include "models/lobes/lobe_choice.h"
 #include "models/rough/rough_fibers.h"
 #include "models/rough/rough_lanes.h"
 #include "models/rough/rough_row.h"
 
-// Instruction sets as in models/elliptical/elliptical_model.cpp.
-#undef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | (HWY_AVX2 - 1))
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "models/rough/rough_model.cpp"
 #include <hwy/foreach_target.h>
@@ -92,25 +91,18 @@ class RoughModel final : public EventRowModel {
       has_converged = asked.has_converged;
       if (has_converged) scale_energies(event, answer_of(asked), rows.keeps_sum);
     }
-    float sum = 0;
-    for (std::size_t p = 0; p < lobe_count; ++p) sum += event.selection[p] = luminance(event.energy[p]);
-    const bool is_black = !(sum > darkest_energy);
-    if (is_black) {
-      event.selection = {};
-      event.selection[0] = sum = 1;
-    }
-    const float inverse_sum = 1 / sum;
-    for (float& probability : event.selection) probability *= inverse_sum;
+    const LobeShares shares = select_lobes(event);
     if (!has_converged) {
-      constants->traced = fibers_.traced().begin(event, fiber, h);
+      constants->traced = fibers_.traced().begin(event, fiber.parameters, h);
       return event;
     }
     constants->specular_height = specular_height(event.wr.theta);
-    constants->is_black = is_black;
-    const Float4 terms{0.2126f * inverse_sum, 0.7152f * inverse_sum, 0.0722f * inverse_sum, 0};
-    constants->proposal = {terms * load_lobe(event, Lobe::r), terms * load_lobe(event, Lobe::tt),
-                           terms * (load_lobe(event, Lobe::trt) + load_lobe(event, Lobe::glint)),
-                           terms * (load_lobe(event, Lobe::trrt) + load_lobe(event, Lobe::residual))};
+    constants->is_black = shares.is_black;
+    const float inverse = shares.inverse_luminance;
+    const Float4 terms{0.2126f * inverse, 0.7152f * inverse, 0.0722f * inverse, 0};
+    constants->proposal = {terms * load_energy(event, Lobe::r), terms * load_energy(event, Lobe::tt),
+                           terms * (load_energy(event, Lobe::trt) + load_energy(event, Lobe::glint)),
+                           terms * (load_energy(event, Lobe::trrt) + load_energy(event, Lobe::residual))};
     return event;
   }
 
@@ -136,7 +128,8 @@ class RoughModel final : public EventRowModel {
   FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u) const override {
     const auto& constants = constants_in<RoughConstants>(event);
     if (!constants.row.has_converged) {
-      FiberSample sample = fibers_.traced().sample(event.fiber, constants.traced, fibers_.record(event.fiber), u);
+      FiberSample sample =
+          fibers_.traced().sample(event.fiber, constants.traced, fibers_.record(event.fiber).parameters, u);
       if (constants.row.formed != nullptr) {
         sample.value.queries = sample.value.exact_queries = 1;
         sample.value.objective = 1;
@@ -162,10 +155,9 @@ class RoughModel final : public EventRowModel {
       sample.wi.theta = std::asin(std::clamp(2 * u[1] - 1, -1.0f, 1.0f));
       sample.wi.phi = adaptive::wrap_angle(pi * (2 * u[2] - 1));
     } else {
-      const std::size_t lobe = lobe_of(event, u[0]), p = part_of(lobe);
+      const std::size_t lobe = choose_lobe(event, u[0]), p = part_of(lobe);
       sample.lobe = static_cast<Lobe>(lobe);
-      const glm::vec3 terms = luminance_terms(event.energy[lobe]);
-      const glm::vec3 weights = terms * (1 / (terms.x + terms.y + terms.z));
+      const glm::vec3 weights = channel_weights(event, lobe);
       const RowPlace place = draw_place(row.part[p], row.is_normal[static_cast<int>(p)] != 0, weights, u[2], u[1]);
       sample.wi.theta = inclination_of_height(constants.specular_height + constants.node.height_sign * place.height);
       sample.wi.phi = wrap_once(event.wr.phi + constants.node.azimuth_sign * place.azimuth);
@@ -180,7 +172,7 @@ class RoughModel final : public EventRowModel {
   /// 0.82.
   static constexpr float open_balance = 4;
   FiberValue estimated(const FiberEvent& event, const RoughConstants& constants, const FiberDirection& wi) const {
-    FiberValue value = fibers_.traced().estimate(event, constants.traced, fibers_.record(event.fiber), wi);
+    FiberValue value = fibers_.traced().estimate(event, constants.traced, fibers_.record(event.fiber).parameters, wi);
     value.pdf = open_pdf(wi);
     value.queries = value.exact_queries = 1;
     value.objective = 1;
@@ -191,43 +183,20 @@ class RoughModel final : public EventRowModel {
   }
 
   static constexpr float pi = std::numbers::pi_v<float>;
-  /// A fiber of no more luminance in all its lobes is black: less may be denormal, and 1 over it infinite.
-  static constexpr float darkest_energy = 1e-30f;
-  static constexpr float smallest_pdf = 1e-30f;  ///< where every part has underflowed; S is next to 0 there
-
-  /// The lobe that u chooses: the first below whose end of the selections it is, without branches.
-  static std::size_t lobe_of(const FiberEvent& event, float u) {
-    std::size_t p = 0;
-    float below = 0;
-    for (const float probability : event.selection) {
-      below += probability;
-      p += u < below ? 0 : 1;
-    }
-    if (p == lobe_count) [[unlikely]] {  // u is beyond the sum of all, by rounding: the last that can be drawn
-      do --p;
-      while (p > 0 && !(event.selection[p] > 0));
-    }
-    return p;
-  }
   static std::size_t part_of(std::size_t lobe) {
     constexpr std::array<std::uint8_t, lobe_count> parts{0, 1, 2, 3, 3, 2};
     return parts[lobe];
-  }
-
-  /// A lobe's colors with what comes behind them in the object as the fourth lane.
-  static Float4 load_lobe(const FiberEvent& event, Lobe lobe) {
-    return load4(event, offsetof(FiberEvent, energy) / sizeof(float) + 3 * static_cast<std::size_t>(lobe));
   }
 
   /// One function, not inlined: sample() and evaluate() agree to the bit. S and Q at wi, theta in [-pi/2, pi/2], phi in
   /// [-pi, pi).
   [[gnu::noinline]] void value_at(const FiberEvent& event, const RoughConstants& constants, const RoughRow& row,
                                   const FiberDirection& wi, FiberValue& value) const {
-    value.queries = 1;
-    value.objective = row.objective;
     const AxialPlace axial(wi.theta);
     if (constants.is_black) [[unlikely]] {
       value.pdf = axial.cosine / (4 * pi);
+      value.queries = 1;
+      value.objective = row.objective;
       return;
     }
     const float turn = wrap_once(wi.phi - event.wr.phi);
@@ -237,23 +206,14 @@ class RoughModel final : public EventRowModel {
     for (Float4& density : f) density *= inverse_cosine;
     const auto& proposal = constants.proposal;
     const float pdf = sum4((proposal[0] * f[0] + proposal[1] * f[1]) + (proposal[2] * f[2] + proposal[3] * f[3]));
-    put(value,
-        {load_lobe(event, Lobe::r) * f[0], load_lobe(event, Lobe::tt) * f[1], load_lobe(event, Lobe::trt) * f[2],
-         load_lobe(event, Lobe::trrt) * f[3], load_lobe(event, Lobe::residual) * f[3],
-         load_lobe(event, Lobe::glint) * f[2]},
-        std::max(pdf, smallest_pdf));
-  }
-
-  /// S and pdf, in whole vectors: what reads them back finds each number in one store.
-  static void put(FiberValue& value, const std::array<Float4, lobe_count>& s, float pdf) {
-    static_assert(offsetof(FiberValue, s) == 0 && offsetof(FiberValue, pdf) == 18 * sizeof(float));
-    store4(value, 0, Float4{s[0][0], s[0][1], s[0][2], s[1][0]});
-    store4(value, 4, Float4{s[1][1], s[1][2], s[2][0], s[2][1]});
-    store4(value, 8, Float4{s[2][2], s[3][0], s[3][1], s[3][2]});
-    store4(value, 12, Float4{s[4][0], s[4][1], s[4][2], s[5][0]});
-    value.s[5].y = s[5][1];
-    value.s[5].z = s[5][2];
-    value.pdf = pdf;
+    put_value(value,
+              {load_energy(event, Lobe::r) * f[0], load_energy(event, Lobe::tt) * f[1],
+               load_energy(event, Lobe::trt) * f[2], load_energy(event, Lobe::trrt) * f[3],
+               load_energy(event, Lobe::residual) * f[3], load_energy(event, Lobe::glint) * f[2]},
+              std::max(pdf, smallest_pdf));
+    value.queries = 1;
+    value.exact_queries = 0;
+    value.objective = row.objective;
   }
 
   RoughFibers fibers_;

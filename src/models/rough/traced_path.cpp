@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <optional>
 
-#include "base/color.h"
 #include "fiber/cross_section.h"
 #include "tress/base/random.h"
 
@@ -38,15 +37,15 @@ class GlintShares {
 
 }  // namespace
 
-TracedEvent TracedFibers::begin(const FiberEvent& event, const FiberRecord& fiber, float h) const {
+TracedEvent TracedFibers::begin(const FiberEvent& event, const FiberParameters& fiber, float h) const {
   const float offset = std::clamp(h, -1.0f, 1.0f);
-  return {fibers_[event.fiber].entry(event.wr, offset), GlintShares(fiber.parameters, event.wr).at(offset),
+  return {fibers_[event.fiber].entry(event.wr, offset), GlintShares(fiber, event.wr).at(offset),
           RandomStream(bits_of(event.xi1, event.xi2), bits_of(event.wr.theta, event.wr.phi),
                        std::bit_cast<std::uint32_t>(offset))
               .next_bits()};
 }
 
-FiberSample TracedFibers::sample(FiberId id, const TracedEvent& event, const FiberRecord& fiber,
+FiberSample TracedFibers::sample(FiberId id, const TracedEvent& event, const FiberParameters& fiber,
                                  const std::array<float, 4>& u) const {
   RandomStream random(bits_of(u[0], u[1]), bits_of(u[2], u[3]), event.seed);
   const RoughExit exit = fibers_[id].trace(event.entry, u, random);
@@ -56,7 +55,7 @@ FiberSample TracedFibers::sample(FiberId id, const TracedEvent& event, const Fib
   sample.value.pdf = 1;
   const auto give = [&](Lobe lobe, float share) {
     const auto i = static_cast<std::size_t>(lobe);
-    sample.value.s[i] = fiber.parameters.gain[i] * (exit.throughput * share);
+    sample.value.s[i] = fiber.gain[i] * (exit.throughput * share);
   };
   const float glint = sample.lobe == Lobe::trt ? event.glint_share : 0;
   give(sample.lobe, 1 - glint);
@@ -64,11 +63,11 @@ FiberSample TracedFibers::sample(FiberId id, const TracedEvent& event, const Fib
   return sample;
 }
 
-FiberValue TracedFibers::estimate(const FiberEvent& event, const TracedEvent& traced, const FiberRecord& fiber,
+FiberValue TracedFibers::estimate(const FiberEvent& event, const TracedEvent& traced, const FiberParameters& fiber,
                                   const FiberDirection& wi) const {
   RandomStream random(bits_of(wi.theta, wi.phi), traced.seed, estimate_purpose);
   const RoughFiber& rough = fibers_[event.fiber];
-  const GlintShares glints(fiber.parameters, event.wr);
+  const GlintShares glints(fiber, event.wr);
   constexpr auto trt = static_cast<std::size_t>(Lobe::trt), glint = static_cast<std::size_t>(Lobe::glint);
   constexpr float share = 1 / static_cast<float>(paths_of_estimate);
   const float shift = random.next();
@@ -85,16 +84,8 @@ FiberValue TracedFibers::estimate(const FiberEvent& event, const TracedEvent& tr
     value.s[trt] -= of_glint;
     value.s[glint] += of_glint;
   }
-  for (std::size_t p = 0; p < lobe_count; ++p) value.s[p] *= fiber.parameters.gain[p];
+  for (std::size_t p = 0; p < lobe_count; ++p) value.s[p] *= fiber.gain[p];
   return value;
-}
-
-void set_energies(FiberEvent& event, const LobeColors& energies) {
-  event.energy = energies;
-  float sum = 0;
-  for (std::size_t p = 0; p < lobe_count; ++p) sum += event.selection[p] = luminance(event.energy[p]);
-  if (!(sum > 0)) event.selection[0] = sum = 1;
-  for (float& probability : event.selection) probability /= sum;
 }
 
 }  // namespace tress::fiber

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "fiber/rough_fiber.h"
-#include "models/elliptical/fiber_record.h"
 #include "tress/fiber/fiber_model.h"
+#include "tress/fiber/parameters.h"
 
 namespace tress::fiber {
 
@@ -29,15 +29,15 @@ class TracedFibers {
   std::size_t bytes() const { return fibers_.capacity() * sizeof(RoughFiber); }
 
   /// event: its fiber, known direction (clamped()) and xi; h of FiberModel::begin().
-  TracedEvent begin(const FiberEvent& event, const FiberRecord& fiber, float h) const;
+  TracedEvent begin(const FiberEvent& event, const FiberParameters& fiber, float h) const;
   /// One path: its throughput times the gain as S, in the lobe of its order, over a pdf of 1.
-  FiberSample sample(FiberId id, const TracedEvent& event, const FiberRecord& fiber,
+  FiberSample sample(FiberId id, const TracedEvent& event, const FiberParameters& fiber,
                      const std::array<float, 4>& u) const;
   /// An unbiased value of S at wi: the mean of RoughFiber::estimate() from equidistant places across the fiber, times
   /// the gain, by numbers that depend on the event and on wi alone; no pdf. Of one path from where the ray met the
   /// fiber the variance is 4 to 10 times as large: a lobe comes from a part of the width that is as narrow as it is
   /// rough.
-  FiberValue estimate(const FiberEvent& event, const TracedEvent& traced, const FiberRecord& fiber,
+  FiberValue estimate(const FiberEvent& event, const TracedEvent& traced, const FiberParameters& fiber,
                       const FiberDirection& wi) const;
   static constexpr int paths_of_estimate = 8;
 
@@ -45,8 +45,5 @@ class TracedFibers {
   Masked masked_;
   std::vector<RoughFiber> fibers_;
 };
-
-/// The energies of a fiber and what they make of the selection: shares of the luminance; R alone of a black one.
-void set_energies(FiberEvent& event, const LobeColors& energies);
 
 }  // namespace tress::fiber

@@ -1,0 +1,9 @@
+// The inverse of the standard normal distribution function.
+#pragma once
+
+namespace tress {
+
+/// Giles 2012, single precision; finite for u in [0, 1].
+float normal_quantile(float u);
+
+}  // namespace tress
