@@ -214,12 +214,29 @@ void add_shots(CLI::App* app, RenderSettings& s) {
       ->excludes(app->get_option("--noise"));
 }
 
+void add_viewers(CLI::App* app, RenderSettings& s) {
+  app->add_option_function<std::string>(
+         "--display-server", [&s](const std::string& text) { s.display_server = text; },
+         "show the picture as it comes in tev or HDRView, which listens there (tev: 127.0.0.1:14158)")
+      ->type_name("HOST:PORT");
+}
+
 /// The options that change the picture, as they were given.
 std::map<std::string, std::string> told_options(const CLI::App& render) {
-  static const std::set<std::string> others{
-      "SCENE",    "--output",    "--threads",    "--telemetry",           "--telemetry-level",     "--quiet",
-      "--frames", "--overwrite", "--checkpoint", "--checkpoint-interval", "--checkpoint-deadline", "--part",
-      "--help"};
+  static const std::set<std::string> others{"SCENE",
+                                            "--output",
+                                            "--threads",
+                                            "--telemetry",
+                                            "--telemetry-level",
+                                            "--quiet",
+                                            "--frames",
+                                            "--overwrite",
+                                            "--checkpoint",
+                                            "--checkpoint-interval",
+                                            "--checkpoint-deadline",
+                                            "--part",
+                                            "--display-server",
+                                            "--help"};
   std::map<std::string, std::string> told;
   for (const CLI::Option* option : render.get_options()) {
     const std::string name = option->get_name();
@@ -360,6 +377,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       ->type_name("X0,Y0,X1,Y1");
   add_threads(render, s.threads);
   add_shots(render, s);
+  add_viewers(render, s);
   add_whole(render, "--seed", [&s](std::uint64_t seed) { s.render.seed = seed; });
   add_whole(render, "--light-samples", [&s](std::uint64_t n) { s.render.light_samples = int(n); });
   add_whole(render, "--bcsdf-samples", [&s](std::uint64_t n) { s.render.bcsdf_samples = int(n); });

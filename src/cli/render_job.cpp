@@ -13,6 +13,7 @@
 
 #include "cli/checkpoint_session.h"
 #include "cli/console.h"
+#include "cli/live_view.h"
 #include "cli/picture_files.h"
 #include "cli/process.h"
 #include "cli/render_checks.h"
@@ -41,6 +42,7 @@ struct RenderFiles {
   std::optional<CheckpointSession> checkpoint;
   std::optional<SavedRender> saved;  ///< what the checkpoint had
   TelemetryLines& telemetry;
+  LiveView& live;
 };
 
 /// One render, from the loaded scene to the saved files.
@@ -58,7 +60,8 @@ class RenderJob {
         identity_(files.identity),
         checkpoint_(files.checkpoint ? &*files.checkpoint : nullptr),
         saved_(files.saved ? &*files.saved : nullptr),
-        carried_(carried) {
+        carried_(carried),
+        live_(files.live) {
     if (settings.warm_cache && service_) {
       cache_.emplace(*settings.warm_cache, settings.cache_mode, fibers_.target_name());
     }
@@ -122,6 +125,7 @@ class RenderJob {
                             bias_bound_ = pass.table.bias_bound;
                             if (ahead.reason == nullptr && !deadline.passed()) checkpoint(pass, interrupt.requested());
                             if (settings_.part && !deadline.passed()) tell_part(pass);
+                            live_.after_pass(pass);
                             return ahead.reason == nullptr && !interrupt.requested();
                           });
     progress.finish();
@@ -285,6 +289,7 @@ class RenderJob {
     if (carried_ != nullptr && service_ != nullptr) *carried_ = fibers_.hand_over();
     telemetry_.summary(files.failed() ? "failed" : (signal_status != 0 ? "interrupted" : "done"),
                        summary_fields(result, seconds, hash, written.value_or(settings_.output)), cache());
+    live_.finish(std::move(result.picture));
     if (result.dropped_samples > 0) {
       log_warning(
           fmt::format("{} samples were infinite or not a number and are left out of the picture, which is the mean of "
@@ -333,7 +338,8 @@ class RenderJob {
   CheckpointSession* checkpoint_;  ///< null: not asked for
   const SavedRender* saved_;       ///< null: from the start
   fiber::ModelService* carried_;   ///< null: no frame comes before or after this one
-  double seconds_before_ = 0;      ///< of the runs before this one
+  LiveView& live_;
+  double seconds_before_ = 0;  ///< of the runs before this one
   std::optional<Error> part_failed_;
   const char* stopped_by_ = "signal";
   double noise_ = 0, bias_bound_ = 0;  ///< after the last pass
@@ -377,8 +383,13 @@ int render_one(const RenderSettings& settings, TelemetryLines* shared, fiber::Mo
     return 1;
   }
   if (shared != nullptr && own->wanted()) *shared = std::move(*own);
+  const Result<std::unique_ptr<LiveView>> live = LiveView::open(settings);
+  if (!live) {
+    log_error(live.error().message());
+    return 1;
+  }
   return run_threaded(settings.threads, [&](int threads) {
-    RenderFiles files{identity, std::move(checkpoint), std::move(saved), shared != nullptr ? *shared : *own};
+    RenderFiles files{identity, std::move(checkpoint), std::move(saved), shared != nullptr ? *shared : *own, **live};
     RenderJob job(settings, *scene, threads, start, files, carried);
     return job.run();
   });

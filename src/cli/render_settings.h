@@ -51,6 +51,7 @@ struct RenderSettings {
   double checkpoint_deadline = 20;                  ///< seconds that a pass may go on after a signal
   std::optional<int> samples_from, samples_to;      ///< of the samples of a pixel, the second excluded
   std::optional<std::filesystem::path> part;        ///< what `tress merge` takes
+  std::optional<std::string> display_server;        ///< HOST:PORT of a viewer
 };
 
 /// A model without rows is what it is at every vertex.

@@ -60,6 +60,8 @@ enum class Precision { half, full };
 /// outside its image, is an error.
 std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture,
                                Precision precision = Precision::full);
+/// What read_exr() of a file of that precision would bring.
+void round_as_written(Picture* picture, Precision precision);
 /// Any EXR of one or more float or half channels, at most 2^28 pixels. Rejects NaN, truncated and foreign files.
 Result<Picture> read_exr(const std::filesystem::path& file);
 /// How a preview is made of a picture.

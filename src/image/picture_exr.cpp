@@ -174,6 +174,15 @@ std::optional<Error> write_exr(const std::filesystem::path& file, const Picture&
   return replace_file(file, stream.bytes());
 }
 
+void round_as_written(Picture* picture, Precision precision) {
+  if (precision == Precision::full) return;
+  const std::set<std::string> of_halves = layers_of_halves(*picture);
+  for (Channel& channel : picture->channels) {
+    if (!of_halves.contains(layer_of(channel.name))) continue;
+    for (float& x : channel.pixels) x = half(x);
+  }
+}
+
 Result<Picture> read_exr(const std::filesystem::path& file) {
   const auto error = [&](std::string place, std::string expected, std::string found) {
     return Error{file.string(), std::move(place), std::move(expected), std::move(found)};

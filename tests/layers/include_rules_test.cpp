@@ -89,6 +89,7 @@ const std::vector<std::string> folders_upwards{"include/tress",
                                                "src/scene/read",
                                                "src/geometry",
                                                "src/integrate",
+                                               "src/live",
                                                "src/cli",
                                                "src"};
 
@@ -108,6 +109,7 @@ const std::vector<Apart> apart{
     {"src/scene", {"adaptive", "src/models", "src/references"}},
     {"src/geometry", {"adaptive", "src/models", "src/references"}},
     {"src/integrate", {"adaptive", "src/models", "src/references"}},
+    {"src/live", {"adaptive", "src/models", "src/references"}},
     {"src/cli", {"adaptive"}}};
 
 bool is_in(const std::string& folder, const std::string& parent) {

@@ -1,0 +1,53 @@
+// A connection to a viewer that may be gone, late or stalled: no call waits longer than it says.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tress/base/error.h"
+
+namespace tress::live {
+
+/// Where a viewer listens: the numeric addresses of a host, in the order in which they are tried.
+struct Endpoint {
+  struct Address {
+    int family = 0;
+    std::vector<std::uint8_t> bytes;  ///< a sockaddr of the system
+  };
+  std::string name;  ///< as it was given
+  std::vector<Address> addresses;
+};
+
+/// HOST:PORT, [IPV6]:PORT. Asks the system for the host's addresses, which may take as long as it wants. Error if the
+/// text is none, or the host is unknown.
+Result<Endpoint> find_endpoint(const std::string& text);
+
+/// One thread, but for `stop`, which ends every wait at once.
+class ViewerSocket {
+ public:
+  ViewerSocket() = default;
+  ~ViewerSocket() { close(); }
+  ViewerSocket(const ViewerSocket&) = delete;
+  ViewerSocket& operator=(const ViewerSocket&) = delete;
+
+  /// Whether it is connected within that time for each address.
+  bool connect(const Endpoint& endpoint, std::chrono::milliseconds patience, const std::stop_token& stop);
+  /// Whether all of it was taken within that time. If not, or if the viewer is gone, it is closed.
+  bool send(std::string_view bytes, std::chrono::milliseconds patience, const std::stop_token& stop);
+  /// False, and closed, once the other side has closed.
+  bool is_open();
+  void close();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool wait_to_write(Clock::time_point end, const std::stop_token& stop) const;
+
+  int file_ = -1;
+};
+
+}  // namespace tress::live
