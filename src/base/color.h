@@ -11,5 +11,6 @@ inline float luminance(const glm::vec3& color) {
   const glm::vec3 terms = luminance_terms(color);
   return terms.r + terms.g + terms.b;
 }
+inline double luminance(const glm::dvec3& color) { return 0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z; }
 
 }  // namespace tress

@@ -228,11 +228,7 @@ Command add_merge(CLI::App& tress) {
       merge, "-o,--output", [&s](const std::string& file) { s.output = file; }, "picture; a .png is written beside it",
       ".exr")
       ->required();
-  add_choice(
-      merge, "--precision", {"half", "float"},
-      [&s](const std::string& name) { s.precision = name == "half" ? image::Precision::half : image::Precision::full; },
-      "half (default): 16 bits where they are enough, 32 for Z, variance and layers that halves cannot hold; float: "
-      "32");
+  add_precision(merge, s.precision);
   add_quiet(merge);
   return {merge, [settings] { return run_merge(*settings); }};
 }

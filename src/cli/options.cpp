@@ -216,6 +216,16 @@ void add_threads(CLI::App* app, std::optional<int>& threads) {
   add_whole(app, "--threads", [&threads](std::uint64_t n) { threads = int(n); });
 }
 
+void add_precision(CLI::App* app, image::Precision& precision) {
+  add_choice(
+      app, "--precision", {"half", "float"},
+      [&precision](const std::string& name) {
+        precision = name == "half" ? image::Precision::half : image::Precision::full;
+      },
+      "half (default): 16 bits where they are enough, 32 for Z, variance and layers that halves cannot hold; float: "
+      "32");
+}
+
 void add_quiet(CLI::App* app) {
   app->add_flag_callback("--quiet", quiet_console, "no progress and no notes; errors and warnings stay");
 }

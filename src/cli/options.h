@@ -67,6 +67,8 @@ std::string refused_of_samples(const CLI::App& app, const std::string& model);
 
 /// --threads; unset: one per hardware thread that the process may use.
 void add_threads(CLI::App* app, std::optional<int>& threads);
+/// --precision of the picture.
+void add_precision(CLI::App* app, image::Precision& precision);
 /// --quiet.
 void add_quiet(CLI::App* app);
 

@@ -357,11 +357,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       "more samples where the picture is noisier, --spp being their mean; default: on with --noise and --time");
   add_resolution(render, s.overrides);
   add_layers(render, s);
-  add_choice(
-      render, "--precision", {"half", "float"},
-      [&s](const std::string& name) { s.precision = name == "half" ? image::Precision::half : image::Precision::full; },
-      "half (default): 16 bits where they are enough, 32 for Z, variance and layers that halves cannot hold; float: "
-      "32");
+  add_precision(render, s.precision);
   add_number(render, "--exposure", [&s](double x) { s.overrides.exposure_stops = x; });
   add_choice(
       render, "--view", image::view_names(), [&s](const std::string& name) { s.overrides.view = image::view_of(name); },

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstring>
 
+#include "base/color.h"
 #include "tress/base/random.h"
 
 namespace tress::integrate {
@@ -16,8 +17,6 @@ RenderOptions with_own_streams(RenderOptions options) {
   options.seed = mix_bits(options.seed ^ path_purpose);
   return options;
 }
-
-double luminance_of(const glm::dvec3& color) { return 0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z; }
 
 }  // namespace
 
@@ -35,7 +34,7 @@ void BiasAuditor::audit(int x, int y, std::uint32_t sample) {
   if (!(RandomStream(options_.seed ^ choice_purpose, at, sample).next() < share_)) return;
   const PathSums path = tracer_.trace(x, y, sample);
   if (!path.is_finite()) return;
-  const double light = luminance_of(glm::dvec3(path.beauty() - path.layers[background_layer]));
+  const double light = luminance(glm::dvec3(path.beauty() - path.layers[background_layer]));
   Sums& pixel = pixels_[at];
   pixel.light += light;
   pixel.squares += light * light;
@@ -52,7 +51,7 @@ MeasuredBias BiasAuditor::measured(const Film& film) const {
       const PixelSums& sums = film.pixel(x, y);
       if (pixel.paths == 0 || sums.samples == 0) continue;
       const auto paths = static_cast<double>(pixel.paths), samples = static_cast<double>(sums.samples);
-      const double mean = luminance_of(sums.beauty() - sums.layers[background_layer]) / samples;
+      const double mean = luminance(sums.beauty() - sums.layers[background_layer]) / samples;
       const double squares = std::max(pixel.squares - 2 * mean * pixel.light + paths * mean * mean, 0.0);
       shown += paths * mean;
       traced += pixel.light;

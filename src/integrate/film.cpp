@@ -6,12 +6,12 @@
 #include <string>
 #include <utility>
 
+#include "base/color.h"
+
 namespace tress::integrate {
 namespace {
 
 constexpr float largest = std::numeric_limits<float>::max();
-
-double luminance_of(const glm::dvec3& color) { return 0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z; }
 
 }  // namespace
 
@@ -234,7 +234,7 @@ double Film::relative_noise() const {
 double Film::brightness() const {
   double light = 0;
   for (const PixelSums& pixel : pixels_) {
-    if (pixel.samples > 0) light += luminance_of(pixel.beauty(Ground::nothing)) / pixel.samples;
+    if (pixel.samples > 0) light += luminance(pixel.beauty(Ground::nothing)) / pixel.samples;
   }
   return light / static_cast<double>(pixels_.size());
 }
@@ -244,7 +244,7 @@ Brightening Film::excess() const {
   for (const PixelSums& pixel : pixels_) {
     if (pixel.samples == 0) continue;
     const double n = pixel.samples;
-    light += luminance_of(pixel.beauty(Ground::nothing)) / n;
+    light += luminance(pixel.beauty(Ground::nothing)) / n;
     excess += pixel.excess / n;
     variance += pixel.excess_squares / (n * n);  // nearly all are 0: their mean square is their variance
   }

@@ -173,7 +173,7 @@ class EllipticalModel final : public AnyRowsModel {
     // By selections and channels alike the proposals of converged rows are shares of the luminance of S.
     const Float4 proposed = (1 - uniform_share_) * ((s[0] + s[1]) + (s[2] + s[3])) + s_residual;
     const Float4 uniform = constants.uniform_pdf * Float4{m[0], m[1], m[2], m[1]};
-    const float pdf = constants.inverse_luminance * luminance({proposed[0], proposed[1], proposed[2]}) +
+    const float pdf = constants.inverse_luminance * luminance(glm::vec3(proposed[0], proposed[1], proposed[2])) +
                       event.selection[0] * r.azimuth_pdf * m_r + sum4(uniform);
     const glm::vec3& gain = constants.reflection_gain;
     const float s_r = r.energy_density * m_r;

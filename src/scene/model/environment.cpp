@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "base/color.h"
+
 namespace tress::scene {
 namespace {
 
@@ -14,8 +16,6 @@ constexpr double pi = std::numbers::pi;
 constexpr float everywhere = static_cast<float>(1 / (4 * pi));  ///< density of a uniform direction
 constexpr int narrowest = 8;                                    ///< columns of the coarsest copy, at least
 constexpr float least_share = 0.02f;                            ///< of the mean, by Draw::contrast
-
-float luminance(const glm::vec3& c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
 
 /// In [0, 1], in proportion to (1 - x) at_0 + x at_1, both >= 0.
 double draw_linear(double at_0, double at_1, double u) {

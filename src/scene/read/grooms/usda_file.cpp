@@ -98,17 +98,7 @@ class UsdaReader {
     GroomFile& file = builder_.file();
     file.cm_per_unit = 1;  // where it says nothing a unit is .01 m, and y is up
     file.y_up = true;
-    if (!text_.take('(')) return;
-    while (!failed() && !text_.take(')')) {
-      if (text_.peek() == '"' || text_.peek() == '\'') {
-        text_.quoted();
-        continue;
-      }
-      if (text_.take(';') || text_.take(',')) continue;
-      const std::string key(text_.word());
-      if (key.empty()) return text_.fail_here("a key of the stage, or \")\"");
-      refuse_composition(key);
-      if (!text_.take('=')) continue;
+    read_metadata("a key of the stage, or \")\"", [&](const std::string& key) {
       if (key == "metersPerUnit") {
         const double metres = text_.number();
         if (!(metres > 0 && metres < 1e9)) return text_.fail("metersPerUnit > 0", fmt::format("{:g}", metres));
@@ -121,6 +111,23 @@ class UsdaReader {
       } else {
         text_.skip_value();
       }
+    });
+  }
+
+  /// ( "comment" key = value ... ), if it is there. read: takes a key, and its value off the text.
+  template <class Read>
+  void read_metadata(const char* expected, const Read& read) {
+    if (!text_.take('(')) return;
+    while (!failed() && !text_.take(')')) {
+      if (text_.peek() == '"' || text_.peek() == '\'') {
+        text_.quoted();
+        continue;
+      }
+      if (text_.take(';') || text_.take(',')) continue;
+      const std::string key(text_.word());
+      if (key.empty()) return text_.fail_here(expected);
+      refuse_composition(key);
+      if (text_.take('=')) read(key);
     }
   }
 
@@ -146,24 +153,14 @@ class UsdaReader {
   }
 
   void read_prim_metadata(Prim* prim) {
-    if (!text_.take('(')) return;
-    while (!failed() && !text_.take(')')) {
-      if (text_.peek() == '"' || text_.peek() == '\'') {
-        text_.quoted();
-        continue;
-      }
-      if (text_.take(';') || text_.take(',')) continue;
-      const std::string key(text_.word());
-      if (key.empty()) return text_.fail_here("a key of a prim, or \")\"");
-      refuse_composition(key);
-      if (!text_.take('=')) continue;
+    read_metadata("a key of a prim, or \")\"", [&](const std::string& key) {
       if (key == "active") {
         prim->is_active = text_.peek_word() != "false";
         text_.word();
       } else {
         text_.skip_value();
       }
-    }
+    });
   }
 
   /// Children may stand before the attributes of their prim: they wait until its transform is known.
