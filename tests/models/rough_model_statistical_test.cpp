@@ -186,5 +186,28 @@ TEST(RoughModel, HasTheEnergiesOfItsPathsUnderAbsorption) {
   EXPECT_LT(rms, 0.7 * table_rms) << "rms " << rms << ", of the table " << table_rms;
 }
 
+// At grazing light from the tip next to all light of a narrow tilted fiber is lost on a long way, and the table has 2.6
+// times what is kept. Of 16,384 paths the standard error is 0.02, of a row's own 0.03.
+TEST(RoughModel, HasTheEnergiesOfItsPathsAtGrazingLight) {
+  FiberParameters parameters;
+  parameters.eccentricity = 1;
+  parameters.roughness = 0.05f;
+  parameters.tilt = 3 * degree;
+  parameters.sigma_a = glm::vec3(0.25f);
+  const FiberDirection wr{87.5f * degree, 0};
+  const test::OneFiber fiber(*references::find_model("rough"), parameters);
+  const FiberEvent event = fiber.begin(wr);
+  ASSERT_TRUE(fiber.model().evaluates(event));
+  std::vector<adaptive::SampledExit> exits;
+  fiber::make_rough_target()->draw(fiber::rough_slice(parameters), wr.theta, wr.phi, 1u << 20, 0, 16384, exits);
+  double light = 0, kept = 0, energy = 0;
+  for (const adaptive::SampledExit& exit : exits) {
+    light += double{exit.weight};
+    kept += double{exit.weight} * std::exp(-double{parameters.sigma_a[0]} * double{exit.attribute});
+  }
+  for (const glm::vec3& lobe : event.energy) energy += double{lobe[0]};
+  EXPECT_NEAR(energy / (kept / light), 1, 5 * std::hypot(0.02, 0.03));
+}
+
 }  // namespace
 }  // namespace tress

@@ -14,8 +14,9 @@ using adaptive::Ribbon;
 using adaptive::RibbonKnot;
 
 constexpr std::size_t rates = 3;  // at which a row is compared: 0 and Ribbon::decay_rates
-/// Of all light: less says nothing of a ratio, and a ratio says no more than this.
-constexpr double darkest = 1e-5, largest_ratio = 2;
+/// Of all light: less says nothing of a ratio, and a ratio says no more than this. At grazing light the table, whose
+/// nodes are joined by cosines, may be off by more than 2 where a tilt lets little light in.
+constexpr double darkest = 1e-5, largest_ratio = 16;
 
 using AtRates = std::array<double, rates>;
 
