@@ -56,8 +56,10 @@ struct Material {
   std::optional<double> curl_diameter_cm;
   bool twist = true;  ///< false: the major axis stays in the rotation-minimising frame
   StrandVariation variation;
-  std::optional<glm::vec3> color;        ///< that a lock should show, which fiber.sigma_a was chosen for; linear RGB
-  bool color_from_file = false;          ///< strands have Groom::color instead of the fiber's sigma_a
+  std::optional<glm::vec3> color;  ///< that a lock should show, which fiber.sigma_a was chosen for; linear RGB
+  bool color_from_file = false;    ///< strands have Groom::color instead of the fiber's sigma_a
+  /// Where set, colors of a file are albedos as Principled Hair has them, at this radial roughness.
+  std::optional<float> principled_roughness;
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: by a hash of the strand
 };
 

@@ -17,6 +17,7 @@
 #include "scene/model/parameters.h"
 #include "tress/base/random.h"
 #include "tress/fiber/lock_color.h"
+#include "tress/fiber/principled_hair.h"
 
 namespace tress::scene {
 namespace {
@@ -77,7 +78,9 @@ FiberKey key_of(const Scene& scene, const Groom& groom, std::uint32_t strand, do
   const double factor = varied(1, variation.color, random), color_u = random.next();
   if (material.color_from_file) {
     if (groom.color.empty()) return key;
-    const glm::vec3 sigma_a = fiber::sigma_a_of_lock(groom.color[strand], fiber);
+    const glm::vec3 sigma_a = material.principled_roughness ? fiber::sigma_a_of_principled_color(
+                                                                  groom.color[strand], *material.principled_roughness)
+                                                            : fiber::sigma_a_of_lock(groom.color[strand], fiber);
     for (std::size_t c = 0; c < 3; ++c) {
       const double x = sigma_a[static_cast<int>(c)] * factor / least_absorption;
       key.color_power[c] = x >= 1 ? static_cast<int>(round_to_power(x, ratio, color_u)) : color_u < x ? 0 : clear;

@@ -1,0 +1,35 @@
+// The hair of Blender's Principled Hair node, and of others that follow Chiang et al. 2016, as a fiber.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <optional>
+
+#include "tress/fiber/parameters.h"
+
+namespace tress::fiber {
+
+/// What an artist sets; defaults are the node's. Absorption is per radius of the fiber.
+struct PrincipledHair {
+  float roughness = 0.3f;         ///< longitudinal beta_M, [0, 1]; of elliptical fibers that of the surface
+  float radial_roughness = 0.3f;  ///< azimuthal beta_N, [0, 1]; not of elliptical fibers
+  float coat = 0;                 ///< share, [0, 1], of its roughness that R lacks; not of elliptical fibers
+  float eta = 1.55f;              ///< index of refraction, [1.05, 3]
+  float offset = 0.0349066f;      ///< tilt of the cuticle scales, radians
+  glm::vec3 sigma_a{0.0f};        ///< absorption, >= 0, linear RGB
+  /// Minor over major semi-axis: elliptical fibers with one roughness (Huang et al. 2022). Unset: Chiang's round ones.
+  std::optional<float> aspect_ratio = {};
+};
+
+/// The fiber that scatters like it. Round ones get lobes of Chiang's variances and logistic scales and a surface that
+/// is all but smooth, whose energies theirs are; the widths are fitted (bench/figures/principled_hair.py). Widths, tilt
+/// and aspect ratio are taken for the nearest that a fiber may have (parameter_ranges.h).
+FiberParameters fiber_of(const PrincipledHair& hair);
+
+/// Absorption of hair of that multiple scattering albedo (Chiang et al. 2016), as the node has it for colors and tints.
+/// color: linear RGB, clamped to [1e-5, 1]. radial_roughness: beta_N; of elliptical fibers their roughness.
+glm::vec3 sigma_a_of_principled_color(const glm::vec3& color, float radial_roughness);
+
+/// Absorption of melanin in [0, 1], of which `redness` in [0, 1] is pheomelanin.
+glm::vec3 sigma_a_of_principled_melanin(float melanin, float redness);
+
+}  // namespace tress::fiber

@@ -1,0 +1,297 @@
+"""From the evaluated scene of Blender to the files of a tress scene."""
+
+import json
+import os
+
+import numpy as np
+
+from . import files, nodes, scene_keys
+
+USUAL_RADIUS = 0.005  # units: of hair curves without radii, as Cycles has it
+MESHES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
+SILENT = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
+
+
+class Export:
+    """Writes one frame into `folder`; afterwards `keys` is the scene, and `warnings.said` what was left out."""
+
+    def __init__(self, depsgraph, folder, cm, size, samples):
+        self.depsgraph, self.folder, self.cm = depsgraph, folder, cm
+        self.width, self.height = size
+        self.warnings = scene_keys.Warnings()
+        self.keys = {"image": {"width": self.width, "height": self.height, "samples": samples},
+                     "lights": [], "meshes": [], "materials": [], "grooms": []}
+        self._materials = {}  # by name: the name of the key, the attribute of its color
+        self._names = set()
+
+    def run(self, camera=None, shift_x=None):
+        scene = self.depsgraph.scene_eval
+        if scene.render.film_transparent:
+            self.keys["image"]["transparent"] = True
+        self._camera(camera or scene.camera, shift_x)
+        self.keys["environment"] = nodes.environment(scene.world, self.folder, self.warnings)
+        for instance in self.depsgraph.object_instances:
+            self._object(instance)
+        if not self.keys["grooms"]:
+            raise ValueError("no hair in this scene: tress renders hair curves and particle hair")
+        path = os.path.join(self.folder, "scene.json")
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump({key: value for key, value in self.keys.items() if value != []}, file, indent=1)
+        return path
+
+    # The camera and the lights.
+
+    def _camera(self, camera, shift_x):
+        if camera is None:
+            raise ValueError("this scene has no camera")
+        camera = camera.evaluated_get(self.depsgraph)
+        data, render = camera.data, self.depsgraph.scene_eval.render
+        matrix = np.array(camera.matrix_world)
+        dof = None
+        if data.dof.use_dof:
+            distance = data.dof.focus_distance
+            if data.dof.focus_object is not None:
+                there = np.array(data.dof.focus_object.evaluated_get(self.depsgraph).matrix_world)[:3, 3]
+                distance = abs(float((there - matrix[:3, 3]) @ scene_keys.axes(matrix)[0][2]))
+            dof = {"fstop": data.dof.aperture_fstop, "distance": distance, "blades": data.dof.aperture_blades,
+                   "rotation": data.dof.aperture_rotation, "ratio": data.dof.aperture_ratio}
+        self.keys["camera"] = scene_keys.camera(
+            matrix, self.cm, self.width, self.height, data.type, data.lens, data.ortho_scale, data.sensor_width,
+            data.sensor_height, data.sensor_fit, data.shift_x if shift_x is None else shift_x, data.shift_y,
+            render.pixel_aspect_x / render.pixel_aspect_y, dof, self.warnings)
+        if render.use_motion_blur:
+            self.warnings("motion blur is not handed over")
+
+    def _light(self, name, light, matrix):
+        who = f"light {name}"
+        color, watts = np.array(light.color[:]), light.energy
+        if light.use_nodes and light.node_tree is not None and self._has_nodes(light.node_tree):
+            self.warnings(f"{who}: its nodes are not handed over, its color and power are")
+        if light.type == "SUN":
+            keys = scene_keys.sun(matrix, color, watts, light.angle)
+        elif light.type == "AREA":
+            keys = scene_keys.area(matrix, self.cm, color, watts, light.shape, light.size, light.size_y, light.spread,
+                                   self.warnings)
+        elif light.type == "SPOT":
+            keys = scene_keys.spot(matrix, self.cm, color, watts, light.shadow_soft_size, light.spot_size, light.spot_blend)
+        else:
+            keys = scene_keys.point(matrix, self.cm, color, watts, light.shadow_soft_size)
+        self.keys["lights"].append(keys)
+
+    @staticmethod
+    def _has_nodes(tree):
+        emission = [node for node in tree.nodes if node.bl_idname == "ShaderNodeEmission"]
+        plain = len(emission) == 1 and not any(socket.is_linked for socket in emission[0].inputs)
+        return not (plain and emission[0].inputs["Strength"].default_value == 1)
+
+    # What is to be seen.
+
+    def _object(self, instance):
+        ob = instance.object
+        matrix = np.array(instance.matrix_world)
+        if instance.show_self:
+            if ob.type == "LIGHT":
+                self._light(ob.name, ob.data, matrix)
+            elif ob.type == "CURVES":
+                self._curves(ob, matrix)
+            elif ob.type in MESHES:
+                self._mesh(ob, matrix)
+            elif ob.type not in SILENT:
+                self.warnings(f"{ob.name}: objects of type {ob.type.lower()} are not handed over")
+        if instance.show_particles:
+            for modifier in ob.modifiers:
+                if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render:
+                    self._particles(ob, matrix, modifier.particle_system)
+
+    def _free_name(self, name):
+        free, number = name, 1
+        while free in self._names:
+            number += 1
+            free = f"{name} {number}"
+        self._names.add(free)
+        return free
+
+    def _file(self, name, ending):
+        safe = "".join(c if c.isalnum() else "_" for c in name)
+        return os.path.join(self.folder, f"{len(self.keys['grooms']) + len(self.keys['meshes'])}_{safe}.{ending}")
+
+    def _hair_material(self, material):
+        key = material.name if material else ""
+        if key not in self._materials:
+            keys, attribute = nodes.hair_material(material, key or "hair", self.warnings)
+            self.keys["materials"].append(keys)
+            self._materials[key] = (keys["name"], attribute)
+        return self._materials[key]
+
+    def _groom(self, name, material, lengths, points, radii, colors):
+        """points in world units."""
+        long = lengths >= 2
+        if not long.all():
+            self.warnings(f"{name}: {int((~long).sum())} strands of one point are left out")
+            keep = np.repeat(long, lengths)
+            lengths, points, radii = lengths[long], points[keep], radii[keep]
+            colors = None if colors is None else colors[keep]
+        if len(lengths) == 0:
+            return
+        widths = 2 * radii * self.cm
+        if not (widths.max() > 0):
+            self.warnings(f"{name}: strands without any thickness, 0.08 mm are used")
+            widths = np.full_like(widths, 0.008)
+        shrink = scene_keys.groom_scale(widths)
+        path = self._file(name, "hair")
+        files.write_hair(path, lengths, points * (self.cm / shrink), widths / shrink, colors)
+        keys = {"name": self._free_name(name), "file": os.path.basename(path), "material": material, "up": "z",
+                "cm_per_unit": 1.0, "basis": "linear"}
+        if shrink != 1:
+            keys["scale"] = shrink
+        self.keys["grooms"].append(keys)
+
+    def _curves(self, ob, matrix):
+        data = ob.data
+        count = len(data.points)
+        if count == 0:
+            return
+        points = np.empty(3 * count, np.float32)
+        data.points.foreach_get("position", points)
+        lengths = np.empty(len(data.curves), np.int32)
+        data.curves.foreach_get("points_length", lengths)
+        radii = np.full(count, USUAL_RADIUS, np.float32)
+        if "radius" in data.attributes:
+            data.attributes["radius"].data.foreach_get("value", radii)
+        material, attribute = self._hair_material(ob.material_slots[0].material if ob.material_slots else None)
+        colors = None
+        if attribute is not None:
+            colors = self._curve_colors(ob.name, data, attribute, lengths)
+        self._groom(ob.name, material, lengths, transformed(points.reshape(-1, 3), matrix), radii * mean_scale(matrix), colors)
+
+    def _curve_colors(self, name, data, attribute, lengths):
+        found = data.attributes.get(attribute) if attribute else data.color_attributes.active_color
+        sizes = {"FLOAT_COLOR": ("color", 4), "BYTE_COLOR": ("color", 4), "FLOAT_VECTOR": ("vector", 3)}
+        if found is None or found.data_type not in sizes:
+            self.warnings(f"{name}: no color attribute {attribute!r}, its hair is grey")
+            return np.full((int(lengths.sum()), 3), 0.5, np.float32)
+        key, size = sizes[found.data_type]
+        values = np.empty(size * len(found.data), np.float32)
+        found.data.foreach_get(key, values)
+        values = values.reshape(-1, size)[:, :3]
+        return np.repeat(values, lengths, axis=0) if found.domain == "CURVE" else values
+
+    def _particles(self, ob, matrix, system):
+        settings = system.settings
+        if settings.type != "HAIR":
+            self.warnings(f"{ob.name}: its emitted particles are not handed over, unless they are instances of objects")
+            return
+        if settings.render_type != "PATH":
+            return
+        parents, children = len(system.particles), len(system.child_particles)
+        has_children = settings.child_type != "NONE" and children > 0
+        numbers = range(parents, parents + children) if has_children else range(parents)
+        steps = (1 << settings.render_step) + 1 + (settings.kink_extra_steps if settings.kink == "SPIRAL" else 0)
+        points = np.array([system.co_hair(ob, particle_no=number, step=step) for number in numbers for step in range(steps)],
+                          np.float32).reshape(-1, steps, 3)
+        if len(points) == 0:
+            return
+        points, lengths = without_repeats(points)
+        if len(lengths) == 0:
+            return
+        radii = particle_radii(points, lengths, settings.root_radius, settings.tip_radius, settings.radius_scale,
+                               settings.shape, settings.use_close_tip) * mean_scale(matrix)
+        slots = ob.material_slots
+        slot = min(settings.material, len(slots)) - 1
+        material, attribute = self._hair_material(slots[slot].material if slots else None)
+        colors = None
+        if attribute is not None:
+            self.warnings(f"{ob.name}: particle hair has no color attributes here, its hair is grey")
+            colors = np.full((len(points), 3), 0.5, np.float32)
+        self._groom(f"{ob.name}.{system.name}", material, lengths, points, radii, colors)
+
+    def _mesh(self, ob, matrix):
+        visible = getattr(ob, "visible_camera", True)
+        try:
+            mesh = ob.to_mesh()
+        except RuntimeError:
+            return
+        if mesh is None or len(mesh.polygons) == 0:
+            ob.to_mesh_clear()
+            return
+        mesh.calc_loop_triangles()
+        count = len(mesh.loop_triangles)
+        positions = np.empty(3 * len(mesh.vertices), np.float32)
+        mesh.vertices.foreach_get("co", positions)
+        triangles, loops, slots = (np.empty(n, np.int32) for n in (3 * count, 3 * count, count))
+        mesh.loop_triangles.foreach_get("vertices", triangles)
+        mesh.loop_triangles.foreach_get("loops", loops)
+        mesh.loop_triangles.foreach_get("material_index", slots)
+        normals = corner_normals(mesh, matrix)[loops].reshape(count, 9)
+        uvs = None
+        if mesh.uv_layers.active is not None:
+            uvs = np.empty(2 * len(mesh.loops), np.float32)
+            mesh.uv_layers.active.data.foreach_get("uv", uvs)
+            uvs = uvs.reshape(-1, 2)[loops].reshape(count, 6)
+        positions = transformed(positions.reshape(-1, 3), matrix) * self.cm
+        triangles = triangles.reshape(-1, 3)
+        for slot in np.unique(slots):
+            here = slots == slot
+            material = ob.material_slots[min(slot, len(ob.material_slots) - 1)].material if ob.material_slots else None
+            used, index = np.unique(triangles[here], return_inverse=True)
+            path = self._file(ob.name, "obj")
+            files.write_obj(path, positions[used], index.reshape(-1, 3), normals[here].reshape(-1, 3),
+                            None if uvs is None else uvs[here].reshape(-1, 2))
+            keys = {"name": self._free_name(ob.name), "file": os.path.basename(path)}
+            keys.update(nodes.surface_material(material, self.folder, self.warnings))
+            if "albedo_file" in keys and uvs is None:
+                self.warnings(f"{ob.name}: no texture coordinates, grey in place of its picture")
+                keys["albedo"] = [0.18] * 3
+                del keys["albedo_file"]
+            if not visible:
+                keys["visible"] = False
+            elif getattr(ob, "is_holdout", False):
+                keys["holdout"] = True
+            self.keys["meshes"].append(keys)
+        ob.to_mesh_clear()
+
+
+def transformed(points, matrix):
+    return (points.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
+
+
+def mean_scale(matrix):
+    return float(abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3))
+
+
+def corner_normals(mesh, matrix):
+    """(loops, 3), in the world."""
+    normals = np.empty(3 * len(mesh.loops), np.float32)
+    if hasattr(mesh, "corner_normals"):  # from 4.1 on
+        mesh.corner_normals.foreach_get("vector", normals)
+    else:
+        mesh.calc_normals_split()
+        mesh.loops.foreach_get("normal", normals)
+    turned = normals.reshape(-1, 3) @ np.linalg.inv(matrix[:3, :3])
+    return turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-20)
+
+
+def without_repeats(points):
+    """points: (strands, steps, 3). Points that equal the one before them go, and strands of one place."""
+    moves = np.ones(points.shape[:2], bool)
+    moves[:, 1:] = (points[:, 1:] != points[:, :-1]).any(2)
+    moves[moves.sum(1) < 2] = False
+    lengths = moves.sum(1)
+    return points[moves], lengths[lengths > 0]
+
+
+def particle_radii(points, lengths, root, tip, scale, shape, close_tip):
+    """Of the points of particle hair, as Cycles has them: by the share of the length of the strand."""
+    step = np.zeros(len(points))
+    step[1:] = np.linalg.norm(np.diff(points.astype(float), axis=0), axis=1)
+    ends = np.cumsum(lengths)
+    starts = ends - lengths
+    step[starts] = 0
+    along = np.cumsum(step)
+    along -= np.repeat(along[starts], lengths)
+    share = 1 - along / np.maximum(np.repeat(along[ends - 1], lengths), 1e-30)
+    share = np.clip(share, 0, 1) ** (1 + shape if shape < 0 else 1 / (1 - min(shape, 0.999)))
+    radii = scale * 0.5 * (share * (root - tip) + tip)
+    if close_tip:
+        radii[ends - 1] = 0
+    return radii

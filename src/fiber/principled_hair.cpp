@@ -1,0 +1,91 @@
+#include "tress/fiber/principled_hair.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include "tress/fiber/parameter_ranges.h"
+
+namespace tress::fiber {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+/// Surfaces whose energies are those of smooth ones.
+constexpr float all_but_smooth = 0.02f;
+
+float within(const ParameterRange& range, double x) {
+  return static_cast<float>(std::clamp(x, range.least, range.most));
+}
+
+float angle_within(const ParameterRange& degrees, double radians) {
+  return static_cast<float>(std::clamp(radians, degrees.least * degree, degrees.most * degree));
+}
+
+/// Standard deviation of theta_i of a lobe of roughness beta_M (Chiang et al. 2016, equation 7).
+double deviation_of(double beta) {
+  const double b = std::clamp(beta, 0.001, 1.0);
+  return 0.726 * b + 0.812 * b * b + 3.7 * std::pow(b, 20);
+}
+
+/// Logistic scale of the exit azimuth (equation 8).
+double logistic_scale_of(double beta) {
+  const double b = std::clamp(beta, 0.001, 1.0);
+  return (0.265 * b + 1.194 * b * b + 5.372 * std::pow(b, 22)) * std::sqrt(std::numbers::pi / 8);
+}
+
+/// Lambda, in theta_h and of a Gaussian lobe, of a lobe whose theta_i has that standard deviation.
+double lambda_of(double deviation) {
+  constexpr double gaussian_half_width = 1.17741, logistic_half_width = 1.76275;
+  return 0.5 * deviation * gaussian_half_width / logistic_half_width;
+}
+
+FiberParameters round_fiber(const PrincipledHair& hair) {
+  FiberParameters fiber;
+  fiber.eccentricity = 1;
+  fiber.roughness = all_but_smooth;
+  const double all = deviation_of(hair.roughness);
+  const double coated = deviation_of(hair.roughness * (1 - std::clamp(hair.coat, 0.0f, 1.0f)));
+  const std::array<double, 4> deviations{coated, 0.5 * all, 2 * all, 2 * all};
+  for (std::size_t p = 0; p < deviations.size(); ++p)
+    fiber.longitudinal_lambda[p] = angle_within(longitudinal_lambda_range_deg, lambda_of(deviations[p]));
+  const double sigma = logistic_scale_of(hair.radial_roughness) * std::numbers::pi / std::numbers::sqrt3;
+  for (auto& azimuthal : fiber.azimuthal_sigma) azimuthal = angle_within(azimuthal_sigma_range_deg, sigma);
+  fiber.longitudinal_shape = LongitudinalShape::gaussian;
+  return fiber;
+}
+
+}  // namespace
+
+FiberParameters fiber_of(const PrincipledHair& hair) {
+  FiberParameters fiber;
+  if (hair.aspect_ratio) {
+    fiber.eccentricity = within(eccentricity_range, double{*hair.aspect_ratio});
+    fiber.roughness = within(roughness_range, double{hair.roughness});
+  } else {
+    fiber = round_fiber(hair);
+  }
+  fiber.eta = within(eta_range, double{hair.eta});
+  fiber.tilt = angle_within(tilt_range_deg, double{hair.offset});
+  fiber.sigma_a = hair.sigma_a;
+  return fiber;
+}
+
+glm::vec3 sigma_a_of_principled_color(const glm::vec3& color, float radial_roughness) {
+  const double b = radial_roughness;
+  const double denominator = 5.969 + b * (-0.215 + b * (2.532 + b * (-10.73 + b * (5.574 + b * 0.245))));
+  glm::vec3 sigma_a(0.0f);
+  for (int c = 0; c < 3; ++c) {
+    const double root = std::log(std::clamp(static_cast<double>(color[c]), 1e-5, 1.0)) / denominator;
+    sigma_a[c] = static_cast<float>(root * root);
+  }
+  return sigma_a;
+}
+
+glm::vec3 sigma_a_of_principled_melanin(float melanin, float redness) {
+  const float amount = -std::log(std::max(1 - melanin, 1e-4f));
+  return amount * ((1 - redness) * glm::vec3(0.506f, 0.841f, 1.653f) + redness * glm::vec3(0.343f, 0.733f, 1.924f));
+}
+
+}  // namespace tress::fiber

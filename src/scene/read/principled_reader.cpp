@@ -1,0 +1,74 @@
+#include "scene/read/principled_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "tress/fiber/principled_hair.h"
+
+namespace tress::scene {
+namespace {
+
+constexpr double most_variation = 0.9;
+
+/// Half range of the factor of the absorption, where melanin has that half range of a factor.
+double color_variation(double melanin, double half_range) {
+  const double m = std::clamp(melanin, 1e-4, 1 - 1e-4);
+  return std::min(half_range * m / ((1 - m) * -std::log(1 - m)), most_variation);
+}
+
+/// That of the widths, which grow faster than the roughness that they are of.
+double width_variation(double roughness, double half_range) {
+  const double b = roughness;
+  return std::min(half_range * (0.726 + 1.624 * b) / (0.726 + 0.812 * b), most_variation);
+}
+
+void read_absorption(const JsonReader& json, float radial_roughness, fiber::PrincipledHair* hair, Material* material) {
+  if (const auto sigma_a = json.triple("sigma_a")) hair->sigma_a = *sigma_a;
+  if (json.is_text("color")) {
+    material->color_from_file = json.choice("color", {"file"}).has_value();
+    material->principled_roughness = radial_roughness;
+  } else if (const auto color = json.triple("color")) {
+    hair->sigma_a = fiber::sigma_a_of_principled_color(*color, radial_roughness);
+  }
+  for (const char* key : {"redness", "tint", "random_color"})
+    if (json.has(key) && !json.has("melanin")) json.fail(key, "this key beside \"melanin\" only", "it without it");
+  if (const auto melanin = json.number("melanin")) {
+    hair->sigma_a = fiber::sigma_a_of_principled_melanin(static_cast<float>(*melanin),
+                                                         static_cast<float>(json.number("redness").value_or(1)));
+    if (const auto tint = json.triple("tint"))
+      hair->sigma_a += fiber::sigma_a_of_principled_color(*tint, radial_roughness);
+    if (const auto x = json.number("random_color"))
+      material->variation.color = static_cast<float>(color_variation(*melanin, *x));
+  }
+}
+
+}  // namespace
+
+void read_principled(const JsonReader& material_json, Material* material) {
+  for (const char* key : {"eta", "eccentricity", "roughness", "tilt_deg", "color", "hair", "melanin", "sigma_a",
+                          "azimuthal_sigma_deg", "longitudinal_lambda_deg", "longitudinal_shape", "variation"})
+    if (!material_json.at_most_one({"principled", key})) return;
+  const auto json = material_json.child("principled");
+  if (!json.object({"roughness", "radial_roughness", "coat", "eta", "offset_deg", "aspect_ratio", "melanin", "redness",
+                    "tint", "color", "sigma_a", "random_color", "random_roughness"}) ||
+      !json.exactly_one({"melanin", "color", "sigma_a"}) || !json.at_most_one({"aspect_ratio", "radial_roughness"}) ||
+      !json.at_most_one({"aspect_ratio", "coat"}))
+    return;
+  fiber::PrincipledHair hair;
+  const auto take = [&](const char* key, float* x) { *x = static_cast<float>(json.number(key).value_or(*x)); };
+  take("roughness", &hair.roughness);
+  take("radial_roughness", &hair.radial_roughness);
+  take("coat", &hair.coat);
+  take("eta", &hair.eta);
+  if (const auto x = json.number("offset_deg")) hair.offset = static_cast<float>(*x * std::numbers::pi / 180);
+  if (const auto x = json.number("aspect_ratio")) hair.aspect_ratio = static_cast<float>(*x);
+  read_absorption(json, hair.aspect_ratio ? hair.roughness : hair.radial_roughness, &hair, material);
+  if (const auto x = json.number("random_roughness"))
+    material->variation.width = static_cast<float>(width_variation(double{hair.roughness}, *x));
+  material->fiber = fiber::fiber_of(hair);
+}
+
+}  // namespace tress::scene

@@ -1,0 +1,13 @@
+// The key "principled" of a material: the hair of Blender's node, in the node's own numbers.
+#pragma once
+
+#include "scene/read/json_reader.h"
+#include "scene/read/scene_file.h"
+
+namespace tress::scene {
+
+/// Fills the fiber and the variation of a material that has the key; others of the material that would say the same
+/// are errors beside it.
+void read_principled(const JsonReader& material_json, Material* material);
+
+}  // namespace tress::scene

@@ -1,0 +1,147 @@
+"""The pure part of the add-on for Blender, without Blender: files and keys from plain arrays.
+
+files_test.py TRESS, the program that reads what was written. Fails where anything would have to be skipped.
+"""
+
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scenes" / "blender"))
+from tress_render import files, job, scene_keys  # noqa: E402
+
+TRESS = sys.argv.pop(1)
+LOOKS_DOWN = np.eye(4)  # a lamp or camera without a turn looks along -z
+
+
+def strands():
+    t = np.linspace(0, 1, 5)
+    one = np.stack([0 * t, 0 * t, -10 * t], 1)
+    return np.array([5, 5]), np.concatenate([one, one + [1, 0, 0]]), np.linspace(0.01, 0.005, 10)
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = self.temporary.name
+        self.addCleanup(self.temporary.cleanup)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+
+class Files(Folder):
+    def test_a_groom_is_what_tress_reads(self):
+        lengths, points, widths = strands()
+        files.write_hair(self.path("a.hair"), lengths, points, widths, np.full((10, 3), 0.25))
+        told = subprocess.run([TRESS, "info", self.path("a.hair")], capture_output=True, text=True, check=True).stdout
+        lines = [line.split(None, 1) for line in told.splitlines()]
+        said = {line[0]: line[1] for line in lines if len(line) == 2}
+        self.assertEqual((said["strands"], said["points"], said["colors"]), ("2", "10", "per point"), told)
+        self.assertIn("0.005 to 0.01", said["widths"])
+
+    def test_arrays_that_do_not_fit_are_refused(self):
+        lengths, points, widths = strands()
+        for wrong in ((lengths, points[:-1], widths), (np.array([1, 9]), points, widths), (lengths, points, widths[:3])):
+            with self.assertRaises(ValueError):
+                files.write_hair(self.path("a.hair"), *wrong)
+
+    def test_a_picture_that_was_written_is_read_again(self):
+        pixels = np.random.default_rng(3).uniform(0, 5, (7, 5, 3)).astype(np.float32)
+        files.write_exr(self.path("a.exr"), pixels)
+        read = files.read_exr(self.path("a.exr"))
+        self.assertEqual((read.width, read.height, read.left, read.top), (5, 7, 0, 0))
+        for c, name in enumerate("RGB"):
+            np.testing.assert_array_equal(read.channels[name], pixels[:, :, c])
+
+    def test_what_is_no_picture_is_refused(self):
+        pathlib.Path(self.path("a.exr")).write_bytes(b"no picture at all")
+        with self.assertRaises(ValueError):
+            files.read_exr(self.path("a.exr"))
+
+
+class Keys(unittest.TestCase):
+    def test_a_border_is_a_crop_with_y_down(self):
+        self.assertEqual(scene_keys.crop((0.25, 0.5, 0.75, 1.0), 40, 20), (10, 0, 30, 10))
+        self.assertEqual(scene_keys.crop((0.5, 0.5, 0.5, 0.5), 4, 4), (2, 1, 3, 2))
+
+    def test_a_sensor_fits_the_longer_side_unless_told(self):
+        fit = lambda width, height, how: scene_keys.camera(LOOKS_DOWN, 100, width, height, sensor_fit=how)
+        self.assertEqual(fit(200, 100, "AUTO")["sensor_fit"], "width")
+        self.assertEqual(fit(100, 200, "AUTO")["sensor_fit"], "height")
+        self.assertEqual((fit(100, 200, "HORIZONTAL")["sensor_fit"], fit(100, 200, "HORIZONTAL")["sensor_mm"]), ("width", 36))
+        self.assertEqual((fit(200, 100, "VERTICAL")["sensor_fit"], fit(200, 100, "VERTICAL")["sensor_mm"]), ("height", 24))
+
+    def test_shifts_are_counted_in_the_picture(self):
+        keys = scene_keys.camera(LOOKS_DOWN, 100, 200, 100, shift_x=0.1, shift_y=0.1)
+        self.assertAlmostEqual(keys["shift_x"], 0.1)
+        self.assertAlmostEqual(keys["shift_y"], 0.2)
+
+    def test_a_lamp_keeps_its_watts(self):
+        """Flux of a Lambertian surface: pi times area times radiance."""
+        ball = scene_keys.point(LOOKS_DOWN, 100, [1, 1, 1], 40.0, 0.1)["sphere"]
+        self.assertAlmostEqual(math.pi * 4 * math.pi * 0.1 ** 2 * ball["radiance"][0], 40.0, places=9)
+        card = scene_keys.area(LOOKS_DOWN, 100, [1, 1, 1], 40.0, "RECTANGLE", 2.0, 0.5)["rectangle"]
+        self.assertAlmostEqual(math.pi * 1.0 * card["radiance"][0], 40.0, places=9)
+        self.assertEqual((card["width_cm"], card["height_cm"]), (200, 50))
+
+    def test_what_has_no_counterpart_is_said_once(self):
+        warnings = scene_keys.Warnings()
+        for _ in range(2):
+            scene_keys.area(LOOKS_DOWN, 100, [1, 1, 1], 1.0, "DISK", 1.0, 1.0, warnings=warnings)
+        self.assertEqual(len(warnings.said), 1)
+
+    def test_thick_hair_is_written_smaller(self):
+        self.assertEqual(scene_keys.groom_scale(np.array([0.02])), 1)
+        thick = scene_keys.groom_scale(np.array([1.0]))
+        self.assertTrue(0.0005 < 0.5 / thick < 0.05)
+
+
+class Render(Folder):
+    def scene(self):
+        lengths, points, widths = strands()
+        files.write_hair(self.path("a.hair"), lengths, points, widths)
+        keys = {"image": {"width": 8, "height": 8, "samples": 2}, "environment": {"constant": [1, 1, 1]},
+                "materials": [{"name": "hair", "principled": {"melanin": 0.5}}],
+                "grooms": [{"file": "a.hair", "up": "z", "cm_per_unit": 1}]}
+        pathlib.Path(self.path("scene.json")).write_text(json.dumps(keys))
+
+    def test_a_job_ends_with_a_picture_and_tells_of_it(self):
+        self.scene()
+        child = job.Job(TRESS, self.folder, ["--spp", "2"], 64, samples=2)
+        self.assertEqual(child.close(), 0, child.error())
+        self.assertTrue(child.new_picture())
+        self.assertFalse(child.new_picture())
+        status = child.status()
+        self.assertEqual(status.share, 1)
+        self.assertIn("2 samples a pixel", status.text)
+        self.assertIsNone(child.status())
+        self.assertEqual(files.read_exr(child.picture).channels["A"].shape, (8, 8))
+
+    def test_a_job_that_fails_says_why(self):
+        self.scene()
+        pathlib.Path(self.path("a.hair")).write_bytes(b"HAIR")
+        child = job.Job(TRESS, self.folder, [], 64)
+        self.assertEqual(child.close(), 1)
+        self.assertIn("a.hair", child.error())
+
+    def test_a_job_can_be_ended(self):
+        self.scene()
+        child = job.Job(TRESS, self.folder, ["--spp", "1000000"], 64, samples=1000000)
+        child.end()
+        self.assertFalse(child.running())
+
+    def test_a_program_that_is_not_there_is_named(self):
+        with self.assertRaisesRegex(FileNotFoundError, "nowhere"):
+            job.find_program("/nowhere/tress")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,146 @@
+"""The add-on within Blender: blender -b --factory-startup -P render_test.py -- TRESS FOLDER
+
+The picture of F12 is that of `tress render` of the exported scene, bit for bit. Any failure ends with status 1.
+"""
+
+import os
+import pathlib
+import subprocess
+import sys
+import traceback
+
+here = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(here), str(here.parents[1] / "scenes" / "blender")]
+
+import addon_utils  # noqa: E402
+import bpy  # noqa: E402
+import numpy as np  # noqa: E402
+
+import grooms  # noqa: E402
+
+TRESS, FOLDER = sys.argv[sys.argv.index("--") + 1:]
+
+
+def expect(condition, what):
+    if not condition:
+        raise AssertionError(what)
+
+
+def start(width=48, height=64, samples=4):
+    scene = grooms.empty_scene(width, height)
+    addon_utils.enable("tress_render", default_set=True)
+    bpy.context.preferences.addons["tress_render"].preferences.program = TRESS
+    scene.render.engine = "TRESS"
+    scene.tress.samples = samples
+    scene.tress.keep_folder = os.path.join(FOLDER, "kept")
+    return scene
+
+
+def rendered(scene, name):
+    """The picture of F12, as a multi-layer EXR of floats."""
+    from tress_render import files
+    settings = scene.render.image_settings
+    settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    scene.render.filepath = os.path.join(FOLDER, name + ".exr")
+    bpy.ops.render.render(write_still=True)
+    return files.read_exr(scene.render.filepath)
+
+
+def by_hand(*options):
+    """What the program makes of the scene that was exported."""
+    from tress_render import files
+    kept = os.path.join(FOLDER, "kept")
+    output = os.path.join(FOLDER, "by_hand.exr")
+    subprocess.run([TRESS, "render", os.path.join(kept, "scene.json"), "-o", output, "--precision", "float", "--quiet",
+                    "--seed", "1", *options], check=True)
+    return files.read_exr(output)
+
+
+def same(picture, channels, name, of):
+    for mine, its in zip(channels, of):
+        a, b = picture.channels[f"ViewLayer.{name}.{mine}"], its
+        expect(a.shape == b.shape and (a == b).all(), f"{name}.{mine}: pixels differ, by {np.abs(a - b).max():g} at most")
+
+
+def lock(scene):
+    grooms.add_camera(scene, lens=90)
+    grooms.add_light(scene, "AREA", (0.5, -0.8, 0.6), 20.0, size=0.3)
+    grooms.add_light(scene, "SUN", (-1, 0.5, 1), 1.0)
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.3, 0.3, 0.35, 1)
+    grooms.add_hair_curves(scene, grooms.strands(), grooms.hair_material(Melanin=0.5, Melanin_Redness=0.4))
+
+
+def test_the_picture_and_its_passes_are_those_of_the_program():
+    scene = start()
+    lock(scene)
+    scene.view_layers[0].use_pass_normal = True
+    scene.tress.pass_lobes = scene.tress.pass_albedo = True
+    picture, program = rendered(scene, "lock"), by_hand()
+    same(picture, "RGBA", "Combined", [program.channels[c] for c in "RGBA"])
+    same(picture, "XYZ", "Normal", [program.channels[f"N.{c}"] for c in "XYZ"])
+    for name in ("R", "TT", "TRT", "Albedo", "Background"):
+        lower = name if name.isupper() else name.lower()
+        same(picture, "RGB", name, [program.channels[f"{lower}.{c}"] for c in "RGB"])
+    expect(program.channels["coverage"].max() == 1, "there is no hair in the picture")
+
+
+def test_a_border_renders_its_part():
+    scene = start()
+    lock(scene)
+    scene.tress.estimator = "exact"  # a part of a picture has the bits of the whole then
+    whole = rendered(scene, "whole")
+    render = scene.render
+    render.use_border = render.use_crop_to_border = True
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.5, 1
+    part = rendered(scene, "part")
+    for c in "RGB":
+        name = f"ViewLayer.Combined.{c}"
+        expect((part.channels[name] == whole.channels[name][:32, 12:36]).all(), "the border shows another part")
+
+
+def test_particle_hair_and_its_emitter_are_handed_over():
+    import json
+    scene = start()
+    grooms.add_camera(scene, eye=(0, -0.4, 0.1), lens=90)
+    grooms.add_light(scene, "POINT", (0.3, -0.4, 0.4), 5.0, shadow_soft_size=0.05)
+    skin = bpy.data.materials.new("skin")
+    skin.use_nodes = True
+    grooms.add_particle_hair(scene, grooms.hair_material(Melanin=0.3), skin)
+    picture, program = rendered(scene, "fur"), by_hand()
+    same(picture, "RGBA", "Combined", [program.channels[c] for c in "RGBA"])
+    keys = json.loads(pathlib.Path(FOLDER, "kept", "scene.json").read_text())
+    expect(len(keys["grooms"]) == 1 and len(keys["meshes"]) == 1, "one groom and one mesh are expected")
+    told = subprocess.run([TRESS, "info", os.path.join(FOLDER, "kept", keys["grooms"][0]["file"])], check=True,
+                          capture_output=True, text=True).stdout
+    expect("strands   1000" in told, "1000 strands are expected: " + told)
+
+
+def test_a_scene_without_hair_is_an_error_with_a_reason():
+    scene = start()
+    grooms.add_camera(scene)
+    try:
+        bpy.ops.render.render()
+    except RuntimeError as error:
+        expect("no hair" in str(error), f"another reason is given: {error}")
+    else:
+        raise AssertionError("a scene without hair was rendered")
+
+
+def main():
+    os.makedirs(FOLDER, exist_ok=True)
+    failed = 0
+    for name, test in sorted(globals().items()):
+        if not name.startswith("test_"):
+            continue
+        try:
+            test()
+            print("passed", name)
+        except Exception:  # noqa: BLE001: whatever it is, the others are tried too
+            failed += 1
+            print("FAILED", name)
+            traceback.print_exc()
+    sys.stdout.flush()
+    os._exit(1 if failed else 0)
+
+
+main()
