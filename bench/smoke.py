@@ -45,6 +45,7 @@ def smallest(cache, folder):
         "steps": [LOCK, "--size", "12x12", "--spp", "2", "--seeds", "2"],
         "lock_color": ["--paths", "200", "--eccentricity", "0.85", "--roughness", "0.2", "--tilt", "3", "--eta", "1.55"],
         "slab": ["--model", "elliptical", "--paths", "100"],
+        "deeper": [LOCK, "--size", "12", "--spp", "2", "--teach", "1", "--pairs", "3"],
         "replay": [LOCK, "--width", "16", "--height", "16", "--teach", "1", "--repeat", "1", "--inside", "0.01"],
         "atlas_faults": ["bytes", cache, "--rows", "1"],
         "atlas_images": [LOCK, "-o", os.path.join(folder, "images.exr"), "--resolution", "12x12", "--spp", "1"],

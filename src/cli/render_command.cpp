@@ -378,6 +378,13 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
   add_whole(render, "--light-samples", [&s](std::uint64_t n) { s.render.light_samples = int(n); });
   add_whole(render, "--bcsdf-samples", [&s](std::uint64_t n) { s.render.bcsdf_samples = int(n); });
   add_whole(render, "--max-depth", [&s](std::uint64_t n) { s.render.max_depth = int(n); });
+  add_choice(
+      render, "--roulette", {"learned", "throughput"},
+      [&s](const std::string& rule) {
+        s.render.roulette = rule == "learned" ? integrate::Roulette::learned : integrate::Roulette::throughput;
+      },
+      "where paths end or part, without bias. learned (default): by the light that is still to come, as earlier passes "
+      "found it; throughput: by what they have lost, the same in a crop as in the whole picture");
   add_file(
       render, "--heatmap",
       [&s](const std::string& file) {

@@ -76,6 +76,10 @@ void RenderTelemetry::pass(const integrate::PassProgress& pass) {
                {"dropped_samples", json_text(pass.dropped_samples)},
                {"seconds", json_text(pass.seconds)},
                {"cpu_seconds", json_text(pass.cpu_seconds)},
+               {"deeper_places", json_text(pass.deeper.places)},
+               {"deeper_copies", json_text(pass.deeper.copies)},
+               {"deeper_bytes", json_text(pass.deeper.bytes)},
+               {"deeper_cpu_seconds", json_text(pass.deeper.cpu_seconds)},
                {"noise", json_text(pass.noise)}};
   if (pass.excess) fields.emplace("bias_estimate", brightening_text(*pass.excess));
   add_frame(fields);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "integrate/camera_rays.h"
+#include "integrate/deeper_light.h"
 #include "integrate/frame_motion.h"
 #include "integrate/light_sampler.h"
 #include "integrate/path_sums.h"
@@ -14,7 +15,8 @@
 
 namespace tress::integrate {
 
-/// Immutable; any thread. All references must outlive it.
+/// Immutable; any thread. All references must outlive it. `deeper`: what later hits go by (RenderOptions::roulette),
+/// and what they tell; null: nothing is learned.
 ///
 /// With n_l light and n_b BCSDF samples at a hit, the balance heuristic turns both estimates of one light into the same
 /// expression, S L / (n_l p_light c + n_b Q): Q is the density of the BCSDF sampler in the vertex's own measure (dtheta
@@ -24,7 +26,8 @@ namespace tress::integrate {
 class PathTracer {
  public:
   PathTracer(const scene::Scene& scene, const geometry::FiberScene& fibers, const fiber::FiberModel& model,
-             const std::vector<fiber::FiberId>& fiber_ids, const RenderOptions& options);
+             const std::vector<fiber::FiberId>& fiber_ids, const RenderOptions& options,
+             const DeeperLight* deeper = nullptr);
 
   /// One sample of pixel (x, y). Pure up to what the model's service notes. Not finite where fibers return more light
   /// than falls on them (`gain` above 1) until floats end.
@@ -54,8 +57,21 @@ class PathTracer {
   /// get it times the throughput.
   glm::vec3 met_light(const Vertex& vertex, const Scattering::Sample& sample, float distance_cm,
                       const glm::vec3& throughput, GroupLight& groups) const;
-  /// Adds what one BCSDF sample of the first vertex brings, followed to its end.
-  void follow(Vertex vertex, Scattering::Sample sample, RandomStream& random, PathSums& sums) const;
+  /// Adds what one BCSDF sample of the first vertex brings, followed to its end (path_tree.cpp).
+  void follow(const Vertex& vertex, const Scattering::Sample& sample, RandomStream& random, PathSums& sums) const;
+  struct Worth;
+  struct Departure;
+  /// Where a drawn direction of a vertex of this worth leads.
+  Departure depart(const Vertex& vertex, const Scattering::Sample& sample, const Worth& worth, PathSums& sums) const;
+  struct Arrival;
+  /// Hits that copies of the path still leave, each met by a copy of the one before.
+  using Tree = std::vector<Arrival>;
+  /// Whether and by how many copies a path of this worth goes on from a hit; the hit is then the last of `tree`.
+  bool go_on(const geometry::Hit& hit, const glm::vec3& direction, int depth, const Worth& worth, RandomStream& random,
+             const PathSums& sums, Tree& tree) const;
+  /// Starts the next copy at the last hit of `tree`. True: it goes on from a hit that is now the last.
+  bool step(Tree& tree, RandomStream& random, PathSums& sums) const;
+  void end_copy(Arrival& hit) const;
 
   const scene::Scene& scene_;
   const geometry::FiberScene& fibers_;
@@ -67,6 +83,7 @@ class PathTracer {
   std::size_t group_count_;  ///< 0: no light is kept by group
   Scattering scattering_;
   float surely_traced_ = 0;  ///< what a light sample has to bring; 0: nothing
+  const DeeperLight* deeper_;
 };
 
 }  // namespace tress::integrate

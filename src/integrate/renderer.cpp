@@ -13,6 +13,7 @@
 #include "base/denormals.h"
 #include "integrate/bias_audit.h"
 #include "integrate/cryptomatte.h"
+#include "integrate/deeper_light.h"
 #include "integrate/film.h"
 #include "integrate/heatmap.h"
 #include "integrate/pass_order.h"
@@ -128,6 +129,26 @@ Brightness saved_brightness(const RenderState& state) {
   return std::isfinite(brightness.mean) ? brightness : Brightness{-1, 0};
 }
 
+DeeperLight::PictureSoFar picture_so_far(const Film& film) {
+  double pixels = 0, samples = 0, hits = 0, mean = 0, variance = 0, degrees = 0;
+  const image::Window& window = film.window();
+  for (int y = window.top; y < window.top + window.height; ++y) {
+    for (int x = window.left; x < window.left + window.width; ++x) {
+      const PixelSums& pixel = film.pixel(x, y);
+      if (!(pixel.coverage > 0)) continue;
+      const glm::dvec3 light = pixel.beauty(), squares = pixel.squared_deviations;
+      ++pixels;
+      samples += pixel.samples;
+      hits += static_cast<double>(pixel.vertices);
+      mean += (light.x + light.y + light.z) / (3 * static_cast<double>(pixel.samples));
+      variance += (squares.x + squares.y + squares.z) / 3;
+      degrees += pixel.samples - 1;
+    }
+  }
+  if (!(pixels > 0)) return {};
+  return {mean / pixels, degrees > 0 ? variance / degrees : 0, 1 + hits / samples};
+}
+
 bool splits_glint(const scene::Scene& scene) {
   return std::any_of(scene.fibers.begin(), scene.fibers.end(),
                      [](const fiber::FiberParameters& fiber) { return fiber.split_glint; });
@@ -148,6 +169,18 @@ Film::Extra extra_layers(const scene::Scene& scene, int first_sample) {
          part.left <= whole.width - part.width && part.top <= whole.height - part.height;
 }
 
+bool restored(const RenderState& state, DeeperLight& deeper) {
+  const auto found = state.sections.find("deeper");
+  return found != state.sections.end() && deeper.set_state(found->second);
+}
+
+/// After a pass, if there is enough to learn from.
+void learn_deeper(const Film& film, DeeperLight& deeper, PassProgress& progress) {
+  const double start = thread_cpu_seconds();
+  if (deeper.is_due(progress.paths_so_far)) deeper.update(picture_so_far(film), progress.paths_so_far);
+  progress.deeper = {deeper.place_count(), deeper.noted(), deeper.bytes(), thread_cpu_seconds() - start};
+}
+
 }  // namespace
 
 RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fibers, fiber::FiberModel& model,
@@ -156,8 +189,10 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
                     const std::function<bool(const PassProgress&)>& on_pass) {
   assert(options.samples >= 1 && options.light_samples >= 0 && options.bcsdf_samples >= 1 && options.max_depth >= 1);
   assert(fiber_ids.size() == scene.fibers.size());
+  std::optional<DeeperLight> deeper;
+  if (options.roulette == Roulette::learned) deeper.emplace(scene);
   const double pilot_start = process_cpu_seconds();
-  const PathTracer plain(scene, fibers, model, fiber_ids, options);
+  const PathTracer plain(scene, fibers, model, fiber_ids, options, deeper ? &*deeper : nullptr);
   const Brightness brightness = options.resume != nullptr ? saved_brightness(*options.resume)
                                 : options.shadow_roulette && options.light_samples > 0
                                     ? measured_brightness(plain, scene.image, stop)
@@ -179,11 +214,13 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   progress.pass_count = pass_count(options.samples);
   progress.paths_total = static_cast<std::uint64_t>(film.window().width) *
                          static_cast<std::uint64_t>(film.window().height) * static_cast<std::uint64_t>(options.samples);
+  std::string deeper_state;
   progress.sections = [&] {
     auto all = film.sections();
     all.emplace_back("pilot", std::string_view(reinterpret_cast<const char*>(&brightness.mean), sizeof(float)));
     if (auditor) all.push_back(auditor->section());
     plan.add_sections(&all);
+    if (deeper) all.emplace_back("deeper", deeper_state = deeper->state());
     return all;
   };
   const auto tell_excess = [&] {
@@ -195,7 +232,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     const RenderState& state = *options.resume;
     result.unusable = !(brightness.mean >= 0) || state.passes < 0 || state.passes > progress.pass_count ||
                       !film.set_sections(state.sections) || !plan.set_sections(state.sections) ||
-                      (auditor && !auditor->set_section(state.sections));
+                      (auditor && !auditor->set_section(state.sections)) || (deeper && !restored(state, *deeper));
     if (result.unusable) return result;
     result.passes = state.passes;
     progress.paths_so_far = state.paths;
@@ -211,6 +248,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     progress.dropped_samples = paths.dropped;
     progress.paths_so_far += progress.pixels;
     if (service) progress.table = service->publish(paths.covered + (pass == 0 ? brightness.paths : 0));
+    if (deeper) learn_deeper(film, *deeper, progress);
     progress.cpu_seconds = process_cpu_seconds() - cpu_start + (pass == 0 ? pilot_cpu_seconds : 0);
     progress.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     progress.noise = film.relative_noise();

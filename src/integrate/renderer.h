@@ -34,6 +34,10 @@ struct MeasuredBias {
   std::uint64_t paths = 0;
 };
 
+/// What ends a path, or lets several go on from a hit; no rule changes the mean. throughput: the root of what a path
+/// has lost; learned: the light that comes after a hit, learned from earlier passes (DeeperLight).
+enum class Roulette { throughput, learned };
+
 /// Where a render goes on: what had been done when it was saved, after a pass.
 struct RenderState {
   int passes = 0;
@@ -42,18 +46,19 @@ struct RenderState {
 };
 
 struct RenderOptions {
-  int samples = 64;             ///< per pixel
-  int first_sample = 0;         ///< index of the first of them, where others render those before it
-  int light_samples = 2;        ///< at the first hit, over all lights; 1 at later ones; 0: none at any hit
-  int bcsdf_samples = 1;        ///< at the first hit, each going on as a path; 1 at later ones
-  int max_depth = 64;           ///< hits of a path, on fibers and surfaces
-  int roulette_depth = 4;       ///< Russian roulette from this hit on, by the root of the throughput
+  int samples = 64;       ///< per pixel
+  int first_sample = 0;   ///< index of the first of them, where others render those before it
+  int light_samples = 2;  ///< at the first hit, over all lights; 1 at later ones; 0: none at any hit
+  int bcsdf_samples = 1;  ///< at the first hit, each going on as a path; 1 at later ones
+  int max_depth = 64;     ///< hits of a path, on fibers and surfaces
+  Roulette roulette = Roulette::learned;
+  int roulette_depth = 4;       ///< by throughput, and until enough is learned: from this hit on
   bool shadow_roulette = true;  ///< light samples that bring little are traced in part only (PathTracer)
   /// More samples where the picture is noisier (SamplePlan). What a crop shows is then not bit for bit the whole's.
   bool adaptive = false;
   std::uint64_t seed = 0;
   /// Pixels that are rendered, inside the image; unset: all. A pixel's paths are the same whatever is rendered beside
-  /// it; what they learn is not.
+  /// it, under Roulette::throughput; what they learn is not.
   std::optional<image::Window> crop;
   bool mattes = false;   ///< the picture has the layers of cryptomatte.h
   bool heatmap = false;  ///< time every path, for RenderResult::heatmap
@@ -62,6 +67,14 @@ struct RenderOptions {
   /// Of a render with the same scene and options, whose service has been restored to the same pass; null: from the
   /// start. Outlives the call.
   const RenderState* resume = nullptr;
+};
+
+/// What is known of the light after a hit; zeros under Roulette::throughput.
+struct DeeperProgress {
+  std::uint64_t places = 0;  ///< cells of place and direction
+  std::uint64_t copies = 0;  ///< of paths, that the cells have learned from
+  std::uint64_t bytes = 0;
+  double cpu_seconds = 0;  ///< of this pass, to take in what was noted
 };
 
 /// What a pass did, before and after the table was published.
@@ -76,7 +89,8 @@ struct PassProgress {
   double seconds = 0;                 ///< wall time of the pass
   double cpu_seconds = 0;             ///< CPU time of the pass, all threads, learning included
   adaptive::PassReport table;         ///< empty without a service
-  const Film* film = nullptr;         ///< what the paths have brought so far; valid during the call
+  DeeperProgress deeper;
+  const Film* film = nullptr;  ///< what the paths have brought so far; valid during the call
   /// All that the render is beside its service, by name: good until the call ends.
   std::function<std::vector<std::pair<std::string, std::string_view>>()> sections;
 };

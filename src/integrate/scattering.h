@@ -27,16 +27,18 @@ struct Vertex {
 /// Layers that a vertex scatters into: lobes of a fiber, or the surface.
 using ScatteredLayers = std::array<glm::vec3, surface_layer + 1>;
 
+inline glm::vec3 total_of(const ScatteredLayers& layers) {
+  glm::vec3 total(0.0f);
+  for (const glm::vec3& layer : layers) total += layer;
+  return total;
+}
+
 /// Light scattered from one direction, in the vertex's own measure: dtheta dphi on a fiber, solid angle on a surface.
 struct Scattered {
   ScatteredLayers layers{};  ///< S, which the radiance from there is multiplied with
   float pdf = 0;             ///< Q, of drawing the direction; 0: nothing is scattered
   float solid_angle = 1;     ///< per unit of the measure: cos theta_i on a fiber, 1 on a surface
-  glm::vec3 total() const {
-    glm::vec3 sum(0.0f);
-    for (const glm::vec3& layer : layers) sum += layer;
-    return sum;
-  }
+  glm::vec3 total() const { return total_of(layers); }
 };
 
 /// Immutable; any thread. All references must outlive it.

@@ -44,8 +44,9 @@ TEST_P(GoldenPictures, AreWhatTheyWereWithinRounding) {
   const std::filesystem::path file =
       std::filesystem::path(TRESS_SOURCE_DIR "/tests/reference/pictures") / (model + ".exr");
   write_text(path("scene.json"), lock);
-  const Outcome outcome = run({"render", path("scene.json"), "-o", path("a.exr"), "--model", model, "--max-depth", "2",
-                               "--seed", "1", "--threads", "2", "--precision", "float", "--quiet"});
+  const Outcome outcome =
+      run({"render", path("scene.json"), "-o", path("a.exr"), "--model", model, "--max-depth", "2", "--seed", "1",
+           "--threads", "2", "--roulette", "throughput", "--precision", "float", "--quiet"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   Result<image::Picture> picture = image::read_exr(path("a.exr"));
   ASSERT_TRUE(picture) << picture.error().message();

@@ -67,6 +67,7 @@ TEST(Roulette, leaves_paths_alone_that_have_lost_nothing) {
   for (const Place& place : places()) {
     RenderOptions options = long_paths(4, 51);
     options.light_samples = 0;
+    options.roulette = Roulette::throughput;
     options.roulette_depth = 2;
     options.max_depth = 100000;
     const RenderResult result = render_with(place.scene, model, fibers, options, 2);

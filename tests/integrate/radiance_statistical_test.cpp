@@ -43,6 +43,7 @@ TEST(Furnace, is_one_in_every_pixel_if_weights_are_one) {
   RenderOptions options = long_paths(4, 11);
   options.light_samples = 0;
   options.bcsdf_samples = 2;
+  options.roulette = Roulette::throughput;
   options.roulette_depth = options.max_depth + 1;
   const RenderResult result = render_with(scene, model, fibers, options, 2);
   // Rounding of some 1e-7 a hit, a few hundred hits at most.
@@ -97,8 +98,10 @@ TEST(Roulette, does_not_change_the_mean) {
   scene::Scene scene = tangle(400, 48, 48);
   scene.camera.vertical_fov_deg = 8;
   RenderOptions without = long_paths(16, 13);
+  without.roulette = Roulette::throughput;
   without.roulette_depth = 3000;
   RenderOptions with = long_paths(16, 14);
+  with.roulette = Roulette::throughput;
   with.roulette_depth = 2;
   with.light_samples = 2;
   with.bcsdf_samples = 2;

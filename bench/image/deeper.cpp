@@ -1,0 +1,200 @@
+// Roulette by what lies deeper against roulette by the throughput: variance times CPU time, in turns.
+//
+//   bench_deeper SCENE [--up y] [--environment FILE] [--melanin EU,PHEO] [--white] [--size N] [--spp N] [--pairs N]
+//                [--teach SAMPLES] [--json FILE]
+//
+// Rows are taught by SAMPLES a pixel and frozen, so that what is learned in the renders is the light alone, which
+// starts from nothing in each. Each pair renders once by each rule under seeds of its own. Variance is that of a pixel
+// across the renders, mean over pixels and channels; its ratio has an error, by leaving out one pair after another
+// (jackknife). CPU time of the process, one thread.
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <ctime>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "integrate/renderer.h"
+#include "references/registry.h"
+#include "scene/read/load_scene.h"
+#include "tress/adaptive/service.h"
+
+namespace tress::bench {
+namespace {
+
+struct Setting {
+  std::string scene, json;
+  scene::Overrides overrides;
+  int size = 64, samples = 32, pairs = 10, teach = 16;
+  std::uint64_t seed = 1000;
+};
+
+double process_seconds() {
+  std::timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// All renders by one rule.
+struct Renders {
+  std::vector<std::vector<float>> pictures;
+  std::vector<double> seconds;
+  double learning_seconds = 0;
+  integrate::DeeperProgress deeper;
+
+  /// Mean over the values of the variance across all renders but `left_out`, and their mean CPU time.
+  double variance(std::size_t left_out) const {
+    double sum = 0;
+    for (std::size_t at = 0; at < pictures[0].size(); ++at) {
+      double mean = 0, squares = 0, count = 0;
+      for (std::size_t i = 0; i < pictures.size(); ++i) {
+        if (i == left_out) continue;
+        const double value = static_cast<double>(pictures[i][at]), step = value - mean;
+        mean += step / ++count;
+        squares += step * (value - mean);
+      }
+      sum += squares / (count - 1);
+    }
+    return sum / static_cast<double>(pictures[0].size());
+  }
+  double time(std::size_t left_out) const {
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < seconds.size(); ++i) {
+      if (i == left_out) continue;
+      sum += seconds[i];
+      ++count;
+    }
+    return sum / count;
+  }
+  double mean() const {
+    double sum = 0;
+    for (const std::vector<float>& picture : pictures)
+      for (const float value : picture) sum += static_cast<double>(value);
+    return sum / static_cast<double>(pictures.size() * pictures[0].size());
+  }
+};
+
+struct Ratio {
+  double value = 0, error = 0;
+};
+
+/// Of a quantity of two sets of renders, with the jackknife's error.
+template <class Quantity>
+Ratio ratio_of(const Renders& above, const Renders& below, Quantity&& quantity) {
+  const std::size_t pairs = above.pictures.size();
+  const auto without = [&](std::size_t left_out) { return quantity(above, left_out) / quantity(below, left_out); };
+  Ratio ratio{without(pairs), 0};
+  double mean = 0, squares = 0;
+  std::vector<double> parts;
+  for (std::size_t i = 0; i < pairs; ++i) parts.push_back(without(i));
+  for (const double part : parts) mean += part / static_cast<double>(pairs);
+  for (const double part : parts) squares += (part - mean) * (part - mean);
+  ratio.error = std::sqrt(squares * static_cast<double>(pairs - 1) / static_cast<double>(pairs));
+  return ratio;
+}
+
+int run(Setting setting) {
+  setting.overrides.width = setting.overrides.height = setting.size;
+  const Result<scene::Scene> scene = scene::load_scene(setting.scene, setting.overrides);
+  if (!scene) {
+    fmt::print(stderr, "{}\n", scene.error().message());
+    return 1;
+  }
+  const fiber::ModelInfo& info = *references::find_model("elliptical");
+  const fiber::ModelService learned = fiber::make_service(info, {});
+  const auto model = info.make({fiber::Estimator::fitted, learned.service.get(), 0});
+  std::vector<fiber::FiberId> ids;
+  for (const fiber::FiberParameters& fiber : scene->fibers) ids.push_back(model->add_fiber(fiber));
+  const geometry::FiberScene fibers(*scene);
+  const std::atomic<bool> stop{false};
+  integrate::RenderOptions options;
+  options.samples = setting.teach;
+  options.seed = setting.seed;
+  integrate::render(*scene, fibers, *model, ids, learned.service.get(), options, stop, {});
+  learned.service->set_learning(false);
+
+  options.samples = setting.samples;
+  std::array<Renders, 2> by_rule;
+  for (int pair = 0; pair < setting.pairs; ++pair) {
+    for (const integrate::Roulette rule : {integrate::Roulette::throughput, integrate::Roulette::learned}) {
+      Renders& renders = by_rule[rule == integrate::Roulette::learned ? 1 : 0];
+      options.roulette = rule;
+      ++options.seed;
+      const double start = process_seconds();
+      const integrate::RenderResult result = integrate::render(*scene, fibers, *model, ids, learned.service.get(),
+                                                               options, stop, [&](const integrate::PassProgress& pass) {
+                                                                 renders.learning_seconds += pass.deeper.cpu_seconds;
+                                                                 renders.deeper = pass.deeper;
+                                                                 return true;
+                                                               });
+      renders.seconds.push_back(process_seconds() - start);
+      std::vector<float>& all = renders.pictures.emplace_back();
+      for (const char* channel : {"R", "G", "B"}) {
+        const std::vector<float>& pixels = result.picture.find(channel)->pixels;
+        all.insert(all.end(), pixels.begin(), pixels.end());
+      }
+    }
+  }
+  const Renders &before = by_rule[0], &after = by_rule[1];
+  const auto variance = [](const Renders& of, std::size_t out) { return of.variance(out); };
+  const auto time = [](const Renders& of, std::size_t out) { return of.time(out); };
+  const auto product = [](const Renders& of, std::size_t out) { return of.variance(out) * of.time(out); };
+  nlohmann::ordered_json told{{"scene", setting.scene}, {"size", setting.size},   {"samples", setting.samples},
+                              {"pairs", setting.pairs}, {"teach", setting.teach}, {"seed", setting.seed}};
+  const auto tell = [&](const char* name, const Ratio& ratio) {
+    told[name] = {{"value", ratio.value}, {"error", ratio.error}};
+    fmt::print("{:16} {:.3f} +- {:.3f}\n", name, ratio.value, ratio.error);
+  };
+  tell("variance", ratio_of(after, before, variance));
+  tell("time", ratio_of(after, before, time));
+  tell("variance_x_time", ratio_of(after, before, product));
+  const std::size_t all = before.pictures.size();
+  told["noise_before"] = std::sqrt(before.variance(all)) / before.mean();
+  told["noise_after"] = std::sqrt(after.variance(all)) / after.mean();
+  told["seconds_before"] = before.time(all);
+  told["mean_ratio"] = after.mean() / before.mean();
+  told["learning_share"] = after.learning_seconds / (after.time(all) * static_cast<double>(all));
+  told["places"] = after.deeper.places;
+  told["copies"] = after.deeper.copies;
+  told["bytes"] = after.deeper.bytes;
+  fmt::print("{}\n", told.dump());
+  if (!setting.json.empty()) std::ofstream(setting.json) << told.dump(1) << "\n";
+  return 0;
+}
+
+}  // namespace
+}  // namespace tress::bench
+
+int main(int count, char** words) {
+  tress::bench::Setting setting;
+  CLI::App app{"Roulette by what lies deeper against roulette by the throughput."};
+  std::string up, environment;
+  std::vector<float> melanin;
+  bool white = false;
+  app.add_option("scene", setting.scene, "scene JSON or .hair file")->required();
+  app.add_option("--up", up)->check(CLI::IsMember({"y", "z"}));
+  app.add_option("--environment", environment);
+  app.add_option("--melanin", melanin)->delimiter(',')->expected(1, 2);
+  app.add_flag("--white", white, "nothing is absorbed");
+  app.add_option("--size", setting.size)->check(CLI::Range(1, 4096))->capture_default_str();
+  app.add_option("--spp", setting.samples)->check(CLI::Range(1, 1000000))->capture_default_str();
+  app.add_option("--pairs", setting.pairs)->check(CLI::Range(3, 100000))->capture_default_str();
+  app.add_option("--teach", setting.teach)->check(CLI::Range(1, 1000000))->capture_default_str();
+  app.add_option("--seed", setting.seed)->capture_default_str();
+  app.add_option("--json", setting.json);
+  CLI11_PARSE(app, count, words);
+  if (!up.empty()) setting.overrides.y_up = up == "y";
+  if (!environment.empty()) setting.overrides.environment_file = environment;
+  if (!melanin.empty()) setting.overrides.melanin = {melanin[0], melanin.size() > 1 ? melanin[1] : 0.0f};
+  if (white) setting.overrides.sigma_a = glm::vec3(0.0f);
+  const tbb::global_control control(tbb::global_control::max_allowed_parallelism, 1);
+  return tress::bench::run(setting);
+}

@@ -1,0 +1,205 @@
+#include "integrate/deeper_light.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+
+namespace tress::integrate {
+namespace {
+
+constexpr double fixed_point = 1 << 20;
+constexpr double most_light = 1 << 10;  ///< of the unit, of one copy as it is noted
+constexpr int hit_bits = 36;
+constexpr std::uint64_t most_hits = 1 << 20;  ///< of one copy as it is noted
+/// Copies that the rule of least variance times cost is multiplied with. What is learned of few paths has often not
+/// met the brightest yet, and too few copies cost more than too many (bench/README.md, what lies deeper).
+constexpr double more_copies = 1.5;
+/// Of a sample, over the squared mean: a picture with less has no noise to speak of, and what is left is rounding.
+constexpr double least_variance = 1e-4;
+constexpr int first_levels = 2;  ///< of the octree, below its root, from the start
+
+/// 0..23: the axis that a direction is nearest to, then the signs along the others.
+int direction_class(const glm::vec3& direction) {
+  const glm::vec3 size = glm::abs(direction);
+  const int axis = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+  const auto sign = [&](int at) { return direction[at % 3] < 0 ? 1 : 0; };
+  return ((axis * 2 + sign(axis)) * 2 + sign(axis + 1)) * 2 + sign(axis + 2);
+}
+
+}  // namespace
+
+DeeperLight::DeeperLight(const scene::Scene& scene) {
+  glm::vec3 low(std::numeric_limits<float>::max()), high(-std::numeric_limits<float>::max());
+  const auto include = [&](const std::vector<glm::vec3>& points) {
+    for (const glm::vec3& point : points) {
+      low = glm::min(low, point);
+      high = glm::max(high, point);
+    }
+  };
+  for (const scene::Groom& groom : scene.grooms) include(groom.points);
+  for (const scene::Mesh& mesh : scene.meshes) include(mesh.positions);
+  const float edge = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  low_ = low;
+  per_edge_ = edge > 0 ? 1 / edge : 0;
+  nodes_.resize(1);
+  first_child_.resize(1);
+  std::size_t from = 0;
+  for (int level = 0; level < first_levels; ++level) {
+    const std::size_t to = nodes_.size();
+    for (; from < to; ++from) add_children(static_cast<std::uint32_t>(from));
+  }
+  refine();
+}
+
+std::size_t DeeperLight::place(const glm::vec3& point, const glm::vec3& direction) const {
+  glm::vec3 at = (point - low_) * per_edge_;
+  std::uint32_t node = 0;
+  while (first_child_[node] != 0) {
+    std::uint32_t child = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool upper = at[axis] >= 0.5f;
+      child = child * 2 + (upper ? 1 : 0);
+      at[axis] = 2 * at[axis] - (upper ? 1.0f : 0.0f);
+    }
+    node = first_child_[node] + child;
+  }
+  return node * std::size_t{directions} + static_cast<std::size_t>(direction_class(direction));
+}
+
+float DeeperLight::copies(std::size_t place, const glm::vec3& throughput) const {
+  const Answer& answer = answers_[place / directions][place % directions];
+  const float square = throughput.x * throughput.x + throughput.y * throughput.y + throughput.z * throughput.z;
+  const float worth = scale_ * std::sqrt(square / 3);
+  float copies = worth * answer.of_square;
+  if (copies > 1) copies = std::max(1.0f, worth * answer.of_variance);
+  return copies > least_copies ? std::min(copies, most_copies) : least_copies;
+}
+
+void DeeperLight::note(std::size_t place, const glm::vec3& light, std::uint64_t hits) const {
+  if (!(per_unit_ > 0)) return;
+  const glm::dvec3 relative = glm::dvec3(light) * static_cast<double>(per_unit_);
+  const double mean = (relative.x + relative.y + relative.z) / 3;
+  const double square = (relative.x * relative.x + relative.y * relative.y + relative.z * relative.z) / 3;
+  if (!std::isfinite(square)) return;
+  Notes& notes = notes_[place / directions][place % directions];
+  const auto to_fixed = [](double value) { return static_cast<std::int64_t>(std::nearbyint(value * fixed_point)); };
+  // Of unsigned integers, which wrap: the sum of signed ones is the same.
+  const std::uint64_t count_and_hits = std::uint64_t{1} << hit_bits | std::min(hits, most_hits);
+  notes.count_and_hits.fetch_add(count_and_hits, std::memory_order_relaxed);
+  notes.light.fetch_add(static_cast<std::uint64_t>(to_fixed(std::clamp(mean, -most_light, most_light))),
+                        std::memory_order_relaxed);
+  notes.squares.fetch_add(static_cast<std::uint64_t>(to_fixed(std::min(square, most_light * most_light))),
+                          std::memory_order_relaxed);
+}
+
+void DeeperLight::update(const PictureSoFar& picture, std::uint64_t paths) {
+  paths_before_ = paths;
+  if (unit_ > 0) {
+    gather();
+    expect();
+    refine();
+    const bool known = picture.variance > least_variance * picture.mean * picture.mean &&
+                       std::isfinite(picture.variance) && picture.hits > 0;
+    scale_ = known ? static_cast<float>(more_copies * unit_ * std::sqrt(picture.hits / picture.variance)) : 0.0f;
+    ready_ = static_cast<double>(noted_) >= least_notes && scale_ > 0 && std::isfinite(scale_);
+  } else if (picture.mean > 0 && std::isfinite(picture.mean)) {
+    const auto per_unit = static_cast<float>(1 / picture.mean);
+    if (!(per_unit > 0) || !std::isfinite(per_unit)) return;
+    unit_ = picture.mean;
+    per_unit_ = per_unit;
+  }
+}
+
+DeeperLight::Sums DeeperLight::taken(Notes& notes) {
+  const std::uint64_t count_and_hits = notes.count_and_hits.exchange(0, std::memory_order_relaxed);
+  if (count_and_hits == 0) return {};
+  const auto light = static_cast<std::int64_t>(notes.light.exchange(0, std::memory_order_relaxed));
+  const std::uint64_t squares = notes.squares.exchange(0, std::memory_order_relaxed);
+  return {static_cast<double>(count_and_hits >> hit_bits), static_cast<double>(light) / fixed_point,
+          static_cast<double>(squares) / fixed_point,
+          static_cast<double>(count_and_hits & ((std::uint64_t{1} << hit_bits) - 1))};
+}
+
+/// Notes are of leaves; a node has the sums of all that is in it, also from before it had children.
+void DeeperLight::gather() {
+  for (std::size_t node = 0; node < nodes_.size(); ++node) {
+    if (first_child_[node] != 0) continue;
+    for (std::size_t direction = 0; direction < directions; ++direction) {
+      const Sums more = taken(notes_[node][direction]);
+      if (!(more.count > 0)) continue;
+      noted_ += static_cast<std::uint64_t>(more.count);
+      for (std::size_t up = node;; up = nodes_[up].parent) {
+        Sums& sums = nodes_[up].sums[direction];
+        sums.count += more.count;
+        sums.light += more.light;
+        sums.squares += more.squares;
+        sums.hits += more.hits;
+        if (up == 0) break;
+      }
+    }
+  }
+}
+
+/// A direction of the root leans on the mean over all directions, one of another node on that of its parent.
+void DeeperLight::expect() {
+  if (noted_ == 0) return;
+  Sums all;
+  for (const Sums& sums : nodes_[0].sums) {
+    all.count += sums.count;
+    all.light += sums.light;
+    all.squares += sums.squares;
+    all.hits += sums.hits;
+  }
+  all = {1, all.light / all.count, all.squares / all.count, all.hits / all.count};
+  for (std::size_t node = 0; node < nodes_.size(); ++node) {
+    for (std::size_t direction = 0; direction < directions; ++direction) {
+      const Sums& own = nodes_[node].sums[direction];
+      const Sums& around = node == 0 ? all : nodes_[nodes_[node].parent].expected[direction];
+      const double per = 1 / (own.count + prior);
+      const Sums expected{1, (own.light + prior * around.light) * per, (own.squares + prior * around.squares) * per,
+                          std::max(1.0, (own.hits + prior * around.hits) * per)};
+      nodes_[node].expected[direction] = expected;
+      const double variance = std::max(0.0, expected.squares - expected.light * expected.light);
+      answers_[node][direction] = {static_cast<float>(std::sqrt(expected.squares / expected.hits)),
+                                   static_cast<float>(std::sqrt(variance / expected.hits))};
+    }
+  }
+}
+
+void DeeperLight::add_children(std::uint32_t node) {
+  first_child_[node] = static_cast<std::uint32_t>(nodes_.size());
+  first_child_.resize(first_child_.size() + 8);
+  for (int child = 0; child < 8; ++child) {
+    nodes_.emplace_back();
+    nodes_.back().parent = node;
+    nodes_.back().expected = nodes_[node].expected;
+  }
+}
+
+/// Leaves that are met often get children, which begin with what is expected of their parent.
+void DeeperLight::refine() {
+  const std::size_t old = nodes_.size();
+  for (std::size_t node = 0; node < old && nodes_.size() + 8 <= most_nodes; ++node) {
+    if (first_child_[node] != 0) continue;
+    double count = 0;
+    for (const Sums& sums : nodes_[node].sums) count += sums.count;
+    if (count >= refine_from) add_children(static_cast<std::uint32_t>(node));
+  }
+  answers_.resize(nodes_.size());
+  for (std::size_t node = old; node < nodes_.size(); ++node) answers_[node] = answers_[nodes_[node].parent];
+  make_room();
+}
+
+void DeeperLight::make_room() {
+  if (nodes_.size() <= room_) return;
+  room_ = std::min(most_nodes, 2 * nodes_.size());
+  notes_ = std::make_unique<std::array<Notes, directions>[]>(room_);  // what had been noted has been gathered
+}
+
+std::size_t DeeperLight::bytes() const {
+  return nodes_.capacity() * sizeof(Node) + first_child_.capacity() * sizeof(std::uint32_t) +
+         answers_.capacity() * sizeof(answers_[0]) + room_ * sizeof(notes_[0]);
+}
+
+}  // namespace tress::integrate
