@@ -205,7 +205,8 @@ class RenderJob {
         {"groups", nlohmann::json(scene::light_groups(scene_))},
         {"emission", std::ranges::any_of(scene_.lights, [](const scene::Light& light) { return light.visible; })},
         {"table", service_ != nullptr ? adaptive::cache_hash(*service_->rows()) : ""},
-        {"frozen", service_ == nullptr || settings_.cache_mode == CacheMode::frozen}};
+        {"frozen", settings_.render.roulette == integrate::Roulette::throughput &&
+                       (service_ == nullptr || settings_.cache_mode == CacheMode::frozen)}};
     part_failed_ = write_saved_render(*settings_.part, identity_, told, pass, nullptr);
     if (!part_failed_) log_note(fmt::format("{}: part for tress merge", settings_.part->string()));
   }

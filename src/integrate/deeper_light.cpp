@@ -198,8 +198,7 @@ void DeeperLight::make_room() {
 }
 
 std::size_t DeeperLight::bytes() const {
-  return nodes_.capacity() * sizeof(Node) + first_child_.capacity() * sizeof(std::uint32_t) +
-         answers_.capacity() * sizeof(answers_[0]) + room_ * sizeof(notes_[0]);
+  return nodes_.size() * (sizeof(Node) + sizeof(first_child_[0]) + sizeof(answers_[0]) + sizeof(notes_[0]));
 }
 
 }  // namespace tress::integrate

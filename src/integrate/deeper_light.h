@@ -66,7 +66,7 @@ class DeeperLight {
 
   std::size_t place_count() const { return nodes_.size() * directions; }
   std::uint64_t noted() const { return noted_; }  ///< copies in the table
-  std::size_t bytes() const;
+  std::size_t bytes() const;                      ///< of the cells; up to twice as much is set aside
 
   /// All that it knows, for set_state() of one of the same scene, which then goes on to the same bits.
   std::string state() const;
@@ -74,7 +74,7 @@ class DeeperLight {
   bool set_state(std::string_view state);
 
  private:
-  static constexpr std::size_t most_nodes = 8192;  ///< 20 MB
+  static constexpr std::size_t most_nodes = 8192;  ///< 20 MB, and room for as much while they grow
   static constexpr double prior = 64;              ///< paths
   static constexpr double refine_from = 512;       ///< notes of a node
   static constexpr double least_notes = 512;       ///< of all, to be ready
