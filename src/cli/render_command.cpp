@@ -381,10 +381,11 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
   add_choice(
       render, "--roulette", {"learned", "throughput"},
       [&s](const std::string& rule) {
-        s.render.roulette = rule == "learned" ? integrate::Roulette::learned : integrate::Roulette::throughput;
+        s.roulette = rule == "learned" ? integrate::Roulette::learned : integrate::Roulette::throughput;
       },
-      "where paths end or part, without bias. learned (default): by the light that is still to come, as earlier passes "
-      "found it; throughput: by what they have lost, the same in a crop as in the whole picture");
+      "where paths end or part, without bias. learned (default where rows learn): by the light that is still to come, "
+      "as earlier passes found it; throughput (default with exact or a frozen cache): by what they have lost, the same "
+      "in a crop as in the whole picture");
   add_file(
       render, "--heatmap",
       [&s](const std::string& file) {

@@ -94,6 +94,7 @@ class RenderJob {
 
     integrate::RenderOptions options = settings_.render;
     const SampleRange samples = samples_of(settings_, scene_);
+    options.roulette = roulette();
     options.first_sample = samples.from;
     options.samples = samples.to - samples.from;
     if (saved_ != nullptr) options.resume = &saved_->render;
@@ -159,6 +160,13 @@ class RenderJob {
     return 0;
   }
 
+  bool rows_learn() const { return service_ != nullptr && settings_.cache_mode != CacheMode::frozen; }
+
+  /// Where no row learns nothing does, so that parts of a picture fit together, unless it is asked for.
+  integrate::Roulette roulette() const {
+    return settings_.roulette.value_or(rows_learn() ? integrate::Roulette::learned : integrate::Roulette::throughput);
+  }
+
   /// A frozen table answers every picture alike, whatever part of it is rendered.
   void freeze_if_asked() {
     if (settings_.cache_mode == CacheMode::frozen && cache_->loaded() == "loaded") service_->set_learning(false);
@@ -205,8 +213,7 @@ class RenderJob {
         {"groups", nlohmann::json(scene::light_groups(scene_))},
         {"emission", std::ranges::any_of(scene_.lights, [](const scene::Light& light) { return light.visible; })},
         {"table", service_ != nullptr ? adaptive::cache_hash(*service_->rows()) : ""},
-        {"frozen", settings_.render.roulette == integrate::Roulette::throughput &&
-                       (service_ == nullptr || settings_.cache_mode == CacheMode::frozen)}};
+        {"frozen", !rows_learn() && roulette() == integrate::Roulette::throughput}};
     part_failed_ = write_saved_render(*settings_.part, identity_, told, pass, nullptr);
     if (!part_failed_) log_note(fmt::format("{}: part for tress merge", settings_.part->string()));
   }

@@ -28,12 +28,13 @@ struct RenderSettings {
   image::Precision precision = image::Precision::half;
   std::optional<std::vector<std::string>> layers;  ///< beside beauty; unset: all
   scene::Overrides overrides;
-  integrate::RenderOptions render;       ///< samples come from the scene and its overrides
-  StopRule stop;                         ///< instead of those samples
-  std::optional<bool> adaptive;          ///< unset: where `stop` ends the render by noise or time
-  std::optional<int> threads;            ///< unset: one per hardware thread that the process may use
-  std::string model = "elliptical";      ///< of references::models()
-  std::optional<int> quadrature_points;  ///< of models that have them
+  integrate::RenderOptions render;              ///< samples come from the scene and its overrides, roulette from below
+  std::optional<integrate::Roulette> roulette;  ///< unset: learned where rows learn, else throughput
+  StopRule stop;                                ///< instead of those samples
+  std::optional<bool> adaptive;                 ///< unset: where `stop` ends the render by noise or time
+  std::optional<int> threads;                   ///< unset: one per hardware thread that the process may use
+  std::string model = "elliptical";             ///< of references::models()
+  std::optional<int> quadrature_points;         ///< of models that have them
   fiber::Estimator estimator = fiber::Estimator::fitted;
   adaptive::Options table;
   std::optional<float> audited_share;  ///< of the samples, whose bias is measured

@@ -193,8 +193,7 @@ TEST_F(Checkpoints, PartsOfOneFrozenTableAreThePictureOfOneRender) {
     std::vector<std::string> words{"render",       path("scene.json"), "-o",           path(name + ".exr"),
                                    "--warm-cache", path("c"),          "--cache-mode", "frozen",
                                    "--layers",     "beauty,Z,TT",      "--spp",        "6",
-                                   "--part",       path(name),         "--threads",    "2",
-                                   "--roulette",   "throughput"};
+                                   "--part",       path(name),         "--threads",    "2"};
     words.insert(words.end(), more.begin(), more.end());
     const Outcome outcome = run(words);
     EXPECT_EQ(outcome.status, 0) << outcome.err;

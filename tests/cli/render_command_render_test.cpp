@@ -222,7 +222,7 @@ TEST_F(Render, ACropOfExactOrOfAFrozenTableHasTheWholePicturesPixels) {
     more.insert(more.end(), crop.begin(), crop.end());
     return more;
   };
-  const std::vector<std::string> exact{"--estimator", "exact", "--spp", "3", "--roulette", "throughput"};
+  const std::vector<std::string> exact{"--estimator", "exact", "--spp", "3"};
   render_well("exact.exr", exact);
   render_well("exact_crop.exr", with_crop(exact));
   expect_same_picture("exact.exr", "exact_crop.exr");
@@ -235,8 +235,7 @@ TEST_F(Render, ACropOfExactOrOfAFrozenTableHasTheWholePicturesPixels) {
   render_well("learn.exr", {"--warm-cache", path("t.cache"), "--spp", "3"});
   EXPECT_GT(rows("t.cache", "open"), 0u);
   EXPECT_GT(rows("t.cache", "converged"), 0u);
-  const std::vector<std::string> frozen{"--warm-cache", path("t.cache"), "--cache-mode", "frozen", "--seed", "5",
-                                        "--roulette",   "throughput"};
+  const std::vector<std::string> frozen{"--warm-cache", path("t.cache"), "--cache-mode", "frozen", "--seed", "5"};
   render_well("frozen.exr", frozen);
   render_well("frozen_crop.exr", with_crop(frozen));
   expect_same_picture("frozen.exr", "frozen_crop.exr");
