@@ -10,23 +10,16 @@ constexpr std::size_t most_pixels = std::size_t{1} << 27;
 constexpr std::uintmax_t most_hdr_bytes = std::uintmax_t{1} << 30;
 constexpr float largest_radiance = 1e12f;  ///< its sums and products stay finite in 32 bits
 
-struct Map {
-  int width = 0, height = 0;
-  std::vector<glm::vec3> pixels;
-};
-
-Result<Map> read_hdr_map(const std::filesystem::path& file) {
+Result<HdrPicture> read_hdr_map(const std::filesystem::path& file) {
   const auto bytes = read_input_file(file, "an HDR picture", most_hdr_bytes);
   if (!bytes) return bytes.error();
-  auto picture = parse_hdr_file(*bytes, file.string(), most_pixels);
-  if (!picture) return picture.error();
-  return Map{picture->width, picture->height, std::move(picture->pixels)};
+  return parse_hdr_file(*bytes, file.string(), most_pixels);
 }
 
-Result<Map> read_exr_map(const std::filesystem::path& file) {
+Result<HdrPicture> read_exr_map(const std::filesystem::path& file) {
   const auto picture = image::read_exr(file);
   if (!picture) return picture.error();
-  Map map{picture->width, picture->height, {}};
+  HdrPicture map{picture->width, picture->height, {}};
   const auto count = static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height);
   if (count > most_pixels)
     return Error{file.string(), "size", fmt::format("at most {} pixels", most_pixels), fmt::format("{}", count)};
@@ -42,6 +35,29 @@ Result<Map> read_exr_map(const std::filesystem::path& file) {
 
 }  // namespace
 
+Result<Environment> make_environment(HdrPicture map, const std::string& name, double rotate_rad, float scale,
+                                     std::vector<std::string>* warnings) {
+  const auto width = static_cast<std::size_t>(map.width), count = map.pixels.size();
+  std::size_t negative = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    for (int c = 0; c < 3; ++c) {
+      float& x = map.pixels[i][c];
+      if (!(x <= largest_radiance))
+        return Error{name, fmt::format("channel {}, pixel ({}, {})", "RGB"[c], i % width, i / width),
+                     fmt::format("a radiance of at most {:g}", largest_radiance), fmt::format("{:g}", x)};
+      if (x < 0) ++negative;
+      if (!(x > 0)) x = 0;
+    }
+  if (negative)
+    warnings->push_back(fmt::format("{}: {} of {} values are negative and taken for 0", name, negative, 3 * count));
+  if (map.width != 2 * map.height)
+    warnings->push_back(
+        fmt::format("{}: {} x {} is stretched over the sphere; a latitude-longitude map is twice as "
+                    "wide as high",
+                    name, map.width, map.height));
+  return Environment(map.width, map.height, std::move(map.pixels), rotate_rad, scale);
+}
+
 Result<Environment> load_environment(const std::filesystem::path& file, double rotate_rad, float scale,
                                      std::vector<std::string>* warnings) {
   const auto start = read_file_start(file, "an EXR or HDR picture", 16);
@@ -51,26 +67,7 @@ Result<Environment> load_environment(const std::filesystem::path& file, double r
     return Error{file.string(), "", "an EXR or HDR picture", kind};
   auto map = is_hdr_file(*start) ? read_hdr_map(file) : read_exr_map(file);
   if (!map) return map.error();
-  const auto width = static_cast<std::size_t>(map->width), count = map->pixels.size();
-  std::size_t negative = 0;
-  for (std::size_t i = 0; i < count; ++i)
-    for (int c = 0; c < 3; ++c) {
-      float& x = map->pixels[i][c];
-      if (x > largest_radiance)
-        return Error{file.string(), fmt::format("channel {}, pixel ({}, {})", "RGB"[c], i % width, i / width),
-                     fmt::format("a radiance of at most {:g}", largest_radiance), fmt::format("{:g}", x)};
-      if (x < 0) ++negative;
-      if (!(x > 0)) x = 0;
-    }
-  if (negative)
-    warnings->push_back(
-        fmt::format("{}: {} of {} values are negative and taken for 0", file.string(), negative, 3 * count));
-  if (map->width != 2 * map->height)
-    warnings->push_back(
-        fmt::format("{}: {} x {} is stretched over the sphere; a latitude-longitude map is twice as "
-                    "wide as high",
-                    file.string(), map->width, map->height));
-  return Environment(map->width, map->height, std::move(map->pixels), rotate_rad, scale);
+  return make_environment(std::move(*map), file.string(), rotate_rad, scale, warnings);
 }
 
 }  // namespace tress::scene

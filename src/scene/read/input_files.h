@@ -78,9 +78,14 @@ bool is_hdr_file(std::span<const unsigned char> bytes);
 Result<HdrPicture> parse_hdr_file(std::span<const unsigned char> bytes, const std::string& name,
                                   std::size_t most_pixels);
 
+/// Of a latitude-longitude map, top row up, as many pixels as its sides say. Radiance at most 1e12. Negative values
+/// become 0, which is a warning; NaN and infinity are errors. A map that is not twice as wide as high is a warning too.
+/// `name` is the file named in errors.
+Result<Environment> make_environment(HdrPicture map, const std::string& name, double rotate_rad, float scale,
+                                     std::vector<std::string>* warnings);
+
 /// A latitude-longitude map, top row up: OpenEXR with R, G, B, or RGBE (.hdr); which is told by its first bytes, not by
-/// its name. At most 2^27 pixels, radiance at most 1e12. Negative values become 0, which is a warning; NaN and infinity
-/// are errors. A map that is not twice as wide as high is a warning too.
+/// its name. At most 2^27 pixels; then as make_environment().
 Result<Environment> load_environment(const std::filesystem::path& file, double rotate_rad, float scale,
                                      std::vector<std::string>* warnings);
 

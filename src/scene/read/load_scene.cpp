@@ -120,37 +120,54 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   return std::nullopt;
 }
 
-Result<Environment> make_environment(const EnvironmentDescription& description, const std::filesystem::path& folder,
-                                     Scene* scene) {
+/// Where what a scene names as files comes from: memory first, else relative to a folder.
+struct Sources {
+  std::filesystem::path folder;
+  FilesInMemory memory = {};
+};
+
+Result<Environment> make_environment(const EnvironmentDescription& description, Sources& from, Scene* scene) {
   using Kind = EnvironmentDescription::Kind;
   const double rotate_rad = description.rotate_deg * std::numbers::pi / 180;
   if (description.kind == Kind::constant) return Environment(description.constant * description.scale);
   if (description.kind == Kind::studio) return studio_environment(rotate_rad, description.scale);
   if (description.kind == Kind::sky) return gradient_environment(description.sky, description.scale);
-  return load_environment(folder / description.file, rotate_rad, description.scale, &scene->warnings);
+  if (const auto found = from.memory.environments.find(description.file); found != from.memory.environments.end())
+    return make_environment(std::move(found->second), description.file, rotate_rad, description.scale,
+                            &scene->warnings);
+  return load_environment(from.folder / description.file, rotate_rad, description.scale, &scene->warnings);
 }
 
-Result<Groom> make_groom(const GroomDescription& description, const std::filesystem::path& folder, Scene* scene) {
+Result<Groom> make_groom(const GroomDescription& description, Sources& from, Scene* scene) {
   if (!description.file) {
     Groom groom = generate_groom(description.recipe);
     groom.basis = description.placement.basis.value_or(groom.basis);
     return groom;
   }
-  const auto file = folder / *description.file;
+  if (auto strands = from.memory.grooms.extract(*description.file))
+    return assemble_groom(std::move(strands.mapped()), description.placement, *description.file, &scene->notes,
+                          &scene->warnings);
+  const auto file = from.folder / *description.file;
   auto strands = read_groom_file(file, description.points_per_strand);
   if (!strands) return strands.error();
   return assemble_groom(std::move(*strands), description.placement, file.string(), &scene->notes, &scene->warnings);
 }
 
-Result<Mesh> make_mesh(const MeshDescription& description, const std::filesystem::path& folder, Scene* scene) {
-  const auto file = folder / description.file;
+Result<ObjFile> read_mesh_file(const std::filesystem::path& file) {
   const auto bytes = read_input_file(file, "an .obj file", most_obj_bytes);
   if (!bytes) return bytes.error();
-  const auto obj = parse_obj_file(*bytes, file.string());
+  return parse_obj_file(*bytes, file.string());
+}
+
+Result<Mesh> make_mesh(const MeshDescription& description, const Sources& from, Scene* scene) {
+  const auto in_memory = from.memory.meshes.find(description.file);
+  const bool is_read = in_memory == from.memory.meshes.end();
+  const auto file = is_read ? from.folder / description.file : std::filesystem::path(description.file);
+  const auto obj = is_read ? read_mesh_file(file) : Result<ObjFile>(in_memory->second);
   if (!obj) return obj.error();
   auto mesh = place_mesh(*obj, description, file.string(), &scene->warnings);
   if (!mesh || !description.albedo_file) return mesh;
-  auto texture = load_texture(folder / *description.albedo_file, &scene->warnings);
+  auto texture = load_texture(from.folder / *description.albedo_file, &scene->warnings);
   if (!texture) return texture.error();
   if (mesh->corner_uvs.empty())
     return Error{file.string(), "", "faces with texture coordinates (v/vt) under \"albedo_file\"", "none"};
@@ -198,29 +215,24 @@ Result<SceneDescription> describe(const std::filesystem::path& file) {
   return parse_scene_file(*bytes, file.string());
 }
 
-}  // namespace
-
-Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides) {
-  auto described = describe(file);
-  if (!described) return described.error();
-  SceneDescription& description = *described;
+/// The scene of a description. `name`: what it was loaded from.
+Result<Scene> build(SceneDescription description, const std::string& name, Sources from, const Overrides& overrides) {
   if (auto error = apply(overrides, &description)) return *error;
 
   Scene scene;
-  scene.source = file.string();
+  scene.source = name;
   scene.image = description.image;
   scene.environment_visible = description.environment_visible;
   scene.environment_group = description.environment.group;
   scene.lights = std::move(description.lights);
   if (const auto sun = sun_of(description.environment)) scene.lights.push_back(*sun);
   scene.materials = std::move(description.materials);
-  const auto folder = file.parent_path();
-  auto environment = make_environment(description.environment, folder, &scene);
+  auto environment = make_environment(description.environment, from, &scene);
   if (!environment) return environment.error();
   scene.environment = std::move(*environment);
   std::set<std::string> taken;  // names of objects
   for (const auto& mesh_description : description.meshes) {
-    auto mesh = make_mesh(mesh_description, folder, &scene);
+    auto mesh = make_mesh(mesh_description, from, &scene);
     if (!mesh) return mesh.error();
     mesh->object =
         object_name(mesh_description.name, std::filesystem::path(mesh_description.file).stem().string(), taken);
@@ -228,7 +240,7 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
     if (!mesh->triangles.empty()) scene.meshes.push_back(std::move(*mesh));
   }
   for (const auto& groom_description : description.grooms) {
-    auto groom = make_groom(groom_description, folder, &scene);
+    auto groom = make_groom(groom_description, from, &scene);
     if (!groom) return groom.error();
     if (auto error = move_groom(groom_description.placement, &*groom)) return *error;
     const std::string usual = groom_description.file ? std::filesystem::path(*groom_description.file).stem().string()
@@ -243,24 +255,38 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
       scene.grooms.push_back(std::move(*groom));
   }
   if (auto error = assign_fibers(&scene)) return *error;
-  const auto camera = camera_at(description.camera, overrides.frame, scene.grooms, scene.image, file.string());
+  const auto camera = camera_at(description.camera, overrides.frame, scene.grooms, scene.image, name);
   if (!camera) return camera.error();
   scene.camera = *camera;
   if (!description.camera.keys.empty() || description.camera.turntable)
-    scene.next = next_frame(description.camera, overrides.frame, &scene, file.string());
+    scene.next = next_frame(description.camera, overrides.frame, &scene, name);
   turn_objects(object_turn_at(description.camera, overrides.frame, scene.grooms), &scene.grooms, &scene.meshes);
   if (const std::size_t groups = light_groups(scene).size(); groups > most_light_groups)
-    return Error{file.string(), "/lights", fmt::format("at most {} groups of light", most_light_groups),
+    return Error{name, "/lights", fmt::format("at most {} groups of light", most_light_groups),
                  fmt::format("{}", groups)};
   if (overrides.frame && description.camera.keys.empty() && !description.camera.turntable)
-    scene.notes.push_back(
-        fmt::format("{}: the camera does not move, every frame is the same but for its grain", file.string()));
+    scene.notes.push_back(fmt::format("{}: the camera does not move, every frame is the same but for its grain", name));
   if (description.camera.framed && !scene.grooms.empty())
     scene.notes.push_back(
         fmt::format("camera framed on the hair: eye ({:.2f}, {:.2f}, {:.2f}), look_at ({:.2f}, {:.2f}, {:.2f})",
                     scene.camera.eye.x, scene.camera.eye.y, scene.camera.eye.z, scene.camera.look_at.x,
                     scene.camera.look_at.y, scene.camera.look_at.z));
   return scene;
+}
+
+}  // namespace
+
+Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides) {
+  auto description = describe(file);
+  if (!description) return description.error();
+  return build(std::move(*description), file.string(), {file.parent_path()}, overrides);
+}
+
+Result<Scene> load_scene(std::span<const unsigned char> text, const std::string& name,
+                         const std::filesystem::path& folder, FilesInMemory files, const Overrides& overrides) {
+  auto description = parse_scene_file(text, name);
+  if (!description) return description.error();
+  return build(std::move(*description), name, {folder, std::move(files)}, overrides);
 }
 
 }  // namespace tress::scene
