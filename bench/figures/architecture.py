@@ -52,6 +52,7 @@ SAYS = {  # a phrase for a folder; one without is drawn with its name alone
     "src/geometry": "Embree, hits, frames",
     "src/integrate": "path tracing, film",
     "src/cli": "the command line",
+    "src/python": "import tress",
 }
 
 

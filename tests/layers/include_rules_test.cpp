@@ -91,6 +91,7 @@ const std::vector<std::string> folders_upwards{"include/tress",
                                                "src/integrate",
                                                "src/live",
                                                "src/cli",
+                                               "src/python",
                                                "src"};
 
 struct Apart {
@@ -110,7 +111,8 @@ const std::vector<Apart> apart{
     {"src/geometry", {"adaptive", "src/models", "src/references"}},
     {"src/integrate", {"adaptive", "src/models", "src/references"}},
     {"src/live", {"adaptive", "src/models", "src/references"}},
-    {"src/cli", {"adaptive"}}};
+    {"src/cli", {"adaptive"}},
+    {"src/python", {"adaptive", "src/cli"}}};
 
 bool is_in(const std::string& folder, const std::string& parent) {
   return folder == parent || folder.starts_with(parent + "/");

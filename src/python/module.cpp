@@ -1,0 +1,15 @@
+// import tress: the compiled part. What people call is in src/python/tress, which is plain Python above this.
+#include <pybind11/pybind11.h>
+
+#include "python/bindings.h"
+#include "python/raised.h"
+#include "tress/version.h"
+
+PYBIND11_MODULE(_tress, module) {
+  module.doc() = "The compiled part of tress.";
+  module.attr("__version__") = tress::version();
+  tress::python::bind_error(module);
+  tress::python::bind_picture(module);
+  tress::python::bind_strands(module);
+  tress::python::bind_render(module);
+}

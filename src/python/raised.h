@@ -1,0 +1,54 @@
+// The library's errors as exceptions of Python, and long work that a signal may end.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <atomic>
+#include <exception>
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "tress/base/error.h"
+
+namespace tress::python {
+
+/// Thrown with or without the GIL; becomes tress.Error, whose text is Error::message() and which has its four parts.
+struct Raised : std::exception {
+  explicit Raised(Error what) : error(std::move(what)) {}
+  Error error;
+};
+
+template <class T>
+T checked(Result<T> result) {
+  if (!result) throw Raised(result.error());
+  return std::move(*result);
+}
+inline void check(const std::optional<Error>& error) {
+  if (error) throw Raised(*error);
+}
+
+/// Makes tress.Error and the translation of Raised.
+void bind_error(pybind11::module_& module);
+
+/// Runs work on a thread of its own without the GIL, while the calling thread waits, looks for signals (Ctrl-C), and
+/// answers what the work asks of Python.
+class Worker {
+ public:
+  /// Set once the caller wants an end: after a signal, or an exception of Python in ask(). Any thread.
+  const std::atomic<bool>& stop() const { return stop_; }
+
+  /// From the work: runs `question` on the calling thread with the GIL. False where it failed or a signal came, which
+  /// is what run() then throws.
+  bool ask(const std::function<bool()>& question);
+
+  /// With the GIL. Returns when `work` has ended. Throws what Python threw, else what `work` threw.
+  void run(const std::function<void()>& work);
+
+ private:
+  struct Shared;
+  Shared* shared_ = nullptr;  ///< while run() runs
+  std::atomic<bool> stop_{false};
+};
+
+}  // namespace tress::python

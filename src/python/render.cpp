@@ -1,0 +1,226 @@
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "integrate/camera_projection.h"
+#include "python/arrays_in.h"
+#include "python/bindings.h"
+#include "python/picture.h"
+#include "python/raised.h"
+#include "python/scene_render.h"
+#include "references/registry.h"
+#include "scene/model/parameters.h"
+#include "scene/read/load_scene.h"
+#include "tress/version.h"
+
+namespace py = pybind11;
+
+namespace tress::python {
+namespace {
+
+/// What a callback is given: a pass, and while the callback lasts the picture so far.
+struct PassTold {
+  integrate::PassProgress pass;
+};
+
+/// The keyword arguments of render(), as numbers that the options of the command line of the same meaning allow.
+class Arguments {
+ public:
+  explicit Arguments(const py::dict& given) : given_(given) {}
+
+  template <class T>
+  std::optional<T> number(const char* name, const char* option) const {
+    if (!has(name)) return std::nullopt;
+    const T value = py::cast<T>(given_[name]);
+    const scene::Parameter& parameter = scene::option_parameter(option);
+    if (!parameter.range.contains(static_cast<double>(value)))
+      throw Raised({"", name, scene::words(parameter), fmt::format("{}", value)});
+    return value;
+  }
+  template <class T>
+  std::optional<T> value(const char* name) const {
+    if (!has(name)) return std::nullopt;
+    return py::cast<T>(given_[name]);
+  }
+
+ private:
+  bool has(const char* name) const { return given_.contains(name) && !given_[name].is_none(); }
+  const py::dict& given_;
+};
+
+fiber::Estimator estimator_named(const std::string& name) {
+  for (const auto estimator : {fiber::Estimator::fitted, fiber::Estimator::exact, fiber::Estimator::corrected})
+    if (name == fiber::estimator_name(estimator)) return estimator;
+  throw Raised({"", "estimator", "one of fitted, corrected, exact", "\"" + name + "\""});
+}
+
+const adaptive::Learner* learner_named(const std::string& name) {
+  if (const adaptive::Learner* learner = references::find_learner(name)) return learner;
+  std::string names;
+  for (const adaptive::Learner* known : references::learners())
+    names += (names.empty() ? "" : ", ") + std::string(known->name);
+  throw Raised({"", "learner", "one of " + names, "\"" + name + "\""});
+}
+
+RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
+  RenderRequest request;
+  integrate::RenderOptions& render = request.render;
+  request.model = given.value<std::string>("model").value_or(request.model);
+  if (const auto name = given.value<std::string>("estimator")) request.estimator = estimator_named(*name);
+  if (const auto name = given.value<std::string>("learner")) request.table.learner = learner_named(*name);
+  if (const auto x = given.number<double>("epsilon", "--epsilon"))
+    request.table.epsilon = request.table.sampled_epsilon = request.table.faint_sampled_epsilon = *x;
+  if (const auto x = given.number<double>("picture_error", "--picture-error")) request.table.picture_error = *x;
+  if (const auto mb = given.number<std::uint64_t>("table_memory", "--table-memory"))
+    request.table.memory_bytes = static_cast<std::size_t>(*mb) << 20;
+  render.seed = given.number<std::uint64_t>("seed", "--seed").value_or(static_cast<std::uint64_t>(frame.value_or(0)));
+  render.light_samples = given.number<int>("light_samples", "--light-samples").value_or(render.light_samples);
+  render.bcsdf_samples = given.number<int>("bcsdf_samples", "--bcsdf-samples").value_or(render.bcsdf_samples);
+  render.max_depth = given.number<int>("max_depth", "--max-depth").value_or(render.max_depth);
+  request.noise = given.number<double>("noise", "--noise");
+  request.seconds = given.number<double>("seconds", "--time");
+  render.adaptive = given.value<bool>("adaptive").value_or(request.noise || request.seconds);
+  render.mattes = given.value<bool>("mattes").value_or(true);
+  if (const auto edges = given.value<std::array<int, 4>>("crop")) {
+    const auto [x0, y0, x1, y1] = *edges;
+    render.crop = image::Window{x0, y0, x1 - x0, y1 - y0};
+  }
+  request.threads = given.number<int>("threads", "--threads");
+  request.warm_cache = given.value<std::filesystem::path>("warm_cache").value_or(std::filesystem::path());
+  request.cache_mode = given.value<std::string>("cache_mode").value_or(request.cache_mode);
+  return request;
+}
+
+scene::Overrides overrides_of(const Arguments& given) {
+  scene::Overrides overrides;
+  overrides.samples = given.number<int>("samples", "--spp");
+  overrides.width = given.number<int>("width", "--resolution");
+  overrides.height = given.number<int>("height", "--resolution");
+  overrides.frame = given.number<int>("frame", "--frame");
+  return overrides;
+}
+
+void describe(const scene::Scene& scene, const RenderRequest& request, const RenderOutcome& outcome,
+              image::Picture* picture) {
+  auto& told = picture->metadata;
+  integrate::describe_camera(scene.camera, scene.image, picture);
+  told["scene"] = scene.source;
+  told["version"] = version();
+  told["noise"] = fmt::format("{:.4g}", outcome.noise);
+  told["seed"] = std::to_string(request.render.seed);
+  told["samples"] = fmt::format("{}", outcome.result.samples_per_pixel);
+  told["dropped_samples"] = std::to_string(outcome.result.dropped_samples);
+  told["stopped_by"] = outcome.stopped_by;
+  told["time"] = fmt::format("{:.3f} s", outcome.seconds);
+  told["model"] = request.model;
+  told["estimator"] = outcome.estimator;
+  told["epsilon"] = fmt::format("{}", outcome.epsilon);
+  told["cache_hash"] = outcome.cache_hash;
+  told["alpha"] = scene.environment_visible && !scene.image.transparent
+                      ? "opaque: R, G, B have the background, A is 1"
+                      : "premultiplied: R, G, B have no background, A is the coverage";
+}
+
+py::dict stats_of(const scene::Scene& scene, const RenderOutcome& outcome) {
+  const integrate::RenderResult& result = outcome.result;
+  py::dict stats;
+  stats["stopped_by"] = outcome.stopped_by;
+  stats["seconds"] = outcome.seconds;
+  stats["passes"] = result.passes;
+  stats["samples_per_pixel"] = result.samples_per_pixel;
+  stats["dropped_samples"] = result.dropped_samples;
+  stats["noise"] = outcome.noise;
+  stats["bias_bound"] = outcome.bias_bound;
+  stats["queries"] = result.queries;
+  stats["exact_queries"] = result.exact_queries;
+  stats["cache_hash"] = outcome.cache_hash;
+  stats["cache"] = outcome.cache;
+  if (result.excess) stats["bias_estimate"] = py::make_tuple(result.excess->value, result.excess->error);
+  stats["notes"] = py::cast(scene.notes);
+  std::vector<std::string> warnings = scene.warnings;
+  warnings.insert(warnings.end(), outcome.warnings.begin(), outcome.warnings.end());
+  stats["warnings"] = py::cast(warnings);
+  return stats;
+}
+
+/// scene: the path of a file, or the text of one with the folder that its names are relative to.
+std::shared_ptr<SharedPicture> render(const std::optional<std::filesystem::path>& file, const std::string& text,
+                                      const std::filesystem::path& folder, const py::dict& arrays,
+                                      const py::dict& keywords, const py::object& on_pass) {
+  const Arguments given(keywords);
+  const scene::Overrides overrides = overrides_of(given);
+  const RenderRequest request = request_of(given, overrides.frame);
+  scene::FilesInMemory files = files_of(arrays);
+  std::optional<scene::Scene> scene;
+  std::optional<RenderOutcome> outcome;
+  Worker worker;
+  const auto told = [&](const integrate::PassProgress& pass) {
+    if (on_pass.is_none()) return !worker.stop();
+    return worker.ask([&] {
+      const py::object answer = on_pass(std::make_shared<PassTold>(PassTold{pass}));
+      return !(PyBool_Check(answer.ptr()) && answer.ptr() == Py_False);
+    });
+  };
+  worker.run([&] {
+    scene = checked(file ? scene::load_scene(*file, overrides)
+                         : scene::load_scene({reinterpret_cast<const unsigned char*>(text.data()), text.size()},
+                                             "scene", folder, std::move(files), overrides));
+    outcome = checked(render_scene(*scene, request, worker.stop(), told));
+  });
+  describe(*scene, request, *outcome, &outcome->result.picture);
+  const image::Preview preview{scene->image.transparent, scene->image.exposure_stops, scene->image.view};
+  return std::make_shared<SharedPicture>(
+      SharedPicture{std::move(outcome->result.picture), preview, stats_of(*scene, *outcome)});
+}
+
+/// The file as load_scene() takes it, so that its mistakes are told; nothing is rendered.
+void check_scene(const std::string& text, const std::filesystem::path& folder, const py::dict& arrays) {
+  checked(scene::load_scene({reinterpret_cast<const unsigned char*>(text.data()), text.size()}, "scene", folder,
+                            files_of(arrays)));
+}
+
+py::list models() {
+  py::list names;
+  for (const fiber::ModelInfo& info : references::models()) names.append(info.name);
+  return names;
+}
+
+}  // namespace
+
+void bind_render(py::module_& module) {
+  py::class_<PassTold, std::shared_ptr<PassTold>>(module, "Progress", "What a pass of a render has done.")
+      .def_property_readonly(
+          "number", [](const PassTold& self) { return self.pass.pass; }, "From 0.")
+      .def_property_readonly(
+          "count", [](const PassTold& self) { return self.pass.pass_count; }, "At most.")
+      .def_property_readonly(
+          "share",
+          [](const PassTold& self) {
+            return static_cast<double>(self.pass.paths_so_far) /
+                   static_cast<double>(std::max<std::uint64_t>(1, self.pass.paths_total));
+          },
+          "Of the samples, [0, 1].")
+      .def_property_readonly("noise", [](const PassTold& self) { return self.pass.noise; })
+      .def_property_readonly(
+          "seconds", [](const PassTold& self) { return self.pass.seconds; }, "Of this pass.")
+      .def_property_readonly("cpu_seconds", [](const PassTold& self) { return self.pass.cpu_seconds; })
+      .def_property_readonly("queries", [](const PassTold& self) { return self.pass.table.queries; })
+      .def_property_readonly("converged_queries",
+                             [](const PassTold& self) { return self.pass.table.converged_queries; })
+      .def_property_readonly("rows_open", [](const PassTold& self) { return self.pass.table.rows_open; })
+      .def_property_readonly("rows_converged", [](const PassTold& self) { return self.pass.table.rows_converged; })
+      .def_property_readonly("table_bytes", [](const PassTold& self) { return self.pass.table.bytes; });
+  module.def("render", &render, py::arg("file"), py::arg("text"), py::arg("folder"), py::arg("arrays"),
+             py::arg("keywords"), py::arg("on_pass"));
+  module.def("check_scene", &check_scene, py::arg("text"), py::arg("folder"), py::arg("arrays"));
+  module.def("models", &models, "The names that render(model=...) takes.");
+}
+
+}  // namespace tress::python

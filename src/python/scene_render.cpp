@@ -1,0 +1,181 @@
+#include "python/scene_render.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <system_error>
+
+#include "base/nearest_word.h"
+#include "geometry/fiber_scene.h"
+#include "integrate/pass_order.h"
+#include "references/registry.h"
+#include "tress/adaptive/cache.h"
+
+namespace tress::python {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// As the program has them (scenes/README.md, noise and time).
+constexpr int most_samples_time = 1 << 20, most_samples_noise = 1 << 14, least_samples_noise = 4;
+
+std::optional<Error> contradiction(const scene::Scene& scene, const RenderRequest& request,
+                                   const fiber::ModelInfo& info) {
+  const auto& crop = request.render.crop;
+  if (crop && (crop->left < 0 || crop->top < 0 || crop->width < 1 || crop->height < 1 ||
+               crop->left + crop->width > scene.image.width || crop->top + crop->height > scene.image.height))
+    return Error{
+        "", "crop", fmt::format("pixels within {} x {}", scene.image.width, scene.image.height),
+        fmt::format("{}, {}, {}, {}", crop->left, crop->top, crop->left + crop->width, crop->top + crop->height)};
+  if (request.noise && request.seconds) return Error{"", "noise", "one of noise, seconds", "both"};
+  if (request.estimator == fiber::Estimator::corrected && info.learns_samples())
+    return Error{"", "estimator", "fitted or exact with model " + request.model, "corrected"};
+  const std::vector<std::string> modes{"append", "frozen", "scratch", "require"};
+  if (std::ranges::find(modes, request.cache_mode) == modes.end())
+    return Error{"", "cache_mode", "one of append, frozen, scratch, require", "\"" + request.cache_mode + "\""};
+  return std::nullopt;
+}
+
+/// The table's file: read before the first pass, joined with what is learned after the last.
+class CacheFileOf {
+ public:
+  CacheFileOf(const RenderRequest& request, std::string model) : request_(request), model_(std::move(model)) {}
+
+  std::optional<Error> open(adaptive::Service& service, RenderOutcome* outcome) {
+    if (request_.cache_mode == "scratch") return std::nullopt;
+    std::error_code unknown;
+    const bool must = request_.cache_mode == "require";
+    if (!std::filesystem::exists(request_.warm_cache, unknown)) {
+      outcome->cache = "absent";
+      if (must) return Error{request_.warm_cache.string(), "", "a warm cache", "no such file"};
+      return std::nullopt;
+    }
+    const auto file = adaptive::CacheFile::open(request_.warm_cache, model_);
+    std::optional<Error> error;
+    if (file)
+      error = service.load(**file);
+    else
+      error = file.error();
+    if (error && error->file.empty()) error->file = request_.warm_cache.string();
+    if (error && must) return error;
+    refused_ = error.has_value();
+    outcome->cache = error ? "refused: " + error->message() : "loaded";
+    if (error) outcome->warnings.push_back("warm cache, left as it is: " + error->message());
+    // As in the program: a frozen table answers every picture alike.
+    if (!error && request_.cache_mode == "frozen") service.set_learning(false);
+    return std::nullopt;
+  }
+
+  std::optional<Error> save(const adaptive::Service& service, RenderOutcome* outcome) {
+    if (refused_ || request_.cache_mode == "frozen") return std::nullopt;
+    if (request_.cache_mode == "scratch") {
+      const auto saved = adaptive::replace_cache(request_.warm_cache, *service.rows());
+      if (!saved) return saved.error();
+      outcome->cache = "saved";
+      return std::nullopt;
+    }
+    const auto saved = adaptive::merge_into_cache(request_.warm_cache, *service.rows());
+    if (!saved) return saved.error();
+    outcome->cache = saved->refusal ? "refused: " + saved->refusal->message() : "merged";
+    return std::nullopt;
+  }
+
+ private:
+  const RenderRequest& request_;
+  std::string model_;
+  bool refused_ = false;
+};
+
+/// Why to end after this pass; null: go on. As the program does (src/cli/progress.cpp).
+const char* end_of(const RenderRequest& request, const integrate::PassProgress& pass, double elapsed) {
+  if (request.noise && static_cast<int>(integrate::sample_of_pass(pass.pass)) + 1 >= least_samples_noise &&
+      pass.noise <= *request.noise)
+    return "noise";
+  const bool is_even = pass.pass + 1 >= integrate::initial_passes;
+  if (request.seconds && is_even) {
+    const int samples_at_most = pass.pass_count - integrate::initial_passes + 1;
+    const double pixels = static_cast<double>(pass.paths_total) / samples_at_most;
+    const double next = pass.seconds * pixels / std::max(1.0, static_cast<double>(pass.pixels));
+    if (elapsed + next > *request.seconds) return "time";
+  }
+  return nullptr;
+}
+
+adaptive::Options table_of(const RenderRequest& request) {
+  adaptive::Options options = request.table;
+  options.seed = request.render.seed;
+  if (request.cache_mode == "frozen" && !request.warm_cache.empty()) {
+    options.sampled_epsilon = std::max(options.sampled_epsilon, options.faint_sampled_epsilon);
+    if (options.picture_error > 0) options.epsilon = options.sampled_epsilon = 1;
+  }
+  return options;
+}
+
+Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& request, const fiber::ModelInfo& info,
+                               const std::atomic<bool>& stop,
+                               const std::function<bool(const integrate::PassProgress&)>& on_pass) {
+  const Clock::time_point start = Clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  RenderOutcome outcome;
+  fiber::ModelService learned;
+  const adaptive::Options table = table_of(request);
+  const bool has_rows = info.has_rows() && request.estimator != fiber::Estimator::exact;
+  if (has_rows) learned = fiber::make_service(info, table);
+  const std::unique_ptr<fiber::FiberModel> model = info.make({request.estimator, learned.service.get(), 0});
+  std::vector<fiber::FiberId> fibers;
+  for (const fiber::FiberParameters& parameters : scene.fibers) fibers.push_back(model->add_fiber(parameters));
+  std::optional<CacheFileOf> cache;
+  if (has_rows && !request.warm_cache.empty()) {
+    cache.emplace(request, learned.target->model_name());
+    if (auto error = cache->open(*learned.service, &outcome)) return *error;
+  }
+  integrate::RenderOptions options = request.render;
+  options.samples = request.seconds ? most_samples_time : request.noise ? most_samples_noise : scene.image.samples;
+  if (!model->evaluates()) options.light_samples = 0;
+  const geometry::FiberScene strands(scene);
+  outcome.result = integrate::render(scene, strands, *model, fibers, learned.service.get(), options, stop,
+                                     [&](const integrate::PassProgress& pass) {
+                                       outcome.noise = pass.noise;
+                                       outcome.bias_bound = pass.table.bias_bound;
+                                       const char* end = end_of(request, pass, elapsed());
+                                       if (end != nullptr) outcome.stopped_by = end;
+                                       const bool goes_on = on_pass(pass);
+                                       if (!goes_on) outcome.stopped_by = "caller";
+                                       return goes_on && end == nullptr;
+                                     });
+  if (outcome.result.interrupted) outcome.stopped_by = "caller";
+  if (learned.service) outcome.cache_hash = adaptive::cache_hash(*learned.service->rows());
+  if (cache) {
+    if (auto error = cache->save(*learned.service, &outcome)) return *error;
+  }
+  outcome.estimator = fiber::estimator_name(info.has_rows() ? request.estimator : fiber::Estimator::exact);
+  outcome.epsilon = info.epsilon(table);
+  outcome.seconds = elapsed();
+  return outcome;
+}
+
+}  // namespace
+
+Result<RenderOutcome> render_scene(const scene::Scene& scene, const RenderRequest& request,
+                                   const std::atomic<bool>& stop,
+                                   const std::function<bool(const integrate::PassProgress&)>& on_pass) {
+  const fiber::ModelInfo* info = references::find_model(request.model);
+  if (info == nullptr) {
+    std::string names;
+    for (const fiber::ModelInfo& known : references::models())
+      names += (names.empty() ? "" : ", ") + std::string(known.name);
+    return Error{"", "model", "one of " + names, "\"" + request.model + "\""};
+  }
+  if (auto error = contradiction(scene, request, *info)) return *error;
+  const int threads = request.threads.value_or(tbb::info::default_concurrency());
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+  tbb::task_arena arena(threads);
+  return arena.execute([&] { return rendered(scene, request, *info, stop, on_pass); });
+}
+
+}  // namespace tress::python

@@ -1,0 +1,196 @@
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "python/arrays.h"
+#include "python/arrays_in.h"
+#include "python/bindings.h"
+#include "scene/read/groom_files.h"
+
+namespace py = pybind11;
+
+namespace tress::python {
+namespace {
+
+constexpr std::array<const char*, 4> basis_names{"bspline", "linear", "open_bspline", "bezier"};
+
+std::optional<scene::StrandBasis> basis_of(const py::dict& from, const std::string& place) {
+  if (!from.contains("basis")) return std::nullopt;
+  const std::string name = py::str(from["basis"]);
+  for (std::size_t i = 0; i < basis_names.size(); ++i)
+    if (name == basis_names[i]) return static_cast<scene::StrandBasis>(i);
+  throw Raised({"", place + ".basis", "one of bspline, linear, open_bspline, bezier", "\"" + name + "\""});
+}
+
+/// Numbers of `key`, every one within +-most; none where the key is not there.
+template <class Item>
+std::vector<Item> numbers(const py::dict& from, const char* key, const std::string& place, float least, float most) {
+  constexpr std::size_t columns = sizeof(Item) / sizeof(float);
+  std::vector<Item> items;
+  if (!from.contains(key)) return items;
+  const auto array = py::cast<py::array>(from[key]);
+  const std::string where = place + "." + key;
+  const std::span<const float> values = view<float>(array, columns == 1 ? 0 : columns, where);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] >= least && values[i] <= most) continue;
+    throw Raised({"", fmt::format("{}[{}]", where, i / columns),
+                  fmt::format("numbers within {:g} and {:g}", least, most), fmt::format("{:g}", values[i])});
+  }
+  const auto* begin = reinterpret_cast<const Item*>(values.data());
+  items.assign(begin, begin + values.size() / columns);
+  return items;
+}
+
+/// Whether so many points are a strand of this basis; none at all are one that is left out.
+bool is_strand(std::uint32_t points, scene::StrandBasis basis) {
+  if (points == 0) return true;
+  if (basis == scene::StrandBasis::open_bspline) return points >= 4;
+  return basis != scene::StrandBasis::bezier || (points >= 4 && points % 3 == 1);
+}
+
+scene::GroomFile groom_of(const py::dict& from, const std::string& place) {
+  constexpr float far = scene::largest_coordinate;
+  scene::GroomFile groom;
+  groom.format = "strands in memory";
+  groom.basis = basis_of(from, place);
+  groom.points = numbers<glm::vec3>(from, "points", place, -far, far);
+  const auto counts_array = py::cast<py::array>(from["counts"]);
+  const std::span<const std::uint32_t> counts = view<std::uint32_t>(counts_array, 0, place + ".counts");
+  groom.first_point.reserve(counts.size() + 1);
+  groom.first_point.push_back(0);
+  std::uint64_t sum = 0;
+  for (std::size_t s = 0; s < counts.size(); ++s) {
+    if (!is_strand(counts[s], groom.basis.value_or(scene::StrandBasis::bspline)))
+      throw Raised({"", fmt::format("{}.counts[{}]", place, s),
+                    fmt::format("as many points as a strand of basis {} has (bezier: 3 n + 1, open_bspline: 4 or more)",
+                                basis_names[static_cast<std::size_t>(*groom.basis)]),
+                    fmt::format("{}", counts[s])});
+    sum += counts[s];
+    if (sum <= groom.points.size()) groom.first_point.push_back(static_cast<std::uint32_t>(sum));
+  }
+  if (sum != groom.points.size() || sum >= scene::most_groom_points || counts.empty())
+    throw Raised({"", place + ".counts", fmt::format("the {} points of one strand or more", groom.points.size()),
+                  fmt::format("{} strands of {} points", counts.size(), sum)});
+  groom.parts = {{.name = "", .strands = counts.size(), .points = sum}};
+  groom.width = numbers<float>(from, "width", place, 0, far);
+  groom.color = numbers<glm::vec3>(from, "color", place, 0, 1);
+  groom.has_color = !groom.color.empty();
+  const auto fits = [&](const char* key, std::size_t size, bool a_strand) {
+    if (size == 0 || size == groom.points.size() || (a_strand && size == counts.size())) return;
+    throw Raised({"", place + "." + key,
+                  fmt::format("{} values, one a point{}", groom.points.size(),
+                              a_strand ? fmt::format(", or {}, one a strand", counts.size()) : std::string()),
+                  fmt::format("{}", size)});
+  };
+  fits("width", groom.width.size(), false);
+  fits("color", groom.color.size(), true);
+  groom.cm_per_unit = py::cast<double>(from["cm_per_unit"]);
+  groom.y_up = std::string(py::str(from["up"])) == "y";
+  return groom;
+}
+
+template <class Index>
+std::vector<Index> corners(const py::dict& from, const char* key, const std::string& place, std::size_t items) {
+  std::vector<Index> indices;
+  if (!from.contains(key)) return indices;
+  const auto array = py::cast<py::array>(from[key]);
+  const std::span<const std::uint32_t> values = view<std::uint32_t>(array, 3, place + "." + key);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] < items) continue;
+    throw Raised({"", fmt::format("{}.{}[{}]", place, key, i / 3), fmt::format("indices below {}", items),
+                  fmt::format("{}", values[i])});
+  }
+  const auto* begin = reinterpret_cast<const Index*>(values.data());
+  indices.assign(begin, begin + values.size() / 3);
+  return indices;
+}
+
+scene::ObjFile mesh_of(const py::dict& from, const std::string& place) {
+  constexpr float far = scene::largest_coordinate;
+  scene::ObjFile mesh;
+  mesh.positions = numbers<glm::vec3>(from, "positions", place, -far, far);
+  mesh.triangles = corners<glm::uvec3>(from, "triangles", place, mesh.positions.size());
+  if (mesh.triangles.empty()) throw Raised({"", place + ".triangles", "one triangle or more", "none"});
+  mesh.normals = numbers<glm::vec3>(from, "normals", place, -far, far);
+  mesh.uvs = numbers<glm::vec2>(from, "uvs", place, -1e6f, 1e6f);
+  // One a vertex: corners have the indices of the positions.
+  for (const auto& [key, size] : {std::pair{"normals", mesh.normals.size()}, std::pair{"uvs", mesh.uvs.size()}}) {
+    if (size != 0 && size != mesh.positions.size())
+      throw Raised({"", place + "." + key, fmt::format("{} of them, one a position", mesh.positions.size()),
+                    fmt::format("{}", size)});
+  }
+  if (!mesh.normals.empty()) mesh.corner_normals = mesh.triangles;
+  if (!mesh.uvs.empty()) mesh.corner_uvs = mesh.triangles;
+  return mesh;
+}
+
+scene::HdrPicture environment_of(const py::dict& from, const std::string& place) {
+  const auto array = py::cast<py::array>(from["pixels"]);
+  constexpr py::ssize_t most_side = 1 << 16;
+  if (array.ndim() != 3 || array.shape(2) != 3 || array.size() == 0 || array.shape(0) > most_side ||
+      array.shape(1) > most_side || !array.dtype().equal(py::dtype::of<float>()) ||
+      (array.flags() & py::array::c_style) == 0)
+    throw Raised({"", place, "a C-contiguous array of float32, (height, width, 3)", words(array)});
+  const auto* begin = static_cast<const glm::vec3*>(array.data());
+  return {static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)), {begin, begin + array.size() / 3}};
+}
+
+py::dict read_groom(const std::filesystem::path& file, std::optional<std::uint32_t> points_per_strand) {
+  scene::GroomFile groom = [&] {
+    const py::gil_scoped_release released;
+    return checked(scene::read_groom_file(file, points_per_strand));
+  }();
+  std::vector<std::uint32_t> counts(groom.strand_count());
+  for (std::size_t s = 0; s < counts.size(); ++s) counts[s] = groom.first_point[s + 1] - groom.first_point[s];
+  py::dict told;
+  told["points"] = array_of<float>(std::move(groom.points), 3);
+  told["counts"] = array_of<std::uint32_t>(std::move(counts));
+  if (!groom.width.empty())
+    told["width"] = array_of<float>(std::move(groom.width));
+  else if (groom.default_width > 0)
+    told["width"] = groom.default_width;
+  if (!groom.color.empty()) told["color"] = array_of<float>(std::move(groom.color), 3);
+  if (!groom.normal.empty()) told["normal"] = array_of<float>(std::move(groom.normal), 3);
+  if (!groom.id.empty()) told["id"] = array_of<std::int64_t>(std::move(groom.id));
+  if (!groom.root_uv.empty()) told["root_uv"] = array_of<float>(std::move(groom.root_uv), 2);
+  if (groom.cm_per_unit) told["cm_per_unit"] = *groom.cm_per_unit;
+  if (groom.y_up) told["up"] = *groom.y_up ? "y" : "z";
+  if (groom.basis) told["basis"] = basis_names[static_cast<std::size_t>(*groom.basis)];
+  py::list remarks;
+  for (const std::string& remark : groom.remarks) remarks.append(remark);
+  for (const scene::IgnoredAttribute& ignored : groom.ignored)
+    remarks.append(fmt::format("not used: {} ({})", ignored.name, ignored.why));
+  told["remarks"] = remarks;
+  return told;
+}
+
+}  // namespace
+
+scene::FilesInMemory files_of(const py::dict& arrays) {
+  scene::FilesInMemory files;
+  for (const auto& [key, value] : arrays) {
+    const std::string name = py::str(key);
+    const auto pair = py::cast<py::tuple>(value);
+    const std::string kind = py::str(pair[0]);
+    const auto from = py::cast<py::dict>(pair[1]);
+    if (kind == "strands") files.grooms.emplace(name, groom_of(from, name));
+    if (kind == "mesh") files.meshes.emplace(name, mesh_of(from, name));
+    if (kind == "environment") files.environments.emplace(name, environment_of(from, name));
+  }
+  return files;
+}
+
+void bind_strands(py::module_& module) {
+  module.def("read_groom", &read_groom, py::arg("file"), py::arg("points_per_strand") = py::none(),
+             "Strands of any format that is read, as the file has them, as arrays that own what was read.");
+}
+
+}  // namespace tress::python

@@ -1,0 +1,91 @@
+"""render()."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings as python_warnings
+from collections.abc import Callable, Mapping
+from typing import Any, Optional, Union
+
+from . import _tress
+from ._tress import Progress
+from .objects import Scene
+from .pictures import Picture
+
+Path = Union[str, os.PathLike[str]]
+
+
+def render(
+    scene: Union[Scene, Mapping[str, Any], Path],
+    *,
+    samples: Optional[int] = None,
+    noise: Optional[float] = None,
+    seconds: Optional[float] = None,
+    width: Optional[int] = None,
+    height: Optional[int] = None,
+    frame: Optional[int] = None,
+    crop: Optional[tuple[int, int, int, int]] = None,
+    seed: Optional[int] = None,
+    model: str = "elliptical",
+    estimator: str = "fitted",
+    epsilon: Optional[float] = None,
+    picture_error: Optional[float] = None,
+    learner: Optional[str] = None,
+    table_memory: Optional[int] = None,
+    warm_cache: Optional[Path] = None,
+    cache_mode: str = "append",
+    light_samples: Optional[int] = None,
+    bcsdf_samples: Optional[int] = None,
+    max_depth: Optional[int] = None,
+    adaptive: Optional[bool] = None,
+    mattes: bool = True,
+    threads: Optional[int] = None,
+    progress: Optional[Callable[[Progress], Any]] = None,
+) -> Picture:
+    """Renders a Scene, the keys of a scene file as a dict, or a file: a scene or a bare groom.
+
+    What is given is what the option of `tress render` of that name means (`tress render --help`), and None is its
+    default; the same scene and options give the same bits as the program. seed: the frame, or 0.
+    progress: called after each pass on the calling thread; it may return False to end the render there. What it raises
+    ends the render and comes out of here. So does Ctrl-C (KeyboardInterrupt); what was learned is then in the warm
+    cache all the same.
+    What the scene's reader warns of is warned of here (`warnings`); what it notes is in the picture's stats["notes"].
+    """
+    keywords = {
+        key: value
+        for key, value in {
+            "samples": samples,
+            "noise": noise,
+            "seconds": seconds,
+            "width": width,
+            "height": height,
+            "frame": frame,
+            "crop": crop,
+            "seed": seed,
+            "model": model,
+            "estimator": estimator,
+            "epsilon": epsilon,
+            "picture_error": picture_error,
+            "learner": learner,
+            "table_memory": table_memory,
+            "warm_cache": None if warm_cache is None else os.fspath(warm_cache),
+            "cache_mode": cache_mode,
+            "light_samples": light_samples,
+            "bcsdf_samples": bcsdf_samples,
+            "max_depth": max_depth,
+            "adaptive": adaptive,
+            "mattes": mattes,
+            "threads": threads,
+        }.items()
+        if value is not None
+    }
+    if isinstance(scene, (str, os.PathLike)):
+        native = _tress.render(os.fspath(scene), "", "", {}, keywords, progress)
+    else:
+        whole = scene if isinstance(scene, Scene) else Scene.from_keys(scene)
+        keys, arrays = whole._native()
+        native = _tress.render(None, json.dumps(keys), whole.folder, arrays, keywords, progress)
+    for text in native.stats["warnings"]:
+        python_warnings.warn(text, stacklevel=2)
+    return Picture(native)

@@ -1,0 +1,213 @@
+"""Pictures: the bits of the program, arrays without copies, ends that were asked for."""
+
+import gc
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+import tress
+from support import BINARY, SOURCE, lock
+
+SIZE = {"width": 40, "height": 40}
+
+
+def scene_of_arrays(**keys):
+    keys.setdefault("materials", [tress.Material(hair="auburn")])
+    return tress.Scene(grooms=[tress.Strands(lock())], **keys)
+
+
+class Bits(unittest.TestCase):
+    def by_program(self, folder, scene, *options):
+        file = os.path.join(folder, "program.exr")
+        command = [BINARY, "render", scene, "-o", file, "--resolution", "40x40", "--spp", "3", "--precision", "float", "--quiet"]
+        subprocess.run([*map(str, command), *options], check=True)
+        return tress.read_exr(file)
+
+    def assert_same(self, ours, theirs):
+        self.assertEqual(set(ours.channels), set(theirs.channels))
+        for name in theirs.channels:
+            np.testing.assert_array_equal(ours.channel(name), theirs.channel(name), name)
+
+    def test_of_a_scene_file_are_those_of_the_program(self):
+        for name in ("demo.json", "portrait.json", "sky.json"):
+            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
+                file = SOURCE / "scenes" / name
+                theirs = self.by_program(folder, file)
+                self.assert_same(tress.render(file, samples=3, threads=1, **SIZE), theirs)
+                self.assert_same(tress.render(tress.Scene.load(file), samples=3, **SIZE), theirs)
+
+    def test_of_the_other_options_too(self):
+        scene = SOURCE / "scenes/demo.json"
+        with tempfile.TemporaryDirectory() as folder:
+            told = ("--model", "chiang2016", "--seed", "7", "--max-depth", "5", "--light-samples", "1")
+            theirs = self.by_program(folder, scene, *told)
+            self.assert_same(
+                tress.render(scene, samples=3, model="chiang2016", seed=7, max_depth=5, light_samples=1, **SIZE), theirs
+            )
+
+    def test_of_strands_in_memory_are_those_of_the_same_strands_in_a_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "lock.usda")
+            write_usda(file, lock())
+            read = tress.read_groom(file)
+            np.testing.assert_array_equal(read.points, lock().reshape(-1, 3))
+            of_file = {"grooms": [{"file": "lock.usda"}], "materials": [{"hair": "red"}]}
+            pathlib.Path(folder, "scene.json").write_text(json.dumps(of_file))
+            of_memory = tress.Scene(grooms=[tress.Groom(strands=read, name="lock")], materials=[tress.Material(hair="red")])
+            self.assert_same(
+                tress.render(of_memory, samples=2, **SIZE), tress.render(os.path.join(folder, "scene.json"), samples=2, **SIZE)
+            )
+
+    def test_of_a_mesh_and_a_sky_in_memory_are_those_of_files(self):
+        corners = np.array([[-9, 2, -9], [9, 2, -9], [9, 2, 9], [-9, 2, 9]], np.float32)
+        triangles = [[0, 1, 2], [0, 2, 3]]
+        with tempfile.TemporaryDirectory() as folder:
+            lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles]
+            pathlib.Path(folder, "wall.obj").write_text("\n".join(lines))
+            sky = tress.render(SOURCE / "scenes/sky.json", samples=1, width=16, height=8)
+            sky.save(os.path.join(folder, "sky.exr"), precision="float")
+            pixels = sky["beauty"][:, :, :3]
+            of_files = scene_of_arrays(
+                meshes=[tress.Mesh(file="wall.obj", albedo=[0.5, 0.4, 0.3])], environment=tress.Environment(file="sky.exr")
+            )
+            of_files.folder = folder
+            of_memory = scene_of_arrays(
+                meshes=[tress.Mesh(triangles=tress.Triangles(corners, triangles), albedo=[0.5, 0.4, 0.3])],
+                environment=tress.Environment(pixels=pixels),
+            )
+            a, b = (tress.render(scene, samples=2, mattes=False, **SIZE) for scene in (of_files, of_memory))
+            self.assert_same(a, b)
+            self.assertTrue(tress.compare(a, b)["identical"])
+            self.assertFalse(tress.compare(a, tress.render(scene_of_arrays(), samples=2, mattes=False, **SIZE))["identical"])
+
+
+def write_usda(file, strands):
+    counts = ", ".join(str(len(strand)) for strand in strands)
+    points = ", ".join("(%r, %r, %r)" % tuple(map(float, point)) for point in strands.reshape(-1, 3))
+    pathlib.Path(file).write_text(
+        '#usda 1.0\n(\n  metersPerUnit = 0.01\n  upAxis = "Z"\n)\ndef BasisCurves "hair"\n{\n'
+        '  uniform token type = "linear"\n  uniform token wrap = "nonperiodic"\n'
+        f"  int[] curveVertexCounts = [{counts}]\n  point3f[] points = [{points}]\n"
+        '  float[] widths = [0.01] (interpolation = "constant")\n}\n'
+    )
+
+
+class Layers(unittest.TestCase):
+    def setUp(self):
+        self.picture = tress.render(scene_of_arrays(), samples=2, width=24, height=16)
+
+    def test_are_arrays_over_the_picture_that_keep_it(self):
+        red = self.picture.channel("R")
+        self.assertEqual((red.shape, red.dtype), ((16, 24), np.float32))
+        self.assertTrue(np.shares_memory(red, self.picture.channel("R")))
+        mean = float(red.mean())
+        del self.picture
+        gc.collect()
+        self.assertEqual(float(red.mean()), mean)
+
+    def test_add_up_to_beauty_in_the_order_of_the_colors(self):
+        beauty = self.picture["beauty"]
+        self.assertEqual(beauty.shape, (16, 24, 4))
+        for c, name in enumerate("RGBA"):
+            np.testing.assert_array_equal(beauty[:, :, c], self.picture.channel(name))
+        parts = ("R", "TT", "TRT", "TRRT", "residual", "surface", "background")
+        total = sum(np.stack([self.picture.channel(f"{part}.{c}") for c in "RGB"], -1) for part in parts)
+        np.testing.assert_allclose(total, beauty[:, :, :3], atol=2e-6)
+        np.testing.assert_array_equal(self.picture["N"][:, :, 2], self.picture.channel("N.Z"))
+        self.assertIn("coverage", self.picture)
+        with self.assertRaisesRegex(tress.Error, "expected one of .*background.*, found 'depth'"):
+            self.picture["depth"]
+
+    def test_are_saved_and_read_again(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "a.exr")
+            self.picture.save(file, precision="float")
+            self.assertTrue(os.path.exists(os.path.join(folder, "a.png")))
+            again = tress.read_exr(file)
+            np.testing.assert_array_equal(again["TRT"], self.picture["TRT"])
+            self.assertEqual(again.metadata["model"], "elliptical")
+        self.assertTrue(self.picture._repr_png_().startswith(b"\x89PNG"))
+        with self.assertRaisesRegex(tress.Error, "expected a name that ends"):
+            self.picture.save("a.jpg")
+
+
+class Ends(unittest.TestCase):
+    def test_progress_is_told_on_the_calling_thread_and_may_end_it(self):
+        seen = []
+
+        def progress(told):
+            seen.append((told.number, told.share, threading.get_ident()))
+            return told.number < 5
+
+        picture = tress.render(scene_of_arrays(), samples=50, progress=progress, **SIZE)
+        self.assertEqual([number for number, _, _ in seen], [0, 1, 2, 3, 4, 5])
+        self.assertEqual({thread for _, _, thread in seen}, {threading.get_ident()})
+        self.assertEqual(sorted(share for _, share, _ in seen), [share for _, share, _ in seen])
+        self.assertEqual(picture.stats["stopped_by"], "caller")
+        np.testing.assert_array_equal(picture["beauty"], tress.render(scene_of_arrays(), samples=3, **SIZE)["beauty"])
+
+    def test_what_a_callback_raises_comes_out(self):
+        def progress(told):
+            raise LookupError(f"pass {told.number}")
+
+        with self.assertRaisesRegex(LookupError, "^'?pass 0'?$"):
+            tress.render(scene_of_arrays(), samples=50, progress=progress, **SIZE)
+
+    def test_by_noise_has_less_of_it(self):
+        picture = tress.render(scene_of_arrays(), noise=0.3, **SIZE)
+        self.assertEqual(picture.stats["stopped_by"], "noise")
+        self.assertLessEqual(picture.stats["noise"], 0.3)
+
+    def test_by_time(self):
+        self.assertEqual(tress.render(scene_of_arrays(), seconds=0.5, **SIZE).stats["stopped_by"], "time")
+
+    def test_ctrl_c_is_an_exception_and_the_cache_is_saved(self):
+        with tempfile.TemporaryDirectory() as folder:
+            cache = os.path.join(folder, "a.cache")
+            threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+            start = time.monotonic()
+            with self.assertRaises(KeyboardInterrupt):
+                tress.render(scene_of_arrays(), samples=100000, warm_cache=cache, **SIZE)
+            self.assertLess(time.monotonic() - start, 20)
+            warm = tress.render(scene_of_arrays(), samples=1, warm_cache=cache, cache_mode="frozen", **SIZE)
+            self.assertEqual(warm.stats["cache"], "loaded")
+            self.assertLess(warm.stats["exact_queries"], 0.1 * warm.stats["queries"])
+
+    def test_other_threads_run_meanwhile(self):
+        count, done = 0, threading.Event()
+
+        def spin():
+            nonlocal count
+            while not done.is_set():
+                count += 1
+                time.sleep(0.001)
+
+        thread = threading.Thread(target=spin)
+        thread.start()
+        start = time.monotonic()
+        tress.render(scene_of_arrays(), seconds=1.0, **SIZE)
+        took = time.monotonic() - start
+        done.set()
+        thread.join()
+        self.assertGreater(count, 50 * took)
+
+    def test_a_cache_that_is_required_is_there(self):
+        with self.assertRaisesRegex(tress.Error, "none.cache: expected a warm cache, found no such file"):
+            tress.render(scene_of_arrays(), warm_cache="none.cache", cache_mode="require", **SIZE)
+
+    def test_what_the_reader_warns_of_is_a_warning(self):
+        points = lock()
+        points[0] = points[0, 0]
+        with self.assertWarnsRegex(UserWarning, "1 of 300 strands are degenerate"):
+            tress.render(tress.Scene(grooms=[tress.Strands(points)]), samples=1, **SIZE)
+
+
+if __name__ == "__main__":
+    unittest.main()
