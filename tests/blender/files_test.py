@@ -89,7 +89,7 @@ class Keys(unittest.TestCase):
         ball = scene_keys.point(LOOKS_DOWN, 100, [1, 1, 1], 40.0, 0.1)["sphere"]
         self.assertAlmostEqual(math.pi * 4 * math.pi * 0.1 ** 2 * ball["radiance"][0], 40.0, places=9)
         card = scene_keys.area(LOOKS_DOWN, 100, [1, 1, 1], 40.0, "RECTANGLE", 2.0, 0.5)["rectangle"]
-        self.assertAlmostEqual(math.pi * 1.0 * card["radiance"][0], 40.0, places=9)
+        self.assertAlmostEqual(4 * 1.0 * card["radiance"][0], 40.0, places=9)  # Blender's watts of a card
         self.assertEqual((card["width_cm"], card["height_cm"]), (200, 50))
 
     def test_what_has_no_counterpart_is_said_once(self):

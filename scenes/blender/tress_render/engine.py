@@ -176,7 +176,7 @@ def options_of(scene, window):
     options = ["--noise", repr(settings.noise)] if settings.stop == "NOISE" else ["--spp", str(settings.samples)]
     options = [*options, "--model", settings.model, "--seed", str(settings.seed + (scene.frame_current if settings.seed_by_frame else 0)),
                "--max-depth", str(settings.max_depth)]
-    if settings.model != "fiber3d":
+    if settings.model in ("elliptical", "rough"):  # what learns
         options += ["--estimator", settings.estimator]
         if settings.own_epsilon:
             options += ["--epsilon", f"{settings.epsilon:g}"]

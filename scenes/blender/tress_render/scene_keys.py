@@ -85,7 +85,7 @@ def sun(matrix, color, strength, angle):
 
 
 def area(matrix, cm, color, watts, shape, size, size_y, spread=math.pi, warnings=Warnings()):
-    """A lamp of `watts` in all, from a rectangle or, approximately, from the rectangle of an ellipse's area."""
+    """A lamp of `watts`, as Blender counts them, from a rectangle or, approximately, from that of an ellipse's area."""
     (x, y, z), (sx, sy, _) = axes(matrix)
     width, height = size * sx, (size_y if shape in ("RECTANGLE", "ELLIPSE") else size) * sy
     area_units = width * height
@@ -97,7 +97,8 @@ def area(matrix, cm, color, watts, shape, size, size_y, spread=math.pi, warnings
         warnings("the spread of area lights is not used: they shine as surfaces do")
     center = place(matrix, cm)
     least = SMALLEST_CM / cm
-    radiance = np.asarray(color) * watts / (math.pi * max(area_units, least * least))
+    # Cycles and Eevee take a quarter of the power per area for its radiance, where a Lambertian surface has 1/pi.
+    radiance = np.asarray(color) * watts / (4 * max(area_units, least * least))
     return {"rectangle": {"center": triple(center), "look_at": triple(center - 10 * z), "up": triple(y),
                           "width_cm": max(width * cm, SMALLEST_CM), "height_cm": max(height * cm, SMALLEST_CM),
                           "radiance": triple(radiance)}}
