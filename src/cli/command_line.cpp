@@ -54,6 +54,11 @@ std::vector<std::string> command_names(const CLI::App& app) {
   return names;
 }
 
+/// Whether a word may stand where a command could.
+bool takes_arguments(const CLI::App& app) {
+  return std::ranges::any_of(app.get_options(), [](const CLI::Option* option) { return option->get_positional(); });
+}
+
 /// The first word that no command or option answers to, as a message that names the nearest; empty if there is none.
 /// CLI11 would only say that it did not expect it.
 std::string unknown_word(const CLI::App& root, const std::vector<std::string>& words) {
@@ -63,6 +68,7 @@ std::string unknown_word(const CLI::App& root, const std::vector<std::string>& w
   for (std::vector<std::string> commands = command_names(*app); !commands.empty(); commands = command_names(*app)) {
     if (at == words.size() || is_option(words[at])) break;
     if (std::find(commands.begin(), commands.end(), words[at]) == commands.end()) {
+      if (takes_arguments(*app)) break;
       return fmt::format("{}: no command \"{}\", nearest: {}", path, words[at], nearest_word(words[at], commands));
     }
     app = app->get_subcommand(words[at]);
@@ -85,7 +91,8 @@ std::string unknown_word(const CLI::App& root, const std::vector<std::string>& w
 
 int wrong_usage(const std::string& message) {
   log_error(message);
-  std::fputs("usage: tress render|fit|far-field|diff|info|convert|merge|cache|help ...; --help tells more\n", stderr);
+  std::fputs("usage: tress render|fit|far-field|diff|info|convert|merge|farm|cache|help ...; --help tells more\n",
+             stderr);
   return 2;
 }
 
@@ -160,6 +167,7 @@ int run_checked(int argc, char** argv) {
                                 add_info(app),
                                 add_convert(app),
                                 add_merge(app)};
+  for (const Command& command : add_farm(app)) commands.push_back(command);
   CLI::App* cache = app.add_subcommand("cache", "Look into warm caches, merge them, or make one beforehand");
   cache->require_subcommand(1);
   for (const auto& add : {add_cache_info, add_cache_verify, add_cache_merge, add_cache_prebake}) {

@@ -26,6 +26,8 @@ Command add_diff(CLI::App& tress);
 Command add_info(CLI::App& tress);
 Command add_convert(CLI::App& tress);
 Command add_merge(CLI::App& tress);
+/// farm itself last: its commands are asked before it.
+std::vector<Command> add_farm(CLI::App& tress);
 Command add_cache_info(CLI::App& cache);
 Command add_cache_verify(CLI::App& cache);
 Command add_cache_merge(CLI::App& cache);

@@ -1,9 +1,11 @@
 #include "cli/console.h"
 
+#include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -12,6 +14,8 @@ namespace {
 
 bool quiet_ = false;
 bool bar_shown_ = false;
+bool openjd_ = false;
+std::size_t pictures_done_ = 0, pictures_ = 1;
 
 spdlog::logger& logger() {
   static const std::shared_ptr<spdlog::logger> instance = [] {
@@ -28,6 +32,13 @@ void clear_bar() {
   std::fputs("\r\033[K", stderr);
   std::fflush(stderr);
   bar_shown_ = false;
+}
+
+/// One line, whatever the text has.
+void print_openjd(const char* name, std::string text) {
+  for (char& c : text) c = c == '\n' || c == '\r' ? ' ' : c;
+  std::fprintf(stdout, "openjd_%s: %s\n", name, text.c_str());
+  std::fflush(stdout);
 }
 
 }  // namespace
@@ -50,6 +61,21 @@ void log_warning(const std::string& text) {
 void log_error(const std::string& text) {
   clear_bar();
   logger().error("error: {}", text);
+  if (openjd_) print_openjd("fail", text);
+}
+
+void use_openjd_lines() { openjd_ = true; }
+
+void begin_picture(std::size_t done, std::size_t count) {
+  pictures_done_ = done;
+  pictures_ = std::max<std::size_t>(count, 1);
+}
+
+void tell_progress(double share, const std::string& text) {
+  if (!openjd_) return;
+  const double all = (double(pictures_done_) + std::clamp(share, 0.0, 1.0)) / double(pictures_);
+  print_openjd("progress", fmt::format("{:.1f}", 100 * std::min(all, 1.0)));
+  print_openjd("status", text);
 }
 
 void draw_bar(const std::string& text) {

@@ -112,7 +112,8 @@ std::string manual_page(const CLI::App& command, const std::string& path) {
   std::string page = fmt::format(".TH \"{}\" 1 \"\" \"tress {}\" \"tress\"\n.SH NAME\n{} \\- {}\n.SH SYNOPSIS\n", upper,
                                  version(), troff(name), troff(command.get_description()));
   visit_commands(command, path, [&](const CLI::App& app, const std::string& words) {
-    if (!commands_of(app).empty()) return;
+    const auto is_argument = [](const CLI::Option* option) { return option->get_positional(); };
+    if (!commands_of(app).empty() && !std::ranges::any_of(app.get_options(), is_argument)) return;
     std::string line = "\\fB" + troff(words) + "\\fR [\\fIOPTIONS\\fR]";
     for (const CLI::Option* option : app.get_options()) {
       if (!option->get_positional()) continue;

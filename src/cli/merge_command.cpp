@@ -23,7 +23,8 @@ namespace tress::cli {
 namespace {
 
 constexpr std::size_t most_groups = 64;
-const std::vector<std::string> may_differ{"--samples-from", "--samples-to", "--crop"};
+/// The cache that a part learns into is its own; whether its table is that of the others is told apart.
+const std::vector<std::string> may_differ{"--samples-from", "--samples-to", "--crop", "--warm-cache"};
 
 struct MergeSettings {
   std::vector<std::filesystem::path> parts;

@@ -236,6 +236,7 @@ std::map<std::string, std::string> told_options(const CLI::App& render) {
                                             "--checkpoint-deadline",
                                             "--part",
                                             "--display-server",
+                                            "--progress",
                                             "--help"};
   std::map<std::string, std::string> told;
   for (const CLI::Option* option : render.get_options()) {
@@ -395,6 +396,9 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       "what each pixel cost: CPU time, vertices, queries, traces", ".exr");
   add_appearance(render, s.overrides);
   add_learning(render, s);
+  add_choice(
+      render, "--progress", {"openjd"}, [](const std::string&) { use_openjd_lines(); },
+      "lines on standard output that Open Job Description reads: openjd_progress, openjd_status, openjd_fail");
   add_quiet(render);
   return {render, [render, settings] {
             if (const std::string message = contradiction(*render, *settings); !message.empty()) {

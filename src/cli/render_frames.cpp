@@ -76,6 +76,7 @@ int render_frames(const RenderSettings& settings) {
   }
   for (const int frame : settings.frames) {
     const RenderSettings one = settings_of(settings, frame);
+    begin_picture(std::size_t(count.rendered + count.skipped) + count.failed.size(), settings.frames.size());
     if (!settings.overwrite && is_finished(one)) {
       log_note(fmt::format("frame {}: finished, {}", frame, one.output.string()));
       ++count.skipped;

@@ -30,9 +30,22 @@ class Usage : public CommandTest {
 };
 
 TEST_F(Usage, EveryCommandHasHelpOnStandardOutput) {
-  const std::vector<std::vector<std::string>> commands{
-      {},        {"render"}, {"fit"},           {"far-field"},       {"diff"},          {"info"}, {"convert"},
-      {"merge"}, {"cache"},  {"cache", "info"}, {"cache", "verify"}, {"cache", "merge"}};
+  const std::vector<std::vector<std::string>> commands{{},
+                                                       {"render"},
+                                                       {"fit"},
+                                                       {"far-field"},
+                                                       {"diff"},
+                                                       {"info"},
+                                                       {"convert"},
+                                                       {"farm"},
+                                                       {"farm", "run"},
+                                                       {"farm", "merge"},
+                                                       {"farm", "status"},
+                                                       {"merge"},
+                                                       {"cache"},
+                                                       {"cache", "info"},
+                                                       {"cache", "verify"},
+                                                       {"cache", "merge"}};
   for (std::vector<std::string> command : commands) {
     command.push_back("--help");
     const Outcome outcome = run(command);
@@ -52,6 +65,7 @@ TEST_F(Usage, HelpIsACommandToo) {
                                                        {"info"},
                                                        {"convert"},
                                                        {"merge"},
+                                                       {"farm", "status"},
                                                        {"cache"},
                                                        {"cache", "info"},
                                                        {"cache", "verify"},
@@ -246,7 +260,7 @@ TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"far-field", "--sigma-a", "1,2"}, "expected 1 value or 3, found 2");
   expect_wrong({"far-field", "--model", "elliptical", "--lose-masked"}, "expected --model fiber3d");
   expect_wrong({"render", "a.json"}, "--output is required");
-  expect_wrong({}, "render|fit|far-field|diff|info|convert|merge|cache|help");
+  expect_wrong({}, "render|fit|far-field|diff|info|convert|merge|farm|cache|help");
   expect_wrong({}, "Render a scene");
   expect_wrong({"cache"}, "info|verify|merge|prebake");
   expect_wrong({"cache", "prebake", "a.json"}, "--output is required");

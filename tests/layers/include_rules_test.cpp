@@ -90,7 +90,9 @@ const std::vector<std::string> folders_upwards{"include/tress",
                                                "src/geometry",
                                                "src/integrate",
                                                "src/live",
+                                               "src/farm",
                                                "src/cli",
+                                               "src/cli/farm",
                                                "src/python",
                                                "src"};
 
@@ -111,6 +113,9 @@ const std::vector<Apart> apart{
     {"src/geometry", {"adaptive", "src/models", "src/references"}},
     {"src/integrate", {"adaptive", "src/models", "src/references"}},
     {"src/live", {"adaptive", "src/models", "src/references"}},
+    {"src/farm",
+     {"adaptive", "include/tress/adaptive", "include/tress/fiber", "src/fiber", "src/models", "src/references",
+      "src/image", "src/scene", "src/geometry", "src/integrate"}},
     {"src/cli", {"adaptive"}},
     {"src/python", {"adaptive", "src/cli"}}};
 

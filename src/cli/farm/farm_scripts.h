@@ -1,0 +1,26 @@
+// The scripts of a farm, and what is told to a scheduler.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/farm/farm_commands.h"
+#include "farm/slurm.h"
+
+namespace tress::cli {
+
+/// Writes the files of every scheduler into the folder of the farm; those of Slurm are of the tasks that are left.
+std::optional<Error> write_scripts(const Farm& opened, const farm::SlurmOptions& options,
+                                   const std::vector<std::size_t>& left);
+
+/// Submits what is left and the merge, and notes the jobs in FOLDER/submitted.json. Exit status.
+int submit_to_slurm(const Farm& opened, const farm::SlurmOptions& options, const std::vector<std::size_t>& left);
+
+/// The ids of the jobs submitted before that Slurm still has in its queue, with commas; empty if there are none.
+std::string jobs_in_queue(const std::filesystem::path& folder);
+
+/// Prints what is to be typed for this scheduler; "none": for each of them.
+void tell_commands(const Farm& opened, const std::string& scheduler);
+
+}  // namespace tress::cli
