@@ -30,6 +30,7 @@ GROOMS = {
 }
 FULL = {"resolution": 256, "samples": (8, 64), "rounds": 3, "threads": 2, "max_depth": 32}
 QUICK = {**FULL, "resolution": 80, "samples": (4, 16), "rounds": 1}
+SHORT = {**FULL, "resolution": 96, "samples": (4, 32), "rounds": 1}
 RIVALS = {
     "tress": ["--model", "elliptical"],
     "tress, chiang2016": ["--model", "chiang2016"],
@@ -90,9 +91,9 @@ def measure(run):
     if blender is None or not os.path.exists(script):
         run.say("blender or ../shared/tools/cycles_peer is absent: left out")
         return {"left_out": "blender (Debian) or ../shared/tools/cycles_peer is absent", "grooms": {}}
-    settings = QUICK if run.quick else FULL
+    settings = QUICK if run.quick else SHORT if run.short else FULL
     resolution, samples, threads = (settings[name] for name in ("resolution", "samples", "threads"))
-    rivals = ("tress", "cycles") if run.quick else tuple(RIVALS)
+    rivals = ("tress", "cycles") if run.quick else ("tress", "cycles", "cycles, defaults") if run.short else tuple(RIVALS)
 
     def picture(rival, groom, environment, options, scenes, spp, seed):
         """(path, CPU seconds of the process)"""
@@ -134,6 +135,9 @@ def measure(run):
 
         found[name] = charts.interleaved({rival: (lambda turn, rival=rival: one(rival, turn)) for rival in rivals},
                                          run.rounds or settings["rounds"], run.seed)
+        for rival, values in found[name].items():
+            numbers = [f"{key} {values[key]['median']:.4g}" for s in samples for key in (f"cpu_{s}", f"noise_{s}")]
+            run.say(f"{name}, {rival}: {', '.join(numbers)}")
     few, many = samples
     for rivals_found in found.values():
         for values in rivals_found.values():

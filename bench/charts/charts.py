@@ -91,6 +91,7 @@ class Run:
 
     def __init__(self, tress, folder, quick=False, seed=0):
         self.tress, self.folder, self.quick, self.seed = os.path.abspath(tress), folder, quick, seed
+        self.short = False  # of a chart that has such a mode
         self.rounds = None  # of those that the caller wants other than the chart's own
         self.reference_folder = os.environ.get("TRESS_REFERENCES", os.path.join(ROOT, "build", "references"))
         os.makedirs(folder, exist_ok=True)

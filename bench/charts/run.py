@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Measures and draws the charts of speed against accuracy, or the atlas of where methods fail.
 
-usage: bench/charts/run.py [--all] [--atlas] [--quick] [--chart N ...] [--references] [--draw] [-o FOLDER] [--tress PROGRAM] [--seed N] [--rounds N]
+usage: bench/charts/run.py [--all] [--atlas] [--quick] [--short] [--chart N ...] [--references] [--draw] [-o FOLDER] [--tress PROGRAM] [--seed N] [--rounds N]
 
     (nothing)      every chart in full, up to an hour each
     --all          everything that bench/results stores, into it: the charts with their references, the atlas, the tables of
                    bench/tables.py, and bench/results/README.md, which says by which commits. A night
     --atlas        the studies of bench/atlas in place of the charts; what follows holds for both
     --quick        every chart in five minutes altogether: fewer rows, smaller pictures, more noise
+    --short        of chart 9: small pictures of every groom, one round, some five minutes of CPU
     --chart N      these charts only, by number or name
     --references   makes the converged references that the charts compare with (hours; goes on where it was stopped)
     --rounds N     of the charts of pictures (4, 5, 6, 9): how often rivals take turns, in place of the chart's own number
@@ -69,6 +70,7 @@ def main():
     parser.add_argument("--all", action="store_true")
     parser.add_argument("--atlas", dest="folder", action="store_const", const="atlas", default="charts")
     parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--short", action="store_true")
     parser.add_argument("--chart", action="append", default=[], metavar="N")
     parser.add_argument("--references", action="store_true")
     parser.add_argument("--draw", action="store_true")
@@ -93,7 +95,7 @@ def main():
         if not options.draw:
             print(f"{name}: {module.TITLE}", file=sys.stderr, flush=True)
             run = charts.Run(options.tress, os.path.join(work, name), options.quick, options.seed)
-            run.rounds = options.rounds
+            run.rounds, run.short = options.rounds, options.short
             if options.references:
                 if hasattr(module, "references"):
                     module.references(run)
