@@ -35,11 +35,12 @@ double logistic_scale_of(double beta) {
   return (0.265 * b + 1.194 * b * b + 5.372 * std::pow(b, 22)) * std::sqrt(std::numbers::pi / 8);
 }
 
-/// Lambda, in theta_h and of a Gaussian lobe, of a lobe whose theta_i has that standard deviation.
-double lambda_of(double deviation) {
-  constexpr double gaussian_half_width = 1.17741, logistic_half_width = 1.76275;
-  return 0.5 * deviation * gaussian_half_width / logistic_half_width;
-}
+/// Fitted by pictures beside Cycles (tests/blender/beside_cycles.py): lambda of a Gaussian lobe over the standard
+/// deviation of theta_i, by lobe. Equal half widths would be 0.334; lobes of Chiang's model are broader beside their
+/// cone, and light that is scattered often sees their sums.
+constexpr std::array<double, 4> lambda_per_deviation{0.342, 0.5, 0.45, 0.45};
+/// The same of the blur of the exit azimuth over the standard deviation of the logistic law.
+constexpr double azimuth_per_deviation = 2;
 
 FiberParameters round_fiber(const PrincipledHair& hair) {
   FiberParameters fiber;
@@ -49,9 +50,10 @@ FiberParameters round_fiber(const PrincipledHair& hair) {
   const double coated = deviation_of(hair.roughness * (1 - std::clamp(hair.coat, 0.0f, 1.0f)));
   const std::array<double, 4> deviations{coated, 0.5 * all, 2 * all, 2 * all};
   for (std::size_t p = 0; p < deviations.size(); ++p)
-    fiber.longitudinal_lambda[p] = angle_within(longitudinal_lambda_range_deg, lambda_of(deviations[p]));
-  const double sigma = logistic_scale_of(hair.radial_roughness) * std::numbers::pi / std::numbers::sqrt3;
-  for (auto& azimuthal : fiber.azimuthal_sigma) azimuthal = angle_within(azimuthal_sigma_range_deg, sigma);
+    fiber.longitudinal_lambda[p] = angle_within(longitudinal_lambda_range_deg, lambda_per_deviation[p] * deviations[p]);
+  const double deviation = logistic_scale_of(hair.radial_roughness) * std::numbers::pi / std::numbers::sqrt3;
+  for (auto& azimuthal : fiber.azimuthal_sigma)
+    azimuthal = angle_within(azimuthal_sigma_range_deg, azimuth_per_deviation * deviation);
   fiber.longitudinal_shape = LongitudinalShape::gaussian;
   return fiber;
 }

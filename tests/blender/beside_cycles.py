@@ -122,8 +122,8 @@ def check_lights():
 
 
 GROOMS = {
-    "lock": dict(count=4000, points=13),
-    "thin": dict(count=700, points=13),
+    "lock": dict(count=6000, points=13),
+    "thin": dict(count=300, points=13),
     "fur": None,
     "few": dict(count=5, points=13),
 }
@@ -148,7 +148,7 @@ def hair_scene(groom, color):
         grooms.add_particle_hair(scene, material, bpy.data.materials.new("skin"), count=1500)
     else:
         grooms.add_camera(scene, lens=95)
-        radius = 0.004 if groom == "few" else 0.0006
+        radius = 0.004 if groom == "few" else 0.0005 if groom == "thin" else 0.00015
         grooms.add_hair_curves(scene, grooms.strands(**GROOMS[groom]), material, radius, 0.8)
     return scene
 

@@ -21,8 +21,8 @@ struct PrincipledHair {
 };
 
 /// The fiber that scatters like it. Round ones get lobes of Chiang's variances and logistic scales and a surface that
-/// is all but smooth, whose energies theirs are; the widths are fitted (bench/figures/principled_hair.py). Widths, tilt
-/// and aspect ratio are taken for the nearest that a fiber may have (parameter_ranges.h).
+/// is all but smooth, whose energies theirs are; the widths are fitted to pictures (scenes/blender/README.md). Widths,
+/// tilt and aspect ratio are taken for the nearest that a fiber may have (parameter_ranges.h).
 FiberParameters fiber_of(const PrincipledHair& hair);
 
 /// Absorption of hair of that multiple scattering albedo (Chiang et al. 2016), as the node has it for colors and tints.
