@@ -66,6 +66,8 @@ def scripts(tress, folder):
         ("charts/run.py 1 3", [python, *charts, "--chart", "1", "--chart", "3"]),
         ("image/estimators.py", [python, os.path.join(ROOT, "bench", "image", "estimators.py"), tress, LOCK, "--samples", "2",
                                  "--teach", "1", "--repeat", "2", "--size", "12x12"]),
+        ("shots/kills.py", [python, os.path.join(ROOT, "bench", "shots", "kills.py"), os.path.dirname(tress), "--kills", "2",
+                            "--spp", "4"]),
     ]
 
 
