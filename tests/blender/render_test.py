@@ -115,6 +115,20 @@ def test_particle_hair_and_its_emitter_are_handed_over():
     expect("strands   1000" in told, "1000 strands are expected: " + told)
 
 
+def test_an_animation_carries_what_it_learns():
+    import json
+    scene = start()
+    lock(scene)
+    scene.frame_start, scene.frame_end = 1, 2
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.filepath = os.path.join(FOLDER, "frame")
+    bpy.ops.render.render(animation=True)
+    lines = pathlib.Path(FOLDER, "kept", "telemetry.jsonl").read_text().splitlines()
+    known = json.loads(lines[-1])["warm_cache"]["rows_known"]
+    expect(known > 0, f"the second frame began with {known} rows")
+    expect(os.path.exists(os.path.join(FOLDER, "frame0002.exr")), "there is no second frame")
+
+
 def test_a_scene_without_hair_is_an_error_with_a_reason():
     scene = start()
     grooms.add_camera(scene)

@@ -68,7 +68,7 @@ class TressRenderEngine(bpy.types.RenderEngine):
             border = scene.render
             window = scene_keys.crop((border.border_min_x, border.border_min_y, border.border_max_x, border.border_max_y),
                                      *size)
-        options = options_of(scene, window if scene.render.use_border else None)
+        options = options_of(scene, window if scene.render.use_border else None, self.is_animation)
         settings = scene.tress
         pixels = (window[2] - window[0]) * (window[3] - window[1])
         by_noise = settings.stop == "NOISE"
@@ -170,7 +170,7 @@ def cm_per_unit(scene):
     return 100.0 * (units.scale_length if units.system != "NONE" else 1.0)
 
 
-def options_of(scene, window):
+def options_of(scene, window, is_animation=False):
     """Of the command line."""
     settings, render = scene.tress, scene.render
     options = ["--noise", repr(settings.noise)] if settings.stop == "NOISE" else ["--spp", str(settings.samples)]
@@ -184,6 +184,8 @@ def options_of(scene, window):
         options += ["--threads", str(render.threads)]
     if settings.warm_cache:
         options += ["--warm-cache", bpy.path.abspath(settings.warm_cache), "--cache-mode", settings.cache_mode]
+    elif is_animation and settings.carry and bpy.app.tempdir and "--estimator" in options and settings.estimator != "exact":
+        options += ["--warm-cache", os.path.join(bpy.app.tempdir, "tress_animation.cache")]
     if window is not None:
         options += ["--crop", ",".join(str(x) for x in window)]
     return options

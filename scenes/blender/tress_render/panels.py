@@ -41,6 +41,8 @@ class TRESS_RENDER_PT_fibers(Panel, bpy.types.Panel):
         layout.prop(settings, "warm_cache")
         if settings.warm_cache:
             layout.prop(settings, "cache_mode")
+        else:
+            layout.prop(settings, "carry")
 
 
 class TRESS_RENDER_PT_scene(Panel, bpy.types.Panel):

@@ -31,6 +31,8 @@ class TressSettings(bpy.types.PropertyGroup):
     cache_mode: EnumProperty(name="Cache Mode", default="append", items=(
         ("append", "Append", "Load, learn, save"), ("frozen", "Frozen", "Use it as it is, never save"),
         ("scratch", "Scratch", "Begin anew and replace it"), ("require", "Require", "Append; an error where it is missing")))
+    carry: BoolProperty(name="Carry Learning", default=True,
+                        description="Frames of an animation without a warm cache begin with what those before have learned")
     own_scale: BoolProperty(name="Own Scale", default=False,
                             description="Say how long a unit is, in place of the unit settings of the scene")
     cm_per_unit: FloatProperty(name="Centimetres a Unit", default=100.0, min=0.0001, max=100000)
