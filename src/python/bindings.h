@@ -8,5 +8,8 @@ namespace tress::python {
 void bind_picture(pybind11::module_& module);
 void bind_strands(pybind11::module_& module);
 void bind_render(pybind11::module_& module);
+void bind_fit(pybind11::module_& module);
+void bind_bcsdf(pybind11::module_& module);
+void bind_service(pybind11::module_& module);
 
 }  // namespace tress::python

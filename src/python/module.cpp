@@ -12,4 +12,7 @@ PYBIND11_MODULE(_tress, module) {
   tress::python::bind_picture(module);
   tress::python::bind_strands(module);
   tress::python::bind_render(module);
+  tress::python::bind_fit(module);
+  tress::python::bind_service(module);
+  tress::python::bind_bcsdf(module);
 }

@@ -12,6 +12,7 @@
 #include "integrate/camera_projection.h"
 #include "python/arrays_in.h"
 #include "python/bindings.h"
+#include "python/names.h"
 #include "python/picture.h"
 #include "python/raised.h"
 #include "python/scene_render.h"
@@ -38,11 +39,7 @@ class Arguments {
   template <class T>
   std::optional<T> number(const char* name, const char* option) const {
     if (!has(name)) return std::nullopt;
-    const T value = py::cast<T>(given_[name]);
-    const scene::Parameter& parameter = scene::option_parameter(option);
-    if (!parameter.range.contains(static_cast<double>(value)))
-      throw Raised({"", name, scene::words(parameter), fmt::format("{}", value)});
-    return value;
+    return in_range(name, py::cast<T>(given_[name]), option);
   }
   template <class T>
   std::optional<T> value(const char* name) const {
@@ -54,20 +51,6 @@ class Arguments {
   bool has(const char* name) const { return given_.contains(name) && !given_[name].is_none(); }
   const py::dict& given_;
 };
-
-fiber::Estimator estimator_named(const std::string& name) {
-  for (const auto estimator : {fiber::Estimator::fitted, fiber::Estimator::exact, fiber::Estimator::corrected})
-    if (name == fiber::estimator_name(estimator)) return estimator;
-  throw Raised({"", "estimator", "one of fitted, corrected, exact", "\"" + name + "\""});
-}
-
-const adaptive::Learner* learner_named(const std::string& name) {
-  if (const adaptive::Learner* learner = references::find_learner(name)) return learner;
-  std::string names;
-  for (const adaptive::Learner* known : references::learners())
-    names += (names.empty() ? "" : ", ") + std::string(known->name);
-  throw Raised({"", "learner", "one of " + names, "\"" + name + "\""});
-}
 
 RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   RenderRequest request;
@@ -81,6 +64,11 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   if (const auto mb = given.number<std::uint64_t>("table_memory", "--table-memory"))
     request.table.memory_bytes = static_cast<std::size_t>(*mb) << 20;
   render.seed = given.number<std::uint64_t>("seed", "--seed").value_or(static_cast<std::uint64_t>(frame.value_or(0)));
+  if (const auto rule = given.value<std::string>("roulette")) {
+    if (*rule != "learned" && *rule != "throughput")
+      throw Raised({"", "roulette", "one of learned, throughput", "\"" + *rule + "\""});
+    request.roulette = *rule == "learned" ? integrate::Roulette::learned : integrate::Roulette::throughput;
+  }
   render.light_samples = given.number<int>("light_samples", "--light-samples").value_or(render.light_samples);
   render.bcsdf_samples = given.number<int>("bcsdf_samples", "--bcsdf-samples").value_or(render.bcsdf_samples);
   render.max_depth = given.number<int>("max_depth", "--max-depth").value_or(render.max_depth);
@@ -180,12 +168,6 @@ std::shared_ptr<SharedPicture> render(const std::optional<std::filesystem::path>
       SharedPicture{std::move(outcome->result.picture), preview, stats_of(*scene, *outcome)});
 }
 
-/// The file as load_scene() takes it, so that its mistakes are told; nothing is rendered.
-void check_scene(const std::string& text, const std::filesystem::path& folder, const py::dict& arrays) {
-  checked(scene::load_scene({reinterpret_cast<const unsigned char*>(text.data()), text.size()}, "scene", folder,
-                            files_of(arrays)));
-}
-
 py::list models() {
   py::list names;
   for (const fiber::ModelInfo& info : references::models()) names.append(info.name);
@@ -219,7 +201,6 @@ void bind_render(py::module_& module) {
       .def_property_readonly("table_bytes", [](const PassTold& self) { return self.pass.table.bytes; });
   module.def("render", &render, py::arg("file"), py::arg("text"), py::arg("folder"), py::arg("arrays"),
              py::arg("keywords"), py::arg("on_pass"));
-  module.def("check_scene", &check_scene, py::arg("text"), py::arg("folder"), py::arg("arrays"));
   module.def("models", &models, "The names that render(model=...) takes.");
 }
 

@@ -137,6 +137,9 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
   integrate::RenderOptions options = request.render;
   options.samples = request.seconds ? most_samples_time : request.noise ? most_samples_noise : scene.image.samples;
   if (!model->evaluates()) options.light_samples = 0;
+  const bool rows_learn = has_rows && (request.warm_cache.empty() || request.cache_mode != "frozen");
+  options.roulette =
+      request.roulette.value_or(rows_learn ? integrate::Roulette::learned : integrate::Roulette::throughput);
   const geometry::FiberScene strands(scene);
   outcome.result = integrate::render(scene, strands, *model, fibers, learned.service.get(), options, stop,
                                      [&](const integrate::PassProgress& pass) {

@@ -19,7 +19,8 @@ namespace tress::python {
 struct RenderRequest {
   std::string model = "elliptical";
   fiber::Estimator estimator = fiber::Estimator::fitted;
-  integrate::RenderOptions render;
+  integrate::RenderOptions render;              ///< samples come from the scene, roulette from below
+  std::optional<integrate::Roulette> roulette;  ///< unset: learned where rows learn, else throughput
   adaptive::Options table;
   std::optional<double> noise;        ///< ends once the picture has as little
   std::optional<double> seconds;      ///< ends before the pass that would end later

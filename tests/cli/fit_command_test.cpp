@@ -1,11 +1,10 @@
 // tress fit: what it prints is the row that it says it is.
-#include "cli/fit_command.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "cli/run_tress.h"
+#include "models/learned_row.h"
 
 namespace tress::test {
 namespace {
@@ -83,12 +82,12 @@ TEST_F(Fit, DrawsAPicture) {
 }
 
 TEST(TransmittedShare, IsTheGammaLawOfTheMoments) {
-  EXPECT_EQ(cli::transmitted_share(0, 2, 0.5), 1);
-  EXPECT_NEAR(cli::transmitted_share(1, 2, 0), std::exp(-2.0), 1e-12);
-  EXPECT_NEAR(cli::transmitted_share(1, 2, 1e-7), std::exp(-2.0), 1e-7);
+  EXPECT_EQ(fiber::transmitted_share(0, 2, 0.5), 1);
+  EXPECT_NEAR(fiber::transmitted_share(1, 2, 0), std::exp(-2.0), 1e-12);
+  EXPECT_NEAR(fiber::transmitted_share(1, 2, 1e-7), std::exp(-2.0), 1e-7);
   // Gamma distribution of shape 4 and scale .5: its Laplace transform is (1 + s/2)^-4.
-  EXPECT_NEAR(cli::transmitted_share(3, 2, 1), std::pow(2.5, -4), 1e-12);
-  EXPECT_EQ(cli::transmitted_share(3, 0, 0), 1);
+  EXPECT_NEAR(fiber::transmitted_share(3, 2, 1), std::pow(2.5, -4), 1e-12);
+  EXPECT_EQ(fiber::transmitted_share(3, 0, 0), 1);
 }
 
 }  // namespace

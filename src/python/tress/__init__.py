@@ -6,26 +6,38 @@ Everything that takes long runs without the GIL, and Ctrl-C ends it.
 
 from ._tress import Error, __version__, models
 from .arrays import Strands, Triangles, read_groom
+from .fibers import LOBES, Bcsdf, Drawn, fit
 from .objects import Camera, Environment, Groom, Image, Light, Material, Mesh, Scene
 from .pictures import Picture, compare, read_exr
 from .rendering import Progress, render
+from .services import Draw, PassReport, SampledTarget, Service, Slice, Target
 
 __all__ = [
+    "Bcsdf",
     "Camera",
+    "Draw",
+    "Drawn",
     "Environment",
     "Error",
     "Groom",
     "Image",
+    "LOBES",
     "Light",
     "Material",
     "Mesh",
+    "PassReport",
     "Picture",
     "Progress",
+    "SampledTarget",
     "Scene",
+    "Service",
+    "Slice",
     "Strands",
+    "Target",
     "Triangles",
     "__version__",
     "compare",
+    "fit",
     "models",
     "read_exr",
     "read_groom",

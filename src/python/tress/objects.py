@@ -139,7 +139,8 @@ class Mesh(_Object):
 
 @dataclass(kw_only=True, slots=True)
 class Material(_Object):
-    """A fiber and how strands of it differ. At most one of color, hair, melanin and sigma_a."""
+    """A fiber and how strands of it differ. At most one of color, hair, melanin and sigma_a, or principled
+    alone in place of them."""
 
     name: Optional[str] = None
     eta: Optional[float] = None
@@ -155,6 +156,7 @@ class Material(_Object):
     curl_diameter_cm: Optional[float] = None
     twist: Optional[bool] = None
     root_angle_deg: Optional[float] = None
+    principled: Optional[Keys] = None
     medulla: Optional[Keys] = None
     variation: Optional[Keys] = None
     longitudinal_shape: Optional[str] = None

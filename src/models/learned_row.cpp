@@ -1,14 +1,15 @@
+#include "models/learned_row.h"
+
 #include <cmath>
 #include <memory>
 #include <numbers>
 
-#include "cli/fit_command.h"
 #include "fiber/row_axes.h"
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
-namespace tress::cli {
+namespace tress::fiber {
 namespace {
 
 constexpr int draws_per_pass = 16;
@@ -34,16 +35,16 @@ double LearnedRow::density(double phi, double sigma_a) const {
 }
 
 LearnedRow learn_row(const RowRequest& request) {
-  const fiber::FoldedAzimuth fold = fiber::fold_azimuth(request.phi_r);
+  const FoldedAzimuth fold = fold_azimuth(request.phi_r);
   adaptive::SliceDescription slice =
-      fiber::elliptical_slice(request.slice_lobe, request.eta, request.eccentricity, request.sigma);
+      elliptical_slice(request.slice_lobe, request.eta, request.eccentricity, request.sigma);
   slice.axis_a = {fold.phi};
   slice.axis_b = {std::fabs(request.theta_d)};
 
   adaptive::Options options;
   options.epsilon = request.epsilon;
   options.queries_before_creation = 1;
-  const std::unique_ptr<adaptive::Target> target = fiber::make_elliptical_target();
+  const std::unique_ptr<adaptive::Target> target = make_elliptical_target();
   adaptive::Service service(options, *target);
   const adaptive::SliceId id = *service.add_slice(slice);
 
@@ -68,4 +69,4 @@ LearnedRow learn_row(const RowRequest& request) {
   return learned;
 }
 
-}  // namespace tress::cli
+}  // namespace tress::fiber

@@ -1,0 +1,93 @@
+// Targets of the learning service that are objects of Python.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "tress/adaptive/sampled_target.h"
+#include "tress/adaptive/target.h"
+
+namespace tress::python {
+
+/// What the calls of a target have in common: the GIL, and what they raise. Any thread, with or without the GIL.
+class Calls {
+ public:
+  explicit Calls(pybind11::object target) : target_(std::move(target)) {}
+
+  /// Calls `method` with the GIL and hands its result to `take`. What is raised is kept, the first time; once
+  /// something was, or `stop` is set, nothing is called any more.
+  template <class Take, class... Arguments>
+  void call(const char* method, const Take& take, const Arguments&... arguments) const {
+    const std::atomic<bool>* stop = stop_;
+    if (failed_ || (stop != nullptr && *stop)) return cancel();
+    const pybind11::gil_scoped_acquire gil;
+    const Inside inside;
+    try {
+      take(target_.attr(method)(arguments...));
+    } catch (...) {
+      keep(std::current_exception());
+    }
+  }
+
+  /// Whether this thread is in a call of a target.
+  static bool is_inside() { return depth > 0; }
+
+  bool failed() const { return failed_; }
+  /// What was raised, once; null after that, and where calls were cancelled.
+  std::exception_ptr take_failure();
+  void set_stop(const std::atomic<bool>* stop) { stop_ = stop; }
+  const pybind11::object& target() const { return target_; }
+
+ private:
+  struct Inside {
+    Inside() { ++depth; }
+    ~Inside() { --depth; }
+  };
+  void keep(std::exception_ptr raised) const;
+  void cancel() const { failed_ = true; }
+
+  static thread_local int depth;
+  pybind11::object target_;
+  std::atomic<const std::atomic<bool>*> stop_{nullptr};
+  mutable std::atomic<bool> failed_{false};
+  mutable std::mutex mutex_;
+  mutable std::exception_ptr raised_;
+};
+
+/// trace(slice, a, b) of the object gives azimuths and weights, and attributes if it likes.
+class PythonTarget final : public adaptive::Target {
+ public:
+  PythonTarget(const Calls& calls, std::string name) : calls_(calls), name_(std::move(name)) {}
+  void trace(const adaptive::SliceDescription& slice, float a, float b,
+             std::vector<adaptive::TracedRay>& out) const override;
+  std::string model_name() const override { return name_; }
+
+ private:
+  const Calls& calls_;
+  std::string name_;
+};
+
+/// draw(slice, a, b, stream, first, count) of the object gives azimuths, heights, parts, weights, and attributes if it
+/// likes.
+class PythonSamples final : public adaptive::SampledTarget {
+ public:
+  PythonSamples(const Calls& calls, std::string name, std::uint32_t parts)
+      : calls_(calls), name_(std::move(name)), parts_(parts) {}
+  std::uint32_t parts(const adaptive::SliceDescription&) const override { return parts_; }
+  void draw(const adaptive::SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
+            std::uint32_t count, std::vector<adaptive::SampledExit>& out) const override;
+  std::string model_name() const override { return name_; }
+
+ private:
+  const Calls& calls_;
+  std::string name_;
+  std::uint32_t parts_;
+};
+
+}  // namespace tress::python
