@@ -77,9 +77,27 @@ TEST(GeneratedGrooms, StandTheEndsOfEveryRange) {
 }
 
 TEST(GeneratedGrooms, GrowHairOutsideTheHead) {
-  for (const char* kind : {"straight", "wavy", "curly"})
+  for (const char* kind : {"straight", "wavy", "curly", "layered"})
     for (const glm::vec3& p : generate_groom({.kind = kind, .strands = 500}).points)
       ASSERT_GT(glm::length(p / head_semi_axes_cm()), 0.999f) << kind;
+}
+
+TEST(GeneratedGrooms, LayersHideTheScalpAndLeaveTheFaceFree) {
+  const Groom groom = generate_groom({.kind = "layered", .strands = 20000});
+  std::vector<glm::vec3> on_head;  // where each strand stands over the head, on its unit sphere
+  for (const glm::vec3& p : groom.points) {
+    const glm::vec3 n = p / head_semi_axes_cm();
+    if (glm::length(n) < 1.3f) on_head.push_back(glm::normalize(n));
+    ASSERT_FALSE(n.y > 0.8f && n.z < 0 && n.z > -1) << n.x << " " << n.y << " " << n.z;
+  }
+  // No parting, no crown that shows: 20,000 strands of 0.5 cm between points leave no gap of 0.06, half a centimetre.
+  RandomStream random(1, 2, 3);
+  for (int i = 0; i < 60; ++i) {
+    const glm::vec3 spot = scalp_point(random);
+    float nearest = 4;
+    for (const glm::vec3& n : on_head) nearest = std::min(nearest, glm::dot(n - spot, n - spot));
+    EXPECT_LT(nearest, 0.06f * 0.06f) << spot.x << " " << spot.y << " " << spot.z;
+  }
 }
 
 TEST(GeneratedGrooms, CurlsTakeMoreHairThanTheFall) {
@@ -98,7 +116,7 @@ TEST(GeneratedGrooms, CurlsTakeMoreHairThanTheFall) {
 }
 
 TEST(GeneratedGrooms, GatherTipsByTheStrengthOfTheirClumps) {
-  for (const char* kind : {"curly_lock", "straight", "wavy", "curly", "fur_ball"}) {
+  for (const char* kind : {"curly_lock", "straight", "wavy", "curly", "layered", "fur_ball"}) {
     GroomRecipe loose{.kind = kind, .strands = 1500}, tight = loose;
     loose.shape = {{"clump", 0.0}, {"frizz", 0.0}};
     tight.shape = {{"clump", 1.0}, {"frizz", 0.0}};

@@ -341,8 +341,9 @@ constexpr std::array table{
               "",
               "as the file says, else 100",
               "files of bare points (PLY): points of every strand"},
-    Parameter{"/grooms/N/generate", "", choice, none, "", "curly_lock, straight, wavy, curly, fur_ball, single_fiber",
-              "", "a kind of groom that needs no file (below)"},
+    Parameter{"/grooms/N/generate", "", choice, none, "",
+              "curly_lock, straight, wavy, curly, layered, fur_ball, single_fiber", "",
+              "a kind of groom that needs no file (below)"},
     Parameter{
         "/grooms/N/name", "", text, none, "", "", "of the file or kind",
         "what mattes call it (`CryptoObject`; `CryptoMaterial` has the name of its material); equal names are one "
