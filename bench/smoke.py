@@ -68,6 +68,8 @@ def scripts(tress, folder):
                                  "--teach", "1", "--repeat", "2", "--size", "12x12"]),
         ("shots/kills.py", [python, os.path.join(ROOT, "bench", "shots", "kills.py"), os.path.dirname(tress), "--kills", "2",
                             "--spp", "4"]),
+        ("shots/workers.py", [python, os.path.join(ROOT, "bench", "shots", "workers.py"), os.path.dirname(tress), "--caches", "3",
+                              "--size", "12x12", "--spp", "2", "-o", os.path.join(folder, "workers.json")]),
     ]
 
 
