@@ -252,6 +252,7 @@ void Service::Table::announce() {
     report.count = row.taught();
     report.failed_tests = row.failed_tests();
     report.objective = objective_of(row);
+    report.light = light_share(change.slice, change.node, 0);
     const RowView view = view_of(slot);
     if (view.fit != nullptr) report.components = view.fit->component_count;
     if (view.knots != nullptr) report.knots = static_cast<std::uint32_t>(view.knots->knots().size());

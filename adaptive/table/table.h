@@ -36,6 +36,7 @@ class Service::Table {
   // service.cpp: what readers do
   RowView look_up(SliceId slice, std::uint32_t a, std::uint32_t b);
   RowView peek(SliceId slice, std::uint32_t a, std::uint32_t b) const;
+  double light(SliceId slice, std::uint32_t a, std::uint32_t b) const;
   void credit(const RowView& view, float light);
   void observe(const RowView& view, float x, float g);
   void score(const RowView& view, float x, float g, float q);

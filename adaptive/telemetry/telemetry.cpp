@@ -72,7 +72,8 @@ Json row_fields(const RowReport& report) {
           {"components", report.components},
           {"knots", report.knots},
           {"failed_tests", report.failed_tests},
-          {"ribbons", report.ribbons}};
+          {"ribbons", report.ribbons},
+          {"light", report.light}};
 }
 
 /// Puts the host's fields beside the report's. They can neither break the line nor stand in for a field of the report.

@@ -91,8 +91,9 @@ std::string unknown_word(const CLI::App& root, const std::vector<std::string>& w
 
 int wrong_usage(const std::string& message) {
   log_error(message);
-  std::fputs("usage: tress render|fit|far-field|diff|info|convert|merge|farm|cache|help ...; --help tells more\n",
-             stderr);
+  std::fputs(
+      "usage: tress render|fit|far-field|diff|info|convert|merge|report|farm|cache|help ...; --help tells more\n",
+      stderr);
   return 2;
 }
 
@@ -166,7 +167,8 @@ int run_checked(int argc, char** argv) {
                                 add_diff(app),
                                 add_info(app),
                                 add_convert(app),
-                                add_merge(app)};
+                                add_merge(app),
+                                add_report(app)};
   for (const Command& command : add_farm(app)) commands.push_back(command);
   CLI::App* cache = app.add_subcommand("cache", "Look into warm caches, merge them, or make one beforehand");
   cache->require_subcommand(1);

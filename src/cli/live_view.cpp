@@ -1,10 +1,53 @@
 #include "cli/live_view.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <utility>
 
 #include "cli/console.h"
+#include "cli/live_table.h"
 
 namespace tress::cli {
+namespace {
+
+using Json = live::RenderServer::Json;
+using Clock = live::TimeShare::Clock;
+using namespace std::chrono_literals;
+
+/// Of this process, resident. 0 where the system does not tell.
+double process_bytes() {
+  std::ifstream stream("/proc/self/statm");
+  double total = 0, resident = 0;
+  stream >> total >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+Json pass_told(const integrate::PassProgress& pass) {
+  const adaptive::PassReport& table = pass.table;
+  const image::Window& window = pass.film->window();
+  return {{"pass", pass.pass},
+          {"samples", pass.paths_so_far},
+          {"pixels", pass.pixels},
+          {"image_pixels", double(window.width) * window.height},
+          {"seconds", pass.seconds},
+          {"cpu_seconds", pass.cpu_seconds},
+          {"noise", pass.noise},
+          {"converged_query_share", table.queries > 0 ? double(table.converged_queries) / double(table.queries) : 0},
+          {"g_evaluations", table.g_evaluations},
+          {"learning_cpu_seconds", table.learning_cpu_seconds},
+          {"converged", table.rows_converged},
+          {"open", table.rows_open},
+          {"refused", table.rows_refused},
+          {"p50", table.objective_p50},
+          {"p99", table.objective_p99},
+          {"bias_bound", table.bias_bound},
+          {"bytes", table.bytes},
+          {"process_bytes", process_bytes()}};
+}
+
+}  // namespace
 
 Result<std::unique_ptr<LiveView>> LiveView::open(const RenderSettings& settings) {
   std::unique_ptr<LiveView> view(new LiveView(settings));
@@ -17,23 +60,87 @@ Result<std::unique_ptr<LiveView>> LiveView::open(const RenderSettings& settings)
     }
     view->display_.emplace(std::move(*viewer), settings.output.string());
   }
+  if (settings.serve) {
+    auto page = live::RenderServer::start(*settings.serve);
+    if (!page) return page.error();
+    view->page_ = std::move(*page);
+    if (settings.serve_reference) {
+      auto picture = image::read_exr(*settings.serve_reference);
+      if (!picture) return picture.error();
+      view->page_->set_reference(std::make_shared<const image::Picture>(std::move(*picture)));
+    }
+    log_note(fmt::format("live page: {}", view->page_->url()));
+  }
   return view;
 }
 
-void LiveView::after_pass(const integrate::PassProgress& pass) {
-  if (!display_ || !display_->wants_picture() || !copies_.is_due()) return;
-  const auto start = live::TimeShare::Clock::now();
-  image::Picture picture = pass.film->picture();
+void LiveView::begin(const scene::Scene& scene, const char* estimator, const adaptive::Service* service) {
+  service_ = service;
+  if (!page_) return;
+  page_->tell({{"facts",
+                {{"scene", scene.source},
+                 {"output", settings_.output.string()},
+                 {"model", settings_.model},
+                 {"estimator", estimator},
+                 {"epsilon", settings_.table.epsilon}}}});
+}
+
+void LiveView::show_picture(const integrate::Film& film) {
+  const auto start = Clock::now();
+  image::Picture picture = film.picture();
   if (settings_.layers) image::keep_layers(*settings_.layers, &picture);
-  display_->show(std::make_shared<const image::Picture>(std::move(picture)));
-  copies_.spent(live::TimeShare::Clock::now() - start);
+  const auto shared = std::make_shared<const image::Picture>(std::move(picture));
+  if (display_) display_->show(shared);
+  if (page_) page_->show(shared);
+  copies_.spent(Clock::now() - start);
+}
+
+void LiveView::tell_page(const integrate::PassProgress& pass, const Outlook& ahead) {
+  page_->tell({{"progress",
+                {{"share", ahead.share}, {"seconds_left", ahead.seconds_left ? Json(*ahead.seconds_left) : Json()}}}});
+  page_->add_pass(pass_told(pass));
+  if (service_ == nullptr || !page_->is_watched() || !tables_.is_due()) return;
+  const auto start = Clock::now();
+  page_->set_table(table_told(*service_));
+  tables_.spent(Clock::now() - start);
+}
+
+void LiveView::serve_requests(const std::function<void()>& save) {
+  const live::RenderServer::Asked asked = page_->take_asked();
+  if (asked.save) {
+    save();
+    page_->tell({{"said", "saved"}});
+  }
+  for (const live::RenderServer::RowAsked& row : asked.rows)
+    page_->answer_row(row.request,
+                      service_ != nullptr ? row_told(*service_, row.slice, row.node) : Json{{"words", "no table"}});
+}
+
+bool LiveView::after_pass(const integrate::PassProgress& pass, const Outlook& ahead,
+                          const std::atomic<bool>& interrupted, const std::function<void()>& save) {
+  const bool is_wanted = (display_ && display_->wants_picture()) || (page_ && page_->is_watched());
+  if (is_wanted && copies_.is_due()) show_picture(*pass.film);
+  if (!page_) return true;
+  tell_page(pass, ahead);
+  serve_requests(save);
+  while (page_->is_paused() && !interrupted) {
+    page_->wait_for_request(100ms);
+    serve_requests(save);
+  }
+  return !page_->is_stopped();
 }
 
 void LiveView::finish(image::Picture picture) {
-  if (!display_) return;
+  if (!display_ && !page_) return;
   if (settings_.layers) image::keep_layers(*settings_.layers, &picture);
   image::round_as_written(&picture, settings_.precision);
-  if (!display_->finish(std::make_shared<const image::Picture>(std::move(picture))))
+  const auto shared = std::make_shared<const image::Picture>(std::move(picture));
+  if (page_) {
+    page_->tell({{"progress", {{"share", 1}, {"seconds_left", 0}}}, {"said", "done"}});
+    page_->show(shared);
+    page_->wait_until_seen(2s);
+  }
+  if (display_ && !display_->finish(shared))
     log_note(fmt::format("--display-server {}: no viewer there that took the picture", *settings_.display_server));
 }
 

@@ -1,37 +1,52 @@
 // What watches a render while it runs: an observer of its passes.
 #pragma once
 
+#include <atomic>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
+#include "cli/progress.h"
 #include "cli/render_settings.h"
 #include "integrate/renderer.h"
 #include "live/display_client.h"
+#include "live/render_server.h"
 
 namespace tress::cli {
 
-/// Nothing if nobody watches. One thread at a time.
+/// Viewers and the live page. Nothing if nobody watches. One thread at a time.
 class LiveView {
  public:
-  /// Error if the viewer's host is unknown. One that is not there is looked for while the render runs.
+  /// Error if the viewer's host is unknown, the page cannot be served, or its reference picture cannot be read. A
+  /// viewer that is not there is looked for while the render runs.
   static Result<std::unique_ptr<LiveView>> open(const RenderSettings& settings);
 
-  /// Shows the picture so far, if a viewer has seen the last one and the time for it is there.
-  void after_pass(const integrate::PassProgress& pass);
+  /// Before the first pass. service: null: no rows are asked; outlives the render.
+  void begin(const scene::Scene& scene, const char* estimator, const adaptive::Service* service);
+  /// Shows the pass, and the picture so far if somebody has seen the last one and the time for it is there; stays as
+  /// long as the page has the render paused and nobody has `interrupted` it. save: writes the picture so far. False:
+  /// the page asked to stop.
+  bool after_pass(const integrate::PassProgress& pass, const Outlook& ahead, const std::atomic<bool>& interrupted,
+                  const std::function<void()>& save);
   /// Shows the picture as it is in its file; waits until it is there, or the viewer has taken nothing for a while.
   void finish(image::Picture picture);
 
  private:
   explicit LiveView(const RenderSettings& settings) : settings_(settings) {}
+  void show_picture(const integrate::Film& film);
+  void tell_page(const integrate::PassProgress& pass, const Outlook& ahead);
+  void serve_requests(const std::function<void()>& save);
 
-  /// Of the render's time, for copies of the picture that its threads wait for. The viewer's own thread has as much.
-  static constexpr double copying_share = 0.005;
+  /// Of the render's time each, for copies of the picture and the table that its threads wait for. The threads of
+  /// viewers and pages have as much.
+  static constexpr double copying_share = 0.004, table_share = 0.001;
 
   const RenderSettings& settings_;
+  const adaptive::Service* service_ = nullptr;
+  std::unique_ptr<live::RenderServer> page_;
   std::optional<live::DisplayClient> display_;
-  live::TimeShare copies_{copying_share};
+  live::TimeShare copies_{copying_share}, tables_{table_share};
 };
 
 }  // namespace tress::cli

@@ -219,6 +219,17 @@ void add_viewers(CLI::App* app, RenderSettings& s) {
          "--display-server", [&s](const std::string& text) { s.display_server = text; },
          "show the picture as it comes in tev or HDRView, which listens there (tev: 127.0.0.1:14158)")
       ->type_name("HOST:PORT");
+  auto* serve = app->add_option_function<std::string>(
+                       "--serve", [&s](const std::string& text) { s.serve = text; },
+                       "live page: the picture, convergence and the table; default: 127.0.0.1 and a free port")
+                    ->expected(0, 1)
+                    ->default_str("")
+                    ->type_name("ADDRESS:PORT")
+                    ->excludes(app->get_option("--frames"));
+  add_file(
+      app, "--serve-reference", [&s](const std::string& file) { s.serve_reference = file; },
+      "picture that the live page can lay beside", ".exr")
+      ->needs(serve);
 }
 
 /// The options that change the picture, as they were given.
@@ -235,6 +246,8 @@ std::map<std::string, std::string> told_options(const CLI::App& render) {
                                             "--checkpoint-interval",
                                             "--checkpoint-deadline",
                                             "--part",
+                                            "--serve",
+                                            "--serve-reference",
                                             "--display-server",
                                             "--progress",
                                             "--help"};

@@ -108,27 +108,29 @@ class RenderJob {
       log_note(fmt::format("model {} can only be sampled: light is met by chance, and small lights make noise",
                            settings_.model));
     }
+    live_.begin(scene_, fiber::estimator_name(estimator_of(settings_)), service_);
     Forecast forecast(settings_.stop);
     Progress progress;
-    integrate::RenderResult result =
-        integrate::render(scene_, strands, fibers_.model(), fibers_.fiber_ids(), service_, options, deadline.passed(),
-                          [&](const integrate::PassProgress& pass) {
-                            const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-                            const Outlook ahead = forecast.after(pass, elapsed);
-                            telemetry_.pass(pass);
-                            progress.update(pass, ahead);
-                            if (cache_) {
-                              cache_->add_cost(pass.table);
-                              cache_->save_if_due(*service_);
-                            }
-                            if (ahead.reason != nullptr) stopped_by_ = ahead.reason;
-                            noise_ = pass.noise;
-                            bias_bound_ = pass.table.bias_bound;
-                            if (ahead.reason == nullptr && !deadline.passed()) checkpoint(pass, interrupt.requested());
-                            if (settings_.part && !deadline.passed()) tell_part(pass);
-                            live_.after_pass(pass);
-                            return ahead.reason == nullptr && !interrupt.requested();
-                          });
+    integrate::RenderResult result = integrate::render(
+        scene_, strands, fibers_.model(), fibers_.fiber_ids(), service_, options, deadline.passed(),
+        [&](const integrate::PassProgress& pass) {
+          const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
+          const Outlook ahead = forecast.after(pass, elapsed);
+          telemetry_.pass(pass);
+          progress.update(pass, ahead);
+          if (cache_) {
+            cache_->add_cost(pass.table);
+            cache_->save_if_due(*service_);
+          }
+          if (ahead.reason != nullptr) stopped_by_ = ahead.reason;
+          noise_ = pass.noise;
+          bias_bound_ = pass.table.bias_bound;
+          if (ahead.reason == nullptr && !deadline.passed()) checkpoint(pass, interrupt.requested());
+          if (settings_.part && !deadline.passed()) tell_part(pass);
+          const bool goes_on = live_.after_pass(pass, ahead, interrupt.requested(), [&] { write_partial(pass); });
+          if (!goes_on && ahead.reason == nullptr) stopped_by_ = "page";
+          return goes_on && ahead.reason == nullptr && !interrupt.requested();
+        });
     progress.finish();
     if (result.unusable) {
       log_error(fmt::format("{}: expected the sums of this picture, found others", checkpoint_->file().string()));
@@ -184,17 +186,19 @@ class RenderJob {
   void checkpoint(const integrate::PassProgress& pass, bool now) {
     if (checkpoint_ == nullptr || !(now || checkpoint_->is_due())) return;
     const Clock::time_point start = Clock::now();
-    if (checkpoint_->save(pass, service_, progress_so_far()) && !now) {
-      image::Picture partial = pass.film->picture();
-      partial.whole_width = scene_.image.width;
-      partial.whole_height = scene_.image.height;
-      partial.metadata["settings"] = identity_text(identity_);
-      partial.metadata["stopped_by"] = "checkpoint";
-      if (settings_.layers) image::keep_layers(*settings_.layers, &partial);
-      if (const auto error = image::write_exr(settings_.output, partial, settings_.precision))
-        log_warning("checkpoint: no picture so far: " + error->message());
-    }
+    if (checkpoint_->save(pass, service_, progress_so_far()) && !now) write_partial(pass);
     checkpoint_->spent(Clock::now() - start);
+  }
+
+  void write_partial(const integrate::PassProgress& pass) const {
+    image::Picture partial = pass.film->picture();
+    partial.whole_width = scene_.image.width;
+    partial.whole_height = scene_.image.height;
+    partial.metadata["settings"] = identity_text(identity_);
+    partial.metadata["stopped_by"] = "checkpoint";
+    if (settings_.layers) image::keep_layers(*settings_.layers, &partial);
+    if (const auto error = image::write_exr(settings_.output, partial, settings_.precision))
+      log_warning("no picture so far: " + error->message());
   }
 
   /// After the last pass, where the film is there.

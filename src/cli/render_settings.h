@@ -53,6 +53,8 @@ struct RenderSettings {
   std::optional<int> samples_from, samples_to;      ///< of the samples of a pixel, the second excluded
   std::optional<std::filesystem::path> part;        ///< what `tress merge` takes
   std::optional<std::string> display_server;        ///< HOST:PORT of a viewer
+  std::optional<std::string> serve;                 ///< of the live page: ADDRESS:PORT, empty for a free one
+  std::optional<std::filesystem::path> serve_reference;
 };
 
 /// A model without rows is what it is at every vertex.

@@ -122,6 +122,9 @@ class Service {
 
   /// The row without counting a query. nodes is null unless the row is open or refused.
   RowView peek(SliceId slice, std::uint32_t a, std::uint32_t b) const;
+  /// What a node has carried of the light of the paths so far (credit()), a path: >= 0, of all nodes together about the
+  /// hits of a path. Between passes. 0 of one that is not there.
+  double light(SliceId slice, std::uint32_t a, std::uint32_t b) const;
   /// Called for each row whose fit or state changed, ascending (slice, node), at the end of publish(), when set
   /// (telemetry level rows). Between passes.
   void set_row_listener(std::function<void(const RowReport&)> listener);

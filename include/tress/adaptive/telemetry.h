@@ -75,6 +75,7 @@ struct RowReport {
   std::uint32_t knots = 0;       ///< of a knot table, 0 for all others
   std::uint32_t ribbons = 0;     ///< parts of a row of samples that has converged, 0 for all others
   std::uint32_t failed_tests = 0;
+  double light = 0;  ///< Service::light() of it
 };
 
 /// Writes JSON Lines, one write of a whole line an event: a killed run has told what it knew. Of a line that finds no

@@ -1,0 +1,69 @@
+// Threads that answer connections, and no more connections than they have room for.
+#pragma once
+
+#include <httplib.h>
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace tress::live {
+
+/// Where the queue is full the thread that accepts connections waits: further ones stay in the system's own short
+/// queue, and take no file of this program.
+class BoundedQueue final : public httplib::TaskQueue {
+ public:
+  using Task = std::function<void()>;
+  using Enqueued = decltype(std::declval<httplib::TaskQueue&>().enqueue(Task()));  // void or bool, by version
+
+  BoundedQueue(std::size_t threads, std::size_t room) : room_(room) {
+    for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
+  }
+
+  Enqueued enqueue(Task task) override {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return tasks_.size() < room_ || is_over_; });
+    tasks_.push_back(std::move(task));
+    lock.unlock();
+    changed_.notify_all();
+    return Enqueued(true);
+  }
+
+  void shutdown() override {
+    {
+      const std::scoped_lock lock(mutex_);
+      is_over_ = true;
+    }
+    changed_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
+  }
+
+ private:
+  void work() {
+    for (;;) {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return !tasks_.empty() || is_over_; });
+      if (tasks_.empty()) return;
+      const Task task = std::move(tasks_.front());
+      tasks_.pop_front();
+      lock.unlock();
+      changed_.notify_all();
+      task();
+    }
+  }
+
+  std::size_t room_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Task> tasks_;
+  bool is_over_ = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace tress::live

@@ -1,0 +1,35 @@
+#include "live/web_page.h"
+
+#include <nlohmann/json.hpp>
+
+namespace tress::live {
+
+std::string script_text(const nlohmann::ordered_json& data) {
+  const std::string json = data.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+  std::string text;
+  text.reserve(json.size());
+  for (const char c : json) {
+    if (c == '<')
+      text += "\\u003c";  // only within strings, where it means the same
+    else
+      text += c;
+  }
+  return text;
+}
+
+std::string whole_page(const std::string& page, const nlohmann::ordered_json& data) {
+  const auto& assets = web_assets();
+  std::string_view rest = assets.at(page);
+  std::string text;
+  for (;;) {
+    const std::size_t begin = rest.find("{{");
+    const std::size_t end = begin == std::string_view::npos ? begin : rest.find("}}", begin);
+    if (end == std::string_view::npos) return text += rest;
+    text += rest.substr(0, begin);
+    const std::string name(rest.substr(begin + 2, end - begin - 2));
+    text += name == "data" ? script_text(data) : std::string(assets.at(name));
+    rest.remove_prefix(end + 2);
+  }
+}
+
+}  // namespace tress::live
