@@ -3,6 +3,8 @@
 
 #include <httplib.h>
 
+#include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -21,13 +23,15 @@ class BoundedQueue final : public httplib::TaskQueue {
   using Task = std::function<void()>;
   using Enqueued = decltype(std::declval<httplib::TaskQueue&>().enqueue(Task()));  // void or bool, by version
 
-  BoundedQueue(std::size_t threads, std::size_t room) : room_(room) {
+  /// closing: once it is set nobody waits for room: what comes then is closed at once by the server. Outlives it.
+  BoundedQueue(std::size_t threads, std::size_t room, const std::atomic<bool>& closing)
+      : room_(room), closing_(closing) {
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
   }
 
   Enqueued enqueue(Task task) override {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return tasks_.size() < room_ || is_over_; });
+    while (tasks_.size() >= room_ && !closing_) changed_.wait_for(lock, std::chrono::milliseconds(50));
     tasks_.push_back(std::move(task));
     lock.unlock();
     changed_.notify_all();
@@ -59,6 +63,7 @@ class BoundedQueue final : public httplib::TaskQueue {
   }
 
   std::size_t room_;
+  const std::atomic<bool>& closing_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Task> tasks_;

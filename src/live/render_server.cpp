@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <charconv>
 #include <condition_variable>
 #include <ctime>
@@ -27,7 +28,7 @@ using namespace std::chrono_literals;
 constexpr std::size_t threads = 3, connections_waiting = 8;
 constexpr std::size_t most_rows_asked = 8, most_rows_answered = 16;
 constexpr double cpu_share = 0.003;
-constexpr auto watched_for = 5s;
+constexpr auto watched_for = 5s, patience_at_the_end = 3s;
 /// Answers may take so much before the share is looked at: a page that is just opened.
 constexpr auto allowance = 60s;
 
@@ -97,7 +98,9 @@ struct RenderServer::State {
   Asked asked;
   std::map<std::uint64_t, Json> rows;
   std::uint64_t last_request = 0;
-  bool paused = false, stopped = false, over = false;
+  bool paused = false, stopped = false;
+  std::atomic<bool> over{false};
+  bool has_ended = false;  ///< no thread of the server is left
   TimeShare time{cpu_share, Clock::now() - allowance};
 
   /// Of the Host of a request: this server and no name that merely leads here (DNS rebinding).
@@ -220,7 +223,7 @@ struct RenderServer::State {
 void RenderServer::State::set_routes() {
   using httplib::Request;
   using httplib::Response;
-  server.new_task_queue = [] { return new BoundedQueue(threads, connections_waiting); };
+  server.new_task_queue = [this] { return new BoundedQueue(threads, connections_waiting, over); };
   server.set_read_timeout(3s);
   server.set_write_timeout(3s);
   server.set_keep_alive_timeout(2);
@@ -260,15 +263,20 @@ void RenderServer::State::set_routes() {
   server.Post("/control", timed([this](const auto& request, auto& response) { take_control(request, response); }));
 }
 
-RenderServer::RenderServer() : state_(std::make_unique<State>()) {}
+RenderServer::RenderServer() : state_(std::make_shared<State>()) {}
 
+/// A client that sends its request byte by byte can hold a thread for hours: it is then left to the end of the process.
 RenderServer::~RenderServer() {
-  {
-    const std::scoped_lock lock(state_->mutex);
-    state_->over = true;
-  }
+  state_->over = true;
   state_->server.stop();
-  if (state_->listener.joinable()) state_->listener.join();
+  if (!state_->listener.joinable()) return;
+  std::unique_lock lock(state_->mutex);
+  const bool has_ended = state_->asked_something.wait_for(lock, patience_at_the_end, [&] { return state_->has_ended; });
+  lock.unlock();
+  if (has_ended)
+    state_->listener.join();
+  else
+    state_->listener.detach();
 }
 
 Result<std::unique_ptr<RenderServer>> RenderServer::start(const std::string& address) {
@@ -289,7 +297,12 @@ Result<std::unique_ptr<RenderServer>> RenderServer::start(const std::string& add
   state.is_loopback = host == "127.0.0.1" || host == "localhost";
   state.port = port == 0 ? state.server.bind_to_any_port(host) : state.server.bind_to_port(host, port) ? port : -1;
   if (state.port <= 0) return Error{"", "--serve", "an address and a port that are free", address};
-  state.listener = std::thread([&state] { state.server.listen_after_bind(); });
+  state.listener = std::thread([shared = server->state_] {
+    shared->server.listen_after_bind();
+    const std::scoped_lock lock(shared->mutex);
+    shared->has_ended = true;
+    shared->asked_something.notify_all();
+  });
   // stop() before it runs would be lost.
   while (!state.server.is_running()) std::this_thread::sleep_for(1ms);
   return server;

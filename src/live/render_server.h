@@ -68,7 +68,7 @@ class RenderServer {
  private:
   RenderServer();
   struct State;
-  std::unique_ptr<State> state_;
+  std::shared_ptr<State> state_;  ///< of the threads too
 };
 
 }  // namespace tress::live
