@@ -82,9 +82,11 @@ def main():
             sizes[count] = os.path.getsize(of("all.cache"))
         bytes_in = [os.path.getsize(cache) for cache in caches]
     calibration = max(0.0, cold - warm)
+    git = subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True)
     found = {
+        "context": {"commit": git.stdout.strip(), "load": os.getloadavg()[0]},
         "scene": os.path.relpath(options.scene, ROOT), "size": options.size, "samples": int(options.spp),
-        "load": os.getloadavg()[0], "frames": options.frames,
+        "frames": options.frames,
         "cpu_seconds": {"frame_cold": cold, "frame_warm": warm, "calibration": calibration},
         "merge": [{"caches": count, "cpu_seconds": merges[count], "bytes_read": sum(bytes_in[:count]), "bytes": sizes[count]}
                   for count in sorted(merges)],
