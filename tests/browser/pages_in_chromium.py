@@ -1,0 +1,114 @@
+"""The live page and the report in a real browser.
+
+    tests/browser/pages_in_chromium.py TRESS CHROMIUM SCENE FOLDER    # screenshots are left in FOLDER
+"""
+import os
+import subprocess
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from chromium import Page  # noqa: E402
+
+tress, chromium, scene, folder = sys.argv[1:5]
+os.makedirs(folder, exist_ok=True)
+
+
+def at(name):
+    return os.path.join(folder, name)
+
+
+def check(holds, what):
+    if not holds:
+        raise AssertionError(what)
+    print("ok:", what, flush=True)
+
+
+# The sum of what the canvas shows.
+LIGHT = """(() => { const c = document.getElementById('picture'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+  let sum = 0; for (let i = 0; i < d.length; i += 4) sum += d[i] + d[i + 1] + d[i + 2]; return sum; })()"""
+SET = "(id, x, event) => { const e = document.getElementById(id); e.value = x; e.dispatchEvent(new Event(event)); }"
+
+
+def live_page():
+    render = subprocess.Popen([tress, "render", scene, "-o", at("live.exr"), "--spp", "1000000", "--resolution", "64x64",
+                               "--threads", "1", "--layers", "TT,TRT", "--serve"], stderr=subprocess.PIPE, text=True)
+    page = None
+    try:
+        address = next(line.split()[-1] for line in render.stderr if "live page: " in line)
+        page = Page(chromium, 1300, 1500)
+        page.open(address)
+        page.until("Number(document.getElementById('picture')?.dataset.version) >= 1")
+        check(page.value(LIGHT) > 0, "the picture arrives")
+        first = page.value("document.getElementById('picture').dataset.version")
+        page.until(f"Number(document.getElementById('picture').dataset.version) > {first}")
+        check(True, "the picture changes")
+        page.until("document.querySelectorAll('#maps .map').length >= 3 && passes.length >= 5")
+        check(page.value("document.querySelectorAll('#charts canvas').length") == 6, "six charts")
+        before = page.value(LIGHT)
+        page.value(f"({SET})('exposure', 2, 'input')")
+        check(page.value(LIGHT) > 1.2 * before, "the exposure makes it brighter")
+        page.value(f"({SET})('exposure', 0, 'input')")
+        page.value(f"({SET})('layer', 'TRT', 'change')")
+        page.until("shown.latest.layer === 'TRT'")
+        page.value(f"({SET})('layer', 'beauty', 'change')")
+        page.until("slices.some((slice) => slice.states.includes('c'))")
+        # A click on the middle of a node's rectangle.
+        box = page.value("""(() => { const i = slices.findIndex((s) => s.states.includes('c')), s = slices[i], node = s.states.indexOf('c');
+          const map = document.querySelectorAll('#maps .map')[i]; map.scrollIntoView({block: 'center'}); const b = map.getBoundingClientRect();
+          const high = s.b.length, x = Math.floor(node / high), y = high - 1 - node % high;
+          return [b.left + (x + 0.5) / s.a.length * b.width, b.top + (y + 0.5) / high * b.height]; })()""")
+        for kind in ("mousePressed", "mouseReleased"):
+            page.call("Input.dispatchMouseEvent", type=kind, x=box[0], y=box[1], button="left", clickCount=1)
+        page.until("document.querySelectorAll('#row-charts canvas').length === 3")
+        words = page.value("document.getElementById('row-words').textContent")
+        check("converged" in words and "components" in words, f"a clicked row is shown: {words}")
+        page.value("document.getElementById('pause').click()")
+        page.until("document.getElementById('state').textContent.startsWith('paused')")
+        count = page.value("passes.length")
+        page.value("new Promise((done) => setTimeout(done, 2500))")
+        check(page.value("passes.length") <= count + 1, "a paused render does not go on")
+        page.value("window.scrollTo(0, 0)")
+        page.picture(at("live_wide.png"))
+        page.size(390, 1400)
+        page.picture(at("live_narrow.png"))
+        page.until("document.documentElement.scrollWidth <= 390", 10)
+        check(True, "a narrow page does not scroll sideways")
+        page.value("document.getElementById('save').click()")
+        page.until("document.getElementById('said').textContent === 'saved'")
+        check(os.path.getsize(at("live.exr")) > 1000, "saved while paused")
+        page.value("document.getElementById('stop').click()")
+        render.stderr.read()
+        check(render.wait(60) == 0, "the page stops the render")
+        check(page.errors == [], f"no script fails: {page.errors}")
+        check(all(url.startswith((address, "data:", "about:")) for url in page.addresses), "nobody else is asked")
+    finally:
+        if page:
+            page.close()
+        if render.poll() is None:
+            render.kill()
+            render.wait()
+
+
+def report():
+    for name in ("cold", "warm"):
+        subprocess.run([tress, "render", scene, "-o", at(name + ".exr"), "--spp", "4", "--resolution", "48x48", "--quiet",
+                        "--telemetry", at(name + ".jsonl"), "--telemetry-level", "rows", "--warm-cache", at("r.cache")], check=True)
+    subprocess.run([tress, "report", at("cold.jsonl"), at("warm.jsonl"), "-o", at("report.html"), "--quiet"], check=True)
+    page = Page(chromium, 1300, 1600)
+    try:
+        page.call("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=0, uploadThroughput=0)
+        page.open("file://" + os.path.realpath(at("report.html")))
+        page.until("document.querySelectorAll('main table').length >= 2")
+        check(page.value("document.querySelectorAll('.chart canvas').length") == 7, "seven charts, offline")
+        check(page.value("""[...document.querySelectorAll('.chart canvas')].every((c) => c.getContext('2d').getImageData(0, 0, c.width, c.height)
+          .data.some((x) => x > 0))"""), "every chart is drawn")
+        check("light of all" in page.value("document.body.textContent"), "rows that have not converged, by their light")
+        check(page.errors == [], f"no script fails: {page.errors}")
+        check(all(url.startswith(("file:", "data:", "about:")) for url in page.addresses), "nobody is asked")
+        page.picture(at("report.png"))
+    finally:
+        page.close()
+
+
+report()
+live_page()
