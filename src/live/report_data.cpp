@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -116,18 +117,16 @@ class Run {
       return {{"text", "the telemetry does not tell single rows; a run with --telemetry-level rows does"},
               {"rows", Json::array()}};
     double light = 0, light_left = 0;
-    std::vector<const Json*> left;
+    std::multimap<double, const Json*, std::greater<>> left;  // by light, those of equal light as they stand
     for (const auto& [place, row] : rows_) {
       light += number(row, "light");
       if (text_of(row, "state") == "converged") continue;
       light_left += number(row, "light");
-      left.push_back(&row);
+      left.emplace(number(row, "light"), &row);
     }
-    std::ranges::stable_sort(left,
-                             [](const Json* a, const Json* b) { return number(*a, "light") > number(*b, "light"); });
     const auto share = [&](double part) { return light > 0 ? Json(part / light) : Json(nullptr); };
     Json rows = Json::array();
-    for (const Json* row : left) {
+    for (const auto& [carried, row] : left) {
       if (rows.size() == most_rows_listed) break;
       rows.push_back({{"fiber", words(field(*row, "fiber"))},
                       {"angles", words(field(*row, "angles"))},
@@ -135,7 +134,7 @@ class Run {
                       {"objective", field(*row, "objective")},
                       {"failed_tests", field(*row, "failed_tests")},
                       {"light", field(*row, "light")},
-                      {"share", share(number(*row, "light"))},
+                      {"share", share(carried)},
                       {"command", field(*row, "command")}});
     }
     std::string text = fmt::format("{} of {} rows that were created or changed in this run", left.size(), rows_.size());
