@@ -25,7 +25,7 @@ namespace tress::live {
 class DisplayClient {
  public:
   struct Options {
-    double cpu_share = 0.004;                  ///< of the time since construction, for the thread of its own
+    double cpu_share = 0.003;                  ///< of the time since construction, for the thread of its own
     std::chrono::milliseconds patience{3000};  ///< with a viewer that takes nothing
     std::chrono::milliseconds retry{500};      ///< between two attempts to reach one
   };

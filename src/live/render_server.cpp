@@ -27,7 +27,7 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t threads = 3, connections_waiting = 8;
 constexpr std::size_t most_rows_asked = 8, most_rows_answered = 16;
-constexpr double cpu_share = 0.003;
+constexpr double cpu_share = 0.002;
 constexpr auto watched_for = 5s, patience_at_the_end = 3s;
 /// Answers may take so much before the share is looked at: a page that is just opened.
 constexpr auto allowance = 60s;
