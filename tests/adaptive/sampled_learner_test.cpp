@@ -73,10 +73,11 @@ TEST(SampledLearner, KeepsTheMeanDirectionsOfItsDraws) {
   });
   const SampledRow learned = learn(target);
   ASSERT_EQ(learned.verdict, Verdict::converged);
-  ASSERT_EQ(learned.paths, 2048u);
+  ASSERT_GE(learned.paths, 2048u);
+  ASSERT_EQ(learned.paths % 256, 0u);
   std::vector<SampledExit> exits;
   const SliceDescription slice;
-  for (std::uint64_t stream = 0; stream < 8; ++stream) {  // those that it has learned from
+  for (std::uint64_t stream = 0; stream < learned.paths / 256; ++stream) {  // those that it has learned from
     target.draw(slice, 0, 0, stream, 0, 256, exits);
   }
   const Ribbon fit = learned.row.ribbon(0);
