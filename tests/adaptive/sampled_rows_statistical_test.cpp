@@ -20,7 +20,7 @@ namespace {
 // 10 with a probability of 3e-4 (binomial) for each seed.
 TEST(SampledRowsUnderStress, AreSeldomFalselyConvergedAndNeverByFar) {
   constexpr std::size_t rows = 40;
-  constexpr std::uint32_t paths = 1u << 16;
+  constexpr std::uint32_t paths = 1u << 19;  // the error of chi2 is 0.025 at most where a lobe is seldom hit
   int converged = 0, falsely = 0;
   for (const std::string family : {"wide", "rare", "spike"}) {
     const testing::ListedSamples target(testing::sampled_stress(family, rows, test::seed(41)));
@@ -39,7 +39,7 @@ TEST(SampledRowsUnderStress, AreSeldomFalselyConvergedAndNeverByFar) {
       if (service.peek(static_cast<SliceId>(i), 0, 0).state != RowState::converged) continue;
       ++converged;
       falsely += tests[i].chi2 - 2 * tests[i].deviation > options.sampled_epsilon ? 1 : 0;
-      EXPECT_LT(tests[i].chi2, 2 * options.sampled_epsilon) << family << " " << i;
+      EXPECT_LT(tests[i].chi2 - 2 * tests[i].deviation, 2 * options.sampled_epsilon) << family << " " << i;
     }
   }
   EXPECT_GT(converged, 60);
