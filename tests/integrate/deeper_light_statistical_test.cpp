@@ -151,7 +151,9 @@ TEST(LearnedRoulette, FurnaceIsOne) {
     EXPECT_LT(std::abs(mean.value - 1), z_limit * mean.error) << color;
     // Else the comparison says little; 0.0013 to 0.0015 were measured. Of a few samples (TRESS_TEST_SCALE) most are of
     // passes that have not learned yet, and noisier.
-    if (options.samples >= 96) EXPECT_LT(mean.error, 0.002) << color;
+    if (options.samples >= 96) {
+      EXPECT_LT(mean.error, 0.002) << color;
+    }
   }
 }
 
