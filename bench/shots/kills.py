@@ -27,7 +27,7 @@ SCENE = {
 }
 # After a SIGTERM, which saves the cache, the last run merges with it: `saved` is "merged", not "saved".
 OUTCOMES = {"saved"}
-TIMES = {"seconds", "cpu_seconds", "learning_cpu_seconds", "cpu_seconds_spared_estimate"}
+TIMES = {"seconds", "cpu_seconds", "deeper_cpu_seconds", "learning_cpu_seconds", "cpu_seconds_spared_estimate"}
 NAMES = {"image", "file"}
 
 
