@@ -199,8 +199,7 @@ void add_learner(CLI::App* app, adaptive::Options& table) {
       app, "--learner", names, [&table](const std::string& name) { table.learner = references::find_learner(name); },
       help);
   add_whole(app, "--components", [&table](std::uint64_t n) { table.max_components = static_cast<std::uint32_t>(n); });
-  add_number(app, "--epsilon",
-             [&table](double x) { table.epsilon = table.sampled_epsilon = table.faint_sampled_epsilon = x; });
+  add_number(app, "--epsilon", [&table](double x) { table.hold_all_to(x); });
   add_number(app, "--table-memory", [&table](double x) { table.memory_bytes = std::size_t(x * double(1 << 20)); });
 }
 

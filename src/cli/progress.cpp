@@ -43,16 +43,12 @@ void Forecast::watch(const integrate::PassProgress& pass) {
 
 Outlook Forecast::after(const integrate::PassProgress& pass, double elapsed) {
   watch(pass);
-  const bool is_even = pass.pass + 1 >= integrate::initial_passes;  // every pixel has as many samples
   const int samples = static_cast<int>(integrate::sample_of_pass(pass.pass)) + 1;
   Outlook result;
+  result.reason = rule_.reason_to_end(pass, elapsed);
   if (rule_.seconds) {
     result.share = ratio(elapsed, *rule_.seconds);
     result.seconds_left = std::max(0.0, *rule_.seconds - elapsed);
-    const int samples_at_most = pass.pass_count - integrate::initial_passes + 1;
-    const double pixels = static_cast<double>(pass.paths_total) / samples_at_most;
-    const double next = pass.seconds * pixels / std::max(1.0, static_cast<double>(pass.pixels));
-    if (is_even && elapsed + next > *rule_.seconds) result.reason = "time";
   } else {
     const auto paths = static_cast<double>(pass.paths_so_far);
     result.share = ratio(paths, static_cast<double>(pass.paths_total));
@@ -60,13 +56,11 @@ Outlook Forecast::after(const integrate::PassProgress& pass, double elapsed) {
     if (rule_.noise && noise_is_known) {
       const double wanted = pass.noise / *rule_.noise;
       result.share = std::max(result.share, ratio(1, wanted * wanted));
-      if (pass.noise <= *rule_.noise) result.reason = "noise";
     }
     if (is_steady_ && result.share > 0 && (!rule_.noise || noise_is_known)) {
       result.seconds_left = pace() * paths * (1 - result.share) / result.share;
     }
   }
-  if (result.reason == nullptr && pass.pass + 1 >= pass.pass_count) result.reason = "samples";
   return result;
 }
 

@@ -1,5 +1,4 @@
-// When a render ends, after so many samples, so long a time, or at so little noise; how far it is; and what of that
-// is shown.
+// How far a render is, and what of that is shown.
 #pragma once
 
 #include <atomic>
@@ -13,24 +12,14 @@
 #include <vector>
 
 #include "integrate/renderer.h"
+#include "integrate/stop_rule.h"
 
 namespace tress::cli {
 
-/// At most one of the two; none: the samples of the scene.
-struct StopRule {
-  std::optional<double> seconds;  ///< since the command began; the picture then depends on the machine
-  std::optional<double> noise;    ///< of the picture, relative (integrate::PassProgress::noise)
-
-  static constexpr int most_samples = 1 << 20;        ///< a pixel, whatever the rule
-  static constexpr int most_samples_noise = 1 << 14;  ///< a pixel, waiting for the noise to fall
-  static constexpr int least_samples_noise = 4;       ///< a pixel, before its variance is believed
-
-  /// Samples a pixel after which it ends at the latest; `asked`: those of the scene.
-  int samples(int asked) const { return seconds ? most_samples : noise ? most_samples_noise : asked; }
-};
+using integrate::StopRule;
 
 struct Outlook {
-  const char* reason = nullptr;        ///< to end here: "samples", "time", "noise"; null: go on
+  const char* reason = nullptr;        ///< StopRule::reason_to_end()
   double share = 0;                    ///< of the work that is done, as far as can be told, [0, 1]
   std::optional<double> seconds_left;  ///< unset until it can be known within a factor of two
 };
@@ -40,9 +29,8 @@ class Forecast {
  public:
   explicit Forecast(const StopRule& rule) : rule_(rule) {}
 
-  /// After each pass, `elapsed` seconds after the command began. Ends only where every pixel has as many samples, one
-  /// at least. By time: where the next pass, if it goes like this one, would end too late. The time left until a noise
-  /// is reached takes it to fall as 1 / sqrt(samples).
+  /// After each pass, `elapsed` seconds after the command began. The time left until a noise is reached takes it to
+  /// fall as 1 / sqrt(samples).
   ///
   /// The first passes cost up to ten times a later one, as long as rows are learned. So the time left is the work left
   /// at the pace of the later half of what is done, and is told from the first pass on whose pace is that of the one

@@ -164,10 +164,7 @@ class RenderJob {
 
   bool rows_learn() const { return service_ != nullptr && settings_.cache_mode != CacheMode::frozen; }
 
-  /// Where no row learns nothing does, so that parts of a picture fit together, unless it is asked for.
-  integrate::Roulette roulette() const {
-    return settings_.roulette.value_or(rows_learn() ? integrate::Roulette::learned : integrate::Roulette::throughput);
-  }
+  integrate::Roulette roulette() const { return integrate::roulette_or_usual(settings_.roulette, rows_learn()); }
 
   /// A frozen table answers every picture alike, whatever part of it is rendered.
   void freeze_if_asked() {

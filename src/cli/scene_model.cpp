@@ -18,11 +18,7 @@ SceneModel::SceneModel(const RenderSettings& settings)
   if (info_.has_rows() && settings.estimator != fiber::Estimator::exact) {
     adaptive::Options options = settings.table;
     options.seed = settings.render.seed;
-    // A frozen table is used as it is: it learns nothing, the light of its rows neither.
-    if (settings.cache_mode == CacheMode::frozen) {
-      options.sampled_epsilon = std::max(options.sampled_epsilon, options.faint_sampled_epsilon);
-      if (options.picture_error > 0) options.epsilon = options.sampled_epsilon = 1;
-    }
+    if (settings.cache_mode == CacheMode::frozen) options.take_rows_as_they_are();
     learned_ = fiber::make_service(info_, options);
   }
   model_ = info_.make({settings.estimator, service(), settings.quadrature_points.value_or(0)});

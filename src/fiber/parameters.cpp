@@ -33,9 +33,9 @@ float roughness_shift(const FiberParameters& fiber, int p, float theta_r) {
   return LobeWidths(fiber).at(theta_r).shift[LobeWidths::lane_of(p)];
 }
 
-glm::vec3 sigma_a_from_color(const glm::vec3& color) {
-  constexpr double b = 0.3;
-  constexpr double denominator =
+glm::vec3 sigma_a_from_color(const glm::vec3& color, double radial_roughness) {
+  const double b = radial_roughness;
+  const double denominator =
       5.969 - 0.215 * b + 2.532 * b * b - 10.73 * b * b * b + 5.574 * b * b * b * b + 0.245 * b * b * b * b * b;
   glm::vec3 sigma_a(0.0f);
   for (int c = 0; c < 3; ++c) {

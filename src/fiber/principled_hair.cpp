@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <glm/common.hpp>
 #include <numbers>
 
 #include "tress/fiber/parameter_ranges.h"
@@ -75,14 +76,7 @@ FiberParameters fiber_of(const PrincipledHair& hair) {
 }
 
 glm::vec3 sigma_a_of_principled_color(const glm::vec3& color, float radial_roughness) {
-  const double b = radial_roughness;
-  const double denominator = 5.969 + b * (-0.215 + b * (2.532 + b * (-10.73 + b * (5.574 + b * 0.245))));
-  glm::vec3 sigma_a(0.0f);
-  for (int c = 0; c < 3; ++c) {
-    const double root = std::log(std::clamp(static_cast<double>(color[c]), 1e-5, 1.0)) / denominator;
-    sigma_a[c] = static_cast<float>(root * root);
-  }
-  return sigma_a;
+  return sigma_a_from_color(glm::max(color, 1e-5f), double{radial_roughness});
 }
 
 glm::vec3 sigma_a_of_principled_melanin(float melanin, float redness) {

@@ -37,6 +37,10 @@ struct MeasuredBias {
 /// What ends a path, or lets several go on from a hit; no rule changes the mean. throughput: the root of what a path
 /// has lost; learned: the light that comes after a hit, learned from earlier passes (DeeperLight).
 enum class Roulette { throughput, learned };
+/// `asked`, else learned where rows learn: where none does nothing does, so that parts of a picture fit together.
+inline Roulette roulette_or_usual(const std::optional<Roulette>& asked, bool rows_learn) {
+  return asked.value_or(rows_learn ? Roulette::learned : Roulette::throughput);
+}
 
 /// Where a render goes on: what had been done when it was saved, after a pass.
 struct RenderState {

@@ -45,9 +45,7 @@ class Bcsdf {
       throw Raised({"", "estimator", "fitted or exact with model " + model, "corrected"});
     adaptive::Options options;
     options.seed = seed;
-    if (epsilon)
-      options.epsilon = options.sampled_epsilon = options.faint_sampled_epsilon =
-          in_range("epsilon", *epsilon, "--epsilon");
+    if (epsilon) options.hold_all_to(in_range("epsilon", *epsilon, "--epsilon"));
     if (info_.has_rows() && used != fiber::Estimator::exact) learned_ = fiber::make_service(info_, options);
     model_ = info_.make({used, learned_.service.get(), 0});
     const py::gil_scoped_release released;  // energies are traced

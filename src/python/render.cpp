@@ -58,8 +58,7 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   request.model = given.value<std::string>("model").value_or(request.model);
   if (const auto name = given.value<std::string>("estimator")) request.estimator = estimator_named(*name);
   if (const auto name = given.value<std::string>("learner")) request.table.learner = learner_named(*name);
-  if (const auto x = given.number<double>("epsilon", "--epsilon"))
-    request.table.epsilon = request.table.sampled_epsilon = request.table.faint_sampled_epsilon = *x;
+  if (const auto x = given.number<double>("epsilon", "--epsilon")) request.table.hold_all_to(*x);
   if (const auto x = given.number<double>("picture_error", "--picture-error")) request.table.picture_error = *x;
   if (const auto mb = given.number<std::uint64_t>("table_memory", "--table-memory"))
     request.table.memory_bytes = static_cast<std::size_t>(*mb) << 20;

@@ -12,7 +12,7 @@
 
 #include "base/nearest_word.h"
 #include "geometry/fiber_scene.h"
-#include "integrate/pass_order.h"
+#include "integrate/stop_rule.h"
 #include "references/registry.h"
 #include "tress/adaptive/cache.h"
 
@@ -20,9 +20,6 @@ namespace tress::python {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-/// As the program has them (scenes/README.md, noise and time).
-constexpr int most_samples_time = 1 << 20, most_samples_noise = 1 << 14, least_samples_noise = 4;
 
 std::optional<Error> contradiction(const scene::Scene& scene, const RenderRequest& request,
                                    const fiber::ModelInfo& info) {
@@ -91,31 +88,6 @@ class CacheFileOf {
   bool refused_ = false;
 };
 
-/// Why to end after this pass; null: go on. As the program does (src/cli/progress.cpp).
-const char* end_of(const RenderRequest& request, const integrate::PassProgress& pass, double elapsed) {
-  if (request.noise && static_cast<int>(integrate::sample_of_pass(pass.pass)) + 1 >= least_samples_noise &&
-      pass.noise <= *request.noise)
-    return "noise";
-  const bool is_even = pass.pass + 1 >= integrate::initial_passes;
-  if (request.seconds && is_even) {
-    const int samples_at_most = pass.pass_count - integrate::initial_passes + 1;
-    const double pixels = static_cast<double>(pass.paths_total) / samples_at_most;
-    const double next = pass.seconds * pixels / std::max(1.0, static_cast<double>(pass.pixels));
-    if (elapsed + next > *request.seconds) return "time";
-  }
-  return nullptr;
-}
-
-adaptive::Options table_of(const RenderRequest& request) {
-  adaptive::Options options = request.table;
-  options.seed = request.render.seed;
-  if (request.cache_mode == "frozen" && !request.warm_cache.empty()) {
-    options.sampled_epsilon = std::max(options.sampled_epsilon, options.faint_sampled_epsilon);
-    if (options.picture_error > 0) options.epsilon = options.sampled_epsilon = 1;
-  }
-  return options;
-}
-
 Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& request, const fiber::ModelInfo& info,
                                const std::atomic<bool>& stop,
                                const std::function<bool(const integrate::PassProgress&)>& on_pass) {
@@ -123,8 +95,11 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   RenderOutcome outcome;
   fiber::ModelService learned;
-  const adaptive::Options table = table_of(request);
   const bool has_rows = info.has_rows() && request.estimator != fiber::Estimator::exact;
+  const bool is_frozen = !request.warm_cache.empty() && request.cache_mode == "frozen";
+  adaptive::Options table = request.table;
+  table.seed = request.render.seed;
+  if (is_frozen) table.take_rows_as_they_are();
   if (has_rows) learned = fiber::make_service(info, table);
   const std::unique_ptr<fiber::FiberModel> model = info.make({request.estimator, learned.service.get(), 0});
   std::vector<fiber::FiberId> fibers;
@@ -135,17 +110,16 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
     if (auto error = cache->open(*learned.service, &outcome)) return *error;
   }
   integrate::RenderOptions options = request.render;
-  options.samples = request.seconds ? most_samples_time : request.noise ? most_samples_noise : scene.image.samples;
+  const integrate::StopRule rule{request.seconds, request.noise};
+  options.samples = rule.samples(scene.image.samples);
   if (!model->evaluates()) options.light_samples = 0;
-  const bool rows_learn = has_rows && (request.warm_cache.empty() || request.cache_mode != "frozen");
-  options.roulette =
-      request.roulette.value_or(rows_learn ? integrate::Roulette::learned : integrate::Roulette::throughput);
+  options.roulette = integrate::roulette_or_usual(request.roulette, has_rows && !is_frozen);
   const geometry::FiberScene strands(scene);
   outcome.result = integrate::render(scene, strands, *model, fibers, learned.service.get(), options, stop,
                                      [&](const integrate::PassProgress& pass) {
                                        outcome.noise = pass.noise;
                                        outcome.bias_bound = pass.table.bias_bound;
-                                       const char* end = end_of(request, pass, elapsed());
+                                       const char* end = rule.reason_to_end(pass, elapsed());
                                        if (end != nullptr) outcome.stopped_by = end;
                                        const bool goes_on = on_pass(pass);
                                        if (!goes_on) outcome.stopped_by = "caller";

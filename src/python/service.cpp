@@ -281,7 +281,7 @@ adaptive::Options options_of(const py::dict& given) {
   };
   read("epsilon", options.epsilon);
   in_range("epsilon", options.epsilon, "--epsilon");
-  if (given.contains("epsilon")) options.faint_sampled_epsilon = options.sampled_epsilon = options.epsilon;
+  if (given.contains("epsilon")) options.hold_all_to(options.epsilon);
   read("queries_before_creation", options.queries_before_creation);
   read("seed", options.seed);
   read("max_components", options.max_components);

@@ -29,23 +29,26 @@ class Usage : public CommandTest {
   }
 };
 
+const std::vector<std::vector<std::string>> commands{{},
+                                                     {"render"},
+                                                     {"fit"},
+                                                     {"far-field"},
+                                                     {"diff"},
+                                                     {"info"},
+                                                     {"convert"},
+                                                     {"merge"},
+                                                     {"report"},
+                                                     {"farm"},
+                                                     {"farm", "run"},
+                                                     {"farm", "merge"},
+                                                     {"farm", "status"},
+                                                     {"cache"},
+                                                     {"cache", "info"},
+                                                     {"cache", "verify"},
+                                                     {"cache", "merge"},
+                                                     {"cache", "prebake"}};
+
 TEST_F(Usage, EveryCommandHasHelpOnStandardOutput) {
-  const std::vector<std::vector<std::string>> commands{{},
-                                                       {"render"},
-                                                       {"fit"},
-                                                       {"far-field"},
-                                                       {"diff"},
-                                                       {"info"},
-                                                       {"convert"},
-                                                       {"farm"},
-                                                       {"farm", "run"},
-                                                       {"farm", "merge"},
-                                                       {"farm", "status"},
-                                                       {"merge"},
-                                                       {"cache"},
-                                                       {"cache", "info"},
-                                                       {"cache", "verify"},
-                                                       {"cache", "merge"}};
   for (std::vector<std::string> command : commands) {
     command.push_back("--help");
     const Outcome outcome = run(command);
@@ -57,20 +60,6 @@ TEST_F(Usage, EveryCommandHasHelpOnStandardOutput) {
 }
 
 TEST_F(Usage, HelpIsACommandToo) {
-  const std::vector<std::vector<std::string>> commands{{},
-                                                       {"render"},
-                                                       {"fit"},
-                                                       {"far-field"},
-                                                       {"diff"},
-                                                       {"info"},
-                                                       {"convert"},
-                                                       {"merge"},
-                                                       {"farm", "status"},
-                                                       {"cache"},
-                                                       {"cache", "info"},
-                                                       {"cache", "verify"},
-                                                       {"cache", "merge"},
-                                                       {"cache", "prebake"}};
   for (const std::vector<std::string>& command : commands) {
     std::vector<std::string> word{"help"}, option = command;
     word.insert(word.end(), command.begin(), command.end());

@@ -1,6 +1,7 @@
 // Every setting of the service and its default, in one place.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -55,6 +56,15 @@ struct Options {
   /// that draws what is none, misuse. Called between
   /// passes only, inside add_slice(), load() and publish(), by the thread that called those. May be empty.
   std::function<void(const std::string& sentence)> log = nullptr;
+
+  /// One epsilon for rows of every kind, whatever light they carry.
+  void hold_all_to(double all) { epsilon = sampled_epsilon = faint_sampled_epsilon = all; }
+  /// For a table that is used as it is, which learns nothing, the light of its rows neither: rows answer that were held
+  /// to anything that these options ask of any row.
+  void take_rows_as_they_are() {
+    sampled_epsilon = std::max(sampled_epsilon, faint_sampled_epsilon);
+    if (picture_error > 0) epsilon = sampled_epsilon = 1;
+  }
 
   /// queries_before_creation, or 1 where the learner builds a row on its first query.
   std::uint32_t queries_to_creation() const {

@@ -79,8 +79,9 @@ float lobe_tilt(const FiberParameters& fiber, int p);
 /// at most t/k. Fitted to fibers traced in three dimensions (bench/README.md, fiber3d; bench/atlas/README.md, maps).
 float roughness_shift(const FiberParameters& fiber, int p, float theta_r);
 
-/// sigma_a that gives fibers of multiple scattering albedo `color` (Chiang et al. 2016, beta_N = .3). color in (0, 1).
-glm::vec3 sigma_a_from_color(const glm::vec3& color);
+/// sigma_a that gives fibers of multiple scattering albedo `color` and azimuthal roughness beta_N (Chiang et al. 2016).
+/// color: linear RGB, clamped to [1e-6, 1].
+glm::vec3 sigma_a_from_color(const glm::vec3& color, double radial_roughness = 0.3);
 /// Concentrations >= 0; (.419, .697, 1.37) and (.187, .4, 1.05) per unit.
 glm::vec3 sigma_a_from_melanin(float eumelanin, float pheomelanin);
 

@@ -98,8 +98,8 @@ class RoughModel final : public EventRowModel {
     }
     constants->specular_height = specular_height(event.wr.theta);
     constants->is_black = shares.is_black;
-    const float inverse = shares.inverse_luminance;
-    const Float4 terms{0.2126f * inverse, 0.7152f * inverse, 0.0722f * inverse, 0};
+    const glm::vec3 share = luminance_terms(glm::vec3(shares.inverse_luminance));
+    const Float4 terms{share.r, share.g, share.b, 0};
     constants->proposal = {terms * load_energy(event, Lobe::r), terms * load_energy(event, Lobe::tt),
                            terms * (load_energy(event, Lobe::trt) + load_energy(event, Lobe::glint)),
                            terms * (load_energy(event, Lobe::trrt) + load_energy(event, Lobe::residual))};

@@ -1,0 +1,21 @@
+#include "integrate/stop_rule.h"
+
+#include <algorithm>
+
+#include "integrate/pass_order.h"
+
+namespace tress::integrate {
+
+const char* StopRule::reason_to_end(const PassProgress& pass, double elapsed) const {
+  if (seconds && pass.pass + 1 >= initial_passes) {  // every pixel has as many samples
+    const int samples_at_most = pass.pass_count - initial_passes + 1;
+    const double pixels = static_cast<double>(pass.paths_total) / samples_at_most;
+    const double next = pass.seconds * pixels / std::max(1.0, static_cast<double>(pass.pixels));
+    if (elapsed + next > *seconds) return "time";
+  }
+  const int samples = static_cast<int>(sample_of_pass(pass.pass)) + 1;
+  if (noise && samples >= least_samples_noise && pass.noise <= *noise) return "noise";
+  return pass.pass + 1 >= pass.pass_count ? "samples" : nullptr;
+}
+
+}  // namespace tress::integrate

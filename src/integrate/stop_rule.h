@@ -1,0 +1,27 @@
+// When a render ends: after so many samples, so long a time, or at so little noise.
+#pragma once
+
+#include <optional>
+
+#include "integrate/renderer.h"
+
+namespace tress::integrate {
+
+/// At most one of the two; none: the samples of the scene.
+struct StopRule {
+  std::optional<double> seconds;  ///< since the command began; the picture then depends on the machine
+  std::optional<double> noise;    ///< of the picture, relative (PassProgress::noise)
+
+  static constexpr int most_samples = 1 << 20;        ///< a pixel, whatever the rule
+  static constexpr int most_samples_noise = 1 << 14;  ///< a pixel, waiting for the noise to fall
+  static constexpr int least_samples_noise = 4;       ///< a pixel, before its variance is believed
+
+  /// Samples a pixel after which it ends at the latest; `asked`: those of the scene.
+  int samples(int asked) const { return seconds ? most_samples : noise ? most_samples_noise : asked; }
+  /// Why to end after this pass, `elapsed` seconds after the command began: "samples", "time", "noise"; null: go on.
+  /// Only where every pixel has as many samples, one at least. By time: where the next pass, if it goes like this one,
+  /// would end too late.
+  const char* reason_to_end(const PassProgress& pass, double elapsed) const;
+};
+
+}  // namespace tress::integrate
