@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -15,14 +14,14 @@
 #include "cli/console.h"
 #include "cli/options.h"
 #include "cli/output_files.h"
+#include "cli/part_header.h"
+#include "integrate/cryptomatte.h"
 #include "integrate/film.h"
-#include "scene/model/parameters.h"
 #include "tress/version.h"
 
 namespace tress::cli {
 namespace {
 
-constexpr std::size_t most_groups = 64;
 /// The cache that a part learns into is its own; whether its table is that of the others is told apart.
 const std::vector<std::string> may_differ{"--samples-from", "--samples-to", "--crop", "--warm-cache"};
 
@@ -35,54 +34,10 @@ struct MergeSettings {
 struct Part {
   std::filesystem::path file;
   SavedRender saved;
-  image::Window window, whole;
-  int from = 0, to = 0;
-  bool opaque = false, glint = false, frozen = false, moving = false, emission = false;
-  std::string table;
-  std::vector<std::string> groups;  ///< of light
+  PartHeader header;
 };
 
-/// So many whole numbers of a JSON array, each in [0, 2^24].
-template <std::size_t N>
-bool read_numbers(const nlohmann::json& value, std::array<int, N>* numbers) {
-  if (!value.is_array() || value.size() != N) return false;
-  for (std::size_t i = 0; i < N; ++i) {
-    if (!value[i].is_number_unsigned() || value[i].get<std::uint64_t>() > (1u << 24)) return false;
-    (*numbers)[i] = value[i].get<int>();
-  }
-  return true;
-}
-
-bool describe(Part* part) {
-  const nlohmann::json& told = part->saved.progress;
-  std::array<int, 4> window{};
-  std::array<int, 2> whole{}, samples{};
-  if (!read_numbers(told.value("window", nlohmann::json()), &window) ||
-      !read_numbers(told.value("whole", nlohmann::json()), &whole) ||
-      !read_numbers(told.value("samples", nlohmann::json()), &samples))
-    return false;
-  part->window = {window[0], window[1], window[2], window[3]};
-  part->whole = {0, 0, whole[0], whole[1]};
-  part->from = samples[0];
-  part->to = samples[1];
-  for (const auto& [name, flag] :
-       {std::pair{"opaque", &part->opaque}, std::pair{"glint", &part->glint}, std::pair{"frozen", &part->frozen},
-        std::pair{"moving", &part->moving}, std::pair{"emission", &part->emission}}) {
-    if (!told.contains(name) || !told[name].is_boolean()) return false;
-    *flag = told[name].get<bool>();
-  }
-  if (!told.contains("table") || !told["table"].is_string()) return false;
-  part->table = told["table"].get<std::string>();
-  if (!told.contains("groups") || !told["groups"].is_array() || told["groups"].size() > most_groups) return false;
-  for (const nlohmann::json& group : told["groups"]) {
-    if (!group.is_string()) return false;
-    part->groups.push_back(group.get<std::string>());
-  }
-  return window[2] > 0 && window[3] > 0 && window[0] + window[2] <= whole[0] && window[1] + window[3] <= whole[1] &&
-         std::int64_t{whole[0]} * whole[1] <= scene::most_image_pixels && part->from < part->to;
-}
-
-bool meet(const Part& a, const Part& b) {
+bool meet(const PartHeader& a, const PartHeader& b) {
   const auto along = [](int p, int n, int q, int m) { return p < q + m && q < p + n; };
   return along(a.window.left, a.window.width, b.window.left, b.window.width) &&
          along(a.window.top, a.window.height, b.window.top, b.window.height) && a.from < b.to && b.from < a.to;
@@ -103,38 +58,38 @@ std::vector<Part> read_parts(const MergeSettings& settings) {
       refuse(saved.error());
       continue;
     }
-    Part part;
-    part.file = file;
-    part.saved = std::move(*saved);
-    if (!describe(&part)) {
+    std::optional<PartHeader> header = parse_part_header(saved->progress);
+    if (!header) {
       refuse({file.string(), "progress", "a part as --part writes it", "another file"});
       continue;
     }
+    Part part{file, std::move(*saved), std::move(*header)};
     if (!identity) identity = part.saved.identity;
     for (const Part& other : parts) {
-      if (part.whole != other.whole || part.opaque != other.opaque || part.glint != other.glint ||
-          part.moving != other.moving || part.groups != other.groups || part.emission != other.emission)
+      if (!part.header.fits(other.header))
         refuse({file.string(), "", "a part of the same picture as " + other.file.string(), "one of another"});
-      if (meet(part, other)) {
+      if (meet(part.header, other.header)) {
         refuse({file.string(), "", "samples that " + other.file.string() + " has not",
-                fmt::format("samples {} to {} of pixels of both", part.from, part.to)});
+                fmt::format("samples {} to {} of pixels of both", part.header.from, part.header.to)});
       }
     }
     parts.push_back(std::move(part));
   }
   // Parts that are good differ in this, so that the order in which they were named changes no bit.
-  std::ranges::sort(parts, {},
-                    [](const Part& part) { return std::tuple(part.from, part.window.top, part.window.left); });
+  std::ranges::sort(parts, {}, [](const Part& part) {
+    return std::tuple(part.header.from, part.header.window.top, part.header.window.left);
+  });
   return good ? std::move(parts) : std::vector<Part>();
 }
 
 image::Window around(const std::vector<Part>& parts) {
-  image::Window all = parts.front().window;
+  image::Window all = parts.front().header.window;
   for (const Part& part : parts) {
-    const int right = std::max(all.left + all.width, part.window.left + part.window.width);
-    const int bottom = std::max(all.top + all.height, part.window.top + part.window.height);
-    all.left = std::min(all.left, part.window.left);
-    all.top = std::min(all.top, part.window.top);
+    const image::Window& window = part.header.window;
+    const int right = std::max(all.left + all.width, window.left + window.width);
+    const int bottom = std::max(all.top + all.height, window.top + window.height);
+    all.left = std::min(all.left, window.left);
+    all.top = std::min(all.top, window.top);
     all.width = right - all.left;
     all.height = bottom - all.top;
   }
@@ -153,9 +108,22 @@ std::optional<Error> missing_pixel(const integrate::Film& film, const std::files
   return std::nullopt;
 }
 
+/// Whether all paths are those of one render.
+bool have_one_table(const std::vector<Part>& parts) {
+  return std::ranges::all_of(
+      parts, [&](const Part& part) { return part.header.frozen && part.header.table == parts.front().header.table; });
+}
+
+/// The header of one render, with what the parts together have come to.
 void describe(const std::vector<Part>& parts, const integrate::Film& film, image::Picture* picture) {
-  picture->whole_width = parts.front().whole.width;
-  picture->whole_height = parts.front().whole.height;
+  const PartHeader& first = parts.front().header;
+  picture->whole_width = first.whole_width;
+  picture->whole_height = first.whole_height;
+  picture->matrices = first.request.matrices;
+  picture->screen_width = first.request.screen_width;
+  picture->screen_center = first.request.screen_center;
+  picture->metadata = first.request.metadata;
+  picture->metadata.erase("command");
   Identity identity = parts.front().saved.identity;
   for (const std::string& name : may_differ) identity.erase(name);
   picture->metadata["settings"] = identity_text(identity);
@@ -165,6 +133,50 @@ void describe(const std::vector<Part>& parts, const integrate::Film& film, image
   picture->metadata["dropped_samples"] = std::to_string(film.dropped_samples());
   picture->metadata["noise"] = fmt::format("{:.4g}", film.relative_noise());
   picture->metadata["parts"] = std::to_string(parts.size());
+  if (have_one_table(parts)) picture->metadata["cache_hash"] = first.table;
+  if (const integrate::Brightening excess = film.excess(); excess.error > 0)
+    picture->metadata["bias_estimate"] = fmt::format("{:.4f} +- {:.4f}", excess.value, excess.error);
+}
+
+/// The sums of all parts, which are let go; null, and told, if those of one are none.
+std::unique_ptr<integrate::Film> joined_film(std::vector<Part>& parts) {
+  const PartHeader& first = parts.front().header;
+  const integrate::Ground ground = first.opaque ? integrate::Ground::backdrop : integrate::Ground::nothing;
+  integrate::Film::Extra extra;
+  extra.emission = first.emission;
+  extra.groups = first.groups;
+  const auto film_of = [&](const image::Window& window) {
+    return std::make_unique<integrate::Film>(window, first.glint, false, ground, first.object_count(), first.moving,
+                                             extra);
+  };
+  std::unique_ptr<integrate::Film> film = film_of(around(parts));
+  std::size_t lacking = 0;
+  for (Part& part : parts) {
+    const std::unique_ptr<integrate::Film> own = film_of(part.header.window);
+    if (!own->set_sections(part.saved.render.sections)) {
+      log_error(fmt::format("{}: film.sums: expected the sums of {} x {} pixels, found others", part.file.string(),
+                            part.header.window.width, part.header.window.height));
+      return nullptr;
+    }
+    lacking += film->add(*own);
+    part.saved.render.sections.clear();
+  }
+  if (lacking > 0) {
+    log_warning(fmt::format(
+        "mattes: {} pixels have {} objects or more in a part, which has counted no others there: CryptoObject and "
+        "CryptoMaterial may have smaller shares in them than those of one render",
+        lacking, integrate::ObjectCounts::most_objects));
+  }
+  return film;
+}
+
+/// Picture and preview.
+std::optional<Error> write(const MergeSettings& settings, const PartHeader& first, const image::Picture& picture) {
+  image::Picture kept = picture;
+  if (first.layers) image::keep_layers(*first.layers, &kept);
+  if (std::optional<Error> error = image::write_exr(settings.output, kept, settings.precision)) return error;
+  std::filesystem::path preview = settings.output;
+  return image::write_png(preview.replace_extension(".png"), picture, first.look);
 }
 
 int run_merge(const MergeSettings& settings) {
@@ -174,43 +186,24 @@ int run_merge(const MergeSettings& settings) {
   }
   std::vector<Part> parts = read_parts(settings);
   if (parts.empty()) return 1;
-  const integrate::Ground ground = parts.front().opaque ? integrate::Ground::backdrop : integrate::Ground::nothing;
-  integrate::Film::Extra extra;
-  extra.emission = parts.front().emission;
-  extra.groups = parts.front().groups;
-  integrate::Film film(around(parts), parts.front().glint, false, ground, 0, parts.front().moving, extra);
-  bool one_table = true;
-  for (Part& part : parts) {
-    integrate::Film own(part.window, part.glint, false, ground, 0, part.moving, extra);
-    part.saved.render.sections.erase("film.objects");  // mattes need the scene: they are not merged
-    if (!own.set_sections(part.saved.render.sections)) {
-      log_error(fmt::format("{}: film.sums: expected the sums of {} x {} pixels, found others", part.file.string(),
-                            part.window.width, part.window.height));
-      return 1;
-    }
-    film.add(own);
-    part.saved.render.sections.clear();
-    one_table = one_table && part.frozen && part.table == parts.front().table;
-  }
+  const std::unique_ptr<integrate::Film> sums = joined_film(parts);
+  if (sums == nullptr) return 1;
+  const integrate::Film& film = *sums;
   if (const auto missing = missing_pixel(film, settings.output)) {
     log_error(missing->message());
     return 1;
   }
   image::Picture picture = film.picture();
   describe(parts, film, &picture);
-  if (const auto error = image::write_exr(settings.output, picture, settings.precision)) {
+  for (const integrate::MatteKind& kind : parts.front().header.mattes) integrate::add_mattes(film, kind, &picture);
+  if (const auto error = write(settings, parts.front().header, picture)) {
     log_error(error->message());
     return 1;
   }
-  std::filesystem::path preview = settings.output;
-  if (const auto error = image::write_png(preview.replace_extension(".png"), picture)) {
-    log_error(error->message());
-    return 1;
-  }
-  log_note(fmt::format("{}: {} parts, {:.4g} samples a pixel; {}", settings.output.string(), parts.size(),
-                       film.samples_per_pixel(),
-                       one_table ? "of one frozen table: the picture of one render"
-                                 : "tables that learned apart: of the mean of one render, with noise of its own"));
+  log_note(fmt::format(
+      "{}: {} parts, {:.4g} samples a pixel; {}", settings.output.string(), parts.size(), film.samples_per_pixel(),
+      have_one_table(parts) ? "of one frozen table: the picture of one render"
+                            : "tables that learned apart: of the mean of one render, with noise of its own"));
   return 0;
 }
 

@@ -14,6 +14,7 @@
 #include "cli/checkpoint_session.h"
 #include "cli/console.h"
 #include "cli/live_view.h"
+#include "cli/part_header.h"
 #include "cli/picture_files.h"
 #include "cli/process.h"
 #include "cli/render_checks.h"
@@ -21,7 +22,6 @@
 #include "cli/render_telemetry.h"
 #include "cli/scene_model.h"
 #include "geometry/fiber_scene.h"
-#include "scene/model/light.h"
 
 namespace tress::cli {
 namespace {
@@ -101,7 +101,7 @@ class RenderJob {
     // Of samples that are taken apart each pixel has its own share, so that no two parts have the same.
     options.adaptive = settings_.adaptive.value_or(settings_.stop.noise || settings_.stop.seconds) &&
                        !settings_.samples_from && !settings_.samples_to;
-    options.mattes = is_wanted("CryptoObject") || is_wanted("CryptoMaterial");
+    options.mattes = counts_objects();
     options.audit = fibers_.audit();
     if (!fibers_.model().evaluates()) {
       options.light_samples = 0;
@@ -201,27 +201,19 @@ class RenderJob {
   /// After the last pass, where the film is there.
   void tell_part(const integrate::PassProgress& pass) {
     if (pass.pass + 1 < pass.pass_count) return;
-    const image::Window& window = pass.film->window();
-    const SampleRange samples = samples_of(settings_, scene_);
-    const nlohmann::json told{
-        {"window", {window.left, window.top, window.width, window.height}},
-        {"whole", {scene_.image.width, scene_.image.height}},
-        {"samples", {samples.from, samples.to}},
-        {"opaque", scene_.environment_visible && !scene_.image.transparent},
-        {"glint",
-         std::ranges::any_of(scene_.fibers, [](const fiber::FiberParameters& fiber) { return fiber.split_glint; })},
-        {"moving", scene_.next.has_value()},
-        {"groups", nlohmann::json(scene::light_groups(scene_))},
-        {"emission", std::ranges::any_of(scene_.lights, [](const scene::Light& light) { return light.visible; })},
-        {"table", service_ != nullptr ? adaptive::cache_hash(*service_->rows()) : ""},
-        {"frozen", !rows_learn() && roulette() == integrate::Roulette::throughput}};
-    part_failed_ = write_saved_render(*settings_.part, identity_, told, pass, nullptr);
+    PartHeader part = part_header_of(settings_, scene_, identity_, counts_objects());
+    part.window = pass.film->window();
+    part.table = service_ != nullptr ? adaptive::cache_hash(*service_->rows()) : "";
+    part.frozen = !rows_learn() && roulette() == integrate::Roulette::throughput;
+    part_failed_ = write_saved_render(*settings_.part, identity_, to_json(part), pass, nullptr);
     if (!part_failed_) log_note(fmt::format("{}: part for tress merge", settings_.part->string()));
   }
 
   bool is_wanted(const char* layer) const {
     return !settings_.layers || std::ranges::find(*settings_.layers, layer) != settings_.layers->end();
   }
+
+  bool counts_objects() const { return is_wanted("CryptoObject") || is_wanted("CryptoMaterial"); }
 
   std::size_t strand_count() const {
     std::size_t count = 0;

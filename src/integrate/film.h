@@ -121,9 +121,9 @@ class Film {
   /// program on one kind of machine. False, and the film of no use, if they are none of a film of this window.
   std::vector<std::pair<std::string, std::string_view>> sections() const;
   bool set_sections(const std::map<std::string, std::string>& sections);
-  /// Adds the sums of later samples, of a window within this one; both move or neither, and have the same groups.
-  /// Objects are not counted.
-  void add(const Film& later);
+  /// Adds the sums of later samples, of a window within this one; both move or neither, and have the same groups and
+  /// objects. Returns of how many pixels a count of objects may lack what one film would have (ObjectCounts::add).
+  std::size_t add(const Film& later);
 
   bool timed() const { return !cpu_seconds_.empty(); }
   /// Of a timed film.

@@ -90,10 +90,14 @@ void PixelSums::add(const PixelSums& later, Ground ground) {
   dropped += later.dropped;
 }
 
-void Film::add(const Film& later) {
+std::size_t Film::add(const Film& later) {
   const image::Window& other = later.window_;
+  std::size_t lacking = 0;
   for (int y = other.top; y < other.top + other.height; ++y) {
-    for (int x = other.left; x < other.left + other.width; ++x) pixel(x, y).add(later.pixel(x, y), ground_);
+    for (int x = other.left; x < other.left + other.width; ++x) {
+      pixel(x, y).add(later.pixel(x, y), ground_);
+      lacking += object_counts_.add(index(x, y), later.object_counts_, later.index(x, y)) ? 0 : 1;
+    }
   }
   const std::size_t groups = extra_.groups.size();
   for (int y = other.top; y < other.top + other.height && groups > 0; ++y) {
@@ -108,6 +112,7 @@ void Film::add(const Film& later) {
       motion_[index(x, y)].behind += later.motion_[later.index(x, y)].behind;
     }
   }
+  return lacking;
 }
 
 }  // namespace tress::integrate

@@ -28,13 +28,25 @@ class ObjectCounts {
   ObjectCounts(std::size_t pixels, std::size_t objects)
       : objects_(objects), room_(objects < most_objects ? objects : most_objects), counts_(pixels * room_) {}
 
-  void add(std::size_t pixel, std::uint32_t object) {
+  void add(std::size_t pixel, std::uint32_t object, std::uint32_t paths = 1) {
     for (Count& count : std::span(counts_).subspan(pixel * room_, room_)) {
       if (count.paths > 0 && count.object != object) continue;
       count.object = object;
-      ++count.paths;
+      count.paths += paths;
       return;
     }
+  }
+
+  /// Adds the counts of a pixel of the same scene whose paths came after these. False where they may be less than those
+  /// of all paths counted one by one: the later ones had no room for an object that has it here.
+  bool add(std::size_t pixel, const ObjectCounts& later, std::size_t later_pixel) {
+    if (room_ == 0) return true;
+    const std::span<const Count> counts = later.of(later_pixel);
+    const bool may_lack = objects_ > room_ && counts.back().paths > 0 && of(pixel).front().paths > 0;
+    for (const Count& count : counts) {
+      if (count.paths > 0) add(pixel, count.object, count.paths);
+    }
+    return !may_lack;
   }
 
   /// In the order in which they were met first; free room at the end.

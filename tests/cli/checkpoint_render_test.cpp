@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cstddef>
+#include <map>
 #include <string>
 #include <thread>
 #include <vector>
@@ -216,6 +219,11 @@ TEST_F(Checkpoints, PartsOfOneFrozenTableAreThePictureOfOneRender) {
       EXPECT_TRUE(whole->find(name)->pixels == all->find(name)->pixels) << name;
     }
   }
+  for (const std::string one : {"whole", "a"}) {
+    const auto picture = image::read_exr(path(one == "a" ? "merged.exr" : "whole.exr"));
+    ASSERT_TRUE(picture);
+    EXPECT_EQ(picture->find("CryptoObject00.R"), nullptr) << "not among --layers, which a merge keeps to";
+  }
   Outcome refused = run({"merge", path("a"), path("whole"), "-o", path("no.exr")});
   EXPECT_EQ(refused.status, 1);
   EXPECT_THAT(refused.err, HasSubstr("samples 0 to 6 of pixels of both"));
@@ -224,6 +232,71 @@ TEST_F(Checkpoints, PartsOfOneFrozenTableAreThePictureOfOneRender) {
   EXPECT_EQ(refused.status, 1);
   EXPECT_THAT(refused.err, HasSubstr("--max-depth: expected nothing, found 9"));
   EXPECT_FALSE(fs::exists(path("no.exr")));
+}
+
+// Three grooms that cross, so that pixels have several objects, of two materials.
+TEST_F(Checkpoints, MergedPicturesHaveMattesAndHeaderOfOneRender) {
+  write_text(path("scene.json"), R"({
+    "camera": {"frame": true},
+    "image": {"width": 24, "height": 24, "samples": 6, "exposure": 1},
+    "environment": {"constant": [1, 0.9, 0.8]},
+    "materials": [{"name": "brown"}, {"name": "blond", "sigma_a": [0.1, 0.2, 0.4]}],
+    "grooms": [{"name": "left", "generate": "straight", "strands": 60, "radius_cm": 0.04, "material": "brown"},
+               {"name": "na\u00efve", "generate": "curly", "strands": 60, "radius_cm": 0.04, "material": "blond"},
+               {"name": "right", "generate": "curly", "strands": 30, "radius_cm": 0.04, "material": "brown"}]
+  })");
+  ASSERT_EQ(run({"render", path("scene.json"), "-o", path("warm.exr"), "--warm-cache", path("c")}).status, 0);
+  const auto part = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> words{"render",       path("scene.json"),  "-o",           path(name + ".exr"),
+                                   "--warm-cache", path("c"),           "--cache-mode", "frozen",
+                                   "--part",       path(name + ".part")};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+  };
+  part("whole", {});
+  part("a", {"--samples-to", "2"});
+  part("b", {"--samples-from", "2", "--samples-to", "3"});
+  part("c3", {"--samples-from", "3"});
+  part("left", {"--crop", "0,0,11,24"});
+  part("right", {"--crop", "11,0,24,24"});
+  const auto whole = image::read_exr(path("whole.exr"));
+  ASSERT_TRUE(whole);
+  const std::vector<std::vector<std::string>> ways{{"c3", "a", "b"}, {"right", "left"}};
+  for (const std::vector<std::string>& way : ways) {
+    std::vector<std::string> words{"merge", "-o", path("merged.exr")};
+    for (const std::string& name : way) words.push_back(path(name + ".part"));
+    const Outcome merged = run(words);
+    ASSERT_EQ(merged.status, 0) << merged.err;
+    const auto all = image::read_exr(path("merged.exr"));
+    ASSERT_TRUE(all);
+    ASSERT_EQ(all->channels.size(), whole->channels.size());
+    std::size_t shared = 0;
+    for (const image::Channel& channel : whole->channels) {
+      ASSERT_NE(all->find(channel.name), nullptr) << channel.name;
+      // Sums of doubles in another order may differ in their last bit, which shows in channels of 32 bits alone.
+      if (channel.name.starts_with("variance") || channel.name == "Z") continue;
+      EXPECT_TRUE(all->find(channel.name)->pixels == channel.pixels) << channel.name;
+      if (channel.name == "CryptoObject00.A")
+        shared = static_cast<std::size_t>(std::ranges::count_if(channel.pixels, [](float x) { return x > 0; }));
+    }
+    EXPECT_GT(shared, 20u) << "pixels with two objects";
+    std::map<std::string, std::string> one = whole->metadata, other = all->metadata;
+    // The estimate is of the paths that each part had chosen by its own brightness: another one of the same bias.
+    EXPECT_TRUE(one.contains("bias_estimate") && other.contains("bias_estimate"));
+    for (const char* name : {"command", "time", "parts", "settings", "bias_estimate"}) {
+      one.erase(name);
+      other.erase(name);
+    }
+    EXPECT_EQ(one, other);
+    EXPECT_EQ(whole->matrices, all->matrices);
+    EXPECT_EQ(whole->screen_width, all->screen_width);
+    EXPECT_EQ(read_text(path("whole.png")), read_text(path("merged.png")));
+  }
+  part("none", {"--samples-from", "2", "--layers", "beauty"});
+  const Outcome refused = run({"merge", path("a.part"), path("none.part"), "-o", path("no.exr")});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.err, HasSubstr("--layers: expected nothing, found beauty"));
 }
 
 }  // namespace

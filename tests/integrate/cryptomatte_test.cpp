@@ -113,6 +113,32 @@ TEST(Cryptomatte, MoreNamesThanRanksAreLeftOut) {
   EXPECT_FALSE(picture.find("CryptoObject03.R"));
 }
 
+// Paths of three films added up, and of one: the same counts in the same order, however many objects the scene has.
+TEST(Cryptomatte, CountsOfPartsAddUpToThoseOfOneFilm) {
+  constexpr std::uint32_t objects = 40;
+  const image::Window window{0, 0, 1, 1};
+  const auto film = [&] { return Film(window, false, false, Ground::backdrop, objects); };
+  Film whole = film(), joined = film();
+  const std::vector<std::vector<std::uint32_t>> parts{
+      {7, 3, 7, 9, 1, 2, 7, 30}, {30, 31, 32, 33, 34, 7, 35, 36, 37, 38}, {39, 7, 0, 39, 4, 5, 6, 7}};
+  for (const std::vector<std::uint32_t>& part : parts) {
+    Film own = film();
+    for (const std::uint32_t object : part) {
+      whole.add(0, 0, met(object));
+      own.add(0, 0, met(object));
+    }
+    EXPECT_EQ(joined.add(own), 0u);
+  }
+  EXPECT_EQ(joined.object_counts().bytes(), whole.object_counts().bytes());
+
+  // A part without room may have left out what the parts before it have counted: that is told, of this pixel.
+  Film full = film();
+  for (std::uint32_t object = 0; object < objects; ++object) full.add(0, 0, met(object));
+  EXPECT_EQ(joined.add(full), 1u);
+  Film first = film();
+  EXPECT_EQ(first.add(full), 0u) << "nothing came before it";
+}
+
 TEST(Cryptomatte, DroppedPathsAreInNoMatte) {
   Film film({0, 0, 1, 1}, false, false, Ground::backdrop, 1);
   PathSums infinite = met(0);
