@@ -92,7 +92,7 @@ std::string unknown_word(const CLI::App& root, const std::vector<std::string>& w
 int wrong_usage(const std::string& message) {
   log_error(message);
   std::fputs(
-      "usage: tress render|fit|far-field|diff|info|convert|merge|report|farm|cache|help ...; --help tells more\n",
+      "usage: tress render|fit|far-field|lobes|diff|info|convert|merge|report|farm|cache|help ...; --help tells more\n",
       stderr);
   return 2;
 }
@@ -164,6 +164,7 @@ int run_checked(int argc, char** argv) {
   std::vector<Command> commands{add_render(app, {argv, argv + argc}),
                                 add_fit(app),
                                 add_far_field(app),
+                                add_lobes(app),
                                 add_diff(app),
                                 add_info(app),
                                 add_convert(app),

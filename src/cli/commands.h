@@ -1,6 +1,6 @@
-// The tress command and its commands: render, merge, report, fit, far-field, diff, info, convert, cache info, verify,
-// merge and prebake; each has its file. And the parser in other forms: manual pages and shell completion, so that no
-// option is missing in them.
+// The tress command and its commands: render, merge, report, fit, far-field, lobes, diff, info, convert, cache info,
+// verify, merge and prebake; each has its file. And the parser in other forms: manual pages and shell completion, so
+// that no option is missing in them.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -22,6 +22,7 @@ struct Command {
 Command add_render(CLI::App& tress, const std::vector<std::string>& command);
 Command add_fit(CLI::App& tress);
 Command add_far_field(CLI::App& tress);
+Command add_lobes(CLI::App& tress);
 Command add_diff(CLI::App& tress);
 Command add_info(CLI::App& tress);
 Command add_convert(CLI::App& tress);

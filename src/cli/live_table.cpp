@@ -121,7 +121,7 @@ Json row_told(const adaptive::Service& service, std::uint32_t id, std::uint32_t 
   fiber::make_elliptical_target()->trace(slice, slice.axis_a[node / width], slice.axis_b[node % width], rays);
   const adaptive::TracedNodes target(rays, slice.blur_rad);
   const bool has_fit = row.fit != nullptr || row.knots != nullptr;
-  Json phi = Json::array(), g = Json::array(), fit = Json::array();
+  Json phi = Json::array(), g = Json::array(), fit = Json::array(), parts = Json::array();
   for (int i = 0; i < azimuths; ++i) {
     const double x = -180 + 360.0 * i / (azimuths - 1);
     phi.push_back(x);
@@ -133,7 +133,16 @@ Json row_told(const adaptive::Service& service, std::uint32_t id, std::uint32_t 
       fmt::format("{}; energy {:.4g}{}{}", words, target.energy(),
                   has_fit ? fmt::format(", error at most {:.3g} of epsilon {:.3g}", objective, epsilon) : "",
                   row.fit != nullptr ? fmt::format(", {} components", row.fit->component_count) : "");
-  told["phi"] = std::move(phi);
+  if (row.fit != nullptr) {
+    const adaptive::Mixture mixture = *row.fit;
+    for (const adaptive::Component& part : mixture.parts()) {
+      parts.push_back(Json::array());
+      for (const double x : phi) parts.back().push_back(part.weight * part.shape.density(float(x / degrees)));
+    }
+    parts.push_back(std::vector<double>(phi.size(), double(mixture.uniform_weight) / (2 * std::numbers::pi)));
+  }
+  told["phi_deg"] = std::move(phi);
+  if (!parts.empty()) told["parts"] = std::move(parts);
   told["target"] = std::move(g);
   if (has_fit) told["fit"] = std::move(fit);
   return told;

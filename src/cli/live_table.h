@@ -15,8 +15,9 @@ inline constexpr std::uint32_t most_slices_told = 48;
 /// each node, a * size of b + b: . absent, o open, c converged, r refused. Between passes.
 nlohmann::ordered_json table_told(const adaptive::Service& service);
 
-/// The row at a node: words, command, and of densities phi (degrees from the direction of the light), target and fit in
-/// 1/rad, of hair without color. Between passes. Any numbers may be asked.
+/// The row at a node: words, command, and of densities phi_deg (from the direction of the light), target, fit and the
+/// parts of the fit (its components and the uniform part) in 1/rad, of hair without color. Between passes. Any numbers
+/// may be asked.
 nlohmann::ordered_json row_told(const adaptive::Service& service, std::uint32_t slice, std::uint32_t node);
 
 }  // namespace tress::cli

@@ -218,9 +218,8 @@ Command add_merge(CLI::App& tress) {
           "PART", [&s](const std::vector<std::string>& files) { s.parts.assign(files.begin(), files.end()); },
           "samples or crops of one picture, each once, in any order")
       ->required();
-  add_file(
-      merge, "-o,--output", [&s](const std::string& file) { s.output = file; }, "picture; a .png is written beside it",
-      ".exr")
+  add_file(merge, "-o,--output", [&s](const std::string& file) { s.output = file; },
+           "picture; a .png is written beside it", {".exr"})
       ->required();
   add_precision(merge, s.precision);
   add_quiet(merge);

@@ -173,13 +173,14 @@ CLI::Option* add_choice(CLI::App* app, const std::string& name, const std::vecto
 }
 
 CLI::Option* add_file(CLI::App* app, const std::string& name, std::function<void(const std::string&)> set,
-                      const std::string& help, const std::string& ending) {
-  CLI::Option* option = app->add_option_function<std::string>(name, set, help)->type_name("FILE" + ending);
-  if (ending.empty()) return option;
-  return option->check(expecting("a name that ends in " + ending, [ending](const std::string& file) {
+                      const std::string& help, const std::vector<std::string>& endings) {
+  CLI::Option* option =
+      app->add_option_function<std::string>(name, set, help)->type_name("FILE" + joined(endings, "|"));
+  if (endings.empty()) return option;
+  return option->check(expecting("a name that ends in " + joined(endings, " or "), [endings](const std::string& file) {
     std::string extension = std::filesystem::path(file).extension().string();
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension == ending;
+    return std::ranges::find(endings, extension) != endings.end();
   }));
 }
 

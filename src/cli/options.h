@@ -49,9 +49,10 @@ CLI::Option* add_flag(CLI::App* app, const std::string& name, std::function<void
 CLI::Option* add_choice(CLI::App* app, const std::string& name, const std::vector<std::string>& choices,
                         std::function<void(const std::string&)> set, const std::string& help);
 
-/// A path; `ending`, ".exr", is one that the name must have, in small letters or capitals.
+/// A path; `endings`, {".exr"}, are those of which the name must have one, in small letters or capitals; none: any
+/// name.
 CLI::Option* add_file(CLI::App* app, const std::string& name, std::function<void(const std::string&)> set,
-                      const std::string& help, const std::string& ending = "");
+                      const std::string& help, const std::vector<std::string>& endings = {});
 
 /// The shape of all fibers, and with it the slices of their rows: --eccentricity and --roughness; parsing fills
 /// `overrides`, which must outlive it.

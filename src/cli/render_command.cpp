@@ -226,9 +226,8 @@ void add_viewers(CLI::App* app, RenderSettings& s) {
                     ->default_str("")
                     ->type_name("ADDRESS:PORT")
                     ->excludes(app->get_option("--frames"));
-  add_file(
-      app, "--serve-reference", [&s](const std::string& file) { s.serve_reference = file; },
-      "picture that the live page can lay beside", ".exr")
+  add_file(app, "--serve-reference", [&s](const std::string& file) { s.serve_reference = file; },
+           "picture that the live page can lay beside", {".exr"})
       ->needs(serve);
 }
 
@@ -357,9 +356,8 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
           "SCENE", [&s](const std::string& file) { s.scene = file; },
           "scene JSON, or strands: .hair, .abc, .usda, .pbrt, .ply, .data")
       ->required();
-  add_file(
-      render, "-o,--output", [&s](const std::string& file) { s.output = file; }, "picture; a .png is written beside it",
-      ".exr")
+  add_file(render, "-o,--output", [&s](const std::string& file) { s.output = file; },
+           "picture; a .png is written beside it", {".exr"})
       ->required();
   auto* samples = add_whole(render, "--spp", [&s](std::uint64_t n) { s.overrides.samples = int(n); });
   auto* time = add_number(render, "--time", [&s](double x) { s.stop.seconds = x; });
@@ -400,13 +398,12 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       "where paths end or part, without bias. learned (default where rows learn): by the light that is still to come, "
       "as earlier passes found it; throughput (default with exact or a frozen cache): by what they have lost, the same "
       "in a crop as in the whole picture");
-  add_file(
-      render, "--heatmap",
-      [&s](const std::string& file) {
-        s.heatmap = file;
-        s.render.heatmap = true;
-      },
-      "what each pixel cost: CPU time, vertices, queries, traces", ".exr");
+  add_file(render, "--heatmap",
+           [&s](const std::string& file) {
+             s.heatmap = file;
+             s.render.heatmap = true;
+           },
+           "what each pixel cost: CPU time, vertices, queries, traces", {".exr"});
   add_appearance(render, s.overrides);
   add_learning(render, s);
   add_choice(

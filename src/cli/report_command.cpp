@@ -52,9 +52,8 @@ Command add_report(CLI::App& tress) {
           "RUN", [&s](const std::vector<std::string>& files) { s.runs.assign(files.begin(), files.end()); },
           "telemetry of a render; several are compared")
       ->required();
-  add_file(
-      report, "-o,--output", [&s](const std::string& file) { s.output = file; },
-      "page, which needs no other file and no network", ".html")
+  add_file(report, "-o,--output", [&s](const std::string& file) { s.output = file; },
+           "page, which needs no other file and no network", {".html"})
       ->required();
   add_quiet(report);
   return {report, [settings] { return run_report(*settings); }};

@@ -23,14 +23,20 @@ double transmitted_share(double sigma_a, double mean, double variance) {
   return std::exp(-mean * mean / variance * std::log1p(sigma_a * variance / mean));
 }
 
-double LearnedRow::density(double phi, double sigma_a) const {
-  const float x = adaptive::wrap_angle(sign * (static_cast<float>(phi) - phi_r));
-  double sum = fit.uniform_weight / (2 * std::numbers::pi) *
-               transmitted_share(sigma_a, fit.uniform_attribute_mean, fit.uniform_attribute_variance);
-  for (const adaptive::Component& part : fit.parts()) {
-    sum += double(part.weight) * double(part.shape.density(x)) *
-           transmitted_share(sigma_a, part.attribute_mean, part.attribute_variance);
+double LearnedRow::density_of(std::size_t part, double phi, double sigma_a) const {
+  if (part >= fit.component_count) {
+    return fit.uniform_weight / (2 * std::numbers::pi) *
+           transmitted_share(sigma_a, fit.uniform_attribute_mean, fit.uniform_attribute_variance);
   }
+  const float x = adaptive::wrap_angle(sign * (static_cast<float>(phi) - phi_r));
+  const adaptive::Component& component = fit.components[part];
+  return double(component.weight) * double(component.shape.density(x)) *
+         transmitted_share(sigma_a, component.attribute_mean, component.attribute_variance);
+}
+
+double LearnedRow::density(double phi, double sigma_a) const {
+  double sum = density_of(fit.component_count, phi, sigma_a);
+  for (std::size_t part = 0; part < fit.component_count; ++part) sum += density_of(part, phi, sigma_a);
   return sum;
 }
 

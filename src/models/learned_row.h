@@ -1,6 +1,7 @@
 // One row of the table, learned on its own to convergence.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "tress/adaptive/mixture.h"
@@ -25,6 +26,8 @@ struct LearnedRow {
   /// The row at an absolute azimuth under an absorption, 1/rad: each component weighed by the gamma law of its path
   /// lengths (design section 3, color). sigma_a >= 0 per major semi-axis.
   double density(double phi, double sigma_a) const;
+  /// Of one component, or of the uniform part: `part` = fit.component_count. They add up to density().
+  double density_of(std::size_t part, double phi, double sigma_a) const;
 };
 
 /// Learns the row at exactly (phi_r, |theta_d|), from samples of its own proposal, as a render would: a slice of one

@@ -89,6 +89,10 @@ RowFit fit_row(const RowFitRequest& s) {
   curves.evaluations = learned.evaluations;
   curves.converged = learned.converged;
   curves.fit = [learned, sigma_a = s.sigma_a](double phi) { return learned.density(phi, sigma_a); };
+  for (std::size_t part = 0; part <= learned.fit.component_count; ++part) {
+    curves.parts.push_back(
+        [learned, part, sigma_a = s.sigma_a](double phi) { return learned.density_of(part, phi, sigma_a); });
+  }
   return curves;
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "tress/fiber/lobes.h"
 
@@ -28,7 +29,8 @@ using CircularDensity = std::function<double(double)>;
 /// What a row is, and what it is answered by.
 struct RowFit {
   CircularDensity target, fit;
-  double energy = 0;  ///< mass of the target
+  std::vector<CircularDensity> parts;  ///< of the fit, which add up to it: its components and the uniform part; R: none
+  double energy = 0;                   ///< mass of the target
   std::size_t components = 0;
   std::uint64_t evaluations = 0;
   bool converged = true;

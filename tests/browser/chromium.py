@@ -90,8 +90,10 @@ class Page:
             time.sleep(0.1)
         raise AssertionError(f"never: {expression}")
 
-    def picture(self, file):
-        shot = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=True)
+    def picture(self, file, box=None):
+        """Of the whole page, or of x, y, width, height of it."""
+        clip = {"clip": {**dict(zip(("x", "y", "width", "height"), box)), "scale": 1}} if box else {}
+        shot = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=True, **clip)
         with open(file, "wb") as out:
             out.write(base64.b64decode(shot["data"]))
 

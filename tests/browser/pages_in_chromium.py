@@ -1,4 +1,4 @@
-"""The live page and the report in a real browser.
+"""The live page, the report and the lobe viewer in a real browser.
 
     tests/browser/pages_in_chromium.py TRESS CHROMIUM SCENE FOLDER    # screenshots are left in FOLDER
 """
@@ -59,7 +59,7 @@ def live_page():
           return [b.left + (x + 0.5) / s.a.length * b.width, b.top + (y + 0.5) / high * b.height]; })()""")
         for kind in ("mousePressed", "mouseReleased"):
             page.call("Input.dispatchMouseEvent", type=kind, x=box[0], y=box[1], button="left", clickCount=1)
-        page.until("document.querySelectorAll('#row-charts canvas').length === 3")
+        page.until("document.querySelectorAll('#row-charts canvas').length === 4")
         words = page.value("document.getElementById('row-words').textContent")
         check("converged" in words and "components" in words, f"a clicked row is shown: {words}")
         page.value("document.getElementById('pause').click()")
@@ -110,5 +110,45 @@ def report():
         page.close()
 
 
+def lobes():
+    subprocess.run([tress, "lobes", "-o", at("lobes.html"), "--e", "0.75", "--sigma-a", "0.1,0.2,0.4", "--paths", "40000",
+                    "--bins", "18x18", "--quiet"], check=True)
+    page = Page(chromium, 1300, 1600)
+    try:
+        page.call("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=0, uploadThroughput=0)
+        page.open("file://" + os.path.realpath(at("lobes.html")))
+        page.until("document.querySelectorAll('#rows .chart canvas').length > 0")
+        models = page.value("lobes.far_fields.length")
+        check(page.value("document.querySelectorAll('.maps canvas').length") == 5 * models >= 45, "a map of each lobe and model")
+        check(page.value("""[...document.querySelectorAll('.maps td[data-lobe=whole] canvas')].every((c) => {
+          const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; return new Set(d).size > 20; })"""), "with light in it")
+        check(page.value("document.querySelectorAll('#slices canvas').length") == 3, "a slice, polar and Cartesian")
+        check(page.value("""(() => { const chart = document.querySelector('#slices .chart canvas').chart, field = lobes.far_fields[2], size = (Math.PI / 18) * (2 * Math.PI / 18);
+          return chart.data.datasets[2].data.every(({y}, j) => Math.abs(y * size - field.lobes.whole.flux[0][chosen.theta][j]) <= 1e-12); })()"""),
+              "which has the numbers of the far field")
+        title = page.value("document.getElementById('slice-title').textContent")
+        box = page.value("""(() => { const b = document.querySelector('td[data-model=rough][data-lobe=TRT] canvas').getBoundingClientRect();
+          return [b.left + 0.7 * b.width, b.top + 0.3 * b.height]; })()""")
+        for kind in ("mousePressed", "mouseReleased"):
+            page.call("Input.dispatchMouseEvent", type=kind, x=box[0], y=box[1], button="left", clickCount=1)
+        clicked = page.value("document.getElementById('slice-title').textContent")
+        check(clicked != title and clicked.startswith("TRT"), f"a click on a map chooses: {clicked}")
+        page.value(f"({SET})('channel', 2, 'change')")
+        check(page.value("document.querySelector('td[data-model=fiber3d][data-lobe=TT] small').textContent.includes(short(lobes.far_fields[0].lobes.TT.energy[2], 4))"),
+              "the energy of the blue channel")
+        check(page.value("document.querySelectorAll('#rows .chart canvas').length") == 3 * 15, "15 rows: curves, error, components")
+        check(page.value("document.documentElement.scrollWidth <= 1300"), "wide")
+        page.picture(at("lobes_wide.png"))
+        page.size(390, 1400)
+        page.until("document.documentElement.scrollWidth <= 390", 10)
+        check(True, "a narrow page does not scroll sideways")
+        page.picture(at("lobes_narrow.png"))
+        check(page.errors == [], f"no script fails: {page.errors}")
+        check(all(url.startswith(("file:", "data:", "about:")) for url in page.addresses), "nobody is asked")
+    finally:
+        page.close()
+
+
 report()
+lobes()
 live_page()

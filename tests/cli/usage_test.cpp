@@ -33,6 +33,7 @@ const std::vector<std::vector<std::string>> commands{{},
                                                      {"render"},
                                                      {"fit"},
                                                      {"far-field"},
+                                                     {"lobes"},
                                                      {"diff"},
                                                      {"info"},
                                                      {"convert"},
@@ -111,7 +112,7 @@ TEST_F(Usage, EveryOptionIsInTheManualAndInTheCompletions) {
   for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{{"render"},
                                                                                        {"fit"},
                                                                                        {"far-field"},
-                                                                                       {"far-field"},
+                                                                                       {"lobes"},
                                                                                        {"diff"},
                                                                                        {"info"},
                                                                                        {"convert"},
@@ -249,7 +250,7 @@ TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"far-field", "--sigma-a", "1,2"}, "expected 1 value or 3, found 2");
   expect_wrong({"far-field", "--model", "elliptical", "--lose-masked"}, "expected --model fiber3d");
   expect_wrong({"render", "a.json"}, "--output is required");
-  expect_wrong({}, "render|fit|far-field|diff|info|convert|merge|report|farm|cache|help");
+  expect_wrong({}, "render|fit|far-field|lobes|diff|info|convert|merge|report|farm|cache|help");
   expect_wrong({}, "Render a scene");
   expect_wrong({"cache"}, "info|verify|merge|prebake");
   expect_wrong({"cache", "prebake", "a.json"}, "--output is required");

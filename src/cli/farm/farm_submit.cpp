@@ -191,9 +191,8 @@ void add_pictures(CLI::App* app, farm::Plan* plan) {
          "OPTIONS", [plan](const std::vector<std::string>& words) { plan->options = words; },
          "after --: options of tress render for every task, as in -- --spp 256")
       ->type_name("-- OPTIONS");
-  add_file(
-      app, "-o,--output", [plan](const std::string& file) { plan->output = file; },
-      "pictures; #### in the name is the number of the frame", ".exr");
+  add_file(app, "-o,--output", [plan](const std::string& file) { plan->output = file; },
+           "pictures; #### in the name is the number of the frame", {".exr"});
   app->add_option_function<std::string>(
          "--frames", [plan](const std::string& text) { plan->frames = *parse_frames(text); },
          "1-240,250,300-340x2; without it one still")

@@ -143,16 +143,7 @@ function drawRow(row) {
   at('row-words').textContent = row.words;
   at('row-command').textContent = row.command || '';
   at('row-charts').replaceChildren();
-  if (!row.phi) return;
-  const curve = (values) => row.phi.map((x, i) => ({x, y: values[i]}));
-  const series = [{name: 'target', points: curve(row.target), color: '#222'}];
-  if (row.fit) series.push({name: 'fit', points: curve(row.fit), color: '#d55e00', dashed: true});
-  lineChart(chartPanel(at('row-charts'), 'Fit and target'), {series, x: 'azimuth, degrees', y: '1/rad'});
-  polarChart(polarPanel(at('row-charts'), 'Polar'), row.phi, [{values: row.target, color: '#222'}, ...(row.fit ? [{values: row.fit, color: '#d55e00'}] : [])]);
-  if (row.fit) {
-    lineChart(chartPanel(at('row-charts'), 'Error, fit less target'), {
-      series: [{name: 'error', points: row.phi.map((x, i) => ({x, y: Math.abs(row.fit[i] - row.target[i])}))}], x: 'azimuth, degrees', y: '|error|, 1/rad'});
-  }
+  if (row.phi_deg) rowCharts(at('row-charts'), row);
 }
 
 function tell(status) {
