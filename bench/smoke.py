@@ -71,6 +71,8 @@ def scripts(tress, folder):
                              os.path.join(folder, "models.json")]),
         ("shots/kills.py", [python, os.path.join(ROOT, "bench", "shots", "kills.py"), os.path.dirname(tress), "--kills", "2",
                             "--spp", "4"]),
+        ("shots/million.py", [python, os.path.join(ROOT, "bench", "shots", "million.py"), os.path.dirname(tress), "--strands", "300",
+                              "--spp", "1", "--size", "12x12"]),
         ("shots/workers.py", [python, os.path.join(ROOT, "bench", "shots", "workers.py"), os.path.dirname(tress), "--caches", "3",
                               "--size", "12x12", "--spp", "2", "-o", os.path.join(folder, "workers.json")]),
     ]

@@ -55,7 +55,8 @@ Result<GroomFile> read_groom_file(const std::filesystem::path& file, std::option
   const auto other_file = [&](const std::string& path) {
     return read_input_file(file.parent_path() / path, "a file that the groom includes", most_part_bytes);
   };
-  return format->read({bytes, file.string(), other_file, points_per_strand});
+  const auto done_with = [&](std::span<const unsigned char> part) { mapped->let_go(part); };
+  return format->read({bytes, file.string(), other_file, points_per_strand, done_with});
 }
 
 bool is_groom_file(const std::filesystem::path& file) {

@@ -23,6 +23,9 @@ class MappedFile {
   ~MappedFile();
 
   std::span<const unsigned char> bytes() const { return {data_, size_}; }
+  /// Lets the whole pages within these bytes go, so that a large file that is read from front to back does not count as
+  /// memory. They are read again where someone looks at them again.
+  void let_go(std::span<const unsigned char> part) const;
 
  private:
   MappedFile(const unsigned char* data, std::size_t size) : data_(data), size_(size) {}

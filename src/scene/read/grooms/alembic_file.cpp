@@ -37,7 +37,8 @@ class AlembicReader {
  public:
   explicit AlembicReader(const GroomInput& input)
       : name_(input.name),
-        file_(input.bytes, input.name),
+        file_(input.bytes, input.name, input.done_with),
+        done_with_(input.done_with),
         builder_(input.name, "an Alembic archive (Ogawa)"),
         most_vertices_(most_sharing * input.bytes.size() / sizeof(glm::vec3)) {}
 
@@ -258,7 +259,12 @@ class AlembicReader {
     if (bytes.size() % sizeof(glm::vec3) != 0)
       return file_.fail(property.group, "points of 12 bytes", fmt::format("{} bytes", bytes.size()));
     out->resize(bytes.size() / sizeof(glm::vec3));
-    if (!out->empty()) std::memcpy(out->data(), bytes.data(), bytes.size());
+    auto* to = reinterpret_cast<unsigned char*>(out->data());
+    for (std::size_t at = 0; at < bytes.size(); at += done_block) {
+      const auto block = bytes.subspan(at, std::min(done_block, bytes.size() - at));
+      std::memcpy(to + at, block.data(), block.size());
+      if (done_with_) done_with_(block);
+    }
   }
 
   /// False where the curves are guides, which are not drawn.
@@ -335,6 +341,7 @@ class AlembicReader {
 
   std::string name_;
   OgawaFile file_;
+  DoneWith done_with_;
   GroomBuilder builder_;
   std::uint64_t vertices_ = 0, most_vertices_;
   std::optional<Error> error_;

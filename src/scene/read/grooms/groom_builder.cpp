@@ -143,7 +143,9 @@ std::optional<AttributeScope> GroomBuilder::scope_of(const CurveSet& set, std::s
   return std::nullopt;
 }
 
-void GroomBuilder::add_widths(const CurveSet& set, std::size_t old_points) {
+/// as_given: every vertex is a point that is drawn.
+void GroomBuilder::add_widths(CurveSet* given, std::size_t old_points, bool as_given) {
+  const CurveSet& set = *given;
   const auto scope = scope_of(set, set.width.values.size(), set.width.scope, set.width.name);
   const double size = std::cbrt(std::abs(glm::determinant(glm::dmat3(set.to_file))));
   const auto placed = [&](float width) {
@@ -157,10 +159,14 @@ void GroomBuilder::add_widths(const CurveSet& set, std::size_t old_points) {
     file_.default_width = one;
     return;
   }
-  make_room(&file_.width, file_.points.size() - file_.width.size());
-  pad(&file_.width, old_points, file_.default_width);
-  if (is_one) return pad(&file_.width, file_.points.size(), one);
-  append_attribute<float>(set, *file_.basis, *scope, set.width.values, &file_.width);
+  if (as_given && !is_one && *scope == AttributeScope::vertex) {
+    file_.width = std::move(given->width.values);
+  } else {
+    make_room(&file_.width, file_.points.size() - file_.width.size());
+    pad(&file_.width, old_points, file_.default_width);
+    if (is_one) return pad(&file_.width, file_.points.size(), one);
+    append_attribute<float>(set, *file_.basis, *scope, set.width.values, &file_.width);
+  }
   for (std::size_t i = old_points; i < file_.width.size(); ++i) file_.width[i] = placed(file_.width[i]);
 }
 
@@ -225,15 +231,16 @@ std::optional<Error> GroomBuilder::add(CurveSet set) {
     file_.first_point.push_back(static_cast<std::uint32_t>(old_points + points));
   }
   file_.parts.push_back({set.name, strands, set.vertices.size(), words(set.kind)});
-  if (old_points == 0 && points == set.vertices.size() && set.kind.wrap != CurveWrap::periodic &&
-      *file_.basis == drawn_as(set.kind) && *file_.basis != StrandBasis::bezier) {
+  const bool as_given = old_points == 0 && points == set.vertices.size() && set.kind.wrap != CurveWrap::periodic &&
+                        *file_.basis == drawn_as(set.kind) && *file_.basis != StrandBasis::bezier;
+  if (as_given) {
     file_.points = std::move(set.vertices);
   } else {
     make_room(&file_.points, points);
     append_attribute<glm::vec3>(set, *file_.basis, AttributeScope::vertex, set.vertices, &file_.points);
   }
   if (auto error = place(set, old_points)) return error;
-  add_widths(set, old_points);
+  add_widths(&set, old_points, as_given);
   add_vectors(set, set.color, old_points, true);
   add_vectors(set, set.normal, old_points, false);
   const bool has_id = set.id.size() == strands, has_uv = set.root_uv.size() == strands;

@@ -56,7 +56,7 @@ class GroomBuilder {
  private:
   std::optional<Error> check(const CurveSet& set) const;
   void choose_basis(const CurveSet& set);
-  void add_widths(const CurveSet& set, std::size_t old_points);
+  void add_widths(CurveSet* set, std::size_t old_points, bool as_given);
   void add_vectors(const CurveSet& set, const CurveAttribute<glm::vec3>& attribute, std::size_t old_points,
                    bool is_color);
   std::optional<AttributeScope> scope_of(const CurveSet& set, std::size_t values, std::optional<AttributeScope> said,

@@ -76,6 +76,11 @@ inline std::string printable(std::string name) {
 /// No file may have more of either: indices have 32 bits.
 constexpr std::uint64_t most_groom_points = 0xffffffffu;
 
+/// Told of a part of a file's bytes that has been read and will hardly be looked at again. Unset: nobody asks.
+using DoneWith = std::function<void(std::span<const unsigned char>)>;
+/// How much readers read before they tell it.
+constexpr std::size_t done_block = std::size_t{8} << 20;
+
 /// A file to be read, and what a reader may ask for besides.
 struct GroomInput {
   std::span<const unsigned char> bytes;
@@ -83,6 +88,7 @@ struct GroomInput {
   /// The bytes of another file that this one names, relative to it; unset: other files may not be read.
   std::function<Result<std::vector<unsigned char>>(const std::string& path)> other_file = {};
   std::optional<std::uint32_t> points_per_strand = {};  ///< of formats that do not say
+  DoneWith done_with = {};
 };
 
 }  // namespace tress::scene

@@ -16,7 +16,7 @@ bool begins(std::span<const unsigned char> bytes, std::string_view mark) {
 constexpr std::array formats{
     GroomFormat{"a .hair groom", ".hair", "\"HAIR\", the mark of a .hair file",
                 [](std::span<const unsigned char> bytes) { return begins(bytes, "HAIR"); },
-                [](const GroomInput& input) { return parse_hair_file(input.bytes, input.name); }},
+                [](const GroomInput& input) { return parse_hair_file(input.bytes, input.name, input.done_with); }},
     GroomFormat{"a USD text", ".usda", "\"#usda 1.0\", the mark of a USD text",
                 [](std::span<const unsigned char> bytes) { return begins(bytes, "#usda "); }, read_usda},
     GroomFormat{"an Alembic archive (Ogawa)", ".abc", "\"Ogawa\", the mark of an Alembic archive",

@@ -28,7 +28,8 @@ const GroomFormat* groom_format_of(std::span<const unsigned char> bytes);
 std::string groom_endings();
 
 /// Parses the bytes of a .hair file (README.md). `name` is the file named in errors, which give the byte.
-Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name);
+Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name,
+                                  const DoneWith& done_with = {});
 
 // The readers of the other formats.
 Result<GroomFile> read_usda(const GroomInput& input);

@@ -24,7 +24,8 @@ T read(std::span<const unsigned char> bytes, std::size_t offset) {
 
 }  // namespace
 
-Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name) {
+Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name,
+                                  const DoneWith& done_with) {
   const auto error = [&](std::size_t byte, std::string expected, std::string found) {
     return Error{name, fmt::format("byte {}", byte), std::move(expected), std::move(found)};
   };
@@ -72,7 +73,10 @@ Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const st
   if (bits & has_segments) offset += 2 * strands;
 
   hair.points.resize(points);
-  for (std::uint64_t i = 0; i < points; ++i)
+  constexpr std::uint64_t points_a_block = done_block / 12;
+  for (std::uint64_t i = 0; i < points; ++i) {
+    if (done_with && i % points_a_block == 0 && i > 0)
+      done_with(bytes.subspan(offset + 12 * (i - points_a_block), 12 * points_a_block));
     for (int c = 0; c < 3; ++c) {
       const std::size_t byte = offset + 12 * i + 4 * static_cast<std::size_t>(c);
       const auto x = read<float>(bytes, byte);
@@ -81,6 +85,7 @@ Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const st
                      fmt::format("{:g}", x));
       hair.points[i][c] = x;
     }
+  }
   offset += 12 * points;
   if (bits & has_thickness) {
     hair.width.resize(points);
@@ -90,6 +95,7 @@ Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const st
         return error(offset + 4 * i, fmt::format("thickness {} finite and >= 0", i), fmt::format("{:g}", x));
       hair.width[i] = x;
     }
+    if (done_with) done_with(bytes.subspan(offset, 4 * points));
   }
   if (bits & has_thickness) offset += 4 * points;
   if (bits & has_transparency) offset += 4 * points;

@@ -96,8 +96,8 @@ std::string_view OgawaProperty::value_of(std::string_view key) const {
   return {};
 }
 
-OgawaFile::OgawaFile(std::span<const unsigned char> bytes, std::string name)
-    : bytes_(bytes), name_(std::move(name)), left_(bytes.size() / 8) {
+OgawaFile::OgawaFile(std::span<const unsigned char> bytes, std::string name, DoneWith done_with)
+    : bytes_(bytes), name_(std::move(name)), done_with_(std::move(done_with)), left_(bytes.size() / 8) {
   if (bytes.size() < 16) {
     fail(bytes.size(), "a header of 16 bytes", "the end of the file");
   } else if (bytes[5] != 0xff) {
@@ -305,6 +305,7 @@ std::vector<T> OgawaFile::numbers(const OgawaProperty& property) {
       for (std::size_t i = 0; i < out.size(); ++i)
         out[i] = converted<T>(of_half(static_cast<std::uint16_t>(bytes[2 * i] | bytes[2 * i + 1] << 8)));
   }
+  if (done_with_ && bytes.size() >= done_block) done_with_(bytes);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "scene/read/grooms/groom_file.h"
 #include "tress/base/error.h"
 
 namespace tress::scene {
@@ -34,8 +35,8 @@ struct OgawaObject {
 /// Reads within the bytes only. The first failure is kept; afterwards everything is empty.
 class OgawaFile {
  public:
-  /// `name` is the file named in errors, which give the byte. The bytes must outlive it.
-  OgawaFile(std::span<const unsigned char> bytes, std::string name);
+  /// `name` is the file named in errors, which give the byte. The bytes must outlive it. done_with: of long samples.
+  OgawaFile(std::span<const unsigned char> bytes, std::string name, DoneWith done_with = {});
 
   const OgawaObject& top() const { return top_; }
   std::vector<OgawaObject> children(const OgawaObject& object);
@@ -69,6 +70,7 @@ class OgawaFile {
 
   std::span<const unsigned char> bytes_;
   std::string name_;
+  DoneWith done_with_;
   std::vector<std::string> metadata_{""};
   OgawaObject top_;
   std::uint64_t left_;  ///< groups that may still be visited: no file has more than its bytes allow

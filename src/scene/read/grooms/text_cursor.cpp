@@ -108,13 +108,30 @@ double TextCursor::number() {
     value = is_small ? 0 : std::numeric_limits<double>::infinity();
   }
   at_ += static_cast<std::size_t>(end - begin);
+  if (at_ - done_ >= done_block) tell_what_is_done();
   return value;
+}
+
+void TextCursor::tell_what_is_done() {
+  if (done_with_) done_with_(bytes_.subspan(done_, at_ - done_));
+  done_ = at_;
 }
 
 bool TextCursor::skip_past(char c) {
   const std::size_t end = text_.find(c, at_);
   at_ = end == std::string_view::npos ? text_.size() : end + 1;
   return end != std::string_view::npos;
+}
+
+std::size_t TextCursor::commas_before(char c) const {
+  std::size_t commas = 0;
+  for (std::size_t at = at_; at < text_.size(); at += done_block) {
+    const std::string_view block = text_.substr(at, done_block), part = block.substr(0, block.find(c));
+    commas += static_cast<std::size_t>(std::count(part.begin(), part.end(), ','));
+    if (part.size() < block.size()) break;
+    if (done_with_) done_with_(bytes_.subspan(at, block.size()));
+  }
+  return commas;
 }
 
 void TextCursor::skip_value() {

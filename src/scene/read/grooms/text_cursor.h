@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "scene/read/grooms/groom_file.h"
 #include "tress/base/error.h"
 
 namespace tress::scene {
@@ -16,8 +17,12 @@ namespace tress::scene {
 class TextCursor {
  public:
   /// `name` is the file named in errors, which give the line. `text` must outlive the cursor.
-  TextCursor(std::span<const unsigned char> text, std::string name)
-      : text_(reinterpret_cast<const char*>(text.data()), text.size()), name_(std::move(name)) {}
+  /// done_with, if set, is told of what numbers have passed, some megabytes at a time.
+  TextCursor(std::span<const unsigned char> text, std::string name, DoneWith done_with = {})
+      : bytes_(text),
+        text_(reinterpret_cast<const char*>(text.data()), text.size()),
+        name_(std::move(name)),
+        done_with_(std::move(done_with)) {}
 
   /// Behind blanks, line ends and comments (# to the end of the line): the next character, 0 at the end.
   char peek();
@@ -42,6 +47,8 @@ class TextCursor {
   void skip_value();
   /// Passes over the characters up to this one and it; false at the end.
   bool skip_past(char c);
+  /// How many there are from here to the next of this character, or to the end. Takes nothing.
+  std::size_t commas_before(char c) const;
 
   /// Keeps the failure at the line of the place, unless there is one.
   void fail(std::string expected, std::string found);
@@ -53,10 +60,13 @@ class TextCursor {
  private:
   void skip_blanks();
   std::string here() const;
+  void tell_what_is_done();
 
+  std::span<const unsigned char> bytes_;
   std::string_view text_;
-  std::size_t at_ = 0;
+  std::size_t at_ = 0, done_ = 0;
   std::string name_;
+  DoneWith done_with_;
   std::optional<Error> error_;
 };
 

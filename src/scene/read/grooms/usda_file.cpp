@@ -28,6 +28,12 @@ bool composes(std::string_view key) {
 
 bool is_of_transform(std::string_view name) { return name.starts_with("xformOp:") || name == "xformOpOrder"; }
 
+UsdaNumbers usda_numbers_of(std::string_view name) {
+  if (is_of_transform(name)) return UsdaNumbers::doubles;
+  const bool is_vector = name == "points" || name == "normals" || name == "primvars:normals";
+  return is_vector || name == "primvars:displayColor" ? UsdaNumbers::triples : UsdaNumbers::floats;
+}
+
 /// Attributes of curves that are read, and those that say nothing about the picture.
 bool is_read(std::string_view name) {
   static constexpr std::string_view names[] = {"type",
@@ -60,7 +66,8 @@ bool says_nothing(std::string_view name) {
 
 class UsdaReader {
  public:
-  explicit UsdaReader(const GroomInput& input) : text_(input.bytes, input.name), builder_(input.name, "a USD text") {}
+  explicit UsdaReader(const GroomInput& input)
+      : text_(input.bytes, input.name, input.done_with), builder_(input.name, "a USD text") {}
 
   Result<GroomFile> read() {
     read_stage_metadata();
@@ -210,7 +217,7 @@ class UsdaReader {
     const bool wanted = here.is_seen && !is_relation && !is_connection &&
                         (is_transform || (is_curves && is_read(name)) || name == "visibility" || name == "purpose");
     if (has_value && wanted) {
-      value = read_usda_value(&text_, samples, is_transform);
+      value = read_usda_value(&text_, samples, usda_numbers_of(name));
     } else if (has_value) {
       text_.skip_value();
     }
@@ -272,12 +279,6 @@ class UsdaReader {
     return kind;
   }
 
-  static std::vector<glm::vec3> triples(const std::vector<float>& numbers) {
-    std::vector<glm::vec3> out(numbers.size() / 3);
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
-    return out;
-  }
-
   void use(Prim& prim, const Parent& here) {
     if (!here.is_seen) return;
     if (prim.type != "BasisCurves") {
@@ -303,9 +304,9 @@ class UsdaReader {
         return fail("whole curveVertexCounts of at most 2^24", fmt::format("{:g}", count));
       set.vertex_counts.push_back(static_cast<std::uint32_t>(count));
     }
-    if (a["points"].numbers.size() % 3 != 0)
-      return fail("points of three numbers", fmt::format("{} numbers", a["points"].numbers.size()));
-    set.vertices = triples(std::exchange(a["points"].numbers, {}));
+    if (const std::size_t over = a["points"].numbers.size())
+      return fail("points of three numbers", fmt::format("{} numbers", 3 * a["points"].triples.size() + over));
+    set.vertices = std::exchange(a["points"].triples, {});
     if (set.vertex_counts.empty()) return ignore(here.path, "it has no curves");
     take_attributes(a, &set);
     if (auto error = builder_.add(std::move(set))) error_ = error;
@@ -318,7 +319,8 @@ class UsdaReader {
   /// Of two names for one thing the first that is there.
   static UsdaValue* first_of(Attributes& attributes, std::initializer_list<const char*> names, std::string* name) {
     for (const char* candidate : names)
-      if (const auto found = attributes.find(candidate); found != attributes.end() && !found->second.numbers.empty()) {
+      if (const auto found = attributes.find(candidate);
+          found != attributes.end() && !(found->second.numbers.empty() && found->second.triples.empty())) {
         *name = candidate;
         return &found->second;
       }
@@ -330,9 +332,9 @@ class UsdaReader {
     if (UsdaValue* widths = first_of(a, {"primvars:widths", "widths"}, &name))
       set->width = {std::move(widths->numbers), widths->scope, name};
     if (UsdaValue* normals = first_of(a, {"primvars:normals", "normals"}, &name))
-      set->normal = {triples(normals->numbers), normals->scope, name};
+      set->normal = {std::move(normals->triples), normals->scope, name};
     if (UsdaValue* colors = first_of(a, {"primvars:displayColor"}, &name)) {
-      set->color = {triples(colors->numbers), colors->scope, name};
+      set->color = {std::move(colors->triples), colors->scope, name};
       if (const auto indices = a.find("primvars:displayColor:indices"); indices != a.end())
         look_up(indices->second.numbers, &set->color);
     }

@@ -12,8 +12,21 @@
 namespace tress::scene {
 namespace {
 
-/// Numbers and texts of a value with all its brackets.
-void read_items(TextCursor* text, bool precise, UsdaValue* value) {
+void keep(double x, UsdaNumbers kept_as, UsdaValue* value) {
+  if (kept_as == UsdaNumbers::doubles) return value->precise.push_back(x);
+  std::vector<float>& numbers = value->numbers;
+  numbers.push_back(to_float(x));
+  if (kept_as == UsdaNumbers::floats || numbers.size() < 3) return;
+  value->triples.emplace_back(numbers[0], numbers[1], numbers[2]);
+  numbers.clear();
+}
+
+/// Numbers and texts of a value with all its brackets. Of a long one memory is taken for as many triples as its commas
+/// allow, which is once: a vector that grows copies itself. What is counted is read next, so that no text is counted
+/// twice.
+void read_items(TextCursor* text, UsdaNumbers kept_as, UsdaValue* value) {
+  if (kept_as == UsdaNumbers::triples && text->peek() == '[')
+    value->triples.reserve((text->commas_before(']') + 1) / 3 + 1);
   int depth = 0;
   do {
     const char c = text->peek();
@@ -33,10 +46,8 @@ void read_items(TextCursor* text, bool precise, UsdaValue* value) {
       text->skip_value();
     } else if (c == 'N' || c == 't' || c == 'f' || c == 'T' || c == 'F') {  // None, true, false
       value->texts.emplace_back(text->word());
-    } else if (precise) {
-      value->precise.push_back(text->number());
     } else {
-      value->numbers.push_back(to_float(text->number()));
+      keep(text->number(), kept_as, value);
     }
   } while (depth > 0 && !text->error());
 }
@@ -88,10 +99,10 @@ bool operation(const std::string& kind, const std::vector<double>& n, glm::dmat4
 
 }  // namespace
 
-UsdaValue read_usda_value(TextCursor* text, bool samples, bool precise) {
+UsdaValue read_usda_value(TextCursor* text, bool samples, UsdaNumbers kept_as) {
   UsdaValue value;
   if (!samples) {
-    read_items(text, precise, &value);
+    read_items(text, kept_as, &value);
     return value;
   }
   text->expect('{', "before time samples");
@@ -100,7 +111,7 @@ UsdaValue read_usda_value(TextCursor* text, bool samples, bool precise) {
     text->number();
     text->expect(':', "behind the time of a sample");
     if (is_first) {
-      read_items(text, precise, &value);
+      read_items(text, kept_as, &value);
     } else {
       text->skip_value();
       value.is_animated = true;

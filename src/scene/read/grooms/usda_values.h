@@ -1,7 +1,9 @@
 // Attributes of a prim in a USD text: their values, and the transforms that they say.
 #pragma once
 
+#include <cstdint>
 #include <glm/ext/matrix_double4x4.hpp>
+#include <glm/vec3.hpp>
 #include <map>
 #include <optional>
 #include <string>
@@ -17,14 +19,18 @@ namespace tress::scene {
 /// first.
 struct UsdaValue {
   std::vector<float> numbers;
-  std::vector<double> precise;  ///< instead, where few numbers were asked for in full
+  std::vector<double> precise;     ///< instead, where few numbers were asked for in full
+  std::vector<glm::vec3> triples;  ///< instead, where they were asked for by three; `numbers` has what is left over
   std::vector<std::string> texts;
   std::optional<AttributeScope> scope;  ///< its interpolation
   bool is_animated = false;             ///< there were more time samples
 };
 
-/// What stands behind the "=" of an attribute; samples: it is a table of time samples. precise: as double.
-UsdaValue read_usda_value(TextCursor* text, bool samples, bool precise);
+/// As what the numbers of a value are kept.
+enum class UsdaNumbers : std::uint8_t { floats, doubles, triples };
+
+/// What stands behind the "=" of an attribute; samples: it is a table of time samples.
+UsdaValue read_usda_value(TextCursor* text, bool samples, UsdaNumbers kept_as);
 
 /// The metadata in parentheses behind an attribute, if there is any: its interpolation.
 void read_usda_attribute_metadata(TextCursor* text, UsdaValue* value);
