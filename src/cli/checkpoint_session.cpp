@@ -64,9 +64,16 @@ Result<std::optional<SavedRender>> CheckpointSession::open() const {
   return std::optional<SavedRender>(std::move(*saved));
 }
 
-bool CheckpointSession::is_due() const {
-  const Clock::duration since = Clock::now() - last_;
-  return std::chrono::duration<double>(since).count() >= interval_seconds_ && since >= share * spent_;
+bool CheckpointSession::is_due(const integrate::PassProgress& pass) {
+  const double since = std::chrono::duration<double>(Clock::now() - last_).count();
+  if (since < interval_seconds_) return false;
+  if (!spent_seconds_) {
+    double bytes = 0;
+    for (const auto& section : pass.sections()) bytes += static_cast<double>(section.second.size());
+    const double guess = bytes / bytes_a_second;
+    spent_seconds_ = guess > least_guess_seconds ? guess : 0;
+  }
+  return since >= share * *spent_seconds_;
 }
 
 bool CheckpointSession::save(const integrate::PassProgress& pass, const adaptive::Service* service,
@@ -80,9 +87,14 @@ bool CheckpointSession::save(const integrate::PassProgress& pass, const adaptive
     error = write_saved_render(file_, identity_, progress, pass, nullptr);
   }
   if (error) {
-    log_warning("checkpoint: not written, the one before stays: " + error->message());
+    if (!fails_) {
+      log_warning("checkpoint: not written, the one before stays, and the render goes on and tries again: " +
+                  error->message());
+    }
+    fails_ = true;
     return false;
   }
+  fails_ = false;
   log_note(fmt::format("checkpoint {}: {} passes", file_.string(), pass.pass + 1));
   return true;
 }

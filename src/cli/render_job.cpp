@@ -181,21 +181,24 @@ class RenderJob {
   }
 
   void checkpoint(const integrate::PassProgress& pass, bool now) {
-    if (checkpoint_ == nullptr || !(now || checkpoint_->is_due())) return;
+    if (checkpoint_ == nullptr || !(now || checkpoint_->is_due(pass))) return;
     const Clock::time_point start = Clock::now();
-    if (checkpoint_->save(pass, service_, progress_so_far()) && !now) write_partial(pass);
+    (void)checkpoint_->save(pass, service_, progress_so_far());
+    if (!now) write_partial(pass);
     checkpoint_->spent(Clock::now() - start);
   }
 
-  void write_partial(const integrate::PassProgress& pass) const {
+  /// What cannot be written is told once, until it can.
+  void write_partial(const integrate::PassProgress& pass) {
     image::Picture partial = pass.film->picture();
     partial.whole_width = scene_.image.width;
     partial.whole_height = scene_.image.height;
     partial.metadata["settings"] = identity_text(identity_);
     partial.metadata["stopped_by"] = "checkpoint";
     if (settings_.layers) image::keep_layers(*settings_.layers, &partial);
-    if (const auto error = image::write_exr(settings_.output, partial, settings_.precision))
-      log_warning("no picture so far: " + error->message());
+    const auto error = image::write_exr(settings_.output, partial, settings_.precision);
+    if (error && !partial_fails_) log_warning("no picture so far: " + error->message());
+    partial_fails_ = error.has_value();
   }
 
   /// After the last pass, where the film is there.
@@ -342,6 +345,7 @@ class RenderJob {
   LiveView& live_;
   double seconds_before_ = 0;  ///< of the runs before this one
   std::optional<Error> part_failed_;
+  bool partial_fails_ = false;  ///< the last picture so far could not be written
   const char* stopped_by_ = "signal";
   double noise_ = 0, bias_bound_ = 0;  ///< after the last pass
 };

@@ -2,10 +2,12 @@
 // named: `time` of the picture, and `seconds`, `cpu_seconds`, `deeper_cpu_seconds`, `learning_cpu_seconds` of
 // telemetry.
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstddef>
 #include <map>
 #include <string>
@@ -21,6 +23,7 @@ namespace tress::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 void expect_same_pictures(const fs::path& a, const fs::path& b) {
   auto one = image::read_exr(a), other = image::read_exr(b);
@@ -133,6 +136,70 @@ TEST_F(Checkpoints, ASignalWritesOneInTime) {
   words.insert(words.end(), {"--checkpoint", "--checkpoint-interval", "100000"});
   EXPECT_GT(survive("asked", words, 2, SIGTERM, 1), 0);
   expect_same("whole", "asked");
+}
+
+std::size_t times(const std::string& text, const std::string& word) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++count;
+  return count;
+}
+
+/// While it lives, no file of this process and of those that it starts may grow past so many bytes.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) : ignored_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit less{bytes, before_.rlim_max};
+    EXPECT_EQ(::setrlimit(RLIMIT_FSIZE, &less), 0);
+  }
+  ~FullDisk() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, ignored_);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  void (*ignored_)(int);
+  rlimit before_{};
+};
+
+// The sums of 32 x 32 pixels are 0.46 MB, each other file is less. A save that fails takes a millisecond, and the next
+// is tried after a hundred of them.
+TEST_F(Checkpoints, ThatFindNoRoomAreToldOnceAndTheRenderEndsAsWithoutThem) {
+  const std::vector<std::string> more{"--resolution", "32x32", "--spp", "800"};
+  const Outcome whole = run(command("whole", more));
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  auto words = command("full", more);
+  words.insert(words.end(), {"--checkpoint", "--checkpoint-interval", "0"});
+  Outcome full;
+  {
+    const FullDisk disk(450000);
+    full = run(words);
+  }
+  EXPECT_EQ(full.status, 0) << full.err;
+  EXPECT_EQ(times(full.err, "checkpoint: not written"), 1u) << full.err;
+  EXPECT_THAT(full.err, HasSubstr("File too large"));
+  expect_same("whole", "full");
+  for (const auto& entry : fs::directory_iterator(folder_))
+    EXPECT_THAT(entry.path().string(), Not(HasSubstr(".tmp-"))) << "nothing is left";
+}
+
+TEST_F(Checkpoints, WhoseFolderGoesAreToldOnceAndTheRenderEndsAsWithoutThem) {
+  const std::vector<std::string> more{"--resolution", "32x32", "--spp", "800"};
+  const Outcome whole = run(command("whole", more));
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  fs::create_directory(path("there"));
+  auto words = command("lost", more);
+  words.insert(words.end(), {"--checkpoint", path("there/c.checkpoint"), "--checkpoint-interval", "0"});
+  const Process process(folder_, words);
+  for (int tries = 0; tries < 3000 && !fs::exists(path("there/c.checkpoint")); ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  fs::rename(path("there"), path("gone"));
+  const Outcome lost = process.wait();
+  EXPECT_EQ(lost.status, 0) << lost.err;
+  EXPECT_EQ(times(lost.err, "checkpoint: not written"), 1u) << lost.err;
+  expect_same("whole", "lost");
 }
 
 TEST_F(Checkpoints, OfAnotherRenderOrDamagedAreRefusedByName) {
