@@ -376,6 +376,10 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       std::string(scene::option_parameter("--view").sentence));
   add_flag(render, "--transparent", [&s] { s.overrides.transparent = true; });
   add_whole(render, "--frame", [&s](std::uint64_t n) { s.overrides.frame = int(n); });
+  add_numbers(
+      render, "--shutter", 2, 2, [&s](const auto& x) { s.overrides.shutter = {x[0], x[1]}; },
+      "when the shutter opens and closes, in frames from that of the picture: 0,0.5 or -0.25,0.25");
+  add_whole(render, "--motion-samples", [&s](std::uint64_t n) { s.overrides.motion_samples = int(n); });
   render
       ->add_option_function<std::string>(
           "--crop", [&s](const std::string& text) { s.render.crop = parse_crop(text); },

@@ -24,15 +24,16 @@ struct RayQuery {
   std::uint32_t start_groom, start_strand;
   float start;  ///< distance from Embree's origin to where the ray starts
   bool from_camera;
+  float time;
 };
 
 /// Whether the hit lies outside the ellipse's silhouette on the circumscribed ribbon: |v| > w(phi), phi the azimuth of
 /// the ray about the local frame. A ray along the tangent has no azimuth and is inside.
 bool is_outside(const StrandCurves& curves, std::uint32_t segment, float along, float lateral, const glm::vec3& slope,
-                const glm::vec3& direction) {
+                const glm::vec3& direction, float time) {
   const float eccentricity = curves.segments[segment].eccentricity;
   if (std::abs(lateral) <= eccentricity) return false;  // w >= e: inside from every side
-  const FiberFrame frame = curves.frame(segment, along, glm::normalize(slope));
+  const FiberFrame frame = curves.frame(segment, along, glm::normalize(slope), time);
   // w^2 = (e^2 d_v^2 + d_w^2) / (d_v^2 + d_w^2)
   const float major = glm::dot(direction, frame.v) * glm::dot(direction, frame.v);
   const float minor = glm::dot(direction, frame.w) * glm::dot(direction, frame.w);
@@ -52,7 +53,8 @@ glm::vec3 direction_of(const RTCFilterFunctionNArguments* arguments, unsigned in
 
 /// Linear strands. Embree reports v = 0 for them and ends every segment in a round cap: the lateral offset is computed
 /// here, and of the caps only what joins a bend is met.
-bool is_outside_linear(const StrandCurves& curves, const RTCFilterFunctionNArguments* arguments, unsigned int i) {
+bool is_outside_linear(const StrandCurves& curves, const RTCFilterFunctionNArguments* arguments, unsigned int i,
+                       float time) {
   const unsigned int n = arguments->N;
   const std::uint32_t segment = RTCHitN_primID(arguments->hit, n, i);
   const float along = RTCHitN_u(arguments->hit, n, i);
@@ -62,10 +64,10 @@ bool is_outside_linear(const StrandCurves& curves, const RTCFilterFunctionNArgum
   const glm::vec3 origin(RTCRayN_org_x(arguments->ray, n, i), RTCRayN_org_y(arguments->ray, n, i),
                          RTCRayN_org_z(arguments->ray, n, i));
   const glm::vec3 position = origin + RTCRayN_tfar(arguments->ray, n, i) * direction;
-  if (is_cap && !curves.is_in_joint(segment, along, position, direction)) return true;
+  if (is_cap && !curves.is_in_joint(segment, along, position, direction, time)) return true;
   if (!curves.elliptical) return false;
-  const float lateral = glm::distance(position, curves.axis(segment, along)) / curves.semi_axis(segment, along);
-  return is_outside(curves, segment, along, lateral, slope_of(arguments, i), direction);
+  const float lateral = glm::distance(position, curves.axis(segment, along, time)) / curves.semi_axis(segment, along);
+  return is_outside(curves, segment, along, lateral, slope_of(arguments, i), direction, time);
 }
 
 /// Refuses hits outside the silhouette, and on the strand that the ray leaves, within two radii of its start.
@@ -81,10 +83,10 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
     if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < 2 * curves.semi_axis(segment, along)) {
       arguments->valid[i] = 0;
     } else if (curves.is_linear()) {
-      if (is_outside_linear(curves, arguments, i)) arguments->valid[i] = 0;
+      if (is_outside_linear(curves, arguments, i, query.time)) arguments->valid[i] = 0;
     } else if (curves.elliptical) {
       if (is_outside(curves, segment, along, RTCHitN_v(arguments->hit, n, i), slope_of(arguments, i),
-                     direction_of(arguments, i))) {
+                     direction_of(arguments, i), query.time)) {
         arguments->valid[i] = 0;
       }
     }
@@ -116,6 +118,7 @@ RTCRay embree_ray(const Ray& ray, float start) {
   out.tnear = start;
   out.tfar = std::numeric_limits<float>::infinity();
   out.mask = 0xFFFFFFFF;
+  out.time = ray.time;
   return out;
 }
 
@@ -126,13 +129,14 @@ RayQuery ray_query(const Ray& ray, float start) {
   query.start_strand = ray.start_strand;
   query.start = start;
   query.from_camera = ray.from_camera;
+  query.time = ray.time;
   return query;
 }
 
 Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, const RTCHit& found) {
   const glm::vec3 along(found.Ng_x, found.Ng_y, found.Ng_z);  // 0 where control points coincide at an end
   const glm::vec3 tangent = glm::length(along) > 0 ? glm::normalize(along) : glm::vec3(0, 0, 1);
-  const FiberFrame frame = curves.frame(found.primID, found.u, tangent);
+  const FiberFrame frame = curves.frame(found.primID, found.u, tangent, ray.time);
   Hit hit;
   hit.distance_cm = distance_cm;
   hit.position = ray.origin + distance_cm * ray.direction;
@@ -140,7 +144,7 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
   const float sine = glm::length(side);
   const float semi_axis = curves.semi_axis(found.primID, found.u);
   if (curves.is_linear()) {
-    hit.axis = curves.axis(found.primID, found.u);
+    hit.axis = curves.axis(found.primID, found.u, ray.time);
     const float offset = sine > 1e-6f ? glm::dot(hit.position - hit.axis, side) / sine : 0.0f;
     hit.lateral = semi_axis > 0 ? std::clamp(offset / semi_axis, -1.0f, 1.0f) : 0.0f;
   } else {
@@ -152,6 +156,8 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
   hit.w = frame.w;
   hit.groom = curves.groom;
   hit.strand = curves.segments[found.primID].strand;
+  hit.time = ray.time;
+  hit.way = curves.way(found.primID, found.u);
   return hit;
 }
 
@@ -163,13 +169,14 @@ struct Surface {
 };
 
 Hit surface_hit(const Surface& surface, const Ray& ray, float distance_cm, const RTCHit& found) {
-  const SurfacePoint point = surface_point(*surface.mesh, found.primID, found.u, found.v, surface.extent_cm);
+  const scene::Mesh& mesh = *surface.mesh;
+  const SurfacePoint point = surface_point(mesh, found.primID, found.u, found.v, surface.extent_cm, ray.time);
   Hit hit;
   hit.distance_cm = distance_cm;
   hit.position = point.position;
   hit.normal = glm::dot(point.normal, ray.direction) > 0 ? -point.normal : point.normal;
   hit.axis = point.position + point.offset_cm * hit.normal;
-  hit.w = shading_normal(*surface.mesh, found.primID, found.u, found.v, hit.normal, ray.direction);
+  hit.w = shading_normal(mesh, found.primID, found.u, found.v, hit.normal, ray.direction, ray.time);
   hit.u = root_normal(hit.w);
   hit.v = glm::cross(hit.w, hit.u);
   hit.is_surface = true;
@@ -177,6 +184,8 @@ Hit surface_hit(const Surface& surface, const Ray& ray, float distance_cm, const
   hit.triangle = found.primID;
   hit.second = found.u;
   hit.third = found.v;
+  hit.time = ray.time;
+  if (!mesh.later.empty()) hit.way = surface_way(mesh, found.primID, found.u, found.v);
   return hit;
 }
 
@@ -194,8 +203,13 @@ RTCGeometry ribbons(RTCDevice device, StrandCurves* curves) {
                              : curves->basis == scene::StrandBasis::bezier ? RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE
                                                                            : RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
   check(device, geometry);
-  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, curves->control.data(), 0,
-                             sizeof(glm::vec4), curves->control.size());
+  rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned int>(curves->moments()));
+  const auto share = [&](unsigned int moment, const std::vector<glm::vec4>& control) {
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, moment, RTC_FORMAT_FLOAT4, control.data(), 0,
+                               sizeof(glm::vec4), control.size());
+  };
+  share(0, curves->control);
+  for (unsigned int moment = 1; moment < curves->moments(); ++moment) share(moment, curves->later_control[moment - 1]);
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, curves->first_control.data(), 0,
                              sizeof(std::uint32_t), curves->first_control.size());
   rtcSetGeometryUserData(geometry, curves);
@@ -208,14 +222,18 @@ RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   check(device, geometry);
   // Embree reads 16 bytes at every corner: buffers of its own are padded.
-  const auto copy = [&](RTCBufferType type, RTCFormat format, const auto& items) {
+  rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned int>(1 + mesh.later.size()));
+  const auto copy = [&](RTCBufferType type, RTCFormat format, const auto& items, unsigned int moment) {
     const std::size_t size = sizeof(items.front());
-    void* buffer = rtcSetNewGeometryBuffer(geometry, type, 0, format, size, items.size());
+    void* buffer = rtcSetNewGeometryBuffer(geometry, type, moment, format, size, items.size());
     check(device, buffer);
     std::memcpy(buffer, items.data(), items.size() * size);
   };
-  copy(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions);
-  copy(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles);
+  copy(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions, 0);
+  unsigned int moment = 0;
+  for (const scene::MeshMoment& later : mesh.later)
+    copy(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, later.positions, ++moment);
+  copy(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles, 0);
   if (!mesh.visible) rtcSetGeometryIntersectFilterFunction(geometry, unseen_filter);
   return geometry;
 }

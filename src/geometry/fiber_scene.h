@@ -20,6 +20,7 @@ struct Ray {
   /// The strand whose axis the ray starts on, if any (ray_from sets both).
   std::uint32_t start_groom = no_index, start_strand = no_index;
   bool from_camera = false;  ///< passes through meshes that the camera does not see (scene::Mesh::visible)
+  float time = 0;            ///< from the opening of the shutter, 0, to its closing, 1
 };
 
 /// Where a ray meets a fiber or a surface. The fields of the other kind are at their defaults.
@@ -35,7 +36,9 @@ struct Hit {
   glm::vec3 u, v, w;
   std::uint32_t groom = no_index;  ///< index into Scene::grooms
   std::uint32_t strand = no_index;
-  float lateral = 0;  ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
+  float time = 0;       ///< of the ray
+  glm::vec3 way{0.0f};  ///< of what was met, from the opening of the shutter to its closing, cm
+  float lateral = 0;    ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
 
   bool is_surface = false;
   std::uint32_t mesh = no_index;  ///< index into Scene::meshes
@@ -44,14 +47,16 @@ struct Hit {
   glm::vec3 normal{0.0f};       ///< unit, geometric, on the side that the ray came from
 };
 
-/// The ray that leaves a hit in a unit direction.
-inline Ray ray_from(const Hit& hit, const glm::vec3& direction) { return {hit.axis, direction, hit.groom, hit.strand}; }
+/// The ray that leaves a hit in a unit direction, at the same time.
+inline Ray ray_from(const Hit& hit, const glm::vec3& direction) {
+  return {hit.axis, direction, hit.groom, hit.strand, false, hit.time};
+}
 
 /// Flat ribbons along B-splines or polygons (scene::Groom::linear) as wide as the elliptical silhouette, and triangles
 /// seen from both sides, for camera and shadow rays alike. A ribbon is met where the ray passes nearest to its axis,
 /// and only ahead of the ray's start; a bend of a polygon is filled on its outer side by a sector of the silhouette's
 /// width. The strand that a ray starts on (Ray::start_strand) is not met within two radii of the start, every other one
-/// is.
+/// is. What moves (scene::Groom::later, scene::Mesh::later) is met where it is at the ray's time.
 ///
 /// Built once; intersect and occluded: any thread.
 class FiberScene {

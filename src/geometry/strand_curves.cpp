@@ -14,57 +14,121 @@ using scene::StrandBasis;
 
 bool is_finite(const glm::vec3& x) { return std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z); }
 
-/// The points of a strand and the major semi-axes there; empty where it is not drawn. Repetitions are left out where
-/// the basis lets them.
-struct StrandPoints {
-  std::vector<glm::vec3> position;
-  std::vector<float> axis;
-};
-
-StrandPoints points_of(const scene::Groom& groom, std::uint32_t strand, float eccentricity) {
-  const double axis_per_radius = fiber::major_semi_axis(1.0, eccentricity);
-  const bool repeats_stay = groom.basis == StrandBasis::open_bspline || groom.basis == StrandBasis::bezier;
-  StrandPoints points;
-  for (std::uint32_t i = groom.first_point[strand]; i < groom.first_point[strand + 1]; ++i) {
-    if (!is_finite(groom.points[i]) || !std::isfinite(groom.radius_cm[i])) return {};
-    if (!repeats_stay && !points.position.empty() && points.position.back() == groom.points[i]) continue;
-    points.position.push_back(groom.points[i]);
-    points.axis.push_back(std::max(0.0f, static_cast<float>(axis_per_radius * groom.radius_cm[i])));
-  }
-  return points;
+const std::vector<glm::vec3>& points_at(const scene::Groom& groom, std::size_t moment) {
+  return moment == 0 ? groom.points : groom.later[moment - 1].points;
 }
 
-void add_strand(const scene::Groom& groom, std::uint32_t strand, float eccentricity, double root_angle_rad,
-                double turn_rad_per_cm, StrandCurves& curves) {
-  const StrandPoints points = points_of(groom, strand, eccentricity);
-  const std::vector<glm::vec3>& p = points.position;
-  const std::vector<float>& axes = points.axis;
-  const std::vector<KnotFrame> frames =
-      strand_frames(p, root_angle_rad, turn_rad_per_cm, groom.basis, groom.turned_rad);
-  if (frames.empty()) return;
-  const std::size_t count = p.size();
-  // Reflected ends make the spline pass through root and tip. A reflected radius stops at 0.
-  const auto reflect = [&](std::size_t end, std::size_t next) {
-    return glm::vec4(2.0f * p[end] - p[next], std::max(0.0f, 2 * axes[end] - axes[next]));
-  };
-  const auto base = static_cast<std::uint32_t>(curves.control.size());
-  if (groom.basis == StrandBasis::bspline) curves.control.push_back(reflect(0, 1));
-  for (std::size_t i = 0; i < count; ++i) curves.control.emplace_back(p[i], axes[i]);
-  if (groom.basis == StrandBasis::bspline) curves.control.push_back(reflect(count - 1, count - 2));
-  const std::uint32_t stride = groom.basis == StrandBasis::bezier ? 3 : 1, controls = curves.is_linear() ? 2 : 4;
-  for (std::uint32_t i = 0; i + 1 < frames.size(); ++i) {
-    const std::uint32_t first = base + stride * i;
-    curves.first_control.push_back(first);
-    StrandSegment segment{frames[i], frames[i + 1], {}, strand, eccentricity};
-    for (std::uint32_t c = 0; c < controls; ++c) segment.semi_axis[c] = curves.control[first + c].w;
-    curves.segments.push_back(segment);
+/// Which points of a strand are drawn; none where it is not.
+std::vector<std::uint32_t> drawn_points(const scene::Groom& groom, std::uint32_t strand) {
+  const bool repeats_stay = groom.basis == StrandBasis::open_bspline || groom.basis == StrandBasis::bezier;
+  std::vector<std::uint32_t> drawn;
+  for (std::uint32_t i = groom.first_point[strand]; i < groom.first_point[strand + 1]; ++i) {
+    if (!std::isfinite(groom.radius_cm[i])) return {};
+    bool repeats = !drawn.empty();
+    for (std::size_t moment = 0; moment <= groom.later.size(); ++moment) {
+      const std::vector<glm::vec3>& points = points_at(groom, moment);
+      if (!is_finite(points[i])) return {};
+      repeats = repeats && points[drawn.back()] == points[i];
+    }
+    if (repeats && !repeats_stay) continue;
+    drawn.push_back(i);
   }
+  return drawn;
+}
+
+/// What a strand is beside its points.
+struct StrandShape {
+  std::uint32_t index;
+  float eccentricity;
+  double root_angle_rad, turn_rad_per_cm;
+};
+
+class StrandAdder {
+ public:
+  StrandAdder(const scene::Groom& groom, StrandCurves& curves) : groom_(groom), curves_(curves) {
+    curves_.later_control.resize(groom.later.size());
+    curves_.later_frames.resize(groom.later.size());
+    for (auto& moment : curves_.later_control) moment.reserve(curves.control.capacity());
+    for (auto& moment : curves_.later_frames) moment.reserve(curves.segments.capacity());
+  }
+
+  void add(const StrandShape& strand) {
+    drawn_ = drawn_points(groom_, strand.index);
+    const std::vector<glm::vec3> p = points(0);
+    const StrandKnots knots = strand_knots(p, groom_.basis);
+    const std::vector<KnotFrame> frames =
+        strand_frames(knots, strand.root_angle_rad, strand.turn_rad_per_cm, groom_.turned_rad);
+    if (frames.empty()) return;
+    axes_.clear();
+    const double axis_per_radius = fiber::major_semi_axis(1.0, strand.eccentricity);
+    for (const std::uint32_t i : drawn_)
+      axes_.push_back(std::max(0.0f, static_cast<float>(axis_per_radius * groom_.radius_cm[i])));
+    const auto base = static_cast<std::uint32_t>(curves_.control.size());
+    add_control(p, curves_.control);
+    const std::uint32_t stride = groom_.basis == StrandBasis::bezier ? 3 : 1, controls = curves_.is_linear() ? 2 : 4;
+    for (std::uint32_t i = 0; i + 1 < frames.size(); ++i) {
+      const std::uint32_t first = base + stride * i;
+      curves_.first_control.push_back(first);
+      StrandSegment segment{frames[i], frames[i + 1], {}, strand.index, strand.eccentricity};
+      for (std::uint32_t c = 0; c < controls; ++c) segment.semi_axis[c] = curves_.control[first + c].w;
+      curves_.segments.push_back(segment);
+    }
+    for (std::size_t moment = 0; moment < groom_.later.size(); ++moment) {
+      const std::vector<glm::vec3> moved = points(moment + 1);
+      add_control(moved, curves_.later_control[moment]);
+      const std::vector<KnotFrame> then = later_frames(strand_knots(moved, groom_.basis), frames[0], knots.tangent[0],
+                                                       groom_.later[moment].turned, strand.turn_rad_per_cm);
+      for (std::size_t i = 0; i + 1 < then.size(); ++i) curves_.later_frames[moment].push_back({then[i], then[i + 1]});
+    }
+  }
+
+ private:
+  std::vector<glm::vec3> points(std::size_t moment) const {
+    const std::vector<glm::vec3>& all = points_at(groom_, moment);
+    std::vector<glm::vec3> drawn;
+    drawn.reserve(drawn_.size());
+    for (const std::uint32_t i : drawn_) drawn.push_back(all[i]);
+    return drawn;
+  }
+
+  void add_control(const std::vector<glm::vec3>& p, std::vector<glm::vec4>& control) const {
+    const std::size_t count = p.size();
+    // Reflected ends make the spline pass through root and tip. A reflected radius stops at 0.
+    const auto reflect = [&](std::size_t end, std::size_t next) {
+      return glm::vec4(2.0f * p[end] - p[next], std::max(0.0f, 2 * axes_[end] - axes_[next]));
+    };
+    if (groom_.basis == StrandBasis::bspline) control.push_back(reflect(0, 1));
+    for (std::size_t i = 0; i < count; ++i) control.emplace_back(p[i], axes_[i]);
+    if (groom_.basis == StrandBasis::bspline) control.push_back(reflect(count - 1, count - 2));
+  }
+
+  const scene::Groom& groom_;
+  StrandCurves& curves_;
+  std::vector<std::uint32_t> drawn_;  ///< of the strand that is added
+  std::vector<float> axes_;           ///< major semi-axes there, cm
+};
+
+KnotFrame between(const KnotFrame& a, const KnotFrame& b, float share) {
+  return {(1 - share) * a.normal + share * b.normal, (1 - share) * a.angle + share * b.angle};
 }
 
 }  // namespace
 
-FiberFrame StrandCurves::frame(std::uint32_t segment, float t, const glm::vec3& tangent) const {
-  return frame_between(segments[segment].from, segments[segment].to, t, tangent);
+BetweenMoments::BetweenMoments(float time, std::size_t moments) {
+  const float along = time * static_cast<float>(moments - 1);
+  before = std::min(static_cast<std::size_t>(along), moments < 2 ? 0 : moments - 2);
+  share = along - static_cast<float>(before);
+}
+
+FiberFrame StrandCurves::frame(std::uint32_t segment, float t, const glm::vec3& tangent, float time) const {
+  const StrandSegment& first = segments[segment];
+  if (later_frames.empty()) return frame_between(first.from, first.to, t, tangent);
+  const BetweenMoments at(time, moments());
+  const auto frames = [&](std::size_t moment) {
+    return moment == 0 ? SegmentFrames{first.from, first.to} : later_frames[moment - 1][segment];
+  };
+  const SegmentFrames a = frames(at.before), b = frames(at.before + 1);
+  return frame_between(between(a.from, b.from, at.share), between(a.to, b.to, at.share), t, tangent);
 }
 
 float StrandCurves::semi_axis(std::uint32_t segment, float t) const {
@@ -76,30 +140,58 @@ float StrandCurves::semi_axis(std::uint32_t segment, float t) const {
          6;
 }
 
-glm::vec3 StrandCurves::axis(std::uint32_t segment, float t) const {
-  const glm::vec4* p = &control[first_control[segment]];
-  return (1 - t) * glm::vec3(p[0]) + t * glm::vec3(p[1]);
+glm::vec3 StrandCurves::control_at(std::uint32_t index, float time) const {
+  if (later_control.empty()) return control[index];
+  const BetweenMoments at(time, moments());
+  const glm::vec4 &a = at.before == 0 ? control[index] : later_control[at.before - 1][index],
+                  &b = later_control[at.before][index];
+  return (1 - at.share) * glm::vec3(a) + at.share * glm::vec3(b);
 }
 
-bool StrandCurves::is_in_joint(std::uint32_t segment, float t, const glm::vec3& position,
-                               const glm::vec3& direction) const {
+glm::vec3 StrandCurves::axis(std::uint32_t segment, float t, float time) const {
+  const std::uint32_t first = first_control[segment];
+  return (1 - t) * control_at(first, time) + t * control_at(first + 1, time);
+}
+
+glm::vec3 StrandCurves::way(std::uint32_t segment, float t) const {
+  if (later_control.empty()) return glm::vec3(0.0f);
+  const float s = 1 - t;
+  std::array<float, 4> weight{s, t, 0, 0};
+  if (basis == StrandBasis::bezier) {
+    weight = {s * s * s, 3 * s * s * t, 3 * s * t * t, t * t * t};
+  } else if (!is_linear()) {
+    weight = {s * s * s / 6, (4 - 3 * t * t * (2 - t)) / 6, (4 - 3 * s * s * (2 - s)) / 6, t * t * t / 6};
+  }
+  const std::uint32_t first = first_control[segment], controls = is_linear() ? 2 : 4;
+  glm::vec3 sum(0.0f);
+  for (std::uint32_t c = 0; c < controls; ++c)
+    sum += weight[c] * (glm::vec3(later_control.back()[first + c]) - glm::vec3(control[first + c]));
+  return sum;
+}
+
+bool StrandCurves::is_in_joint(std::uint32_t segment, float t, const glm::vec3& position, const glm::vec3& direction,
+                               float time) const {
   // The strand's next point beyond the joint. What the ray passes nearest to must not lie towards it.
   const bool at_root = t < 0.5f;
   if (at_root ? segment == 0 : segment + 1 == segments.size()) return false;
   const std::uint32_t neighbour = at_root ? segment - 1 : segment + 1;
   if (segments[neighbour].strand != segments[segment].strand) return false;
-  const glm::vec4& joint = control[first_control[at_root ? segment : neighbour]];
-  const glm::vec3 beyond = glm::vec3(control[first_control[neighbour] + (at_root ? 0 : 1)]) - glm::vec3(joint);
-  const float towards = glm::dot(position - glm::vec3(joint), beyond);
+  const std::uint32_t at = first_control[at_root ? segment : neighbour];
+  const glm::vec3 joint = control_at(at, time),
+                  beyond = control_at(first_control[neighbour] + (at_root ? 0 : 1), time) - joint;
+  const float towards = glm::dot(position - joint, beyond);
   if (towards <= 0) return true;
   // A thousandth of the semi-axis on the neighbour as the ray sees it: rounding must not open the seam.
-  const float along = glm::dot(beyond, direction), limit = 1e-3f * joint.w;
+  const float along = glm::dot(beyond, direction), limit = 1e-3f * control[at].w;
   return towards * towards <= limit * limit * (glm::dot(beyond, beyond) - along * along);
 }
 
 std::size_t StrandCurves::bytes() const {
-  return control.capacity() * sizeof(glm::vec4) + first_control.capacity() * sizeof(std::uint32_t) +
-         segments.capacity() * sizeof(StrandSegment);
+  std::size_t bytes = control.capacity() * sizeof(glm::vec4) + first_control.capacity() * sizeof(std::uint32_t) +
+                      segments.capacity() * sizeof(StrandSegment);
+  for (const auto& moment : later_control) bytes += moment.capacity() * sizeof(glm::vec4);
+  for (const auto& moment : later_frames) bytes += moment.capacity() * sizeof(SegmentFrames);
+  return bytes;
 }
 
 StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index) {
@@ -113,6 +205,7 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   const std::size_t most_segments = groom.points.size() - std::min<std::size_t>(groom.points.size(), strands);
   curves.first_control.reserve(most_segments);
   curves.segments.reserve(most_segments);
+  StrandAdder adder(groom, curves);
   for (std::uint32_t strand = 0; strand < strands; ++strand) {
     const double hashed = 2 * std::numbers::pi * RandomStream(groom_index, strand).next();
     const double root_angle = material.root_angle_rad ? *material.root_angle_rad : hashed;
@@ -121,7 +214,7 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
         material.curl_diameter_cm ? *material.curl_diameter_cm : fiber::curl_diameter_cm(eccentricity);
     const double turn_rad_per_cm = material.twist && curl_diameter > 0 ? 2 / curl_diameter : 0;
     curves.elliptical = curves.elliptical || eccentricity < 1;
-    add_strand(groom, strand, eccentricity, root_angle, turn_rad_per_cm, curves);
+    adder.add({strand, eccentricity, root_angle, turn_rad_per_cm});
   }
   return curves;
 }

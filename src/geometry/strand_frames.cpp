@@ -82,6 +82,26 @@ void fill_tangents(std::vector<glm::dvec3>* tangent) {
   }
 }
 
+/// `normal`: at the root. Where a tangent turns back on itself the normal begins anew, from axes that are `turned`.
+std::vector<KnotFrame> frames_from(glm::dvec3 normal, const StrandKnots& knots, double root_angle_rad,
+                                   double turn_rad_per_cm, const Turned& turned) {
+  std::vector<KnotFrame> frames;
+  frames.reserve(knots.position.size());
+  double length = 0;
+  frames.push_back({normal, static_cast<float>(root_angle_rad)});
+  for (std::size_t i = 1; i < knots.position.size(); ++i) {
+    const glm::dvec3 step = knots.position[i] - knots.position[i - 1];
+    const glm::dvec3 tangent_reflected = reflect_across(knots.tangent[i - 1], step);
+    normal = reflect_across(reflect_across(normal, step), knots.tangent[i] - tangent_reflected);
+    normal -= glm::dot(normal, knots.tangent[i]) * knots.tangent[i];
+    const double size = glm::length(normal);
+    normal = size > 1e-9 ? normal / size : least_aligned_normal(knots.tangent[i], turned, rounding);
+    length += glm::length(step);
+    frames.push_back({normal, static_cast<float>(root_angle_rad + turn_rad_per_cm * length)});
+  }
+  return frames;
+}
+
 }  // namespace
 
 glm::vec3 root_normal(const glm::vec3& tangent) { return least_aligned_normal(tangent, Turned(), 0); }
@@ -115,24 +135,24 @@ StrandKnots strand_knots(std::span<const glm::vec3> points, StrandBasis basis) {
 
 std::vector<KnotFrame> strand_frames(const StrandKnots& knots, double root_angle_rad, double turn_rad_per_cm,
                                      double turned_rad) {
-  std::vector<KnotFrame> frames;
-  if (knots.position.size() < 2) return frames;
-  frames.reserve(knots.position.size());
+  if (knots.position.size() < 2) return {};
   const Turned turned(turned_rad);
-  glm::dvec3 normal = least_aligned_normal(knots.tangent[0], turned, rounding);
-  double length = 0;
-  frames.push_back({normal, static_cast<float>(root_angle_rad)});
-  for (std::size_t i = 1; i < knots.position.size(); ++i) {
-    const glm::dvec3 step = knots.position[i] - knots.position[i - 1];
-    const glm::dvec3 tangent_reflected = reflect_across(knots.tangent[i - 1], step);
-    normal = reflect_across(reflect_across(normal, step), knots.tangent[i] - tangent_reflected);
-    normal -= glm::dot(normal, knots.tangent[i]) * knots.tangent[i];
-    const double size = glm::length(normal);
-    normal = size > 1e-9 ? normal / size : least_aligned_normal(knots.tangent[i], turned, rounding);
-    length += glm::length(step);
-    frames.push_back({normal, static_cast<float>(root_angle_rad + turn_rad_per_cm * length)});
+  return frames_from(least_aligned_normal(knots.tangent[0], turned, rounding), knots, root_angle_rad, turn_rad_per_cm,
+                     turned);
+}
+
+std::vector<KnotFrame> later_frames(const StrandKnots& knots, const KnotFrame& first, const glm::dvec3& first_tangent,
+                                    const glm::dmat3& turned, double turn_rad_per_cm) {
+  const glm::dvec3 &to = knots.tangent[0], from = direction_of(turned * first_tangent), axis = glm::cross(from, to);
+  glm::dvec3 normal = turned * glm::dvec3(first.normal);
+  const double cosine = glm::dot(from, to);
+  if (cosine > -0.999999) {  // where it is turned about nothing tells which way round
+    const glm::dvec3 once = glm::cross(axis, normal);
+    normal += once + glm::cross(axis, once) / (1 + cosine);
   }
-  return frames;
+  normal = direction_of(normal - glm::dot(normal, to) * to);
+  if (normal == glm::dvec3(0)) normal = least_aligned_normal(to, Turned(), rounding);
+  return frames_from(normal, knots, double{first.angle}, turn_rad_per_cm, Turned());
 }
 
 std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm,

@@ -1,6 +1,7 @@
 // The major axis along a strand: a rotation-minimising frame, turned at the root and by the curl (design section 3).
 #pragma once
 
+#include <glm/ext/matrix_double3x3.hpp>
 #include <glm/ext/vector_double3.hpp>
 #include <glm/vec3.hpp>
 #include <span>
@@ -46,6 +47,13 @@ std::vector<KnotFrame> strand_frames(const StrandKnots& knots, double root_angle
 /// The same of strand_knots().
 std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm,
                                      scene::StrandBasis basis = scene::StrandBasis::bspline, double turned_rad = 0);
+
+/// Of the same strand at a later moment: the normal at the root, which root angles are counted from, follows the strand
+/// from its first moment, `turned` as the whole has and then by the least rotation that brings its tangent to where it
+/// is, so that frames between the moments are those of a strand on its way. first: its frames at the first moment,
+/// whose root has the unit tangent `first_tangent`.
+std::vector<KnotFrame> later_frames(const StrandKnots& knots, const KnotFrame& first, const glm::dvec3& first_tangent,
+                                    const glm::dmat3& turned, double turn_rad_per_cm);
 
 /// Frame between two consecutive knots, at t in [0, 1], for the unit tangent there. Orthonormal for every input.
 FiberFrame frame_between(const KnotFrame& a, const KnotFrame& b, float t, const glm::vec3& tangent);

@@ -5,21 +5,55 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "geometry/strand_curves.h"
+
 namespace tress::geometry {
+namespace {
+
+using Points = std::vector<glm::vec3>;
+
+/// Values of the mesh at a time of the shutter: linear between those of two moments.
+class AtTime {
+ public:
+  AtTime(const scene::Mesh& mesh, float time, Points scene::Mesh::* first, Points scene::MeshMoment::* later)
+      : before_(&(mesh.*first)) {
+    if (mesh.later.empty()) return;
+    const BetweenMoments at(time, 1 + mesh.later.size());
+    if (at.before > 0) before_ = &(mesh.later[at.before - 1].*later);
+    after_ = &(mesh.later[at.before].*later);
+    share_ = at.share;
+  }
+  glm::dvec3 operator[](std::uint32_t index) const {
+    const glm::dvec3 before((*before_)[index]);
+    if (after_ == nullptr) return before;
+    return before + double{share_} * (glm::dvec3((*after_)[index]) - before);
+  }
+
+ private:
+  const Points *before_, *after_ = nullptr;
+  float share_ = 0;
+};
+
+}  // namespace
 
 float largest_coordinate(const scene::Mesh& mesh) {
   float largest = 0;
-  for (const glm::vec3& p : mesh.positions) {
-    const float size = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    if (std::isfinite(size)) largest = std::max(largest, size);
-  }
+  const auto include = [&](const Points& points) {
+    for (const glm::vec3& p : points) {
+      const float size = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+      if (std::isfinite(size)) largest = std::max(largest, size);
+    }
+  };
+  include(mesh.positions);
+  for (const scene::MeshMoment& moment : mesh.later) include(moment.positions);
   return largest;
 }
 
-SurfacePoint surface_point(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third,
-                           float extent_cm) {
+SurfacePoint surface_point(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third, float extent_cm,
+                           float time) {
   const glm::uvec3& corner = mesh.triangles[triangle];
-  const glm::dvec3 a = mesh.positions[corner.x], b = mesh.positions[corner.y], c = mesh.positions[corner.z];
+  const AtTime positions(mesh, time, &scene::Mesh::positions, &scene::MeshMoment::positions);
+  const glm::dvec3 a = positions[corner.x], b = positions[corner.y], c = positions[corner.z];
   const glm::dvec3 ab = b - a, ac = c - a;
   const glm::dvec3 area = glm::cross(ab, ac);
   const double size = glm::length(area);
@@ -28,21 +62,32 @@ SurfacePoint surface_point(const scene::Mesh& mesh, std::uint32_t triangle, floa
   point.normal = size > 0 ? glm::vec3(area / size) : glm::vec3(0, 0, 1);
   // With half a unit in the last place h: the position and the ray's start are rounded to sqrt(3) h of a coordinate
   // each; the corners relative to the start, at most 2 sqrt(3) extents away, to h of that; the normal, a cross product
-  // of two such edges, turns by 3 h longest^2 / size, which lifts the plane by that times `longest`. Twice the sum.
+  // of two such edges, turns by 3 h longest^2 / size, which lifts the plane by that times `longest`. Corners that move
+  // are interpolated by Embree in floats: two products, their sum and the share itself are 4 h of a coordinate, sqrt(3)
+  // times in space. Twice the sum.
   constexpr float half_unit = std::numeric_limits<float>::epsilon() / 2;
   const double longest = std::max({glm::length(ab), glm::length(ac), glm::length(ac - ab)});
   const double sliver = size > 0 ? std::min(3 * longest * longest * longest / size, 1e3 * longest) : 0.0;
-  point.offset_cm = 2 * half_unit * static_cast<float>(7 * double{extent_cm} + sliver);
+  const double roundings = mesh.later.empty() ? 7 : 14;
+  point.offset_cm = 2 * half_unit * static_cast<float>(roundings * double{extent_cm} + sliver);
   point.offset_cm = std::max(point.offset_cm, std::numeric_limits<float>::min());
   return point;
 }
 
+glm::vec3 surface_way(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third) {
+  const glm::uvec3& corner = mesh.triangles[triangle];
+  const Points& last = mesh.later.back().positions;
+  const auto way = [&](std::uint32_t index) { return last[index] - mesh.positions[index]; };
+  return (1 - second - third) * way(corner.x) + second * way(corner.y) + third * way(corner.z);
+}
+
 glm::vec3 shading_normal(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third,
-                         const glm::vec3& normal, const glm::vec3& ray_direction) {
+                         const glm::vec3& normal, const glm::vec3& ray_direction, float time) {
   if (mesh.corner_normals.empty()) return normal;
   const glm::uvec3 corner = mesh.corner_normals[triangle];
   if (corner.x == scene::no_normal || corner.y == scene::no_normal || corner.z == scene::no_normal) return normal;
-  const glm::vec3 &a = mesh.normals[corner.x], &b = mesh.normals[corner.y], &c = mesh.normals[corner.z];
+  const AtTime normals(mesh, time, &scene::Mesh::normals, &scene::MeshMoment::normals);
+  const glm::vec3 a = normals[corner.x], b = normals[corner.y], c = normals[corner.z];
   if (a == glm::vec3(0.0f) || b == glm::vec3(0.0f) || c == glm::vec3(0.0f)) return normal;
   glm::vec3 between = (1 - second - third) * a + second * b + third * c;
   const float length = glm::length(between);

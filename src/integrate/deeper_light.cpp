@@ -37,8 +37,14 @@ DeeperLight::DeeperLight(const scene::Scene& scene) {
       high = glm::max(high, point);
     }
   };
-  for (const scene::Groom& groom : scene.grooms) include(groom.points);
-  for (const scene::Mesh& mesh : scene.meshes) include(mesh.positions);
+  for (const scene::Groom& groom : scene.grooms) {
+    include(groom.points);
+    for (const scene::StrandMoment& moment : groom.later) include(moment.points);
+  }
+  for (const scene::Mesh& mesh : scene.meshes) {
+    include(mesh.positions);
+    for (const scene::MeshMoment& moment : mesh.later) include(moment.positions);
+  }
   const float edge = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   low_ = low;
   per_edge_ = edge > 0 ? 1 / edge : 0;

@@ -1,11 +1,18 @@
 #include "integrate/frame_motion.h"
 
 #include <optional>
+#include <vector>
+
+#include "scene/model/camera.h"
 
 namespace tress::integrate {
 namespace {
 
 const scene::Camera& next_camera(const scene::Scene& scene) { return scene.next ? scene.next->camera : scene.camera; }
+
+scene::Camera during(const scene::Camera& still, const std::vector<scene::Camera>& moments, float time) {
+  return moments.empty() ? still : scene::camera_during(moments, time);
+}
 
 /// Rows grow downwards, v upwards.
 glm::vec2 moved(const std::optional<glm::dvec2>& from, const std::optional<glm::dvec2>& to) {
@@ -15,16 +22,24 @@ glm::vec2 moved(const std::optional<glm::dvec2>& from, const std::optional<glm::
 
 }  // namespace
 
-FrameMotion::FrameMotion(const scene::Scene& scene)
-    : now_(scene.camera, scene.image),
-      next_(next_camera(scene), scene.image),
-      eye_(scene.camera.eye),
-      next_eye_(next_camera(scene).eye),
-      turn_(scene.next ? scene.next->turn : scene::ObjectTurn{}) {}
+FrameMotion::FrameMotion(const scene::Scene& scene, const scene::Camera& now, const scene::Camera& next)
+    : now_(now, scene.image),
+      next_(next, scene.image),
+      eye_(now.eye),
+      next_eye_(next.eye),
+      turn_(scene.next ? scene.next->turn : scene::ObjectTurn{}),
+      ways_per_frame_(scene.shutter.is_open() ? 1 / (scene.shutter.close - scene.shutter.open) : 0) {}
 
-glm::vec2 FrameMotion::of_point(const glm::vec3& world) const {
+FrameMotion::FrameMotion(const scene::Scene& scene) : FrameMotion(scene, scene.camera, next_camera(scene)) {}
+
+FrameMotion::FrameMotion(const scene::Scene& scene, float time)
+    : FrameMotion(scene, during(scene.camera, scene.camera_moments, time),
+                  scene.next ? during(scene.next->camera, scene.next->moments, time) : scene.camera) {}
+
+glm::vec2 FrameMotion::of_point(const glm::vec3& world, const glm::vec3& way) const {
   const glm::dvec3 point(world);
-  return moved(now_.pixel(point), next_.pixel(turn_.of(point)));
+  const glm::dvec3 next = turn_.turn_rad != 0 ? turn_.of(point) : point + ways_per_frame_ * glm::dvec3(way);
+  return moved(now_.pixel(point), next_.pixel(next));
 }
 
 glm::vec2 FrameMotion::of_light(const glm::vec3& world) const {

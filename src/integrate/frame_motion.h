@@ -15,18 +15,24 @@ class FrameMotion {
  public:
   /// Of a scene whose next frame is known (Scene::next); of any other everything rests.
   explicit FrameMotion(const scene::Scene& scene);
+  /// While the shutter is open, at this time of it in this frame and in the next.
+  FrameMotion(const scene::Scene& scene, float time);
 
-  /// Of a point of a groom or mesh, cm. 0 where it is behind the camera in either frame.
-  glm::vec2 of_point(const glm::vec3& world) const;
+  /// Of a point of a groom or mesh, cm, that goes this way while the shutter is open, and goes on like that until the
+  /// next frame unless a turntable turns it. 0 where it is behind the camera in either frame.
+  glm::vec2 of_point(const glm::vec3& world, const glm::vec3& way = glm::vec3(0.0f)) const;
   /// Of one of a light, which no turntable turns.
   glm::vec2 of_light(const glm::vec3& world) const;
   /// Of what is infinitely far away in this direction.
   glm::vec2 of_backdrop(const glm::vec3& direction) const;
 
  private:
+  FrameMotion(const scene::Scene& scene, const scene::Camera& now, const scene::Camera& next);
+
   CameraProjection now_, next_;
   glm::dvec3 eye_, next_eye_;
   scene::ObjectTurn turn_;
+  double ways_per_frame_ = 0;  ///< how often the shutter could be open in the time from frame to frame
 };
 
 }  // namespace tress::integrate

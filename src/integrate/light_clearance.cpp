@@ -61,7 +61,11 @@ double triangle_bound(const std::array<glm::dvec3, 3>& p) {
 SceneSize::SceneSize(const scene::Scene& scene) {
   for (const scene::Groom& groom : scene.grooms) {
     for (const float each : groom.radius_cm) radius_cm = std::max(radius_cm, static_cast<double>(each));
-    for (const glm::vec3& point : groom.points) coordinate_cm = std::max(coordinate_cm, largest_of(point));
+    const auto include = [&](const std::vector<glm::vec3>& points) {
+      for (const glm::vec3& point : points) coordinate_cm = std::max(coordinate_cm, largest_of(point));
+    };
+    include(groom.points);
+    for (const scene::StrandMoment& moment : groom.later) include(moment.points);
   }
   for (const scene::Mesh& mesh : scene.meshes) {
     coordinate_cm = std::max(coordinate_cm, static_cast<double>(geometry::largest_coordinate(mesh)));
@@ -82,10 +86,9 @@ LightClearance::LightClearance(const scene::Light& light, const scene::Scene& sc
   // What a ray through all of the scene could mistake; a triangle adds its own.
   const double near = of_light + half_unit * (8.7 + 6 * 2 * std::sqrt(3.0)) * world;
   const glm::dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
-  for (const scene::Mesh& mesh : scene.meshes) {
+  const auto keep_clear = [&](const scene::Mesh& mesh, const std::vector<glm::vec3>& positions) {
     for (const glm::uvec3& corner : mesh.triangles) {
-      const std::array<glm::dvec3, 3> points{mesh.positions[corner.x], mesh.positions[corner.y],
-                                             mesh.positions[corner.z]};
+      const std::array<glm::dvec3, 3> points{positions[corner.x], positions[corner.y], positions[corner.z]};
       const double own = triangle_bound(points), within = near + own;
       const glm::dvec3 across = glm::cross(points[1] - points[0], points[2] - points[0]);
       const double area = glm::length(across);
@@ -95,6 +98,10 @@ LightClearance::LightClearance(const scene::Light& light, const scene::Scene& sc
       if (!is_sphere_ && is_clear(normal_)) continue;
       fixed_cm_ = std::max(fixed_cm_, of_light + own);
     }
+  };
+  for (const scene::Mesh& mesh : scene.meshes) {
+    keep_clear(mesh, mesh.positions);
+    for (const scene::MeshMoment& moment : mesh.later) keep_clear(mesh, moment.positions);
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/color.h"
 #include "integrate/excess_at.h"
+#include "scene/model/camera.h"
 
 namespace tress::integrate {
 namespace {
@@ -19,7 +20,8 @@ enum Dimension : std::uint32_t {
   lobe_and_theta,
   phi_and_spare,
   light_choice,
-  lens_position
+  lens_position,
+  shutter_time
 };
 
 /// How often it is asked what rows have too much: for one in so many paths that bring the picture's mean by a light,
@@ -106,6 +108,31 @@ glm::vec3 PathTracer::met_light(const Vertex& vertex, const Scattering::Sample& 
   return radiance;
 }
 
+geometry::Ray PathTracer::camera_ray(int x, int y, const PixelSampler& stratified, std::uint32_t in_half,
+                                     float time) const {
+  const auto from = [&](const CameraRays& camera) {
+    const std::array<float, 2> position = stratified.pair(in_half, pixel_position);
+    return camera.has_lens() ? camera.ray(x, y, position, stratified.pair(in_half, lens_position))
+                             : camera.ray(x, y, position);
+  };
+  geometry::Ray ray = scene_.camera_moments.empty()
+                          ? from(camera_)
+                          : from(CameraRays(scene::camera_during(scene_.camera_moments, time), scene_.image));
+  ray.time = time;
+  return ray;
+}
+
+glm::vec2 PathTracer::motion_of(const geometry::Ray& ray, const geometry::Hit* hit,
+                                const LightSampler::Arrival& seen) const {
+  const auto by = [&](const FrameMotion& motion) {
+    if (seen.density > 0 && seen.distance_cm < scene::distant_cm)
+      return motion.of_light(ray.origin + seen.distance_cm * ray.direction);
+    if (seen.density > 0 || hit == nullptr) return motion.of_backdrop(ray.direction);
+    return motion.of_point(hit->position, hit->way);
+  };
+  return scene_.camera_moments.empty() ? by(motion_) : by(FrameMotion(scene_, ray.time));
+}
+
 PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   const std::uint64_t pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(scene_.image.width) + static_cast<std::uint64_t>(x);
@@ -114,9 +141,8 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   const std::uint32_t in_half = sample >> 1;
   RandomStream random(options_.seed, pixel, sample);
   PathSums sums(group_count_);
-  const geometry::Ray ray = camera_.has_lens() ? camera_.ray(x, y, stratified.pair(in_half, pixel_position),
-                                                             stratified.pair(in_half, lens_position))
-                                               : camera_.ray(x, y, stratified.pair(in_half, pixel_position));
+  const float time = scene_.shutter.is_open() ? stratified.pair(in_half, shutter_time)[0] : 0;
+  const geometry::Ray ray = camera_ray(x, y, stratified, in_half, time);
   const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
   const LightSampler::Arrival seen =
       lights_.seen(ray.origin, ray.direction, hit ? hit->distance_cm : std::numeric_limits<float>::infinity());
@@ -124,11 +150,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
     sums.sees_light = true;
     sums.layers[emission_layer] = seen.radiance;
     sums.groups.add(seen.group, seen.radiance);
-    if (scene_.next) {
-      const bool near = seen.distance_cm < scene::distant_cm;
-      sums.motion =
-          near ? motion_.of_light(ray.origin + seen.distance_cm * ray.direction) : motion_.of_backdrop(ray.direction);
-    }
+    if (scene_.next) sums.motion = motion_of(ray, nullptr, seen);
     return sums;
   }
   if (hit && hit->is_surface && scene_.meshes[hit->mesh].holdout) {
@@ -136,7 +158,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
     return sums;
   }
   if (!hit) {
-    if (scene_.next) sums.motion = motion_.of_backdrop(ray.direction);
+    if (scene_.next) sums.motion = motion_of(ray, nullptr, seen);
     if (scene_.environment_visible)
       sums.layers[background_layer] = scene_.environment.backdrop(ray.direction, camera_.pixel_rad(ray.direction));
     return sums;
@@ -151,7 +173,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   sums.normal = hit->is_surface ? hit->w : normal_towards(*hit, ray.direction);
   if (!hit->is_surface) sums.tangent = hit->u;
   sums.distance_cm = hit->distance_cm;
-  if (scene_.next) sums.motion = motion_.of_point(hit->position);
+  if (scene_.next) sums.motion = motion_of(ray, &*hit, seen);
   sums.object = hit->is_surface ? static_cast<std::uint32_t>(scene_.grooms.size()) + hit->mesh : hit->groom;
   const auto light_samples = static_cast<std::uint32_t>(vertex.light_samples);
   for (std::uint32_t i = 0; i < light_samples; ++i) {

@@ -73,6 +73,11 @@ class PathTracer {
   bool step(Tree& tree, RandomStream& random, PathSums& sums) const;
   void end_copy(Arrival& hit) const;
 
+  /// Of the camera as it is at a time of the shutter.
+  geometry::Ray camera_ray(int x, int y, const PixelSampler& stratified, std::uint32_t in_half, float time) const;
+  /// Where what the ray has met goes until the next frame; `hit`: null where it met nothing.
+  glm::vec2 motion_of(const geometry::Ray& ray, const geometry::Hit* hit, const LightSampler::Arrival& seen) const;
+
   const scene::Scene& scene_;
   const geometry::FiberScene& fibers_;
   const RenderOptions& options_;

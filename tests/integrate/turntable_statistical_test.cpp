@@ -1,6 +1,7 @@
 // A turntable of objects is one of the camera whose light goes around with it.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
@@ -35,7 +36,7 @@ TEST(Turntable, ObjectsThatTurnAreACameraThatTurnsWithItsLight) {
   still.environment = uneven(0);
   still.camera.look_at = pivot;
   scene::Scene turning = still;
-  scene::turn_objects({-turn, pivot}, &still.grooms, &still.meshes);
+  scene::turn_objects(std::array{scene::ObjectTurn{-turn, pivot}}, &still.grooms, &still.meshes);
   const glm::vec3 back = turning.camera.eye - pivot;
   const float c = static_cast<float>(std::cos(turn)), s = static_cast<float>(std::sin(turn));
   turning.camera.eye = pivot + glm::vec3(c * back.x - s * back.y, s * back.x + c * back.y, back.z);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -139,7 +140,7 @@ TEST(CameraMotion, ATurntableOfObjectsStandsStillAndShowsWhatTheTurningCameraSee
       std::vector<Mesh> meshes(1);
       meshes[0].positions = {grooms[0].points[0]};
       meshes[0].normals = {glm::normalize(camera->eye - camera->look_at)};
-      turn_objects(object_turn_at(still, frame, grooms), &turned, &meshes);
+      turn_objects(std::array{object_turn_at(still, frame, grooms)}, &turned, &meshes);
       EXPECT_EQ(meshes[0].positions[0], turned[0].points[0]);
       EXPECT_LT(glm::distance(meshes[0].normals[0], glm::normalize(fixed->eye - fixed->look_at)), 1e-6f);
       const auto seen = [](const Camera& by, const glm::vec3& point) {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -21,6 +22,12 @@ Result<ObjFile> parse(const std::string& text) {
 std::string refusal(const std::string& text) {
   const auto file = parse(text);
   return file ? "" : file.error().message();
+}
+
+/// At rest.
+Result<Mesh> placed(const ObjFile& file, const MeshDescription& description, const std::string& name,
+                    std::vector<std::string>* warnings) {
+  return place_mesh(std::array{MeshAtMoment{&file, description.path.at(0)}}, description, name, warnings);
 }
 
 const std::string square = "v 0 0 0\nv 2 0 0\nv 2 3 0\nv 0 3 0\n";
@@ -70,7 +77,7 @@ TEST(ObjFile, ReadsNormalsWhereTheyAreGood) {
   MeshDescription description;
   description.y_up = true;
   std::vector<std::string> warnings;
-  const auto mesh = place_mesh(*file, description, "a.obj", &warnings);
+  const auto mesh = placed(*file, description, "a.obj", &warnings);
   ASSERT_TRUE(mesh);
   EXPECT_EQ(mesh->normals[0], glm::vec3(0, -1, 0)) << "unit, turned with the file";
   EXPECT_EQ(mesh->corner_normals.size(), mesh->triangles.size());
@@ -147,19 +154,17 @@ TEST(Mesh, IsScaledTurnedAndMoved) {
   MeshDescription description;
   description.y_up = true;
   description.cm_per_unit = 10;
-  description.translate = {1, 2, 3};
+  description.path.still.translate = {1, 2, 3};
   std::vector<std::string> warnings;
-  const auto mesh =
-      place_mesh(*parse("v 1 2 3\nv 0 0 0\nv 1 0 0\nf 1 2 3\nf 1 2 2\n"), description, "a.obj", &warnings);
+  const auto mesh = placed(*parse("v 1 2 3\nv 0 0 0\nv 1 0 0\nf 1 2 3\nf 1 2 2\n"), description, "a.obj", &warnings);
   ASSERT_TRUE(mesh);
   EXPECT_EQ(mesh->positions[0], glm::vec3(11, -28, 23));
   EXPECT_EQ(mesh->triangles.size(), 1u);  // the other has no area
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_EQ(warnings[0], "a.obj: 1 of 2 triangles have no area and are left out");
   description.cm_per_unit = 1e6;
-  EXPECT_EQ(
-      place_mesh(*parse("v 0 1e10 0\nv 0 0 0\nv 1 0 0\nf 1 2 3"), description, "a.obj", &warnings).error().message(),
-      "a.obj: vertex 1: expected coordinates within 1e+06 cm, found 1e+16 cm at 1e+06 cm per unit");
+  EXPECT_EQ(placed(*parse("v 0 1e10 0\nv 0 0 0\nv 1 0 0\nf 1 2 3"), description, "a.obj", &warnings).error().message(),
+            "a.obj: vertex 1: expected coordinates within 1e+06 cm, found 1e+16 cm at 1e+06 cm per unit");
 }
 
 struct Folder {

@@ -90,24 +90,25 @@ Camera with_lens(Camera camera, const Lens& lens, const Image& image, std::optio
   return camera;
 }
 
-Camera at_keys(std::vector<CameraKey> keys, int frame, const Lens& lens, const Image& image) {
+Camera at_keys(std::vector<CameraKey> keys, double frame, const Lens& lens, const Image& image) {
   for (CameraKey& key : keys) key.camera = with_angle(key.camera, lens, image);
   const auto next =
       std::find_if(keys.begin(), keys.end(), [frame](const CameraKey& key) { return key.frame >= frame; });
   if (next == keys.end()) return keys.back().camera;
   if (next == keys.begin() || next->frame == frame) return next->camera;
   const auto& before = *(next - 1);
-  const double t = (static_cast<double>(frame) - before.frame) / (static_cast<double>(next->frame) - before.frame);
+  const double t = (frame - before.frame) / (static_cast<double>(next->frame) - before.frame);
   return between(before.camera, next->camera, static_cast<float>(t));
 }
 
 /// Counter-clockwise from above, [0, 2 pi).
-double turn_at(const Turntable& turntable, int frame) {
-  const int step = (frame % turntable.frames + turntable.frames) % turntable.frames;
+double turn_at(const Turntable& turntable, double frame) {
+  double step = std::fmod(frame, turntable.frames);
+  if (step < 0) step += turntable.frames;
   return 2 * std::numbers::pi * step / turntable.frames;
 }
 
-Camera on_turntable(const Turntable& turntable, int frame, const std::vector<Groom>& grooms, const Image& image,
+Camera on_turntable(const Turntable& turntable, double frame, const std::vector<Groom>& grooms, const Image& image,
                     const Camera& still) {
   Camera camera = frame_grooms_all_round(grooms, image, still, turntable.look_at);
   const glm::vec3 middle = turntable.look_at.value_or(camera.look_at);
@@ -122,6 +123,17 @@ Camera on_turntable(const Turntable& turntable, int frame, const std::vector<Gro
 }
 
 }  // namespace
+
+Camera camera_during(const std::vector<Camera>& moments, float time) {
+  const float along = time * static_cast<float>(moments.size() - 1);
+  const std::size_t before = std::min(static_cast<std::size_t>(along), moments.size() - 2);
+  const Camera &a = moments[before], &b = moments[before + 1];
+  const float t = along - static_cast<float>(before);
+  Camera camera = between(a, b, t);
+  camera.lens_radius_cm = a.lens_radius_cm + t * (b.lens_radius_cm - a.lens_radius_cm);
+  camera.focus_cm = a.focus_cm + t * (b.focus_cm - a.focus_cm);
+  return camera;
+}
 
 std::optional<glm::vec3> middle_of(const std::vector<Groom>& grooms) {
   glm::vec3 low(1e30f), high(-1e30f);
@@ -180,7 +192,7 @@ std::optional<CameraFault> fault_of(const Camera& camera) {
   return std::nullopt;
 }
 
-ObjectTurn object_turn_at(const CameraDescription& description, std::optional<int> frame,
+ObjectTurn object_turn_at(const CameraDescription& description, std::optional<double> frame,
                           const std::vector<Groom>& grooms) {
   if (!description.turntable || description.turntable->turns_camera) return {};
   const glm::vec3 middle = middle_of(grooms).value_or(glm::vec3(0.0f));
@@ -194,24 +206,43 @@ glm::dvec3 ObjectTurn::of(const glm::dvec3& point) const {
   return {c * x - s * y + double{pivot.x}, s * x + c * y + double{pivot.y}, point.z};
 }
 
-void turn_objects(const ObjectTurn& turn, std::vector<Groom>* grooms, std::vector<Mesh>* meshes) {
-  if (turn.turn_rad == 0) return;
-  const ObjectTurn of_directions{turn.turn_rad, glm::vec3(0.0f)};
+void turn_objects(std::span<const ObjectTurn> turns, std::vector<Groom>* grooms, std::vector<Mesh>* meshes) {
+  const ObjectTurn& first = turns.front();
+  const bool differ =
+      std::ranges::any_of(turns, [&](const ObjectTurn& turn) { return turn.turn_rad != first.turn_rad; });
+  const auto turn_points = [](const ObjectTurn& turn, std::vector<glm::vec3>& points) {
+    if (turn.turn_rad == 0) return;
+    for (glm::vec3& point : points) point = glm::vec3(turn.of(point));
+  };
+  const auto of_directions = [](const ObjectTurn& turn) { return ObjectTurn{turn.turn_rad, glm::vec3(0.0f)}; };
+  const auto at = [&](std::size_t later) { return turns[std::min(later + 1, turns.size() - 1)]; };
   for (Groom& groom : *grooms) {
-    groom.turned_rad += turn.turn_rad;
-    for (glm::vec3& point : groom.points) point = glm::vec3(turn.of(point));
+    if (differ && groom.later.empty()) groom.later.assign(turns.size() - 1, {groom.points});
+    for (std::size_t i = 0; i < groom.later.size(); ++i) {
+      StrandMoment& moment = groom.later[i];
+      turn_points(at(i), moment.points);
+      const ObjectTurn since{at(i).turn_rad - first.turn_rad, glm::vec3(0.0f)};
+      for (int column = 0; column < 3; ++column) moment.turned[column] = since.of(moment.turned[column]);
+    }
+    groom.turned_rad += first.turn_rad;
+    turn_points(first, groom.points);
   }
   for (Mesh& mesh : *meshes) {
-    for (glm::vec3& point : mesh.positions) point = glm::vec3(turn.of(point));
-    for (glm::vec3& normal : mesh.normals) normal = glm::vec3(of_directions.of(normal));
+    if (differ && mesh.later.empty()) mesh.later.assign(turns.size() - 1, {mesh.positions, mesh.normals});
+    for (std::size_t i = 0; i < mesh.later.size(); ++i) {
+      turn_points(at(i), mesh.later[i].positions);
+      turn_points(of_directions(at(i)), mesh.later[i].normals);
+    }
+    turn_points(first, mesh.positions);
+    turn_points(of_directions(first), mesh.normals);
   }
 }
 
-Result<Camera> camera_at(const CameraDescription& description, std::optional<int> frame,
+Result<Camera> camera_at(const CameraDescription& description, std::optional<double> frame,
                          const std::vector<Groom>& grooms, const Image& image, const std::string& name) {
   const Camera still = with_angle(description.camera, description.lens, image);
   Camera camera = still;
-  int at = frame.value_or(0);
+  double at = frame.value_or(0);
   if (description.framed) {
     camera = frame_grooms(grooms, image, still, description.turn_rad);
   } else if (description.turntable) {
@@ -222,7 +253,8 @@ Result<Camera> camera_at(const CameraDescription& description, std::optional<int
   }
   std::optional<CameraFault> fault = fault_of(camera);
   if (!fault) camera = with_lens(camera, description.lens, image, &fault);
-  if (fault) return Error{name, fmt::format("/camera at frame {}: {}", at, fault->key), fault->expected, fault->found};
+  if (fault)
+    return Error{name, fmt::format("/camera at frame {:.10g}: {}", at, fault->key), fault->expected, fault->found};
   return camera;
 }
 

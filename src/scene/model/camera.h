@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,21 +46,27 @@ struct CameraDescription {
   double turn_rad = 0;          ///< where it is framed: about the hair, counter-clockwise from above; 0: from -y
   std::vector<CameraKey> keys;  ///< by rising frame number
   std::optional<Turntable> turntable;
+  Shutter shutter = {};
 };
 
 /// The eye, the point looked at, up and the angle of view are linear between keys and hold before and after them.
+/// Between two frames it is where it is on its way from one to the other.
 /// Without a frame: that of the first key, or 0. Fails where a camera between keys looks along its up or at its eye, a
 /// focal length gives an angle of view out of its range, or the point in focus is not before the camera; `name` is the
 /// scene file of the message.
-Result<Camera> camera_at(const CameraDescription& description, std::optional<int> frame,
+Result<Camera> camera_at(const CameraDescription& description, std::optional<double> frame,
                          const std::vector<Groom>& grooms, const Image& image, const std::string& name);
 
+/// At time [0, 1] of the shutter, of the cameras at its moments, at least two: linear from each to the next.
+Camera camera_during(const std::vector<Camera>& moments, float time);
+
 /// How far grooms and meshes are turned in a frame.
-ObjectTurn object_turn_at(const CameraDescription& description, std::optional<int> frame,
+ObjectTurn object_turn_at(const CameraDescription& description, std::optional<double> frame,
                           const std::vector<Groom>& grooms);
 
-/// Turns points and normals of grooms and meshes, and the axes that the root angles of the strands are counted from.
-void turn_objects(const ObjectTurn& turn, std::vector<Groom>* grooms, std::vector<Mesh>* meshes);
+/// Turns points and normals of grooms and meshes, and the axes that the root angles of the strands are counted from, by
+/// the first turn and at the later moments of the shutter by the others; objects that rest move where turns differ.
+void turn_objects(std::span<const ObjectTurn> turns, std::vector<Groom>* grooms, std::vector<Mesh>* meshes);
 
 /// What keeps the camera from seeing anything: looks at its own eye, or along `up`. Nothing where it can.
 struct CameraFault {

@@ -109,6 +109,24 @@ constexpr std::array table{
     Parameter{"/camera/turntable/distance_cm", "", number, length, cm, "", "all hair seen, from 8 degrees above",
               "from the vertical axis through `look_at`"},
     Parameter{"/camera/turntable/height_cm", "", number, world, cm, "", "0", "above `look_at`; beside `distance_cm`"},
+    Parameter{"/camera/shutter",
+              "--shutter",
+              numbers_by_name,
+              {-10, 10},
+              "frames",
+              "open, close",
+              "closed: nothing is blurred by its motion",
+              "when it opens and closes, counted from the frame: 0 and 0.5 are half a frame from its beginning, -0.25 "
+              "and 0.25 the same about its middle"},
+    Parameter{"/camera/motion_samples",
+              "--motion-samples",
+              whole,
+              {2, 64},
+              "",
+              "",
+              "2",
+              "moments of the open shutter, evenly spaced, at which all that moves is looked up; in between it goes "
+              "straight, so that a turn needs more"},
     Parameter{"/image/width", "", whole, pixels, "", "", "512", "pixels; width times height is 2^26 at most"},
     Parameter{"/image/height", "", whole, pixels, "", "", "512", "pixels"},
     Parameter{"/image/samples", "--spp", whole, {1, 1e6}, "", "", "64", "samples a pixel"},
@@ -198,12 +216,19 @@ constexpr std::array table{
         "this name, and what has none is in `light.other`; 16 at most"},
     Parameter{
         "/meshes/N/file", "", text, none, "", "", "needed",
-        "a path to an OBJ file; its polygons, normals and texture coordinates, as a surface seen from both sides"},
+        "a path to an OBJ file; its polygons, normals and texture coordinates, as a surface seen from both sides; #### "
+        "in its name is the number of the frame"},
     Parameter{"/meshes/N/name", "", text, none, "", "", "of the file",
               "what mattes call it (`CryptoObject`, `CryptoMaterial`); equal names are one matte"},
     Parameter{"/meshes/N/up", "", choice, none, "", "y, z", "z", "axis of the file that points up; y becomes z, z -y"},
     Parameter{"/meshes/N/cm_per_unit", "", number, per_unit, cm, "", "1", "length of a unit of the file"},
-    Parameter{"/meshes/N/translate", "", triple, world, cm, "", "[0, 0, 0]", "after the above"},
+    Parameter{"/meshes/N/scale", "", number, per_unit, "", "", "1", "of the whole mesh, after the above"},
+    Parameter{"/meshes/N/rotate_deg", "", triple, turn, degrees, "", "[0, 0, 0]",
+              "turns about x, then y, then z, after the scale"},
+    Parameter{"/meshes/N/translate", "", triple, world, cm, "", "[0, 0, 0]", "after the turn"},
+    Parameter{"/meshes/N/frames/N/frame", "", whole, frames, "", "", "needed",
+              "a keyframe's number; rising; linear between keyframes, held before and after; beside it `scale`, "
+              "`rotate_deg`, `translate`, which are those of the mesh where they are not given"},
     Parameter{"/meshes/N/albedo", "", triple, share, "", "", "[0.18, 0.18, 0.18]",
               "linear RGB of the diffuse surface; or `albedo_file`"},
     Parameter{"/meshes/N/albedo_file", "", text, none, "", "", "",
@@ -332,7 +357,8 @@ constexpr std::array table{
               "half range of one factor of the absorption"},
     Parameter{"/materials/N/variation/seed", "", whole, seeds, "", "", "0", "other strands for another number"},
     Parameter{"/grooms/N/file", "", text, none, "", "", "this or `generate`",
-              "a path to a groom: .hair, .abc, .usda, .pbrt, .ply, .data, told by content"},
+              "a path to a groom: .hair, .abc, .usda, .pbrt, .ply, .data, told by content; #### in its name is the "
+              "number of the frame"},
     Parameter{"/grooms/N/points_per_strand",
               "--points-per-strand",
               whole,
@@ -379,6 +405,7 @@ constexpr std::array table{
               "[0, 0, 0]",
               "turns about x, then y, then z, after the scale"},
     Parameter{"/grooms/N/translate", "", triple, {-1e6, 1e6}, cm, "", "[0, 0, 0]", "after the turn"},
+    Parameter{"/grooms/N/frames/N/frame", "", whole, frames, "", "", "needed", "a keyframe's number; as of a mesh"},
     Parameter{"/grooms/N/material", "", text, none, "", "", "the first", "its name; without any materials: brown hair"},
     Parameter{"/grooms/N/length_cm", "", number, {0.1, 1000}, cm, "", "by kind", "length along the fall"},
     Parameter{"/grooms/N/length_variation", "", number, half_range, "", "", "by kind",
@@ -406,7 +433,7 @@ constexpr std::array table{
               "the answer of a scene that has one; does not change the picture"},
     Parameter{"", "--resolution", whole, pixels, "", "", "the scene's", "width and height in pixels, 2^26 in all"},
     Parameter{"", "--frame", whole, frames, "", "", "0, or the first keyframe",
-              "frame of a moving camera or a turntable"},
+              "frame of what moves: the camera, a turntable, grooms and meshes"},
     Parameter{"", "--chunk", whole, {1, 1 << 20}, "", "", "1", "frames of a task"},
     Parameter{"",
               "--split-samples",
@@ -529,13 +556,19 @@ constexpr std::array table{
 };
 
 /// Keys that are those of another place.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 6> same{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 12> same{
     {{"/environment/sky/sun/", "/lights/N/distant/"},
      {"/camera/frames/N/eye", "/camera/eye"},
      {"/camera/frames/N/look_at", "/camera/look_at"},
      {"/camera/frames/N/up", "/camera/up"},
      {"/camera/frames/N/vertical_fov_deg", "/camera/vertical_fov_deg"},
-     {"/camera/frames/N/focal_length_mm", "/camera/focal_length_mm"}}};
+     {"/camera/frames/N/focal_length_mm", "/camera/focal_length_mm"},
+     {"/meshes/N/frames/N/scale", "/meshes/N/scale"},
+     {"/meshes/N/frames/N/rotate_deg", "/meshes/N/rotate_deg"},
+     {"/meshes/N/frames/N/translate", "/meshes/N/translate"},
+     {"/grooms/N/frames/N/scale", "/grooms/N/scale"},
+     {"/grooms/N/frames/N/rotate_deg", "/grooms/N/rotate_deg"},
+     {"/grooms/N/frames/N/translate", "/grooms/N/translate"}}};
 
 /// Indices become N, places that are like others those.
 std::string general(std::string_view place) {

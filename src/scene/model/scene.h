@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/ext/matrix_double3x3.hpp>
 #include <glm/ext/vector_double3.hpp>
 #include <glm/ext/vector_uint3.hpp>
 #include <glm/vec2.hpp>
@@ -31,6 +32,16 @@ struct Camera {
   float focus_cm = 0;                ///< with a lens, > 0: from the eye to what is sharp, along the view
   int blades = 0;                    ///< corners of the lens, at least 3; 0: round
   float blade_rotation_rad = 0;  ///< counter-clockwise as what is behind the focus shows it; 0: a corner to the right
+};
+
+/// While the shutter is open light falls on the picture: frames from that of the picture on, negative before it. What
+/// moves is known at `samples` moments, evenly spaced from its opening to its closing, and goes straight in between.
+struct Shutter {
+  double open = 0, close = 0;  ///< open <= close
+  int samples = 2;             ///< >= 2
+  bool is_open() const { return close > open; }
+  /// Frames from that of the picture to one of the moments.
+  double moment(int sample) const { return open + (close - open) * sample / (samples - 1); }
 };
 
 struct Image {
@@ -90,6 +101,12 @@ struct CoatParameters {
   float eta = 1.5f;        ///< index of refraction, (1, 2.5]
 };
 
+/// Where a mesh is at a later moment of the shutter.
+struct MeshMoment {
+  std::vector<glm::vec3> positions;  ///< as many as of the mesh
+  std::vector<glm::vec3> normals;    ///< likewise
+};
+
 /// Triangles that occlude: a diffuse surface, coated or not, seen from both sides.
 struct Mesh {
   std::string name;
@@ -106,6 +123,8 @@ struct Mesh {
   std::optional<CoatParameters> coat;
   bool visible = true;   ///< to the camera; all other rays meet it
   bool holdout = false;  ///< the camera sees nothing where it is: black, alpha 0
+  /// After `positions`, which are those of the shutter's opening; empty: it rests.
+  std::vector<MeshMoment> later = {};
 };
 
 /// What the points of a strand are.
@@ -115,6 +134,12 @@ enum class StrandBasis : std::uint8_t {
   /// control points of a uniform cubic B-spline: n of them for n - 3 segments, so that it begins beside the first one
   open_bspline,
   bezier  ///< control points of cubic Bezier segments that share their ends: 3 n + 1 of them for n segments
+};
+
+/// Where strands are at a later moment of the shutter. Radii stay.
+struct StrandMoment {
+  std::vector<glm::vec3> points;  ///< cm, as many as of the groom
+  glm::dmat3 turned{1.0};         ///< how the whole has turned since the first moment: major axes turn with it
 };
 
 /// Strands of one material. Strand s has the points [first_point[s], first_point[s+1]), root first, at least two
@@ -131,6 +156,8 @@ struct Groom {
   std::vector<glm::vec3> color;
   StrandBasis basis = StrandBasis::bspline;
   double turned_rad = 0;  ///< about the vertical since it was made: root angles are counted from axes that turn with it
+  /// After `points`, which are those of the shutter's opening; empty: it rests.
+  std::vector<StrandMoment> later = {};
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
 };
 
@@ -146,13 +173,16 @@ struct ObjectTurn {
 /// What differs in the frame after this one of a scene that moves.
 struct NextFrame {
   Camera camera;
-  ObjectTurn turn = {};  ///< from this frame to that
+  ObjectTurn turn = {};              ///< from this frame to that
+  std::vector<Camera> moments = {};  ///< as Scene::camera_moments
 };
 
 struct Scene {
   std::string source;  ///< what it was loaded from
-  Camera camera;
-  std::optional<NextFrame> next;  ///< in every frame of a scene that has keyframes or a turntable
+  Camera camera;       ///< at the frame, whenever the shutter opens
+  Shutter shutter;
+  std::vector<Camera> camera_moments;  ///< at those of the shutter; empty: it rests
+  std::optional<NextFrame> next;       ///< in every frame of a scene that has keyframes or a turntable
   Image image;
   Environment environment;
   bool environment_visible = true;  ///< shown behind the hair (background layer) or black there

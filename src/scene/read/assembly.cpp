@@ -10,6 +10,7 @@
 #include <glm/ext/vector_double3.hpp>
 #include <glm/ext/vector_double4.hpp>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <numbers>
 
 #include "scene/model/parameters.h"
@@ -52,6 +53,14 @@ bool falls_along_y(const GroomFile& hair) {
 
 namespace {
 
+/// The largest coordinate, without regard to sign.
+double extent_of(const std::vector<glm::vec3>& points) {
+  double extent = 0;
+  for (const glm::vec3& p : points)
+    extent = std::max({extent, std::abs(double{p.x}), std::abs(double{p.y}), std::abs(double{p.z})});
+  return extent;
+}
+
 struct Scale {
   double cm_per_unit = 1;
   std::optional<Error> error = {};
@@ -75,8 +84,8 @@ Scale scale_of(const GroomFile& file, const GroomPlacement& placement, const std
     notes->push_back(fmt::format("{}: no unit given, longest side {:g} units taken for {:g} cm ({:g} cm per unit)",
                                  name, longest, usual_longest_side_cm, scale.cm_per_unit));
   }
-  const double extent = std::max(
-      {std::abs(low.x), std::abs(low.y), std::abs(low.z), std::abs(high.x), std::abs(high.y), std::abs(high.z)});
+  double extent = extent_of(file.points);
+  for (const std::vector<glm::vec3>& points : file.later) extent = std::max(extent, extent_of(points));
   if (!file.points.empty() && !(extent * scale.cm_per_unit <= world_cm))
     scale.error = Error{name, "points", fmt::format("coordinates within {:g} cm", world_cm),
                         fmt::format("{:g} cm at {:g} cm per unit", extent * scale.cm_per_unit, scale.cm_per_unit)};
@@ -105,8 +114,13 @@ std::vector<float> radii_of(GroomFile* file, const GroomPlacement& placement, do
 }
 
 /// Moves what is kept of the strands to the front, in place. Where the basis lets a point go, one that equals the one
-/// before goes. Strands of one place go; returns their number.
+/// before at every moment goes. Strands of one place go; returns their number.
 std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* color) {
+  std::vector<std::vector<glm::vec3>*> moments{&groom->points};
+  for (StrandMoment& moment : groom->later) moments.push_back(&moment.points);
+  const auto differ = [&](std::size_t a, std::size_t b) {
+    return std::ranges::any_of(moments, [&](const auto* points) { return (*points)[a] != (*points)[b]; });
+  };
   const bool color_a_point = color->size() == groom->points.size();
   std::size_t kept_points = 0, kept_strands = 0, begin = 0;
   const std::size_t strands = groom->first_point.size() - 1;
@@ -117,11 +131,11 @@ std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* col
     glm::vec3 sum(0.0f);
     bool has_length = false;
     for (std::size_t i = begin; i < end; ++i) {
-      const bool moves = kept_points > start && groom->points[i] != groom->points[kept_points - 1];
+      const bool moves = kept_points > start && differ(i, kept_points - 1);
       has_length = has_length || moves;
       if (kept_points > start && !moves && !repeats_stay) continue;
       if (!color->empty()) sum += (*color)[color_a_point ? i : s];
-      groom->points[kept_points] = groom->points[i];
+      for (auto* points : moments) (*points)[kept_points] = (*points)[i];
       groom->radius_cm[kept_points++] = groom->radius_cm[i];
     }
     begin = end;
@@ -132,7 +146,7 @@ std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* col
     if (!color->empty()) mean.push_back(sum / static_cast<float>(kept_points - start));
     groom->first_point[++kept_strands] = static_cast<std::uint32_t>(kept_points);
   }
-  groom->points.resize(kept_points);
+  for (auto* points : moments) points->resize(kept_points);
   groom->radius_cm.resize(kept_points);
   groom->first_point.resize(kept_strands + 1);
   groom->color = std::move(mean);
@@ -157,12 +171,16 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
   if (file.basis && placement.basis && *file.basis != *placement.basis)
     notes->push_back(name + ": \"basis\" is not used, the file says what its points are");
   groom.radius_cm = radii_of(&file, placement, scale.cm_per_unit, name, notes);
-  for (glm::vec3& point : file.points) {
-    point *= static_cast<float>(scale.cm_per_unit);
-    if (y_up) point = {point.x, -point.z, point.y};
-  }
+  const auto placed = [&](std::vector<glm::vec3>& points) {
+    for (glm::vec3& point : points) {
+      point *= static_cast<float>(scale.cm_per_unit);
+      if (y_up) point = {point.x, -point.z, point.y};
+    }
+    return std::move(points);
+  };
   groom.first_point = std::move(file.first_point);
-  groom.points = std::move(file.points);
+  groom.points = placed(file.points);
+  for (std::vector<glm::vec3>& points : file.later) groom.later.push_back({placed(points)});
   if (placement.colors && file.color.empty()) file.color.assign(groom.strand_count(), file.default_color);
   if (!placement.colors) file.color.clear();
   const std::size_t strands = groom.strand_count();
@@ -173,26 +191,93 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
   return groom;
 }
 
-std::optional<Error> move_groom(const GroomPlacement& placement, Groom* groom) {
-  if (placement.scale == 1 && placement.rotate_deg == glm::vec3(0.0f) && placement.translate == glm::vec3(0.0f))
-    return std::nullopt;
+glm::dmat3 ObjectTransform::turn() const {
   glm::dmat4 turn(1.0);
   for (int axis = 0; axis < 3; ++axis) {
     glm::dvec3 about(0.0);
     about[axis] = 1;
-    turn = glm::rotate(glm::dmat4(1.0), double{placement.rotate_deg[axis]} * std::numbers::pi / 180, about) * turn;
+    turn = glm::rotate(glm::dmat4(1.0), double{rotate_deg[axis]} * std::numbers::pi / 180, about) * turn;
   }
-  for (glm::vec3& point : groom->points) {
-    const glm::dvec3 turned(turn * glm::dvec4(placement.scale * glm::dvec3(point), 1.0));
-    const glm::dvec3 placed = turned + glm::dvec3(placement.translate);
+  return glm::dmat3(turn);
+}
+
+ObjectTransform ObjectPath::at(double frame) const {
+  if (keys.empty()) return still;
+  const auto next = std::ranges::find_if(keys, [frame](const TransformKey& key) { return key.frame >= frame; });
+  if (next == keys.end()) return keys.back().transform;
+  if (next == keys.begin() || next->frame == frame) return next->transform;
+  const TransformKey& before = *(next - 1);
+  const double t = (frame - before.frame) / (double(next->frame) - before.frame);
+  const ObjectTransform &a = before.transform, &b = next->transform;
+  const auto share = static_cast<float>(t);
+  return {a.scale + t * (b.scale - a.scale), a.rotate_deg + share * (b.rotate_deg - a.rotate_deg),
+          a.translate + share * (b.translate - a.translate)};
+}
+
+namespace {
+
+std::optional<Error> move_points(const ObjectTransform& transform, const std::string& name,
+                                 std::vector<glm::vec3>* points) {
+  if (transform == ObjectTransform{}) return std::nullopt;
+  const glm::dmat3 turn = transform.turn();
+  for (glm::vec3& point : *points) {
+    const glm::dvec3 placed = turn * (transform.scale * glm::dvec3(point)) + glm::dvec3(transform.translate);
     for (int c = 0; c < 3; ++c)
       if (!(std::abs(placed[c]) <= world_cm))
-        return Error{groom->name, "points", fmt::format("coordinates within {:g} cm", world_cm),
+        return Error{name, "points", fmt::format("coordinates within {:g} cm", world_cm),
                      fmt::format("{:g} cm once it is scaled, turned and moved", placed[c])};
     point = glm::vec3(placed);
   }
+  return std::nullopt;
+}
+
+/// The points of a mesh in the world.
+Result<std::vector<glm::vec3>> placed_positions(const MeshAtMoment& moment, const MeshDescription& description,
+                                                const std::string& name) {
+  const glm::dmat3 turn = moment.transform.turn();
+  std::vector<glm::vec3> positions;
+  positions.reserve(moment.file->positions.size());
+  for (const auto& p : moment.file->positions) {
+    const glm::dvec3 raised = description.y_up ? glm::dvec3(p.x, -p.z, p.y) : glm::dvec3(p);
+    const glm::dvec3 placed =
+        turn * (moment.transform.scale * (raised * description.cm_per_unit)) + glm::dvec3(moment.transform.translate);
+    for (int c = 0; c < 3; ++c)
+      if (!(std::abs(placed[c]) <= world_cm))
+        return Error{name, fmt::format("vertex {}", positions.size() + 1),
+                     fmt::format("coordinates within {:g} cm", world_cm),
+                     fmt::format("{:g} cm at {:g} cm per unit", placed[c], description.cm_per_unit)};
+    positions.emplace_back(placed);
+  }
+  return positions;
+}
+
+std::vector<glm::vec3> placed_normals(const MeshAtMoment& moment, const MeshDescription& description) {
+  const glm::dmat3 turn = moment.transform.turn();
+  std::vector<glm::vec3> normals;
+  normals.reserve(moment.file->normals.size());
+  for (const auto& n : moment.file->normals) {
+    const glm::dvec3 turned = turn * (description.y_up ? glm::dvec3(n.x, -n.z, n.y) : glm::dvec3(n));
+    const double length = glm::length(turned);
+    normals.emplace_back(length > 0 ? turned / length : glm::dvec3(0.0));
+  }
+  return normals;
+}
+
+}  // namespace
+
+std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom* groom) {
+  const ObjectTransform& first = moments.front();
+  const bool moves = std::ranges::any_of(moments, [&](const ObjectTransform& moment) { return moment != first; });
+  if (moves && groom->later.empty()) groom->later.assign(moments.size() - 1, {groom->points});
+  for (std::size_t i = 0; i < groom->later.size(); ++i) {
+    const ObjectTransform& then = moments[std::min(i + 1, moments.size() - 1)];
+    if (auto error = move_points(then, groom->name, &groom->later[i].points)) return error;
+    groom->later[i].turned = then.turn() * glm::transpose(first.turn());
+  }
+  if (auto error = move_points(first, groom->name, &groom->points)) return error;
+  if (first.scale == 1) return std::nullopt;
   for (float& radius : groom->radius_cm)
-    radius = std::max(static_cast<float>(radius * placement.scale), std::min(thinnest_cm, radius));
+    radius = std::max(static_cast<float>(radius * first.scale), std::min(thinnest_cm, radius));
   return std::nullopt;
 }
 
@@ -211,8 +296,9 @@ void apply_taper(const Taper& taper, Groom* groom) {
   }
 }
 
-Result<Mesh> place_mesh(const ObjFile& file, const MeshDescription& description, const std::string& name,
-                        std::vector<std::string>* warnings) {
+Result<Mesh> place_mesh(std::span<const MeshAtMoment> moments, const MeshDescription& description,
+                        const std::string& name, std::vector<std::string>* warnings) {
+  const ObjFile& file = *moments.front().file;
   Mesh mesh;
   mesh.name = name;
   mesh.albedo = description.albedo;
@@ -220,21 +306,18 @@ Result<Mesh> place_mesh(const ObjFile& file, const MeshDescription& description,
   mesh.uvs = file.uvs;
   mesh.visible = description.visible;
   mesh.holdout = description.holdout;
-  mesh.positions.reserve(file.positions.size());
-  for (const auto& p : file.positions) {
-    const glm::dvec3 turned = description.y_up ? glm::dvec3(p.x, -p.z, p.y) : glm::dvec3(p);
-    const glm::dvec3 placed = turned * description.cm_per_unit + glm::dvec3(description.translate);
-    for (int c = 0; c < 3; ++c)
-      if (!(std::abs(placed[c]) <= world_cm))
-        return Error{name, fmt::format("vertex {}", mesh.positions.size() + 1),
-                     fmt::format("coordinates within {:g} cm", world_cm),
-                     fmt::format("{:g} cm at {:g} cm per unit", placed[c], description.cm_per_unit)};
-    mesh.positions.emplace_back(placed);
-  }
-  for (const auto& n : file.normals) {
-    const glm::dvec3 turned = description.y_up ? glm::dvec3(n.x, -n.z, n.y) : glm::dvec3(n);
-    const double length = glm::length(turned);
-    mesh.normals.emplace_back(length > 0 ? turned / length : glm::dvec3(0.0));
+  const bool moves = std::ranges::any_of(moments, [&](const MeshAtMoment& moment) {
+    return moment.file != &file || moment.transform != moments.front().transform;
+  });
+  for (const MeshAtMoment& moment : moves ? moments : moments.first(1)) {
+    auto positions = placed_positions(moment, description, name);
+    if (!positions) return positions.error();
+    if (&moment == moments.data()) {
+      mesh.positions = std::move(*positions);
+      mesh.normals = placed_normals(moment, description);
+    } else {
+      mesh.later.push_back({std::move(*positions), placed_normals(moment, description)});
+    }
   }
   mesh.triangles.reserve(file.triangles.size());
   for (std::size_t i = 0; i < file.triangles.size(); ++i) {

@@ -2,7 +2,9 @@
 // degenerate.
 #pragma once
 
+#include <glm/ext/matrix_double3x3.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,15 +14,38 @@
 
 namespace tress::scene {
 
+/// Where an object of the scene is.
+struct ObjectTransform {
+  double scale = 1;            ///< of the object, radii too
+  glm::vec3 rotate_deg{0.0f};  ///< about x, then y, then z, after the scale
+  glm::vec3 translate{0.0f};   ///< cm, after the turn
+
+  /// Of column vectors.
+  glm::dmat3 turn() const;
+  glm::dvec3 of(const glm::dvec3& point) const { return turn() * (scale * point) + glm::dvec3(translate); }
+  friend bool operator==(const ObjectTransform&, const ObjectTransform&) = default;
+};
+
+struct TransformKey {
+  int frame = 0;
+  ObjectTransform transform;
+};
+
+/// The same in every frame, or by keys of rising frame numbers: linear between them, number by number, held before and
+/// after them.
+struct ObjectPath {
+  ObjectTransform still;
+  std::vector<TransformKey> keys;  ///< where there are any, in place of `still`
+
+  ObjectTransform at(double frame) const;
+};
+
 struct GroomPlacement {
   std::optional<bool> y_up = {};  ///< y of the file becomes z, its z becomes -y; unset: as it says, else guess_up
   bool guess_up = false;          ///< where y_up is unset: by how the strands fall
   std::optional<double> cm_per_unit = {};  ///< unset: the longest side of the bounding box is 30 cm
   std::optional<double> radius_cm = {};    ///< unset: the file's, or .004 cm where it has none or an absurd one
   std::optional<StrandBasis> basis = {};   ///< of files that do not say; unset: bspline
-  double scale = 1;                        ///< of the groom in the world, radii too
-  glm::vec3 rotate_deg{0.0f};              ///< about x, then y, then z, after the scale
-  glm::vec3 translate{0.0f};               ///< cm, after the turn
   bool colors = false;                     ///< strands have the mean of the colors of their points
 };
 
@@ -34,9 +59,10 @@ bool falls_along_y(const GroomFile& hair);
 Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, const std::string& name,
                              std::vector<std::string>* notes, std::vector<std::string>* warnings);
 
-/// Scales, turns and moves a groom that stands in the world; no radius becomes less than 1e-4 cm, unless it was. Fails
-/// where it leaves a world of 10^6 cm.
-std::optional<Error> move_groom(const GroomPlacement& placement, Groom* groom);
+/// Scales, turns and moves a groom that stands in the world, at each of the moments of the shutter, at least one; no
+/// radius becomes less than 1e-4 cm, unless it was. Radii are of the first. A groom that rests moves where the
+/// transforms do. Fails where it leaves a world of 10^6 cm.
+std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom* groom);
 
 /// Factors of the radius, linear in between along the normalised length of the strand's points.
 struct Taper {
@@ -50,17 +76,24 @@ struct MeshDescription {
   std::optional<std::string> name = {};  ///< Mesh::object
   std::string file;                      ///< as written
   bool y_up = false;                     ///< y of the file becomes z, its z becomes -y
-  double cm_per_unit = 1;                ///< before translation
-  glm::vec3 translate{0.0f};             ///< cm, in the world's axes
+  double cm_per_unit = 1;                ///< before the transform
+  ObjectPath path = {};                  ///< in the world's axes
   glm::vec3 albedo = Mesh{}.albedo;
   std::optional<std::string> albedo_file = {};  ///< as written
   std::optional<CoatParameters> coat = {};
   bool visible = true, holdout = false;  ///< as of Mesh
 };
 
-/// The mesh in the world. Triangles without area are left out, which is a warning. Fails where the placed mesh leaves a
-/// world of 10^6 cm. `name` is the file.
-Result<Mesh> place_mesh(const ObjFile& file, const MeshDescription& description, const std::string& name,
-                        std::vector<std::string>* warnings);
+/// A mesh as its file has it at a moment of the shutter, and where it is then.
+struct MeshAtMoment {
+  const ObjFile* file;
+  ObjectTransform transform;
+};
+
+/// The mesh in the world, at each of the moments of the shutter, at least one; the files have the same faces. Where
+/// neither files nor transforms differ it rests. Triangles without area at the first moment are left out, which is a
+/// warning. Fails where the placed mesh leaves a world of 10^6 cm. `name` is the file.
+Result<Mesh> place_mesh(std::span<const MeshAtMoment> moments, const MeshDescription& description,
+                        const std::string& name, std::vector<std::string>* warnings);
 
 }  // namespace tress::scene

@@ -96,14 +96,24 @@ void read_optics(const JsonReader& json, CameraDescription* camera) {
   if (json.has("depth_of_field")) read_depth_of_field(json.child("depth_of_field"), camera);
 }
 
+Shutter read_shutter(const JsonReader& json) {
+  Shutter shutter;
+  if (!json.object({"open", "close"})) return shutter;
+  shutter.open = json.number("open").value_or(0);
+  shutter.close = json.number("close").value_or(0);
+  return shutter;
+}
+
 }  // namespace
 
 CameraDescription read_camera(const JsonReader& json) {
   CameraDescription camera;
   if (!json.object({"frame", "turn_deg", "eye", "look_at", "up", "vertical_fov_deg", "focal_length_mm", "sensor_mm",
                     "sensor_fit", "orthographic_height_cm", "shift_x", "shift_y", "depth_of_field", "frames",
-                    "turntable"}))
+                    "turntable", "shutter", "motion_samples"}))
     return camera;
+  if (json.has("shutter")) camera.shutter = read_shutter(json.child("shutter"));
+  camera.shutter.samples = static_cast<int>(json.integer("motion_samples").value_or(camera.shutter.samples));
   const bool placed = json.has("eye") || json.has("look_at") || json.has("up");
   camera.camera = read_view(json, camera.camera);
   read_optics(json, &camera);

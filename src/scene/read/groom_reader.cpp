@@ -66,9 +66,9 @@ std::uint32_t read_material_reference(const JsonReader& json, const std::vector<
 GroomDescription read_groom(const JsonReader& json, const std::vector<Material>& materials) {
   GroomDescription groom;
   const auto shapes = shape_keys();
-  std::vector<std::string> known{"name",  "file",       "generate", "strands",     "seed",     "radius_cm",
-                                 "taper", "basis",      "up",       "cm_per_unit", "material", "points_per_strand",
-                                 "scale", "rotate_deg", "translate"};
+  std::vector<std::string> known{"name",  "file",       "generate",  "strands",     "seed",     "radius_cm",
+                                 "taper", "basis",      "up",        "cm_per_unit", "material", "points_per_strand",
+                                 "scale", "rotate_deg", "translate", "frames"};
   known.insert(known.end(), shapes.begin(), shapes.end());
   if (!json.object(known) || !json.at_most_one({"file", "generate"})) return groom;
   groom.name = json.text("name");
@@ -95,9 +95,7 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
   }
   if (const auto basis = json.choice("basis", {"bspline", "linear"}))
     groom.placement.basis = *basis == "linear" ? StrandBasis::linear : StrandBasis::bspline;
-  groom.placement.scale = json.number("scale").value_or(1);
-  groom.placement.rotate_deg = json.triple("rotate_deg").value_or(glm::vec3(0.0f));
-  groom.placement.translate = json.triple("translate").value_or(glm::vec3(0.0f));
+  groom.path = read_path(json);
   groom.material = read_material_reference(json, materials);
   groom.placement.colors = groom.material < materials.size() && materials[groom.material].color_from_file;
   if (kind && groom.placement.colors)

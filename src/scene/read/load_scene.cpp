@@ -9,7 +9,9 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 
+#include "base/numbered_file.h"
 #include "scene/generate/generated_environments.h"
 #include "scene/model/camera.h"
 #include "scene/model/hair_colors.h"
@@ -20,6 +22,7 @@
 #include "scene/read/groom_files.h"
 #include "scene/read/grooms/groom_formats.h"
 #include "scene/read/input_files.h"
+#include "scene/read/object_files.h"
 #include "scene/read/scene_file.h"
 #include "tress/fiber/lock_color.h"
 
@@ -27,7 +30,6 @@ namespace tress::scene {
 namespace {
 
 constexpr std::uintmax_t most_scene_bytes = std::uintmax_t{64} << 20;
-constexpr std::uintmax_t most_obj_bytes = std::uintmax_t{2} << 30;
 
 SceneDescription bare_groom(const std::filesystem::path& file) {
   SceneDescription scene;
@@ -70,6 +72,8 @@ std::optional<Error> fault_of(const Overrides& o) {
   check("--spp", o.samples);
   check("--frame", o.frame);
   check("--turn", o.turn_deg);
+  check("--shutter", o.shutter);
+  check("--motion-samples", o.motion_samples);
   check("--exposure", o.exposure_stops);
   return error;
 }
@@ -107,6 +111,12 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
       return Error{"", "--turn", "a camera that is placed to see the hair", "one that the scene places"};
     scene->camera.turn_rad = *overrides.turn_deg * std::numbers::pi / 180;
   }
+  Shutter& shutter = scene->camera.shutter;
+  if (overrides.shutter) std::tie(shutter.open, shutter.close) = *overrides.shutter;
+  shutter.samples = overrides.motion_samples.value_or(shutter.samples);
+  if (shutter.close < shutter.open)
+    return Error{"", overrides.shutter ? "--shutter" : "/camera/shutter", "a shutter that closes after it has opened",
+                 fmt::format("one that opens at {:g} and closes at {:g}", shutter.open, shutter.close)};
   auto& image = scene->image;
   image.width = overrides.width.value_or(image.width);
   image.height = overrides.height.value_or(image.height);
@@ -120,12 +130,6 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   return std::nullopt;
 }
 
-/// Where what a scene names as files comes from: memory first, else relative to a folder.
-struct Sources {
-  std::filesystem::path folder;
-  FilesInMemory memory = {};
-};
-
 Result<Environment> make_environment(const EnvironmentDescription& description, Sources& from, Scene* scene) {
   using Kind = EnvironmentDescription::Kind;
   const double rotate_rad = description.rotate_deg * std::numbers::pi / 180;
@@ -138,43 +142,6 @@ Result<Environment> make_environment(const EnvironmentDescription& description, 
   return load_environment(from.folder / description.file, rotate_rad, description.scale, &scene->warnings);
 }
 
-Result<Groom> make_groom(const GroomDescription& description, Sources& from, Scene* scene) {
-  if (!description.file) {
-    Groom groom = generate_groom(description.recipe);
-    groom.basis = description.placement.basis.value_or(groom.basis);
-    return groom;
-  }
-  if (auto strands = from.memory.grooms.extract(*description.file))
-    return assemble_groom(std::move(strands.mapped()), description.placement, *description.file, &scene->notes,
-                          &scene->warnings);
-  const auto file = from.folder / *description.file;
-  auto strands = read_groom_file(file, description.points_per_strand);
-  if (!strands) return strands.error();
-  return assemble_groom(std::move(*strands), description.placement, file.string(), &scene->notes, &scene->warnings);
-}
-
-Result<ObjFile> read_mesh_file(const std::filesystem::path& file) {
-  const auto bytes = read_input_file(file, "an .obj file", most_obj_bytes);
-  if (!bytes) return bytes.error();
-  return parse_obj_file(*bytes, file.string());
-}
-
-Result<Mesh> make_mesh(const MeshDescription& description, const Sources& from, Scene* scene) {
-  const auto in_memory = from.memory.meshes.find(description.file);
-  const bool is_read = in_memory == from.memory.meshes.end();
-  const auto file = is_read ? from.folder / description.file : std::filesystem::path(description.file);
-  const auto obj = is_read ? read_mesh_file(file) : Result<ObjFile>(in_memory->second);
-  if (!obj) return obj.error();
-  auto mesh = place_mesh(*obj, description, file.string(), &scene->warnings);
-  if (!mesh || !description.albedo_file) return mesh;
-  auto texture = load_texture(from.folder / *description.albedo_file, &scene->warnings);
-  if (!texture) return texture.error();
-  if (mesh->corner_uvs.empty())
-    return Error{file.string(), "", "faces with texture coordinates (v/vt) under \"albedo_file\"", "none"};
-  mesh->texture = std::move(*texture);
-  return mesh;
-}
-
 /// What mattes call an object: as the scene says, else `usual`, with a number where another object has it.
 std::string object_name(const std::optional<std::string>& name, const std::string& usual,
                         const std::set<std::string>& taken) {
@@ -184,15 +151,80 @@ std::string object_name(const std::optional<std::string>& name, const std::strin
   return free;
 }
 
-/// A camera that could not be in the next frame rests until then, which is a warning.
-NextFrame next_frame(const CameraDescription& camera, std::optional<int> frame, Scene* scene, const std::string& name) {
-  const int now = frame.value_or(camera.keys.empty() ? 0 : camera.keys.front().frame);
-  const auto next = camera_at(camera, now + 1, scene->grooms, scene->image, name);
-  if (!next) scene->warnings.push_back(next.error().message() + "; the layer forward is 0");
-  ObjectTurn turn = object_turn_at(camera, now + 1, scene->grooms);
-  turn.turn_rad -= object_turn_at(camera, now, scene->grooms).turn_rad;
-  return {next ? *next : scene->camera, turn};
-}
+/// What moves in a scene, and how it is looked up.
+class Motion {
+ public:
+  Motion(const SceneDescription& description, std::optional<int> frame, const std::string& name)
+      : camera_(description.camera),
+        shutter_(description.camera.shutter),
+        name_(name),
+        frame_(frame.value_or(camera_.keys.empty() ? 0 : camera_.keys.front().frame)) {
+    for (int i = 0; i < (shutter_.is_open() ? shutter_.samples : 1); ++i)
+      moments_.push_back(shutter_.is_open() ? frame_ + shutter_.moment(i) : frame_);
+  }
+
+  const FrameMoments& moments() const { return moments_; }
+
+  /// The camera of the picture, and where it goes while the shutter is open.
+  std::optional<Error> place_camera(Scene* scene) const {
+    const auto camera = camera_at(camera_, frame_, scene->grooms, scene->image, name_);
+    if (!camera) return camera.error();
+    scene->camera = *camera;
+    scene->shutter = shutter_;
+    auto moments = cameras_of(0, *scene);
+    if (!moments) return moments.error();
+    scene->camera_moments = std::move(*moments);
+    return std::nullopt;
+  }
+
+  /// A camera that could not be in the next frame rests until then, which is a warning.
+  void look_ahead(Scene* scene) const {
+    if (!camera_moves() && !objects_move(*scene)) return;
+    const auto next = camera_at(camera_, frame_ + 1, scene->grooms, scene->image, name_);
+    auto moments = cameras_of(1, *scene);
+    for (const auto* error : {next ? nullptr : &next.error(), moments ? nullptr : &moments.error()})
+      if (error != nullptr) {
+        scene->warnings.push_back(error->message() + "; the layer forward is 0");
+        scene->next = {scene->camera, {}, scene->camera_moments};
+        return;
+      }
+    ObjectTurn turn = object_turn_at(camera_, frame_ + 1, scene->grooms);
+    turn.turn_rad -= object_turn_at(camera_, frame_, scene->grooms).turn_rad;
+    scene->next = {*next, turn, std::move(*moments)};
+  }
+
+  void turn_objects(Scene* scene) const {
+    std::vector<ObjectTurn> turns;
+    for (const double frame : moments_) turns.push_back(object_turn_at(camera_, frame, scene->grooms));
+    scene::turn_objects(turns, &scene->grooms, &scene->meshes);
+  }
+
+  bool camera_moves() const { return !camera_.keys.empty() || camera_.turntable; }
+  static bool objects_move(const Scene& scene) {
+    return std::ranges::any_of(scene.grooms, [](const Groom& groom) { return !groom.later.empty(); }) ||
+           std::ranges::any_of(scene.meshes, [](const Mesh& mesh) { return !mesh.later.empty(); });
+  }
+
+ private:
+  /// At the moments of the shutter, so many frames on; none where the camera rests.
+  Result<std::vector<Camera>> cameras_of(int frames_on, const Scene& scene) const {
+    std::vector<Camera> cameras;
+    const bool moves = !camera_.keys.empty() || (camera_.turntable && camera_.turntable->turns_camera);
+    if (!moves || !shutter_.is_open()) return cameras;
+    for (const double moment : moments_) {
+      const auto camera = camera_at(camera_, moment + frames_on, scene.grooms, scene.image, name_);
+      if (!camera) return camera.error();
+      cameras.push_back(*camera);
+    }
+    return cameras;
+  }
+
+  const CameraDescription& camera_;
+  const Shutter& shutter_;
+  const std::string& name_;
+  int frame_;
+  FrameMoments moments_;
+};
 
 /// A scene is JSON, and that of a scene begins with a brace: whatever else there is, is told before it is read as JSON.
 bool may_be_json(const std::filesystem::path& file, std::span<const unsigned char> start) {
@@ -215,6 +247,17 @@ Result<SceneDescription> describe(const std::filesystem::path& file) {
   return parse_scene_file(*bytes, file.string());
 }
 
+/// Whether some frames are not like others.
+bool moves(const SceneDescription& description) {
+  const auto has_keys = [](const auto& object) { return !object.path.keys.empty(); };
+  return !description.camera.keys.empty() || description.camera.turntable ||
+         std::ranges::any_of(
+             description.grooms,
+             [&](const auto& groom) { return has_keys(groom) || names_frames(groom.file.value_or("")); }) ||
+         std::ranges::any_of(description.meshes,
+                             [&](const auto& mesh) { return has_keys(mesh) || names_frames(mesh.file); });
+}
+
 /// The scene of a description. `name`: what it was loaded from.
 Result<Scene> build(SceneDescription description, const std::string& name, Sources from, const Overrides& overrides) {
   if (auto error = apply(overrides, &description)) return *error;
@@ -230,9 +273,10 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
   auto environment = make_environment(description.environment, from, &scene);
   if (!environment) return environment.error();
   scene.environment = std::move(*environment);
+  const Motion motion(description, overrides.frame, name);
   std::set<std::string> taken;  // names of objects
   for (const auto& mesh_description : description.meshes) {
-    auto mesh = make_mesh(mesh_description, from, &scene);
+    auto mesh = make_mesh(mesh_description, motion.moments(), from, &scene);
     if (!mesh) return mesh.error();
     mesh->object =
         object_name(mesh_description.name, std::filesystem::path(mesh_description.file).stem().string(), taken);
@@ -240,9 +284,8 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
     if (!mesh->triangles.empty()) scene.meshes.push_back(std::move(*mesh));
   }
   for (const auto& groom_description : description.grooms) {
-    auto groom = make_groom(groom_description, from, &scene);
+    auto groom = make_groom(groom_description, motion.moments(), from, &scene);
     if (!groom) return groom.error();
-    if (auto error = move_groom(groom_description.placement, &*groom)) return *error;
     const std::string usual = groom_description.file ? std::filesystem::path(*groom_description.file).stem().string()
                                                      : groom_description.recipe.kind;
     groom->object = object_name(groom_description.name, usual, taken);
@@ -255,17 +298,15 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
       scene.grooms.push_back(std::move(*groom));
   }
   if (auto error = assign_fibers(&scene)) return *error;
-  const auto camera = camera_at(description.camera, overrides.frame, scene.grooms, scene.image, name);
-  if (!camera) return camera.error();
-  scene.camera = *camera;
-  if (!description.camera.keys.empty() || description.camera.turntable)
-    scene.next = next_frame(description.camera, overrides.frame, &scene, name);
-  turn_objects(object_turn_at(description.camera, overrides.frame, scene.grooms), &scene.grooms, &scene.meshes);
+  if (auto error = motion.place_camera(&scene)) return *error;
+  motion.look_ahead(&scene);
+  motion.turn_objects(&scene);
   if (const std::size_t groups = light_groups(scene).size(); groups > most_light_groups)
     return Error{name, "/lights", fmt::format("at most {} groups of light", most_light_groups),
                  fmt::format("{}", groups)};
-  if (overrides.frame && description.camera.keys.empty() && !description.camera.turntable)
-    scene.notes.push_back(fmt::format("{}: the camera does not move, every frame is the same but for its grain", name));
+  if (overrides.frame && !moves(description))
+    scene.notes.push_back(
+        fmt::format("{}: neither the camera nor an object moves, every frame is the same but for its grain", name));
   if (description.camera.framed && !scene.grooms.empty())
     scene.notes.push_back(
         fmt::format("camera framed on the hair: eye ({:.2f}, {:.2f}, {:.2f}), look_at ({:.2f}, {:.2f}, {:.2f})",

@@ -18,21 +18,23 @@ namespace tress::scene {
 
 /// What the command line sets over the scene.
 struct Overrides {
-  std::optional<std::string> environment_file;
-  std::optional<double> environment_rotate_deg;
-  std::optional<glm::vec3> color;
-  std::optional<std::pair<float, float>> melanin;
-  std::optional<glm::vec3> sigma_a;
-  std::optional<std::string> hair;  ///< of hair_color_names()
-  std::optional<float> eccentricity, roughness;
-  std::optional<bool> y_up;
-  std::optional<double> cm_per_unit;
-  std::optional<int> width, height, samples;
-  std::optional<bool> transparent;
-  std::optional<double> exposure_stops;
-  std::optional<image::View> view;
-  std::optional<int> frame;        ///< of a moving camera
-  std::optional<double> turn_deg;  ///< of a camera that is placed to see the hair
+  std::optional<std::string> environment_file = {};
+  std::optional<double> environment_rotate_deg = {};
+  std::optional<glm::vec3> color = {};
+  std::optional<std::pair<float, float>> melanin = {};
+  std::optional<glm::vec3> sigma_a = {};
+  std::optional<std::string> hair = {};  ///< of hair_color_names()
+  std::optional<float> eccentricity = {}, roughness = {};
+  std::optional<bool> y_up = {};
+  std::optional<double> cm_per_unit = {};
+  std::optional<int> width = {}, height = {}, samples = {};
+  std::optional<bool> transparent = {};
+  std::optional<double> exposure_stops = {};
+  std::optional<image::View> view = {};
+  std::optional<int> frame = {};                          ///< of what moves
+  std::optional<std::pair<double, double>> shutter = {};  ///< when it opens and closes, frames from that one on
+  std::optional<int> motion_samples = {};
+  std::optional<double> turn_deg = {};  ///< of a camera that is placed to see the hair
 };
 
 /// A scene JSON file, or a bare file of strands (groom_files.h). Errors name the file and the JSON path or byte.

@@ -7,7 +7,8 @@
 namespace tress::scene {
 namespace {
 
-constexpr std::size_t most_materials = 4096, most_grooms = 4096, most_lights = 1024, most_meshes = 4096;
+constexpr std::size_t most_keys = 100'000, most_materials = 4096, most_grooms = 4096, most_lights = 1024,
+                      most_meshes = 4096;
 
 void read_image(const JsonReader& json, Image* image) {
   if (!json.object({"width", "height", "samples", "transparent", "exposure", "view"})) return;
@@ -43,17 +44,38 @@ CoatParameters read_coat(const JsonReader& json) {
 
 }  // namespace
 
+ObjectPath read_path(const JsonReader& json) {
+  const auto read = [](const JsonReader& at, ObjectTransform transform) {
+    transform.scale = at.number("scale").value_or(transform.scale);
+    transform.rotate_deg = at.triple("rotate_deg").value_or(transform.rotate_deg);
+    transform.translate = at.triple("translate").value_or(transform.translate);
+    return transform;
+  };
+  ObjectPath path;
+  path.still = read(json, {});
+  for (const auto& item : json.items("frames", most_keys)) {
+    if (!item.object({"frame", "scale", "rotate_deg", "translate"}) || !item.need({"frame"})) return path;
+    const TransformKey key{static_cast<int>(item.integer("frame").value_or(0)), read(item, path.still)};
+    if (!path.keys.empty() && key.frame <= path.keys.back().frame)
+      item.fail("frame", fmt::format("more than {}, the frame before", path.keys.back().frame),
+                fmt::format("{}", key.frame));
+    path.keys.push_back(key);
+  }
+  if (json.has("frames") && path.keys.empty()) json.fail("frames", "one frame or more", "none");
+  return path;
+}
+
 MeshDescription read_mesh(const JsonReader& json) {
   MeshDescription mesh;
-  if (!json.object(
-          {"name", "file", "up", "cm_per_unit", "translate", "albedo", "albedo_file", "coat", "visible", "holdout"}) ||
+  if (!json.object({"name", "file", "up", "cm_per_unit", "scale", "rotate_deg", "translate", "frames", "albedo",
+                    "albedo_file", "coat", "visible", "holdout"}) ||
       !json.need({"file"}) || !json.at_most_one({"albedo", "albedo_file"}))
     return mesh;
   mesh.name = json.text("name");
   mesh.file = json.text("file").value_or("");
   if (const auto up = json.choice("up", {"y", "z"})) mesh.y_up = *up == "y";
   mesh.cm_per_unit = json.number("cm_per_unit").value_or(mesh.cm_per_unit);
-  mesh.translate = json.triple("translate").value_or(mesh.translate);
+  mesh.path = read_path(json);
   mesh.albedo = json.triple("albedo").value_or(mesh.albedo);
   mesh.albedo_file = json.text("albedo_file");
   if (json.has("coat")) mesh.coat = read_coat(json.child("coat"));

@@ -32,11 +32,14 @@ struct IgnoredAttribute {
 /// Strands as the file has them, degenerate ones included, transforms of the file applied. Arrays a point follow
 /// `points`, arrays a strand the strands; an empty one was not in the file.
 struct GroomFile {
-  std::string format;                       ///< "a .hair groom"
-  std::vector<GroomPart> parts = {};        ///< at least one
-  std::optional<StrandBasis> basis = {};    ///< of all strands; unset: the file does not say
-  std::vector<std::uint32_t> first_point;   ///< strand count + 1 entries, the first 0; as the basis needs them
-  std::vector<glm::vec3> points;            ///< finite, within largest_coordinate
+  std::string format;                      ///< "a .hair groom"
+  std::vector<GroomPart> parts = {};       ///< at least one
+  std::optional<StrandBasis> basis = {};   ///< of all strands; unset: the file does not say
+  std::vector<std::uint32_t> first_point;  ///< strand count + 1 entries, the first 0; as the basis needs them
+  std::vector<glm::vec3> points;           ///< finite, within largest_coordinate
+  /// Where the points are at later moments of the shutter, as many each, with the same promises; `points` are those
+  /// of its opening. Empty: they rest.
+  std::vector<std::vector<glm::vec3>> later = {};
   std::vector<float> width = {};            ///< per point, a diameter, finite, >= 0; empty: default_width
   float default_width = 0;                  ///< 0: the file has none
   std::vector<glm::vec3> color = {};        ///< linear RGB in [0, 1], per point or, as many, per strand

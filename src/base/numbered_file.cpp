@@ -1,0 +1,32 @@
+#include "base/numbered_file.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+
+namespace tress {
+namespace {
+
+/// Where the last run of # begins, and its length; 0 if there is none.
+std::pair<std::size_t, std::size_t> mark_in(const std::string& name) {
+  const std::size_t last = name.rfind('#');
+  if (last == std::string::npos) return {0, 0};
+  std::size_t first = last;
+  while (first > 0 && name[first - 1] == '#') --first;
+  return {first, last - first + 1};
+}
+
+}  // namespace
+
+bool names_frames(const std::filesystem::path& file) { return mark_in(file.filename().string()).second > 0; }
+
+std::filesystem::path of_frame(const std::filesystem::path& file, int frame) {
+  std::string name = file.filename().string();
+  const auto [first, length] = mark_in(name);
+  if (length == 0) return file;
+  name.replace(first, length, fmt::format("{:0{}}", frame, length));
+  return file.parent_path() / name;
+}
+
+}  // namespace tress

@@ -1,0 +1,229 @@
+#include "scene/read/object_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+
+#include "base/numbered_file.h"
+#include "scene/read/groom_files.h"
+#include "scene/read/input_files.h"
+
+namespace tress::scene {
+namespace {
+
+constexpr std::uintmax_t most_obj_bytes = std::uintmax_t{2} << 30;
+
+/// The whole frames around the moments, and what `read` makes of their numbers.
+template <class File>
+Result<std::map<int, File>> files_around(const FrameMoments& moments, const std::function<Result<File>(int)>& read) {
+  std::map<int, File> files;
+  for (const double frame : moments)
+    for (const double whole : {std::floor(frame), std::ceil(frame)}) {
+      const int number = static_cast<int>(whole);
+      if (files.contains(number)) continue;
+      auto file = read(number);
+      if (!file) return file.error();
+      files.emplace(number, std::move(*file));
+    }
+  return files;
+}
+
+/// Points at a frame, linear between the files of the whole frames around it.
+template <class File>
+std::vector<glm::vec3> points_between(const std::map<int, File>& files, double frame,
+                                      std::vector<glm::vec3> File::* points) {
+  std::vector<glm::vec3> at = files.at(static_cast<int>(std::floor(frame))).*points;
+  const auto share = static_cast<float>(frame - std::floor(frame));
+  if (share == 0) return at;
+  const std::vector<glm::vec3>& after = files.at(static_cast<int>(std::ceil(frame))).*points;
+  for (std::size_t i = 0; i < at.size(); ++i) at[i] = (1 - share) * at[i] + share * after[i];
+  return at;
+}
+
+/// Where every strand of `first` is in `other`, by their ids; nothing where ids do not say.
+std::optional<std::vector<std::uint32_t>> order_by_id(const GroomFile& first, const GroomFile& other) {
+  const std::size_t strands = first.strand_count();
+  if (first.id.size() != strands || other.id.size() != strands) return std::nullopt;
+  std::unordered_map<std::int64_t, std::uint32_t> place;
+  for (std::uint32_t s = 0; s < strands; ++s)
+    if (!place.emplace(other.id[s], s).second) return std::nullopt;
+  std::vector<std::uint32_t> order;
+  order.reserve(strands);
+  for (const std::int64_t id : first.id) {
+    const auto found = place.find(id);
+    if (found == place.end()) return std::nullopt;
+    order.push_back(found->second);
+  }
+  return order;
+}
+
+/// Makes the points of `other` follow the strands of `first`. Fails where they cannot.
+std::optional<Error> match_strands(const GroomFile& first, const std::string& first_name, const std::string& name,
+                                   GroomFile* other) {
+  const std::size_t strands = first.strand_count();
+  if (other->strand_count() != strands)
+    return Error{name, "strands",
+                 fmt::format("the {} of {}, since strands move from one to the other", strands, first_name),
+                 fmt::format("{}", other->strand_count())};
+  if (first.id != other->id) {
+    if (const auto order = order_by_id(first, *other)) {
+      GroomFile sorted = *other;
+      sorted.points.clear();
+      sorted.first_point = {0};
+      for (const std::uint32_t s : *order) {
+        const auto begin = other->points.begin();
+        sorted.points.insert(sorted.points.end(), begin + other->first_point[s], begin + other->first_point[s + 1]);
+        sorted.first_point.push_back(static_cast<std::uint32_t>(sorted.points.size()));
+      }
+      *other = std::move(sorted);
+    }
+  }
+  for (std::size_t s = 0; s < strands; ++s) {
+    const auto count = [s](const GroomFile& file) { return file.first_point[s + 1] - file.first_point[s]; };
+    if (count(first) != count(*other))
+      return Error{name, fmt::format("strand {}", s), fmt::format("the {} points of {}", count(first), first_name),
+                   fmt::format("{}", count(*other))};
+  }
+  return std::nullopt;
+}
+
+Result<GroomFile> read_numbered_groom(const std::filesystem::path& pattern, const GroomDescription& description,
+                                      const FrameMoments& moments) {
+  auto files = files_around<GroomFile>(
+      moments, [&](int frame) { return read_groom_file(of_frame(pattern, frame), description.points_per_strand); });
+  if (!files) return files.error();
+  const int first = files->begin()->first;
+  for (auto& [frame, file] : *files)
+    if (frame != first)
+      if (auto error = match_strands(files->at(first), of_frame(pattern, first).string(),
+                                     of_frame(pattern, frame).string(), &file))
+        return *error;
+  std::vector<std::vector<glm::vec3>> points;
+  for (const double frame : moments) points.push_back(points_between(*files, frame, &GroomFile::points));
+  GroomFile groom = std::move(files->at(static_cast<int>(std::floor(moments.front()))));
+  groom.points = std::move(points.front());
+  for (std::size_t i = 1; i < points.size(); ++i) groom.later.push_back(std::move(points[i]));
+  return groom;
+}
+
+Result<ObjFile> read_mesh_file(const std::filesystem::path& file) {
+  const auto bytes = read_input_file(file, "an .obj file", most_obj_bytes);
+  if (!bytes) return bytes.error();
+  return parse_obj_file(*bytes, file.string());
+}
+
+/// Normals one a corner, whatever the files call alike in each of them.
+void number_normals_by_corner(ObjFile* file) {
+  if (file->corner_normals.empty()) return;
+  std::vector<glm::vec3> normals;
+  normals.reserve(3 * file->corner_normals.size());
+  for (glm::uvec3& corner : file->corner_normals)
+    for (int c = 0; c < 3; ++c) {
+      normals.push_back(corner[c] == no_normal ? glm::vec3(0.0f) : file->normals[corner[c]]);
+      corner[c] = static_cast<std::uint32_t>(normals.size() - 1);
+    }
+  file->normals = std::move(normals);
+}
+
+Result<std::vector<ObjFile>> read_numbered_mesh(const std::filesystem::path& pattern, const FrameMoments& moments) {
+  auto files = files_around<ObjFile>(moments, [&](int frame) { return read_mesh_file(of_frame(pattern, frame)); });
+  if (!files) return files.error();
+  const ObjFile& first = files->begin()->second;
+  bool same_normals = true;
+  for (const auto& [frame, file] : *files) {
+    const auto refuse = [&, number = frame](const char* what, std::size_t expected, std::size_t found) {
+      return Error{of_frame(pattern, number).string(), what,
+                   fmt::format("the {} of {}, since they move from one to the other", expected,
+                               of_frame(pattern, files->begin()->first).string()),
+                   expected == found ? "others" : fmt::format("{}", found)};
+    };
+    if (file.positions.size() != first.positions.size())
+      return refuse("vertices", first.positions.size(), file.positions.size());
+    if (file.triangles != first.triangles) return refuse("triangles", first.triangles.size(), file.triangles.size());
+    if (file.corner_normals.empty() != first.corner_normals.empty())
+      return refuse("normals", first.normals.size(), file.normals.size());
+    same_normals =
+        same_normals && file.corner_normals == first.corner_normals && file.normals.size() == first.normals.size();
+  }
+  if (!same_normals)
+    for (auto& [frame, file] : *files) number_normals_by_corner(&file);
+  std::vector<ObjFile> at;
+  for (const double frame : moments) {
+    at.push_back(at.empty() ? files->at(static_cast<int>(std::floor(frame))) : ObjFile{});
+    at.back().positions = points_between(*files, frame, &ObjFile::positions);
+    at.back().normals = points_between(*files, frame, &ObjFile::normals);
+  }
+  return at;
+}
+
+/// Files of that name as it stands come first.
+bool is_numbered(const std::filesystem::path& file) { return names_frames(file) && !std::filesystem::exists(file); }
+
+std::vector<ObjectTransform> transforms(const ObjectPath& path, const FrameMoments& moments) {
+  std::vector<ObjectTransform> all;
+  for (const double frame : moments) all.push_back(path.at(frame));
+  return all;
+}
+
+Result<Groom> groom_in_its_axes(const GroomDescription& description, const FrameMoments& moments, Sources& from,
+                                Scene* scene) {
+  if (!description.file) {
+    Groom groom = generate_groom(description.recipe);
+    groom.basis = description.placement.basis.value_or(groom.basis);
+    return groom;
+  }
+  if (auto strands = from.memory.grooms.extract(*description.file))
+    return assemble_groom(std::move(strands.mapped()), description.placement, *description.file, &scene->notes,
+                          &scene->warnings);
+  const auto file = from.folder / *description.file;
+  auto strands = is_numbered(file) ? read_numbered_groom(file, description, moments)
+                                   : read_groom_file(file, description.points_per_strand);
+  if (!strands) return strands.error();
+  return assemble_groom(std::move(*strands), description.placement, file.string(), &scene->notes, &scene->warnings);
+}
+
+}  // namespace
+
+Result<Groom> make_groom(const GroomDescription& description, const FrameMoments& moments, Sources& from,
+                         Scene* scene) {
+  auto groom = groom_in_its_axes(description, moments, from, scene);
+  if (!groom) return groom;
+  if (auto error = move_groom(transforms(description.path, moments), &*groom)) return *error;
+  return groom;
+}
+
+Result<Mesh> make_mesh(const MeshDescription& description, const FrameMoments& moments, const Sources& from,
+                       Scene* scene) {
+  const auto in_memory = from.memory.meshes.find(description.file);
+  const bool is_read = in_memory == from.memory.meshes.end();
+  const auto file = is_read ? from.folder / description.file : std::filesystem::path(description.file);
+  std::vector<ObjFile> files;
+  if (is_read && is_numbered(file)) {
+    auto numbered = read_numbered_mesh(file, moments);
+    if (!numbered) return numbered.error();
+    files = std::move(*numbered);
+  } else {
+    auto obj = is_read ? read_mesh_file(file) : Result<ObjFile>(in_memory->second);
+    if (!obj) return obj.error();
+    files.push_back(std::move(*obj));
+  }
+  std::vector<MeshAtMoment> at;
+  for (const ObjectTransform& transform : transforms(description.path, moments))
+    at.push_back({&files[std::min(at.size(), files.size() - 1)], transform});
+  auto mesh = place_mesh(at, description, file.string(), &scene->warnings);
+  if (!mesh || !description.albedo_file) return mesh;
+  auto texture = load_texture(from.folder / *description.albedo_file, &scene->warnings);
+  if (!texture) return texture.error();
+  if (mesh->corner_uvs.empty())
+    return Error{file.string(), "", "faces with texture coordinates (v/vt) under \"albedo_file\"", "none"};
+  mesh->texture = std::move(*texture);
+  return mesh;
+}
+
+}  // namespace tress::scene

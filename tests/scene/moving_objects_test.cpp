@@ -1,0 +1,202 @@
+// Scenes whose camera, grooms and meshes move while the shutter is open: keyframes, turntables, a file a frame.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <string>
+#include <vector>
+
+#include "scene/model/camera.h"
+#include "scene/read/load_scene.h"
+
+namespace tress::scene {
+namespace {
+
+class MovingScene : public testing::Test {
+ protected:
+  MovingScene() {
+    folder_ = std::filesystem::temp_directory_path() / "tress_moving_scene";
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  ~MovingScene() override { std::filesystem::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+
+  /// PLY strands with ids: two of two points.
+  void write_strands(const std::string& name, const std::vector<std::array<double, 4>>& points) const {
+    std::string text = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+        "property int strand_id\nend_header\n",
+        points.size());
+    for (const auto& p : points) text += fmt::format("{} {} {} {}\n", p[0], p[1], p[2], p[3]);
+    write(name, text);
+  }
+
+  Result<Scene> load(const std::string& camera, const std::string& objects, const Overrides& overrides = {}) const {
+    write("s.json", fmt::format(R"({{"camera": {}, {}}})", camera, objects));
+    return load_scene(folder_ / "s.json", overrides);
+  }
+
+  std::filesystem::path folder_;
+};
+
+const std::string fiber = R"("grooms": [{"generate": "single_fiber"}])";
+const std::string numbered = R"("grooms": [{"file": "a.####.ply", "basis": "linear", "cm_per_unit": 1, "up": "z"}])";
+const std::string from_before = R"({"eye": [0, -50, 0], "shutter": {"open": 0.25, "close": 0.75}})";
+
+TEST_F(MovingScene, AClosedShutterLeavesEverythingAtItsFrame) {
+  const auto scene = load(R"({"frames": [{"frame": 0, "eye": [0, -50, 0]}, {"frame": 10, "eye": [10, -50, 0]}]})",
+                          fiber, {.frame = 4});
+  ASSERT_TRUE(scene) << scene.error().message();
+  EXPECT_FALSE(scene->shutter.is_open());
+  EXPECT_TRUE(scene->camera_moments.empty());
+  EXPECT_TRUE(scene->grooms[0].later.empty());
+  EXPECT_NEAR(scene->camera.eye.x, 4, 1e-5);
+}
+
+TEST_F(MovingScene, ACameraGoesOnBetweenFrames) {
+  const auto scene = load(R"({"frames": [{"frame": 0, "eye": [0, -50, 0]}, {"frame": 10, "eye": [10, -50, 0]}],
+                              "motion_samples": 3})",
+                          fiber, {.frame = 4, .shutter = std::pair(-0.5, 0.5)});
+  ASSERT_TRUE(scene) << scene.error().message();
+  ASSERT_EQ(scene->camera_moments.size(), 3u);
+  EXPECT_NEAR(scene->camera.eye.x, 4, 1e-5) << "that of the header is of the frame";
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(scene->camera_moments[i].eye.x, 3.5f + 0.5f * static_cast<float>(i), 1e-5);
+    EXPECT_NEAR(scene->next->moments[i].eye.x, 4.5f + 0.5f * static_cast<float>(i), 1e-5);
+  }
+  EXPECT_NEAR(camera_during(scene->camera_moments, 0.75f).eye.x, 4.25, 1e-5);
+  EXPECT_TRUE(scene->grooms[0].later.empty());
+}
+
+/// A quarter of the way between two frames of a turn of four, about the z axis: 22.5 degrees clockwise.
+TEST_F(MovingScene, ATurntableTurnsObjectsWhileTheShutterIsOpen) {
+  const auto scene = load(R"({"turntable": {"frames": 4, "look_at": [1, 0, 0], "distance_cm": 40},
+                              "shutter": {"open": 0, "close": 0.25}})",
+                          R"("grooms": [{"generate": "single_fiber", "translate": [3, 0, 0]}])", {.frame = 0});
+  ASSERT_TRUE(scene) << scene.error().message();
+  const Groom& groom = scene->grooms[0];
+  ASSERT_EQ(groom.later.size(), 1u);
+  const double angle = -std::acos(-1.0) / 8;
+  for (std::size_t i = 0; i < groom.points.size(); ++i) {
+    const glm::dvec3 from = glm::dvec3(groom.points[i]) - glm::dvec3(1, 0, 0), to = groom.later[0].points[i];
+    EXPECT_NEAR(to.x, 1 + std::cos(angle) * from.x - std::sin(angle) * from.y, 1e-4);
+    EXPECT_NEAR(to.y, std::sin(angle) * from.x + std::cos(angle) * from.y, 1e-4);
+  }
+  EXPECT_NEAR(groom.later[0].turned[0][1], std::sin(angle), 1e-9);
+  EXPECT_TRUE(scene->camera_moments.empty()) << "the camera of such a turntable stands";
+}
+
+TEST_F(MovingScene, GroomsAndMeshesFollowTheirKeys) {
+  write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1 0 0\nf 1//1 2//1 3//1\n");
+  const std::string keys = R"("frames": [{"frame": 10, "translate": [0, 0, 0]},
+                                         {"frame": 20, "translate": [10, 0, 0], "rotate_deg": [0, 0, 90], "scale": 3}])";
+  const auto scene = load(from_before,
+                          R"("grooms": [{"generate": "single_fiber", "translate": [0, 0, 5], )" + keys +
+                              R"(}], "meshes": [{"file": "m.obj", "scale": 2, )" + keys + "}]",
+                          {.frame = 15});
+  ASSERT_TRUE(scene) << scene.error().message();
+  const Mesh& mesh = scene->meshes[0];
+  ASSERT_EQ(mesh.later.size(), 1u);
+  // At frame 15.25 and 15.75: scale 2.525 and 2.575, 47.25 and 51.75 degrees, 5.25 and 5.75 cm.
+  const double degree = std::acos(-1.0) / 180;
+  EXPECT_NEAR(mesh.positions[1].x, 2.525 * std::cos(47.25 * degree) + 5.25, 1e-5);
+  EXPECT_NEAR(mesh.positions[1].y, 2.525 * std::sin(47.25 * degree), 1e-5);
+  EXPECT_NEAR(mesh.later[0].positions[1].y, 2.575 * std::sin(51.75 * degree), 1e-5);
+  EXPECT_NEAR(mesh.later[0].normals[0].y, std::sin(51.75 * degree), 1e-5);
+  const Groom& groom = scene->grooms[0];
+  ASSERT_EQ(groom.later.size(), 1u);
+  EXPECT_NEAR(groom.later[0].turned[0][1], std::sin(4.5 * degree), 1e-6) << "turns are floats";
+  EXPECT_GT(groom.points[0].x, 5);
+  ASSERT_TRUE(scene->next.has_value());
+}
+
+TEST_F(MovingScene, FilesOfFramesAreReadAroundTheShutterAndMetInBetween) {
+  write_strands("a.0007.ply", {{0, 0, 0, 1}, {0, 0, 1, 1}, {5, 0, 0, 2}, {5, 0, 1, 2}});
+  write_strands("a.0008.ply", {{4, 0, 0, 1}, {4, 8, 1, 1}, {5, 0, 2, 2}, {5, 0, 3, 2}});
+  const auto scene = load(from_before, numbered, {.frame = 7});
+  ASSERT_TRUE(scene) << scene.error().message();
+  const Groom& groom = scene->grooms[0];
+  ASSERT_EQ(groom.points.size(), 4u);
+  EXPECT_EQ(groom.points[1], glm::vec3(1, 2, 1));
+  ASSERT_EQ(groom.later.size(), 1u);
+  EXPECT_EQ(groom.later[0].points[1], glm::vec3(3, 6, 1));
+  EXPECT_EQ(groom.later[0].points[3], glm::vec3(5, 0, 2.5f));
+  const auto still = load(R"({"eye": [0, -50, 0]})", numbered, {.frame = 8});
+  ASSERT_TRUE(still) << still.error().message();
+  EXPECT_EQ(still->grooms[0].points[1], glm::vec3(4, 8, 1));
+  EXPECT_TRUE(still->grooms[0].later.empty());
+}
+
+/// Linear curves with ids.
+std::string curves(const std::string& counts, const std::string& points, const std::string& ids) {
+  return fmt::format(
+      "#usda 1.0\n( metersPerUnit = 0.01\n upAxis = \"Z\" )\ndef BasisCurves \"hair\" {{\n"
+      "uniform token type = \"linear\"\nint[] curveVertexCounts = [{}]\npoint3f[] points = [{}]\n"
+      "int[] primvars:id = [{}] ( interpolation = \"uniform\" )\n}}\n",
+      counts, points, ids);
+}
+
+TEST_F(MovingScene, StrandsInAnotherOrderAreMatchedByTheirIds) {
+  write("b.0000.usda", curves("2, 3", "(0,0,0), (0,0,1), (5,0,0), (5,0,1), (5,0,2)", "1, 2"));
+  write("b.0001.usda", curves("3, 2", "(5,4,0), (5,4,1), (5,4,2), (0,4,0), (0,4,1)", "2, 1"));
+  const std::string grooms = R"("grooms": [{"file": "b.####.usda"}])";
+  const auto scene = load(from_before, grooms, {.frame = 0});
+  ASSERT_TRUE(scene) << scene.error().message();
+  EXPECT_EQ(scene->grooms[0].later[0].points[0], glm::vec3(0, 3, 0));
+  EXPECT_EQ(scene->grooms[0].later[0].points[4], glm::vec3(5, 3, 2));
+  write("b.0001.usda", curves("3, 2", "(5,4,0), (5,4,1), (5,4,2), (0,4,0), (0,4,1)", "2, 3"));
+  EXPECT_FALSE(load(from_before, grooms, {.frame = 0})) << "another strand, and the counts differ";
+}
+
+TEST_F(MovingScene, AChangedNumberOfPointsOrStrandsIsRefusedByName) {
+  const auto name = [&](const char* file) { return (folder_ / file).string(); };
+  write_strands("a.0000.ply", {{0, 0, 0, 1}, {0, 0, 1, 1}, {5, 0, 0, 2}, {5, 0, 1, 2}});
+  write_strands("a.0001.ply", {{0, 0, 0, 1}, {0, 0, 1, 1}, {5, 0, 0, 2}, {5, 0, 1, 2}, {5, 0, 2, 2}});
+  EXPECT_EQ(load(from_before, numbered, {.frame = 0}).error().message(),
+            fmt::format("{}: strand 1: expected the 2 points of {}, found 3", name("a.0001.ply"), name("a.0000.ply")));
+  write_strands("a.0001.ply", {{0, 0, 0, 1}, {0, 0, 1, 1}});
+  EXPECT_EQ(load(from_before, numbered, {.frame = 0}).error().message(),
+            fmt::format("{}: strands: expected the 2 of {}, since strands move from one to the other, found 1",
+                        name("a.0001.ply"), name("a.0000.ply")));
+  EXPECT_EQ(load(from_before, numbered, {.frame = 1}).error().file, name("a.0002.ply")) << "no such file";
+}
+
+TEST_F(MovingScene, MeshesOfFramesMustHaveTheSameFaces) {
+  const std::string square = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\n", raised = "v 0 0 4\nv 2 0 4\nv 2 2 4\nv 0 2 4\n";
+  write("m.01.obj", square + "vn 0 0 1\nf 1//1 2//1 3//1 4//1\n");
+  write("m.02.obj", raised + "vn 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//2 4//2\n");
+  const std::string meshes = fiber + R"(, "meshes": [{"file": "m.##.obj"}])";
+  const auto scene = load(from_before, meshes, {.frame = 1});
+  ASSERT_TRUE(scene) << scene.error().message();
+  const Mesh& mesh = scene->meshes[0];
+  EXPECT_EQ(mesh.positions[2], glm::vec3(2, 2, 1));
+  ASSERT_EQ(mesh.later.size(), 1u);
+  EXPECT_EQ(mesh.later[0].positions[2], glm::vec3(2, 2, 3));
+  const glm::vec3 normal = mesh.later[0].normals[mesh.corner_normals[0].x];
+  EXPECT_LT(glm::distance(normal, glm::normalize(glm::vec3(0, 3, 1))), 1e-5) << "by corners, as the files number apart";
+  write("m.02.obj", raised + "vn 0 0 1\nf 4//1 3//1 2//1 1//1\n");
+  const auto other = load(from_before, meshes, {.frame = 1});
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().message(),
+            fmt::format("{}: triangles: expected the 2 of {}, since they move from one to the other, found others",
+                        (folder_ / "m.02.obj").string(), (folder_ / "m.01.obj").string()));
+}
+
+TEST_F(MovingScene, AShutterThatClosesBeforeItOpensIsRefused) {
+  EXPECT_EQ(load(R"({"eye": [0, -50, 0], "shutter": {"open": 0.5, "close": 0.25}})", fiber).error().place,
+            "/camera/shutter");
+  EXPECT_EQ(load(from_before, fiber, {.shutter = std::pair(0.5, 0.25)}).error().place, "--shutter");
+}
+
+}  // namespace
+}  // namespace tress::scene
