@@ -193,6 +193,14 @@ double Service::Table::light(SliceId slice, std::uint32_t a, std::uint32_t b) co
   return light_share(slice, a * static_cast<std::uint32_t>(of.axis_b.size()) + b, 0);
 }
 
+std::uint32_t Service::Table::queries(SliceId slice, std::uint32_t a, std::uint32_t b) const {
+  if (slice >= slices_.size() || !slices_[slice]->has_index()) return 0;
+  const SliceDescription& of = slices_[slice]->description;
+  if (a >= of.axis_a.size() || b >= of.axis_b.size()) return 0;
+  const std::size_t node = a * of.axis_b.size() + b;
+  return slices_[slice]->slots[node].queries.load(std::memory_order_relaxed);
+}
+
 RowView Service::Table::peek(SliceId slice_id, std::uint32_t a, std::uint32_t b) const {
   if (slice_id >= slices_.size()) return {};
   const Slice& slice = *slices_[slice_id];
@@ -268,6 +276,9 @@ void Service::set_learning(bool on) { table_->set_learning(on); }
 PassReport Service::publish(std::uint64_t paths) { return table_->publish(paths); }
 RowView Service::peek(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->peek(slice, a, b); }
 double Service::light(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->light(slice, a, b); }
+std::uint32_t Service::queries(SliceId slice, std::uint32_t a, std::uint32_t b) const {
+  return table_->queries(slice, a, b);
+}
 const std::vector<Error>& Service::refusals() const { return table_->refusals(); }
 void Service::set_row_listener(std::function<void(const RowReport&)> listener) {
   table_->set_listener(std::move(listener));

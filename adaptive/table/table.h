@@ -37,6 +37,7 @@ class Service::Table {
   RowView look_up(SliceId slice, std::uint32_t a, std::uint32_t b);
   RowView peek(SliceId slice, std::uint32_t a, std::uint32_t b) const;
   double light(SliceId slice, std::uint32_t a, std::uint32_t b) const;
+  std::uint32_t queries(SliceId slice, std::uint32_t a, std::uint32_t b) const;
   void credit(const RowView& view, float light);
   void observe(const RowView& view, float x, float g);
   void score(const RowView& view, float x, float g, float q);

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "base/nearest_word.h"
+#include "cli/appearance_options.h"
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/frame_list.h"
@@ -24,42 +25,10 @@
 #include "cli/render_frames.h"
 #include "integrate/path_sums.h"
 #include "references/registry.h"
-#include "scene/model/hair_colors.h"
 #include "scene/model/parameters.h"
 
 namespace tress::cli {
 namespace {
-
-glm::vec3 color_of(const std::vector<double>& x) { return glm::vec3(float(x[0]), float(x[1]), float(x[2])); }
-
-void add_appearance(CLI::App* app, scene::Overrides& o) {
-  auto* color = add_numbers(
-      app, "--color", 3, 3, [&o](const auto& x) { o.color = color_of(x); },
-      "color R,G,B, linear, that a dense lock of the hair shows in even light");
-  auto* melanin = add_numbers(
-      app, "--melanin", 1, 2, [&o](const auto& x) { o.melanin = {float(x[0]), x.size() > 1 ? float(x[1]) : 0.0f}; },
-      "concentrations: eumelanin[,pheomelanin]");
-  auto* sigma_a = add_numbers(
-      app, "--sigma-a", 3, 3, [&o](const auto& x) { o.sigma_a = color_of(x); }, "absorption R,G,B per major semi-axis");
-  auto* hair = add_choice(
-      app, "--hair", scene::hair_color_names(), [&o](const std::string& name) { o.hair = name; },
-      "natural color by name");
-  color->excludes(melanin)->excludes(sigma_a)->excludes(hair);
-  melanin->excludes(sigma_a)->excludes(hair);
-  sigma_a->excludes(hair);
-  add_fiber_shape(app, o);
-  auto* environment = add_file(
-      app, "--environment", [&o](const std::string& file) { o.environment_file = file; },
-      "latitude-longitude picture that lights the scene");
-  add_number(app, "--rotate", [&o](double x) { o.environment_rotate_deg = x; })->needs(environment);
-  add_number(
-      app, "--turn", [&o](double x) { o.turn_deg = x; },
-      "where the automatic camera stands: counter-clockwise from above, 0 is -y");
-  add_choice(
-      app, "--up", {"y", "z"}, [&o](const std::string& axis) { o.y_up = axis == "y"; },
-      "axis of the hair file that points up");
-  add_number(app, "--cm-per-unit", [&o](double x) { o.cm_per_unit = x; }, "length of a unit of the hair file, in cm");
-}
 
 std::vector<std::string> model_words() {
   std::vector<std::string> words;

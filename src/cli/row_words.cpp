@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <string>
 
+#include "cli/hair_words.h"
 #include "cli/telemetry_lines.h"
 #include "fiber/rough_rows.h"
 #include "tress/fiber/elliptical_model.h"
@@ -18,16 +17,6 @@ namespace tress::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// The number that a float was written as: 0.85, not 0.8500000238.
-double as_typed(float x) { return std::stod(fmt::format("{}", x)); }
-
-/// Degrees that are the same float in radians again.
-double degrees(float radians) {
-  const double exact = static_cast<double>(radians) * 180 / std::numbers::pi;
-  const double rounded = std::round(exact * 1e4) / 1e4;
-  return static_cast<float>(rounded * std::numbers::pi / 180) == radians ? rounded : exact;
-}
 
 std::string lobe_of(std::uint32_t slice_lobe) {
   if (slice_lobe == fiber::trt_rest_slice) return "TRT-REST";

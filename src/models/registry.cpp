@@ -1,5 +1,7 @@
 #include "models/registry.h"
 
+#include "fiber/rough_rows.h"
+#include "models/elliptical/elliptical_fibers.h"
 #include "models/fiber3d.h"
 
 namespace tress::fiber {
@@ -10,7 +12,15 @@ constinit const ModelInfo elliptical_info{
     .summary = "elliptical fibers, traced exactly and learned while rendering",
     .make_target = make_elliptical_target,
     .make = [](const ModelSettings& s) { return make_elliptical_model(s.estimator, s.service); },
-    .conserves_energy = true};
+    .conserves_energy = true,
+    .slices_of =
+        [](const FiberParameters& fiber) {
+          std::vector<adaptive::SliceDescription> slices;
+          for (const auto& slice : elliptical_slices(fiber)) {
+            if (slice) slices.push_back(*slice);
+          }
+          return slices;
+        }};
 
 constinit const ModelInfo rough_info{
     .name = "rough",
@@ -19,7 +29,8 @@ constinit const ModelInfo rough_info{
     .make_target = make_elliptical_target,
     .make = [](const ModelSettings& s) { return make_rough_model(s.estimator, s.service); },
     .conserves_energy = true,
-    .make_sampled_target = make_rough_target};
+    .make_sampled_target = make_rough_target,
+    .slices_of = [](const FiberParameters& fiber) { return std::vector{rough_slice(fiber)}; }};
 
 constinit const ModelInfo fiber3d_info{
     .name = "fiber3d",

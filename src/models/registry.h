@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/sampled_target.h"
@@ -39,6 +40,9 @@ struct ModelInfo {
   bool has_quadrature = false;  ///< reads ModelSettings::quadrature_points
   /// What its rows are learned from where nobody can evaluate it; null for all other models.
   std::unique_ptr<adaptive::SampledTarget> (*make_sampled_target)() = nullptr;
+
+  /// The slices that a fiber asks rows of; null where that is not told.
+  std::vector<adaptive::SliceDescription> (*slices_of)(const FiberParameters& fiber) = nullptr;
 
   bool has_rows() const { return make_target != nullptr; }
   bool learns_samples() const { return make_sampled_target != nullptr; }

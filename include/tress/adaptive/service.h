@@ -125,6 +125,9 @@ class Service {
   /// What a node has carried of the light of the paths so far (credit()), a path: >= 0, of all nodes together about the
   /// hits of a path. Between passes. 0 of one that is not there.
   double light(SliceId slice, std::uint32_t a, std::uint32_t b) const;
+  /// How often a node was asked over all passes, modulo 2^32; without Options::check_passes but for the answers that
+  /// AnswerReader found. Between passes. 0 of one that is not there.
+  std::uint32_t queries(SliceId slice, std::uint32_t a, std::uint32_t b) const;
   /// Called for each row whose fit or state changed, ascending (slice, node), at the end of publish(), when set
   /// (telemetry level rows). Between passes.
   void set_row_listener(std::function<void(const RowReport&)> listener);

@@ -8,6 +8,19 @@
 
 namespace tress::fiber {
 
+std::array<std::optional<adaptive::SliceDescription>, 4> elliptical_slices(const FiberParameters& fiber) {
+  const std::array<float, 3> sigmas = azimuthal_sigmas(fiber);
+  const std::array<float, 4> sigma{sigmas[0], sigmas[1], sigmas[2], sigmas[1]};
+  const std::array<int, 4> slice_lobes{1, fiber.split_glint ? trt_rest_slice : 2, 3, glint_slice};
+  std::array<std::optional<adaptive::SliceDescription>, 4> slices;
+  for (std::size_t i = 0; i < row_lobes.size(); ++i) {
+    if (row_lobes[i] == Lobe::glint && !fiber.split_glint) continue;
+    slices[i] =
+        elliptical_slice(slice_lobes[i], fiber.eta, fiber.eccentricity, std::max(sigma[i], smallest_grid_sigma));
+  }
+  return slices;
+}
+
 FiberId EllipticalFibers::add(const FiberParameters& parameters) {
   const FiberId id = store_.add(parameters);
   if (id < fibers_.size()) return id;
@@ -19,27 +32,22 @@ FiberId EllipticalFibers::add(const FiberParameters& parameters) {
   fiber.sigma = {sigmas[0], sigmas[1], sigmas[2], sigmas[1]};
   fiber.energies = store_[id].energies;
   fiber.answers_by_rows = service_ != nullptr;
-  const std::array<int, 4> slice_lobes{1, parameters.split_glint ? trt_rest_slice : 2, 3, glint_slice};
+  const auto slices = elliptical_slices(parameters);
   for (std::size_t i = 0; i < row_lobes.size(); ++i) {
     fiber.vertex_rays = std::max(fiber.vertex_rays, vertex_ray_count(fiber.sigma[i]));
     // Four degrees turned into radians may round below the limit and are still on the grid.
     fiber.proposes_only[i] = fiber.sigma[i] < smallest_grid_sigma * (1 - 1e-5f);
     fiber.answers_by_rows = fiber.answers_by_rows && !fiber.proposes_only[i];
-    if (service_ == nullptr || (row_lobes[i] == Lobe::glint && !parameters.split_glint)) continue;
-    fiber.rows[i] = rows_of(slice_lobes[i], std::max(fiber.sigma[i], smallest_grid_sigma), parameters);
+    if (service_ != nullptr && slices[i]) fiber.rows[i] = rows_of(*slices[i], parameters.sigma_a);
   }
   fibers_.push_back(std::move(fiber));
   return id;
 }
 
-std::shared_ptr<const ColoredRows> EllipticalFibers::rows_of(int slice_lobe, float sigma_rad,
-                                                             const FiberParameters& parameters) {
-  std::shared_ptr<const SliceRows>& slice = slices_[{slice_lobe, parameters.eta, parameters.eccentricity, sigma_rad}];
-  if (!slice) {
-    slice = std::make_shared<const SliceRows>(
-        *service_, elliptical_slice(slice_lobe, parameters.eta, parameters.eccentricity, sigma_rad));
-  }
-  const glm::vec3& sigma_a = parameters.sigma_a;
+std::shared_ptr<const ColoredRows> EllipticalFibers::rows_of(const adaptive::SliceDescription& description,
+                                                             const glm::vec3& sigma_a) {
+  std::shared_ptr<const SliceRows>& slice = slices_[description.key];
+  if (!slice) slice = std::make_shared<const SliceRows>(*service_, description);
   std::shared_ptr<const ColoredRows>& shared = colored_rows_[{slice->slice, {sigma_a.r, sigma_a.g, sigma_a.b}}];
   if (!shared) shared = std::make_shared<const ColoredRows>(*service_, slice, sigma_a);
   return shared;

@@ -3,9 +3,10 @@
 
 #include <array>
 #include <cstddef>
+#include <glm/vec3.hpp>
 #include <map>
 #include <memory>
-#include <tuple>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,9 @@
 #include "tress/fiber/fiber_model.h"
 
 namespace tress::fiber {
+
+/// The slices of a fiber by row lobe; none for GLINT where it is not split off.
+std::array<std::optional<adaptive::SliceDescription>, 4> elliptical_slices(const FiberParameters& fiber);
 
 /// Shared: energies as FiberStore does, the rows of a slice by its key, and absorbed by (slice, sigma_a).
 /// Thread-safety: operator[]: any thread, during a pass; the rest: one thread, between passes.
@@ -33,13 +37,12 @@ class EllipticalFibers {
  private:
   using Color = std::array<float, 3>;
 
-  std::shared_ptr<const ColoredRows> rows_of(int slice_lobe, float sigma_rad, const FiberParameters& parameters);
+  std::shared_ptr<const ColoredRows> rows_of(const adaptive::SliceDescription& slice, const glm::vec3& sigma_a);
 
   adaptive::Service* service_;
   FiberStore store_;
   std::vector<EllipticalFiber> fibers_;  ///< by id
-  std::map<std::tuple<int, float, float, float>, std::shared_ptr<const SliceRows>>
-      slices_;  ///< slice lobe, eta, e, sigma
+  std::map<adaptive::SliceKey, std::shared_ptr<const SliceRows>> slices_;
   std::map<std::pair<adaptive::SliceId, Color>, std::shared_ptr<const ColoredRows>> colored_rows_;
 };
 
