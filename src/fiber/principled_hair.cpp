@@ -36,27 +36,35 @@ double logistic_scale_of(double beta) {
   return (0.265 * b + 1.194 * b * b + 5.372 * std::pow(b, 22)) * std::sqrt(std::numbers::pi / 8);
 }
 
-/// Fitted by pictures beside Cycles (tests/blender/beside_cycles.py): lambda of a Gaussian lobe over the standard
-/// deviation of theta_i, by lobe. Equal half widths would be 0.334; lobes of Chiang's model are broader beside their
-/// cone, and light that is scattered often sees their sums.
-constexpr std::array<double, 4> lambda_per_deviation{0.342, 0.5, 0.45, 0.45};
-/// The same of the blur of the exit azimuth over the standard deviation of the logistic law.
-constexpr double azimuth_per_deviation = 2;
+/// Fitted by pictures beside Cycles of three grooms in six looks (scenes/blender/README.md): lambda of a Gaussian lobe
+/// over the standard deviation of theta_i, by lobe. Equal half widths would be 0.334; lobes of Chiang's model are
+/// broader beside their cone, and light that is scattered often sees their sums.
+constexpr std::array<double, 4> lambda_per_deviation{0.376, 0.598, 0.558, 0.558};
+/// The same of the blur of the exit azimuth over the standard deviation of the logistic law: TT, TRT, TRRT.
+constexpr std::array<double, 3> azimuth_per_deviation{1.23, 1.26, 1.26};
+constexpr double logistic_deviation = std::numbers::pi / std::numbers::sqrt3;  ///< of scale 1
 
-FiberParameters round_fiber(const PrincipledHair& hair) {
+/// deviations: standard deviations of theta_i of R, TT, TRT; scales: logistic ones of the exit azimuth of TT, TRT. What
+/// comes after TRT is as TRT.
+FiberParameters round_fiber(const std::array<double, 3>& deviations, const std::array<double, 2>& scales) {
   FiberParameters fiber;
   fiber.eccentricity = 1;
   fiber.roughness = all_but_smooth;
-  const double all = deviation_of(hair.roughness);
-  const double coated = deviation_of(hair.roughness * (1 - std::clamp(hair.coat, 0.0f, 1.0f)));
-  const std::array<double, 4> deviations{coated, 0.5 * all, 2 * all, 2 * all};
-  for (std::size_t p = 0; p < deviations.size(); ++p)
-    fiber.longitudinal_lambda[p] = angle_within(longitudinal_lambda_range_deg, lambda_per_deviation[p] * deviations[p]);
-  const double deviation = logistic_scale_of(hair.radial_roughness) * std::numbers::pi / std::numbers::sqrt3;
-  for (auto& azimuthal : fiber.azimuthal_sigma)
-    azimuthal = angle_within(azimuthal_sigma_range_deg, azimuth_per_deviation * deviation);
+  for (std::size_t p = 0; p < fiber.longitudinal_lambda.size(); ++p)
+    fiber.longitudinal_lambda[p] =
+        angle_within(longitudinal_lambda_range_deg, lambda_per_deviation[p] * deviations[std::min<std::size_t>(p, 2)]);
+  for (std::size_t p = 0; p < fiber.azimuthal_sigma.size(); ++p)
+    fiber.azimuthal_sigma[p] = angle_within(
+        azimuthal_sigma_range_deg, azimuth_per_deviation[p] * scales[std::min<std::size_t>(p, 1)] * logistic_deviation);
   fiber.longitudinal_shape = LongitudinalShape::gaussian;
   return fiber;
+}
+
+FiberParameters round_fiber(const PrincipledHair& hair) {
+  const double all = deviation_of(hair.roughness);
+  const double coated = deviation_of(hair.roughness * (1 - std::clamp(hair.coat, 0.0f, 1.0f)));
+  const double scale = logistic_scale_of(hair.radial_roughness);
+  return round_fiber({coated, 0.5 * all, 2 * all}, {scale, scale});
 }
 
 }  // namespace
@@ -71,6 +79,20 @@ FiberParameters fiber_of(const PrincipledHair& hair) {
   }
   fiber.eta = within(eta_range, double{hair.eta});
   fiber.tilt = angle_within(tilt_range_deg, double{hair.offset});
+  fiber.sigma_a = hair.sigma_a;
+  return fiber;
+}
+
+FiberParameters fiber_of(const ChiangHair& hair) {
+  std::array<double, 3> deviations{};
+  for (std::size_t p = 0; p < deviations.size(); ++p)
+    deviations[p] = std::sqrt(std::max(double{hair.longitudinal_variance[p]}, 0.0));
+  const double to_scale = std::sqrt(std::numbers::pi / 8);
+  FiberParameters fiber =
+      round_fiber(deviations, {to_scale * hair.azimuthal_scale[1], to_scale * hair.azimuthal_scale[2]});
+  for (std::size_t p = 0; p < fiber.gain.size(); ++p) fiber.gain[p] = hair.tint[std::min<std::size_t>(p, 2)];
+  fiber.eta = within(eta_range, double{hair.eta});
+  fiber.tilt = angle_within(tilt_range_deg, std::numbers::pi * (double{hair.cuticle_angle} - 0.5));
   fiber.sigma_a = hair.sigma_a;
   return fiber;
 }

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <numbers>
 
 #include "fiber/reference_data.h"
 #include "tress/fiber/parameter_ranges.h"
@@ -39,6 +41,42 @@ TEST(PrincipledHair, WidthsRiseWithTheirRoughnessAndACoatNarrowsTheFirstReflecti
   EXPECT_LT(*coat.longitudinal_lambda[0], *usual.longitudinal_lambda[0]);
   for (std::size_t p = 1; p < 4; ++p) EXPECT_EQ(coat.longitudinal_lambda[p], usual.longitudinal_lambda[p]);
   EXPECT_EQ(usual.eccentricity, 1.0f);
+}
+
+/// MaterialX's roughness node and Principled Hair make the same variances and scales of one roughness.
+TEST(PrincipledHair, MaterialXsNodeIsTheSameFiber) {
+  PrincipledHair hair;
+  hair.offset = 0.05f;
+  hair.sigma_a = {0.1f, 0.2f, 0.4f};
+  fiber::ChiangHair node;
+  const float l = 0.726f * 0.3f + 0.812f * 0.09f, s = 0.265f * 0.3f + 1.194f * 0.09f;
+  node.longitudinal_variance = {l * l, 0.25f * l * l, 4 * l * l};
+  node.azimuthal_scale = {s, s, s};
+  node.cuticle_angle = static_cast<float>(0.5 + 0.05 / std::numbers::pi);
+  node.sigma_a = hair.sigma_a;
+  const auto a = fiber::fiber_of(hair), b = fiber::fiber_of(node);
+  for (std::size_t p = 0; p < 4; ++p) EXPECT_NEAR(*a.longitudinal_lambda[p], *b.longitudinal_lambda[p], 1e-5) << p;
+  for (std::size_t p = 0; p < 3; ++p) EXPECT_NEAR(*a.azimuthal_sigma[p], *b.azimuthal_sigma[p], 1e-5) << p;
+  EXPECT_NEAR(a.tilt, b.tilt, 1e-6);
+  EXPECT_EQ(a.eta, b.eta);
+  EXPECT_EQ(a.sigma_a, b.sigma_a);
+  EXPECT_EQ(a.gain, b.gain);
+}
+
+TEST(PrincipledHair, MaterialXsTintsAreOfTheirLobesAndAnySettingIsAFiber) {
+  fiber::ChiangHair node;
+  node.tint = {glm::vec3(0.25f), glm::vec3(0.5f), glm::vec3(0.75f)};
+  const auto made = fiber::fiber_of(node);
+  const std::array<float, fiber::lobe_count> expected{0.25f, 0.5f, 0.75f, 0.75f, 0.75f, 0.75f};
+  for (std::size_t p = 0; p < expected.size(); ++p) EXPECT_EQ(made.gain[p], glm::vec3(expected[p])) << p;
+  EXPECT_EQ(made.tilt, 0.0f);
+  for (const float variance : {1e-6f, 10.0f})
+    for (const float cuticle : {0.0f, 1.0f}) {
+      node.longitudinal_variance.fill(variance);
+      node.azimuthal_scale.fill(variance);
+      node.cuticle_angle = cuticle;
+      EXPECT_EQ(fiber::out_of_range(fiber::fiber_of(node)), nullptr) << variance << " " << cuticle;
+    }
 }
 
 /// By hand: melanin 0.5, half of it red, is ln 2 of each half; white has no absorption.

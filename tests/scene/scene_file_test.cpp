@@ -11,6 +11,7 @@
 #include "scene/model/hair_colors.h"
 #include "scene/read/load_scene.h"
 #include "tress/fiber/lock_color.h"
+#include "tress/fiber/principled_hair.h"
 
 namespace tress::scene {
 namespace {
@@ -252,6 +253,32 @@ TEST(Overrides, ReachTheScene) {
   EXPECT_EQ(scene->image.width, 32);
   overrides.eccentricity = 3.0f;
   EXPECT_NE(load_scene(file, overrides).error().message().find("--eccentricity"), std::string::npos);
+}
+
+TEST(SceneFile, MaterialXsHairIsReadByItsInputs) {
+  const std::string node = R"({"materials": [{"chiang_hair_bsdf": {"ior": 1.5, "tint_TT": [1, 0.5, 0.25],
+      "roughness_R": {"longitudinal": 0.04, "azimuthal": 0.3}, "roughness_TRT": {"azimuthal": 0.4},
+      "cuticle_angle": 0.51, "absorption_coefficient": [0.1, 0.2, 0.3]}}], )" +
+                           groom + "}";
+  const auto scene = parse_scene_file(std::vector<unsigned char>(node.begin(), node.end()), "s.json");
+  ASSERT_TRUE(scene) << scene.error().message();
+  fiber::ChiangHair hair;
+  hair.eta = 1.5f;
+  hair.tint[1] = {1, 0.5f, 0.25f};
+  hair.longitudinal_variance[0] = 0.04f;
+  hair.azimuthal_scale = {0.3f, 0.05f, 0.4f};
+  hair.cuticle_angle = 0.51f;
+  hair.sigma_a = {0.1f, 0.2f, 0.3f};
+  EXPECT_EQ(scene->materials[0].fiber, fiber::fiber_of(hair));
+  for (const char* other :
+       {R"("roughness": 0.3)", R"("tint": {})", R"("principled": {"melanin": 1})", R"("hair": "red")"})
+    EXPECT_NE(message(R"({"materials": [{"chiang_hair_bsdf": {}, )" + std::string(other) + "}], " + groom + "}")
+                  .find("chiang_hair_bsdf"),
+              std::string::npos)
+        << other;
+  EXPECT_NE(message(R"({"materials": [{"chiang_hair_bsdf": {"roughness_TT": 0.3}}], )" + groom + "}")
+                .find("/materials/0/chiang_hair_bsdf/roughness_TT"),
+            std::string::npos);
 }
 
 }  // namespace

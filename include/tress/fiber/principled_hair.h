@@ -1,6 +1,7 @@
 // The hair of Blender's Principled Hair node, and of others that follow Chiang et al. 2016, as a fiber.
 #pragma once
 
+#include <array>
 #include <glm/vec3.hpp>
 #include <optional>
 
@@ -24,6 +25,19 @@ struct PrincipledHair {
 /// is all but smooth, whose energies theirs are; the widths are fitted to pictures (scenes/blender/README.md). Widths,
 /// tilt and aspect ratio are taken for the nearest that a fiber may have (parameter_ranges.h).
 FiberParameters fiber_of(const PrincipledHair& hair);
+
+/// MaterialX's chiang_hair_bsdf, its inputs and defaults. Lobes are R, TT, TRT; what comes after TRT is as TRT.
+struct ChiangHair {
+  std::array<glm::vec3, 3> tint{glm::vec3(1.0f), glm::vec3(1.0f), glm::vec3(1.0f)};  ///< factor of the lobe, [0, 1]
+  float eta = 1.55f;                                              ///< its `ior`: index of refraction, [1.05, 3]
+  std::array<float, 3> longitudinal_variance{0.1f, 0.05f, 0.2f};  ///< of theta_i, radians squared, > 0
+  std::array<float, 3> azimuthal_scale{0.1f, 0.05f, 0.2f};  ///< logistic, before the factor sqrt(pi/8), radians, > 0
+  float cuticle_angle = 0.5f;                               ///< [0, 1]: the scales are tilted by pi (c - 1/2)
+  glm::vec3 sigma_a{0.0f};                                  ///< its `absorption_coefficient`, per radius, linear RGB
+};
+
+/// The fiber that scatters like it, by the widths that fiber_of(PrincipledHair) takes.
+FiberParameters fiber_of(const ChiangHair& hair);
 
 /// Absorption of hair of that multiple scattering albedo (Chiang et al. 2016), as the node has it for colors and tints.
 /// color: linear RGB, clamped to [1e-5, 1]. radial_roughness: beta_N; of elliptical fibers their roughness.

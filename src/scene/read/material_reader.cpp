@@ -120,6 +120,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
                                        "melanin",
                                        "sigma_a",
                                        "principled",
+                                       "chiang_hair_bsdf",
                                        "azimuthal_sigma_deg",
                                        "longitudinal_lambda_deg",
                                        "curl_diameter_cm",
@@ -135,12 +136,13 @@ Material read_material(const JsonReader& json, std::size_t index) {
   auto& fiber = material.fiber;
   material.name = json.text("name").value_or(fmt::format("material {}", index));
   if (json.has("principled")) read_principled(json, &material);
+  if (json.has("chiang_hair_bsdf")) read_chiang_hair_bsdf(json, &material);
   if (const auto x = json.number("eta")) fiber.eta = static_cast<float>(*x);
   if (const auto x = json.number("eccentricity")) fiber.eccentricity = static_cast<float>(*x);
   if (const auto x = json.number("roughness")) fiber.roughness = static_cast<float>(*x);
   if (const auto x = json.number("tilt_deg")) fiber.tilt = static_cast<float>(*x * radians);
   if (json.has("medulla")) read_medulla(json.child("medulla"), &fiber);
-  if (!json.has("principled")) read_color(json, &material);
+  if (!json.has("principled") && !json.has("chiang_hair_bsdf")) read_color(json, &material);
   if (json.has("variation")) material.variation = read_variation(json.child("variation"));
   read_lobe_angles(json, "azimuthal_sigma_deg", {"TT", "TRT", "TRRT"}, &fiber.azimuthal_sigma);
   read_lobe_angles(json, "longitudinal_lambda_deg", {"R", "TT", "TRT", "TRRT"}, &fiber.longitudinal_lambda);

@@ -45,12 +45,41 @@ void read_absorption(const JsonReader& json, float radial_roughness, fiber::Prin
   }
 }
 
-}  // namespace
-
-void read_principled(const JsonReader& material_json, Material* material) {
+/// Whether the material says by this key alone what its fiber is.
+bool is_alone(const JsonReader& material, const char* node) {
   for (const char* key : {"eta", "eccentricity", "roughness", "tilt_deg", "color", "hair", "melanin", "sigma_a",
                           "azimuthal_sigma_deg", "longitudinal_lambda_deg", "longitudinal_shape", "variation"})
-    if (!material_json.at_most_one({"principled", key})) return;
+    if (!material.at_most_one({node, key})) return false;
+  return material.at_most_one({"principled", "chiang_hair_bsdf"});
+}
+
+}  // namespace
+
+void read_chiang_hair_bsdf(const JsonReader& material_json, Material* material) {
+  if (!is_alone(material_json, "chiang_hair_bsdf") || !material_json.at_most_one({"chiang_hair_bsdf", "tint"})) return;
+  const auto json = material_json.child("chiang_hair_bsdf");
+  const std::vector<std::string> lobes{"R", "TT", "TRT"};
+  std::vector<std::string> keys{"ior", "cuticle_angle", "absorption_coefficient"};
+  for (const std::string& lobe : lobes) keys.insert(keys.end(), {"tint_" + lobe, "roughness_" + lobe});
+  if (!json.object(keys)) return;
+  fiber::ChiangHair hair;
+  hair.eta = static_cast<float>(json.number("ior").value_or(hair.eta));
+  hair.cuticle_angle = static_cast<float>(json.number("cuticle_angle").value_or(hair.cuticle_angle));
+  hair.sigma_a = json.triple("absorption_coefficient").value_or(hair.sigma_a);
+  for (std::size_t p = 0; p < lobes.size(); ++p) {
+    hair.tint[p] = json.triple("tint_" + lobes[p]).value_or(hair.tint[p]);
+    if (!json.has("roughness_" + lobes[p])) continue;
+    const auto roughness = json.child("roughness_" + lobes[p]);
+    if (!roughness.object({"longitudinal", "azimuthal"})) return;
+    const auto take = [&](const char* key, float* x) { *x = static_cast<float>(roughness.number(key).value_or(*x)); };
+    take("longitudinal", &hair.longitudinal_variance[p]);
+    take("azimuthal", &hair.azimuthal_scale[p]);
+  }
+  material->fiber = fiber::fiber_of(hair);
+}
+
+void read_principled(const JsonReader& material_json, Material* material) {
+  if (!is_alone(material_json, "principled")) return;
   const auto json = material_json.child("principled");
   if (!json.object({"roughness", "radial_roughness", "coat", "eta", "offset_deg", "aspect_ratio", "melanin", "redness",
                     "tint", "color", "sigma_a", "random_color", "random_roughness"}) ||

@@ -1,4 +1,4 @@
-// The key "principled" of a material: the hair of Blender's node, in the node's own numbers.
+// The keys "principled" and "chiang_hair_bsdf" of a material: the hair of others' nodes, in the nodes' own numbers.
 #pragma once
 
 #include "scene/read/json_reader.h"
@@ -9,5 +9,8 @@ namespace tress::scene {
 /// Fills the fiber and the variation of a material that has the key; others of the material that would say the same
 /// are errors beside it.
 void read_principled(const JsonReader& material_json, Material* material);
+
+/// The same for "chiang_hair_bsdf", MaterialX's node.
+void read_chiang_hair_bsdf(const JsonReader& material_json, Material* material);
 
 }  // namespace tress::scene
