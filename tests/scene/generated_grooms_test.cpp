@@ -115,6 +115,19 @@ TEST(GeneratedGrooms, CurlsTakeMoreHairThanTheFall) {
   EXPECT_LT(ratio, 1.95);
 }
 
+TEST(GeneratedGrooms, LayeredHairCurlsWhereADiameterIsGiven) {
+  GroomRecipe plain{.kind = "layered", .strands = 200}, curls = plain;
+  plain.shape = curls.shape = {{"wavelength_cm", 4.0}, {"wave_amplitude_cm", 0.0}, {"frizz", 0.0}};
+  curls.shape["curl_diameter_cm"] = 2.0;
+  const Groom straight = generate_groom(plain), curly = generate_groom(curls);
+  double fall = 0, along = 0;
+  for (std::uint32_t s = 0; s < 200; ++s) fall += strand_length(straight, s), along += strand_length(curly, s);
+  // A helix of this diameter and pitch is 1.86 times as long as its axis; it opens over 5 cm, and pitch and diameter
+  // vary by a fifth.
+  EXPECT_GT(along / fall, 1.3);
+  EXPECT_LT(along / fall, 2.2);
+}
+
 TEST(GeneratedGrooms, GatherTipsByTheStrengthOfTheirClumps) {
   for (const char* kind : {"curly_lock", "straight", "wavy", "curly", "layered", "fur_ball"}) {
     GroomRecipe loose{.kind = kind, .strands = 1500}, tight = loose;

@@ -1,4 +1,4 @@
-// Long hair swept back and cut in layers: strands gather in wisps, wisps in locks, locks wave together.
+// Long hair swept back and cut in layers: strands gather in wisps, wisps in locks; locks wave together, wisps may curl.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace tress::scene {
 namespace {
 
 constexpr float two_pi = 2 * std::numbers::pi_v<float>;
-constexpr std::uint32_t lock_count = 60, wisps_per_lock = 16, strings_per_wisp = 9;
+constexpr std::uint32_t lock_count = 60, wisps_per_lock = 16, curls_per_lock = 5, strings_per_wisp = 9;
 
 /// What gathers others around it: a lock, a wisp of it or a string of that.
 struct Guide {
@@ -23,6 +23,7 @@ struct Guide {
   std::vector<glm::vec3> points;
   float length_cm = 0;
   float phase = 0, amplitude_cm = 0, wavelength_cm = 1, roundness = 0;  ///< of its wave
+  float opening_cm = 14;                                                ///< over which it grows from the root
 };
 
 /// Even over the scalp: of a few points the one farthest from those before it.
@@ -106,14 +107,14 @@ std::array<glm::vec3, 2> frame(const std::vector<glm::vec3>& points, std::size_t
 }
 
 /// Adds the guide's own wave, that opens below the crown.
-void wave(const Guide& of, float opening_cm, std::vector<glm::vec3>* points) {
+void wave(const Guide& of, std::vector<glm::vec3>* points) {
   if (!(of.amplitude_cm > 0)) return;
   const std::vector<glm::vec3> straight = *points;
   for (std::size_t i = 1; i < straight.size(); ++i) {
     const float along = of.length_cm * static_cast<float>(i) / static_cast<float>(straight.size() - 1);
     const auto [out, aside] = frame(straight, i);
     const float angle = two_pi * along / of.wavelength_cm + of.phase;
-    const float size = of.amplitude_cm * smooth_step(along / opening_cm);
+    const float size = of.amplitude_cm * smooth_step(along / of.opening_cm);
     (*points)[i] += size * (of.roundness * std::cos(angle) * out + std::sin(angle) * aside);
   }
 }
@@ -137,12 +138,20 @@ Guide make_lock(const GroomShape& shape, const std::vector<Guide>& others, std::
   lock.roundness = uniform(random, 0.3f, 0.9f) * (random.next() < 0.5f ? -1.0f : 1.0f);
   lock.phase = 2.2f * std::sin(1.9f * lock.root.x + 1) + 1.5f * lock.root.z + 0.35f * kernel(random);
   lock.points = fall(lock.root, lock.length_cm, clearance_cm(lock.root, 0.3f * kernel(random)), shape.points);
-  wave(lock, 14, &lock.points);
+  wave(lock, &lock.points);
   return lock;
 }
 
+/// Makes the own wave of a wisp a curl: a helix of either hand, about as wide as it is tall, no two alike.
+void curl(const GroomShape& shape, RandomStream& random, Guide* wisp) {
+  wisp->amplitude_cm = 0.5f * shape["curl_diameter_cm"] * std::max(0.35f, 1 + 0.25f * kernel(random));
+  wisp->wavelength_cm = shape["wavelength_cm"] * std::max(0.5f, 1 + 0.18f * kernel(random));
+  wisp->roundness = uniform(random, 0.75f, 1.0f) * (random.next() < 0.5f ? -1.0f : 1.0f);
+  wisp->opening_cm = 5;
+}
+
 /// A member of `of`, rooted near it.
-Guide make_member(const GroomShape& shape, const Guide& of, float spread, float strength, float loose,
+Guide make_member(const GroomShape& shape, const Guide& of, float spread, float strength, float loose, bool curls,
                   RandomStream& random) {
   Guide member;
   const glm::vec3 aside(kernel(random), kernel(random), kernel(random));
@@ -152,10 +161,12 @@ Guide make_member(const GroomShape& shape, const Guide& of, float spread, float 
   member.wavelength_cm = shape["wavelength_cm"] * uniform(random, 0.45f, 0.8f);
   member.roundness = uniform(random, -1.0f, 1.0f);
   member.phase = two_pi * random.next();
+  member.opening_cm = 10;
+  if (curls) curl(shape, random, &member);
   member.points = fall(member.root, member.length_cm, clearance_cm(member.root, loose * kernel(random)), shape.points);
-  wave(of, 14, &member.points);
+  wave(of, &member.points);
   gather(of, strength, 0.05f, &member.points);
-  wave(member, 10, &member.points);
+  wave(member, &member.points);
   return member;
 }
 
@@ -166,16 +177,17 @@ struct Locks {
 };
 
 Locks make_locks(const GroomShape& shape) {
+  const bool curls = shape["curl_diameter_cm"] > 0;
   Locks all;
   for (std::uint32_t l = 0; l < lock_count; ++l) all.locks.push_back(make_lock(shape, all.locks, l));
   for (std::uint32_t l = 0; l < lock_count; ++l) {
     RandomStream random(shape.seed, 6, l);
     std::vector<Guide>& wisps = all.wisps.emplace_back();
-    for (std::uint32_t w = 0; w < wisps_per_lock; ++w) {
-      wisps.push_back(make_member(shape, all.locks[l], 0.1f, 0.75f * shape["clump"], 0.15f, random));
+    for (std::uint32_t w = 0; w < (curls ? curls_per_lock : wisps_per_lock); ++w) {
+      wisps.push_back(make_member(shape, all.locks[l], 0.1f, 0.75f * shape["clump"], 0.15f, curls, random));
       std::vector<Guide>& strings = all.strings.emplace_back();
       for (std::uint32_t s = 0; s < strings_per_wisp; ++s)
-        strings.push_back(make_member(shape, wisps.back(), 0.035f, 1.1f * shape["clump"], 0.08f, random));
+        strings.push_back(make_member(shape, wisps.back(), 0.035f, 1.1f * shape["clump"], 0.08f, false, random));
     }
   }
   return all;
@@ -188,14 +200,15 @@ void add_strand(const GroomShape& shape, const Locks& all, std::uint32_t strand,
   const bool stray = random.next() < 0.12f * frizz;
   const auto lock = static_cast<std::size_t>(&nearest(all.locks, root) - all.locks.data());
   const auto wisp = static_cast<std::size_t>(&nearest(all.wisps[lock], root) - all.wisps[lock].data());
-  const Guide& string = nearest(all.strings[lock * wisps_per_lock + wisp], root);
+  const Guide& string = nearest(all.strings[lock * all.wisps[lock].size() + wisp], root);
   const float shorter = stray ? uniform(random, 0.05f, 0.5f)
                               : shape["length_variation"] * std::pow(random.next(), 3.0f) + 0.02f * random.next();
   Guide own;
   own.length_cm = string.length_cm * (1 - shorter);
   std::vector<glm::vec3> points =
       fall(root, own.length_cm, clearance_cm(root, (stray ? 0.2f : 0.1f) * kernel(random)), shape.points);
-  wave(all.locks[lock], 14, &points);
+  wave(all.locks[lock], &points);
+  if (shape["curl_diameter_cm"] > 0) wave(all.wisps[lock][wisp], &points);
   gather(string, std::min(0.98f, shape["clump"] * (stray ? 0.5f : uniform(random, 1.2f, 1.6f))), 0, &points);
   const Wander wander(random);
   const float wandering = stray ? uniform(random, 0.4f, 1.3f) : frizz * uniform(random, 0.2f, 1.2f);

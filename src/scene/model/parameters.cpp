@@ -440,7 +440,7 @@ constexpr std::array table{
               "by kind",
               "length of one wave or turn along the fall"},
     Parameter{"/grooms/N/wave_amplitude_cm", "", number, {0, 10}, cm, "", "by kind", "of waves, to one side"},
-    Parameter{"/grooms/N/curl_diameter_cm", "", number, {0.02, 20}, cm, "", "by kind", "of curls"},
+    Parameter{"/grooms/N/curl_diameter_cm", "", number, {0, 20}, cm, "", "by kind", "of curls; 0: none"},
     Parameter{"/grooms/N/ball_radius_cm", "", number, {0.1, 1000}, cm, "", "by kind", "of the ball under the fur"},
     Parameter{"/expected/radiance",
               "",
