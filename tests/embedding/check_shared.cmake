@@ -17,6 +17,7 @@ run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/libraries ${common} -DBUILD_SHARED_
   -DTRESS_BUILD_BENCH=OFF)
 run(${CMAKE_COMMAND} --build ${WORK}/libraries --target tress_base tress_adaptive tress_fiber)
 run(${CMAKE_COMMAND} --install ${WORK}/libraries --prefix ${prefix} --component development)
+run(${CMAKE_COMMAND} --install ${WORK}/libraries --prefix ${prefix} --component library)
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build ${common} -DCMAKE_PREFIX_PATH=${prefix})
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(ldd ${WORK}/build/fiber)

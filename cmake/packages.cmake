@@ -1,0 +1,70 @@
+# Debian packages, by CPack: one for each component of `cmake --install`. `cpack -G DEB` in the build folder makes
+#   tress           the program, its manual and the scenes      (program)
+#   libtress0.N     shared libraries, with BUILD_SHARED_LIBS     (library)
+#   libtress-dev    what find_package(tress) finds               (development)
+#   python3-tress   import tress, with TRESS_BUILD_PYTHON        (python)
+#   blender-tress   the render engine of Blender                 (blender)
+# Which libraries they need is read from the files by dpkg-shlibdeps.
+install(DIRECTORY scenes/blender/tress_render DESTINATION ${CMAKE_INSTALL_DATADIR}/blender/scripts/addons
+  COMPONENT blender FILES_MATCHING PATTERN "*.py" PATTERN "__pycache__" EXCLUDE)
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME tress)
+set(CPACK_PACKAGE_CONTACT "The authors of tress <tress@localhost>")
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_COMPONENTS_ALL)
+
+# The changelog that Debian asks for, the same bytes every time.
+set(changelog ${PROJECT_BINARY_DIR}/packages/changelog)
+file(WRITE ${changelog} "tress (${PROJECT_VERSION}) unstable; urgency=medium\n\n  * Version ${PROJECT_VERSION}.\n\n -- ${CPACK_PACKAGE_CONTACT}  Thu, 01 Jan 2026 00:00:00 +0000\n")
+execute_process(COMMAND gzip -9nf ${changelog} COMMAND_ERROR_IS_FATAL ANY)
+
+# tress_package(component NAME name SUMMARY text [DETAILS text] [DEPENDS packages] [SECTION section] [ARCHITECTURE all])
+macro(tress_package component)
+  cmake_parse_arguments(ARG "" "NAME;SUMMARY;DETAILS;DEPENDS;SECTION;ARCHITECTURE" "" ${ARGN})
+  list(APPEND CPACK_COMPONENTS_ALL ${component})
+  string(TOUPPER ${component} upper)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${ARG_NAME})
+  set(CPACK_COMPONENT_${upper}_DESCRIPTION "${ARG_SUMMARY}\n${ARG_DETAILS}")
+  if(ARG_DEPENDS)
+    set(CPACK_DEBIAN_${upper}_PACKAGE_DEPENDS "${ARG_DEPENDS}")
+  endif()
+  if(ARG_SECTION)
+    set(CPACK_DEBIAN_${upper}_PACKAGE_SECTION ${ARG_SECTION})
+  endif()
+  if(ARG_ARCHITECTURE)
+    set(CPACK_DEBIAN_${upper}_PACKAGE_ARCHITECTURE ${ARG_ARCHITECTURE})
+    set(CPACK_DEBIAN_${upper}_PACKAGE_SHLIBDEPS OFF)
+  endif()
+  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${ARG_NAME} RENAME copyright COMPONENT ${component})
+  install(FILES ${changelog}.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${ARG_NAME} COMPONENT ${component})
+endmacro()
+
+set(soversion ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+set(libraries)
+if(BUILD_SHARED_LIBS)
+  set(libraries "libtress${soversion} (= ${PROJECT_VERSION}), ")
+  tress_package(library NAME libtress${soversion} SECTION libs SUMMARY "scattering of elliptical hair, shared libraries"
+    DETAILS "The learning service and the fiber model of tress, for other renderers.")
+endif()
+tress_package(program NAME tress SUMMARY "renderer of hair and fur that learns its scattering tables"
+  DETAILS "Renders grooms whose fibers have elliptical cross-sections, without a bake.")
+tress_package(development NAME libtress-dev SECTION libdevel
+  DEPENDS "${libraries}libtbb-dev, libhwy-dev, libglm-dev" SUMMARY "scattering of elliptical hair, development files"
+  DETAILS "Headers, libraries and the files by which find_package(tress) finds them.")
+if(TRESS_BUILD_PYTHON)
+  tress_package(python NAME python3-tress SECTION python DEPENDS "python3, python3-numpy"
+    SUMMARY "renderer of hair and fur, for Python 3" DETAILS "Grooms from numpy arrays, pictures as arrays.")
+endif()
+tress_package(blender NAME blender-tress ARCHITECTURE all DEPENDS "blender, tress (>= ${PROJECT_VERSION})"
+  SUMMARY "renderer of hair and fur, as a render engine of Blender" DETAILS "An add-on that runs the program tress.")
+include(CPack)
