@@ -348,6 +348,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
   add_numbers(
       render, "--shutter", 2, 2, [&s](const auto& x) { s.overrides.shutter = {x[0], x[1]}; },
       "when the shutter opens and closes, in frames from that of the picture: 0,0.5 or -0.25,0.25");
+  add_number(render, "--fps", [&s](double x) { s.overrides.frames_per_second = x; });
   add_whole(render, "--motion-samples", [&s](std::uint64_t n) { s.overrides.motion_samples = int(n); });
   render
       ->add_option_function<std::string>(

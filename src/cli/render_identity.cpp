@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -10,6 +11,8 @@
 #include <system_error>
 
 #include "base/content_hash.h"
+#include "base/numbered_file.h"
+#include "cli/options.h"
 #include "cli/telemetry_lines.h"
 #include "tress/version.h"
 
@@ -26,7 +29,39 @@ std::string with_content(const std::string& text, const std::filesystem::path& f
   return content ? text + " with content " + *content : text;
 }
 
-bool add_scene_values(const std::filesystem::path& file, Identity* identity) {
+/// Whole frames that are read for a picture: those around its open shutter.
+struct FrameRange {
+  int first = 0, last = 0;
+};
+
+FrameRange frames_of(const nlohmann::json& document, const std::map<std::string, std::string>& options) {
+  const auto number = [](const nlohmann::json& value, const char* place) {
+    const nlohmann::json::json_pointer at(place);
+    return value.contains(at) && value[at].is_number() ? value[at].get<double>() : 0.0;
+  };
+  double frame = number(document, "/camera/frames/0/frame");
+  for (const char* name : {"--frame", "frame"})
+    if (const auto told = options.find(name); told != options.end()) frame = parse_number(told->second).value_or(frame);
+  double open = number(document, "/camera/shutter/open"), close = number(document, "/camera/shutter/close");
+  if (const auto told = options.find("--shutter"); told != options.end())
+    if (const auto both = parse_numbers(told->second); both && both->size() == 2) open = (*both)[0], close = (*both)[1];
+  const auto whole = [](double x) { return static_cast<int>(std::clamp(x, -1e7, 1e7)); };
+  return {whole(std::floor(frame + open)), whole(std::ceil(frame + close))};
+}
+
+/// The same of a name with ####: the content of the files of these frames.
+std::string with_numbered_content(const std::string& text, const std::filesystem::path& folder,
+                                  const FrameRange& frames) {
+  if (!names_frames(text) || text.size() > 4096) return with_content(text, folder);
+  std::string all = with_content(text, folder);
+  for (int frame = frames.first; frame <= frames.last; ++frame)
+    if (const auto content = file_content_name(of_frame(folder / text, frame)))
+      all += fmt::format(" with content {} at frame {}", *content, frame);
+  return all;
+}
+
+bool add_scene_values(const std::filesystem::path& file, const std::map<std::string, std::string>& options,
+                      Identity* identity) {
   std::error_code error;
   if (std::filesystem::file_size(file, error) > most_scene_bytes || error) return false;
   std::ifstream in(file, std::ios::binary);
@@ -34,10 +69,11 @@ bool add_scene_values(const std::filesystem::path& file, Identity* identity) {
   const nlohmann::json document = nlohmann::json::parse(text, nullptr, false);
   if (!document.is_object()) return false;
   const nlohmann::json values = document.flatten();
+  const FrameRange frames = frames_of(document, options);
   for (const auto& [place, value] : values.items()) {
     if (place.starts_with("/$schema") || place.starts_with("/expected")) continue;
-    (*identity)[place] =
-        value.is_string() ? with_content(value.get<std::string>(), file.parent_path()) : json_text(value);
+    (*identity)[place] = value.is_string() ? with_numbered_content(value.get<std::string>(), file.parent_path(), frames)
+                                           : json_text(value);
   }
   return true;
 }
@@ -48,7 +84,7 @@ Identity identity_of(const std::filesystem::path& scene, const std::map<std::str
   Identity identity;
   identity["version"] = version();
   for (const auto& [name, value] : options) identity[name] = name == "--environment" ? with_content(value, ".") : value;
-  if (!add_scene_values(scene, &identity))
+  if (!add_scene_values(scene, options, &identity))
     identity["scene"] = "content " + file_content_name(scene).value_or("unknown");
   return identity;
 }

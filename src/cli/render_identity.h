@@ -16,7 +16,8 @@ namespace tress::cli {
 using Identity = std::map<std::string, std::string>;
 
 /// Of a scene file: every value under its JSON path; a text that is the name of a file there comes with the hash of its
-/// content. Of a bare groom: the hash of the file. options: those of the command that change the picture, by name.
+/// content; with ####, of those of the frames around the shutter. Of a bare groom: the hash of the file. options: those
+/// of the command that change the picture, by name.
 Identity identity_of(const std::filesystem::path& scene, const std::map<std::string, std::string>& options);
 
 /// As JSON, and back; unset if it is no object of texts.

@@ -171,6 +171,64 @@ TEST_F(MovingScene, AChangedNumberOfPointsOrStrandsIsRefusedByName) {
   EXPECT_EQ(load(from_before, numbered, {.frame = 1}).error().file, name("a.0002.ply")) << "no such file";
 }
 
+const std::filesystem::path fixtures = std::filesystem::path(TRESS_SOURCE_DIR) / "tests" / "scene" / "grooms";
+
+/// moving.abc (make_fixtures.py): at frame 10 at x = 0, at 11 at x = 8, at 12 bent by 2 along y and raised by 16. The
+/// third strand has one sample, at frame 10, and velocities of 1 and 2 cm a frame.
+TEST_F(MovingScene, AlembicIsReadBetweenItsSamples) {
+  const std::string groom =
+      R"("grooms": [{"file": ")" + (fixtures / "moving.abc").string() + R"(", "cm_per_unit": 1, "up": "z"}])";
+  const auto scene = load(from_before, groom, {.frame = 10});
+  ASSERT_TRUE(scene) << scene.error().message();
+  const Groom& early = scene->grooms[0];
+  ASSERT_EQ(early.points.size(), 6u);
+  ASSERT_EQ(early.later.size(), 1u);
+  EXPECT_LT(glm::distance(early.points[0], glm::vec3(2, 0, 0)), 1e-5);
+  EXPECT_LT(glm::distance(early.later[0].points[3], glm::vec3(10, 0, 1)), 1e-5);
+  EXPECT_LT(glm::distance(early.points[4], glm::vec3(0.25, 9, 0)), 1e-5);
+  EXPECT_LT(glm::distance(early.later[0].points[5], glm::vec3(1.5, 9, 1)), 1e-5);
+  const auto late = load(R"({"eye": [0, -50, 0]})", groom, {.frame = 12});
+  ASSERT_TRUE(late) << late.error().message();
+  EXPECT_LT(glm::distance(late->grooms[0].points[3], glm::vec3(12, 2, 17)), 1e-5);
+  EXPECT_TRUE(late->grooms[0].later.empty());
+  const auto half_speed = load(R"({"eye": [0, -50, 0], "frames_per_second": 48})", groom, {.frame = 21});
+  ASSERT_TRUE(half_speed) << half_speed.error().message();
+  EXPECT_LT(glm::distance(half_speed->grooms[0].points[0], glm::vec3(4, 0, 0)), 1e-5);
+  const auto first = load(R"({"eye": [0, -50, 0]})", groom);
+  ASSERT_TRUE(first) << first.error().message();
+  EXPECT_EQ(first->grooms[0].points[0], glm::vec3(0, 0, 0)) << "no frame was asked for: the first sample";
+  const auto grown =
+      load(from_before, R"("grooms": [{"file": ")" + (fixtures / "growing.abc").string() + "\"}]", {.frame = 0});
+  ASSERT_FALSE(grown);
+  EXPECT_EQ(grown.error().place, "/hair: nVertices");
+}
+
+TEST_F(MovingScene, UsdIsReadBetweenItsTimeSamples) {
+  const std::string head =
+      "#usda 1.0\n( metersPerUnit = 0.01\n upAxis = \"Z\" )\ndef Xform \"up\" {\n"
+      "double3 xformOp:translate = (9, 9, 9)\n"
+      "double3 xformOp:translate.timeSamples = { 3: (0, 0, 0), 4: (0, 0, 16) }\n"
+      "uniform token[] xformOpOrder = [\"xformOp:translate\"]\ndef BasisCurves \"hair\" {\n"
+      "uniform token type = \"linear\"\nint[] curveVertexCounts = [2]\n";
+  write("c.usda", head +
+                      "point3f[] points.timeSamples = { 3: [(0,0,0), (0,0,1)], 4: [(8,0,0), (8,4,1)] }\n"
+                      "point3f[] points = [(7,7,7), (8,8,8)]\n}\n}\n");
+  const std::string grooms = R"("grooms": [{"file": "c.usda"}])";
+  const auto scene = load(from_before, grooms, {.frame = 3});
+  ASSERT_TRUE(scene) << scene.error().message();
+  const Groom& groom = scene->grooms[0];
+  ASSERT_EQ(groom.later.size(), 1u);
+  EXPECT_EQ(groom.points[1], glm::vec3(2, 1, 5));
+  EXPECT_EQ(groom.later[0].points[1], glm::vec3(6, 3, 13));
+  const auto after = load(R"({"eye": [0, -50, 0]})", grooms, {.frame = 9});
+  ASSERT_TRUE(after) << after.error().message();
+  EXPECT_EQ(after->grooms[0].points[1], glm::vec3(8, 4, 17)) << "the last sample holds";
+  write("c.usda", head + "point3f[] points.timeSamples = { 3: [(0,0,0), (0,0,1)], 4: [(8,0,0)] }\n}\n}\n");
+  const auto changed = load(from_before, grooms, {.frame = 3});
+  ASSERT_FALSE(changed);
+  EXPECT_NE(changed.error().message().find("found 2 and 1"), std::string::npos) << changed.error().message();
+}
+
 TEST_F(MovingScene, MeshesOfFramesMustHaveTheSameFaces) {
   const std::string square = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\n", raised = "v 0 0 4\nv 2 0 4\nv 2 2 4\nv 0 2 4\n";
   write("m.01.obj", square + "vn 0 0 1\nf 1//1 2//1 3//1 4//1\n");

@@ -47,6 +47,7 @@ struct CameraDescription {
   std::vector<CameraKey> keys;  ///< by rising frame number
   std::optional<Turntable> turntable;
   Shutter shutter = {};
+  double frames_per_second = 24;  ///< of files that count in seconds
 };
 
 /// The eye, the point looked at, up and the angle of view are linear between keys and hold before and after them.

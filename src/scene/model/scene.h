@@ -158,6 +158,7 @@ struct Groom {
   double turned_rad = 0;  ///< about the vertical since it was made: root angles are counted from axes that turn with it
   /// After `points`, which are those of the shutter's opening; empty: it rests.
   std::vector<StrandMoment> later = {};
+  bool is_animated = false;  ///< its file has samples of other frames
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
 };
 

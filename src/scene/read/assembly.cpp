@@ -178,6 +178,7 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
     }
     return std::move(points);
   };
+  groom.is_animated = file.is_animated;
   groom.first_point = std::move(file.first_point);
   groom.points = placed(file.points);
   for (std::vector<glm::vec3>& points : file.later) groom.later.push_back({placed(points)});

@@ -40,7 +40,8 @@ std::string remedy_of(const std::string& kind) {
 
 }  // namespace
 
-Result<GroomFile> read_groom_file(const std::filesystem::path& file, std::optional<std::uint32_t> points_per_strand) {
+Result<GroomFile> read_groom_file(const std::filesystem::path& file, std::optional<std::uint32_t> points_per_strand,
+                                  std::optional<double> frame, double frames_per_second) {
   const auto mapped = MappedFile::open(file, wanted(), most_groom_bytes);
   if (!mapped) return mapped.error();
   const auto bytes = mapped->bytes();
@@ -56,7 +57,7 @@ Result<GroomFile> read_groom_file(const std::filesystem::path& file, std::option
     return read_input_file(file.parent_path() / path, "a file that the groom includes", most_part_bytes);
   };
   const auto done_with = [&](std::span<const unsigned char> part) { mapped->let_go(part); };
-  return format->read({bytes, file.string(), other_file, points_per_strand, done_with});
+  return format->read({bytes, file.string(), other_file, points_per_strand, done_with, frame, frames_per_second});
 }
 
 bool is_groom_file(const std::filesystem::path& file) {

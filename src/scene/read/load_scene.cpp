@@ -74,6 +74,7 @@ std::optional<Error> fault_of(const Overrides& o) {
   check("--turn", o.turn_deg);
   check("--shutter", o.shutter);
   check("--motion-samples", o.motion_samples);
+  check("--fps", o.frames_per_second);
   check("--exposure", o.exposure_stops);
   return error;
 }
@@ -114,6 +115,7 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   Shutter& shutter = scene->camera.shutter;
   if (overrides.shutter) std::tie(shutter.open, shutter.close) = *overrides.shutter;
   shutter.samples = overrides.motion_samples.value_or(shutter.samples);
+  scene->camera.frames_per_second = overrides.frames_per_second.value_or(scene->camera.frames_per_second);
   if (shutter.close < shutter.open)
     return Error{"", overrides.shutter ? "--shutter" : "/camera/shutter", "a shutter that closes after it has opened",
                  fmt::format("one that opens at {:g} and closes at {:g}", shutter.open, shutter.close)};
@@ -160,7 +162,9 @@ class Motion {
         name_(name),
         frame_(frame.value_or(camera_.keys.empty() ? 0 : camera_.keys.front().frame)) {
     for (int i = 0; i < (shutter_.is_open() ? shutter_.samples : 1); ++i)
-      moments_.push_back(shutter_.is_open() ? frame_ + shutter_.moment(i) : frame_);
+      moments_.frames.push_back(shutter_.is_open() ? frame_ + shutter_.moment(i) : frame_);
+    moments_.is_asked = frame || shutter_.is_open();
+    moments_.frames_per_second = camera_.frames_per_second;
   }
 
   const FrameMoments& moments() const { return moments_; }
@@ -195,7 +199,7 @@ class Motion {
 
   void turn_objects(Scene* scene) const {
     std::vector<ObjectTurn> turns;
-    for (const double frame : moments_) turns.push_back(object_turn_at(camera_, frame, scene->grooms));
+    for (const double frame : moments_.frames) turns.push_back(object_turn_at(camera_, frame, scene->grooms));
     scene::turn_objects(turns, &scene->grooms, &scene->meshes);
   }
 
@@ -211,7 +215,7 @@ class Motion {
     std::vector<Camera> cameras;
     const bool moves = !camera_.keys.empty() || (camera_.turntable && camera_.turntable->turns_camera);
     if (!moves || !shutter_.is_open()) return cameras;
-    for (const double moment : moments_) {
+    for (const double moment : moments_.frames) {
       const auto camera = camera_at(camera_, moment + frames_on, scene.grooms, scene.image, name_);
       if (!camera) return camera.error();
       cameras.push_back(*camera);
@@ -304,7 +308,8 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
   if (const std::size_t groups = light_groups(scene).size(); groups > most_light_groups)
     return Error{name, "/lights", fmt::format("at most {} groups of light", most_light_groups),
                  fmt::format("{}", groups)};
-  if (overrides.frame && !moves(description))
+  const bool has_samples = std::ranges::any_of(scene.grooms, [](const Groom& groom) { return groom.is_animated; });
+  if (overrides.frame && !moves(description) && !has_samples)
     scene.notes.push_back(
         fmt::format("{}: neither the camera nor an object moves, every frame is the same but for its grain", name));
   if (description.camera.framed && !scene.grooms.empty())

@@ -34,6 +34,7 @@ struct Overrides {
   std::optional<int> frame = {};                          ///< of what moves
   std::optional<std::pair<double, double>> shutter = {};  ///< when it opens and closes, frames from that one on
   std::optional<int> motion_samples = {};
+  std::optional<double> frames_per_second = {};
   std::optional<double> turn_deg = {};  ///< of a camera that is placed to see the hair
 };
 

@@ -23,7 +23,7 @@ constexpr std::uintmax_t most_obj_bytes = std::uintmax_t{2} << 30;
 template <class File>
 Result<std::map<int, File>> files_around(const FrameMoments& moments, const std::function<Result<File>(int)>& read) {
   std::map<int, File> files;
-  for (const double frame : moments)
+  for (const double frame : moments.frames)
     for (const double whole : {std::floor(frame), std::ceil(frame)}) {
       const int number = static_cast<int>(whole);
       if (files.contains(number)) continue;
@@ -105,10 +105,29 @@ Result<GroomFile> read_numbered_groom(const std::filesystem::path& pattern, cons
                                      of_frame(pattern, frame).string(), &file))
         return *error;
   std::vector<std::vector<glm::vec3>> points;
-  for (const double frame : moments) points.push_back(points_between(*files, frame, &GroomFile::points));
-  GroomFile groom = std::move(files->at(static_cast<int>(std::floor(moments.front()))));
+  for (const double frame : moments.frames) points.push_back(points_between(*files, frame, &GroomFile::points));
+  GroomFile groom = std::move(files->at(static_cast<int>(std::floor(moments.frames.front()))));
   groom.points = std::move(points.front());
   for (std::size_t i = 1; i < points.size(); ++i) groom.later.push_back(std::move(points[i]));
+  return groom;
+}
+
+/// A file that may have samples of many times.
+Result<GroomFile> read_timed_groom(const std::filesystem::path& path, const GroomDescription& description,
+                                   const FrameMoments& moments) {
+  const auto read = [&](std::optional<double> frame) {
+    return read_groom_file(path, description.points_per_strand, frame, moments.frames_per_second);
+  };
+  auto groom = read(moments.is_asked ? std::optional(moments.frames.front()) : std::nullopt);
+  if (!groom || !groom->is_animated) return groom;
+  const auto name_at = [&](double frame) { return fmt::format("{} at frame {:.10g}", path.string(), frame); };
+  for (std::size_t i = 1; i < moments.frames.size(); ++i) {
+    auto then = read(moments.frames[i]);
+    if (!then) return then;
+    if (auto error = match_strands(*groom, name_at(moments.frames.front()), name_at(moments.frames[i]), &*then))
+      return *error;
+    groom->later.push_back(std::move(then->points));
+  }
   return groom;
 }
 
@@ -154,7 +173,7 @@ Result<std::vector<ObjFile>> read_numbered_mesh(const std::filesystem::path& pat
   if (!same_normals)
     for (auto& [frame, file] : *files) number_normals_by_corner(&file);
   std::vector<ObjFile> at;
-  for (const double frame : moments) {
+  for (const double frame : moments.frames) {
     at.push_back(at.empty() ? files->at(static_cast<int>(std::floor(frame))) : ObjFile{});
     at.back().positions = points_between(*files, frame, &ObjFile::positions);
     at.back().normals = points_between(*files, frame, &ObjFile::normals);
@@ -167,7 +186,7 @@ bool is_numbered(const std::filesystem::path& file) { return names_frames(file) 
 
 std::vector<ObjectTransform> transforms(const ObjectPath& path, const FrameMoments& moments) {
   std::vector<ObjectTransform> all;
-  for (const double frame : moments) all.push_back(path.at(frame));
+  for (const double frame : moments.frames) all.push_back(path.at(frame));
   return all;
 }
 
@@ -183,7 +202,7 @@ Result<Groom> groom_in_its_axes(const GroomDescription& description, const Frame
                           &scene->warnings);
   const auto file = from.folder / *description.file;
   auto strands = is_numbered(file) ? read_numbered_groom(file, description, moments)
-                                   : read_groom_file(file, description.points_per_strand);
+                                   : read_timed_groom(file, description, moments);
   if (!strands) return strands.error();
   return assemble_groom(std::move(*strands), description.placement, file.string(), &scene->notes, &scene->warnings);
 }

@@ -18,9 +18,13 @@ struct Sources {
   FilesInMemory memory = {};
 };
 
-/// The frames at which objects are looked up, at least one: that of the picture where the shutter is closed, else those
-/// of its moments.
-using FrameMoments = std::vector<double>;
+struct FrameMoments {
+  /// At which objects are looked up, at least one: that of the picture where the shutter is closed, else those of its
+  /// moments.
+  std::vector<double> frames;
+  bool is_asked = false;  ///< by a frame or an open shutter; else animated files give their first samples
+  double frames_per_second = 24;
+};
 
 /// In the world. A name with #### stands for a file a frame, linear between two of them. Fails where the strands of one
 /// are not those of the others: as many, with as many points each, in the same order or, where all files have an id for

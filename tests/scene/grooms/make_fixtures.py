@@ -124,6 +124,39 @@ def the_same_in_every_format():
               b"".join(struct.pack(mark + "4fi", *row) for row in rows))
 
 
+def moving():
+    """Two straight strands at frames 10, 11 and 12, below a transform that moves too, and one with velocities alone."""
+    def points(x, bend):
+        return [(x, 0, 0), (x, 0, 1), (x + 4, bend, 0), (x + 4, bend, 1)]
+
+    def build(archive):
+        archive.first_second = 10 / 24
+        flat = [[v for p in points(x, bend) for v in p] for x, bend in ((0, 0), (8, 0), (8, 2))]
+        geometry = [archive.samples("P", "f32", flat, 3), archive.array("nVertices", "i32", [2, 2]),
+                    archive.scalar("curveBasisAndType", "u8", (1, 0, 0, 0))]
+        hair = archive.object([archive.nested(".geom", geometry, "schema=AbcGeom_Curve_v2")], [])
+        up = archive.object([archive.nested(".xform", [
+            archive.scalar(".inherits", "bool", [1]), archive.array(".ops", "u8", [1 << 4]),
+            archive.samples(".vals", "f64", [[0, 0, 0], [0, 0, 0], [0, 0, 16]])], "schema=AbcGeom_Xform_v3")],
+            [("hair", hair, ogawa.CURVE)])
+        thrown = [archive.samples("P", "f32", [[0, 9, 0, 0, 9, 1]], 3), archive.array("nVertices", "i32", [2]),
+                  archive.samples(".velocities", "f32", [[24, 0, 0, 48, 0, 0]], 3),
+                  archive.scalar("curveBasisAndType", "u8", (1, 0, 0, 0))]
+        return [("up", up, ogawa.XFORM),
+                ("thrown", archive.object([archive.nested(".geom", thrown, "schema=AbcGeom_Curve_v2")], []), ogawa.CURVE)]
+
+    write("moving.abc", ogawa.archive_of(build))
+
+    def growing(archive):
+        geometry = [archive.samples("P", "f32", [[0, 0, 0, 0, 0, 1], [0, 0, 0, 0, 0, 1, 0, 0, 2]], 3),
+                    archive.samples("nVertices", "i32", [[2], [3]]),
+                    archive.scalar("curveBasisAndType", "u8", (1, 0, 0, 0))]
+        archive.first_second = 0
+        return [("hair", archive.object([archive.nested(".geom", geometry, "schema=AbcGeom_Curve_v2")], []), ogawa.CURVE)]
+
+    write("growing.abc", ogawa.archive_of(growing))
+
+
 # Curves as textbooks have them.
 
 def mix(weights, values):
@@ -310,5 +343,6 @@ def corpora():
 if __name__ == "__main__":
     the_same_in_every_format()
     every_basis()
+    moving()
     malformed()
     corpora()

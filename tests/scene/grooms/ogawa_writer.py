@@ -10,6 +10,7 @@ class Archive:
     def __init__(self):
         self.bytes = bytearray(b"Ogawa\xff\x00\x01" + bytes(8))
         self.metadata = [""]
+        self.first_second = None
 
     def data(self, content):
         if not content:
@@ -46,6 +47,12 @@ class Archive:
         group = self.group([self.sample(pod, values), DATA])
         return name, group, 2 | POD[pod][0] << 4 | 1 << 10 | 1 << 11 | extent << 12, b"\x01", metadata
 
+    def samples(self, name, pod, samples, extent=1, metadata=""):
+        """Several, by the second time sampling."""
+        group = self.group([x for values in samples for x in (self.sample(pod, values), DATA)])
+        return (name, group, 2 | POD[pod][0] << 4 | 1 << 8 | 1 << 10 | extent << 12, struct.pack("<BB", len(samples), 1),
+                metadata)
+
     def scalar(self, name, pod, values, metadata=""):
         group = self.group([self.sample(pod, values)])
         return name, group, 1 | POD[pod][0] << 4 | 1 << 10 | 1 << 11 | len(values) << 12, b"\x01", metadata
@@ -63,6 +70,8 @@ class Archive:
 
     def finish(self, top):
         samplings = struct.pack("<IdId", 1, 1.0, 1, 0.0)
+        if self.first_second is not None:  # and one of 24 frames a second
+            samplings += struct.pack("<IdId", 1, 1 / 24, 1, self.first_second)
         indexed = b"".join(struct.pack("<B", len(m)) + m.encode() for m in self.metadata[1:])
         root = self.group([self.data(struct.pack("<i", 0)), self.data(struct.pack("<i", 10805)), top,
                            self.data(b"_ai_Application=a script of tress"), self.data(samplings), self.data(indexed)])

@@ -39,6 +39,7 @@ class AlembicReader {
       : name_(input.name),
         file_(input.bytes, input.name, input.done_with),
         done_with_(input.done_with),
+        seconds_(input.frame ? std::optional(*input.frame / input.frames_per_second) : std::nullopt),
         builder_(input.name, "an Alembic archive (Ogawa)"),
         most_vertices_(most_sharing * input.bytes.size() / sizeof(glm::vec3)) {}
 
@@ -58,6 +59,29 @@ class AlembicReader {
   };
 
   bool failed() const { return error_ || file_.error(); }
+
+  OgawaMoment moment_of(const OgawaProperty& property) {
+    if (property.samples > 1) is_animated_ = true;
+    return seconds_ ? file_.around(property, *seconds_) : OgawaMoment{};
+  }
+
+  /// Linear between two samples, which must have as many numbers.
+  template <class T>
+  std::vector<T> between(const OgawaProperty& property,
+                         std::vector<T> (OgawaFile::*read)(const OgawaProperty&, std::uint64_t)) {
+    const OgawaMoment moment = moment_of(property);
+    std::vector<T> numbers = (file_.*read)(property, moment.before);
+    if (moment.share == 0) return numbers;
+    const std::vector<T> after = (file_.*read)(property, moment.after);
+    if (after.size() != numbers.size()) return numbers;  // held; where it matters, points tell
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      numbers[i] += static_cast<T>(moment.share) * (after[i] - numbers[i]);
+    return numbers;
+  }
+
+  std::vector<std::int64_t> held(const OgawaProperty& property) {
+    return file_.integers(property, moment_of(property).before);
+  }
 
   void ignore(const std::string& name, const std::string& why) {
     if (ignored_.size() < 200 && ignored_.insert(name).second) builder_.file().ignored.push_back({name, why});
@@ -93,8 +117,7 @@ class AlembicReader {
     glm::dmat4 own(1.0);
     if (ops && vals) {
       const std::vector<std::int64_t> codes = file_.integers(*ops);
-      const std::vector<double> values = file_.doubles(*vals);
-      if (vals->samples > 1) is_animated_ = true;
+      const std::vector<double> values = between<double>(*vals, &OgawaFile::doubles);
       std::size_t at = 0;
       for (const std::int64_t code : codes) {
         const auto type = static_cast<std::size_t>((code >> 4) & 15);
@@ -153,9 +176,8 @@ class AlembicReader {
       if (const OgawaProperty* at = find(inside, ".indices")) indices = file_.integers(*at);
       if (!values) return out;
     }
-    out.numbers = file_.floats(*values);
+    out.numbers = between<float>(*values, &OgawaFile::floats);
     out.extent = values->extent;
-    if (values->samples > 1) is_animated_ = true;
     if (!indices.empty()) {
       std::vector<float> all;
       all.reserve(indices.size() * out.extent);
@@ -227,15 +249,14 @@ class AlembicReader {
     set.name = path;
     set.to_file = to_file;
     set.kind = kind_of(geometry, path);
-    for (const std::int64_t count : file_.integers(*counts)) {
+    for (const std::int64_t count : held(*counts)) {
       if (count < 0 || count > (1 << 24)) {
         error_ = Error{name_, path + ": nVertices", "numbers from 0 to 2^24", fmt::format("{}", count)};
         return;
       }
       set.vertex_counts.push_back(static_cast<std::uint32_t>(count));
     }
-    read_points(*points, &set.vertices);
-    if (points->samples > 1) is_animated_ = true;
+    read_points_in_between(*points, *counts, find(geometry, ".velocities"), path, &set.vertices);
     vertices_ += set.vertices.size();
     if (vertices_ > most_vertices_ && !failed())
       error_ = Error{name_, path, fmt::format("at most {} vertices, as the bytes allow", most_vertices_), "more"};
@@ -244,18 +265,51 @@ class AlembicReader {
     if (!take_attributes(geometry, &set) || failed()) return;
     if (auto error = builder_.add(std::move(set))) error_ = error;
     if (is_animated_) {
-      builder_.file().remarks.push_back(path + ": it is animated, its first sample is used");
+      builder_.file().is_animated = true;
+      if (!seconds_) builder_.file().remarks.push_back(path + ": it is animated, its first sample is used");
       is_animated_ = false;
     }
   }
 
-  void read_points(const OgawaProperty& property, std::vector<glm::vec3>* out) {
-    constexpr std::uint8_t f32 = 10;
-    if (property.pod != f32) {
-      *out = triples(file_.floats(property));
+  /// Points at the time that was asked for: between samples of as many curves and points; else on from the one before
+  /// by their velocities, where there are any.
+  void read_points_in_between(const OgawaProperty& points, const OgawaProperty& counts, const OgawaProperty* velocities,
+                              const std::string& path, std::vector<glm::vec3>* out) {
+    const OgawaMoment moment = moment_of(points);
+    read_points(points, moment.before, out);
+    if (!seconds_ || failed()) return;
+    const bool is_between = moment.share > 0;
+    if (is_between &&
+        file_.integers(counts, file_.around(counts, file_.seconds_of(points, moment.after)).before) == held(counts)) {
+      std::vector<glm::vec3> after;
+      read_points(points, moment.after, &after);
+      if (after.size() == out->size()) {
+        for (std::size_t i = 0; i < out->size(); ++i)
+          (*out)[i] += static_cast<float>(moment.share) * (after[i] - (*out)[i]);
+        return;
+      }
+    }
+    if (velocities == nullptr) {
+      if (is_between && !failed())
+        error_ = Error{name_, path + ": nVertices",
+                       fmt::format("those of sample {}, since curves move from one to the next", moment.before),
+                       fmt::format("others in sample {}, and no velocities", moment.after)};
       return;
     }
-    const auto bytes = file_.sample(property);
+    const std::vector<glm::vec3> way = triples(file_.floats(*velocities, file_.around(*velocities, *seconds_).before));
+    if (way.size() != out->size()) return ignore(".velocities", "they are not one a point");
+    is_animated_ = true;
+    const auto since = static_cast<float>(*seconds_ - file_.seconds_of(points, moment.before));
+    for (std::size_t i = 0; i < out->size(); ++i) (*out)[i] += since * way[i];
+  }
+
+  void read_points(const OgawaProperty& property, std::uint64_t sample, std::vector<glm::vec3>* out) {
+    constexpr std::uint8_t f32 = 10;
+    if (property.pod != f32) {
+      *out = triples(file_.floats(property, sample));
+      return;
+    }
+    const auto bytes = file_.sample(property, sample);
     if (bytes.size() % sizeof(glm::vec3) != 0)
       return file_.fail(property.group, "points of 12 bytes", fmt::format("{} bytes", bytes.size()));
     out->resize(bytes.size() / sizeof(glm::vec3));
@@ -293,7 +347,7 @@ class AlembicReader {
         set->color = {triples(color.numbers), color.scope, name};
     }
     if (const OgawaProperty* id = find(params, "groom_id"); id && id->kind != OgawaProperty::Kind::compound) {
-      set->id = file_.integers(*id);
+      set->id = held(*id);
       if (set->id.size() != curves) ignore("groom_id", "it is not one number a curve");
     }
     const bool has_root_uv = find(params, "groom_root_uv") != nullptr;
@@ -320,6 +374,7 @@ class AlembicReader {
                                                  ".arbGeomParams",
                                                  ".userProperties",
                                                  ".orders",
+                                                 ".velocities",
                                                  "groom_guide",
                                                  "groom_width",
                                                  "groom_id",
@@ -342,6 +397,7 @@ class AlembicReader {
   std::string name_;
   OgawaFile file_;
   DoneWith done_with_;
+  std::optional<double> seconds_;  ///< unset: the first samples
   GroomBuilder builder_;
   std::uint64_t vertices_ = 0, most_vertices_;
   std::optional<Error> error_;

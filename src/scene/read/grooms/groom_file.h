@@ -40,6 +40,7 @@ struct GroomFile {
   /// Where the points are at later moments of the shutter, as many each, with the same promises; `points` are those
   /// of its opening. Empty: they rest.
   std::vector<std::vector<glm::vec3>> later = {};
+  bool is_animated = false;                 ///< the file has other samples for other times
   std::vector<float> width = {};            ///< per point, a diameter, finite, >= 0; empty: default_width
   float default_width = 0;                  ///< 0: the file has none
   std::vector<glm::vec3> color = {};        ///< linear RGB in [0, 1], per point or, as many, per strand
@@ -92,6 +93,9 @@ struct GroomInput {
   std::function<Result<std::vector<unsigned char>>(const std::string& path)> other_file = {};
   std::optional<std::uint32_t> points_per_strand = {};  ///< of formats that do not say
   DoneWith done_with = {};
+  /// Of what is animated: linear between the samples around it, the first or last beyond them; unset: the first sample.
+  std::optional<double> frame = {};
+  double frames_per_second = 24;  ///< of formats that count in seconds
 };
 
 }  // namespace tress::scene

@@ -107,6 +107,7 @@ OgawaFile::OgawaFile(std::span<const unsigned char> bytes, std::string name, Don
   } else {
     const Group root = group(read<std::uint64_t>(8));
     if (!error_ && root.children < 6) fail(root.at, "a root group of six children", fmt::format("{}", root.children));
+    read_time_samplings(data(child(root, 4)));
     read_metadata(data(child(root, 5)));
     top_ = {"", "", child(root, 2)};
   }
@@ -179,6 +180,51 @@ void OgawaFile::read_metadata(std::span<const unsigned char> bytes) {
   if (header.is_short) fail(8, "metadata that end", "metadata that are cut off");
 }
 
+void OgawaFile::read_time_samplings(std::span<const unsigned char> bytes) {
+  constexpr std::size_t head = 16;  // the number of samples, which others say too, the period, the number of times
+  while (bytes.size() >= head) {
+    TimeSampling sampling;
+    std::uint32_t count = 0;
+    std::memcpy(&sampling.period, bytes.data() + 4, sizeof(double));
+    std::memcpy(&count, bytes.data() + 12, sizeof count);
+    bytes = bytes.subspan(head);
+    if (count == 0 || bytes.size() / sizeof(double) < count)
+      return fail(8, "as many times as a time sampling says", fmt::format("{}", bytes.size() / sizeof(double)));
+    sampling.times.resize(count);
+    std::memcpy(sampling.times.data(), bytes.data(), count * sizeof(double));
+    bytes = bytes.subspan(count * sizeof(double));
+    time_samplings_.push_back(std::move(sampling));
+  }
+}
+
+double OgawaFile::TimeSampling::of(std::uint64_t sample) const {
+  const std::uint64_t periods = sample / times.size();
+  const double since = periods == 0 ? 0 : period * static_cast<double>(periods);
+  return times[static_cast<std::size_t>(sample % times.size())] + since;
+}
+
+double OgawaFile::seconds_of(const OgawaProperty& property, std::uint64_t sample) const {
+  return property.time_sampling < time_samplings_.size() ? time_samplings_[property.time_sampling].of(sample) : 0;
+}
+
+OgawaMoment OgawaFile::around(const OgawaProperty& property, double seconds) const {
+  OgawaMoment moment;
+  if (property.samples < 2 || property.time_sampling >= time_samplings_.size()) return moment;
+  const TimeSampling& sampling = time_samplings_[property.time_sampling];
+  std::uint64_t end = property.samples;  // the first sample that is known to be later
+  while (end - moment.before > 1) {
+    const std::uint64_t middle = moment.before + (end - moment.before) / 2;
+    (sampling.of(middle) <= seconds ? moment.before : end) = middle;
+  }
+  moment.after = std::min(moment.before + 1, property.samples - 1);
+  const double from = sampling.of(moment.before), to = sampling.of(moment.after);
+  moment.share = to > from && seconds > from ? std::min((seconds - from) / (to - from), 1.0) : 0;
+  constexpr double rounding = 1e-6;  // a frame's time is a quotient: it is that of its sample all the same
+  if (moment.share > 1 - rounding) moment = {moment.after, moment.after, 0};
+  if (!(moment.share >= rounding)) moment = {moment.before, moment.before, 0};
+  return moment;
+}
+
 std::vector<OgawaObject> OgawaFile::children(const OgawaObject& object) {
   std::vector<OgawaObject> out;
   const Group here = group(object.group);
@@ -230,8 +276,14 @@ std::vector<OgawaProperty> OgawaFile::properties_of(std::uint64_t at) {
       one.pod = static_cast<std::uint8_t>((info >> 4) & 15);
       one.extent = std::max((info >> 12) & 255u, 1u);
       one.samples = header.number(size);
-      if (info & (1u << 9)) header.number(size), header.number(size);
-      if (info & (1u << 8)) header.number(size);
+      one.last_change = one.samples == 0 ? 0 : one.samples - 1;
+      if (info & (1u << 9)) {
+        one.first_change = header.number(size);
+        one.last_change = header.number(size);
+      } else if (info & (1u << 11)) {
+        one.first_change = one.last_change = 0;
+      }
+      if (info & (1u << 8)) one.time_sampling = static_cast<std::uint32_t>(header.number(size));
     }
     one.name = header.text(header.number(size));
     const std::uint32_t index = (info >> 20) & 255;
@@ -249,18 +301,22 @@ std::vector<OgawaProperty> OgawaFile::properties_of(std::uint64_t at) {
   return error_ ? std::vector<OgawaProperty>() : out;
 }
 
-std::span<const unsigned char> OgawaFile::sample(const OgawaProperty& property) {
+std::span<const unsigned char> OgawaFile::sample(const OgawaProperty& property, std::uint64_t index) {
   if (property.kind == OgawaProperty::Kind::compound || property.samples == 0) return {};
   const Group here = group(property.group);
   if (here.children == 0) return {};
-  const auto bytes = data(child(here, 0));
+  const std::uint64_t first = property.first_change, last = std::max(first, property.last_change);
+  std::uint64_t stored = 0;
+  if (index >= first && property.last_change > 0) stored = std::min(index, last) - first + 1;
+  if (property.kind == OgawaProperty::Kind::array) stored *= 2;  // beside each its dimensions
+  const auto bytes = data(child(here, stored));
   return bytes.size() < key_bytes ? std::span<const unsigned char>() : bytes.subspan(key_bytes);
 }
 
 template <class T>
-std::vector<T> OgawaFile::numbers(const OgawaProperty& property) {
+std::vector<T> OgawaFile::numbers(const OgawaProperty& property, std::uint64_t index) {
   std::vector<T> out;
-  const auto bytes = sample(property);
+  const auto bytes = sample(property, index);
   const std::size_t size = bytes_of(property.pod);
   if (bytes.empty()) return out;
   if (size == 0 || bytes.size() % (size * property.extent) != 0) {
@@ -309,8 +365,14 @@ std::vector<T> OgawaFile::numbers(const OgawaProperty& property) {
   return out;
 }
 
-std::vector<float> OgawaFile::floats(const OgawaProperty& property) { return numbers<float>(property); }
-std::vector<double> OgawaFile::doubles(const OgawaProperty& property) { return numbers<double>(property); }
-std::vector<std::int64_t> OgawaFile::integers(const OgawaProperty& property) { return numbers<std::int64_t>(property); }
+std::vector<float> OgawaFile::floats(const OgawaProperty& property, std::uint64_t index) {
+  return numbers<float>(property, index);
+}
+std::vector<double> OgawaFile::doubles(const OgawaProperty& property, std::uint64_t index) {
+  return numbers<double>(property, index);
+}
+std::vector<std::int64_t> OgawaFile::integers(const OgawaProperty& property, std::uint64_t index) {
+  return numbers<std::int64_t>(property, index);
+}
 
 }  // namespace tress::scene

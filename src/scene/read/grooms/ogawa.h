@@ -21,10 +21,18 @@ struct OgawaProperty {
   std::uint8_t pod = 0;      ///< type of a number, as in the file (README.md)
   std::uint32_t extent = 1;  ///< numbers a value
   std::uint64_t samples = 0;
+  std::uint64_t first_change = 1, last_change = 0;  ///< samples before the first and after the last are like them
+  std::uint32_t time_sampling = 0;
   std::uint64_t group = 0;  ///< where its samples or its properties are; 0: nowhere
 
   /// What metadata has for a key, "geoScope"; empty: nothing.
   std::string_view value_of(std::string_view key) const;
+};
+
+/// The samples around a time, and how far it is from the first to the second.
+struct OgawaMoment {
+  std::uint64_t before = 0, after = 0;
+  double share = 0;
 };
 
 struct OgawaObject {
@@ -43,12 +51,16 @@ class OgawaFile {
   std::vector<OgawaProperty> properties(const OgawaObject& object);
   std::vector<OgawaProperty> properties(const OgawaProperty& compound);
 
-  /// The first sample, without its key; empty where there is none.
-  std::span<const unsigned char> sample(const OgawaProperty& property);
+  /// The samples around a time, seconds; the first or the last beyond them.
+  OgawaMoment around(const OgawaProperty& property, double seconds) const;
+  /// When a sample is, seconds; 0 where nothing says.
+  double seconds_of(const OgawaProperty& property, std::uint64_t sample) const;
+  /// A sample, without its key; empty where there is none.
+  std::span<const unsigned char> sample(const OgawaProperty& property, std::uint64_t index = 0);
   /// Its numbers, whatever type they have.
-  std::vector<float> floats(const OgawaProperty& property);
-  std::vector<double> doubles(const OgawaProperty& property);
-  std::vector<std::int64_t> integers(const OgawaProperty& property);
+  std::vector<float> floats(const OgawaProperty& property, std::uint64_t index = 0);
+  std::vector<double> doubles(const OgawaProperty& property, std::uint64_t index = 0);
+  std::vector<std::int64_t> integers(const OgawaProperty& property, std::uint64_t index = 0);
 
   void fail(std::uint64_t byte, std::string expected, std::string found);
   const std::optional<Error>& error() const { return error_; }
@@ -64,14 +76,21 @@ class OgawaFile {
   template <class T>
   T read(std::uint64_t at);
   template <class T>
-  std::vector<T> numbers(const OgawaProperty& property);
+  std::vector<T> numbers(const OgawaProperty& property, std::uint64_t index);
   void read_metadata(std::span<const unsigned char> bytes);
+  void read_time_samplings(std::span<const unsigned char> bytes);
   std::vector<OgawaProperty> properties_of(std::uint64_t group);
 
   std::span<const unsigned char> bytes_;
   std::string name_;
   DoneWith done_with_;
   std::vector<std::string> metadata_{""};
+  struct TimeSampling {
+    double period = 1;
+    std::vector<double> times;  ///< of a period, at least one
+    double of(std::uint64_t sample) const;
+  };
+  std::vector<TimeSampling> time_samplings_;
   OgawaObject top_;
   std::uint64_t left_;  ///< groups that may still be visited: no file has more than its bytes allow
   std::optional<Error> error_;

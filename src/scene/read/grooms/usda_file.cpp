@@ -34,6 +34,14 @@ UsdaNumbers usda_numbers_of(std::string_view name) {
   return is_vector || name == "primvars:displayColor" ? UsdaNumbers::triples : UsdaNumbers::floats;
 }
 
+/// What is as it was at the time sample before a frame.
+bool is_held(std::string_view name) {
+  return name == "curveVertexCounts" || name.ends_with(":indices") || name.ends_with("id") || name.ends_with("ids");
+}
+
+/// Stands in the attributes of a prim where an attribute had time samples, which win over its value.
+std::string samples_of(const std::string& name) { return name + ".timeSamples"; }
+
 /// Attributes of curves that are read, and those that say nothing about the picture.
 bool is_read(std::string_view name) {
   static constexpr std::string_view names[] = {"type",
@@ -67,7 +75,7 @@ bool says_nothing(std::string_view name) {
 class UsdaReader {
  public:
   explicit UsdaReader(const GroomInput& input)
-      : text_(input.bytes, input.name, input.done_with), builder_(input.name, "a USD text") {}
+      : text_(input.bytes, input.name, input.done_with), builder_(input.name, "a USD text"), frame_(input.frame) {}
 
   Result<GroomFile> read() {
     read_stage_metadata();
@@ -217,16 +225,22 @@ class UsdaReader {
     const bool wanted = here.is_seen && !is_relation && !is_connection &&
                         (is_transform || (is_curves && is_read(name)) || name == "visibility" || name == "purpose");
     if (has_value && wanted) {
-      value = read_usda_value(&text_, samples, usda_numbers_of(name));
+      value = read_usda_value(&text_, samples, usda_numbers_of(name), frame_, is_held(name));
     } else if (has_value) {
       text_.skip_value();
     }
     read_usda_attribute_metadata(&text_, &value);
     if (!has_value || failed()) return;
     if (wanted) {
-      const bool has_default = prim->attributes.contains(name) && samples;
-      if (!has_default) prim->attributes[name] = std::move(value);
-      if (samples && !is_transform) animated_ = true;
+      const std::string there = samples_of(name);
+      const bool has_default = prim->attributes.contains(name) && samples && !frame_;
+      const bool has_samples = prim->attributes.contains(there) && !samples;
+      if (samples) prim->attributes[there];
+      if (samples && value.is_animated) animated_ = true;
+      if (!value.changed.empty() && name == "points")
+        return text_.fail("as many points in the samples around the frame, since curves move from one to the other",
+                          value.changed);
+      if (!has_default && !has_samples) prim->attributes[name] = std::move(value);
     } else if (here.is_seen && is_curves && !is_connection) {
       if (name == "material:binding")
         builder_.file().materials.push_back(here.path + ": bound to a USD material, which is not read");
@@ -310,8 +324,8 @@ class UsdaReader {
     if (set.vertex_counts.empty()) return ignore(here.path, "it has no curves");
     take_attributes(a, &set);
     if (auto error = builder_.add(std::move(set))) error_ = error;
-    if (animated_) builder_.file().remarks.push_back("it is animated: the first time sample is used");
-    animated_ = false;
+    if (animated_ && !frame_) builder_.file().remarks.push_back("it is animated: the first time sample is used");
+    builder_.file().is_animated = builder_.file().is_animated || animated_;
   }
 
   const std::string& text_name() const { return text_.name(); }
@@ -366,7 +380,8 @@ class UsdaReader {
   GroomBuilder builder_;
   std::optional<Error> error_;
   std::set<std::string> ignored_;
-  bool animated_ = false;
+  std::optional<double> frame_;  ///< unset: the first time samples
+  bool animated_ = false;        ///< something so far was
 };
 
 }  // namespace

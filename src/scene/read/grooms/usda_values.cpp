@@ -8,6 +8,9 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <numbers>
+#include <string>
+#include <type_traits>
+#include <utility>
 
 namespace tress::scene {
 namespace {
@@ -97,30 +100,55 @@ bool operation(const std::string& kind, const std::vector<double>& n, glm::dmat4
   return true;
 }
 
+/// Adds to numbers a share of the way to those after them; says where there are others.
+void meet(const UsdaValue& after, float share, UsdaValue* value) {
+  const auto add = [&](auto& numbers, const auto& later) {
+    if (numbers.size() != later.size()) {
+      value->changed = std::to_string(numbers.size()) + " and " + std::to_string(later.size());
+      return;
+    }
+    using Number = std::remove_cvref_t<decltype(numbers[0])>;
+    constexpr bool is_double = std::is_same_v<Number, double>;
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      numbers[i] += static_cast<std::conditional_t<is_double, double, float>>(share) * (later[i] - numbers[i]);
+  };
+  add(value->numbers, after.numbers);
+  add(value->precise, after.precise);
+  add(value->triples, after.triples);
+}
+
 }  // namespace
 
-UsdaValue read_usda_value(TextCursor* text, bool samples, UsdaNumbers kept_as) {
-  UsdaValue value;
+UsdaValue read_usda_value(TextCursor* text, bool samples, UsdaNumbers kept_as, std::optional<double> frame,
+                          bool is_held) {
+  UsdaValue before, after;  // of the frame: the last sample that is not later, and the first that is
   if (!samples) {
-    read_items(text, kept_as, &value);
-    return value;
+    read_items(text, kept_as, &before);
+    return before;
   }
   text->expect('{', "before time samples");
-  bool is_first = true;
+  std::optional<double> from, to;
+  bool is_animated = false;
   while (!text->error() && !text->take('}')) {
-    text->number();
+    const double time = text->number();
     text->expect(':', "behind the time of a sample");
-    if (is_first) {
+    is_animated = is_animated || from || to;
+    const bool is_later = frame ? time > *frame : from.has_value();
+    if (is_later ? frame && (!to || time < *to) : !from || time >= *from) {
+      UsdaValue& value = is_later ? after : before;
+      (is_later ? to : from) = time;
+      value = {};
       read_items(text, kept_as, &value);
     } else {
       text->skip_value();
-      value.is_animated = true;
     }
-    is_first = false;
     text->take(',');
     if (text->at_end()) text->fail_here("\"}\" behind time samples");
   }
-  return value;
+  if (!from && to) before = std::move(after);
+  if (from && to && !is_held) meet(after, static_cast<float>((*frame - *from) / (*to - *from)), &before);
+  before.is_animated = is_animated;
+  return before;
 }
 
 void read_usda_attribute_metadata(TextCursor* text, UsdaValue* value) {

@@ -16,7 +16,8 @@
 namespace tress::scene {
 
 /// The numbers of a value, brackets taken off, or its words: "bspline", ["xformOp:translate"]. Of time samples the
-/// first.
+/// first, or those of a frame: numbers with a fraction linear between the samples around it, the rest of the one
+/// before.
 struct UsdaValue {
   std::vector<float> numbers;
   std::vector<double> precise;     ///< instead, where few numbers were asked for in full
@@ -24,13 +25,16 @@ struct UsdaValue {
   std::vector<std::string> texts;
   std::optional<AttributeScope> scope;  ///< its interpolation
   bool is_animated = false;             ///< there were more time samples
+  std::string changed = {};             ///< how many numbers two samples have that cannot be met in between
 };
 
 /// As what the numbers of a value are kept.
 enum class UsdaNumbers : std::uint8_t { floats, doubles, triples };
 
-/// What stands behind the "=" of an attribute; samples: it is a table of time samples.
-UsdaValue read_usda_value(TextCursor* text, bool samples, UsdaNumbers kept_as);
+/// What stands behind the "=" of an attribute; samples: it is a table of time samples. frame: of them the one; unset:
+/// the first. is_held: not to be met in between, as counts and ids.
+UsdaValue read_usda_value(TextCursor* text, bool samples, UsdaNumbers kept_as, std::optional<double> frame = {},
+                          bool is_held = false);
 
 /// The metadata in parentheses behind an attribute, if there is any: its interpolation.
 void read_usda_attribute_metadata(TextCursor* text, UsdaValue* value);
