@@ -73,6 +73,10 @@ def scripts(tress, folder):
                             "--spp", "4"]),
         ("shots/million.py", [python, os.path.join(ROOT, "bench", "shots", "million.py"), os.path.dirname(tress), "--strands", "300",
                               "--spp", "1", "--size", "12x12"]),
+        ("shots/checkpoint_cost.py", [python, os.path.join(ROOT, "bench", "shots", "checkpoint_cost.py"), os.path.dirname(tress),
+                                      "--rounds", "2", "--size", "16x16", "--spp", "1"]),
+        ("shots/turntable.py", [python, os.path.join(ROOT, "bench", "shots", "turntable.py"), os.path.dirname(tress), "--frames",
+                                "2", "--size", "12x12", "--spp", "2", "-o", os.path.join(folder, "turntable.json")]),
         ("shots/workers.py", [python, os.path.join(ROOT, "bench", "shots", "workers.py"), os.path.dirname(tress), "--caches", "3",
                               "--size", "12x12", "--spp", "2", "-o", os.path.join(folder, "workers.json")]),
     ]
