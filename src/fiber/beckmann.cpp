@@ -10,8 +10,8 @@ glm::vec3 Beckmann::visible_normal_within(const glm::vec3& w, const glm::vec3& n
   const float cosine = glm::dot(w, normal);
   if (cosine > 1e-4f) return visible_normal(w, normal, u, random);
   const glm::vec3 flat = w - cosine * normal;
-  const float sine = std::max(glm::length(flat), 1e-6f), c = -cosine / (alpha_ * sine);  // |c|
-  const glm::vec3 along = glm::length(flat) > 1e-6f ? flat / sine : any_tangent(normal);
+  const float length = glm::length(flat), sine = std::max(length, 1e-6f), c = -cosine / (alpha_ * sine);  // |c|
+  const glm::vec3 along = length > 1e-6f ? flat / sine : any_tangent(normal);
   float x;
   if (c < 1) {
     for (;; u[0] = random.next()) {  // Rayleigh beyond c, accepted with (|x| - c)/|x|

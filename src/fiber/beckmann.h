@@ -53,6 +53,11 @@ class Beckmann {
   /// Smith's Lambda of a direction of either side: above the horizon G1 = 1/(1 + Lambda); below it Lambda <= -1.
   /// Of a level direction, +-infinity.
   float lambda(float cosine) const;
+  /// No less than lambda() of a direction above the horizon, without its error function: e^{c^2} > 1 + c^2 + c^4/2.
+  float lambda_at_most(float cosine) const {
+    const float sine2 = std::max(1 - cosine * cosine, 1e-12f), c2 = cosine * cosine / (alpha_ * alpha_ * sine2);
+    return 0.2823f / (std::sqrt(c2) * (1 + c2 * (1 + 0.5f * c2)));  // 1/(2 sqrt(pi)), rounded up
+  }
 
   /// D: the area of facets about a normal, per steradian and area of the surface. cosine: of its angle to the mean one.
   float facet_area(float cosine) const {

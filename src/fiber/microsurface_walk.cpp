@@ -22,12 +22,14 @@ struct Walker {
   bool advance(const Beckmann& facets, float u) {
     const float cosine = glm::dot(direction, up);
     if (std::abs(cosine) < level) return true;
+    // Most light leaves at once, as this tells without Lambda: 1 - b^Lambda <= Lambda (1 - b)/b.
+    if (cosine > 0 && u * below >= facets.lambda_at_most(cosine) * (1 - below)) return false;
     const float lambda = facets.lambda(cosine);
     if (cosine > 0) {
       if (!(lambda > 0)) return false;
       if (u >= 1 - std::pow(below, lambda)) return false;
     }
-    below = std::clamp(below * std::pow(1 - u, -1 / lambda), lowest, 1.0f);
+    below = std::clamp(below * (lambda == -1 ? 1 - u : std::pow(1 - u, -1 / lambda)), lowest, 1.0f);
     return true;
   }
 };

@@ -51,6 +51,7 @@ RoughFiber::RoughFiber(const FiberParameters& parameters, Masked masked)
       eta_(parameters.eta),
       eccentricity_(parameters.eccentricity),
       tan_tilt_(std::tan(std::clamp(parameters.tilt, 0.0f, largest_tilt))),
+      cos_tilt_(1 / std::sqrt(1 + tan_tilt_ * tan_tilt_)),
       medulla_(Medulla::of(parameters)),
       sigma_a_(parameters.sigma_a) {}
 
@@ -72,7 +73,7 @@ glm::vec3 RoughFiber::face(const glm::vec3& w, const glm::vec3& outward, float s
   const glm::vec3 step(side, 0, 0), slope = side * (outward - tan_tilt_ * glm::vec3(1, 0, 0));
   const float seen_step = tan_tilt_ * std::max(glm::dot(w, step), 0.0f),
               seen_slope = std::max(glm::dot(w, slope), 0.0f);
-  return random.next() * (seen_step + seen_slope) < seen_step ? step : glm::normalize(slope);
+  return random.next() * (seen_step + seen_slope) < seen_step ? step : cos_tilt_ * slope;
 }
 
 glm::vec3 RoughFiber::toward_face(const glm::vec3& w, const glm::vec3& facing) {

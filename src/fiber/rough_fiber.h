@@ -127,7 +127,7 @@ class RoughFiber {
 
   Masked masked_;
   Beckmann facets_;
-  float eta_, eccentricity_, tan_tilt_;
+  float eta_, eccentricity_, tan_tilt_, cos_tilt_;
   Medulla medulla_;
   glm::vec3 sigma_a_;
 };

@@ -64,7 +64,8 @@ class RoughTarget : public adaptive::SampledTarget {
                         {RoughFiber::roulette_below, to_the_end});
       for (const SplitExit& exit : exits) {
         const glm::vec3& w = exit.direction;
-        const float height = std::asinh(w.x / std::hypot(w.y, w.z));
+        const float cosine = std::sqrt(w.y * w.y + w.z * w.z);
+        const float height = std::copysign(std::log((1 + std::abs(w.x)) / cosine), w.x);  // asinh(tan theta)
         out.push_back({std::atan2(w.z * cos_b - w.y * sin_b, w.y * cos_b + w.z * sin_b),
                        clamped(clamped(height) - specular), rough_part(exit.order), exit.weight, exit.path});
       }
