@@ -28,7 +28,7 @@ constexpr double least_broad_scale = 0.1;
 class Fitter {
  public:
   Fitter(const ExitColumns& exits, bool decays, const RibbonFitRule& rule)
-      : decays_(decays), rule_(rule), light_{exits, 1, {}, {}} {
+      : decays_(decays), rule_(rule), light_{exits, 1, {}, {}, {}} {
     double sum = 0, squares = 0;
     for (std::size_t i = 0; i < exits.size(); ++i) {
       sum += static_cast<double>(exits.w[i]);
@@ -40,6 +40,7 @@ class Fitter {
     for (std::size_t i = 0; i < exits.size(); ++i) {
       light_.weights[i] = static_cast<float>(scale * static_cast<double>(exits.w[i]));
     }
+    light_.harmonics = mean_harmonics(light_);
     place_knots();
     cut_pieces();
   }

@@ -62,6 +62,7 @@ struct RibbonLight {
   double count = 1;            ///< as many exits of equal weight tell as much
   std::vector<float> weights;  ///< adding up to count
   std::vector<RibbonPiece> pieces;
+  std::array<double, 4> harmonics{};  ///< means of cos x, sin x, cos 2x, sin 2x
 };
 
 /// Scales the densities of both layers so that their mass is 1; not where there is none.

@@ -18,7 +18,11 @@ constexpr double largest_tilt_step = 0.5, largest_tilt = 2;  // of the logarithm
 constexpr std::size_t moments = 4;  ///< cos x, sin x, cos 2x, sin 2x
 using Moments = std::array<double, moments>;
 
-Moments harmonics(double x) { return {std::cos(x), std::sin(x), std::cos(2 * x), std::sin(2 * x)}; }
+template <class Number>
+Moments harmonics(Number x) {
+  const auto c = static_cast<double>(std::cos(x)), s = static_cast<double>(std::sin(x));
+  return {c, s, c * c - s * s, 2 * s * c};
+}
 
 /// Of the integral over (1 - s/width) e^(i order s), s from 0 to width.
 std::complex<double> half_hat(double order, double width) {
@@ -55,12 +59,17 @@ void list_harmonics(RibbonLayer<count>& layer, std::vector<Harmonic>& out) {
 
 }  // namespace
 
-void match_moments(const RibbonLight& light, MainLayer& main, BroadLayer& broad) {
-  Moments wanted{};
+Moments mean_harmonics(const RibbonLight& light) {
+  Moments sums{};
   for (std::size_t i = 0; i < light.exits.size(); ++i) {
-    const Moments at = harmonics(static_cast<double>(light.exits.x[i]));
-    for (std::size_t j = 0; j < moments; ++j) wanted[j] += static_cast<double>(light.weights[i]) / light.count * at[j];
+    const Moments at = harmonics(light.exits.x[i]);
+    for (std::size_t j = 0; j < moments; ++j) sums[j] += static_cast<double>(light.weights[i]) * at[j];
   }
+  for (double& sum : sums) sum /= light.count;
+  return sums;
+}
+
+void match_moments(const RibbonLight& light, MainLayer& main, BroadLayer& broad) {
   std::vector<Harmonic> knots;
   list_harmonics(main, knots);
   list_harmonics(broad, knots);
@@ -78,7 +87,7 @@ void match_moments(const RibbonLight& light, MainLayer& main, BroadLayer& broad)
       mass_slopes += density * knot.hat * at;
       slopes += density * of_hat * at.transpose();
     }
-    const Eigen::Vector4d off = Eigen::Vector4d(wanted.data()) - sums / mass;
+    const Eigen::Vector4d off = Eigen::Vector4d(light.harmonics.data()) - sums / mass;
     if (!off.allFinite()) break;
     if (off.norm() < least_off) {
       least_off = off.norm();
