@@ -15,8 +15,8 @@ struct RibbonFit {
 
 /// How a ribbon is fitted. Strengths of the prior are numbers of exits of equal weight.
 struct RibbonFitRule {
-  int first_rounds = 20;  ///< from exits alone
-  int rounds = 10;        ///< from an earlier fit
+  int first_rounds = 12;  ///< from exits alone
+  int rounds = 8;         ///< from an earlier fit
   bool keep_law = false;  ///< of an earlier fit
   double density_prior = 8, mode_prior = 30, scale_prior = 100;
 };

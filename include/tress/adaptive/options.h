@@ -17,7 +17,7 @@ struct Options {
   double epsilon = 0.01;
   /// The same for rows of slices of samples, of another quantity: chi^2 = integral (S - f)^2/f of all parts, masses
   /// included, over the mass of the row, at the resolution of the test's cells (adaptive/convergence/held_out_test.h).
-  double sampled_epsilon = 0.08;
+  double sampled_epsilon = 0.07;
   /// What a row of samples may have instead that carries less light (Service::credit) than the mean of those asked: at
   /// a share s of it sampled_epsilon/s^2, so that all bring the picture alike, and this at most. sampled_epsilon: all
   /// alike.
