@@ -54,7 +54,6 @@ def tables():
     found["sampled_rows.json"] = ["sampled_rows", "--rows", "300"]
     found["rough_far_field.json"] = ["rough_far_field"]
     found["rough_far_field_36x36.json"] = ["rough_far_field", "--model", "rough", "--theta-bins", "36", "--phi-bins", "36"]
-    found["rough_far_field_0.08.json"] = ["rough_far_field", "--model", "rough", "--epsilon", "0.08"]
     found["slab.json"] = ["slab"]
     found["reciprocity.json"] = ["reciprocity"]
     return found
