@@ -30,6 +30,8 @@ void add_appearance(CLI::App* app, scene::Overrides& o) {
   melanin->excludes(sigma_a)->excludes(hair);
   sigma_a->excludes(hair);
   add_fiber_shape(app, o);
+  add_number(app, "--cuticle-tilt", [&o](double x) { o.tilt_deg = x; });
+  add_number(app, "--light-scale", [&o](double x) { o.light_scale = x; });
   auto* environment = add_file(
       app, "--environment", [&o](const std::string& file) { o.environment_file = file; },
       "latitude-longitude picture that lights the scene");

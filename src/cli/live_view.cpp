@@ -85,6 +85,22 @@ void LiveView::begin(const scene::Scene& scene, const char* estimator, const ada
                  {"epsilon", settings_.table.epsilon}}}});
 }
 
+void LiveView::offer_sliders(std::vector<live::RenderServer::Slider> sliders) {
+  if (page_) page_->offer_sliders(std::move(sliders));
+}
+
+live::RenderServer::Look LiveView::take_look() {
+  service_ = nullptr;
+  at_once_ = pictures_at_once;
+  tables_ = live::TimeShare(table_share);
+  return page_->take_look();
+}
+
+void LiveView::refuse_look(const std::string& message) {
+  log_warning(message);
+  page_->tell({{"said", message}});
+}
+
 void LiveView::show_picture(const integrate::Film& film) {
   const auto start = Clock::now();
   image::Picture picture = film.picture();
@@ -92,7 +108,10 @@ void LiveView::show_picture(const integrate::Film& film) {
   const auto shared = std::make_shared<const image::Picture>(std::move(picture));
   if (display_) display_->show(shared);
   if (page_) page_->show(shared);
-  copies_.spent(Clock::now() - start);
+  if (at_once_ > 0)
+    --at_once_;
+  else
+    copies_.spent(Clock::now() - start);
 }
 
 void LiveView::tell_page(const integrate::PassProgress& pass, const Outlook& ahead) {
@@ -119,15 +138,15 @@ void LiveView::serve_requests(const std::function<void()>& save) {
 bool LiveView::after_pass(const integrate::PassProgress& pass, const Outlook& ahead,
                           const std::atomic<bool>& interrupted, const std::function<void()>& save) {
   const bool is_wanted = (display_ && display_->wants_picture()) || (page_ && page_->is_watched());
-  if (is_wanted && copies_.is_due()) show_picture(*pass.film);
+  if (is_wanted && (at_once_ > 0 || copies_.is_due())) show_picture(*pass.film);
   if (!page_) return true;
   tell_page(pass, ahead);
   serve_requests(save);
-  while (page_->is_paused() && !interrupted) {
+  while (page_->is_paused() && !interrupted && !page_->is_look_asked()) {
     page_->wait_for_request(100ms);
     serve_requests(save);
   }
-  return !page_->is_stopped();
+  return !page_->is_stopped() && !page_->is_look_asked();
 }
 
 void LiveView::finish(image::Picture picture) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/progress.h"
 #include "cli/render_settings.h"
@@ -24,9 +25,18 @@ class LiveView {
 
   /// Before the first pass. service: null: no rows are asked; outlives the render.
   void begin(const scene::Scene& scene, const char* estimator, const adaptive::Service* service);
+  /// Once, before the first begin(): what the page may change.
+  void offer_sliders(std::vector<live::RenderServer::Slider> sliders);
+  /// Whether the page has asked for another look. Any thread.
+  bool is_look_asked() const { return page_ != nullptr && page_->is_look_asked(); }
+  /// Which one; begin() must follow, with the service that there is then.
+  live::RenderServer::Look take_look();
+  /// Tells the page why the scene cannot have the look that it asked for.
+  void refuse_look(const std::string& message);
+
   /// Shows the pass, and the picture so far if somebody has seen the last one and the time for it is there; stays as
   /// long as the page has the render paused and nobody has `interrupted` it. save: writes the picture so far. False:
-  /// the page asked to stop.
+  /// the page asked to stop, or for another look.
   bool after_pass(const integrate::PassProgress& pass, const Outlook& ahead, const std::atomic<bool>& interrupted,
                   const std::function<void()>& save);
   /// Shows the picture as it is in its file; waits until it is there, or the viewer has taken nothing for a while.
@@ -42,10 +52,15 @@ class LiveView {
   /// viewers and pages have as much.
   static constexpr double copying_share = 0.004, table_share = 0.001;
 
+  /// Pictures after a change of the look that are shown at once, beside that share: until some samples a pixel are
+  /// there.
+  static constexpr int pictures_at_once = 6;
+
   const RenderSettings& settings_;
   const adaptive::Service* service_ = nullptr;
   std::unique_ptr<live::RenderServer> page_;
   std::optional<live::DisplayClient> display_;
+  int at_once_ = 0;  ///< pictures that are still shown at once
   live::TimeShare copies_{copying_share}, tables_{table_share};
 };
 

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 namespace tress::cli {
 namespace {
@@ -65,17 +66,22 @@ int InterruptGuard::exit_status() const {
   return signal == 0 ? 0 : 128 + signal;
 }
 
-Deadline::Deadline(const std::atomic<bool>& asked, double seconds)
-    : asked_(asked), watcher_([this, seconds](const std::stop_token& over) { watch(over, seconds); }) {}
+Deadline::Deadline(const std::atomic<bool>& asked, double seconds, std::function<bool()> dropped)
+    : asked_(asked),
+      dropped_(std::move(dropped)),
+      watcher_([this, seconds](const std::stop_token& over) { watch(over, seconds); }) {}
 
 void Deadline::watch(const std::stop_token& over, double seconds) {
   constexpr std::chrono::milliseconds step{20};
   double left = seconds;
-  while (!over.stop_requested() && !(asked_ && left <= 0)) {
+  bool is_over = false;
+  while (!over.stop_requested() && !is_over) {
+    is_over = (asked_ && left <= 0) || dropped_();
+    if (is_over) break;
     std::this_thread::sleep_for(step);
     if (asked_) left -= std::chrono::duration<double>(step).count();
   }
-  if (asked_ && left <= 0) passed_ = true;
+  if (is_over) passed_ = true;
 }
 
 void prepare_standard_streams() {

@@ -38,14 +38,16 @@ class InterruptGuard {
 /// After a signal the running pass may go on for a while, so that nothing of it is lost. Any thread.
 class Deadline {
  public:
-  /// asked: set by the signal, outlives it; seconds: from then on, 0: none.
-  Deadline(const std::atomic<bool>& asked, double seconds);
+  /// asked: set by the signal, outlives it; seconds: from then on, 0: none. dropped: whether the pass is not wanted any
+  /// more, asked every 20 ms by a thread of the deadline.
+  Deadline(const std::atomic<bool>& asked, double seconds, std::function<bool()> dropped);
   const std::atomic<bool>& passed() const { return passed_; }
 
  private:
   void watch(const std::stop_token& over, double seconds);
 
   const std::atomic<bool>& asked_;
+  std::function<bool()> dropped_;
   std::atomic<bool> passed_{false};
   std::jthread watcher_;
 };

@@ -13,6 +13,7 @@
 
 #include "cli/checkpoint_session.h"
 #include "cli/console.h"
+#include "cli/live_look.h"
 #include "cli/live_view.h"
 #include "cli/part_header.h"
 #include "cli/picture_files.h"
@@ -43,6 +44,8 @@ struct RenderFiles {
   std::optional<SavedRender> saved;  ///< what the checkpoint had
   TelemetryLines& telemetry;
   LiveView& live;
+  const InterruptGuard& interrupt;
+  std::unique_ptr<const geometry::FiberScene> strands;  ///< null: not built yet, or of another look
 };
 
 /// One render, from the loaded scene to the saved files.
@@ -61,11 +64,17 @@ class RenderJob {
         checkpoint_(files.checkpoint ? &*files.checkpoint : nullptr),
         saved_(files.saved ? &*files.saved : nullptr),
         carried_(carried),
-        live_(files.live) {
+        live_(files.live),
+        interrupt_(files.interrupt),
+        strands_(files.strands) {
     if (settings.warm_cache && service_) {
       cache_.emplace(*settings.warm_cache, settings.cache_mode, fibers_.target_name());
     }
   }
+
+  /// Whether run() ended because the page asked for another look: nothing is saved then, and what was learned is
+  /// carried.
+  bool is_dropped() const { return dropped_; }
 
   /// Inside the arena.
   int run() {
@@ -84,13 +93,12 @@ class RenderJob {
 
  private:
   int rendered() {
-    const InterruptGuard interrupt;
+    const InterruptGuard& interrupt = interrupt_;
     fibers_.add_fibers(scene_);
     if (const int status = saved_ != nullptr ? resume() : open_cache(); status != 0) return status;
-    const Deadline deadline(interrupt.requested(), checkpoint_ != nullptr ? settings_.checkpoint_deadline : 0);
-    std::optional<Step> building(std::in_place, fmt::format("building the tree over {} strands", strand_count()));
-    const geometry::FiberScene strands(scene_, [&](double share) { building->tell(share); });
-    building.reset();
+    const Deadline deadline(interrupt.requested(), checkpoint_ != nullptr ? settings_.checkpoint_deadline : 0,
+                            [this] { return live_.is_look_asked(); });
+    build_strands();
 
     integrate::RenderOptions options = settings_.render;
     const SampleRange samples = samples_of(settings_, scene_);
@@ -112,7 +120,7 @@ class RenderJob {
     Forecast forecast(settings_.stop);
     Progress progress;
     integrate::RenderResult result = integrate::render(
-        scene_, strands, fibers_.model(), fibers_.fiber_ids(), service_, options, deadline.passed(),
+        scene_, *strands_, fibers_.model(), fibers_.fiber_ids(), service_, options, deadline.passed(),
         [&](const integrate::PassProgress& pass) {
           const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
           const Outlook ahead = forecast.after(pass, elapsed);
@@ -132,11 +140,24 @@ class RenderJob {
           return goes_on && ahead.reason == nullptr && !interrupt.requested();
         });
     progress.finish();
+    if (live_.is_look_asked() && !interrupt.requested()) return dropped();
     if (result.unusable) {
       log_error(fmt::format("{}: expected the sums of this picture, found others", checkpoint_->file().string()));
       return 1;
     }
     return save(result, progress.seconds() + seconds_before_, interrupt.exit_status());
+  }
+
+  void build_strands() {
+    if (strands_) return;
+    Step building(fmt::format("building the tree over {} strands", strand_count()));
+    strands_ = std::make_unique<const geometry::FiberScene>(scene_, [&](double share) { building.tell(share); });
+  }
+
+  int dropped() {
+    dropped_ = true;
+    if (carried_ != nullptr && service_ != nullptr) *carried_ = fibers_.hand_over();
+    return 0;
   }
 
   /// Goes on where a checkpoint was written.
@@ -230,6 +251,8 @@ class RenderJob {
       if (carried_ != nullptr && carried_->service) refused = cache_->take(*service_, *carried_->service->rows());
       if (carried_ == nullptr || !carried_->service || refused) refused = cache_->open(*service_);
       freeze_if_asked();
+    } else if (service_ != nullptr && carried_ != nullptr && carried_->service) {
+      refused = service_->load(*carried_->service->rows());
     } else if (settings_.warm_cache) {
       log_warning(
           fmt::format("warm cache {}: not used, the exact estimator has no rows", settings_.warm_cache->string()));
@@ -343,6 +366,9 @@ class RenderJob {
   const SavedRender* saved_;       ///< null: from the start
   fiber::ModelService* carried_;   ///< null: no frame comes before or after this one
   LiveView& live_;
+  const InterruptGuard& interrupt_;
+  std::unique_ptr<const geometry::FiberScene>& strands_;
+  bool dropped_ = false;
   double seconds_before_ = 0;  ///< of the runs before this one
   std::optional<Error> part_failed_;
   bool partial_fails_ = false;  ///< the last picture so far could not be written
@@ -350,12 +376,51 @@ class RenderJob {
   double noise_ = 0, bias_bound_ = 0;  ///< after the last pass
 };
 
+/// Into the scene and what is said of the picture. False, and nothing but the scene's look is lost, if the scene cannot
+/// have it: a variation of its strands leaves a range.
+bool took_look(const scene::Unstyled& unstyled, const RenderSettings& settings, scene::Scene* scene,
+               RenderFiles* files) {
+  if (const std::optional<Error> error = scene::restyle(unstyled, settings.overrides, scene)) {
+    files->live.refuse_look(error->message());
+    return false;
+  }
+  for (const auto& [option, text] : settings.told) files->identity[option] = text;
+  for (const char* option : {"--color", "--sigma-a", "--hair"})
+    if (!settings.told.contains(option)) files->identity.erase(option);
+  return true;
+}
+
+/// One picture after another, as the live page changes their look, until one is done. Strands and tree stay in memory,
+/// the tree as long as no cross-section changes; rows that still hold go on.
+int rendered_by_looks(const RenderSettings& settings, const scene::Unstyled& unstyled, scene::Scene& scene, int threads,
+                      Clock::time_point start, RenderFiles& files) {
+  fiber::ModelService learned;
+  files.live.offer_sliders(sliders_of(settings, scene));
+  for (RenderSettings now = settings;;) {
+    {
+      RenderJob job(now, scene, threads, start, files, &learned);
+      const int status = job.run();
+      if (!job.is_dropped()) return status;
+    }
+    start = Clock::now();
+    RenderSettings next = with_look(settings, files.live.take_look());
+    if (!took_look(unstyled, next, &scene, &files)) {
+      next = now;
+      if (!took_look(unstyled, next, &scene, &files)) return 1;
+    }
+    if (next.overrides.eccentricity != now.overrides.eccentricity) files.strands.reset();
+    now = std::move(next);
+  }
+}
+
 }  // namespace
 
 int render_one(const RenderSettings& settings, TelemetryLines* shared, fiber::ModelService* carried) {
   const Clock::time_point start = Clock::now();
   std::optional<Step> reading(std::in_place, "reading " + settings.scene.string());
-  const Result<scene::Scene> scene = scene::load_scene(settings.scene, settings.overrides);
+  scene::Unstyled unstyled;
+  Result<scene::Scene> scene =
+      scene::load_scene(settings.scene, settings.overrides, settings.serve ? &unstyled : nullptr);
   reading.reset();
   if (!scene) {
     log_error(scene.error().message());
@@ -394,7 +459,11 @@ int render_one(const RenderSettings& settings, TelemetryLines* shared, fiber::Mo
     return 1;
   }
   return run_threaded(settings.threads, [&](int threads) {
-    RenderFiles files{identity, std::move(checkpoint), std::move(saved), shared != nullptr ? *shared : *own, **live};
+    const InterruptGuard interrupt;
+    RenderFiles files{
+        identity, std::move(checkpoint), std::move(saved), shared != nullptr ? *shared : *own, **live, interrupt,
+        nullptr};
+    if (settings.serve) return rendered_by_looks(settings, unstyled, *scene, threads, start, files);
     RenderJob job(settings, *scene, threads, start, files, carried);
     return job.run();
   });

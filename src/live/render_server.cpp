@@ -1,6 +1,7 @@
 #include "live/render_server.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -9,8 +10,10 @@
 #include <condition_variable>
 #include <ctime>
 #include <deque>
+#include <limits>
 #include <map>
 #include <mutex>
+#include <ranges>
 #include <thread>
 #include <utility>
 
@@ -90,7 +93,7 @@ struct RenderServer::State {
   Json facts = Json::object();
   std::deque<std::shared_ptr<const Json>> passes;
   std::uint64_t first_pass = 0;
-  Shown latest, before;
+  Shown latest, before, look_before;
   std::shared_ptr<const image::Picture> reference;
   std::shared_ptr<const std::string> table = std::make_shared<const std::string>("{\"slices\":[]}");
   std::uint64_t table_version = 0;
@@ -99,6 +102,11 @@ struct RenderServer::State {
   std::map<std::uint64_t, Json> rows;
   std::uint64_t last_request = 0;
   bool paused = false, stopped = false;
+  std::vector<Slider> sliders;
+  Look look;
+  std::uint64_t looks_asked = 0, looks_taken = 0;
+  std::uint64_t first_of_look = 0;  ///< version of the first picture of the look
+  std::atomic<bool> is_look_asked{false};
   std::atomic<bool> over{false};
   bool has_ended = false;  ///< no thread of the server is left
   TimeShare time{cpu_share, Clock::now() - allowance};
@@ -151,6 +159,11 @@ struct RenderServer::State {
       status["table"] = table_version;
       status["paused"] = paused;
       status["stopped"] = stopped;
+      status["look"] = looks_taken;
+      status["look_asked"] = looks_asked;
+      status["first_of_look"] = first_of_look;
+      status["look_before"] = look_before.version;
+      if (since == 0) status["sliders"] = told_sliders();
     }
     asked_something.notify_all();
     status["passes"] = Json::array();
@@ -158,12 +171,27 @@ struct RenderServer::State {
     response.set_content(status.dump(-1, ' ', true, Json::error_handler_t::replace), "application/json");
   }
 
+  Json told_sliders() const {
+    Json told = Json::array();
+    for (const Slider& slider : sliders)
+      told.push_back({{"name", slider.name},
+                      {"label", slider.label},
+                      {"least", slider.least},
+                      {"most", slider.most},
+                      {"step", slider.step},
+                      {"value", slider.value}});
+    return told;
+  }
+
   void send_picture(const httplib::Request& request, httplib::Response& response) {
     const std::string which = request.get_param_value("which");
     Shown shown;
     {
       const std::scoped_lock lock(mutex);
-      shown = which == "before" ? before : which == "reference" ? Shown{reference, 1} : latest;
+      shown = which == "before"      ? before
+              : which == "look"      ? look_before
+              : which == "reference" ? Shown{reference, 1}
+                                     : latest;
     }
     const auto bytes = shown.picture ? layer_bytes(*shown.picture, request.get_param_value("layer")) : std::nullopt;
     if (!bytes) {
@@ -190,6 +218,30 @@ struct RenderServer::State {
       response.set_content(found->second.dump(), "application/json");
   }
 
+  /// Of words: a change of sliders. What is wrong with it; empty: it waits to be taken.
+  std::string ask_look(const Json& words) {
+    if (sliders.empty()) return "look: expected a render that offers sliders, found none";
+    if (!words.contains("values") || !words["values"].is_object() || words["values"].size() > sliders.size())
+      return "values: expected an object of sliders and numbers";
+    Look asked_look;
+    for (const auto& [name, value] : words["values"].items()) {
+      const auto slider = std::ranges::find(sliders, name, &Slider::name);
+      if (slider == sliders.end())
+        return fmt::format("{}: expected one of {}", name,
+                           fmt::join(sliders | std::views::transform(&Slider::name), ", "));
+      const double x = value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+      if (!(x >= slider->least && x <= slider->most))
+        return fmt::format("{}: expected {}..{}, found {}", name, slider->least, slider->most,
+                           value.dump(-1, ' ', true, Json::error_handler_t::replace).substr(0, 40));
+      asked_look[name] = x;
+    }
+    look = std::move(asked_look);
+    ++looks_asked;
+    is_look_asked = true;
+    paused = false;
+    return {};
+  }
+
   void take_control(const httplib::Request& request, httplib::Response& response) {
     const Json words = Json::parse(request.body, nullptr, false);
     const std::string what =
@@ -210,6 +262,12 @@ struct RenderServer::State {
                               static_cast<std::uint32_t>(std::min(words["slice"].get<std::uint64_t>(), most)),
                               static_cast<std::uint32_t>(std::min(words["node"].get<std::uint64_t>(), most))});
         answer["request"] = last_request;
+      } else if (what == "look") {
+        if (const std::string wrong = ask_look(words); !wrong.empty()) {
+          answer["error"] = wrong;
+          response.status = 400;
+        } else
+          answer["look"] = looks_asked;
       } else
         response.status = 400;
     }
@@ -354,6 +412,24 @@ void RenderServer::answer_row(std::uint64_t request, Json row) {
 RenderServer::Asked RenderServer::take_asked() {
   const std::scoped_lock lock(state_->mutex);
   return std::exchange(state_->asked, {});
+}
+
+void RenderServer::offer_sliders(std::vector<Slider> sliders) {
+  const std::scoped_lock lock(state_->mutex);
+  state_->sliders = std::move(sliders);
+}
+
+bool RenderServer::is_look_asked() const { return state_->is_look_asked; }
+
+RenderServer::Look RenderServer::take_look() {
+  const std::scoped_lock lock(state_->mutex);
+  state_->is_look_asked = false;
+  state_->looks_taken = state_->looks_asked;
+  state_->first_of_look = state_->latest.version + 1;
+  state_->look_before = state_->latest;
+  state_->first_pass += state_->passes.size();
+  state_->passes.clear();
+  return state_->look;
 }
 
 bool RenderServer::is_paused() const {

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,7 +15,7 @@
 
 namespace tress::live {
 
-/// Threads of its own answer; they see copies alone, so that no client is waited for. Memory: three pictures, the last
+/// Threads of its own answer; they see copies alone, so that no client is waited for. Memory: four pictures, the last
 /// most_passes passes, one table, a few requests. Connections beyond a few wait outside the program, and clients that
 /// ask too often, or are stalled, are refused and dropped. Requests that name another host, or come from a page of
 /// another origin, are refused. Thread-safety: all calls from one thread.
@@ -54,6 +55,22 @@ class RenderServer {
     std::vector<RowAsked> rows;
   };
   Asked take_asked();
+
+  /// What the page can change of the picture, which then begins anew.
+  struct Slider {
+    std::string name, label;
+    double least = 0, most = 1, step = 0.01;
+    double value = 0;  ///< where it stands before it is moved
+  };
+  /// Once; without it no change is taken.
+  void offer_sliders(std::vector<Slider> sliders);
+  using Look = std::map<std::string, double>;  ///< by the names of those that were moved
+  /// Whether a change waits. Any thread.
+  bool is_look_asked() const;
+  /// The last change, every value in the range of its slider. The passes of the page begin anew, and the picture is
+  /// kept for it as that of the look before.
+  Look take_look();
+
   bool is_paused() const;
   bool is_stopped() const;
   /// Returns at the next request of a page, or after that time.

@@ -2,9 +2,14 @@
 
     tests/browser/pages_in_chromium.py TRESS CHROMIUM SCENE FOLDER    # screenshots are left in FOLDER
 """
+import json
 import os
 import subprocess
 import sys
+import threading
+import time
+import urllib.error
+import urllib.request
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from chromium import Page  # noqa: E402
@@ -62,6 +67,15 @@ def live_page():
         page.until("document.querySelectorAll('#row-charts canvas').length === 4")
         words = page.value("document.getElementById('row-words').textContent")
         check("converged" in words and "components" in words, f"a clicked row is shown: {words}")
+        check(page.value("document.querySelectorAll('#sliders input').length") == 5, "five sliders")
+        version, light = page.value("shown.latest.version"), page.value(LIGHT)
+        page.value(f"({SET})('slider-melanin', 0, 'input')")
+        page.value(f"({SET})('slider-lights', 3, 'input')")
+        page.until("look.sent === 0 && !look.waits && Object.keys(look.moved).length === 2 && passes.length >= 4")
+        check(page.value("shown.latest.version") > version and page.value(LIGHT) > 1.3 * light, "sliders make another picture")
+        words = page.value("document.getElementById('look').textContent")
+        check("--melanin 0 --light-scale 3" in words, f"and tell what they are as options: {words[-90:]}")
+        page.until("document.querySelectorAll('#maps .map').length >= 3 && passes.length >= 8")
         page.value("document.getElementById('pause').click()")
         page.until("document.getElementById('state').textContent.startsWith('paused')")
         count = page.value("passes.length")
@@ -87,6 +101,45 @@ def live_page():
         if render.poll() is None:
             render.kill()
             render.wait()
+
+
+LOOK = {"melanin": 5, "roughness": 0.25, "eccentricity": 0.7, "tilt": 1, "lights": 2}
+OPTIONS = ["--melanin", "5", "--roughness", "0.25", "--eccentricity", "0.7", "--cuticle-tilt", "1", "--light-scale", "2"]
+
+
+def asked(address, path, words=None):
+    """The answer of a render's page; a refusal is an answer."""
+    request = urllib.request.Request(address + path, words and json.dumps(words).encode(), {"Content-Type": "application/json"})
+    try:
+        return json.load(urllib.request.urlopen(request))
+    except urllib.error.HTTPError as refused:
+        return json.load(refused)
+
+
+def looks():
+    """A picture whose look was changed is bit for bit the one that is rendered with it: without rows, and from a frozen cache."""
+    small = ["--spp", "3", "--resolution", "48x48", "--quiet"]
+    subprocess.run([tress, "render", scene, "-o", at("make.exr"), "--warm-cache", at("look.cache"), *small, *OPTIONS], check=True)
+    for name, words in (("exact", ["--estimator", "exact"]), ("frozen", ["--warm-cache", at("look.cache"), "--cache-mode", "frozen"])):
+        subprocess.run([tress, "render", scene, "-o", at(name + "_fresh.exr"), *small, *OPTIONS, *words], check=True)
+        render = subprocess.Popen([tress, "render", scene, "-o", at(name + ".exr"), *[w for w in small if w != "--quiet"], "--serve", *words],
+                                  stderr=subprocess.PIPE, text=True)
+        try:
+            address = next(line.split()[-1] for line in render.stderr if "live page: " in line)
+            asked(address, "control", {"do": "pause"})  # before the first pass
+            threading.Thread(target=render.stderr.read, daemon=True).start()
+            while not asked(address, "status?since=0")["passes"]:
+                time.sleep(0.02)
+            refused = asked(address, "control", {"do": "look", "values": {"melanin": 1e9}})
+            check("melanin: expected 0..8" in refused["error"], f"refused by name: {refused['error']}")
+            asked(address, "control", {"do": "look", "values": LOOK})
+            check(render.wait(120) == 0, "the render ends with its samples")
+        finally:
+            if render.poll() is None:
+                render.kill()
+                render.wait()
+        found = json.loads(subprocess.run([tress, "diff", "--json", at(name + "_fresh.exr"), at(name + ".exr")], capture_output=True, check=True).stdout)
+        check(found["identical"], f"{name}: the picture is that of a fresh render: {found}")
 
 
 def report():
@@ -149,6 +202,7 @@ def lobes():
         page.close()
 
 
+looks()
 report()
 lobes()
 live_page()

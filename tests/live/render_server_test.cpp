@@ -66,6 +66,57 @@ TEST_F(LiveServer, ThePageNeedsNoOtherFile) {
   EXPECT_EQ(page->body.find(" src="), std::string::npos);
 }
 
+TEST_F(LiveServer, ALookIsTakenOnceAndBeginsThePassesAnew) {
+  EXPECT_EQ(control(R"({"do":"look","values":{}})"), 400) << "none is offered";
+  server_->offer_sliders({{"melanin", "Melanin", 0, 8, 0.1, 1.3}, {"tilt", "Tilt", 0, 10, 0.5, 3}});
+  const Json offered = status();
+  ASSERT_EQ(offered["sliders"].size(), 2u);
+  EXPECT_EQ(offered["sliders"][0]["value"], 1.3);
+  server_->show(picture_of(1));
+  for (int i = 0; i < 3; ++i) server_->add_pass({{"pass", i}});
+  EXPECT_FALSE(server_->is_look_asked());
+  EXPECT_EQ(control(R"({"do":"pause"})"), 200);
+  EXPECT_EQ(control(R"({"do":"look","values":{"melanin":4}})"), 200);
+  EXPECT_EQ(control(R"({"do":"look","values":{"melanin":5.5,"tilt":0}})"), 200);
+  EXPECT_TRUE(server_->is_look_asked());
+  EXPECT_FALSE(server_->is_paused()) << "one wants to see it";
+  EXPECT_EQ(server_->take_look(), (RenderServer::Look{{"melanin", 5.5}, {"tilt", 0}})) << "the last one";
+  EXPECT_FALSE(server_->is_look_asked());
+  server_->add_pass({{"pass", 0}});
+  server_->show(picture_of(2));
+  const Json told = status(3);
+  EXPECT_EQ(told["look"], 2);
+  EXPECT_EQ(told["first"], 3);
+  ASSERT_EQ(told["passes"].size(), 1u);
+  EXPECT_EQ(told["first_of_look"], told["picture"]);
+  EXPECT_EQ(told["look_before"], 1);
+  const auto before = client_->Get("/picture?which=look&layer=beauty");
+  ASSERT_EQ(before->status, 200);
+  float value = 0;
+  std::memcpy(&value, before->body.data(), sizeof value);
+  EXPECT_EQ(value, 1) << "the picture of the look before";
+}
+
+TEST_F(LiveServer, AHostileLookIsRefusedByName) {
+  server_->offer_sliders({{"melanin", "Melanin", 0, 8, 0.1, 1.3}});
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {R"({"do":"look"})", "values: expected"},
+      {R"({"do":"look","values":[1]})", "values: expected"},
+      {R"({"do":"look","values":{"melanin":1,"tilt":2}})", "values: expected"},
+      {R"({"do":"look","values":{"depth":2}})", "depth: expected one of melanin"},
+      {R"({"do":"look","values":{"melanin":-0.1}})", "melanin: expected 0..8, found -0.1"},
+      {R"({"do":"look","values":{"melanin":1e300}})", "melanin: expected 0..8, found 1e+300"},
+      {R"({"do":"look","values":{"melanin":"4"}})", "melanin: expected 0..8, found \"4\""},
+      {R"({"do":"look","values":{"melanin":null}})", "melanin: expected 0..8, found null"}};
+  for (const auto& [body, named] : cases) {
+    const auto answer = client_->Post("/control", body, "application/json");
+    EXPECT_EQ(answer->status, 400) << body;
+    EXPECT_NE(Json::parse(answer->body).value("error", "").find(named), std::string::npos) << answer->body;
+  }
+  EXPECT_EQ(control(R"({"do":"look","values":{"melanin":1e999}})"), 400);
+  EXPECT_FALSE(server_->is_look_asked());
+}
+
 TEST_F(LiveServer, StatusHasThePassesSinceThoseThatAreKnown) {
   EXPECT_FALSE(server_->is_watched());
   for (int i = 0; i < 5; ++i) server_->add_pass({{"pass", i}});

@@ -146,6 +146,56 @@ function drawRow(row) {
   if (row.phi_deg) rowCharts(at('row-charts'), row);
 }
 
+/** Values of the sliders that were moved; the change that was sent and not shown yet, when, and whether another waits. */
+const look = {moved: {}, sent: 0, sentAt: 0, waits: false, seconds: null};
+function makeSliders(sliders) {
+  at('look').hidden = false;
+  for (const {name, label, least, most, step, value} of sliders) {
+    const box = element('label'), input = element('input'), output = element('output', short(value));
+    Object.assign(input, {type: 'range', id: `slider-${name}`, min: least, max: most, step, value});
+    input.addEventListener('input', () => { output.textContent = input.value; look.moved[name] = Number(input.value); sendLook(); });
+    box.append(element('span', label), output, input);
+    at('sliders').append(box);
+  }
+}
+
+/** One change at a time: the next one when the first picture of this one is there. */
+async function sendLook() {
+  look.waits = true;
+  if (look.sent) return;
+  look.waits = false;
+  look.sent = -1;
+  look.sentAt = performance.now();
+  const response = await fetch('control', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify({do: 'look', values: look.moved})});
+  const answer = await response.json().catch(() => ({}));
+  look.sent = answer.look || 0;
+  if (answer.error) at('look-words').textContent = answer.error;
+  else watchLook();
+}
+
+async function watchLook() {
+  while (look.sent && !isOver) {
+    await turn();
+    if (look.sent) await new Promise((done) => setTimeout(done, 100));
+  }
+  if (look.waits) sendLook();
+}
+
+function seeLook(status) {
+  if (look.shown !== status.look) {
+    if (look.shown !== undefined) { passes.length = 0; next = status.first; }
+    look.shown = status.look;
+  }
+  at('has-look').hidden = !(status.look_before > 0);
+  if (look.sent > 0 && status.look >= look.sent && status.picture >= status.first_of_look && shown.latest && shown.latest.version >= status.first_of_look) {
+    look.sent = 0;
+    look.seconds = (performance.now() - look.sentAt) / 1000;
+    at('look-words').textContent = `The first picture of this look came after ${short(look.seconds)} s. As options:`;
+    at('look-options').textContent = Object.entries(look.moved).map(([name, x]) => `${lookOptions[name]} ${x}`).join(' ');
+  }
+}
+const lookOptions = {melanin: '--melanin', roughness: '--roughness', eccentricity: '--eccentricity', tilt: '--cuticle-tilt', lights: '--light-scale'};
+
 function tell(status) {
   if (status.facts) {
     at('title').textContent = `tress: ${status.facts.output}`;
@@ -168,6 +218,8 @@ async function turn() {
   isBusy = true;
   try {
     const status = await (await ask(`status?since=${next}`)).json();
+    if (status.sliders && status.sliders.length && at('look').hidden) makeSliders(status.sliders);
+    seeLook(status);
     passes.push(...status.passes);
     next = status.first + status.passes.length;
     if (status.layers && at('layer').options.length !== status.layers.length) {
@@ -180,9 +232,10 @@ async function turn() {
     if (status.picture > 0) {
       await fetchLayer('', status.picture);
       const beside = at('beside').value;
-      if (beside) await fetchLayer(beside, beside === 'before' ? status.before : 1).catch(() => null);
+      if (beside) await fetchLayer(beside, beside === 'before' ? status.before : beside === 'look' ? status.look_before : 1).catch(() => null);
       paint();
       sizeCanvas();
+      seeLook(status);
     }
     if (status.table !== tableVersion) {
       slices = (await (await ask('table')).json()).slices;

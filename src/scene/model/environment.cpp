@@ -62,6 +62,15 @@ Environment Environment::drawn_by(Draw draw) const {
   return other;
 }
 
+Environment Environment::scaled(float factor) const {
+  Environment other = *this;
+  other.mean_ *= factor;
+  other.map_ = map_.scaled(factor);
+  for (RadianceMap& map : other.coarser_) map = map.scaled(factor);
+  if (!map_.empty()) other.accumulate(Draw::contrast);
+  return other;
+}
+
 float Environment::weight(const glm::vec3& knot) const { return std::max(luminance(knot) - floor_, least_); }
 
 float Environment::weight_at(const RadianceMap::Place& place) const {

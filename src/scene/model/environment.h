@@ -27,6 +27,8 @@ class Environment {
   explicit Environment(RadianceMap map);
   /// The same light, drawn otherwise.
   Environment drawn_by(Draw draw) const;
+  /// Its light times a factor, finite, >= 0, drawn by contrast.
+  Environment scaled(float factor) const;
 
   struct Sample {
     glm::vec3 direction;  ///< unit, towards the light

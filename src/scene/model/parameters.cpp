@@ -262,7 +262,7 @@ constexpr std::array table{
               "minor over major semi-axis of the cross-section"},
     Parameter{"/materials/N/roughness", "--roughness", number, of(fiber::roughness_range), "", "", "0.2",
               "Beckmann roughness of the surface: the energies of the lobes, and the widths that are not given"},
-    Parameter{"/materials/N/tilt_deg", "", number, of(fiber::tilt_range_deg), degrees, "", "3",
+    Parameter{"/materials/N/tilt_deg", "--cuticle-tilt", number, of(fiber::tilt_range_deg), degrees, "", "3",
               "tilt of the cuticle scales"},
     Parameter{"/materials/N/color",
               "--color",
@@ -552,6 +552,8 @@ constexpr std::array table{
               "relative squared error under which a row is converged; of rough chi-square, and 0.1 without the option, "
               "0.25 at most where there is little light"},
     Parameter{"", "--table-memory", number, {0, 1 << 20}, "MB of 2^20 bytes", "", "256", "ceiling of the table"},
+    Parameter{"", "--light-scale", number, factor, "", "", "1",
+              "factor of the light of the environment and every light"},
     Parameter{"", "--e", number, of(fiber::eccentricity_range), "", "", "0.85", "minor over major semi-axis"},
     Parameter{"", "--theta-d", number, {-89.9, 89.9}, degrees, "", "30", "difference angle"},
     Parameter{"", "--phi", number, turn, degrees, "", "45", "azimuth of the known direction from the major axis"},

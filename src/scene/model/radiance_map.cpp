@@ -58,6 +58,12 @@ double RadianceMap::cell_solid_angle(std::size_t row) const {
   return 2 * pi / static_cast<double>(columns_) * (fall_[row + 1] - fall_[row]);
 }
 
+RadianceMap RadianceMap::scaled(float factor) const {
+  RadianceMap other = *this;
+  for (glm::vec3& value : other.values_) value *= factor;
+  return other;
+}
+
 glm::vec3 RadianceMap::mean() const {
   glm::dvec3 mean(0.0);
   for (std::size_t row = 0; row < rows(); ++row) {

@@ -25,6 +25,9 @@ class RadianceMap {
   /// One value for every azimuth. fall: rising from 0 to 2; the same twice is an edge.
   RadianceMap(std::vector<double> fall, std::vector<glm::vec3> values);
 
+  /// Every value times the factor, >= 0.
+  RadianceMap scaled(float factor) const;
+
   bool empty() const { return values_.empty(); }
   std::size_t columns() const { return columns_; }
   /// Rows of cells: one less than rows of knots.

@@ -14,17 +14,15 @@
 #include "base/numbered_file.h"
 #include "scene/generate/generated_environments.h"
 #include "scene/model/camera.h"
-#include "scene/model/hair_colors.h"
 #include "scene/model/light.h"
 #include "scene/model/parameters.h"
-#include "scene/model/strand_fibers.h"
 #include "scene/read/assembly.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/grooms/groom_formats.h"
 #include "scene/read/input_files.h"
+#include "scene/read/look.h"
 #include "scene/read/object_files.h"
 #include "scene/read/scene_file.h"
-#include "tress/fiber/lock_color.h"
 
 namespace tress::scene {
 namespace {
@@ -40,45 +38,6 @@ SceneDescription bare_groom(const std::filesystem::path& file) {
   return scene;
 }
 
-/// Of an option that a caller gave a value out of the range of its parameter; the command line has checked them.
-std::optional<Error> fault_of(const Overrides& o) {
-  std::optional<Error> error;
-  const auto check = [&](const char* option, const auto& value) {
-    const Parameter& parameter = option_parameter(option);
-    const auto one = [&](const auto x) {
-      Range range = parameter.range;  // its ends as the type of the value has them
-      range.least = static_cast<double>(static_cast<decltype(x)>(range.least));
-      range.most = static_cast<double>(static_cast<decltype(x)>(range.most));
-      if (!error && !range.contains(x))
-        error = Error{"", option, words(parameter), fmt::format("{:g}", static_cast<double>(x))};
-    };
-    if constexpr (requires { value->length(); }) {
-      for (int c = 0; value && c < 3; ++c) one((*value)[c]);
-    } else if constexpr (requires { value->second; }) {
-      if (value) one(value->first), one(value->second);
-    } else if (value) {
-      one(*value);
-    }
-  };
-  check("--rotate", o.environment_rotate_deg);
-  check("--color", o.color);
-  check("--melanin", o.melanin);
-  check("--sigma-a", o.sigma_a);
-  check("--eccentricity", o.eccentricity);
-  check("--roughness", o.roughness);
-  check("--cm-per-unit", o.cm_per_unit);
-  check("--resolution", o.width);
-  check("--resolution", o.height);
-  check("--spp", o.samples);
-  check("--frame", o.frame);
-  check("--turn", o.turn_deg);
-  check("--shutter", o.shutter);
-  check("--motion-samples", o.motion_samples);
-  check("--fps", o.frames_per_second);
-  check("--exposure", o.exposure_stops);
-  return error;
-}
-
 std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) {
   using Kind = EnvironmentDescription::Kind;
   if (auto error = fault_of(overrides)) return error;
@@ -88,20 +47,6 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
     scene->environment.file = std::filesystem::absolute(*overrides.environment_file).string();
   }
   if (overrides.environment_rotate_deg) scene->environment.rotate_deg = *overrides.environment_rotate_deg;
-  for (auto& material : scene->materials) {
-    auto& fiber = material.fiber;
-    const bool pigment = overrides.melanin || overrides.sigma_a || overrides.hair;
-    if (overrides.color || pigment) material.color_from_file = false;
-    if (overrides.eccentricity) fiber.eccentricity = *overrides.eccentricity;
-    if (overrides.roughness) fiber.roughness = *overrides.roughness;
-    if (pigment) material.color.reset();
-    if (overrides.color) material.color = overrides.color;
-    if (material.color) fiber.sigma_a = fiber::sigma_a_of_lock(*material.color, fiber);
-    if (overrides.melanin)
-      fiber.sigma_a = fiber::sigma_a_from_melanin(overrides.melanin->first, overrides.melanin->second);
-    if (overrides.sigma_a) fiber.sigma_a = *overrides.sigma_a;
-    if (overrides.hair) fiber.sigma_a = sigma_a_of_hair(*overrides.hair).value_or(fiber.sigma_a);
-  }
   for (auto& groom : scene->grooms) {
     if (!groom.file) continue;
     if (overrides.y_up) groom.placement.y_up = *overrides.y_up;
@@ -263,7 +208,8 @@ bool moves(const SceneDescription& description) {
 }
 
 /// The scene of a description. `name`: what it was loaded from.
-Result<Scene> build(SceneDescription description, const std::string& name, Sources from, const Overrides& overrides) {
+Result<Scene> build(SceneDescription description, const std::string& name, Sources from, const Overrides& overrides,
+                    Unstyled* unstyled) {
   if (auto error = apply(overrides, &description)) return *error;
 
   Scene scene;
@@ -301,7 +247,8 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
     else
       scene.grooms.push_back(std::move(*groom));
   }
-  if (auto error = assign_fibers(&scene)) return *error;
+  if (unstyled != nullptr) *unstyled = {scene.materials, scene.lights, scene.environment};
+  if (auto error = apply_look(overrides, &scene)) return *error;
   if (auto error = motion.place_camera(&scene)) return *error;
   motion.look_ahead(&scene);
   motion.turn_objects(&scene);
@@ -322,17 +269,17 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
 
 }  // namespace
 
-Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides) {
+Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides, Unstyled* unstyled) {
   auto description = describe(file);
   if (!description) return description.error();
-  return build(std::move(*description), file.string(), {file.parent_path()}, overrides);
+  return build(std::move(*description), file.string(), {file.parent_path()}, overrides, unstyled);
 }
 
 Result<Scene> load_scene(std::span<const unsigned char> text, const std::string& name,
                          const std::filesystem::path& folder, FilesInMemory files, const Overrides& overrides) {
   auto description = parse_scene_file(text, name);
   if (!description) return description.error();
-  return build(std::move(*description), name, {folder, std::move(files)}, overrides);
+  return build(std::move(*description), name, {folder, std::move(files)}, overrides, nullptr);
 }
 
 }  // namespace tress::scene

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "scene/model/scene.h"
 #include "scene/read/grooms/groom_file.h"
@@ -25,6 +26,8 @@ struct Overrides {
   std::optional<glm::vec3> sigma_a = {};
   std::optional<std::string> hair = {};  ///< of hair_color_names()
   std::optional<float> eccentricity = {}, roughness = {};
+  std::optional<double> tilt_deg = {};     ///< of the cuticle scales
+  std::optional<double> light_scale = {};  ///< of the environment and every light
   std::optional<bool> y_up = {};
   std::optional<double> cm_per_unit = {};
   std::optional<int> width = {}, height = {}, samples = {};
@@ -38,8 +41,22 @@ struct Overrides {
   std::optional<double> turn_deg = {};  ///< of a camera that is placed to see the hair
 };
 
+/// What a scene has before the look that the overrides give it.
+struct Unstyled {
+  std::vector<Material> materials;
+  std::vector<Light> lights;
+  Environment environment;
+};
+
+/// Gives a scene the look of the overrides: its materials, fibers and light, as if it had been loaded with them, to the
+/// bit. unstyled: of the same scene. All other overrides are left aside. Error as of load_scene, out of a range or of
+/// assign_fibers: the scene is then half changed.
+std::optional<Error> restyle(const Unstyled& unstyled, const Overrides& overrides, Scene* scene);
+
 /// A scene JSON file, or a bare file of strands (groom_files.h). Errors name the file and the JSON path or byte.
-Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides = {});
+/// unstyled: filled for restyle(); null: nobody asks.
+Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides = {},
+                         Unstyled* unstyled = nullptr);
 
 /// What a host has in memory in place of files, by the names that stand for files in its scene. As the readers of such
 /// files would have made them: what these promise is a precondition.

@@ -1,0 +1,92 @@
+#include "cli/live_look.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+
+#include "scene/model/parameters.h"
+#include "tress/fiber/parameters.h"
+
+namespace tress::cli {
+namespace {
+
+using Slider = live::RenderServer::Slider;
+
+/// A slider, the option that it stands for, and what that option sets.
+struct Knob {
+  const char *name, *label, *option;
+  double least, most, step;
+  double (*shown)(const RenderSettings&, const fiber::FiberParameters&);
+  void (*set)(scene::Overrides&, double);
+};
+
+double to_step(double x) { return std::round(1000 * x) / 1000; }
+
+constexpr double usual_melanin = 1.3;  ///< of materials without a color (scenes/README.md)
+
+constexpr Knob knobs[] = {
+    {"melanin", "Melanin", "--melanin", 0, 8, 0.05,
+     [](const RenderSettings& s, const fiber::FiberParameters&) {
+       return s.overrides.melanin ? double(s.overrides.melanin->first) : usual_melanin;
+     },
+     [](scene::Overrides& o, double x) {
+       o.color.reset();
+       o.sigma_a.reset();
+       o.hair.reset();
+       o.melanin = {float(x), o.melanin ? o.melanin->second : 0.0f};
+     }},
+    {"roughness", "Roughness", "--roughness", 0.05, 0.6, 0.01,
+     [](const RenderSettings&, const fiber::FiberParameters& fiber) { return double(fiber.roughness); },
+     [](scene::Overrides& o, double x) { o.roughness = float(x); }},
+    {"eccentricity", "Eccentricity", "--eccentricity", 0.5, 1, 0.01,
+     [](const RenderSettings&, const fiber::FiberParameters& fiber) { return double(fiber.eccentricity); },
+     [](scene::Overrides& o, double x) { o.eccentricity = float(x); }},
+    {"tilt", "Tilt, degrees", "--cuticle-tilt", 0, 10, 0.25,
+     [](const RenderSettings&, const fiber::FiberParameters& fiber) {
+       return double(fiber.tilt) * 180 / std::numbers::pi;
+     },
+     [](scene::Overrides& o, double x) { o.tilt_deg = x; }},
+    {"lights", "Light", "--light-scale", 0, 8, 0.05,
+     [](const RenderSettings& s, const fiber::FiberParameters&) { return s.overrides.light_scale.value_or(1); },
+     [](scene::Overrides& o, double x) { o.light_scale = x; }},
+};
+
+}  // namespace
+
+std::vector<Slider> sliders_of(const RenderSettings& settings, const scene::Scene& scene) {
+  std::vector<Slider> sliders;
+  if (settings.checkpoint || settings.part || settings.samples_from || settings.samples_to || settings.telemetry ||
+      scene.materials.empty())
+    return sliders;
+  for (const Knob& knob : knobs) {
+    const double shown = to_step(knob.shown(settings, scene.materials.front().fiber));
+    sliders.push_back(
+        {knob.name, knob.label, std::min(knob.least, shown), std::max(knob.most, shown), knob.step, shown});
+  }
+  return sliders;
+}
+
+RenderSettings with_look(const RenderSettings& settings, const live::RenderServer::Look& look) {
+  RenderSettings changed = settings;
+  std::string words;
+  for (const Knob& knob : knobs) {
+    const auto moved = look.find(knob.name);
+    if (moved == look.end()) continue;
+    knob.set(changed.overrides, moved->second);
+    std::string text = fmt::format("{}", moved->second);
+    if (changed.overrides.melanin && std::string(knob.name) == "melanin") {
+      for (const char* other : {"--color", "--sigma-a", "--hair"}) changed.told.erase(other);
+      if (changed.overrides.melanin->second > 0) text += fmt::format(",{}", changed.overrides.melanin->second);
+    }
+    changed.told[knob.option] = text;
+    words += fmt::format(" {} {}", knob.option, text);
+  }
+  if (!words.empty()) changed.command += " (by the live page:" + words + ")";
+  return changed;
+}
+
+}  // namespace tress::cli
