@@ -17,8 +17,10 @@ using ::testing::Truly;
 
 std::vector<fs::path> scene_files() {
   std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(fs::path(TRESS_SOURCE_DIR) / "scenes"))
-    if (entry.path().extension() == ".json" && entry.path().filename() != "schema.json") files.push_back(entry.path());
+  for (const char* folder : {"scenes", "scenes/gallery"})
+    for (const auto& entry : fs::directory_iterator(fs::path(TRESS_SOURCE_DIR) / folder))
+      if (entry.path().extension() == ".json" && entry.path().filename() != "schema.json")
+        files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
 }
