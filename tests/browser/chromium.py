@@ -90,9 +90,9 @@ class Page:
             time.sleep(0.1)
         raise AssertionError(f"never: {expression}")
 
-    def picture(self, file, box=None):
-        """Of the whole page, or of x, y, width, height of it."""
-        clip = {"clip": {**dict(zip(("x", "y", "width", "height"), box)), "scale": 1}} if box else {}
+    def picture(self, file, box=None, scale=1):
+        """Of the whole page, or of x, y, width, height of it; scale: pixels a pixel."""
+        clip = {"clip": {**dict(zip(("x", "y", "width", "height"), box)), "scale": scale}} if box else {}
         shot = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=True, **clip)
         with open(file, "wb") as out:
             out.write(base64.b64decode(shot["data"]))
