@@ -319,11 +319,11 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
   const auto settings = std::make_shared<RenderSettings>();
   RenderSettings& s = *settings;
   s.command = as_shell_words(command);
-  CLI::App* render = tress.add_subcommand("render", "Render a scene, or a bare file of strands");
+  CLI::App* render = tress.add_subcommand("render", "Render a scene, a bare file of strands, or a folder of parts");
   render
       ->add_option_function<std::string>(
           "SCENE", [&s](const std::string& file) { s.scene = file; },
-          "scene JSON, or strands: .hair, .abc, .usda, .pbrt, .ply, .data")
+          "scene JSON, strands (.hair, .abc, .usda, .pbrt, .ply, .data), or a folder of them")
       ->required();
   add_file(render, "-o,--output", [&s](const std::string& file) { s.output = file; },
            "picture; a .png is written beside it", {".exr"})

@@ -84,7 +84,15 @@ Identity identity_of(const std::filesystem::path& scene, const std::map<std::str
   Identity identity;
   identity["version"] = version();
   for (const auto& [name, value] : options) identity[name] = name == "--environment" ? with_content(value, ".") : value;
-  if (!add_scene_values(scene, options, &identity))
+  std::error_code error;
+  const bool is_folder = std::filesystem::is_directory(scene, error);
+  if (is_folder && !std::filesystem::exists(scene / "scene.json", error)) {
+    for (std::filesystem::directory_iterator at(scene, error), end; !error && at != end; at.increment(error))
+      if (at->is_regular_file())
+        identity["part " + at->path().filename().string()] = file_content_name(at->path()).value_or("unknown");
+    return identity;
+  }
+  if (!add_scene_values(is_folder ? scene / "scene.json" : scene, options, &identity))
     identity["scene"] = "content " + file_content_name(scene).value_or("unknown");
   return identity;
 }

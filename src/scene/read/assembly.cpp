@@ -79,6 +79,10 @@ Scale scale_of(const GroomFile& file, const GroomPlacement& placement, const std
   Scale scale;
   if (placement.cm_per_unit || file.cm_per_unit) {
     scale.cm_per_unit = placement.cm_per_unit ? *placement.cm_per_unit : *file.cm_per_unit;
+  } else if (placement.usual_cm_per_unit) {
+    scale.cm_per_unit = *placement.usual_cm_per_unit;
+    notes->push_back(
+        fmt::format("{}: no unit given, {:g} cm taken for one, as for all parts of a folder", name, scale.cm_per_unit));
   } else if (longest > 0) {
     scale.cm_per_unit = usual_longest_side_cm / longest;
     notes->push_back(fmt::format("{}: no unit given, longest side {:g} units taken for {:g} cm ({:g} cm per unit)",

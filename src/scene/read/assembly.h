@@ -43,10 +43,11 @@ struct ObjectPath {
 struct GroomPlacement {
   std::optional<bool> y_up = {};  ///< y of the file becomes z, its z becomes -y; unset: as it says, else guess_up
   bool guess_up = false;          ///< where y_up is unset: by how the strands fall
-  std::optional<double> cm_per_unit = {};  ///< unset: the longest side of the bounding box is 30 cm
-  std::optional<double> radius_cm = {};    ///< unset: the file's, or .004 cm where it has none or an absurd one
-  std::optional<StrandBasis> basis = {};   ///< of files that do not say; unset: bspline
-  bool colors = false;                     ///< strands have the mean of the colors of their points
+  std::optional<double> cm_per_unit = {};        ///< unset: the file's, else usual_cm_per_unit
+  std::optional<double> usual_cm_per_unit = {};  ///< unset: the longest side of the bounding box is 30 cm
+  std::optional<double> radius_cm = {};          ///< unset: the file's, or .004 cm where it has none or an absurd one
+  std::optional<StrandBasis> basis = {};         ///< of files that do not say; unset: bspline
+  bool colors = false;                           ///< strands have the mean of the colors of their points
 };
 
 /// Whether y of the file is up, by how its strands fall: from root to tip they go down on average, hair by its weight

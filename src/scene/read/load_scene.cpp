@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <tuple>
 
 #include "base/numbered_file.h"
@@ -22,6 +23,7 @@
 #include "scene/read/input_files.h"
 #include "scene/read/look.h"
 #include "scene/read/object_files.h"
+#include "scene/read/parts_folder.h"
 #include "scene/read/scene_file.h"
 
 namespace tress::scene {
@@ -184,7 +186,17 @@ bool may_be_json(const std::filesystem::path& file, std::span<const unsigned cha
   return file.extension() == ".json" || first == start.end() || *first == '{';
 }
 
-Result<SceneDescription> describe(const std::filesystem::path& file) {
+bool is_folder(const std::filesystem::path& path) {
+  std::error_code unknown;
+  return std::filesystem::is_directory(path, unknown);
+}
+
+Result<SceneDescription> describe(const std::filesystem::path& file, const Overrides& overrides) {
+  std::error_code unknown;
+  if (is_folder(file))
+    return std::filesystem::exists(file / "scene.json", unknown) ? describe(file / "scene.json", overrides)
+                                                                 : describe_parts(file, overrides);
+
   const std::string wanted = "a scene (JSON) or a groom (" + groom_endings() + ")";
   const auto start = read_file_start(file, wanted, bytes_of_kind);
   if (!start) return start.error();
@@ -270,9 +282,10 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
 }  // namespace
 
 Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides, Unstyled* unstyled) {
-  auto description = describe(file);
+  auto description = describe(file, overrides);
   if (!description) return description.error();
-  return build(std::move(*description), file.string(), {file.parent_path()}, overrides, unstyled);
+  return build(std::move(*description), file.string(), {is_folder(file) ? file : file.parent_path()}, overrides,
+               unstyled);
 }
 
 Result<Scene> load_scene(std::span<const unsigned char> text, const std::string& name,

@@ -53,8 +53,8 @@ struct Unstyled {
 /// assign_fibers: the scene is then half changed.
 std::optional<Error> restyle(const Unstyled& unstyled, const Overrides& overrides, Scene* scene);
 
-/// A scene JSON file, or a bare file of strands (groom_files.h). Errors name the file and the JSON path or byte.
-/// unstyled: filled for restyle(); null: nobody asks.
+/// A scene JSON file, a bare file of strands (groom_files.h), or a folder: the scene.json in it, else its parts
+/// (parts_folder.h). Errors name the file and the JSON path or byte. unstyled: filled for restyle(); null: nobody asks.
 Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides = {},
                          Unstyled* unstyled = nullptr);
 
