@@ -1,6 +1,7 @@
 // Scenes whose camera, grooms and meshes move while the shutter is open: keyframes, turntables, a file a frame.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
 #include <cmath>
@@ -21,7 +22,7 @@ namespace {
 class MovingScene : public testing::Test {
  protected:
   MovingScene() {
-    folder_ = std::filesystem::temp_directory_path() / "tress_moving_scene";
+    folder_ = std::filesystem::temp_directory_path() / fmt::format("tress_moving_scene_{}", getpid());
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
   }

@@ -1,6 +1,7 @@
 #include "scene/read/scene_file.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -202,14 +203,16 @@ TEST(LoadScene, FindsTheAbsorptionOfAColorForTheShapeThatIsDrawn) {
   EXPECT_EQ(red->fibers.at(0).sigma_a, sigma_a_of_hair("red"));
 }
 
-TEST(LoadScene, RefusesMissingEmptyAndFolders) {
-  const auto folder = std::filesystem::path(testing::TempDir());
+TEST(LoadScene, RefusesMissingEmptyAndFoldersWithoutGrooms) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / ("tress_no_groom_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder / "nothing");
   const auto empty = folder / "tress_empty.hair";
   std::ofstream(empty).close();
   EXPECT_NE(load_scene(folder / "tress_missing.json").error().message().find("no such file"), std::string::npos);
   EXPECT_NE(load_scene(empty).error().message().find("an empty file"), std::string::npos);
-  EXPECT_NE(load_scene(folder).error().message().find("a directory"), std::string::npos);
-  std::filesystem::remove(empty);
+  EXPECT_NE(load_scene(folder / "nothing").error().message().find("a folder with scene.json or grooms"),
+            std::string::npos);
+  std::filesystem::remove_all(folder);
 }
 
 TEST(LoadScene, LoadsTheScenesOfTheProject) {

@@ -80,6 +80,9 @@ class Camera(_Object):
     depth_of_field: Optional[Keys] = None
     frames: Optional[Sequence[Keys]] = None
     turntable: Optional[Keys] = None
+    shutter: Optional[Keys] = None
+    motion_samples: Optional[int] = None
+    frames_per_second: Optional[float] = None
 
 
 @dataclass(kw_only=True, slots=True)
@@ -128,7 +131,10 @@ class Mesh(_Object):
     file: Optional[str] = None
     up: Optional[str] = None
     cm_per_unit: Optional[float] = None
+    scale: Optional[float] = None
+    rotate_deg: Optional[Triple] = None
     translate: Optional[Triple] = None
+    frames: Optional[Sequence[Keys]] = None
     albedo: Optional[Triple] = None
     albedo_file: Optional[str] = None
     coat: Optional[Keys] = None
@@ -140,7 +146,7 @@ class Mesh(_Object):
 @dataclass(kw_only=True, slots=True)
 class Material(_Object):
     """A fiber and how strands of it differ. At most one of color, hair, melanin and sigma_a, or principled
-    alone in place of them."""
+    or chiang_hair_bsdf alone in place of them."""
 
     name: Optional[str] = None
     eta: Optional[float] = None
@@ -157,6 +163,7 @@ class Material(_Object):
     twist: Optional[bool] = None
     root_angle_deg: Optional[float] = None
     principled: Optional[Keys] = None
+    chiang_hair_bsdf: Optional[Keys] = None
     medulla: Optional[Keys] = None
     variation: Optional[Keys] = None
     longitudinal_shape: Optional[str] = None
@@ -192,6 +199,7 @@ class Groom(_Object):
     scale: Optional[float] = None
     rotate_deg: Optional[Triple] = None
     translate: Optional[Triple] = None
+    frames: Optional[Sequence[Keys]] = None
     cm_per_unit: Optional[float] = None
     material: Optional[str] = None
 
