@@ -1,7 +1,7 @@
 #include "base/numbered_file.h"
 
-#include <fmt/format.h>
-
+#include <algorithm>
+#include <cstddef>
 #include <string>
 #include <utility>
 
@@ -25,7 +25,10 @@ std::filesystem::path of_frame(const std::filesystem::path& file, int frame) {
   std::string name = file.filename().string();
   const auto [first, length] = mark_in(name);
   if (length == 0) return file;
-  name.replace(first, length, fmt::format("{:0{}}", frame, length));
+  std::string number = std::to_string(frame);
+  const std::size_t zeros = length - std::min(length, number.size());
+  number.insert(frame < 0 ? 1 : 0, zeros, '0');
+  name.replace(first, length, number);
   return file.parent_path() / name;
 }
 
