@@ -1,4 +1,5 @@
 // Help, and what is said and returned when the command is used wrongly.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <regex>
@@ -9,6 +10,7 @@
 
 #include "cli/run_tress.h"
 #include "scene/model/parameters.h"
+#include "tress/adaptive/options.h"
 #include "tress/version.h"
 
 namespace tress::test {
@@ -181,6 +183,11 @@ TEST_F(Usage, FarFieldHasTheDefaultsThatItTells) {
   }
   for (const char* word : {"--model", "elliptical", "--sigma-a", "0"}) spelt.emplace_back(word);
   EXPECT_EQ(run(plain).out, run(spelt).out);
+}
+
+TEST_F(Usage, EpsilonOfRowsOfSamplesIsTheLibrarys) {
+  const std::string told = fmt::format("chi-square, and {:g} without the option", adaptive::Options{}.sampled_epsilon);
+  EXPECT_THAT(std::string(scene::option_parameter("--epsilon").sentence), HasSubstr(told));
 }
 
 TEST_F(Usage, AWrongOptionNamesTheNearest) {
