@@ -83,7 +83,9 @@ WarmSlice counted(const adaptive::Service& service, adaptive::SliceId id, const 
       found.cold.push_back({node, queries, why_cold(found.in_cache ? &rows->second : nullptr, node)});
     }
   }
-  std::ranges::stable_sort(found.cold, std::ranges::greater{}, &ColdRow::queries);
+  std::ranges::sort(found.cold, [](const ColdRow& a, const ColdRow& b) {
+    return a.queries != b.queries ? a.queries > b.queries : a.node < b.node;
+  });
   return found;
 }
 
