@@ -26,12 +26,15 @@ struct Knob {
 
 double to_step(double x) { return std::round(1000 * x) / 1000; }
 
-constexpr double usual_melanin = 1.3;  ///< of materials without a color (scenes/README.md)
+/// Of the eumelanin that absorbs as much green as the fiber does, whatever colors it.
+double melanin_of(const fiber::FiberParameters& fiber) {
+  return double(fiber.sigma_a.g) / double(fiber::sigma_a_from_melanin(1, 0).g);
+}
 
 constexpr Knob knobs[] = {
     {"melanin", "Melanin", "--melanin", 0, 8, 0.05,
-     [](const RenderSettings& s, const fiber::FiberParameters&) {
-       return s.overrides.melanin ? double(s.overrides.melanin->first) : usual_melanin;
+     [](const RenderSettings& s, const fiber::FiberParameters& fiber) {
+       return s.overrides.melanin ? double(s.overrides.melanin->first) : melanin_of(fiber);
      },
      [](scene::Overrides& o, double x) {
        o.color.reset();

@@ -10,6 +10,7 @@
 
 #include "cli/console.h"
 #include "cli/progress.h"
+#include "fiber/row_axes.h"
 
 namespace tress::cli {
 
@@ -46,13 +47,13 @@ void SceneModel::add_fibers(const scene::Scene& scene) {
                        double(settings_.table.memory_bytes) / double(1 << 20)));
 }
 
-// Under a blur of 4 degrees a grid of rows would explode, and g is traced at every vertex instead.
 void SceneModel::tell_narrow_blurs(const scene::Material& material) const {
   if (!service() || info_.learns_samples()) return;
   const std::array<float, 3> sigmas = fiber::azimuthal_sigmas(material.fiber);
   for (int lobe = 0; lobe < 3; ++lobe) {
-    const double degrees = double(sigmas[std::size_t(lobe)]) * 180 / std::numbers::pi;
-    if (degrees >= 4) continue;
+    const float sigma = sigmas[std::size_t(lobe)];
+    if (!fiber::is_below_grid(sigma)) continue;
+    const double degrees = double(sigma) * 180 / std::numbers::pi;
     log_note(
         fmt::format("material {}: {} is blurred by {:.2f} degrees, less than 4: its rows only propose, and it is "
                     "traced at every vertex",

@@ -97,7 +97,7 @@ std::set<adaptive::SliceKey> narrow_slices(const fiber::ModelInfo& info, const s
     const std::array<float, 3> blurs = fiber::azimuthal_sigmas(fiber);
     for (const SliceDescription& slice : info.slices_of(fiber)) {
       const auto order = static_cast<std::size_t>(fiber::slice_order(static_cast<int>(slice.key.lobe)));
-      if (blurs[order - 1] < fiber::smallest_grid_sigma * (1 - 1e-5f)) narrow.insert(slice.key);
+      if (fiber::is_below_grid(blurs[order - 1])) narrow.insert(slice.key);
     }
   }
   return narrow;

@@ -44,6 +44,9 @@ inline FoldedAzimuth fold_azimuth(float phi_r) {
 
 /// The blur whose grid a slice uses: no finer than that of 4 degrees. Radians.
 constexpr float smallest_grid_sigma = 0.06981317f;
+/// Whether a blur is smaller: a grid of rows would explode, so its rows only propose, and g is traced at every vertex.
+/// Four degrees turned into radians may round below the limit and are still on the grid.
+constexpr bool is_below_grid(float sigma_rad) { return sigma_rad < smallest_grid_sigma * (1 - 1e-5f); }
 
 /// axis_a: phi_r, uniform on [0, pi/2], both ends included, steps of at most sigma/3 (one node for e = 1, where the
 /// relative azimuth does not depend on phi_r). axis_b: |theta_d|, ascending: 26 nodes uniform in the cosine from 1 to

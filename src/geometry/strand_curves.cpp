@@ -114,16 +114,10 @@ KnotFrame between(const KnotFrame& a, const KnotFrame& b, float share) {
 
 }  // namespace
 
-BetweenMoments::BetweenMoments(float time, std::size_t moments) {
-  const float along = time * static_cast<float>(moments - 1);
-  before = std::min(static_cast<std::size_t>(along), moments < 2 ? 0 : moments - 2);
-  share = along - static_cast<float>(before);
-}
-
 FiberFrame StrandCurves::frame(std::uint32_t segment, float t, const glm::vec3& tangent, float time) const {
   const StrandSegment& first = segments[segment];
   if (later_frames.empty()) return frame_between(first.from, first.to, t, tangent);
-  const BetweenMoments at(time, moments());
+  const scene::BetweenMoments at(time, moments());
   const auto frames = [&](std::size_t moment) {
     return moment == 0 ? SegmentFrames{first.from, first.to} : later_frames[moment - 1][segment];
   };
@@ -142,7 +136,7 @@ float StrandCurves::semi_axis(std::uint32_t segment, float t) const {
 
 glm::vec3 StrandCurves::control_at(std::uint32_t index, float time) const {
   if (later_control.empty()) return control[index];
-  const BetweenMoments at(time, moments());
+  const scene::BetweenMoments at(time, moments());
   const glm::vec4 &a = at.before == 0 ? control[index] : later_control[at.before - 1][index],
                   &b = later_control[at.before][index];
   return (1 - at.share) * glm::vec3(a) + at.share * glm::vec3(b);

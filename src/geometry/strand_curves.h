@@ -22,13 +22,6 @@ struct alignas(64) StrandSegment {
   float eccentricity;
 };
 
-/// Between which two of evenly spaced moments of the shutter a time in [0, 1] is, and how far from the first of them.
-struct BetweenMoments {
-  std::size_t before;
-  float share;
-  BetweenMoments(float time, std::size_t moments);
-};
-
 /// Frames at the ends of a segment.
 struct SegmentFrames {
   KnotFrame from, to;

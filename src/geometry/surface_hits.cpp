@@ -5,8 +5,6 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "geometry/strand_curves.h"
-
 namespace tress::geometry {
 namespace {
 
@@ -18,7 +16,7 @@ class AtTime {
   AtTime(const scene::Mesh& mesh, float time, Points scene::Mesh::* first, Points scene::MeshMoment::* later)
       : before_(&(mesh.*first)) {
     if (mesh.later.empty()) return;
-    const BetweenMoments at(time, 1 + mesh.later.size());
+    const scene::BetweenMoments at(time, 1 + mesh.later.size());
     if (at.before > 0) before_ = &(mesh.later[at.before - 1].*later);
     after_ = &(mesh.later[at.before].*later);
     share_ = at.share;

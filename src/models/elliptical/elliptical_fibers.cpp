@@ -35,8 +35,7 @@ FiberId EllipticalFibers::add(const FiberParameters& parameters) {
   const auto slices = elliptical_slices(parameters);
   for (std::size_t i = 0; i < row_lobes.size(); ++i) {
     fiber.vertex_rays = std::max(fiber.vertex_rays, vertex_ray_count(fiber.sigma[i]));
-    // Four degrees turned into radians may round below the limit and are still on the grid.
-    fiber.proposes_only[i] = fiber.sigma[i] < smallest_grid_sigma * (1 - 1e-5f);
+    fiber.proposes_only[i] = is_below_grid(fiber.sigma[i]);
     fiber.answers_by_rows = fiber.answers_by_rows && !fiber.proposes_only[i];
     if (service_ != nullptr && slices[i]) fiber.rows[i] = rows_of(*slices[i], parameters.sigma_a);
   }

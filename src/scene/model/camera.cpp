@@ -125,10 +125,9 @@ Camera on_turntable(const Turntable& turntable, double frame, const std::vector<
 }  // namespace
 
 Camera camera_during(const std::vector<Camera>& moments, float time) {
-  const float along = time * static_cast<float>(moments.size() - 1);
-  const std::size_t before = std::min(static_cast<std::size_t>(along), moments.size() - 2);
-  const Camera &a = moments[before], &b = moments[before + 1];
-  const float t = along - static_cast<float>(before);
+  const BetweenMoments at(time, moments.size());
+  const Camera &a = moments[at.before], &b = moments[at.before + 1];
+  const float t = at.share;
   Camera camera = between(a, b, t);
   camera.lens_radius_cm = a.lens_radius_cm + t * (b.lens_radius_cm - a.lens_radius_cm);
   camera.focus_cm = a.focus_cm + t * (b.focus_cm - a.focus_cm);

@@ -1,6 +1,8 @@
 // A scene in memory: what the renderer draws. Made by load_scene(); every value in range.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <glm/ext/matrix_double3x3.hpp>
 #include <glm/ext/vector_double3.hpp>
@@ -42,6 +44,18 @@ struct Shutter {
   bool is_open() const { return close > open; }
   /// Frames from that of the picture to one of the moments.
   double moment(int sample) const { return open + (close - open) * sample / (samples - 1); }
+};
+
+/// Between which two of evenly spaced moments of the shutter a time of it is, and how far from the first of them.
+struct BetweenMoments {
+  std::size_t before;
+  float share;  ///< [0, 1] of the way to the next; 0 of one moment
+  /// time: [0, 1], from the opening of the shutter to its closing. moments >= 1.
+  BetweenMoments(float time, std::size_t moments) {
+    const float along = time * static_cast<float>(moments - 1);
+    before = std::min(static_cast<std::size_t>(along), moments < 2 ? 0 : moments - 2);
+    share = along - static_cast<float>(before);
+  }
 };
 
 struct Image {

@@ -221,16 +221,22 @@ ObjectTransform ObjectPath::at(double frame) const {
 
 namespace {
 
+/// The coordinate that is not in the world, if one is not.
+std::optional<double> beyond_world(const glm::dvec3& point) {
+  for (int c = 0; c < 3; ++c)
+    if (!(std::abs(point[c]) <= world_cm)) return point[c];
+  return std::nullopt;
+}
+
 std::optional<Error> move_points(const ObjectTransform& transform, const std::string& name,
                                  std::vector<glm::vec3>* points) {
   if (transform == ObjectTransform{}) return std::nullopt;
   const glm::dmat3 turn = transform.turn();
   for (glm::vec3& point : *points) {
-    const glm::dvec3 placed = turn * (transform.scale * glm::dvec3(point)) + glm::dvec3(transform.translate);
-    for (int c = 0; c < 3; ++c)
-      if (!(std::abs(placed[c]) <= world_cm))
-        return Error{name, "points", fmt::format("coordinates within {:g} cm", world_cm),
-                     fmt::format("{:g} cm once it is scaled, turned and moved", placed[c])};
+    const glm::dvec3 placed = transform.of(glm::dvec3(point), turn);
+    if (const auto beyond = beyond_world(placed))
+      return Error{name, "points", fmt::format("coordinates within {:g} cm", world_cm),
+                   fmt::format("{:g} cm once it is scaled, turned and moved", *beyond)};
     point = glm::vec3(placed);
   }
   return std::nullopt;
@@ -244,13 +250,11 @@ Result<std::vector<glm::vec3>> placed_positions(const MeshAtMoment& moment, cons
   positions.reserve(moment.file->positions.size());
   for (const auto& p : moment.file->positions) {
     const glm::dvec3 raised = description.y_up ? glm::dvec3(p.x, -p.z, p.y) : glm::dvec3(p);
-    const glm::dvec3 placed =
-        turn * (moment.transform.scale * (raised * description.cm_per_unit)) + glm::dvec3(moment.transform.translate);
-    for (int c = 0; c < 3; ++c)
-      if (!(std::abs(placed[c]) <= world_cm))
-        return Error{name, fmt::format("vertex {}", positions.size() + 1),
-                     fmt::format("coordinates within {:g} cm", world_cm),
-                     fmt::format("{:g} cm at {:g} cm per unit", placed[c], description.cm_per_unit)};
+    const glm::dvec3 placed = moment.transform.of(raised * description.cm_per_unit, turn);
+    if (const auto beyond = beyond_world(placed))
+      return Error{name, fmt::format("vertex {}", positions.size() + 1),
+                   fmt::format("coordinates within {:g} cm", world_cm),
+                   fmt::format("{:g} cm at {:g} cm per unit", *beyond, description.cm_per_unit)};
     positions.emplace_back(placed);
   }
   return positions;

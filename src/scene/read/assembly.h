@@ -22,7 +22,10 @@ struct ObjectTransform {
 
   /// Of column vectors.
   glm::dmat3 turn() const;
-  glm::dvec3 of(const glm::dvec3& point) const { return turn() * (scale * point) + glm::dvec3(translate); }
+  /// Where it brings a point, cm. turn: its own, made once for many points.
+  glm::dvec3 of(const glm::dvec3& point, const glm::dmat3& turn) const {
+    return turn * (scale * point) + glm::dvec3(translate);
+  }
   friend bool operator==(const ObjectTransform&, const ObjectTransform&) = default;
 };
 

@@ -1,11 +1,8 @@
 #include "scene/read/look.h"
 
-#include <fmt/format.h>
-
 #include <numbers>
 
 #include "scene/model/hair_colors.h"
-#include "scene/model/parameters.h"
 #include "scene/model/strand_fibers.h"
 #include "tress/fiber/lock_color.h"
 
@@ -29,46 +26,6 @@ void style(const Overrides& overrides, Material* material) {
 }
 
 }  // namespace
-
-std::optional<Error> fault_of(const Overrides& o) {
-  std::optional<Error> error;
-  const auto check = [&](const char* option, const auto& value) {
-    const Parameter& parameter = option_parameter(option);
-    const auto one = [&](const auto x) {
-      Range range = parameter.range;  // its ends as the type of the value has them
-      range.least = static_cast<double>(static_cast<decltype(x)>(range.least));
-      range.most = static_cast<double>(static_cast<decltype(x)>(range.most));
-      if (!error && !range.contains(x))
-        error = Error{"", option, words(parameter), fmt::format("{:g}", static_cast<double>(x))};
-    };
-    if constexpr (requires { value->length(); }) {
-      for (int c = 0; value && c < 3; ++c) one((*value)[c]);
-    } else if constexpr (requires { value->second; }) {
-      if (value) one(value->first), one(value->second);
-    } else if (value) {
-      one(*value);
-    }
-  };
-  check("--rotate", o.environment_rotate_deg);
-  check("--color", o.color);
-  check("--melanin", o.melanin);
-  check("--sigma-a", o.sigma_a);
-  check("--eccentricity", o.eccentricity);
-  check("--roughness", o.roughness);
-  check("--cuticle-tilt", o.tilt_deg);
-  check("--light-scale", o.light_scale);
-  check("--cm-per-unit", o.cm_per_unit);
-  check("--resolution", o.width);
-  check("--resolution", o.height);
-  check("--spp", o.samples);
-  check("--frame", o.frame);
-  check("--turn", o.turn_deg);
-  check("--shutter", o.shutter);
-  check("--motion-samples", o.motion_samples);
-  check("--fps", o.frames_per_second);
-  check("--exposure", o.exposure_stops);
-  return error;
-}
 
 std::optional<Error> apply_look(const Overrides& overrides, Scene* scene) {
   for (Material& material : scene->materials) style(overrides, &material);

@@ -2,13 +2,24 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
-#include "scene/read/load_scene.h"
+#include "scene/model/scene.h"
+#include "scene/read/overrides.h"
 
 namespace tress::scene {
 
-/// Of an option that a caller gave a value out of the range of its parameter; the command line has checked them.
-std::optional<Error> fault_of(const Overrides& overrides);
+/// What a scene has before the look that the overrides give it.
+struct Unstyled {
+  std::vector<Material> materials;
+  std::vector<Light> lights;
+  Environment environment;
+};
+
+/// Gives a scene the look of the overrides: its materials, fibers and light, as if it had been loaded with them, to the
+/// bit. unstyled: of the same scene. All other overrides are left aside. Error as of load_scene, out of a range or of
+/// assign_fibers: the scene is then half changed.
+std::optional<Error> restyle(const Unstyled& unstyled, const Overrides& overrides, Scene* scene);
 
 /// To a scene whose materials and light are as its file has them: their look, and the fibers of all strands.
 std::optional<Error> apply_look(const Overrides& overrides, Scene* scene);
