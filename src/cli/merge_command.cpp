@@ -144,6 +144,7 @@ std::unique_ptr<integrate::Film> joined_film(std::vector<Part>& parts) {
   const integrate::Ground ground = first.opaque ? integrate::Ground::backdrop : integrate::Ground::nothing;
   integrate::Film::Extra extra;
   extra.emission = first.emission;
+  extra.halves = first.halves;
   extra.groups = first.groups;
   const auto film_of = [&](const image::Window& window) {
     return std::make_unique<integrate::Film>(window, first.glint, false, ground, first.object_count(), first.moving,

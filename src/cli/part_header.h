@@ -18,6 +18,7 @@ struct PartHeader {
   int whole_width = 0, whole_height = 0;
   int from = 0, to = 0;  ///< samples of a pixel, the second excluded
   bool opaque = false, glint = false, moving = false, emission = false;
+  bool halves = false;                             ///< integrate::half_layers
   bool frozen = false;                             ///< its paths do not depend on what others learn
   std::string table;                               ///< hash of the table
   std::vector<std::string> groups;                 ///< of light

@@ -125,25 +125,30 @@ std::vector<std::string> parted_by_commas(const std::string& text) {
   return words;
 }
 
+/// Of --layers, checked: what they are to be.
+void set_layers(const std::string& text, RenderSettings* s) {
+  std::vector<std::string> words = parted_by_commas(text);
+  s->render.halves = std::erase(words, half_pictures) > 0;
+  s->layers.reset();
+  if (std::ranges::find(words, "all") != words.end()) return;
+  if (s->render.halves) words.insert(words.end(), integrate::half_layers.begin(), integrate::half_layers.end());
+  s->layers = words;
+}
+
 void add_layers(CLI::App* app, RenderSettings& s) {
-  const std::vector<std::string> known = layer_names();
+  std::vector<std::string> known = layer_names();
+  for (const std::string_view name : {half_pictures, std::string_view("all"), std::string_view("beauty")})
+    known.emplace_back(name);
   app->add_option_function<std::string>(
-         "--layers",
-         [&s](const std::string& text) {
-           if (text == "all")
-             s.layers.reset();
-           else
-             s.layers = parted_by_commas(text);
-         },
-         fmt::format(
-             "layers of the EXR beside R, G, B, A: all (default), beauty for none, or some of {} and light.GROUP",
-             joined(known, ",")))
+         "--layers", [&s](const std::string& text) { set_layers(text, &s); },
+         fmt::format("layers of the EXR beside R, G, B, A: all (default), beauty for none, or some of {} and "
+                     "light.GROUP; half besides, as in all,half: two independent half pictures for denoisers",
+                     joined(layer_names(), ",")))
       ->check(CLI::Validator(
           [known](std::string& text) {
-            if (text == "all") return std::string();
             for (const std::string& word : parted_by_commas(text)) {
               const bool is_group = word.starts_with(light_layer) && word.size() > light_layer.size();
-              if (word != "beauty" && !is_group && std::ranges::find(known, word) == known.end())
+              if (!is_group && std::ranges::find(known, word) == known.end())
                 return fmt::format("expected all, beauty or layers separated by commas, found {} (nearest: {})", word,
                                    nearest_word(word, known));
             }

@@ -20,6 +20,8 @@ namespace tress::cli {
 
 /// What the names of the layers of light groups begin with.
 inline constexpr std::string_view light_layer = "light.";
+/// The word of --layers for integrate::half_layers.
+inline constexpr std::string_view half_pictures = "half";
 
 /// Every value in range: the command line has been checked.
 struct RenderSettings {

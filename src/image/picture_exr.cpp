@@ -92,8 +92,8 @@ std::set<std::string> layers_of_halves(const Picture& picture) {
   }
   std::set<std::string> layers;
   for (const auto& [layer, most] : largest) {
-    const bool spans_more =
-        layer == "Z" || layer == "variance" || layer == "forward" || layer == "samples" || layer.starts_with("Crypto");
+    const bool spans_more = layer == "Z" || layer.ends_with("variance") || layer == "forward" || layer == "samples" ||
+                            layer.starts_with("Crypto");
     if (!spans_more && (most == 0 || (most >= least_of_halves && most <= HALF_MAX))) layers.insert(layer);
   }
   return layers;

@@ -79,10 +79,17 @@ Film::Film(const image::Window& window, bool glint, bool timed, Ground ground, s
       motion_(moving ? pixels_.size() : 0),
       cpu_seconds_(timed ? pixels_.size() : 0) {
   group_sums_.resize(pixels_.size() * extra_.groups.size(), glm::dvec3(0.0));
+  halves_.resize(extra_.halves ? pixels_.size() : 0);
 }
 
 bool Film::add(int x, int y, const PathSums& path) {
-  if (!pixel(x, y).add(path, ground_, extra_.first_sample)) return false;
+  if (halves_.empty()) {
+    if (!pixel(x, y).add(path, ground_, extra_.first_sample)) return false;
+  } else {
+    const PixelSums before = pixel(x, y);
+    if (!pixel(x, y).add(path, ground_, extra_.first_sample)) return false;
+    add_to_halves(index(x, y), before);
+  }
   if (path.coverage > 0) object_counts_.add(index(x, y), path.object);
   if (!motion_.empty()) {
     MotionSums& sums = motion_[index(x, y)];
@@ -180,6 +187,7 @@ image::Picture Film::picture() const {
   add("Z", [&](const PixelSums& pixel) { return static_cast<float>(over_covered(pixel, pixel.distance_cm)); });
   add_three("variance.", rgb,
             [](const PixelSums& pixel) { return glm::min(pixel.variance_of_mean(), static_cast<double>(largest)); });
+  add_half_channels(source, &picture);
   for (int i = 0; i < 2 && !motion_.empty(); ++i) {
     std::vector<float> pixels(pixels_.size(), 0.0f);
     for (std::size_t p = 0; p < pixels.size(); ++p) {

@@ -67,6 +67,10 @@ struct PixelSums {
   glm::dvec3 variance_by_halves(Ground ground = Ground::backdrop) const;
 };
 
+/// Layers that only pictures with Film::Extra::halves have: beauty of the paths of even index and of those of odd
+/// index, two independent pictures of one scene, and the estimated variance of each.
+constexpr std::array<const char*, 4> half_layers{"half_a", "half_b", "half_a_variance", "half_b_variance"};
+
 /// Of the mean luminance of hair and surfaces, backgrounds not in it: relative to what it would be without.
 struct Brightening {
   double value = 0;  ///< picture over truth, minus 1
@@ -82,6 +86,7 @@ class Film {
     std::vector<std::string> groups;  ///< of light (scene::light_groups): a layer each, which add up to beauty
     std::size_t backdrop_group = 0;   ///< which of them the background is of
     std::uint32_t first_sample = 0;   ///< index of the first path of each pixel
+    bool halves = false;              ///< half_layers
   };
 
   /// Of the pixels in `window`, in the coordinates of the whole image. glint: whether a fiber splits that lobe off;
@@ -154,6 +159,15 @@ class Film {
            static_cast<std::size_t>(x - window_.left);
   }
 
+  /// Sums of squared deviations of beauty from the mean of each half.
+  struct HalfSquares {
+    glm::dvec3 even{0.0}, odd{0.0};
+  };
+  /// Of the path that has just been added to a pixel that was `before`.
+  void add_to_halves(std::size_t index, const PixelSums& before);
+  void add_halves(std::size_t index, const Film& later, std::size_t later_index);
+  void add_half_channels(const std::vector<std::size_t>& source, image::Picture* picture) const;
+
   image::Window window_;
   bool glint_;
   Ground ground_;
@@ -167,6 +181,7 @@ class Film {
   };
   std::vector<MotionSums> motion_;
   std::vector<double> cpu_seconds_;  ///< empty unless timed
+  std::vector<HalfSquares> halves_;  ///< empty unless there are half_layers
 };
 
 }  // namespace tress::integrate

@@ -38,6 +38,7 @@ std::vector<std::pair<std::string, std::string_view>> Film::sections() const {
   if (!group_sums_.empty()) all.emplace_back("film.groups", bytes_of(group_sums_));
   if (!motion_.empty()) all.emplace_back("film.motion", bytes_of(motion_));
   if (timed()) all.emplace_back("film.times", bytes_of(cpu_seconds_));
+  if (!halves_.empty()) all.emplace_back("film.halves", bytes_of(halves_));
   return all;
 }
 
@@ -53,10 +54,11 @@ bool Film::set_sections(const std::map<std::string, std::string>& sections) {
   bool good = take("film.sums", pixels_) && (motion_.empty() || take("film.motion", motion_)) &&
               (group_sums_.empty() || take("film.groups", group_sums_)) &&
               object_counts_.set_bytes(objects == sections.end() ? std::string_view() : objects->second) &&
-              (!timed() || take("film.times", cpu_seconds_));
+              (!timed() || take("film.times", cpu_seconds_)) && (halves_.empty() || take("film.halves", halves_));
   for (const PixelSums& sums : pixels_) good = good && is_finite(sums);
   for (const double seconds : cpu_seconds_) good = good && std::isfinite(seconds);
   for (const glm::dvec3& sum : group_sums_) good = good && is_finite(sum);
+  for (const HalfSquares& sums : halves_) good = good && is_finite(sums.even) && is_finite(sums.odd);
   for (const MotionSums& sums : motion_) {
     for (const glm::dvec2& sum : {sums.seen, sums.behind}) good = good && std::isfinite(sum.x) && std::isfinite(sum.y);
   }
@@ -95,6 +97,7 @@ std::size_t Film::add(const Film& later) {
   std::size_t lacking = 0;
   for (int y = other.top; y < other.top + other.height; ++y) {
     for (int x = other.left; x < other.left + other.width; ++x) {
+      if (!halves_.empty()) add_halves(index(x, y), later, later.index(x, y));
       pixel(x, y).add(later.pixel(x, y), ground_);
       lacking += object_counts_.add(index(x, y), later.object_counts_, later.index(x, y)) ? 0 : 1;
     }

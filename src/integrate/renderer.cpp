@@ -154,9 +154,10 @@ bool splits_glint(const scene::Scene& scene) {
                      [](const fiber::FiberParameters& fiber) { return fiber.split_glint; });
 }
 
-Film::Extra extra_layers(const scene::Scene& scene, int first_sample) {
+Film::Extra extra_layers(const scene::Scene& scene, const RenderOptions& options) {
   Film::Extra extra;
-  extra.first_sample = static_cast<std::uint32_t>(first_sample);
+  extra.first_sample = static_cast<std::uint32_t>(options.first_sample);
+  extra.halves = options.halves;
   extra.emission =
       std::any_of(scene.lights.begin(), scene.lights.end(), [](const scene::Light& light) { return light.visible; });
   extra.groups = scene::light_groups(scene);
@@ -203,7 +204,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   const bool opaque = scene.environment_visible && !scene.image.transparent;
   Film film(options.crop.value_or(whole), splits_glint(scene), options.heatmap,
             opaque ? Ground::backdrop : Ground::nothing, options.mattes ? scene.grooms.size() + scene.meshes.size() : 0,
-            scene.next.has_value(), extra_layers(scene, options.first_sample));
+            scene.next.has_value(), extra_layers(scene, options));
   assert(is_within(film.window(), whole));
   std::optional<BiasAuditor> auditor;
   if (options.audit != nullptr) auditor.emplace(*options.audit, scene, fibers, options, brightness.mean, film.window());

@@ -65,6 +65,7 @@ struct RenderOptions {
   /// it, under Roulette::throughput; what they learn is not.
   std::optional<image::Window> crop;
   bool mattes = false;   ///< the picture has the layers of cryptomatte.h
+  bool halves = false;   ///< the picture has half_layers
   bool heatmap = false;  ///< time every path, for RenderResult::heatmap
   /// Measures the bias of the picture on some of its samples, for RenderResult::bias; null: not. Outlives the render.
   const BiasAudit* audit = nullptr;

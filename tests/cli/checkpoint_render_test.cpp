@@ -262,7 +262,7 @@ TEST_F(Checkpoints, PartsOfOneFrozenTableAreThePictureOfOneRender) {
   const auto part = [&](const std::string& name, const std::vector<std::string>& more) {
     std::vector<std::string> words{"render",       path("scene.json"), "-o",           path(name + ".exr"),
                                    "--warm-cache", path("c"),          "--cache-mode", "frozen",
-                                   "--layers",     "beauty,Z,TT",      "--spp",        "6",
+                                   "--layers",     "Z,TT,half",        "--spp",        "6",
                                    "--part",       path(name),         "--threads",    "2"};
     words.insert(words.end(), more.begin(), more.end());
     const Outcome outcome = run(words);
@@ -280,11 +280,12 @@ TEST_F(Checkpoints, PartsOfOneFrozenTableAreThePictureOfOneRender) {
     EXPECT_THAT(merged.err, HasSubstr("the picture of one render"));
     const auto whole = image::read_exr(path("whole.exr")), all = image::read_exr(path("merged.exr"));
     ASSERT_TRUE(whole && all);
-    for (const char* name : {"R", "G", "B", "A", "TT.R", "TT.G", "TT.B"}) {
+    for (const char* name : {"R", "G", "B", "A", "TT.R", "TT.G", "TT.B", "half_a.R", "half_b.G"}) {
       ASSERT_NE(whole->find(name), nullptr) << name;
       ASSERT_NE(all->find(name), nullptr) << name;
       EXPECT_TRUE(whole->find(name)->pixels == all->find(name)->pixels) << name;
     }
+    EXPECT_NE(all->find("half_b_variance.B"), nullptr);
   }
   for (const std::string one : {"whole", "a"}) {
     const auto picture = image::read_exr(path(one == "a" ? "merged.exr" : "whole.exr"));

@@ -276,6 +276,20 @@ TEST_F(Render, FramesHaveGrainOfTheirOwnUnlessTheSeedIsGiven) {
   EXPECT_THAT(header.at("command"), HasSubstr(path("f7 fixed.exr") + "' --frame 7 --seed 0 --spp 1"));
 }
 
+/// Each half has half of the paths: R, G, B are their mean.
+void expect_mean_of_halves(const image::Picture& picture) {
+  double apart = 0;
+  for (const std::string c : {"R", "G", "B"}) {
+    for (std::size_t i = 0; i < picture.find(c)->pixels.size(); ++i) {
+      const float beauty = picture.find(c)->pixels[i], a = picture.find("half_a." + c)->pixels[i],
+                  b = picture.find("half_b." + c)->pixels[i];
+      EXPECT_NEAR(0.5f * (a + b), beauty, 1e-5f * std::abs(beauty)) << c << " of pixel " << i;
+      apart += std::abs(a - b);
+    }
+  }
+  EXPECT_GT(apart, 0);
+}
+
 /// Of 40 channels at 32 bits 4 are left, in capitals, and exposure and view change the PNG alone.
 TEST_F(Render, LayersAndBitsAreChosenAndExposureIsOfThePreview) {
   render_well("all.exr", {"--precision", "float"});
@@ -283,9 +297,15 @@ TEST_F(Render, LayersAndBitsAreChosenAndExposureIsOfThePreview) {
   render_well("few.EXR", {"--layers", "albedo,Z", "--exposure", "2"});
   render_well("film.exr", {"--view", "agx"});
   render_well("least.exr", {"--layers", "beauty"});
+  render_well("halves.exr", {"--layers", "beauty,half"});
+  render_well("with halves.exr", {"--layers", "all,half", "--precision", "float"});
   const auto all = image::read_exr(path("all.exr")), half = image::read_exr(path("half.exr"));
   const auto few = image::read_exr(path("few.EXR")), least = image::read_exr(path("least.exr"));
-  ASSERT_TRUE(all && half && few && least);
+  const auto halves = image::read_exr(path("halves.exr")), more = image::read_exr(path("with halves.exr"));
+  ASSERT_TRUE(all && half && few && least && halves && more);
+  EXPECT_EQ(halves->channels.size(), 4u + 4 * 3);
+  EXPECT_EQ(more->channels.size(), all->channels.size() + 4 * 3);
+  expect_mean_of_halves(*more);
   EXPECT_EQ(few->channels.size(), 4u + 3 + 1);
   EXPECT_EQ(least->channels.size(), 4u);
   EXPECT_EQ(all->channels.size(), half->channels.size());

@@ -202,6 +202,7 @@ TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
 TEST_F(Usage, LayersAreNamedOrTheNearestIsTold) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--layers", "albedo,tangents"}, "found tangents (nearest: tangent)");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--layers", "albedo,"}, "--layers: expected all, beauty or layers");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--layers", "all,halves"}, "found halves (nearest: half)");
 }
 
 TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
