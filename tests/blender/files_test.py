@@ -7,6 +7,7 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -131,6 +132,14 @@ class Render(Folder):
         child = job.Job(TRESS, self.folder, [], 64)
         self.assertEqual(child.close(), 1)
         self.assertIn("a.hair", child.error())
+
+    def test_what_an_earlier_render_left_is_no_news(self):
+        pathlib.Path(self.path("picture.exr")).write_bytes(b"of another size")
+        pathlib.Path(self.path("telemetry.jsonl")).write_text('{"type": "pass", "pass": 7, "samples": 64}\n')
+        child = job.Job(shutil.which("true"), self.folder, [], 64, samples=2)
+        self.assertFalse(child.new_picture())
+        self.assertIsNone(child.status())
+        self.assertEqual(child.close(), 0)
 
     def test_a_job_can_be_ended(self):
         self.scene()

@@ -115,6 +115,24 @@ def test_particle_hair_and_its_emitter_are_handed_over():
     expect("strands   1000" in told, "1000 strands are expected: " + told)
 
 
+def test_huangs_model_hands_over_its_aspect_ratio_and_gains_where_blender_has_it():
+    import json
+    scene = start(samples=1)
+    lock(scene)
+    node = scene.objects["lock"].material_slots[0].material.node_tree.nodes["Principled Hair BSDF"]
+    has_huang = hasattr(node, "model")  # from 4.0 on
+    if has_huang:
+        node.model = "HUANG"
+        node.inputs["Aspect Ratio"].default_value, node.inputs["Transmission"].default_value = 0.6, 0.5
+    picture, program = rendered(scene, "huang"), by_hand()
+    same(picture, "RGBA", "Combined", [program.channels[c] for c in "RGBA"])
+    material = json.loads(pathlib.Path(FOLDER, "kept", "scene.json").read_text())["materials"][0]
+    expect(("radial_roughness" in material["principled"]) != has_huang, f"keys of another model: {material}")
+    if has_huang:
+        expect(abs(material["principled"]["aspect_ratio"] - 0.6) < 1e-6, f"another aspect ratio: {material}")
+        expect(material["gain"] == {"R": 1.0, "TT": 0.5, "TRT": 1.0}, f"other gains: {material}")
+
+
 def test_an_animation_carries_what_it_learns():
     import json
     scene = start()

@@ -28,7 +28,7 @@ class Status:
 
 
 class Job:
-    """One render. `folder` has scene.json and takes picture.exr and telemetry.jsonl. Goal: `pixels` with `samples`
+    """One render. `folder` has scene.json and takes picture.exr and telemetry.jsonl; those of an earlier render go. Goal: `pixels` with `samples`
     each, or until the noise is `noise`; `live`: whole pictures are saved on the way.
 
     follow() is to be called now and then; it never blocks.
@@ -45,6 +45,9 @@ class Job:
         if live:
             self.command += ["--checkpoint", os.path.join(folder, "picture.checkpoint"), "--checkpoint-interval", "1",
                              "--checkpoint-deadline", "5"]
+        for stale in (self.picture, self.telemetry):  # may have another size, and would be taken for news
+            if os.path.exists(stale):
+                os.remove(stale)
         self._said = []
         self._read = 0
         self._stamp = None
