@@ -18,7 +18,7 @@ def main():
     options = figures.parse(__doc__, samples=48, size="104x160")
     cells = []
     for name, melanin in COLORS:
-        exr = figures.render(options, "scenes/demo.json", "color_" + name.replace(" ", "_"), "--melanin", melanin)
+        exr = figures.render(options, "scenes/brown_lock.json", "color_" + name.replace(" ", "_"), "--melanin", melanin)
         cells.append((f"{name} {melanin}", figures.read(exr)))
     figures.sheet(options, "colors", [cells])
 

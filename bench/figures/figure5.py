@@ -12,7 +12,7 @@ def main():
     options = figures.parse(__doc__, samples=128, size="240x360")
     pictures = []
     for variant in ("none", "exact", "longitudinal", "bravais"):
-        scene = figures.variant(options, "scenes/demo.json", f"figure5_{variant}",
+        scene = figures.variant(options, "scenes/brown_lock.json", f"figure5_{variant}",
                                 figures.materials(fresnel=variant))
         exr = figures.render(options, scene, f"figure5_{variant}", "--max-depth", "1")
         pictures.append((variant, figures.read(exr, "R")))

@@ -6,7 +6,7 @@ be laid out again without rendering. Needs Debian's python3-openimageio, python3
 (/usr/bin/python3).
 
     options = figures.parse(__doc__)
-    picture = figures.read(figures.render(options, "scenes/demo.json", "demo_deon", "--model", "deon2011"))
+    picture = figures.read(figures.render(options, "scenes/brown_lock.json", "lock_deon", "--model", "deon2011"))
     figures.sheet(options, "figure", [[("d'Eon 2011", picture)]])
 """
 import argparse

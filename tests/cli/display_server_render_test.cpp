@@ -14,7 +14,7 @@ namespace {
 class DisplayServer : public CommandTest {
  protected:
   std::vector<std::string> command(const std::vector<std::string>& more) const {
-    std::vector<std::string> words{"render",       std::string(TRESS_SOURCE_DIR) + "/scenes/demo.json",
+    std::vector<std::string> words{"render",       std::string(TRESS_SOURCE_DIR) + "/scenes/brown_lock.json",
                                    "-o",           path("a.exr"),
                                    "--spp",        "3",
                                    "--resolution", "64x48"};

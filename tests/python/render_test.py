@@ -44,7 +44,7 @@ class Bits(unittest.TestCase):
                 self.assert_same(tress.render(tress.Scene.load(file), samples=3, **SIZE), theirs)
 
     def test_of_the_other_options_too(self):
-        scene = SOURCE / "scenes/demo.json"
+        scene = SOURCE / "scenes/brown_lock.json"
         with tempfile.TemporaryDirectory() as folder:
             told = ("--model", "chiang2016", "--seed", "7", "--max-depth", "5", "--light-samples", "1")
             theirs = self.by_program(folder, scene, *told)

@@ -128,8 +128,31 @@ TEST(GeneratedGrooms, LayeredHairCurlsWhereADiameterIsGiven) {
   EXPECT_LT(along / fall, 2.2);
 }
 
+TEST(GeneratedGrooms, ACurtainIsAsWideAsItTellsAndCurlsWhereADiameterIsGiven) {
+  GroomRecipe plain{.kind = "curtain", .strands = 2000};
+  plain.shape = {{"width_cm", 20.0},     {"length_cm", 30.0},        {"length_variation", 0.0},
+                 {"wavelength_cm", 4.0}, {"wave_amplitude_cm", 0.0}, {"frizz", 0.0}};
+  GroomRecipe curls = plain;
+  curls.shape["curl_diameter_cm"] = 2.0;
+  const Groom straight = generate_groom(plain), curly = generate_groom(curls);
+  float least = 0, most = 0;
+  double fall = 0, along = 0;
+  for (std::uint32_t s = 0; s < 2000; ++s) {
+    const glm::vec3 root = straight.points[straight.first_point[s]];
+    ASSERT_EQ(root.z, 0);
+    least = std::min(least, root.x), most = std::max(most, root.x);
+    ASSERT_NEAR(tip(straight, s).z, -30, 1e-3);
+    fall += strand_length(straight, s), along += strand_length(curly, s);
+  }
+  // Wisps and strings reach beyond the locks' roots, which end within the width: by 1.1 cm together.
+  EXPECT_NEAR(most - least, 20, 2.3);
+  // A helix of this diameter and pitch is 1.86 times as long as its axis; it opens over 6 cm and narrows by a quarter.
+  EXPECT_GT(along / fall, 1.3);
+  EXPECT_LT(along / fall, 2.0);
+}
+
 TEST(GeneratedGrooms, GatherTipsByTheStrengthOfTheirClumps) {
-  for (const char* kind : {"curly_lock", "straight", "wavy", "curly", "layered", "fur_ball"}) {
+  for (const char* kind : {"curly_lock", "straight", "wavy", "curly", "layered", "curtain", "fur_ball"}) {
     GroomRecipe loose{.kind = kind, .strands = 1500}, tight = loose;
     loose.shape = {{"clump", 0.0}, {"frizz", 0.0}};
     tight.shape = {{"clump", 1.0}, {"frizz", 0.0}};

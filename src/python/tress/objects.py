@@ -190,6 +190,7 @@ class Groom(_Object):
     wavelength_cm: Optional[float] = None
     wave_amplitude_cm: Optional[float] = None
     curl_diameter_cm: Optional[float] = None
+    width_cm: Optional[float] = None
     ball_radius_cm: Optional[float] = None
     radius_cm: Optional[float] = None
     taper: Optional[Keys] = None

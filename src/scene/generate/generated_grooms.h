@@ -25,7 +25,7 @@ struct GroomRecipe {
   double radius_cm = 0.004;                  ///< before the taper
 };
 
-/// "curly_lock", "straight", "wavy", "curly", "layered", "fur_ball", "single_fiber".
+/// "curly_lock", "straight", "wavy", "curly", "layered", "curtain", "fur_ball", "single_fiber".
 const std::vector<std::string>& generated_groom_kinds();
 
 /// Of a known kind.
@@ -40,10 +40,11 @@ std::uint32_t points_per_strand(const GroomRecipe& recipe);
 /// hangs from z = 0. straight, wavy, curly: rooted on the scalp of a head of 9 cm around the origin, parted along x =
 /// 0, face towards +y (a camera at -y sees the back of the head), falling under gravity along the head, clumped towards
 /// the tips. layered: on the same head, swept back and cut in layers: strings of strands in wisps, wisps in locks
-/// that wave together, some strays; with curl_diameter_cm each wisp is a curl of its own. Lengths are measured along
-/// the fall: waves and curls take more hair. fur_ball: a ball around the origin, combed down and around, under guard
-/// hairs a shorter and finer undercoat. single_fiber: hangs from z = 0; more than one stand side by side along x, .1 cm
-/// apart.
+/// that wave together, some strays; with curl_diameter_cm each wisp is a curl of its own. curtain: from roots at z = 0,
+/// width_cm along x and a quarter of that along y (0.5 to 3 cm), locks that hang and wave together, or are curls.
+/// Lengths are measured along the fall: waves and curls take more hair. fur_ball: a ball around the origin, combed down
+/// and around, under guard hairs a shorter and finer undercoat. single_fiber: hangs from z = 0; more than one stand
+/// side by side along x, .1 cm apart.
 Groom generate_groom(const GroomRecipe& recipe);
 
 }  // namespace tress::scene

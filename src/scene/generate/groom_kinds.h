@@ -30,6 +30,7 @@ struct GroomShape {
 Groom curly_lock(const GroomShape& shape);
 Groom head_groom(const GroomShape& shape);
 Groom layered_hair(const GroomShape& shape);
+Groom curtain(const GroomShape& shape);
 Groom fur_ball(const GroomShape& shape);
 Groom single_fiber(const GroomShape& shape);
 

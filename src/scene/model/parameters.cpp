@@ -395,7 +395,7 @@ constexpr std::array table{
               "as the file says, else 100",
               "files of bare points (PLY): points of every strand"},
     Parameter{"/grooms/N/generate", "", choice, none, "",
-              "curly_lock, straight, wavy, curly, layered, fur_ball, single_fiber", "",
+              "curly_lock, straight, wavy, curly, layered, curtain, fur_ball, single_fiber", "",
               "a kind of groom that needs no file (below)"},
     Parameter{
         "/grooms/N/name", "", text, none, "", "", "of the file or kind",
@@ -449,6 +449,7 @@ constexpr std::array table{
               "length of one wave or turn along the fall"},
     Parameter{"/grooms/N/wave_amplitude_cm", "", number, {0, 10}, cm, "", "by kind", "of waves, to one side"},
     Parameter{"/grooms/N/curl_diameter_cm", "", number, {0, 20}, cm, "", "by kind", "of curls; 0: none"},
+    Parameter{"/grooms/N/width_cm", "", number, {0.1, 1000}, cm, "", "by kind", "across, at the roots"},
     Parameter{"/grooms/N/ball_radius_cm", "", number, {0.1, 1000}, cm, "", "by kind", "of the ball under the fur"},
     Parameter{"/expected/radiance",
               "",
