@@ -32,6 +32,7 @@ GroomFile read(const fs::path& file) {
 struct OnCurve {
   glm::vec3 point{0.0f};
   float width = 0;
+  glm::vec3 color{0.0f};
 };
 
 /// On one segment of a strand as it is drawn.
@@ -40,11 +41,12 @@ OnCurve at(const GroomFile& groom, std::size_t strand, std::size_t segment, floa
   const std::int64_t begin = groom.first_point[strand], end = groom.first_point[strand + 1];
   const auto vertex = [&](std::int64_t i) -> OnCurve {
     const auto get = [&](std::int64_t k) {
-      return OnCurve{groom.points[static_cast<std::size_t>(k)], groom.width_at(static_cast<std::size_t>(k))};
+      const auto i = static_cast<std::size_t>(k);
+      return OnCurve{groom.points[i], groom.width_at(i), groom.color_at(strand, i)};
     };
     if (i >= begin && i < end) return get(i);
     const OnCurve a = get(i < begin ? begin : end - 1), b = get(i < begin ? begin + 1 : end - 2);
-    return {2.0f * a.point - b.point, 2 * a.width - b.width};
+    return {2.0f * a.point - b.point, 2 * a.width - b.width, 2.0f * a.color - b.color};
   };
   const float s = 1 - t;
   std::vector<float> weights{s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6,
@@ -60,6 +62,7 @@ OnCurve at(const GroomFile& groom, std::size_t strand, std::size_t segment, floa
     const OnCurve v = vertex(first + static_cast<std::int64_t>(k));
     sum.point += weights[k] * v.point;
     sum.width += weights[k] * v.width;
+    sum.color += weights[k] * v.color;
   }
   return sum;
 }
@@ -105,6 +108,7 @@ TEST(GroomFormats, EveryBasisWrapAndInterpolationAsTextbooksHaveThem) {
     const OnCurve found = at(groom, strand + curve, segment, t);
     EXPECT_LT(glm::distance(found.point, glm::vec3(x, y, z)), 1e-6f) << line;
     EXPECT_NEAR(found.width, width, 1e-6f) << line;
+    EXPECT_LT(glm::distance(found.color, glm::vec3(width, width / 2, 1 - width)), 1e-6f) << line;
     ++rows;
   }
   EXPECT_EQ(files.size(), 12u);
@@ -185,7 +189,18 @@ TEST(GroomFormats, WhatIsMalformedIsRefusedByItsNameAndWhy) {
     EXPECT_NE(said.find(line.substr(tab + 1)), std::string::npos) << said << "\nwanted: " << line;
     ++files;
   }
-  EXPECT_GE(files, 30);
+  EXPECT_GE(files, 55);
+}
+
+/// Whole as far as the first sample goes, which is all that `tress info` reads.
+TEST(GroomFormats, WhatIsMalformedAtALaterFrameIsRefusedThere) {
+  for (const char* name : {"timed_samples_of_255.abc", "timed_later_sample_cut.abc"}) {
+    const fs::path file = fixture(std::string("malformed/") + name);
+    EXPECT_TRUE(read_groom_file(file)) << name;
+    const auto groom = read_groom_file(file, {}, 1000.0);
+    ASSERT_FALSE(groom) << name;
+    EXPECT_NE(groom.error().message().find("children"), std::string::npos) << groom.error().message();
+  }
 }
 
 TEST(GroomFormats, EveryTruncationIsRefusedOrRead) {

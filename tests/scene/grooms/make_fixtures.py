@@ -124,6 +124,36 @@ def the_same_in_every_format():
               b"".join(struct.pack(mark + "4fi", *row) for row in rows))
 
 
+def the_same_with_colors():
+    """The same strands again, each of a color, in the formats that have colors."""
+    all_strands = strands()
+    points = [p for s in all_strands for p in s]
+    color = [(0.75, 0.5, 0.25), (0.25, 0.125, 0.0625), (0.5, 0.5, 0.5)]
+    colors = [color[s % 3] for s in range(len(all_strands))]
+    of_points = [c for s, c in zip(all_strands, colors) for _ in s]
+    hair = bytearray(hair_bytes(all_strands, WIDTHS))
+    hair[12] |= 16
+    write("colored.hair", bytes(hair) + b"".join(struct.pack("<fff", *c) for c in of_points))
+    counts = [SEGMENTS + 1] * len(all_strands)
+    write("colored.usda", stage(basis_curves(
+        "Hair", "bspline", "pinned", counts, points, WIDTHS * len(all_strands), "vertex",
+        'color3f[] primvars:displayColor = %s ( interpolation = "uniform" )' % triples(colors))))
+
+    def build(archive):
+        return [("hair", ogawa.curves(
+            archive, [SEGMENTS + 3] * len(all_strands), [p for s in all_strands for p in with_phantoms(s)],
+            width=with_phantoms(WIDTHS) * len(all_strands),
+            params=[archive.array("groom_color", "f32", [x for c in colors for x in c], 3, ogawa.scope("uni", extent=3))]),
+            ogawa.CURVE)]
+
+    write("colored.abc", ogawa.archive_of(build))
+    head = "ply\nformat ascii 1.0\nelement vertex %d\n" % len(points) + "".join(
+        "property float %s\n" % n for n in ("x", "y", "z", "width", "red", "green", "blue"))
+    rows = [(*p, WIDTHS[i], *colors[s], s) for s, strand in enumerate(all_strands) for i, p in enumerate(strand)]
+    write("colored.ply", head + "property int strand_id\nend_header\n" +
+          "".join(" ".join(number(x) for x in row) + "\n" for row in rows))
+
+
 def moving():
     """Two straight strands at frames 10, 11 and 12, below a transform that moves too, and one with velocities alone."""
     def points(x, bend):
@@ -155,6 +185,42 @@ def moving():
         return [("hair", archive.object([archive.nested(".geom", geometry, "schema=AbcGeom_Curve_v2")], []), ogawa.CURVE)]
 
     write("growing.abc", ogawa.archive_of(growing))
+
+
+NORMALS = [[(1, 0, 0), (0.5, math.sqrt(3) / 2, 0), (-0.5, math.sqrt(3) / 2, 0), (-1, 0, 0)],
+           [(0, 0, 1), (0, 0, -2), (0, 1, 0), (0, 0, 0)]]
+"""Of two strands of four points: turned by 60 degrees from point to point; and one with its opposite, one along the
+strand and none."""
+
+
+def with_normals():
+    """Two straight strands with the minor axes of their fibers, in three formats."""
+    all_strands = [[(0, 0, -3 * i) for i in range(4)], [(2, 3 * i, 0) for i in range(4)]]
+    points, normals = [p for s in all_strands for p in s], [n for s in NORMALS for n in s]
+    write("normals.usda", stage(basis_curves(
+        "Hair", "linear", "nonperiodic", [4, 4], points, [0.0625], "constant",
+        'normal3f[] normals = %s ( interpolation = "vertex" )' % triples(normals))))
+
+    def build(archive):  # turned back by a transform
+        def back(v):
+            return v[1], -v[0], v[2]
+
+        flat = [x for n in normals for x in back(n)]
+        hair = ogawa.curves(archive, [4, 4], [back(p) for p in points], kind=(1, 0, 0, 0), width=[0.0625],
+                            width_scope="con", more=[archive.array("N", "f32", flat, 3, ogawa.scope("vtx", extent=3))])
+        return [("turned", ogawa.xform(archive, [(6, [90])], [("hair", hair, ogawa.CURVE)]), ogawa.XFORM)]
+
+    write("normals.abc", ogawa.archive_of(build))
+    lines = ["WorldBegin", "Rotate 90 0 0 1"]
+    for strand, own in zip(all_strands, NORMALS):
+        for i in range(3):
+            a, b = strand[i], strand[i + 1]
+            p = [mix([1 - k / 3, k / 3], [a, b]) for k in range(4)]
+            flat = " ".join(number(x) for v in p for x in (v[1], -v[0], v[2]))
+            ends = " ".join(number(x) for v in own[i:i + 2] for x in (v[1], -v[0], v[2]))
+            lines.append('Shape "curve" "string type" "ribbon" "float width" .0625 "point3 P" [ %s ] "normal N" [ %s ]' %
+                         (flat, ends))
+    write("normals.pbrt", "\n".join(lines + [""]))
 
 
 # Curves as textbooks have them.
@@ -223,7 +289,11 @@ def every_basis():
                         own = [0.25]
                     at.append(own)
                     widths += own if interpolation != "constant" or c == 0 else []
-                prims.append(basis_curves(interpolation, basis, wrap, counts, [p for v in curves for p in v], widths, interpolation))
+                # A color is linear in the width, so that one row tells both.
+                colors = 'color3f[] primvars:displayColor = %s ( interpolation = "%s" )' % (
+                    triples([(w, w / 2, 1 - w) for w in widths]), interpolation)
+                prims.append(basis_curves(interpolation, basis, wrap, counts, [p for v in curves for p in v], widths,
+                                          interpolation, colors))
                 for c, points in enumerate(curves):
                     for segment in range(segments_of(basis, wrap, counts[c])):
                         for t in (0.25, 1.0) if segment else (0.0, 0.25, 1.0):
@@ -292,6 +362,91 @@ def malformed():
     made("transform_short", "transform", lambda a: [("x", ogawa.xform(a, [(3, [1] * 9)], []), ogawa.XFORM)])
     made("no_curves", "curves", lambda a: [])
 
+    def part(archive, *properties):
+        return archive.object([archive.nested(".geom", list(properties), "schema=AbcGeom_Curve_v2")], [])
+
+    def whole(archive, pod="f32", values=None, extent=3, counts=(4,), kind=(0, 0, 2, 2)):
+        flat = [x for p in line for x in p] if values is None else values
+        return [archive.array("P", pod, flat, extent), archive.array("nVertices", "i32", list(counts)),
+                archive.scalar("curveBasisAndType", "u8", kind)]
+
+    def of(name, word, *arguments, more=lambda a: [], **keywords):
+        made(name, word, lambda a: [("c", part(a, *whole(a, *arguments, **keywords), *more(a)), ogawa.CURVE)])
+
+    of("points_are_texts", "texts", pod="text", values=[65] * 12)
+    of("points_are_pairs", "three numbers", extent=2)
+    of("points_cut", "12 bytes", values=[0, 0, 0, 0])
+    of("points_doubles_cut", "values of 3 numbers", pod="f64", values=[0, 0, 0, 0])
+    of("counts_none", "curves", counts=())
+    of("basis_nine", "basis 9", kind=(0, 0, 9, 9))
+    of("type_of_seven", "type 7", kind=(7, 0, 2, 2))
+    of("orders_differ", "several orders", kind=(2, 0, 2, 2), more=lambda a: [a.array(".orders", "i32", [4, 2])])
+    of("order_of_nine", "order 9", kind=(2, 0, 2, 2), more=lambda a: [a.array(".orders", "i32", [9])])
+    of("sampling_unknown", "time samplings", more=lambda a: [a.samples("width", "f32", [[1], [2]], sampling=200)])
+    made("counts_missing", "curves", lambda a: [("c", part(a, whole(a)[0]), ogawa.CURVE)])
+
+    def deep(archive):
+        child = ("c", ogawa.curves(archive, [4], line), ogawa.CURVE)
+        for _ in range(300):
+            child = ("x", ogawa.xform(archive, [], [child]), ogawa.XFORM)
+        return [child]
+
+    def shared(archive):  # one large object, many times
+        group = ogawa.curves(archive, [1000], [(0, 0, -z) for z in range(1000)])
+        return [("c%d" % i, group, ogawa.CURVE) for i in range(40)]
+
+    made("deep", "200 objects", deep)
+    made("shared", "as the bytes allow", shared)
+
+    def patched(name, word, build, patch):
+        """patch(bytes, places): places is what build left there."""
+        places = {}
+        data = bytearray(ogawa.archive_of(lambda archive: build(archive, places)))
+        patch(data, places)
+        cases[name + ".abc"] = (bytes(data), word)
+
+    def plain(archive, places):
+        properties = whole(archive)
+        places["points"] = properties[0][1]
+        places["compound"] = len(archive.bytes)
+        group = part(archive, *properties)
+        places["object"] = group
+        return [("c", group, ogawa.CURVE)]
+
+    def number_at(data, at):
+        return struct.unpack("<Q", data[at:at + 8])[0]
+
+    def points_data(data, places):
+        return number_at(data, places["points"] + 8) & ~ogawa.DATA
+
+    patched("data_of_2_to_62", "bytes of data", plain, lambda d, at: put(points_data(d, at), 1 << 62)(d))
+    patched("points_are_a_group", "data", plain, lambda d, at: put(at["points"] + 8, at["points"])(d))
+    patched("points_outside", "end of the file", plain, lambda d, at: put(at["points"] + 8, (1 << 40) | ogawa.DATA)(d))
+    patched("object_in_itself", "children", plain, lambda d, at: put(at["object"] + 8, at["object"])(d))
+
+    def name_of_250(data, places):
+        at = data.index(b"\x09nVertices")
+        data[at] = 250
+
+    def object_name_of_2_to_31(data, places):
+        at = data.rindex(struct.pack("<I", 1) + b"c")
+        data[at:at + 4] = struct.pack("<I", 1 << 31)
+
+    def object_metadata_200(data, places):
+        at = data.rindex(struct.pack("<I", 1) + b"c")
+        data[at + 5] = 200
+
+    patched("name_of_250", "headers of properties", plain, name_of_250)
+    patched("object_name_of_2_to_31", "headers of objects", plain, object_name_of_2_to_31)
+    patched("object_metadata_200", "metadata that the archive has", plain, object_metadata_200)
+
+    def family(archive, places):
+        child = ogawa.curves(archive, [4], line)
+        places["parent"] = archive.object([], [("c", child, ogawa.CURVE)])
+        return [("p", places["parent"], "")]
+
+    patched("child_is_its_parent", "hold each other", family, lambda d, at: put(at["parent"] + 16, at["parent"])(d))
+
     def text(name, word, content):
         cases[name + ".usda"] = (content.encode(), word)
 
@@ -326,13 +481,22 @@ def malformed():
     cases["cut.hair"] = (hair[:-5], "byte")
     cases["old.abc"] = (b"\x89HDF\r\n\x1a\n" + bytes(64), "HDF5")
     cases["binary.usdc"] = (b"PXR-USDC" + bytes(64), "usdcat")
+    # Whole at first sight: what is wrong is in samples of a later frame.
+    for name, said, samples in (("samples_of_255", 255, 2), ("later_sample_cut", 2, 1)):
+        def later(archive, said=said, samples=samples):
+            archive.first_second = 0
+            points = [x for p in line for x in p]
+            return [("c", part(archive, archive.samples("P", "f32", [points, points][:samples], 3, said=said),
+                               archive.array("nVertices", "i32", [4]),
+                               archive.scalar("curveBasisAndType", "u8", (0, 0, 2, 2))), ogawa.CURVE)]
+        write("malformed/timed_%s.abc" % name, ogawa.archive_of(later))
     for name, (content, _) in cases.items():
         write("malformed/" + name, content)
     write("malformed/expected.txt", "".join("%s\t%s\n" % (name, word) for name, (_, word) in sorted(cases.items())))
 
 
 def corpora():
-    for target, ending in (("alembic", ".abc"), ("usda", ".usda"), ("pbrt", ".pbrt"), ("usc", ".data"), ("ply", ".ply")):
+    for target, ending in (("hair", ".hair"), ("alembic", ".abc"), ("usda", ".usda"), ("pbrt", ".pbrt"), ("usc", ".data"), ("ply", ".ply")):
         folder = CORPUS / target
         folder.mkdir(parents=True, exist_ok=True)
         for file in sorted(HERE.rglob("*" + ending)):
@@ -342,7 +506,9 @@ def corpora():
 
 if __name__ == "__main__":
     the_same_in_every_format()
+    the_same_with_colors()
     every_basis()
+    with_normals()
     moving()
     malformed()
     corpora()

@@ -3,7 +3,7 @@ import struct
 
 DATA = 1 << 63
 POD = {"bool": (0, "B"), "u8": (1, "B"), "i16": (4, "h"), "u32": (5, "I"), "i32": (6, "i"), "f16": (9, "e"),
-       "f32": (10, "f"), "f64": (11, "d")}
+       "f32": (10, "f"), "f64": (11, "d"), "text": (12, "B")}
 
 
 class Archive:
@@ -47,11 +47,11 @@ class Archive:
         group = self.group([self.sample(pod, values), DATA])
         return name, group, 2 | POD[pod][0] << 4 | 1 << 10 | 1 << 11 | extent << 12, b"\x01", metadata
 
-    def samples(self, name, pod, samples, extent=1, metadata=""):
-        """Several, by the second time sampling."""
+    def samples(self, name, pod, samples, extent=1, metadata="", said=None, sampling=1):
+        """Several, by the second time sampling. said: how many the header says, where not the truth."""
         group = self.group([x for values in samples for x in (self.sample(pod, values), DATA)])
-        return (name, group, 2 | POD[pod][0] << 4 | 1 << 8 | 1 << 10 | extent << 12, struct.pack("<BB", len(samples), 1),
-                metadata)
+        return (name, group, 2 | POD[pod][0] << 4 | 1 << 8 | 1 << 10 | extent << 12,
+                struct.pack("<BB", said or len(samples), sampling), metadata)
 
     def scalar(self, name, pod, values, metadata=""):
         group = self.group([self.sample(pod, values)])

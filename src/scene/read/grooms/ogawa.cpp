@@ -284,6 +284,9 @@ std::vector<OgawaProperty> OgawaFile::properties_of(std::uint64_t at) {
         one.first_change = one.last_change = 0;
       }
       if (info & (1u << 8)) one.time_sampling = static_cast<std::uint32_t>(header.number(size));
+      if (one.samples > 1 && one.time_sampling >= time_samplings_.size() && !header.is_short)
+        fail(here.at, fmt::format("one of the {} time samplings of the archive", time_samplings_.size()),
+             fmt::format("number {}", one.time_sampling));
     }
     one.name = header.text(header.number(size));
     const std::uint32_t index = (info >> 20) & 255;
