@@ -56,9 +56,11 @@ class StrandAdder {
     drawn_ = drawn_points(groom_, strand.index);
     const std::vector<glm::vec3> p = points(0);
     const StrandKnots knots = strand_knots(p, groom_.basis);
-    const std::vector<KnotFrame> frames =
+    std::vector<KnotFrame> frames =
         strand_frames(knots, strand.root_angle_rad, strand.turn_rad_per_cm, groom_.turned_rad);
     if (frames.empty()) return;
+    const bool has_axes =
+        !groom_.minor_axis.empty() && turn_to_minor_axes(knots, drawn_of(groom_.minor_axis), groom_.basis, &frames);
     axes_.clear();
     const double axis_per_radius = fiber::major_semi_axis(1.0, strand.eccentricity);
     for (const std::uint32_t i : drawn_)
@@ -76,15 +78,18 @@ class StrandAdder {
     for (std::size_t moment = 0; moment < groom_.later.size(); ++moment) {
       const std::vector<glm::vec3> moved = points(moment + 1);
       add_control(moved, curves_.later_control[moment]);
-      const std::vector<KnotFrame> then = later_frames(strand_knots(moved, groom_.basis), frames[0], knots.tangent[0],
-                                                       groom_.later[moment].turned, strand.turn_rad_per_cm);
+      std::vector<KnotFrame> then = later_frames(strand_knots(moved, groom_.basis), frames[0], knots.tangent[0],
+                                                 groom_.later[moment].turned, strand.turn_rad_per_cm);
+      // Axes of a file turn with the strand: their turns about it stay.
+      for (std::size_t i = 0; has_axes && i < then.size(); ++i) then[i].angle = frames[i].angle;
       for (std::size_t i = 0; i + 1 < then.size(); ++i) curves_.later_frames[moment].push_back({then[i], then[i + 1]});
     }
   }
 
  private:
-  std::vector<glm::vec3> points(std::size_t moment) const {
-    const std::vector<glm::vec3>& all = points_at(groom_, moment);
+  std::vector<glm::vec3> points(std::size_t moment) const { return drawn_of(points_at(groom_, moment)); }
+
+  std::vector<glm::vec3> drawn_of(const std::vector<glm::vec3>& all) const {
     std::vector<glm::vec3> drawn;
     drawn.reserve(drawn_.size());
     for (const std::uint32_t i : drawn_) drawn.push_back(all[i]);

@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
+#include <optional>
 
 namespace tress::geometry {
 namespace {
@@ -102,6 +104,39 @@ std::vector<KnotFrame> frames_from(glm::dvec3 normal, const StrandKnots& knots, 
   return frames;
 }
 
+/// Of an axis and its opposite the one nearer to `to`; where both are as near, the axis.
+glm::dvec3 on_the_side_of(const glm::dvec3& to, const glm::dvec3& axis) {
+  return glm::dot(axis, to) < -rounding ? -axis : axis;
+}
+
+/// Axes at the knots of those at the points; 0: none.
+std::vector<glm::dvec3> knot_axes(std::span<const glm::vec3> axis, StrandBasis basis) {
+  const std::size_t count = axis.size(), stride = basis == StrandBasis::bezier ? 3 : 1;
+  std::vector<glm::dvec3> at;
+  at.reserve(count);
+  if (basis == StrandBasis::linear || basis == StrandBasis::bezier) {
+    for (std::size_t i = 0; i < count; i += stride) at.emplace_back(axis[i]);
+    return at;
+  }
+  if (basis == StrandBasis::bspline && count > 0) at.emplace_back(axis[0]);
+  for (std::size_t i = 1; i + 1 < count; ++i) {
+    const glm::dvec3 before = axis[i - 1], here = axis[i], after = axis[i + 1];
+    const glm::dvec3 side = here != glm::dvec3(0) ? here : before != glm::dvec3(0) ? before : after;
+    at.push_back((on_the_side_of(side, before) + 4.0 * here + on_the_side_of(side, after)) / 6.0);
+  }
+  if (basis == StrandBasis::bspline && count > 1) at.emplace_back(axis[count - 1]);
+  return at;
+}
+
+/// Radians about the tangent from `normal` to the major axis of a minor one; nothing where it has no direction across.
+std::optional<double> turn_of(const glm::dvec3& minor_axis, const glm::dvec3& tangent, const glm::dvec3& normal) {
+  constexpr double least_sine = 1e-3;
+  const double length = glm::length(minor_axis);
+  const glm::dvec3 major = glm::cross(minor_axis, tangent);
+  if (!(length > 1e-6) || !(glm::length(major) > least_sine * length)) return std::nullopt;
+  return std::atan2(glm::dot(major, glm::cross(tangent, normal)), glm::dot(major, normal));
+}
+
 }  // namespace
 
 glm::vec3 root_normal(const glm::vec3& tangent) { return least_aligned_normal(tangent, Turned(), 0); }
@@ -158,6 +193,30 @@ std::vector<KnotFrame> later_frames(const StrandKnots& knots, const KnotFrame& f
 std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double root_angle_rad, double turn_rad_per_cm,
                                      StrandBasis basis, double turned_rad) {
   return strand_frames(strand_knots(points, basis), root_angle_rad, turn_rad_per_cm, turned_rad);
+}
+
+bool turn_to_minor_axes(const StrandKnots& knots, std::span<const glm::vec3> minor_axis, StrandBasis basis,
+                        std::vector<KnotFrame>* frames) {
+  const std::vector<glm::dvec3> axes = knot_axes(minor_axis, basis);
+  if (axes.size() != frames->size()) return false;
+  std::vector<KnotFrame>& at = *frames;
+  std::optional<std::size_t> last;  // knot with an axis
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const std::optional<double> turn = turn_of(axes[i], knots.tangent[i], at[i].normal);
+    if (!turn) continue;
+    const std::size_t from = last.value_or(0);
+    const double before = last ? double{at[from].angle} : *turn;
+    double step = std::remainder(*turn - before, 2 * std::numbers::pi);
+    if (std::abs(step) > std::numbers::pi / 2 + rounding) step -= std::copysign(std::numbers::pi, step);
+    for (std::size_t k = last ? from + 1 : 0; k <= i; ++k) {
+      const double share = last ? static_cast<double>(k - from) / static_cast<double>(i - from) : 1;
+      at[k].angle = static_cast<float>(before + share * step);
+    }
+    last = i;
+  }
+  if (!last) return false;
+  for (std::size_t k = *last + 1; k < at.size(); ++k) at[k].angle = at[*last].angle;
+  return true;
 }
 
 FiberFrame frame_between(const KnotFrame& a, const KnotFrame& b, float t, const glm::vec3& tangent) {

@@ -55,6 +55,14 @@ std::vector<KnotFrame> strand_frames(std::span<const glm::vec3> points, double r
 std::vector<KnotFrame> later_frames(const StrandKnots& knots, const KnotFrame& first, const glm::dvec3& first_tangent,
                                     const glm::dmat3& turned, double turn_rad_per_cm);
 
+/// Turns the frames of a strand, those of strand_frames() at `knots`, so that their minor axes are those given at its
+/// points (unit, or 0: none there; interpolated as the points are). A cross-section looks the same from behind: an axis
+/// stands for its opposite too, and from one knot to the next it turns the shorter way. Where a knot has none, or one
+/// along the tangent (within 0.001 rad), the turn goes evenly between the knots around it and rests beyond the
+/// outermost ones. False, and nothing is turned, where no knot has an axis.
+bool turn_to_minor_axes(const StrandKnots& knots, std::span<const glm::vec3> minor_axis, scene::StrandBasis basis,
+                        std::vector<KnotFrame>* frames);
+
 /// Frame between two consecutive knots, at t in [0, 1], for the unit tangent there. Orthonormal for every input.
 FiberFrame frame_between(const KnotFrame& a, const KnotFrame& b, float t, const glm::vec3& tangent);
 

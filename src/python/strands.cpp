@@ -1,11 +1,14 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <glm/geometric.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,20 +17,21 @@
 #include "python/arrays_in.h"
 #include "python/bindings.h"
 #include "scene/read/groom_files.h"
+#include "scene/read/grooms/told_basis.h"
 
 namespace py = pybind11;
 
 namespace tress::python {
 namespace {
 
-constexpr std::array<const char*, 4> basis_names{"bspline", "linear", "open_bspline", "bezier"};
+/// Of scene::StrandBasis.
+constexpr std::array<const char*, 4> drawn_names{"bspline", "linear", "open_bspline", "bezier"};
 
-std::optional<scene::StrandBasis> basis_of(const py::dict& from, const std::string& place) {
-  if (!from.contains("basis")) return std::nullopt;
-  const std::string name = py::str(from["basis"]);
-  for (std::size_t i = 0; i < basis_names.size(); ++i)
-    if (name == basis_names[i]) return static_cast<scene::StrandBasis>(i);
-  throw Raised({"", place + ".basis", "one of bspline, linear, open_bspline, bezier", "\"" + name + "\""});
+scene::CurveKind kind_of(const py::dict& from, const std::string& place) {
+  const std::string name = from.contains("basis") ? std::string(py::str(from["basis"])) : drawn_names[0];
+  const std::vector<std::string>& known = scene::basis_names();
+  if (std::ranges::find(known, name) != known.end()) return scene::kind_of_basis(name);
+  throw Raised({"", place + ".basis", fmt::format("one of {}", fmt::join(known, ", ")), "\"" + name + "\""});
 }
 
 /// Numbers of `key`, every one within +-most; none where the key is not there.
@@ -49,18 +53,11 @@ std::vector<Item> numbers(const py::dict& from, const char* key, const std::stri
   return items;
 }
 
-/// Whether so many points are a strand of this basis; none at all are one that is left out.
-bool is_strand(std::uint32_t points, scene::StrandBasis basis) {
-  if (points == 0) return true;
-  if (basis == scene::StrandBasis::open_bspline) return points >= 4;
-  return basis != scene::StrandBasis::bezier || (points >= 4 && points % 3 == 1);
-}
-
 scene::GroomFile groom_of(const py::dict& from, const std::string& place) {
   constexpr float far = scene::largest_coordinate;
   scene::GroomFile groom;
   groom.format = "strands in memory";
-  groom.basis = basis_of(from, place);
+  const scene::CurveKind kind = kind_of(from, place);
   groom.points = numbers<glm::vec3>(from, "points", place, -far, far);
   const auto counts_array = py::cast<py::array>(from["counts"]);
   const std::span<const std::uint32_t> counts = view<std::uint32_t>(counts_array, 0, place + ".counts");
@@ -68,11 +65,9 @@ scene::GroomFile groom_of(const py::dict& from, const std::string& place) {
   groom.first_point.push_back(0);
   std::uint64_t sum = 0;
   for (std::size_t s = 0; s < counts.size(); ++s) {
-    if (!is_strand(counts[s], groom.basis.value_or(scene::StrandBasis::bspline)))
+    if (const std::string fault = scene::fault_of(kind, counts[s]); !fault.empty())
       throw Raised({"", fmt::format("{}.counts[{}]", place, s),
-                    fmt::format("as many points as a strand of basis {} has (bezier: 3 n + 1, open_bspline: 4 or more)",
-                                basis_names[static_cast<std::size_t>(*groom.basis)]),
-                    fmt::format("{}", counts[s])});
+                    fmt::format("{} points, as {} has them", fault, scene::words(kind)), fmt::format("{}", counts[s])});
     sum += counts[s];
     if (sum <= groom.points.size()) groom.first_point.push_back(static_cast<std::uint32_t>(sum));
   }
@@ -90,8 +85,13 @@ scene::GroomFile groom_of(const py::dict& from, const std::string& place) {
                               a_strand ? fmt::format(", or {}, one a strand", counts.size()) : std::string()),
                   fmt::format("{}", size)});
   };
+  groom.normal = numbers<glm::vec3>(from, "normal", place, -far, far);
+  for (glm::vec3& normal : groom.normal)
+    if (const float length = glm::length(normal); length > 0) normal /= length;
+  fits("normal", groom.normal.size(), false);
   fits("width", groom.width.size(), false);
   fits("color", groom.color.size(), true);
+  if (auto error = scene::take_points_as(kind, place, &groom)) throw Raised(std::move(*error));
   groom.cm_per_unit = py::cast<double>(from["cm_per_unit"]);
   groom.y_up = std::string(py::str(from["up"])) == "y";
   return groom;
@@ -163,7 +163,7 @@ py::dict read_groom(const std::filesystem::path& file, std::optional<std::uint32
   if (!groom.root_uv.empty()) told["root_uv"] = array_of<float>(std::move(groom.root_uv), 2);
   if (groom.cm_per_unit) told["cm_per_unit"] = *groom.cm_per_unit;
   if (groom.y_up) told["up"] = *groom.y_up ? "y" : "z";
-  if (groom.basis) told["basis"] = basis_names[static_cast<std::size_t>(*groom.basis)];
+  if (groom.basis) told["basis"] = drawn_names[static_cast<std::size_t>(*groom.basis)];
   py::list remarks;
   for (const std::string& remark : groom.remarks) remarks.append(remark);
   for (const scene::IgnoredAttribute& ignored : groom.ignored)

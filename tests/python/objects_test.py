@@ -72,6 +72,7 @@ class Arrays(unittest.TestCase):
             (dict(points=points, width=[1, 2, 3]), "strands 1.width", "3"),
             (dict(points=np.where(points > 4, np.nan, points)), "strands 1.points[", "nan"),
             (dict(points=points, color=[[0, 0, 2], [0, 0, 0]]), "strands 1.color[0]", "2"),
+            (dict(points=points, normal=[[0, 0, 1]]), "strands 1.normal", "1"),
             (dict(points=points, basis="bezier"), "strands 1.counts[0]", "8"),
             (dict(points=points, basis="round"), "strands 1.basis", '"round"'),
         ]
@@ -85,6 +86,23 @@ class Arrays(unittest.TestCase):
         mesh = tress.Mesh(triangles=tress.Triangles(np.eye(3), [[0, 1, 3]]))
         error = refusal(self, tress.render, tress.Scene(grooms=[tress.Strands(two_strands())], meshes=[mesh]))
         self.assertEqual((error.place, error.found), ("mesh 1.triangles[0]", "3"))
+
+    def test_normals_are_read_and_turn_the_fibers(self):
+        read = tress.read_groom(SOURCE / "tests/scene/grooms/normals.usda")
+        np.testing.assert_allclose(read.normal[:2], [[1, 0, 0], [0.5, 0.75**0.5, 0]], atol=1e-6)
+        points = np.linspace(0, 1, 9, dtype=np.float32)[:, None] * [0, 0, -1] + [[[0, 0, 0]], [[0.1, 0, 0]]]
+        camera = tress.Camera(eye=[0, -8, -0.5], look_at=[0, 0, -0.5], vertical_fov_deg=9)
+        material = tress.Material(eccentricity=0.5, sigma_a=[1, 1, 1])
+
+        def coverage(normal):
+            strands = tress.Strands(points, width=0.06, basis="linear", normal=normal)
+            picture = tress.render(tress.Scene(grooms=[strands], materials=[material], camera=camera), width=24, height=24,
+                                   samples=4, seed=1)
+            return float(picture["coverage"].mean())
+
+        # Seen along the minor axis a fiber is twice as wide as along the major one.
+        wide, narrow = coverage(np.full((2, 9, 3), [0, 2, 0])), coverage(np.full((2, 9, 3), [1, 0, 0]))
+        self.assertAlmostEqual(wide / narrow, 2, delta=0.2)
 
     def test_a_groom_file_is_read_as_it_is(self):
         strands = tress.read_groom(SOURCE / "tests/fuzz/corpus/hair/plain.hair")

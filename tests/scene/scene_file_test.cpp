@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "scene/model/hair_colors.h"
+#include "scene/read/grooms/told_basis.h"
 #include "scene/read/load_scene.h"
 #include "tress/fiber/lock_color.h"
 #include "tress/fiber/principled_hair.h"
@@ -51,7 +52,8 @@ TEST(SceneFile, NamesThePathAndTheExpectation) {
       {R"({"grooms": [{"generate": "straight", "file": "a.hair"}]})", "/grooms/0"},
       {R"({"grooms": [{"generate": "straight", "material": "x"}]})", "/grooms/0/material"},
       {R"({"grooms": [{"generate": "straight", "basis": "cubic"}]})",
-       "s.json: /grooms/0/basis: expected one of bspline, linear, found \"cubic\""},
+       "s.json: /grooms/0/basis: expected one of bspline, linear, catmull_rom, open_bspline, open_catmull_rom, bezier, "
+       "hermite, found \"cubic\""},
       {R"({"grooms": [{"generate": "straight", "basis": true}]})", "/grooms/0/basis"},
       {R"({"image": {"width": 0}, )" + groom + "}", "/image/width"},
       {R"({"image": {"width": 65536, "height": 65536}, )" + groom + "}", "/image"},
@@ -175,7 +177,7 @@ TEST(SceneFile, ReadsTheBasisOfFilesAndOfGeneratedGrooms) {
       {"generate": "single_fiber", "basis": "bspline"}]})");
   ASSERT_EQ(scene.grooms.size(), 5u);
   for (std::size_t i = 0; i < 5; ++i)
-    EXPECT_EQ(scene.grooms[i].placement.basis == StrandBasis::linear, i == 2 || i == 3) << i;
+    EXPECT_EQ(scene.grooms[i].placement.basis == kind_of_basis("linear"), i == 2 || i == 3) << i;
 }
 
 TEST(SceneFile, SurvivesDeepNestingAndEveryTruncation) {

@@ -28,7 +28,10 @@ class Strands:
     its own layout.
     width: diameters in the unit of the points: one for all, one a strand, or one a point. Without it 0.008 cm.
     color: linear RGB in [0, 1], (strand, 3) or one a point; used by a material with color="file".
-    basis: what the points are: "bspline" (the default; through root and tip), "linear", "open_bspline", "bezier".
+    basis: what the points are: "bspline" (the default; through root and tip), "linear", "catmull_rom", "open_bspline",
+    "open_catmull_rom", "bezier", "hermite".
+    normal: (strand, point, 3) or one a point, along the minor axes of the fibers' cross-sections, any length; 0 where
+    there is none. Without it the axes are the material's.
     """
 
     __slots__ = ("points", "counts", "width", "color", "basis", "cm_per_unit", "up", "normal", "id", "root_uv", "remarks")
@@ -40,6 +43,7 @@ class Strands:
         *,
         width: Optional[npt.ArrayLike] = None,
         color: Optional[npt.ArrayLike] = None,
+        normal: Optional[npt.ArrayLike] = None,
         basis: str = "bspline",
         cm_per_unit: float = 1.0,
         up: str = "z",
@@ -58,7 +62,7 @@ class Strands:
         self.basis = basis
         self.cm_per_unit = cm_per_unit
         self.up = up
-        self.normal: Optional[np.ndarray] = None
+        self.normal: Optional[np.ndarray] = None if normal is None else _rows(normal, 3, "normal")
         self.id: Optional[np.ndarray] = None
         self.root_uv: Optional[np.ndarray] = None
         self.remarks: list[str] = []
@@ -89,6 +93,7 @@ class Strands:
             "counts": self.counts,
             "width": self.width,
             "color": self.color,
+            "normal": self.normal,
             "basis": self.basis,
             "cm_per_unit": float(self.cm_per_unit),
             "up": self.up,

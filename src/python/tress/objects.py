@@ -195,6 +195,7 @@ class Groom(_Object):
     radius_cm: Optional[float] = None
     taper: Optional[Keys] = None
     basis: Optional[str] = None
+    normals: Optional[bool] = None
     up: Optional[str] = None
     points_per_strand: Optional[int] = None
     scale: Optional[float] = None

@@ -225,6 +225,7 @@ void turn_objects(std::span<const ObjectTurn> turns, std::vector<Groom>* grooms,
     }
     groom.turned_rad += first.turn_rad;
     turn_points(first, groom.points);
+    turn_points(of_directions(first), groom.minor_axis);
   }
   for (Mesh& mesh : *meshes) {
     if (differ && mesh.later.empty()) mesh.later.assign(turns.size() - 1, {mesh.positions, mesh.normals});

@@ -168,6 +168,9 @@ struct Groom {
   std::vector<float> radius_cm;            ///< per point: of the circle with the same mean projected width
   /// Per strand, the color of a lock of them, linear RGB in [0, 1]; empty unless its material takes colors of the file.
   std::vector<glm::vec3> color;
+  /// Per point, unit, along the minor axis of the cross-section as the file says it, or 0 where it says none;
+  /// interpolated as the points are. Empty: axes are the material's.
+  std::vector<glm::vec3> minor_axis = {};
   StrandBasis basis = StrandBasis::bspline;
   double turned_rad = 0;  ///< about the vertical since it was made: root angles are counted from axes that turn with it
   /// After `points`, which are those of the shutter's opening; empty: it rests.

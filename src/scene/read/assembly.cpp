@@ -14,14 +14,12 @@
 #include <numbers>
 
 #include "scene/model/parameters.h"
+#include "scene/read/grooms/told_basis.h"
 
 namespace tress::scene {
 namespace {
 
-constexpr float usual_radius_cm = 0.004f;
-constexpr double usual_longest_side_cm = 30;
-/// Radii outside are taken for a wrong unit; a human hair has .0008 to .009 cm.
-constexpr double smallest_radius_cm = 5e-4, largest_radius_cm = 0.05;
+constexpr CurveKind usual_basis{CurveBasis::bspline, CurveWrap::pinned};
 constexpr float thinnest_cm = 1e-4f;
 
 /// What a reader of the note can do about the axis that was taken for up.
@@ -140,6 +138,7 @@ std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* col
       if (kept_points > start && !moves && !repeats_stay) continue;
       if (!color->empty()) sum += (*color)[color_a_point ? i : s];
       for (auto* points : moments) (*points)[kept_points] = (*points)[i];
+      if (!groom->minor_axis.empty()) groom->minor_axis[kept_points] = groom->minor_axis[i];
       groom->radius_cm[kept_points++] = groom->radius_cm[i];
     }
     begin = end;
@@ -152,6 +151,7 @@ std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* col
   }
   for (auto* points : moments) points->resize(kept_points);
   groom->radius_cm.resize(kept_points);
+  if (!groom->minor_axis.empty()) groom->minor_axis.resize(kept_points);
   groom->first_point.resize(kept_strands + 1);
   groom->color = std::move(mean);
   return strands - kept_strands;
@@ -171,21 +171,27 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
     notes->push_back(fmt::format("{}: not used: {} ({})", name, ignored.name, ignored.why));
   Groom groom;
   groom.name = name;
-  groom.basis = file.basis.value_or(placement.basis.value_or(StrandBasis::bspline));
-  if (file.basis && placement.basis && *file.basis != *placement.basis)
+  if (file.basis && placement.basis)
     notes->push_back(name + ": \"basis\" is not used, the file says what its points are");
+  if (!file.basis)
+    if (auto error = take_points_as(placement.basis.value_or(usual_basis), name, &file)) return *error;
+  groom.basis = *file.basis;
   groom.radius_cm = radii_of(&file, placement, scale.cm_per_unit, name, notes);
+  const auto turned = [&](const glm::vec3& x) { return y_up ? glm::vec3(x.x, -x.z, x.y) : x; };
   const auto placed = [&](std::vector<glm::vec3>& points) {
-    for (glm::vec3& point : points) {
-      point *= static_cast<float>(scale.cm_per_unit);
-      if (y_up) point = {point.x, -point.z, point.y};
-    }
+    for (glm::vec3& point : points) point = turned(static_cast<float>(scale.cm_per_unit) * point);
     return std::move(points);
   };
   groom.is_animated = file.is_animated;
   groom.first_point = std::move(file.first_point);
   groom.points = placed(file.points);
   for (std::vector<glm::vec3>& points : file.later) groom.later.push_back({placed(points)});
+  if (placement.normals && !file.normal.empty()) {
+    notes->push_back(name +
+                     ": normals of the file give the minor axes of the fibers; \"normals\": false leaves them out");
+    groom.minor_axis = std::move(file.normal);
+    for (glm::vec3& axis : groom.minor_axis) axis = turned(axis);
+  }
   if (placement.colors && file.color.empty()) file.color.assign(groom.strand_count(), file.default_color);
   if (!placement.colors) file.color.clear();
   const std::size_t strands = groom.strand_count();
@@ -284,6 +290,8 @@ std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom*
     groom->later[i].turned = then.turn() * glm::transpose(first.turn());
   }
   if (auto error = move_points(first, groom->name, &groom->points)) return error;
+  const glm::dmat3 turn = first.turn();
+  for (glm::vec3& axis : groom->minor_axis) axis = glm::vec3(turn * glm::dvec3(axis));
   if (first.scale == 1) return std::nullopt;
   for (float& radius : groom->radius_cm)
     radius = std::max(static_cast<float>(radius * first.scale), std::min(thinnest_cm, radius));

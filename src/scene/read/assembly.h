@@ -9,10 +9,17 @@
 #include <vector>
 
 #include "scene/model/scene.h"
+#include "scene/read/grooms/curve_bases.h"
 #include "scene/read/grooms/groom_file.h"
 #include "scene/read/input_files.h"
 
 namespace tress::scene {
+
+/// What is taken where neither a file nor a scene says it.
+constexpr float usual_radius_cm = 0.004f;
+constexpr double usual_longest_side_cm = 30;
+/// Radii of files outside are taken for a wrong unit; a human hair has .0008 to .009 cm.
+constexpr double smallest_radius_cm = 5e-4, largest_radius_cm = 0.05;
 
 /// Where an object of the scene is.
 struct ObjectTransform {
@@ -49,7 +56,8 @@ struct GroomPlacement {
   std::optional<double> cm_per_unit = {};        ///< unset: the file's, else usual_cm_per_unit
   std::optional<double> usual_cm_per_unit = {};  ///< unset: the longest side of the bounding box is 30 cm
   std::optional<double> radius_cm = {};          ///< unset: the file's, or .004 cm where it has none or an absurd one
-  std::optional<StrandBasis> basis = {};         ///< of files that do not say; unset: bspline
+  std::optional<CurveKind> basis = {};           ///< of files that do not say; unset: B-splines through root and tip
+  bool normals = true;                           ///< those of the file give the minor axes of its fibers
   bool colors = false;                           ///< strands have the mean of the colors of their points
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "scene/read/grooms/told_basis.h"
 #include "scene/read/scene_file.h"
 
 namespace tress::scene {
@@ -68,7 +69,7 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
   const auto shapes = shape_keys();
   std::vector<std::string> known{"name",  "file",       "generate",  "strands",     "seed",     "radius_cm",
                                  "taper", "basis",      "up",        "cm_per_unit", "material", "points_per_strand",
-                                 "scale", "rotate_deg", "translate", "frames"};
+                                 "scale", "rotate_deg", "translate", "frames",      "normals"};
   known.insert(known.end(), shapes.begin(), shapes.end());
   if (!json.object(known) || !json.at_most_one({"file", "generate"})) return groom;
   groom.name = json.text("name");
@@ -76,7 +77,7 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
   const auto kind = json.choice("generate", generated_groom_kinds());
   if (!json.has("file") && !json.has("generate")) json.fail("", "one of file, generate", "neither");
   if (kind) {
-    for (const char* key : {"up", "cm_per_unit", "points_per_strand"})
+    for (const char* key : {"up", "cm_per_unit", "points_per_strand", "normals"})
       if (json.has(key)) json.fail(key, "this key beside \"file\" only", "it beside \"generate\"");
     groom.recipe.kind = *kind;
     read_recipe(json, &groom.recipe);
@@ -88,13 +89,17 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
       if (json.has(key)) json.fail(key, "this key beside \"generate\" only", "it beside \"file\"");
     if (const auto up = json.choice("up", {"y", "z"})) groom.placement.y_up = *up == "y";
     groom.placement.cm_per_unit = json.number("cm_per_unit");
+    groom.placement.normals = json.boolean("normals").value_or(true);
     if (const auto points = json.integer("points_per_strand"))
       groom.points_per_strand = static_cast<std::uint32_t>(*points);
     groom.placement.radius_cm = json.number("radius_cm");
     groom.taper = read_taper(json, {});
   }
-  if (const auto basis = json.choice("basis", {"bspline", "linear"}))
-    groom.placement.basis = *basis == "linear" ? StrandBasis::linear : StrandBasis::bspline;
+  if (const auto basis = json.choice("basis", basis_names())) {
+    groom.placement.basis = kind_of_basis(*basis);
+    if (kind && (*basis == "bezier" || *basis == "hermite"))
+      json.fail("basis", "another basis beside \"generate\", whose points are on the strands", "\"" + *basis + "\"");
+  }
   groom.path = read_path(json);
   groom.material = read_material_reference(json, materials);
   groom.placement.colors = groom.material < materials.size() && materials[groom.material].color_from_file;

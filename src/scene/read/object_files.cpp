@@ -12,6 +12,7 @@
 
 #include "base/numbered_file.h"
 #include "scene/read/groom_files.h"
+#include "scene/read/grooms/told_basis.h"
 #include "scene/read/input_files.h"
 
 namespace tress::scene {
@@ -194,7 +195,7 @@ Result<Groom> groom_in_its_axes(const GroomDescription& description, const Frame
                                 Scene* scene) {
   if (!description.file) {
     Groom groom = generate_groom(description.recipe);
-    groom.basis = description.placement.basis.value_or(groom.basis);
+    if (description.placement.basis) take_points_as(*description.placement.basis, &groom);
     return groom;
   }
   if (auto strands = from.memory.grooms.extract(*description.file))

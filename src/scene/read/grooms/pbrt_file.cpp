@@ -296,14 +296,42 @@ class PbrtReader {
       kind.basis = CurveBasis::bezier;
     }
     const double size = std::cbrt(std::abs(glm::determinant(glm::dmat3(to_world_)))), width = p.number("width", 1);
-    append(kind, points, size * p.number("width0", width), size * p.number("width1", width));
-    if (p.by_name.contains("N")) ignore("normal N", "ribbons of pbrt: the major axis is that of the material");
+    append(kind, points, size * p.number("width0", width), size * p.number("width1", width), normals_of(p));
     if (!material_.empty() && ignored_.insert("material " + material_).second && materials_++ < 100)
       builder_.file().materials.push_back(material_);
   }
 
+  /// Of a ribbon, at the ends of its segments; none where it has none.
+  std::vector<glm::vec3> normals_of(const Parameters& p) const {
+    const auto given = p.by_name.find("N");
+    std::vector<glm::vec3> normals;
+    if (given == p.by_name.end() || p.text("type", "flat") != "ribbon") return normals;
+    const glm::dmat3 turn = glm::transpose(glm::inverse(glm::dmat3(to_world_)));
+    const std::vector<double>& n = given->second.numbers;
+    for (std::size_t i = 0; i + 2 < n.size(); i += 3) {
+      const glm::dvec3 turned = turn * glm::dvec3(n[i], n[i + 1], n[i + 2]);
+      const double length = glm::length(turned);
+      const bool has_direction = length > 0 && std::isfinite(length);
+      normals.emplace_back(has_direction ? turned / length : glm::dvec3(0.0));
+    }
+    return normals;
+  }
+
+  /// As many as widths; 0 for strands without.
+  void append_normals(const std::vector<glm::vec3>& normals, std::uint64_t segments, bool goes_on) {
+    std::vector<glm::vec3>& all = pending_.normal.values;
+    if (normals.empty() && all.empty()) return;
+    const bool fits = normals.size() == segments + 1;
+    if (!normals.empty() && !fits) ignore("normal N", "there are not as many as the ends of its segments");
+    all.resize(pending_.width.values.size() - segments - (goes_on ? 0 : 1), glm::vec3(0.0f));
+    for (std::uint64_t i = goes_on ? 1 : 0; i <= segments; ++i) all.push_back(fits ? normals[i] : glm::vec3(0.0f));
+    if (goes_on && fits && all[all.size() - segments - 1] == glm::vec3(0.0f))
+      all[all.size() - segments - 1] = normals[0];
+  }
+
   /// A Bezier segment that goes on where the last one ended belongs to its strand: cyhair2pbrt writes a shape for each.
-  void append(const CurveKind& kind, const std::vector<glm::dvec3>& points, double width0, double width1) {
+  void append(const CurveKind& kind, const std::vector<glm::dvec3>& points, double width0, double width1,
+              const std::vector<glm::vec3>& normals) {
     if (!(kind == pending_.kind)) flush();
     pending_.kind = kind;
     const auto first = vector_of(points[0]);
@@ -315,6 +343,7 @@ class PbrtReader {
     for (std::uint64_t i = goes_on ? 1 : 0; i <= segments; ++i)
       pending_.width.values.push_back(
           to_float(width0 + (width1 - width0) * static_cast<double>(i) / static_cast<double>(segments)));
+    append_normals(normals, segments, goes_on);
     const auto count = static_cast<std::uint32_t>(points.size() - (goes_on ? 1 : 0));
     if (goes_on)
       pending_.vertex_counts.back() += count;
@@ -327,7 +356,8 @@ class PbrtReader {
   void flush() {
     if (error_ || pending_.vertex_counts.empty()) return;
     pending_.name = "curves";
-    pending_.width.scope = AttributeScope::varying;
+    pending_.width.scope = pending_.normal.scope = AttributeScope::varying;
+    pending_.normal.name = "N";
     pending_.width.name = "width0, width1";
     if (auto error = builder_.add(std::exchange(pending_, {}))) error_ = error;
   }
