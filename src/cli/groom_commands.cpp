@@ -10,6 +10,7 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/options.h"
+#include "scene/read/assembly.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/groom_writers.h"
 
@@ -39,7 +40,7 @@ Box bounds_of(const scene::GroomFile& groom) {
 }
 
 std::string basis_of(const scene::GroomFile& groom) {
-  if (!groom.basis) return "not said (taken for B-splines; \"basis\": \"linear\" says otherwise)";
+  if (!groom.basis) return "not said (taken for B-splines through root and tip; \"basis\" in a scene says otherwise)";
   switch (*groom.basis) {
     case scene::StrandBasis::linear:
       return "linear";
@@ -62,32 +63,62 @@ std::string up_of(const scene::GroomFile& groom) {
   return *groom.y_up ? "y" : "z";
 }
 
+/// What a render makes of widths up to this one, in the unit of the file or the one that is taken for it.
+std::string use_of(double thickest, const scene::GroomFile& groom) {
+  const Box box = bounds_of(groom);
+  const glm::vec3 sides = box.high - box.low;
+  const double longest = std::max({sides.x, sides.y, sides.z}),
+               cm_per_unit = groom.cm_per_unit ? *groom.cm_per_unit : scene::usual_longest_side_cm / longest,
+               radius = thickest / 2 * cm_per_unit;
+  if (!(longest > 0)) return "";
+  const bool is_used = radius >= scene::smallest_radius_cm && radius <= scene::largest_radius_cm;
+  return is_used
+             ? fmt::format(": a radius of {:.3g} cm{}", radius, groom.width.empty() ? "" : " at most")
+             : fmt::format(": a radius of {:.3g} cm, taken for a wrong unit; {:g} cm is used unless the scene says one",
+                           radius, scene::usual_radius_cm);
+}
+
 std::string widths_of(const scene::GroomFile& groom) {
   if (groom.width.empty())
-    return groom.default_width > 0 ? fmt::format("{:g} units everywhere (diameters)", groom.default_width)
-                                   : "none (a radius of 0.004 cm is taken)";
+    return groom.default_width > 0
+               ? fmt::format("{:g} units across everywhere{}", groom.default_width, use_of(groom.default_width, groom))
+               : fmt::format("none (a radius of {:g} cm is taken)", scene::usual_radius_cm);
   const auto [low, high] = std::ranges::minmax_element(groom.width);
-  return fmt::format("per point, {:g} to {:g} units (diameters)", *low, *high);
+  return fmt::format("per point, {:g} to {:g} units across{}", *low, *high, use_of(*high, groom));
+}
+
+/// "4 to 16 a strand".
+std::string points_a_strand(const scene::GroomFile& groom) {
+  if (groom.strand_count() == 0) return "none";
+  std::uint32_t fewest = UINT32_MAX, most = 0;
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    const std::uint32_t count = groom.first_point[s + 1] - groom.first_point[s];
+    fewest = std::min(fewest, count);
+    most = std::max(most, count);
+  }
+  return fewest == most ? fmt::format("{} a strand", most) : fmt::format("{} to {} a strand", fewest, most);
 }
 
 std::string colors_of(const scene::GroomFile& groom) {
   if (!groom.has_color) return "none";
+  const char* use = " (linear RGB, used by a material with \"color\": \"file\")";
   if (groom.color.empty())
-    return fmt::format("one, {:g} {:g} {:g}", groom.default_color.x, groom.default_color.y, groom.default_color.z);
-  return groom.color.size() == groom.points.size() ? "per point" : "per strand";
+    return fmt::format("one, {:g} {:g} {:g}{}", groom.default_color.x, groom.default_color.y, groom.default_color.z,
+                       use);
+  return (groom.color.size() == groom.points.size() ? "per point" : "per strand") + std::string(use);
 }
 
 void print_text(const scene::GroomFile& groom) {
   const Box box = bounds_of(groom);
   fmt::print(
-      "format    {}\nstrands   {}\npoints    {}\ncurves    {}\nbounds    ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) "
+      "format    {}\nstrands   {}\npoints    {}, {}\ncurves    {}\nbounds    ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) "
       "units\n",
-      groom.format, groom.strand_count(), groom.points.size(), basis_of(groom), box.low.x, box.low.y, box.low.z,
-      box.high.x, box.high.y, box.high.z);
+      groom.format, groom.strand_count(), groom.points.size(), points_a_strand(groom), basis_of(groom), box.low.x,
+      box.low.y, box.low.z, box.high.x, box.high.y, box.high.z);
   fmt::print("unit      {}\nup        {}\nwidths    {}\ncolors    {}\nnormals   {}\nids       {}\nroot uv   {}\n",
              unit_of(groom), up_of(groom), widths_of(groom), colors_of(groom),
-             groom.normal.empty() ? "none" : "per point", groom.id.empty() ? "none" : "per strand",
-             groom.root_uv.empty() ? "none" : "per strand");
+             groom.normal.empty() ? "none" : "per point (minor axes of the fibers; \"normals\": false leaves them out)",
+             groom.id.empty() ? "none" : "per strand", groom.root_uv.empty() ? "none" : "per strand");
   constexpr std::size_t most_parts = 50;
   for (std::size_t i = 0; i < std::min(groom.parts.size(), most_parts); ++i) {
     const scene::GroomPart& part = groom.parts[i];

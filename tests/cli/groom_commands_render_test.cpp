@@ -19,11 +19,14 @@ class GroomCommands : public CommandTest {
     return (fs::path(TRESS_SOURCE_DIR) / "tests" / "scene" / "grooms" / name).string();
   }
 
-  image::Picture picture_of(const std::string& file) const {
+  /// groom, material: more keys of the only one.
+  image::Picture picture_of(const std::string& file, const std::string& groom = "",
+                            const std::string& material = "") const {
     write_text(path("scene.json"), R"({"camera": {"eye": [0, -30, -4], "look_at": [0, 0, -4]},
         "image": {"width": 24, "height": 32, "samples": 2},
-        "grooms": [{"name": "same", "file": ")" +
-                                       file + R"(", "cm_per_unit": 1, "up": "z"}]})");
+        "materials": [{"name": "hair")" +
+                                       material + R"(}], "grooms": [{"name": "same", "file": ")" + file +
+                                       R"(", "cm_per_unit": 1, "up": "z")" + groom + "}]}");
     const Outcome outcome = run({"render", path("scene.json"), "-o", path("a.exr"), "--estimator", "exact"});
     EXPECT_EQ(outcome.status, 0) << file << outcome.err;
     auto picture = image::read_exr(path("a.exr"));
@@ -60,11 +63,39 @@ TEST_F(GroomCommands, TheSameStrandsGiveTheSamePictureInFiveFormats) {
   EXPECT_TRUE(same->identical);
 }
 
+/// .data has no widths: one radius for all. The same material draws all the others so, too.
+TEST_F(GroomCommands, StrandsWithoutWidthsGiveTheSamePictureOnceTheSceneSaysOne) {
+  const std::string radius = R"(, "radius_cm": 0.03125)";
+  const image::Picture hair = picture_of(fixture("same.hair"), radius);
+  for (const char* name : {"same.data", "same.usda", "same_big.ply"}) {
+    const auto difference = image::compare(hair, picture_of(fixture(name), radius), "same.hair", name);
+    ASSERT_TRUE(difference) << difference.error().message();
+    EXPECT_TRUE(difference->identical) << name;
+  }
+}
+
+TEST_F(GroomCommands, TheSameColorsOfStrandsGiveTheSamePictureInEveryFormatThatHasThem) {
+  const std::string from_file = R"(, "color": "file")";
+  const image::Picture hair = picture_of(fixture("colored.hair"), "", from_file),
+                       one = picture_of(fixture("colored.hair"), "", R"(, "color": [0.5, 0.5, 0.5])");
+  const auto colors_matter = image::compare(hair, one, "colored.hair", "of one color");
+  ASSERT_TRUE(colors_matter);
+  EXPECT_GT(colors_matter->largest, 0.01);
+  for (const char* name : {"colored.usda", "colored.abc", "colored.ply"}) {
+    const auto difference = image::compare(hair, picture_of(fixture(name), "", from_file), "colored.hair", name);
+    ASSERT_TRUE(difference) << difference.error().message();
+    EXPECT_EQ(difference->largest, 0) << name;
+  }
+}
+
 TEST_F(GroomCommands, InfoSaysWhatIsInAFileAndWhatIsNotUsed) {
   const Outcome text = run({"info", fixture("same.abc")});
   EXPECT_EQ(text.status, 0) << text.err;
   EXPECT_THAT(text.out, HasSubstr("strands   9\n"));
   EXPECT_THAT(text.out, HasSubstr("root uv   per strand"));
+  EXPECT_THAT(text.out, HasSubstr("points    99, 11 a strand\n"));
+  EXPECT_THAT(text.out, HasSubstr("normals   none"));
+  EXPECT_THAT(run({"info", fixture("normals.abc")}).out, HasSubstr("normals   per point (minor axes of the fibers"));
   EXPECT_THAT(text.out, HasSubstr("not used  groom_closest_guides"));
   const Outcome outcome = run({"info", fixture("same.usda"), "--json"});
   const nlohmann::json json = nlohmann::json::parse(outcome.out);
