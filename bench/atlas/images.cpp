@@ -196,6 +196,7 @@ int run(const Setting& setting) {
 
 int main(int count, char** words) {
   tress::bench::Setting setting;
+  setting.render.max_depth = 64;  // as the cases were measured; tress itself allows more
   CLI::App app{"One render sample by sample."};
   std::vector<std::string> names;
   for (const tress::fiber::ModelInfo& info : tress::references::models()) names.emplace_back(info.name);

@@ -54,7 +54,7 @@ struct RenderOptions {
   int first_sample = 0;   ///< index of the first of them, where others render those before it
   int light_samples = 2;  ///< at the first hit, over all lights; 1 at later ones; 0: none at any hit
   int bcsdf_samples = 1;  ///< at the first hit, each going on as a path; 1 at later ones
-  int max_depth = 64;     ///< hits of a path, on fibers and surfaces
+  int max_depth = 256;    ///< hits of a path, on fibers and surfaces
   Roulette roulette = Roulette::learned;
   int roulette_depth = 4;       ///< by throughput, and until enough is learned: from this hit on
   bool shadow_roulette = true;  ///< light samples that bring little are traced in part only (PathTracer)

@@ -524,7 +524,7 @@ constexpr std::array table{
               "same seed, same result, for any number of threads; a render without it takes the number of its frame"},
     Parameter{"", "--light-samples", whole, paths, "", "", "2", "samples of the lights at the first hit"},
     Parameter{"", "--bcsdf-samples", whole, paths, "", "", "1", "samples of the fiber at the first hit"},
-    Parameter{"", "--max-depth", whole, paths, "", "", "64", "hits of a path"},
+    Parameter{"", "--max-depth", whole, paths, "", "", "256", "hits of a path"},
     Parameter{"",
               "--quadrature-points",
               whole,
