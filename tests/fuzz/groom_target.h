@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "fuzz/fuzz.h"
 #include "scene/read/assembly.h"
 #include "scene/read/grooms/groom_formats.h"
+#include "scene/read/grooms/told_basis.h"
 
 namespace tress::fuzz {
 
@@ -28,10 +30,12 @@ inline int run_groom_reader(const std::uint8_t* data, std::size_t size,
   require(groom->normal.empty() || groom->normal.size() == groom->points.size());
   require(groom->id.empty() || groom->id.size() == groom->strand_count());
   require(groom->root_uv.empty() || groom->root_uv.size() == groom->strand_count());
+  for (const glm::vec3& n : groom->normal) require(glm::dot(n, n) <= 1.001f);  // NaN fails
   for (const float width : groom->width) require(width >= 0 && std::isfinite(width));
   scene::GroomPlacement placement;
   placement.guess_up = true;
   placement.colors = true;
+  placement.basis = scene::kind_of_basis(scene::basis_names()[size % scene::basis_names().size()]);
   std::vector<std::string> notes, warnings;
   const auto made = scene::assemble_groom(*groom, placement, "some.groom", &notes, &warnings);
   if (!made) require_message(made, "some.groom");

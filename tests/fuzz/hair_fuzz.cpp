@@ -4,6 +4,7 @@
 #include "fuzz/fuzz.h"
 #include "scene/read/assembly.h"
 #include "scene/read/grooms/groom_formats.h"
+#include "scene/read/grooms/told_basis.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tress;
@@ -15,6 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const bool y_up : {false, true}) {
     scene::GroomPlacement placement;
     placement.guess_up = !y_up;
+    placement.basis = scene::kind_of_basis(scene::basis_names()[size % scene::basis_names().size()]);
     if (y_up) placement.y_up = placement.colors = true;
     std::vector<std::string> notes, warnings;
     const auto groom = scene::assemble_groom(*hair, placement, "some.hair", &notes, &warnings);
