@@ -91,6 +91,8 @@ class Keys(unittest.TestCase):
         self.assertAlmostEqual(math.pi * 4 * math.pi * 0.1 ** 2 * ball["radiance"][0], 40.0, places=9)
         card = scene_keys.area(LOOKS_DOWN, 100, [1, 1, 1], 40.0, "RECTANGLE", 2.0, 0.5)["rectangle"]
         self.assertAlmostEqual(4 * 1.0 * card["radiance"][0], 40.0, places=9)  # Blender's watts of a card
+        flux = scene_keys.area(LOOKS_DOWN, 100, [1, 1, 1], 40.0, "RECTANGLE", 2.0, 0.5, are_true_watts=True)["rectangle"]
+        self.assertAlmostEqual(math.pi * 1.0 * flux["radiance"][0], 40.0, places=9)
         self.assertEqual((card["width_cm"], card["height_cm"]), (200, 50))
 
     def test_what_has_no_counterpart_is_said_once(self):

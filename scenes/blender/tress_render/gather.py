@@ -3,6 +3,7 @@
 import json
 import os
 
+import bpy
 import numpy as np
 
 from . import files, nodes, scene_keys
@@ -71,7 +72,7 @@ class Export:
             keys = scene_keys.sun(matrix, color, watts, light.angle)
         elif light.type == "AREA":
             keys = scene_keys.area(matrix, self.cm, color, watts, light.shape, light.size, light.size_y, light.spread,
-                                   self.warnings)
+                                   self.warnings, are_true_watts=bpy.app.version >= (4, 0))
         elif light.type == "SPOT":
             keys = scene_keys.spot(matrix, self.cm, color, watts, light.shadow_soft_size, light.spot_size, light.spot_blend)
         else:

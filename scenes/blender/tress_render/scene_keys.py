@@ -84,8 +84,11 @@ def sun(matrix, color, strength, angle):
                         "irradiance": triple(np.asarray(color) * strength)}}
 
 
-def area(matrix, cm, color, watts, shape, size, size_y, spread=math.pi, warnings=Warnings()):
-    """A lamp of `watts`, as Blender counts them, from a rectangle or, approximately, from that of an ellipse's area."""
+def area(matrix, cm, color, watts, shape, size, size_y, spread=math.pi, warnings=Warnings(), are_true_watts=False):
+    """A lamp of `watts`, as Blender counts them, from a rectangle or, approximately, from that of an ellipse's area.
+
+    are_true_watts: they are the flux, as in Blender 4.3; else, as in 3.4, pi / 4 of them are.
+    """
     (x, y, z), (sx, sy, _) = axes(matrix)
     width, height = size * sx, (size_y if shape in ("RECTANGLE", "ELLIPSE") else size) * sy
     area_units = width * height
@@ -97,8 +100,8 @@ def area(matrix, cm, color, watts, shape, size, size_y, spread=math.pi, warnings
         warnings("the spread of area lights is not used: they shine as surfaces do")
     center = place(matrix, cm)
     least = SMALLEST_CM / cm
-    # Cycles and Eevee take a quarter of the power per area for its radiance, where a Lambertian surface has 1/pi.
-    radiance = np.asarray(color) * watts / (4 * max(area_units, least * least))
+    # A Lambertian surface has 1/pi of its power per area for radiance; Cycles took a quarter.
+    radiance = np.asarray(color) * watts / ((math.pi if are_true_watts else 4) * max(area_units, least * least))
     return {"rectangle": {"center": triple(center), "look_at": triple(center - 10 * z), "up": triple(y),
                           "width_cm": max(width * cm, SMALLEST_CM), "height_cm": max(height * cm, SMALLEST_CM),
                           "radiance": triple(radiance)}}
