@@ -1,0 +1,62 @@
+#!/usr/bin/python3
+"""Renders the gallery's pictures that are of several renders, and lays them side by side: strip.py NAME -o FOLDER.
+
+NAME is cold_and_warm. The renders stay in FOLDER (default build/gallery), the strip, of half their size, is NAME.png there. Needs
+Debian's python3-openimageio and python3-numpy.
+"""
+import argparse
+import os
+import subprocess
+
+import numpy
+import OpenImageIO
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(os.path.dirname(HERE))
+DEMO = os.path.join(os.path.dirname(HERE), "demo.json")
+GAP = 3  # pixels between two pictures
+
+
+def renders(name, folder):
+    """The renders of a strip, in order: the name of each and its arguments."""
+    assert name == "cold_and_warm"
+    cache = os.path.join(folder, "demo.cache")
+    if os.path.exists(cache):
+        os.remove(cache)
+    return [("cold", [DEMO, "--warm-cache", cache]), ("warm", [DEMO, "--warm-cache", cache, "--cache-mode", "frozen"])]
+
+
+def half(pixels):
+    """Means of 2 x 2 pixels, of what a display shows."""
+    height, width = pixels.shape[0] // 2, pixels.shape[1] // 2
+    blocks = pixels[:2 * height, :2 * width].reshape(height, 2, width, 2, 3)
+    return numpy.round(blocks.mean((1, 3))).astype(numpy.uint8)
+
+
+def side_by_side(pngs, output):
+    pictures = [half(OpenImageIO.ImageBuf(png).get_pixels(OpenImageIO.UINT8)[:, :, :3]) for png in pngs]
+    gap = numpy.full((pictures[0].shape[0], GAP, 3), 255, numpy.uint8)
+    row = [part for picture in pictures for part in (gap, picture)][1:]
+    strip = numpy.ascontiguousarray(numpy.concatenate(row, 1))
+    out = OpenImageIO.ImageBuf(OpenImageIO.ImageSpec(strip.shape[1], strip.shape[0], 3, OpenImageIO.UINT8))
+    out.set_pixels(OpenImageIO.ROI(0, strip.shape[1], 0, strip.shape[0], 0, 1, 0, 3), strip)
+    out.write(output)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("name", choices=("cold_and_warm",))
+    parser.add_argument("-o", "--output", default=os.path.join(ROOT, "build", "gallery"), help="folder")
+    parser.add_argument("--tress", default=os.path.join(ROOT, "build", "release", "tress"), help="the program")
+    options = parser.parse_args()
+    os.makedirs(options.output, exist_ok=True)
+    pngs = []
+    for name, arguments in renders(options.name, options.output):
+        exr = os.path.join(options.output, name + ".exr")
+        subprocess.run([options.tress, "render", *arguments, "-o", exr], check=True)
+        pngs.append(exr[:-4] + ".png")
+    side_by_side(pngs, os.path.join(options.output, options.name + ".png"))
+
+
+if __name__ == "__main__":
+    main()
