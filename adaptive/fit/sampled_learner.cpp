@@ -12,11 +12,13 @@
 #include "convergence/held_out_test.h"
 #include "fit/exit_columns.h"
 #include "fit/fit_ribbon.h"
+#include "fit/part_energies.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr std::uint64_t test_streams = std::uint64_t{1} << 48;  // from here on no learning draws
+constexpr std::uint64_t energy_streams = std::uint64_t{1} << 47;  // of energies alone
+constexpr std::uint64_t test_streams = std::uint64_t{1} << 48;    // from here on no learning draws
 
 /// Where a row is learned.
 struct Node {
@@ -63,37 +65,38 @@ SampledTest test(const RibbonRow& row, const Batch& batch, std::uint32_t count) 
 /// What is known of a row.
 class Learned {
  public:
-  explicit Learned(std::uint32_t parts) : ribbons_(parts), masses_(parts, 0.0) {}
+  explicit Learned(std::uint32_t parts) : ribbons_(parts) {}
 
   std::uint64_t paths() const { return paths_; }
+  std::uint64_t energy_paths() const { return energies_.paths() - paths_; }
   const RibbonRow& row() const { return row_; }
 
   void join(const Batch& batch, std::uint32_t count) {
     exits_.insert(exits_.end(), batch.exits.begin(), batch.exits.end());
-    for (const SampledExit& exit : batch.exits) masses_[exit.part] += static_cast<double>(exit.weight);
+    energies_.add(batch.exits, count);
     paths_ += count;
   }
-
-  double mass(std::size_t part) const { return masses_[part] / static_cast<double>(paths_); }
+  /// Tells energies alone.
+  void tell(const Batch& batch, std::uint32_t count) { energies_.add(batch.exits, count); }
 
   /// Whether there is light, and no more than a float holds.
   bool has_mass() const {
-    double all = 0;
-    for (std::size_t p = 0; p < masses_.size(); ++p) all += mass(p);
-    return static_cast<float>(all) > 0 && std::isfinite(static_cast<float>(all));
+    const auto all = static_cast<float>(energies_.total_mass());
+    return all > 0 && std::isfinite(all);
   }
 
   /// `last`: with decays. `tested`: the fit before has passed, and keeps its laws.
   void fit(bool last, bool tested) {
     RibbonFitRule rule;
     rule.keep_law = tested;
-    std::vector<RibbonRow::Part> parts(masses_.size());
-    for (std::uint32_t p = 0; p < masses_.size(); ++p) {
-      parts[p].mass = static_cast<float>(mass(p));
-      if (!(parts[p].mass > 0)) continue;
+    std::vector<RibbonRow::Part> parts(ribbons_.size());
+    for (std::uint32_t p = 0; p < ribbons_.size(); ++p) {
+      const ExitColumns exits = sort_exits(exits_, p);
+      if (std::ranges::none_of(exits.w, [](float weight) { return weight > 0; })) continue;
+      parts[p].mass = static_cast<float>(energies_.mass(p));
       std::optional<Ribbon>& known = ribbons_[p];
-      known = fit_ribbon(sort_exits(exits_, p), known ? &*known : nullptr, last, rule).ribbon;
-      parts[p].ribbon = *known;
+      known = fit_ribbon(exits, known ? &*known : nullptr, last, rule).ribbon;
+      parts[p].ribbon = last ? energies_.mended(*known, p) : *known;
     }
     row_ = RibbonRow(parts);
   }
@@ -101,12 +104,18 @@ class Learned {
  private:
   std::vector<SampledExit> exits_;
   std::vector<std::optional<Ribbon>> ribbons_;  ///< as they were fitted
-  std::vector<double> masses_;                  ///< sums of weights
+  PartEnergies energies_;
   std::uint64_t paths_ = 0;
   RibbonRow row_;
 };
 
 }  // namespace
+
+std::uint32_t SampledLimits::energy_paths() const {
+  constexpr double whole = 256 * HeldOutTest::sets;
+  const double asked = std::floor(energy_paths_times_epsilon / epsilon / whole) * whole;
+  return static_cast<std::uint32_t>(std::clamp(asked, 0.0, static_cast<double>(most_paths)));
+}
 
 SampledRow learn_samples(const SampledTarget& target, const SliceDescription& slice, float a, float b,
                          const SampledLimits& limits) {
@@ -126,12 +135,19 @@ SampledRow learn_samples(const SampledTarget& target, const SliceDescription& sl
       passed = learned.objective <= limits.epsilon;
     }
     known.join(*batch, count);
+    if (passed && limits.energy_paths() > known.paths()) {
+      const auto more = static_cast<std::uint32_t>(limits.energy_paths() - known.paths());
+      const std::optional<Batch> for_energies = draw(node, parts, energy_streams, more);
+      if (!for_energies) return learned;
+      known.tell(*for_energies, more);
+    }
     if (!known.has_mass()) return learned;
     const bool is_last = passed || 2 * known.paths() > limits.most_paths;
     known.fit(is_last, passed);
     if (is_last) {
       learned.row = known.row();
       learned.paths = known.paths();
+      learned.energy_paths = known.energy_paths();
       learned.verdict = passed ? SampledRow::Verdict::converged : SampledRow::Verdict::refused;
       return learned;
     }

@@ -33,7 +33,7 @@ Service::Table::Outcome Service::Table::learn(Row& row, const CachedRow* cached)
   // The first paths are fitted; each doubling is a test, and a fit.
   const auto fits = static_cast<std::uint32_t>(std::bit_width(learned.paths / limits.first_paths));
   Outcome outcome;
-  outcome.g_evaluations = learned.paths;
+  outcome.g_evaluations = learned.paths + learned.energy_paths;
   outcome.refits = fits;
   outcome.converged = learned.verdict == SampledRow::Verdict::converged;
   row.set_count(learned.paths);

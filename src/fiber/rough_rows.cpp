@@ -20,6 +20,9 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 constexpr float largest_height = 12;
+/// Between 0.2 and 0.4 a path takes 0.6 to 0.7 of the time that it takes at 0.02, and standard errors of energies are 0
+/// to 10 % larger; below an alpha of 0.1 up to 20 %.
+constexpr float roulette_below = 0.25f;
 constexpr float to_the_end = std::numeric_limits<float>::infinity();
 
 float clamped(float height) { return std::clamp(height, -largest_height, largest_height); }
@@ -61,7 +64,7 @@ class RoughTarget : public adaptive::SampledTarget {
       RandomStream random(key, i);
       exits.clear();
       fiber.trace_split(fiber.entry({a, b}, 2 * u[0] - 1), {{{u[1], u[2]}, {u[3], u[4]}, {u[5], u[6]}}}, random, exits,
-                        {RoughFiber::roulette_below, to_the_end});
+                        {roulette_below, to_the_end});
       for (const SplitExit& exit : exits) {
         const glm::vec3& w = exit.direction;
         const float cosine = std::sqrt(w.y * w.y + w.z * w.z);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -114,6 +115,53 @@ TEST(SampledLearner, LearnsTheAttributesOfTheLight) {
       EXPECT_NEAR(knot.decays[r], std::exp(-Ribbon::decay_rates[r] * attribute), 0.03f) << knot.azimuth;
     }
   }
+}
+
+/// Of a ribbon's light, what is left at a rate.
+double left_of(const Ribbon& ribbon, std::size_t rate) {
+  double all = 0, left = 0;
+  for (const std::span<const RibbonKnot> knots : {ribbon.main(), ribbon.broad()}) {
+    for (std::size_t k = 0; k < knots.size(); ++k) {
+      const RibbonKnot &one = knots[k], &next = knots[(k + 1) % knots.size()];
+      double width = double{next.azimuth} - double{one.azimuth};
+      if (width < 0) width += 2 * std::numbers::pi;
+      all += width * (double{one.density} + double{next.density});
+      left +=
+          width * (double{one.density} * double{one.decays[rate]} + double{next.density} * double{next.decays[rate]});
+    }
+  }
+  return left / all;
+}
+
+// Rows of 2,048 to 4,096 paths that know their energies by 65,536: a quarter to a fifth of the standard error. Over
+// eight nodes of fixed draws; without the further paths the ratio is 1.
+TEST(SampledLearner, TellsEnergiesByMorePathsThanShapes) {
+  const Ribbon truth = smooth_ribbon();
+  const PathTarget target(2, [&truth](RandomStream& random, std::vector<SampledExit>& out) {
+    const float u = random.next();
+    const auto [x, t] = truth.sample(u, random.next());
+    const std::uint32_t part = random.next() < 0.3f ? 1 : 0;
+    out.push_back({x, t, part, 1, -3 * std::log(1 - random.next())});
+  });
+  double squares[2] = {0, 0};
+  for (int with_more = 0; with_more < 2; ++with_more) {
+    SampledLimits limits;
+    limits.energy_paths_times_epsilon = with_more == 0 ? 0 : 1e6;
+    for (int node = 0; node < 8; ++node) {
+      const SampledRow learned = learn_samples(target, SliceDescription{}, 10 * static_cast<float>(node), 0, limits);
+      ASSERT_EQ(learned.verdict, Verdict::converged);
+      EXPECT_EQ(learned.energy_paths, with_more == 0 ? 0 : 65536 - learned.paths);
+      for (std::uint32_t p = 0; p < 2; ++p) {
+        const double mass = p == 0 ? 0.7 : 0.3;
+        squares[with_more] += std::pow(double{learned.row.mass(p)} - mass, 2);
+        for (std::size_t r = 0; r < 2; ++r) {
+          const double left = mass / (1 + 3 * double{Ribbon::decay_rates[r]});
+          squares[with_more] += std::pow(double{learned.row.mass(p)} * left_of(learned.row.ribbon(p), r) - left, 2);
+        }
+      }
+    }
+  }
+  EXPECT_LT(std::sqrt(squares[1] / squares[0]), 0.5);
 }
 
 TEST(SampledLearner, IsPure) {
