@@ -39,6 +39,8 @@ struct Setting {
   std::vector<std::string> models{"elliptical", "rough"};
   std::uint64_t paths = 400'000, seed = 1;
   double depth = 6, epsilon = 0;
+  double more_tilt_deg = 0;       ///< of fibers with a tilt: next to the same fiber, but rows of other draws
+  std::vector<std::size_t> only;  ///< of the slabs; empty: all
   std::array<float, channels> sigma_a{0.03f, 0.1f, 0.4f};
   std::string json;
 };
@@ -213,7 +215,10 @@ int run(const Setting& setting) {
       "| "
       "through | rms of angles |\n|---|---|---|---|---|\n",
       fmt::join(setting.sigma_a, ", "));
-  for (const Slab& slab : slabs) {
+  for (std::size_t i = 0; i < slabs.size(); ++i) {
+    if (!setting.only.empty() && std::ranges::find(setting.only, i) == setting.only.end()) continue;
+    Slab slab = slabs[i];
+    if (slab.tilt_deg > 0) slab.tilt_deg += setting.more_tilt_deg;
     const Light truth = measure("fiber3d", slab, setting).light;
     nlohmann::ordered_json cell{{"e", slab.e},
                                 {"alpha", slab.alpha},
@@ -245,6 +250,7 @@ int run(const Setting& setting) {
                                    {"depth", setting.depth},
                                    {"sigma_a", setting.sigma_a},
                                    {"epsilon", setting.epsilon},
+                                   {"more_tilt_deg", setting.more_tilt_deg},
                                    {"seed", setting.seed}}},
                                  {"cells", cells}}
               .dump(1)
@@ -265,6 +271,12 @@ int main(int argc, char** argv) {
   app.add_option("--depth", setting.depth, "mean free paths")->check(CLI::Range(0.01, 1000.0));
   app.add_option("--epsilon", setting.epsilon, "of rows; without it each model's default")
       ->check(CLI::Range(1e-6, 1.0));
+  app.add_option("--more-tilt", setting.more_tilt_deg,
+                 "degrees, of fibers with a tilt: a small one makes rows of other draws of next to the same fiber")
+      ->check(CLI::Range(0.0, 10.0));
+  app.add_option("--slab", setting.only, "which of the slabs, from 0; all without it")
+      ->delimiter(',')
+      ->check(CLI::Range(std::size_t{0}, tress::slabs.size() - 1));
   app.add_option("--seed", setting.seed);
   app.add_option("--json", setting.json, "file to write");
   CLI11_PARSE(app, argc, argv);
