@@ -45,6 +45,7 @@ SAYS = {  # a phrase for a folder; one without is drawn with its name alone
     "src/references/models": "the rivals' models",
     "src/references/learners": "the rivals' learners",
     "src/image": "OpenEXR and PNG",
+    "src/denoise": "halves of a picture\ninto one",
     "src/scene/model": "what a scene is",
     "src/scene/generate": "grooms and skies by recipe",
     "src/scene/read": "files into scenes",

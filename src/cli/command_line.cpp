@@ -92,7 +92,8 @@ std::string unknown_word(const CLI::App& root, const std::vector<std::string>& w
 int wrong_usage(const std::string& message) {
   log_error(message);
   std::fputs(
-      "usage: tress render|fit|far-field|lobes|diff|info|convert|merge|report|farm|cache|help ...; --help tells more\n",
+      "usage: tress render|fit|far-field|lobes|diff|info|convert|denoise|merge|report|farm|cache|help ...; --help "
+      "tells more\n",
       stderr);
   return 2;
 }
@@ -168,6 +169,7 @@ int run_checked(int argc, char** argv) {
                                 add_diff(app),
                                 add_info(app),
                                 add_convert(app),
+                                add_denoise(app),
                                 add_merge(app),
                                 add_report(app)};
   for (const Command& command : add_farm(app)) commands.push_back(command);

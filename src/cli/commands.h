@@ -1,6 +1,6 @@
-// The tress command and its commands: render, merge, report, fit, far-field, lobes, diff, info, convert, cache info,
-// verify, merge and prebake; each has its file. And the parser in other forms: manual pages and shell completion, so
-// that no option is missing in them.
+// The tress command and its commands: render, denoise, merge, report, fit, far-field, lobes, diff, info, convert, cache
+// info, verify, merge and prebake; each has its file. And the parser in other forms: manual pages and shell completion,
+// so that no option is missing in them.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -26,6 +26,7 @@ Command add_lobes(CLI::App& tress);
 Command add_diff(CLI::App& tress);
 Command add_info(CLI::App& tress);
 Command add_convert(CLI::App& tress);
+Command add_denoise(CLI::App& tress);
 Command add_merge(CLI::App& tress);
 Command add_report(CLI::App& tress);
 /// farm itself last: its commands are asked before it.

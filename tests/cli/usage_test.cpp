@@ -39,6 +39,7 @@ const std::vector<std::vector<std::string>> commands{{},
                                                      {"diff"},
                                                      {"info"},
                                                      {"convert"},
+                                                     {"denoise"},
                                                      {"merge"},
                                                      {"report"},
                                                      {"farm"},
@@ -245,10 +246,11 @@ TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "a.exr"}, "different files");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "heat.png"}, ".exr");
   expect_wrong({"render", "a.json", "-o", "a.png"}, ".exr");
+  expect_wrong({"denoise", "a.exr", "-o", "a.png"}, ".exr");
   expect_wrong({"far-field", "--sigma-a", "1,2"}, "expected 1 value or 3, found 2");
   expect_wrong({"far-field", "--model", "elliptical", "--lose-masked"}, "expected --model fiber3d");
   expect_wrong({"render", "a.json"}, "--output is required");
-  expect_wrong({}, "render|fit|far-field|lobes|diff|info|convert|merge|report|farm|cache|help");
+  expect_wrong({}, "render|fit|far-field|lobes|diff|info|convert|denoise|merge|report|farm|cache|help");
   expect_wrong({}, "Render a scene");
   expect_wrong({"cache"}, "info|verify|merge|prebake");
   expect_wrong({"cache", "prebake", "a.json"}, "--output is required");
@@ -275,6 +277,7 @@ TEST_F(Usage, WhatIsMissingOrBrokenIsExitOne) {
   EXPECT_THAT(refused.err, HasSubstr("not.cache"));
   EXPECT_EQ(run({"cache", "info", path("none.cache")}).status, 1);
   EXPECT_EQ(run({"diff", path("a.exr"), path("b.exr")}).status, 1);
+  EXPECT_EQ(run({"denoise", path("a.exr"), "-o", path("b.exr")}).status, 1);
 }
 
 }  // namespace
