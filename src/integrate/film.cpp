@@ -1,5 +1,6 @@
 #include "integrate/film.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 #include <limits>
@@ -12,6 +13,18 @@ namespace tress::integrate {
 namespace {
 
 constexpr float largest = std::numeric_limits<float>::max();
+/// Paths are floats: where they are apart by less than this share of their mean they are alike, and sums are rounded.
+constexpr double least_spread = 1e-12;
+
+/// As a picture tells it. Without the spread that rounding alone makes, which depends on the order of the sums.
+glm::dvec3 told_variance(const PixelSums& pixel, Ground ground) {
+  glm::dvec3 variance = glm::min(pixel.variance_of_mean(), static_cast<double>(largest));
+  const double n = std::max(1u, pixel.samples);
+  const glm::dvec3 limit = least_spread * pixel.beauty(ground) / n;
+  for (int c = 0; c < 3; ++c)
+    if (variance[c] * n < limit[c] * limit[c]) variance[c] = 0;
+  return variance;
+}
 
 }  // namespace
 
@@ -24,9 +37,9 @@ bool PixelSums::add(const PathSums& path, Ground ground, std::uint32_t first_sam
     ++dropped;
     return false;
   }
-  glm::vec3 value_of_path(0.0f);
-  for (std::size_t layer = 0; layer < beauty_layers(ground); ++layer) value_of_path += path.layers[layer];
-  const glm::dvec3 value(value_of_path);
+  // Added up in doubles, as the means are that it is held against: sums of parts then agree with those of one render.
+  glm::dvec3 value(0.0);
+  for (std::size_t layer = 0; layer < beauty_layers(ground); ++layer) value += glm::dvec3(path.layers[layer]);
   const glm::dvec3 before = samples > 0 ? beauty(ground) / static_cast<double>(samples) : glm::dvec3(0.0);
   for (std::size_t layer = 0; layer < layers.size(); ++layer) layers[layer] += glm::dvec3(path.layers[layer]);
   albedo += glm::dvec3(path.albedo);
@@ -185,8 +198,7 @@ image::Picture Film::picture() const {
   add_three("N.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.normal); });
   add_three("tangent.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.tangent); });
   add("Z", [&](const PixelSums& pixel) { return static_cast<float>(over_covered(pixel, pixel.distance_cm)); });
-  add_three("variance.", rgb,
-            [](const PixelSums& pixel) { return glm::min(pixel.variance_of_mean(), static_cast<double>(largest)); });
+  add_three("variance.", rgb, [&](const PixelSums& pixel) { return told_variance(pixel, ground_); });
   add_half_channels(source, &picture);
   for (int i = 0; i < 2 && !motion_.empty(); ++i) {
     std::vector<float> pixels(pixels_.size(), 0.0f);
