@@ -29,6 +29,12 @@ std::string with_content(const std::string& text, const std::filesystem::path& f
   return content ? text + " with content " + *content : text;
 }
 
+/// Whether the value at this place of a scene names a file: keys that do are `file`, or end in `_file`.
+bool names_a_file(const std::string& place) {
+  const std::string key = place.substr(place.rfind('/') + 1);
+  return key == "file" || key.ends_with("_file");
+}
+
 /// Whole frames that are read for a picture: those around its open shutter.
 struct FrameRange {
   int first = 0, last = 0;
@@ -72,8 +78,12 @@ bool add_scene_values(const std::filesystem::path& file, const std::map<std::str
   const FrameRange frames = frames_of(document, options);
   for (const auto& [place, value] : values.items()) {
     if (place.starts_with("/$schema") || place.starts_with("/expected")) continue;
-    (*identity)[place] = value.is_string() ? with_numbered_content(value.get<std::string>(), file.parent_path(), frames)
-                                           : json_text(value);
+    if (!value.is_string())
+      (*identity)[place] = json_text(value);
+    else if (names_a_file(place))
+      (*identity)[place] = with_numbered_content(value.get<std::string>(), file.parent_path(), frames);
+    else
+      (*identity)[place] = value.get<std::string>();
   }
   return true;
 }

@@ -1,0 +1,41 @@
+// What a render is told apart by: values of the scene as they are, and the content of the files that it names.
+#include "cli/render_identity.h"
+
+#include <gtest/gtest.h>
+
+#include "cli/run_tress.h"
+
+namespace tress::test {
+namespace {
+
+class RenderIdentity : public CommandTest {
+ protected:
+  cli::Identity of_scene(const std::string& text) const {
+    write_text(path("scene.json"), text);
+    return cli::identity_of(path("scene.json"), {});
+  }
+};
+
+TEST_F(RenderIdentity, HasTheContentOfWhatTheSceneReads) {
+  const std::string scene =
+      R"({"environment": {"file": "city.exr"}, "meshes": [{"file": "m.obj", "albedo_file": "a.png"}],
+                                "grooms": [{"file": "g.hair"}]})";
+  for (const char* name : {"city.exr", "m.obj", "a.png", "g.hair"}) write_text(path(name), "first");
+  const cli::Identity before = of_scene(scene);
+  for (const char* name : {"city.exr", "m.obj", "a.png", "g.hair"}) write_text(path(name), "second");
+  const cli::Identity after = of_scene(scene);
+  for (const char* place : {"/environment/file", "/meshes/0/file", "/meshes/0/albedo_file", "/grooms/0/file"})
+    EXPECT_NE(before.at(place), after.at(place)) << place;
+}
+
+/// A text that happens to be the name of a file beside the scene is that text: parts whose folders hold other files of
+/// that name are of one picture.
+TEST_F(RenderIdentity, TakesOtherTextsForWhatTheyAre) {
+  write_text(path("brown"), "a file that nobody reads");
+  const cli::Identity identity = of_scene(R"({"materials": [{"name": "brown"}], "grooms": [{"file": "brown"}]})");
+  EXPECT_EQ(identity.at("/materials/0/name"), "brown");
+  EXPECT_NE(identity.at("/grooms/0/file"), "brown");
+}
+
+}  // namespace
+}  // namespace tress::test
