@@ -64,16 +64,9 @@ Result<std::optional<SavedRender>> CheckpointSession::open() const {
   return std::optional<SavedRender>(std::move(*saved));
 }
 
-bool CheckpointSession::is_due(const integrate::PassProgress& pass) {
+bool CheckpointSession::is_due() const {
   const double since = std::chrono::duration<double>(Clock::now() - last_).count();
-  if (since < interval_seconds_) return false;
-  if (!spent_seconds_) {
-    double bytes = 0;
-    for (const auto& section : pass.sections()) bytes += static_cast<double>(section.second.size());
-    const double guess = bytes / bytes_a_second;
-    spent_seconds_ = guess > least_guess_seconds ? guess : 0;
-  }
-  return since >= share * *spent_seconds_;
+  return since >= interval_seconds_ && since >= share * spent_seconds_;
 }
 
 bool CheckpointSession::save(const integrate::PassProgress& pass, const adaptive::Service* service,
@@ -95,7 +88,6 @@ bool CheckpointSession::save(const integrate::PassProgress& pass, const adaptive
     return false;
   }
   fails_ = false;
-  log_note(fmt::format("checkpoint {}: {} passes", file_.string(), pass.pass + 1));
   return true;
 }
 

@@ -32,18 +32,15 @@ class CheckpointSession {
  public:
   using Clock = std::chrono::steady_clock;
   /// A save waits until the time since the last one is this many times what that one took: the share that saving may
-  /// cost.
+  /// cost. The first waits for the interval alone.
   static constexpr int share = 100;
-  /// What the first save is taken to need, picture included, where that is more than so many seconds: the share of the
-  /// usual interval.
-  static constexpr double bytes_a_second = 100e6, least_guess_seconds = 0.3;
 
   CheckpointSession(std::filesystem::path file, double interval_seconds, Identity identity);
 
   /// What is there to go on from; unset if there is no file. Error if the file is there and cannot be used: it is left
   /// as it is.
   Result<std::optional<SavedRender>> open() const;
-  bool is_due(const integrate::PassProgress& pass);
+  bool is_due() const;
   /// Writes the file; where it cannot be written the old file stays and the next save tries again. That is a warning,
   /// once until one is written. service: null without rows. True if it was written.
   bool save(const integrate::PassProgress& pass, const adaptive::Service* service, const nlohmann::json& progress);
@@ -60,8 +57,8 @@ class CheckpointSession {
   double interval_seconds_;
   Identity identity_;
   Clock::time_point last_;
-  std::optional<double> spent_seconds_;  ///< by the last save, or what the first is taken to need
-  bool fails_ = false;                   ///< the last save
+  double spent_seconds_ = 0;  ///< by the last save
+  bool fails_ = false;        ///< the last save
 };
 
 /// The sections that a checkpoint and a part have in common.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <memory>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -202,11 +203,15 @@ class RenderJob {
   }
 
   void checkpoint(const integrate::PassProgress& pass, bool now) {
-    if (checkpoint_ == nullptr || !(now || checkpoint_->is_due(pass))) return;
+    if (checkpoint_ == nullptr || !(now || checkpoint_->is_due())) return;
     const Clock::time_point start = Clock::now();
-    (void)checkpoint_->save(pass, service_, progress_so_far());
+    const std::clock_t cpu = std::clock();
+    const bool saved = checkpoint_->save(pass, service_, progress_so_far());
     if (!now) write_partial(pass);
     checkpoint_->spent(Clock::now() - start);
+    if (saved)
+      log_note(fmt::format("checkpoint {}: {} passes, saved in {:.3f} s of CPU", checkpoint_->file().string(),
+                           pass.pass + 1, static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC));
   }
 
   /// What cannot be written is told once, until it can.
