@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Kills a render at random moments until it has gone on from its checkpoint so often, and compares what it leaves in the end.
 
-usage: bench/shots/kills.py [BUILD] [--kills 100] [--model elliptical] [--seed 1] [--spp N] [-o FILE]
+usage: bench/shots/kills.py [BUILD] [--scene FILE] [--kills 100] [--model elliptical] [--seed 1] [--spp N] [--within 0.6] [-o FILE]
 
 Picture, cache and telemetry must be, to the byte but for times and whether the last save was a merge, those of a render that nobody killed. A kill is a SIGKILL
-after a time that is uniform between 0 and three fifths of a second, start of the program included; every fifth one is a
-SIGTERM. Renders that end are begun anew, so that there are as many kills as asked for. One thread.
+after a time that is uniform between 0 and `--within` seconds, start of the program included; every fifth one is a
+SIGTERM. A scene of a file is rendered at its frame 2, as scenes/moving.json wants it. Renders that end are begun anew, so that there are as many kills as asked for. One thread.
 """
 import argparse
 import json
@@ -51,6 +51,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", nargs="?", default=os.path.join(ROOT, "build", "release"))
     parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--scene")
+    parser.add_argument("--within", type=float, default=0.6)
     parser.add_argument("--model", default="elliptical")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--spp", type=int, default=64)
@@ -58,12 +60,15 @@ def main():
     options = parser.parse_args()
     program = os.path.join(os.path.abspath(options.build), "tress")
     folder = tempfile.mkdtemp(prefix="tress_kills_")
-    with open(os.path.join(folder, "scene.json"), "w") as file:
+    scene, more = os.path.join(folder, "scene.json"), []
+    with open(scene, "w") as file:
         json.dump(SCENE, file)
+    if options.scene:
+        scene, more = os.path.abspath(options.scene), ["--resolution", "48x48", "--frame", "2"]
 
     def command(name):
         of = lambda ending: os.path.join(folder, name + ending)
-        return [program, "render", os.path.join(folder, "scene.json"), "-o", of(".exr"), "--warm-cache", of(".cache"),
+        return [program, "render", scene, *more, "-o", of(".exr"), "--warm-cache", of(".cache"),
                 "--telemetry", of(".jsonl"), "--threads", "1", "--spp", str(options.spp), "--model", options.model]
 
     subprocess.run(command("whole"), check=True, capture_output=True)
@@ -94,7 +99,7 @@ def main():
         process = subprocess.Popen(command("killed") + ["--checkpoint", "--checkpoint-interval", "0"], stderr=subprocess.PIPE,
                                    text=True)
         try:
-            process.communicate(timeout=None if last else chance.uniform(0, 0.6))
+            process.communicate(timeout=None if last else chance.uniform(0, options.within))
         except subprocess.TimeoutExpired:
             kind = signal.SIGTERM if kills % 5 == 4 else signal.SIGKILL
             process.send_signal(kind)
@@ -114,7 +119,7 @@ def main():
             break
     shutil.rmtree(folder)
     found = {"kills": kills, "went_on_from_a_checkpoint": resumed, "renders_that_ended": rounds, "wrong": wrong,
-             "model": options.model, "seed": options.seed}
+             "scene": options.scene or "its own", "model": options.model, "seed": options.seed}
     print(json.dumps(found))
     if options.output:
         with open(options.output, "w") as out:
