@@ -31,6 +31,7 @@ struct Begin {
 
 struct LightDraw {
   glm::vec3 point;
+  float time;
   float u_light;
   std::array<float, 2> u;
 };
@@ -87,8 +88,8 @@ TRESS_WRAPPED(Scattering::Sample, sample,
               "_ZNK5tress9integrate10Scattering6sampleERKNS0_6VertexERKSt5arrayIfLm4EERNS0_8PathSumsE",
               const Scattering*, const Vertex&, const std::array<float, 4>&, PathSums&)
 TRESS_WRAPPED(LightSampler::Arrival, draw_light,
-              "_ZNK5tress9integrate12LightSampler6sampleERKN3glm3vecILi3EfLNS2_9qualifierE0EEEfRKSt5arrayIfLm2EE",
-              const LightSampler*, const glm::vec3&, float, const std::array<float, 2>&)
+              "_ZNK5tress9integrate12LightSampler6sampleERKN3glm3vecILi3EfLNS2_9qualifierE0EEEffRKSt5arrayIfLm2EE",
+              const LightSampler*, const glm::vec3&, float, float, const std::array<float, 2>&)
 
 #undef TRESS_WRAPPED
 
@@ -142,13 +143,13 @@ Scattering::Sample wrapped_sample(const Scattering* self, const Vertex& vertex, 
   return real_sample(self, vertex, u, sums);
 }
 
-LightSampler::Arrival wrapped_draw_light(const LightSampler* self, const glm::vec3& point, float u_light,
+LightSampler::Arrival wrapped_draw_light(const LightSampler* self, const glm::vec3& point, float time, float u_light,
                                          const std::array<float, 2>& u) {
   if (recording) {
     recording->steps.push_back(Step::draw_light);
-    recording->light_draws.push_back({point, u_light, u});
+    recording->light_draws.push_back({point, time, u_light, u});
   }
-  return real_draw_light(self, point, u_light, u);
+  return real_draw_light(self, point, time, u_light, u);
 }
 
 }  // namespace tress::bench

@@ -66,7 +66,8 @@ bool is_outside_linear(const StrandCurves& curves, const RTCFilterFunctionNArgum
   const glm::vec3 position = origin + RTCRayN_tfar(arguments->ray, n, i) * direction;
   if (is_cap && !curves.is_in_joint(segment, along, position, direction, time)) return true;
   if (!curves.elliptical) return false;
-  const float lateral = glm::distance(position, curves.axis(segment, along, time)) / curves.semi_axis(segment, along);
+  const float lateral =
+      glm::distance(position, curves.axis(segment, along, time)) / curves.semi_axis(segment, along, time);
   return is_outside(curves, segment, along, lateral, slope_of(arguments, i), direction, time);
 }
 
@@ -80,7 +81,7 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
     const std::uint32_t segment = RTCHitN_primID(arguments->hit, n, i);
     const float along = RTCHitN_u(arguments->hit, n, i);
     const bool is_own = curves.segments[segment].strand == query.start_strand && curves.groom == query.start_groom;
-    if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < 2 * curves.semi_axis(segment, along)) {
+    if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < 2 * curves.semi_axis(segment, along, query.time)) {
       arguments->valid[i] = 0;
     } else if (curves.is_linear()) {
       if (is_outside_linear(curves, arguments, i, query.time)) arguments->valid[i] = 0;
@@ -142,7 +143,7 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
   hit.position = ray.origin + distance_cm * ray.direction;
   const glm::vec3 side = glm::cross(ray.direction, frame.u);
   const float sine = glm::length(side);
-  const float semi_axis = curves.semi_axis(found.primID, found.u);
+  const float semi_axis = curves.semi_axis(found.primID, found.u, ray.time);
   if (curves.is_linear()) {
     hit.axis = curves.axis(found.primID, found.u, ray.time);
     const float offset = sine > 1e-6f ? glm::dot(hit.position - hit.axis, side) / sine : 0.0f;
@@ -282,6 +283,8 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
     StrandCurves& curves = self.grooms.back();
     if (curves.first_control.empty()) continue;
     for (const glm::vec4& control : curves.control) largest_axis = std::max(largest_axis, control.w);
+    for (const auto& moment : curves.later_control)
+      for (const glm::vec4& control : moment) largest_axis = std::max(largest_axis, control.w);
     attach(self.scene, ribbons(self.device, &curves), index);
   }
   self.start = 2.01f * largest_axis;

@@ -24,6 +24,10 @@ std::vector<std::uint32_t> drawn_points(const scene::Groom& groom, std::uint32_t
   std::vector<std::uint32_t> drawn;
   for (std::uint32_t i = groom.first_point[strand]; i < groom.first_point[strand + 1]; ++i) {
     if (!std::isfinite(groom.radius_cm[i])) return {};
+    const auto is_bad = [i](const auto& moment) {
+      return !moment.radius_cm.empty() && !std::isfinite(moment.radius_cm[i]);
+    };
+    if (std::ranges::any_of(groom.later, is_bad)) return {};
     bool repeats = !drawn.empty();
     for (std::size_t moment = 0; moment <= groom.later.size(); ++moment) {
       const std::vector<glm::vec3>& points = points_at(groom, moment);
@@ -61,10 +65,7 @@ class StrandAdder {
     if (frames.empty()) return;
     const bool has_axes =
         !groom_.minor_axis.empty() && turn_to_minor_axes(knots, drawn_of(groom_.minor_axis), groom_.basis, &frames);
-    axes_.clear();
-    const double axis_per_radius = fiber::major_semi_axis(1.0, strand.eccentricity);
-    for (const std::uint32_t i : drawn_)
-      axes_.push_back(std::max(0.0f, static_cast<float>(axis_per_radius * groom_.radius_cm[i])));
+    set_axes(groom_.radius_cm, strand.eccentricity);
     const auto base = static_cast<std::uint32_t>(curves_.control.size());
     add_control(p, curves_.control);
     const std::uint32_t stride = groom_.basis == StrandBasis::bezier ? 3 : 1, controls = curves_.is_linear() ? 2 : 4;
@@ -77,6 +78,10 @@ class StrandAdder {
     }
     for (std::size_t moment = 0; moment < groom_.later.size(); ++moment) {
       const std::vector<glm::vec3> moved = points(moment + 1);
+      if (const std::vector<float>& radii = groom_.later[moment].radius_cm; !radii.empty()) {
+        set_axes(radii, strand.eccentricity);
+        curves_.radii_change = true;
+      }
       add_control(moved, curves_.later_control[moment]);
       std::vector<KnotFrame> then = later_frames(strand_knots(moved, groom_.basis), frames[0], knots.tangent[0],
                                                  groom_.later[moment].turned, strand.turn_rad_per_cm);
@@ -87,6 +92,13 @@ class StrandAdder {
   }
 
  private:
+  void set_axes(const std::vector<float>& radius_cm, float eccentricity) {
+    axes_.clear();
+    const double axis_per_radius = fiber::major_semi_axis(1.0, eccentricity);
+    for (const std::uint32_t i : drawn_)
+      axes_.push_back(std::max(0.0f, static_cast<float>(axis_per_radius * radius_cm[i])));
+  }
+
   std::vector<glm::vec3> points(std::size_t moment) const { return drawn_of(points_at(groom_, moment)); }
 
   std::vector<glm::vec3> drawn_of(const std::vector<glm::vec3>& all) const {
@@ -130,8 +142,12 @@ FiberFrame StrandCurves::frame(std::uint32_t segment, float t, const glm::vec3& 
   return frame_between(between(a.from, b.from, at.share), between(a.to, b.to, at.share), t, tangent);
 }
 
-float StrandCurves::semi_axis(std::uint32_t segment, float t) const {
-  const std::array<float, 4>& a = segments[segment].semi_axis;
+float StrandCurves::semi_axis(std::uint32_t segment, float t, float time) const {
+  std::array<float, 4> a = segments[segment].semi_axis;
+  if (radii_change) {
+    const std::uint32_t first = first_control[segment], controls = is_linear() ? 2 : 4;
+    for (std::uint32_t c = 0; c < controls; ++c) a[c] = control_at(first + c, time).w;
+  }
   const float s = 1 - t;
   if (is_linear()) return s * a[0] + t * a[1];
   if (basis == StrandBasis::bezier) return s * s * s * a[0] + 3 * s * t * (s * a[1] + t * a[2]) + t * t * t * a[3];
@@ -139,17 +155,17 @@ float StrandCurves::semi_axis(std::uint32_t segment, float t) const {
          6;
 }
 
-glm::vec3 StrandCurves::control_at(std::uint32_t index, float time) const {
+glm::vec4 StrandCurves::control_at(std::uint32_t index, float time) const {
   if (later_control.empty()) return control[index];
   const scene::BetweenMoments at(time, moments());
   const glm::vec4 &a = at.before == 0 ? control[index] : later_control[at.before - 1][index],
                   &b = later_control[at.before][index];
-  return (1 - at.share) * glm::vec3(a) + at.share * glm::vec3(b);
+  return (1 - at.share) * a + at.share * b;
 }
 
 glm::vec3 StrandCurves::axis(std::uint32_t segment, float t, float time) const {
   const std::uint32_t first = first_control[segment];
-  return (1 - t) * control_at(first, time) + t * control_at(first + 1, time);
+  return glm::vec3((1 - t) * control_at(first, time) + t * control_at(first + 1, time));
 }
 
 glm::vec3 StrandCurves::way(std::uint32_t segment, float t) const {
@@ -176,8 +192,8 @@ bool StrandCurves::is_in_joint(std::uint32_t segment, float t, const glm::vec3& 
   const std::uint32_t neighbour = at_root ? segment - 1 : segment + 1;
   if (segments[neighbour].strand != segments[segment].strand) return false;
   const std::uint32_t at = first_control[at_root ? segment : neighbour];
-  const glm::vec3 joint = control_at(at, time),
-                  beyond = control_at(first_control[neighbour] + (at_root ? 0 : 1), time) - joint;
+  const glm::vec3 joint(control_at(at, time)),
+      beyond = glm::vec3(control_at(first_control[neighbour] + (at_root ? 0 : 1), time)) - joint;
   const float towards = glm::dot(position - joint, beyond);
   if (towards <= 0) return true;
   // A thousandth of the semi-axis on the neighbour as the ray sees it: rounding must not open the seam.

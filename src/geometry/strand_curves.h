@@ -31,12 +31,13 @@ struct SegmentFrames {
 /// and the segment with first control point c runs from knot c + 1 to knot c + 2; linear strands have their n points,
 /// and the segment runs from c to c + 1. Open B-splines have their n control points and n - 3 segments; Bezier segments
 /// have theirs, and run from c to c + 3. Of strands that move all this is of the shutter's opening; between its moments
-/// control points and frames go straight. Times are in [0, 1], 0 where nothing moves.
+/// control points, radii and frames go straight. Times are in [0, 1], 0 where nothing moves.
 struct StrandCurves {
   std::uint32_t groom = 0;                   ///< index into Scene::grooms
   std::vector<glm::vec4> control;            ///< xyz, cm; w = major semi-axis, cm
   std::vector<std::uint32_t> first_control;  ///< per segment
   std::vector<StrandSegment> segments;
+  bool radii_change = false;                               ///< while the shutter is open
   bool elliptical = false;                                 ///< some eccentricity is below 1
   scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< of the groom
 
@@ -49,7 +50,7 @@ struct StrandCurves {
   /// t in [0, 1] along the segment; tangent: unit.
   FiberFrame frame(std::uint32_t segment, float t, const glm::vec3& tangent, float time) const;
   /// Major semi-axis on a segment, cm: interpolated as the strand is.
-  float semi_axis(std::uint32_t segment, float t) const;
+  float semi_axis(std::uint32_t segment, float t, float time) const;
   /// Linear strands: the point of the axis.
   glm::vec3 axis(std::uint32_t segment, float t, float time) const;
   /// The way of a place on the axis, whatever the basis, from the opening of the shutter to its closing, cm.
@@ -62,7 +63,7 @@ struct StrandCurves {
   std::size_t bytes() const;
 
  private:
-  glm::vec3 control_at(std::uint32_t index, float time) const;
+  glm::vec4 control_at(std::uint32_t index, float time) const;
 };
 
 /// Strands with less than two distinct points, with fewer than their basis needs, or with a point that is not finite at

@@ -28,6 +28,7 @@ FrameMotion::FrameMotion(const scene::Scene& scene, const scene::Camera& now, co
       eye_(now.eye),
       next_eye_(next.eye),
       turn_(scene.next ? scene.next->turn : scene::ObjectTurn{}),
+      backdrop_turn_{scene.next ? scene.next->environment_turn_rad : 0},
       ways_per_frame_(scene.shutter.is_open() ? 1 / (scene.shutter.close - scene.shutter.open) : 0) {}
 
 FrameMotion::FrameMotion(const scene::Scene& scene) : FrameMotion(scene, scene.camera, next_camera(scene)) {}
@@ -42,12 +43,18 @@ glm::vec2 FrameMotion::of_point(const glm::vec3& world, const glm::vec3& way) co
   return moved(now_.pixel(point), next_.pixel(next));
 }
 
-glm::vec2 FrameMotion::of_light(const glm::vec3& world) const {
+glm::vec2 FrameMotion::of_light(const glm::vec3& world, const glm::vec3& way) const {
   const glm::dvec3 point(world);
-  return moved(now_.pixel(point), next_.pixel(point));
+  return moved(now_.pixel(point), next_.pixel(point + ways_per_frame_ * glm::dvec3(way)));
 }
 
 glm::vec2 FrameMotion::of_backdrop(const glm::vec3& direction) const {
+  if (backdrop_turn_.turn_rad == 0) return of_infinity(direction);
+  const glm::dvec3 way(direction);
+  return moved(now_.pixel(eye_ + way), next_.pixel(next_eye_ + backdrop_turn_.of(way)));
+}
+
+glm::vec2 FrameMotion::of_infinity(const glm::vec3& direction) const {
   const glm::dvec3 way(direction);
   return moved(now_.pixel(eye_ + way), next_.pixel(next_eye_ + way));
 }

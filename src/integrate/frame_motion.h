@@ -21,10 +21,11 @@ class FrameMotion {
   /// Of a point of a groom or mesh, cm, that goes this way while the shutter is open, and goes on like that until the
   /// next frame unless a turntable turns it. 0 where it is behind the camera in either frame.
   glm::vec2 of_point(const glm::vec3& world, const glm::vec3& way = glm::vec3(0.0f)) const;
-  /// Of one of a light, which no turntable turns.
-  glm::vec2 of_light(const glm::vec3& world) const;
-  /// Of what is infinitely far away in this direction.
+  /// Of one of a light, which no turntable turns; its middle goes that way while the shutter is open.
+  glm::vec2 of_light(const glm::vec3& world, const glm::vec3& way = glm::vec3(0.0f)) const;
+  /// Of what is infinitely far away in this direction: the environment, which may turn, or what rests.
   glm::vec2 of_backdrop(const glm::vec3& direction) const;
+  glm::vec2 of_infinity(const glm::vec3& direction) const;
 
  private:
   FrameMotion(const scene::Scene& scene, const scene::Camera& now, const scene::Camera& next);
@@ -32,6 +33,7 @@ class FrameMotion {
   CameraProjection now_, next_;
   glm::dvec3 eye_, next_eye_;
   scene::ObjectTurn turn_;
+  scene::ObjectTurn backdrop_turn_;
   double ways_per_frame_ = 0;  ///< how often the shutter could be open in the time from frame to frame
 };
 

@@ -16,15 +16,28 @@ constexpr double largest_sliver = 3e3;  ///< of 3 longest^2 / (2 area): thinner 
 
 double largest_of(const glm::dvec3& p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
 
-/// A light as it lies along an axis: its middle, and how far it reaches from there.
+/// A light as it lies along an axis: its middle, and how far it reaches from there. One that moves: the ball in which
+/// it is from one moment of the shutter to the next.
 struct Extent {
   glm::dvec3 center, u, v;
   double radius;
+  double size;           ///< of the light: its radius, or the sum of its half edges
+  bool is_flat = false;  ///< a rectangle that rests
 
-  explicit Extent(const scene::Light& light) : center(light.center), u(0.0), v(0.0), radius(light.radius_cm) {
+  explicit Extent(const scene::LightShape& light)
+      : center(light.center), u(0.0), v(0.0), radius(light.radius_cm), size(radius) {
     if (light.is_ball()) return;
     u = light.edge_u, v = light.edge_v;
     radius = 0;
+    is_flat = true;
+    size = glm::length(u) + glm::length(v);
+  }
+  Extent(const scene::LightShape& a, const scene::LightShape& b)
+      : center(0.5 * (glm::dvec3(a.center) + glm::dvec3(b.center))),
+        u(0.0),
+        v(0.0),
+        size(std::max(Extent(a).size, Extent(b).size)) {
+    radius = size + 0.5 * glm::distance(glm::dvec3(a.center), glm::dvec3(b.center));
   }
   double reach(const glm::dvec3& axis) const {
     return radius + std::abs(glm::dot(axis, u)) + std::abs(glm::dot(axis, v));
@@ -56,36 +69,15 @@ double triangle_bound(const std::array<glm::dvec3, 3>& p) {
   return half_unit * (8.7 * std::max({largest_of(p[0]), largest_of(p[1]), largest_of(p[2])}) + sliver);
 }
 
-}  // namespace
-
-SceneSize::SceneSize(const scene::Scene& scene) {
-  for (const scene::Groom& groom : scene.grooms) {
-    for (const float each : groom.radius_cm) radius_cm = std::max(radius_cm, static_cast<double>(each));
-    const auto include = [&](const std::vector<glm::vec3>& points) {
-      for (const glm::vec3& point : points) coordinate_cm = std::max(coordinate_cm, largest_of(point));
-    };
-    include(groom.points);
-    for (const scene::StrandMoment& moment : groom.later) include(moment.points);
-  }
-  for (const scene::Mesh& mesh : scene.meshes) {
-    coordinate_cm = std::max(coordinate_cm, static_cast<double>(geometry::largest_coordinate(mesh)));
-  }
-}
-
-LightClearance::LightClearance(const scene::Light& light, const scene::Scene& scene, const SceneSize& of_scene) {
-  if (light.kind == scene::Light::Kind::distant) return;
-  is_sphere_ = light.is_ball();
-  center_ = light.center;
-  radius_cm_ = light.radius_cm;
-  const glm::dvec3 u(light.edge_u), v(light.edge_v);
-  normal_ = glm::normalize(glm::cross(u, v));
-  const double size = is_sphere_ ? radius_cm_ : glm::length(u) + glm::length(v);
-  const Extent extent(light);
+/// The part of the bound that does not depend on the ray; 0: no mesh is near. normal: of a rectangle.
+double fixed_bound(const Extent& extent, const glm::dvec3& normal, const scene::Scene& scene,
+                   const SceneSize& of_scene) {
   const double world = std::max(of_scene.coordinate_cm, extent.largest_coordinate());
-  const double of_light = half_unit * (1.8 * extent.largest_coordinate() + 8 * size + 62 * of_scene.radius_cm);
+  const double of_light = half_unit * (1.8 * extent.largest_coordinate() + 8 * extent.size + 62 * of_scene.radius_cm);
   // What a ray through all of the scene could mistake; a triangle adds its own.
   const double near = of_light + half_unit * (8.7 + 6 * 2 * std::sqrt(3.0)) * world;
   const glm::dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+  double fixed_cm = 0;
   const auto keep_clear = [&](const scene::Mesh& mesh, const std::vector<glm::vec3>& positions) {
     for (const glm::uvec3& corner : mesh.triangles) {
       const std::array<glm::dvec3, 3> points{positions[corner.x], positions[corner.y], positions[corner.z]};
@@ -95,14 +87,57 @@ LightClearance::LightClearance(const scene::Light& light, const scene::Scene& sc
       if (!(area > 0)) continue;  // never met
       const auto is_clear = [&](const glm::dvec3& axis) { return extent.is_clear_of(points, axis, within); };
       if (is_clear(x) || is_clear(y) || is_clear(z) || is_clear(across / area)) continue;
-      if (!is_sphere_ && is_clear(normal_)) continue;
-      fixed_cm_ = std::max(fixed_cm_, of_light + own);
+      if (extent.is_flat && is_clear(normal)) continue;
+      fixed_cm = std::max(fixed_cm, of_light + own);
     }
   };
   for (const scene::Mesh& mesh : scene.meshes) {
     keep_clear(mesh, mesh.positions);
     for (const scene::MeshMoment& moment : mesh.later) keep_clear(mesh, moment.positions);
   }
+  return fixed_cm;
+}
+
+}  // namespace
+
+SceneSize::SceneSize(const scene::Scene& scene) {
+  for (const scene::Groom& groom : scene.grooms) {
+    for (const float each : groom.radius_cm) radius_cm = std::max(radius_cm, static_cast<double>(each));
+    const auto include = [&](const std::vector<glm::vec3>& points) {
+      for (const glm::vec3& point : points) coordinate_cm = std::max(coordinate_cm, largest_of(point));
+    };
+    include(groom.points);
+    for (const scene::StrandMoment& moment : groom.later) {
+      include(moment.points);
+      for (const float each : moment.radius_cm) radius_cm = std::max(radius_cm, static_cast<double>(each));
+    }
+  }
+  for (const scene::Mesh& mesh : scene.meshes) {
+    coordinate_cm = std::max(coordinate_cm, static_cast<double>(geometry::largest_coordinate(mesh)));
+  }
+}
+
+LightClearance::LightClearance(const scene::Light& light, const scene::Scene& scene, const SceneSize& of_scene) {
+  if (light.kind == scene::Light::Kind::distant) return;
+  place(light);
+  std::vector<Extent> extents;
+  if (light.later.empty()) extents.emplace_back(light);
+  for (std::size_t i = 0; i < light.later.size(); ++i)
+    extents.emplace_back(i == 0 ? light : light.later[i - 1], light.later[i]);
+  for (const Extent& extent : extents) fixed_cm_ = std::max(fixed_cm_, fixed_bound(extent, normal_, scene, of_scene));
+}
+
+void LightClearance::place(const scene::LightShape& shape) {
+  is_sphere_ = shape.is_ball();
+  center_ = shape.center;
+  radius_cm_ = shape.radius_cm;
+  normal_ = glm::normalize(glm::cross(glm::dvec3(shape.edge_u), glm::dvec3(shape.edge_v)));
+}
+
+LightClearance LightClearance::at(const scene::LightShape& shape) const {
+  LightClearance moved = *this;
+  if (shape.kind != scene::LightShape::Kind::distant) moved.place(shape);
+  return moved;
 }
 
 double LightClearance::bound_cm(const glm::vec3& origin, double distance_cm) const {

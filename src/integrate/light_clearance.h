@@ -34,12 +34,16 @@ struct SceneSize {
 /// of grazing rays, which lengths along the ray would need, heights do not.
 ///
 /// Where no mesh comes as near to the light as that the bound is 0: rays end at the light itself. So for distant
-/// lights, which nothing is flush with. Immutable; any thread. Keeps no reference.
+/// lights, which nothing is flush with. A light that moves has one bound, of wherever it goes while the shutter is
+/// open. Immutable; any thread. Keeps no reference.
 class LightClearance {
  public:
   LightClearance() = default;
   /// Looks at every triangle of the scene once.
   LightClearance(const scene::Light& light, const scene::Scene& scene, const SceneSize& of_scene);
+
+  /// That of a light which moves, where it is at some time: of the shape that it has then.
+  LightClearance at(const scene::LightShape& shape) const;
 
   /// Of a ray from `origin` (cm) that has `distance_cm` to the light.
   double bound_cm(const glm::vec3& origin, double distance_cm) const;
@@ -55,6 +59,7 @@ class LightClearance {
   bool is_seen(const glm::vec3& origin, const glm::vec3& direction, float light_cm, float hit_cm) const;
 
  private:
+  void place(const scene::LightShape& shape);
   /// Above the surface, towards the side of `origin`; *normal gets the direction that it grows in.
   double height(const glm::dvec3& point, const glm::dvec3& origin, glm::dvec3* normal) const;
 

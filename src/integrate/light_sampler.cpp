@@ -30,7 +30,7 @@ std::vector<glm::vec3> lit_points(const scene::Scene& scene) {
 }
 
 /// Integral of radiance over the directions to a light, its luminance averaged over the points.
-double mean_fluence(const scene::Light& light, const std::vector<glm::vec3>& points) {
+double mean_fluence(const scene::LightShape& light, const std::vector<glm::vec3>& points) {
   double sum = 0;
   for (const glm::vec3& point : points) {
     for (int i = 0; i < draws_per_point; ++i) {
@@ -57,10 +57,13 @@ LightSampler::LightSampler(const scene::Scene& scene) : scene_(scene) {
     const std::vector<glm::vec3> points = lit_points(scene);
     const SceneSize size(scene);
     for (const scene::Light& light : scene.lights) {
-      if (light.radiance == glm::vec3(0.0f)) continue;
+      const auto is_black = [](const scene::LightShape& shape) { return shape.radiance == glm::vec3(0.0f); };
+      if (is_black(light) && std::ranges::all_of(light.later, is_black)) continue;
       choices_.push_back({&light, 0, scene::group_index(groups, light.group), LightClearance(light, scene, size)});
       some_seen_ = some_seen_ || light.visible;
-      fluence.push_back(mean_fluence(light, points));
+      double sum = mean_fluence(light, points);
+      for (const scene::LightShape& moment : light.later) sum += mean_fluence(moment, points);
+      fluence.push_back(sum / static_cast<double>(1 + light.later.size()));
     }
   }
   double total = 0;
@@ -73,7 +76,16 @@ LightSampler::LightSampler(const scene::Scene& scene) : scene_(scene) {
   if (choices_.size() == 1) choices_[0].probability = 1;
 }
 
-LightSampler::Arrival LightSampler::sample(const glm::vec3& point, float u_light, const std::array<float, 2>& u) const {
+bool LightSampler::meet_moving(const Choice& choice, const glm::vec3& origin, float time, float distance_cm,
+                               Arrival* arrival) {
+  const scene::LightShape now = scene::light_during(*choice.light, time);
+  if (!meet(now, choice.clearance.at(now), origin, distance_cm, arrival)) return false;
+  arrival->way = choice.light->later.back().center - choice.light->center;
+  return true;
+}
+
+LightSampler::Arrival LightSampler::sample(const glm::vec3& point, float time, float u_light,
+                                           const std::array<float, 2>& u) const {
   Arrival arrival;
   if (choices_.empty()) return arrival;
   std::size_t chosen = 0;
@@ -83,26 +95,35 @@ LightSampler::Arrival LightSampler::sample(const glm::vec3& point, float u_light
   const Choice& choice = choices_[chosen];
   arrival.group = choice.group;
   if (choice.light != nullptr) {
-    const scene::LightSample drawn = scene::sample_light(*choice.light, point, u[0], u[1]);
-    arrival.direction = drawn.direction;
-    arrival.distance_cm = drawn.distance;
-    arrival.shadow = choice.clearance.shadow(point, drawn.direction, drawn.distance);
-    arrival.radiance = drawn.radiance;
-    arrival.density = choice.probability * drawn.pdf_solid_angle;
+    const auto draw = [&](const scene::LightShape& light, const LightClearance& clearance) {
+      const scene::LightSample drawn = scene::sample_light(light, point, u[0], u[1]);
+      arrival.direction = drawn.direction;
+      arrival.distance_cm = drawn.distance;
+      arrival.shadow = clearance.shadow(point, drawn.direction, drawn.distance);
+      arrival.radiance = drawn.radiance;
+      arrival.density = choice.probability * drawn.pdf_solid_angle;
+    };
+    if (choice.light->later.empty()) {
+      draw(*choice.light, choice.clearance);
+    } else {
+      const scene::LightShape now = scene::light_during(*choice.light, time);
+      draw(now, choice.clearance.at(now));
+    }
   } else {
     const scene::Environment::Sample drawn = scene_.environment.sample(u[0], u[1]);
-    arrival.direction = drawn.direction;
-    arrival.shadow = {drawn.direction, arrival.distance_cm};
+    arrival.direction = scene::turned_with_environment(scene_, drawn.direction, time);
+    arrival.shadow = {arrival.direction, arrival.distance_cm};
     arrival.radiance = drawn.radiance;
     arrival.density = choice.probability * drawn.pdf_solid_angle;
   }
   return arrival;
 }
 
-LightSampler::Arrival LightSampler::seen(const glm::vec3& origin, const glm::vec3& direction, float distance_cm) const {
+LightSampler::Arrival LightSampler::seen(const glm::vec3& origin, const glm::vec3& direction, float time,
+                                         float distance_cm) const {
   Arrival nearest;
   if (!some_seen_) return nearest;
-  along(origin, direction, distance_cm, [&](const Arrival& light) {
+  along(origin, direction, time, distance_cm, [&](const Arrival& light) {
     const bool nearer = !(nearest.density > 0) || light.distance_cm < nearest.distance_cm;
     if (light.is_seen && nearer) nearest = light;
   });

@@ -27,22 +27,23 @@ class LightSampler {
     float distance_cm = std::numeric_limits<float>::infinity();  ///< to the light
     glm::vec3 radiance{0.0f};                                    ///< linear RGB, unshadowed
     std::size_t group = 0;                                       ///< index into scene::light_groups()
-    float density = 0;  ///< 1/sr: of this light being drawn, and this direction to it; 0: no light
+    glm::vec3 way{0.0f};  ///< of the light, from the opening of the shutter to its closing, cm; of along()
+    float density = 0;    ///< 1/sr: of this light being drawn, and this direction to it; 0: no light
     /// Of sample(): what is met on this way shadows. It ends above the light by LightClearance::bound_cm(), so that a
     /// mesh flush with the light does not.
     LightClearance::Segment shadow{};
     bool is_seen = false;  ///< by the camera; of along()
   };
 
-  /// u_light, u uniform in [0, 1).
-  Arrival sample(const glm::vec3& point, float u_light, const std::array<float, 2>& u) const;
+  /// u_light, u uniform in [0, 1). time: of the shutter, [0, 1]; lights are where they are then.
+  Arrival sample(const glm::vec3& point, float time, float u_light, const std::array<float, 2>& u) const;
 
   /// Calls visit(Arrival) for each light that a ray in a unit direction meets within distance_cm, or flush with what it
   /// meets there (LightClearance); infinity: the ray met nothing and sees distant lights and the environment. Lights
   /// hide nothing. `density` is that of sample()
   /// drawing this direction by this light, so that each light is an integral of its own.
   template <class Visit>
-  void along(const glm::vec3& origin, const glm::vec3& direction, float distance_cm, Visit&& visit) const {
+  void along(const glm::vec3& origin, const glm::vec3& direction, float time, float distance_cm, Visit&& visit) const {
     const bool escapes = distance_cm == std::numeric_limits<float>::infinity();
     for (const Choice& choice : choices_) {
       Arrival arrival;
@@ -50,16 +51,16 @@ class LightSampler {
       arrival.group = choice.group;
       if (choice.light != nullptr) {
         if (!escapes && choice.light->kind == scene::Light::Kind::distant) continue;
-        const scene::LightSample met = scene::light_along(*choice.light, origin, direction);
-        if (!(met.pdf_solid_angle > 0)) continue;
-        if (!choice.clearance.is_seen(origin, direction, met.distance, distance_cm)) continue;
-        arrival.distance_cm = met.distance;
+        const bool meets = choice.light->later.empty()
+                               ? meet(*choice.light, choice.clearance, origin, distance_cm, &arrival)
+                               : meet_moving(choice, origin, time, distance_cm, &arrival);
+        if (!meets) continue;
         arrival.is_seen = choice.light->visible;
-        arrival.radiance = met.radiance;
-        arrival.density = choice.probability * met.pdf_solid_angle;
+        arrival.density *= choice.probability;
       } else {
         if (!escapes) continue;
-        const scene::Environment::Seen seen = scene_.environment.look(direction);
+        const scene::Environment::Seen seen =
+            scene_.environment.look(scene::turned_to_environment(scene_, direction, time));
         arrival.radiance = seen.radiance;
         arrival.density = choice.probability * seen.pdf_solid_angle;
       }
@@ -69,7 +70,7 @@ class LightSampler {
 
   /// The nearest light that the camera sees (scene::Light::visible) along a ray that meets something at distance_cm, or
   /// nothing (infinity); density 0: none. `density` says nothing else.
-  Arrival seen(const glm::vec3& origin, const glm::vec3& direction, float distance_cm) const;
+  Arrival seen(const glm::vec3& origin, const glm::vec3& direction, float time, float distance_cm) const;
 
   /// Whether sample() looks at u_light.
   bool has_choice() const { return choices_.size() > 1; }
@@ -81,6 +82,21 @@ class LightSampler {
     std::size_t group = 0;
     LightClearance clearance{};
   };
+  /// Whether a ray in the direction of *arrival meets the light; distance, radiance and the light's own density go
+  /// there.
+  static bool meet(const scene::LightShape& light, const LightClearance& clearance, const glm::vec3& origin,
+                   float distance_cm, Arrival* arrival) {
+    const scene::LightSample met = scene::light_along(light, origin, arrival->direction);
+    if (!(met.pdf_solid_angle > 0)) return false;
+    if (!clearance.is_seen(origin, arrival->direction, met.distance, distance_cm)) return false;
+    arrival->distance_cm = met.distance;
+    arrival->radiance = met.radiance;
+    arrival->density = met.pdf_solid_angle;
+    return true;
+  }
+  static bool meet_moving(const Choice& choice, const glm::vec3& origin, float time, float distance_cm,
+                          Arrival* arrival);
+
   const scene::Scene& scene_;
   bool some_seen_ = false;       ///< by the camera
   std::vector<Choice> choices_;  ///< sum of the probabilities 1

@@ -70,7 +70,7 @@ float PathTracer::chance_of_light(float luminance) const {
 PathTracer::Lit PathTracer::light(const Vertex& vertex, float u_light, const std::array<float, 2>& u,
                                   const glm::vec3& weight, RandomStream& random, PathSums& sums) const {
   const Lit none;
-  const LightSampler::Arrival light = lights_.sample(vertex.hit.axis, u_light, u);
+  const LightSampler::Arrival light = lights_.sample(vertex.hit.axis, vertex.hit.time, u_light, u);
   if (!(light.density > 0) || light.radiance == glm::vec3(0.0f)) return none;
   if (vertex.hit.is_surface && !(glm::dot(vertex.hit.normal, light.direction) > 0)) return none;
   // Evaluated first: most of what is drawn brings little, and a shadow ray costs as much as a look at the fiber.
@@ -100,11 +100,12 @@ glm::vec3 PathTracer::met_light(const Vertex& vertex, const Scattering::Sample& 
   glm::vec3 radiance(0.0f);
   const float drawn = static_cast<float>(vertex.bcsdf_samples) * sample.value.pdf;
   const float per_light = static_cast<float>(vertex.light_samples) * sample.value.solid_angle;
-  lights_.along(vertex.hit.axis, sample.direction, distance_cm, [&](const LightSampler::Arrival& light) {
-    const glm::vec3 share = light.radiance * (drawn / (drawn + per_light * light.density));
-    radiance += share;
-    groups.add(light.group, throughput * share);
-  });
+  lights_.along(vertex.hit.axis, sample.direction, vertex.hit.time, distance_cm,
+                [&](const LightSampler::Arrival& light) {
+                  const glm::vec3 share = light.radiance * (drawn / (drawn + per_light * light.density));
+                  radiance += share;
+                  groups.add(light.group, throughput * share);
+                });
   return radiance;
 }
 
@@ -126,8 +127,9 @@ glm::vec2 PathTracer::motion_of(const geometry::Ray& ray, const geometry::Hit* h
                                 const LightSampler::Arrival& seen) const {
   const auto by = [&](const FrameMotion& motion) {
     if (seen.density > 0 && seen.distance_cm < scene::distant_cm)
-      return motion.of_light(ray.origin + seen.distance_cm * ray.direction);
-    if (seen.density > 0 || hit == nullptr) return motion.of_backdrop(ray.direction);
+      return motion.of_light(ray.origin + seen.distance_cm * ray.direction, seen.way);
+    if (seen.density > 0) return motion.of_infinity(ray.direction);
+    if (hit == nullptr) return motion.of_backdrop(ray.direction);
     return motion.of_point(hit->position, hit->way);
   };
   return scene_.camera_moments.empty() ? by(motion_) : by(FrameMotion(scene_, ray.time));
@@ -145,7 +147,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   const geometry::Ray ray = camera_ray(x, y, stratified, in_half, time);
   const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
   const LightSampler::Arrival seen =
-      lights_.seen(ray.origin, ray.direction, hit ? hit->distance_cm : std::numeric_limits<float>::infinity());
+      lights_.seen(ray.origin, ray.direction, time, hit ? hit->distance_cm : std::numeric_limits<float>::infinity());
   if (seen.density > 0) {
     sums.sees_light = true;
     sums.layers[emission_layer] = seen.radiance;
@@ -160,7 +162,8 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   if (!hit) {
     if (scene_.next) sums.motion = motion_of(ray, nullptr, seen);
     if (scene_.environment_visible)
-      sums.layers[background_layer] = scene_.environment.backdrop(ray.direction, camera_.pixel_rad(ray.direction));
+      sums.layers[background_layer] = scene_.environment.backdrop(
+          scene::turned_to_environment(scene_, ray.direction, time), camera_.pixel_rad(ray.direction));
     return sums;
   }
   Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(in_half, grid_node),

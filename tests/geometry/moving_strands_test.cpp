@@ -137,6 +137,41 @@ TEST_P(Moving, ARayMeetsWhatAStillOfItsTimeShows) {
   EXPECT_LE(differ, 4);
 }
 
+/// Radii that grow and shrink, each at its own point: what is met, and where across the fiber, are those of the still.
+TEST_P(Moving, RadiiGoFromMomentToMoment) {
+  Scene scene = curved_scene(GetParam());
+  for (fiber::FiberParameters& fiber : scene.fibers) fiber.eccentricity = 1;
+  Groom& groom = scene.grooms[0];
+  RandomStream random(35);
+  for (scene::StrandMoment& moment : groom.later)
+    for (std::size_t i = 0; i < groom.points.size(); ++i) moment.radius_cm.push_back(0.01f + 0.03f * random.next());
+  const FiberScene moving(scene);
+  int differ = 0, met = 0;
+  for (const float time : {0.0f, 0.2f, 0.5f, 0.85f, 1.0f}) {
+    Scene of_time = still_of(scene, time);
+    const bool late = time >= 0.5f;
+    const std::vector<float>& a = late ? groom.later[0].radius_cm : groom.radius_cm;
+    const std::vector<float>& b = groom.later[late ? 1 : 0].radius_cm;
+    const float share = 2 * time - (late ? 1 : 0);
+    for (std::size_t i = 0; i < a.size(); ++i) of_time.grooms[0].radius_cm[i] = (1 - share) * a[i] + share * b[i];
+    const FiberScene still(of_time);
+    for (int i = 0; i < 800; ++i) {
+      Ray ray{3.0f * random_direction(random), {}};
+      ray.direction = glm::normalize(random_point(random, 1) - ray.origin);
+      ray.time = time;
+      const auto one = moving.intersect(ray), other = still.intersect(ray);
+      const bool same = one.has_value() == other.has_value() && (!one || one->strand == other->strand);
+      if (!same || (one && (glm::dot(one->u, other->u) < 0.9999f || std::abs(one->lateral - other->lateral) > 1e-2f))) {
+        ++differ;
+        continue;
+      }
+      met += one.has_value();
+    }
+  }
+  EXPECT_GT(met, 1000);
+  EXPECT_LE(differ, 8) << "of 4,000: rounding decides where a ray grazes a fiber";
+}
+
 /// The way that a hit tells is that of the place on the strand, from the opening to the closing.
 TEST_P(Moving, AHitKnowsItsWay) {
   Scene scene = curved_scene(GetParam());

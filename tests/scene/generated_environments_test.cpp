@@ -38,13 +38,13 @@ TEST(SkyEnvironment, RunsFromHorizonToZenithAboveTheGround) {
 TEST(SkyEnvironment, TurnsAndScalesItsSun) {
   EnvironmentDescription description;
   description.kind = EnvironmentDescription::Kind::sky;
-  EXPECT_FALSE(sun_of(description));
+  EXPECT_FALSE(sun_of(description, description.rotate_deg));
   description.sun = Light{};
   description.sun->direction = direction_towards(0, 0.5);
   description.sun->radiance = {10, 9, 8};
   description.rotate_deg = 90;
   description.scale = 3;
-  const auto sun = sun_of(description);
+  const auto sun = sun_of(description, description.rotate_deg);
   ASSERT_TRUE(sun);
   EXPECT_EQ(sun->radiance, glm::vec3(30, 27, 24));
   const auto expected = direction_towards(std::numbers::pi / 2, 0.5);
@@ -55,7 +55,7 @@ TEST(SkyEnvironment, TurnsAndScalesItsSun) {
   const Environment map(64, 32, pixels, std::numbers::pi / 2, 1);
   EXPECT_NEAR(map.radiance(sun->direction).r, 1, 1e-6);
   description.kind = EnvironmentDescription::Kind::studio;
-  EXPECT_FALSE(sun_of(description));
+  EXPECT_FALSE(sun_of(description, description.rotate_deg));
 }
 
 }  // namespace

@@ -199,5 +199,62 @@ TEST(Light, IsFiniteForEveryInput) {
   EXPECT_GT(seen, 1000);  // else nothing was tested
 }
 
+/// Moments at 0, 1/2 and 1: half of the way from the second to the third is at 3/4.
+TEST(Light, IsBetweenItsMomentsWhileTheShutterIsOpen) {
+  Light light;
+  light.kind = Light::Kind::rectangle;
+  light.center = {1, 2, 3};
+  light.edge_u = {2, 0, 0};
+  light.edge_v = {0, 1, 0};
+  EXPECT_EQ(light_during(light, 0.4f).center, light.center) << "it rests";
+  light.later.assign(2, light);
+  light.later[1].center = {5, 2, 3};
+  light.later[1].radiance = {3, 1, 0};
+  light.later[1].edge_u = {0, 0, 4};
+  EXPECT_EQ(light_during(light, 0.3f).edge_u, light.edge_u);
+  EXPECT_EQ(light_during(light, 0.3f).center, light.center);
+  const LightShape now = light_during(light, 0.75f);
+  EXPECT_EQ(now.center, glm::vec3(3, 2, 3));
+  EXPECT_EQ(now.radiance, glm::vec3(2, 1, 0.5f));
+  EXPECT_LT(glm::distance(now.edge_u, 3.0f * glm::normalize(glm::vec3(1, 0, 2))), 1e-6);
+  EXPECT_LT(glm::distance(now.edge_v, light.edge_v), 1e-6);
+  EXPECT_EQ(light_during(light, 1).center, light.later[1].center);
+}
+
+TEST(Light, ThatTurnsStaysARectangleWithADirection) {
+  RandomStream random(41);
+  const auto vector = [&] { return glm::vec3(2 * random.next() - 1, 2 * random.next() - 1, 2 * random.next() - 1); };
+  for (int i = 0; i < 2000; ++i) {
+    Light light;
+    light.kind = Light::Kind::rectangle;
+    light.direction = glm::normalize(vector());
+    light.edge_u = vector();
+    light.edge_v = 3.0f * glm::cross(light.edge_u, vector());
+    light.later.assign(1, light);
+    LightShape& then = light.later[0];
+    const bool half_turn = i % 10 == 0;
+    then.direction = half_turn ? -light.direction : glm::normalize(vector());
+    then.edge_u = half_turn ? -light.edge_u : vector();
+    then.edge_v = half_turn ? -light.edge_v : glm::cross(then.edge_u, vector());
+    const LightShape now = light_during(light, half_turn ? 0.5f : random.next());
+    const float u = glm::length(now.edge_u), v = glm::length(now.edge_v);
+    EXPECT_NEAR(glm::length(now.direction), 1, 1e-5);
+    EXPECT_LE(std::abs(glm::dot(now.edge_u, now.edge_v)), 1e-4f * u * v);
+    EXPECT_LE(u, 1.0001f * std::max(glm::length(light.edge_u), glm::length(then.edge_u)));
+    EXPECT_GE(v, 0.9999f * std::min(glm::length(light.edge_v), glm::length(then.edge_v)));
+  }
+}
+
+/// There and back, about the vertical: a quarter counter-clockwise at the closing brings +x to +y.
+TEST(EnvironmentTurn, GoesThereAndBack) {
+  Scene scene;
+  const glm::vec3 direction = glm::normalize(glm::vec3(1, -2, 0.5f));
+  EXPECT_EQ(turned_to_environment(scene, direction, 0.5f), direction);
+  scene.environment_turns_rad = {0, static_cast<float>(pi / 2)};
+  EXPECT_LT(glm::distance(turned_with_environment(scene, {1, 0, 0}, 1), glm::vec3(0, 1, 0)), 1e-6);
+  const glm::vec3 there = turned_with_environment(scene, direction, 0.3f);
+  EXPECT_LT(glm::distance(turned_to_environment(scene, there, 0.3f), direction), 1e-6);
+}
+
 }  // namespace
 }  // namespace tress::scene

@@ -121,6 +121,59 @@ TEST_F(MovingScene, GroomsAndMeshesFollowTheirKeys) {
   ASSERT_TRUE(scene->next.has_value());
 }
 
+/// At frames 15.25 and 15.75, of keys at 10 and 20.
+TEST_F(MovingScene, LightsFollowTheirKeys) {
+  const auto scene = load(from_before, fiber + R"(, "lights": [
+    {"sphere": {"center": [1, 0, 0], "radius_cm": 2, "radiance": [1, 1, 1]}, "frames": [
+      {"frame": 10, "rotate_deg": [0, 0, 0]}, {"frame": 20, "rotate_deg": [0, 0, 90], "translate": [10, 0, 0], "scale": 3}]},
+    {"rectangle": {"center": [0, 0, 5], "look_at": [0, 0, 0], "width_cm": 4, "height_cm": 2, "radiance": [1, 1, 1]},
+     "translate": [0, 0, 1]},
+    {"distant": {"direction": [1, 0, 0], "radiance": [1, 1, 1]}, "frames": [
+      {"frame": 10}, {"frame": 20, "rotate_deg": [0, 0, 90]}]}])",
+                          {.frame = 15});
+  ASSERT_TRUE(scene) << scene.error().message();
+  const double degree = std::acos(-1.0) / 180;
+  const Light& ball = scene->lights[0];
+  ASSERT_EQ(ball.later.size(), 1u);
+  EXPECT_NEAR(ball.center.x, 2.05 * std::cos(47.25 * degree) + 5.25, 1e-5);
+  EXPECT_NEAR(ball.later[0].center.y, 2.15 * std::sin(51.75 * degree), 1e-5);
+  EXPECT_NEAR(ball.radius_cm, 4.1, 1e-5);
+  EXPECT_NEAR(ball.later[0].radius_cm, 4.3, 1e-5);
+  EXPECT_EQ(scene->lights[1].center, glm::vec3(0, 0, 6));
+  EXPECT_TRUE(scene->lights[1].later.empty()) << "it rests";
+  EXPECT_NEAR(scene->lights[2].direction.y, std::sin(47.25 * degree), 1e-6);
+  EXPECT_NEAR(scene->lights[2].later[0].direction.y, std::sin(51.75 * degree), 1e-6);
+  EXPECT_FALSE(scene->next) << "nothing that the camera sees moves";
+  const auto late =
+      load(R"({"eye": [0, -50, 0]})", fiber + R"(, "lights": [{"sphere": {"center": [0, 0, 0], "radius_cm": 1,
+    "radiance": [1, 1, 1]}, "frames": [{"frame": 1, "translate": [2e6, 0, 0]}]}])");
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.error().place, "/lights/0/frames/0/translate/0") << late.error().message();
+}
+
+/// The sun turns with its sky; --rotate holds both still.
+TEST_F(MovingScene, AnEnvironmentTurnsByItsKeys) {
+  const std::string sky = fiber + R"(, "environment": {"sky": {"sun": {"direction": [1, 0, 0], "radiance": [9, 9, 9]}},
+    "frames": [{"frame": 10, "rotate_deg": 0}, {"frame": 20, "rotate_deg": 90}]})";
+  const auto scene = load(from_before, sky, {.frame = 15});
+  ASSERT_TRUE(scene) << scene.error().message();
+  const double degree = std::acos(-1.0) / 180;
+  ASSERT_EQ(scene->environment_turns_rad.size(), 2u);
+  EXPECT_EQ(scene->environment_turns_rad[0], 0);
+  EXPECT_NEAR(scene->environment_turns_rad[1], 4.5 * degree, 1e-6);
+  ASSERT_EQ(scene->lights.size(), 1u);
+  EXPECT_NEAR(scene->lights[0].direction.y, std::sin(47.25 * degree), 1e-6);
+  ASSERT_EQ(scene->lights[0].later.size(), 1u);
+  EXPECT_NEAR(scene->lights[0].later[0].direction.y, std::sin(51.75 * degree), 1e-6);
+  ASSERT_TRUE(scene->next);
+  EXPECT_NEAR(scene->next->environment_turn_rad, 9 * degree, 1e-9);
+  const auto held = load(from_before, sky, {.environment_rotate_deg = 90, .frame = 15});
+  ASSERT_TRUE(held) << held.error().message();
+  EXPECT_TRUE(held->environment_turns_rad.empty());
+  EXPECT_NEAR(held->lights[0].direction.y, 1, 1e-6);
+  EXPECT_TRUE(held->lights[0].later.empty());
+}
+
 TEST_F(MovingScene, FilesOfFramesAreReadAroundTheShutterAndMetInBetween) {
   write_strands("a.0007.ply", {{0, 0, 0, 1}, {0, 0, 1, 1}, {5, 0, 0, 2}, {5, 0, 1, 2}});
   write_strands("a.0008.ply", {{4, 0, 0, 1}, {4, 8, 1, 1}, {5, 0, 2, 2}, {5, 0, 3, 2}});
@@ -157,6 +210,34 @@ TEST_F(MovingScene, StrandsInAnotherOrderAreMatchedByTheirIds) {
   EXPECT_EQ(scene->grooms[0].later[0].points[4], glm::vec3(5, 3, 2));
   write("b.0001.usda", curves("3, 2", "(5,4,0), (5,4,1), (5,4,2), (0,4,0), (0,4,1)", "2, 3"));
   EXPECT_FALSE(load(from_before, grooms, {.frame = 0})) << "another strand, and the counts differ";
+}
+
+/// Diameters 0.02 and 0.04 at frame 0, 0.06 and 0.04 at frame 1: at 0.25 and 0.75 of the way. Strands are matched by
+/// id.
+TEST_F(MovingScene, RadiiGoWithTheStrands) {
+  const auto with_widths = [](std::string text, const std::string& widths) {
+    const std::string end = "\n}\n";
+    return text.replace(text.rfind(end), end.size(),
+                        "\nfloat[] widths = [" + widths + "] ( interpolation = \"vertex\" )\n}\n");
+  };
+  write("w.0000.usda",
+        with_widths(curves("2, 2", "(0,0,0), (0,0,1), (5,0,0), (5,0,1)", "1, 2"), "0.02, 0.02, 0.04, 0.04"));
+  write("w.0001.usda",
+        with_widths(curves("2, 2", "(5,4,0), (5,4,1), (0,4,0), (0,4,1)", "2, 1"), "0.04, 0.04, 0.06, 0.06"));
+  const auto scene = load(from_before, R"("grooms": [{"file": "w.####.usda", "scale": 2}])", {.frame = 0});
+  ASSERT_TRUE(scene) << scene.error().message();
+  const Groom& groom = scene->grooms[0];
+  EXPECT_NEAR(groom.radius_cm[0], 0.03, 1e-6);
+  ASSERT_EQ(groom.later.size(), 1u);
+  ASSERT_EQ(groom.later[0].radius_cm.size(), 4u);
+  EXPECT_NEAR(groom.later[0].radius_cm[0], 0.05, 1e-6);
+  EXPECT_NEAR(groom.later[0].radius_cm[3], 0.04, 1e-6);
+  const auto grown =
+      load(from_before, R"("grooms": [{"file": "w.0000.usda", "frames": [{"frame": 0}, {"frame": 1, "scale": 3}]}])",
+           {.frame = 0});
+  ASSERT_TRUE(grown) << grown.error().message();
+  EXPECT_NEAR(grown->grooms[0].radius_cm[0], 0.015, 1e-6);
+  EXPECT_NEAR(grown->grooms[0].later[0].radius_cm[0], 0.025, 1e-6);
 }
 
 TEST_F(MovingScene, AChangedNumberOfPointsOrStrandsIsRefusedByName) {

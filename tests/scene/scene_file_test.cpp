@@ -81,14 +81,15 @@ TEST(SceneFile, ReadsLights) {
     {"rectangle": {"center": [0, -9, 0], "look_at": [0, 0, 0], "width_cm": 6, "height_cm": 2, "radiance": [1, 1, 1]}}
     ], )" + groom + "}");
   ASSERT_EQ(scene.lights.size(), 4u);
-  EXPECT_NEAR(scene.lights[0].direction.x, 1, 1e-6);
-  EXPECT_NEAR(scene.lights[0].half_angle_rad, std::numbers::pi / 180, 1e-8);
-  EXPECT_NEAR(scene.lights[0].radiance.g, 2 / (std::numbers::pi * std::pow(std::sin(std::numbers::pi / 180), 2)), 1e-3);
-  EXPECT_EQ(scene.lights[1].radius_cm, 4);
-  const auto& level = scene.lights[2];  // a ceiling: its height runs along y
+  EXPECT_NEAR(scene.lights[0].light.direction.x, 1, 1e-6);
+  EXPECT_NEAR(scene.lights[0].light.half_angle_rad, std::numbers::pi / 180, 1e-8);
+  EXPECT_NEAR(scene.lights[0].light.radiance.g, 2 / (std::numbers::pi * std::pow(std::sin(std::numbers::pi / 180), 2)),
+              1e-3);
+  EXPECT_EQ(scene.lights[1].light.radius_cm, 4);
+  const auto& level = scene.lights[2].light;  // a ceiling: its height runs along y
   EXPECT_NEAR(glm::cross(level.edge_u, level.edge_v).z, -3, 1e-5);
   EXPECT_NEAR(std::abs(level.edge_v.y), 1, 1e-6);
-  const auto& front = scene.lights[3];
+  const auto& front = scene.lights[3].light;
   EXPECT_NEAR(glm::cross(front.edge_u, front.edge_v).y, 3, 1e-5);
   EXPECT_NEAR(std::abs(front.edge_v.z), 1, 1e-6);
   const std::pair<std::string, std::string> wrong[] = {
@@ -163,7 +164,7 @@ TEST(SceneFile, ReadsSkies) {
   EXPECT_EQ(scene.environment.kind, EnvironmentDescription::Kind::sky);
   EXPECT_EQ(scene.environment.sky.zenith, glm::vec3(0, 0, 2));
   EXPECT_EQ(scene.environment.sky.ground, GradientSky{}.ground);
-  EXPECT_EQ(sun_of(scene.environment)->radiance, glm::vec3(4.5f, 4, 3.5f));
+  EXPECT_EQ(sun_of(scene.environment, scene.environment.rotate_deg)->radiance, glm::vec3(4.5f, 4, 3.5f));
   EXPECT_NE(message(R"({"environment": {"sky": {}, "studio": true}, )" + groom + "}").find("/environment: expected at"),
             std::string::npos);
   EXPECT_NE(message(R"({"environment": {"sky": {"sun": {"radiance": [-1, 0, 0], "elevation_deg": 3}}}, )" + groom + "}")

@@ -105,6 +105,7 @@ class Environment(_Object):
     constant: Optional[Triple] = None
     studio: Optional[bool] = None
     rotate_deg: Optional[float] = None
+    frames: Optional[Sequence[Keys]] = None
     scale: Optional[float] = None
     sky: Optional[Keys] = None
     group: Optional[str] = None
@@ -119,6 +120,10 @@ class Light(_Object):
     sphere: Optional[Keys] = None
     rectangle: Optional[Keys] = None
     spot: Optional[Keys] = None
+    scale: Optional[float] = None
+    rotate_deg: Optional[Triple] = None
+    translate: Optional[Triple] = None
+    frames: Optional[Sequence[Keys]] = None
     visible: Optional[bool] = None
     group: Optional[str] = None
 

@@ -27,7 +27,7 @@ struct Cone {
   }
 };
 
-Cone distant_cone(const Light& light) {
+Cone distant_cone(const LightShape& light) {
   const double s = std::sin(0.5 * light.half_angle_rad);
   return {2 * s * s};
 }
@@ -39,7 +39,7 @@ Cone sphere_cone(double r, double d) {
 }
 
 /// The answer in single precision, or none where one of its values is not finite or nothing is seen.
-LightSample finite_sample(const Light& light, const glm::dvec3& direction, double distance, double pdf) {
+LightSample finite_sample(const LightShape& light, const glm::dvec3& direction, double distance, double pdf) {
   LightSample sample;
   for (int c = 0; c < 3; ++c)
     if (!(std::abs(direction[c]) <= 1.5) || !std::isfinite(light.radiance[c])) return {};
@@ -48,7 +48,7 @@ LightSample finite_sample(const Light& light, const glm::dvec3& direction, doubl
   sample.direction = glm::vec3(direction);
   sample.distance = static_cast<float>(std::min(distance, static_cast<double>(distant_cm)));
   sample.radiance = light.radiance;
-  if (light.kind == Light::Kind::spot) sample.radiance *= static_cast<float>(spot_share(light, -sample.direction));
+  if (light.kind == LightShape::Kind::spot) sample.radiance *= static_cast<float>(spot_share(light, -sample.direction));
   sample.pdf_solid_angle = density;
   return sample;
 }
@@ -59,7 +59,7 @@ struct SeenRectangle {
   double x0, x1, y0, y1, depth;  ///< depth > 0 where the point is on the side that it shines to
   double area = 0, solid_angle = 0;
 
-  SeenRectangle(const Light& light, const glm::dvec3& point) {
+  SeenRectangle(const LightShape& light, const glm::dvec3& point) {
     const glm::dvec3 u(light.edge_u), v(light.edge_v), to(glm::dvec3(light.center) - point);
     const double half_u = glm::length(u), half_v = glm::length(v);
     x = u / half_u;
@@ -106,7 +106,7 @@ struct SeenRectangle {
   }
 };
 
-LightSample sample_sphere(const Light& light, const glm::dvec3& point, double u1, double u2) {
+LightSample sample_sphere(const LightShape& light, const glm::dvec3& point, double u1, double u2) {
   const glm::dvec3 to = glm::dvec3(light.center) - point;
   const double d = glm::length(to), r = light.radius_cm;
   if (!(d > r)) {
@@ -123,7 +123,7 @@ LightSample sample_sphere(const Light& light, const glm::dvec3& point, double u1
   return finite_sample(light, direction, std::max(0.0, d * (1 - below) - half_chord), 1 / cone.solid_angle());
 }
 
-LightSample sample_rectangle(const Light& light, const glm::dvec3& point, double u1, double u2) {
+LightSample sample_rectangle(const LightShape& light, const glm::dvec3& point, double u1, double u2) {
   const SeenRectangle seen(light, point);
   if (!(seen.depth > 0)) return {};
   double a, b;
@@ -133,7 +133,7 @@ LightSample sample_rectangle(const Light& light, const glm::dvec3& point, double
   return finite_sample(light, to / distance, distance, seen.pdf(a, b));
 }
 
-LightSample sphere_along(const Light& light, const glm::dvec3& origin, const glm::dvec3& direction) {
+LightSample sphere_along(const LightShape& light, const glm::dvec3& origin, const glm::dvec3& direction) {
   const glm::dvec3 to = glm::dvec3(light.center) - origin;
   const double along = glm::dot(to, direction), r = light.radius_cm, d = glm::length(to);
   const glm::dvec3 aside = to - along * direction;
@@ -144,7 +144,7 @@ LightSample sphere_along(const Light& light, const glm::dvec3& origin, const glm
                        1 / sphere_cone(r, d).solid_angle());
 }
 
-LightSample rectangle_along(const Light& light, const glm::dvec3& origin, const glm::dvec3& direction) {
+LightSample rectangle_along(const LightShape& light, const glm::dvec3& origin, const glm::dvec3& direction) {
   const SeenRectangle seen(light, origin);
   const double sinking = -glm::dot(direction, seen.n);
   if (!(seen.depth > 0 && sinking > 0)) return {};
@@ -156,15 +156,15 @@ LightSample rectangle_along(const Light& light, const glm::dvec3& origin, const 
 
 }  // namespace
 
-LightSample sample_light(const Light& light, const glm::vec3& point, float u1, float u2) {
+LightSample sample_light(const LightShape& light, const glm::vec3& point, float u1, float u2) {
   const glm::dvec3 from(point);
   switch (light.kind) {
-    case Light::Kind::sphere:
-    case Light::Kind::spot:
+    case LightShape::Kind::sphere:
+    case LightShape::Kind::spot:
       return sample_sphere(light, from, u1, u2);
-    case Light::Kind::rectangle:
+    case LightShape::Kind::rectangle:
       return sample_rectangle(light, from, u1, u2);
-    case Light::Kind::distant:
+    case LightShape::Kind::distant:
       break;
   }
   const Cone cone = distant_cone(light);
@@ -173,12 +173,13 @@ LightSample sample_light(const Light& light, const glm::vec3& point, float u1, f
   return finite_sample(light, direction, distant_cm, 1 / cone.solid_angle());
 }
 
-LightSample light_along(const Light& light, const glm::vec3& origin, const glm::vec3& direction, float max_distance) {
+LightSample light_along(const LightShape& light, const glm::vec3& origin, const glm::vec3& direction,
+                        float max_distance) {
   const glm::dvec3 unit = glm::normalize(glm::dvec3(direction)), from(origin);
   LightSample met;
   if (light.is_ball()) {
     met = sphere_along(light, from, unit);
-  } else if (light.kind == Light::Kind::rectangle) {
+  } else if (light.kind == LightShape::Kind::rectangle) {
     met = rectangle_along(light, from, unit);
   } else {
     // 2 (1 - cos) is the squared distance of the unit directions: no cancellation in the narrowest cone.
@@ -190,12 +191,65 @@ LightSample light_along(const Light& light, const glm::vec3& origin, const glm::
   return met.distance <= max_distance ? met : LightSample{};
 }
 
+namespace {
+
+/// Of length 1, or `otherwise` where there is no direction.
+glm::vec3 unit_or(const glm::vec3& way, const glm::vec3& otherwise) {
+  const float length = glm::length(way);
+  return length > 1e-6f ? way / length : otherwise;
+}
+
+/// About the vertical, counter-clockwise from above.
+glm::vec3 turned(const glm::vec3& direction, float angle_rad) {
+  const float c = std::cos(angle_rad), s = std::sin(angle_rad);
+  return {c * direction.x - s * direction.y, s * direction.x + c * direction.y, direction.z};
+}
+
+float environment_turn_rad(const Scene& scene, float time) {
+  const std::vector<float>& turns = scene.environment_turns_rad;
+  const BetweenMoments at(time, turns.size());
+  return turns[at.before] + at.share * (turns[at.before + 1] - turns[at.before]);
+}
+
+}  // namespace
+
+LightShape light_during(const Light& light, float time) {
+  if (light.later.empty()) return light;
+  const BetweenMoments at(time, light.later.size() + 1);
+  const LightShape& a = at.before == 0 ? light : light.later[at.before - 1];
+  const LightShape& b = light.later[at.before];
+  const auto between = [&](const auto& from, const auto& to) { return from + at.share * (to - from); };
+  LightShape now = a;
+  now.radiance = between(a.radiance, b.radiance);
+  now.center = between(a.center, b.center);
+  now.radius_cm = between(a.radius_cm, b.radius_cm);
+  if (a.direction != b.direction) now.direction = unit_or(between(a.direction, b.direction), a.direction);
+  if (a.edge_u == b.edge_u && a.edge_v == b.edge_v) return now;
+  const float u_length = glm::length(a.edge_u), v_length = glm::length(a.edge_v);
+  const glm::vec3 u = unit_or(between(a.edge_u, b.edge_u), a.edge_u / u_length);
+  const glm::vec3 v = between(a.edge_v, b.edge_v), square = v - glm::dot(v, u) * u, before = a.edge_v / v_length;
+  const glm::vec3 across = glm::length(square) > 1e-3f * v_length ? square : before - glm::dot(before, u) * u;
+  now.edge_u = u * between(u_length, glm::length(b.edge_u));
+  now.edge_v = unit_or(across, before) * between(v_length, glm::length(b.edge_v));
+  return now;
+}
+
+glm::vec3 turned_with_environment(const Scene& scene, const glm::vec3& direction, float time) {
+  if (scene.environment_turns_rad.empty()) return direction;
+  return turned(direction, environment_turn_rad(scene, time));
+}
+
+glm::vec3 turned_to_environment(const Scene& scene, const glm::vec3& direction, float time) {
+  if (scene.environment_turns_rad.empty()) return direction;
+  return turned(direction, -environment_turn_rad(scene, time));
+}
+
 glm::vec3 direction_towards(double azimuth_rad, double elevation_rad) {
   const double flat = std::cos(elevation_rad);
   return glm::vec3(flat * std::sin(azimuth_rad), -flat * std::cos(azimuth_rad), std::sin(elevation_rad));
 }
 
-double spot_share(const Light& light, const glm::vec3& direction) {
+double spot_share(const LightShape& light, const glm::vec3& direction) {
   // 2 (1 - cos) is the squared distance of the unit directions: no cancellation in the narrowest cone.
   const glm::dvec3 aside = glm::dvec3(direction) - glm::dvec3(light.direction);
   const double off_axis = 0.5 * glm::dot(aside, aside), core = light.core, cone = light.cone;

@@ -27,14 +27,24 @@ struct LightSample {
 /// which shines inwards too; a spot is a sphere), the spherical rectangle (Urena, Fajardo, King 2013) of a rectangle; a
 /// rectangle of less than 1e-6 sr is drawn by area. Every member is finite for every input, NaN included. Pure; any
 /// thread.
-LightSample sample_light(const Light& light, const glm::vec3& point, float u1, float u2);
+LightSample sample_light(const LightShape& light, const glm::vec3& point, float u1, float u2);
 
 /// What a ray meets of a light: `pdf_solid_angle` is that with which sample_light() draws its direction from its
 /// origin, 0 where the ray misses the light or max_distance ends it before. Pass infinity for a ray that met nothing:
 /// only then a distant light counts. `direction` need not be of unit length, `distance` is in cm all the same.
 /// Lights do not hide each other. Pure; any thread; finite like sample_light().
-LightSample light_along(const Light& light, const glm::vec3& origin, const glm::vec3& direction,
+LightSample light_along(const LightShape& light, const glm::vec3& origin, const glm::vec3& direction,
                         float max_distance = std::numeric_limits<float>::infinity());
+
+/// A light at time [0, 1] of the shutter: linear from each moment to the next, number by number; directions are made
+/// unit and edges square again. What a turn of half a circle leaves without a direction keeps that of the moment
+/// before.
+LightShape light_during(const Light& light, float time);
+
+/// The direction of the world that is a direction of the environment at a time of the shutter, and the way back: where
+/// to look it up.
+glm::vec3 turned_with_environment(const Scene& scene, const glm::vec3& direction, float time);
+glm::vec3 turned_to_environment(const Scene& scene, const glm::vec3& direction, float time);
 
 /// Towards azimuth and elevation, radians: azimuth 0 is -y (the side of a framed camera), counter-clockwise from
 /// above, so that +x is at pi/2; elevation from the horizon.
@@ -42,7 +52,7 @@ glm::vec3 direction_towards(double azimuth_rad, double elevation_rad);
 
 /// Share of its radiance that a spot sends into a unit direction: 1 within `core`, 0 beyond `cone`, t^2 (3 - 2 t)
 /// between them, t linear in the cosine. The same as a spot of pbrt and of Blender (soft edge: `blend`).
-double spot_share(const Light& light, const glm::vec3& direction);
+double spot_share(const LightShape& light, const glm::vec3& direction);
 
 /// Radiance of a spot of `radius_cm` that gives `irradiance` on a plane across its axis at `distance_cm`, where it is
 /// full: E d^2 / (pi r^2), within the sphere E / pi.

@@ -166,6 +166,9 @@ constexpr std::array table{
               "which turns and scales with the sky and is not seen in the background"},
     Parameter{"/environment/rotate_deg", "--rotate", number, turn, degrees, "", "0",
               "turn of the environment about the vertical, counter-clockwise from above"},
+    Parameter{"/environment/frames/N/frame", "", whole, frames, "", "", "needed",
+              "a keyframe's number; rising; linear between keyframes, held before and after; beside it `rotate_deg` "
+              "(needed), in place of that of the environment; the sun of a sky turns with it"},
     Parameter{"/environment/scale", "", number, factor, "", "", "1", "factor of the radiance"},
     Parameter{"/environment/group", "", text, none, "", "", "",
               "the light of the environment and its sun has a layer `light.` with this name; as `lights/N/group`"},
@@ -216,6 +219,12 @@ constexpr std::array table{
     Parameter{"/lights/N/spot/radiance", "", triple, light, "", "", "this or `irradiance`", "linear RGB, on the axis"},
     Parameter{"/lights/N/spot/irradiance", "", triple, light, "", "", "",
               "in place of `radiance`: linear RGB, on a plane across the axis at `look_at`"},
+    Parameter{"/lights/N/scale", "", number, per_unit, "", "", "1",
+              "of the light about the origin: of its place, edges and radius; not of its radiance"},
+    Parameter{"/lights/N/rotate_deg", "", triple, turn, degrees, "", "[0, 0, 0]",
+              "turns about x, then y, then z, after the scale"},
+    Parameter{"/lights/N/translate", "", triple, world, cm, "", "[0, 0, 0]", "after the turn"},
+    Parameter{"/lights/N/frames/N/frame", "", whole, frames, "", "", "needed", "a keyframe's number; as of a mesh"},
     Parameter{"/lights/N/visible", "", flag, none, "", "", "false",
               "the camera sees the light, with its radiance, from the side that it shines to"},
     Parameter{
@@ -593,13 +602,17 @@ constexpr std::array table{
 };
 
 /// Keys that are those of another place.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 12> same{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 16> same{
     {{"/environment/sky/sun/", "/lights/N/distant/"},
      {"/camera/frames/N/eye", "/camera/eye"},
      {"/camera/frames/N/look_at", "/camera/look_at"},
      {"/camera/frames/N/up", "/camera/up"},
      {"/camera/frames/N/vertical_fov_deg", "/camera/vertical_fov_deg"},
      {"/camera/frames/N/focal_length_mm", "/camera/focal_length_mm"},
+     {"/environment/frames/N/rotate_deg", "/environment/rotate_deg"},
+     {"/lights/N/frames/N/scale", "/lights/N/scale"},
+     {"/lights/N/frames/N/rotate_deg", "/lights/N/rotate_deg"},
+     {"/lights/N/frames/N/translate", "/lights/N/translate"},
      {"/meshes/N/frames/N/scale", "/meshes/N/scale"},
      {"/meshes/N/frames/N/rotate_deg", "/meshes/N/rotate_deg"},
      {"/meshes/N/frames/N/translate", "/meshes/N/translate"},

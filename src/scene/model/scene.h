@@ -88,8 +88,8 @@ struct Material {
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: by a hash of the strand
 };
 
-/// A light beside the environment. Seen by rays that leave a fiber or a surface, by the camera where it is `visible`.
-struct Light {
+/// Where light beside the environment comes from, and how much.
+struct LightShape {
   enum class Kind { distant, sphere, rectangle, spot };
   Kind kind = Kind::distant;
   glm::vec3 radiance{1.0f};        ///< linear RGB, >= 0, the same in all directions it shines into; spot: on its axis
@@ -101,10 +101,16 @@ struct Light {
   float core = 0, cone = 1;
   /// rectangle: half edges, cm, orthogonal, not 0; shines towards edge_u x edge_v.
   glm::vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0};
-  bool visible = false;  ///< to the camera, from the side that it shines to
-  std::string group;     ///< layer of its light; empty: none of its own
 
   bool is_ball() const { return kind == Kind::sphere || kind == Kind::spot; }
+};
+
+/// A light of a scene. Seen by rays that leave a fiber or a surface, by the camera where it is `visible`.
+struct Light : LightShape {
+  bool visible = false;  ///< to the camera, from the side that it shines to
+  std::string group;     ///< layer of its light; empty: none of its own
+  /// At the later moments of the shutter, of the same kind; the light itself is at its opening. Empty: it rests.
+  std::vector<LightShape> later = {};
 };
 
 constexpr std::uint32_t no_normal = 0xffffffffu, no_uv = no_normal;
@@ -150,10 +156,11 @@ enum class StrandBasis : std::uint8_t {
   bezier  ///< control points of cubic Bezier segments that share their ends: 3 n + 1 of them for n segments
 };
 
-/// Where strands are at a later moment of the shutter. Radii stay.
+/// Where strands are at a later moment of the shutter.
 struct StrandMoment {
-  std::vector<glm::vec3> points;  ///< cm, as many as of the groom
-  glm::dmat3 turned{1.0};         ///< how the whole has turned since the first moment: major axes turn with it
+  std::vector<glm::vec3> points;      ///< cm, as many as of the groom
+  glm::dmat3 turned{1.0};             ///< how the whole has turned since the first moment: major axes turn with it
+  std::vector<float> radius_cm = {};  ///< as Groom::radius_cm; empty: those of the groom
 };
 
 /// Strands of one material. Strand s has the points [first_point[s], first_point[s+1]), root first, at least two
@@ -193,6 +200,7 @@ struct NextFrame {
   Camera camera;
   ObjectTurn turn = {};              ///< from this frame to that
   std::vector<Camera> moments = {};  ///< as Scene::camera_moments
+  double environment_turn_rad = 0;   ///< of the environment, from this frame to that
 };
 
 struct Scene {
@@ -203,6 +211,9 @@ struct Scene {
   std::optional<NextFrame> next;       ///< in every frame of a scene that has keyframes or a turntable
   Image image;
   Environment environment;
+  /// How far the environment has turned at each moment of the shutter since it opened, counter-clockwise from above;
+  /// empty: it rests.
+  std::vector<float> environment_turns_rad;
   bool environment_visible = true;  ///< shown behind the hair (background layer) or black there
   std::string environment_group;    ///< as Light::group
   std::vector<Light> lights;

@@ -94,7 +94,8 @@ Scale scale_of(const GroomFile& file, const GroomPlacement& placement, const std
   return scale;
 }
 
-/// Radii at the points: one for all where it was given or the file has none that can be.
+/// Radii at the points: one for all where it was given or the file has none that can be. Widths of later moments
+/// become radii, or none where those of the file are not used.
 std::vector<float> radii_of(GroomFile* file, const GroomPlacement& placement, double scale, const std::string& name,
                             std::vector<std::string>* notes) {
   float thickest = file->width.empty() ? file->default_width : 0.0f;
@@ -107,11 +108,15 @@ std::vector<float> radii_of(GroomFile* file, const GroomPlacement& placement, do
                                        file_radius, usual_radius_cm)
                          : fmt::format("{}: no thickness in the file, radius {:g} cm used", name, usual_radius_cm));
   const auto radius_of = [&](float width) { return std::max(static_cast<float>(width / 2 * scale), thinnest_cm); };
-  if (!use_file || file->width.empty())
+  if (!use_file || file->width.empty()) {
+    file->later_width.clear();
     return std::vector<float>(
         file->points.size(),
         use_file ? radius_of(file->default_width) : static_cast<float>(placement.radius_cm.value_or(usual_radius_cm)));
+  }
   for (float& width : file->width) width = radius_of(width);
+  for (std::vector<float>& widths : file->later_width)
+    for (float& width : widths) width = radius_of(width);
   return std::move(file->width);
 }
 
@@ -124,6 +129,9 @@ std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* col
     return std::ranges::any_of(moments, [&](const auto* points) { return (*points)[a] != (*points)[b]; });
   };
   const bool color_a_point = color->size() == groom->points.size();
+  std::vector<std::vector<float>*> radii{&groom->radius_cm};
+  for (StrandMoment& moment : groom->later)
+    if (!moment.radius_cm.empty()) radii.push_back(&moment.radius_cm);
   std::size_t kept_points = 0, kept_strands = 0, begin = 0;
   const std::size_t strands = groom->first_point.size() - 1;
   std::vector<glm::vec3> mean;
@@ -139,7 +147,8 @@ std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* col
       if (!color->empty()) sum += (*color)[color_a_point ? i : s];
       for (auto* points : moments) (*points)[kept_points] = (*points)[i];
       if (!groom->minor_axis.empty()) groom->minor_axis[kept_points] = groom->minor_axis[i];
-      groom->radius_cm[kept_points++] = groom->radius_cm[i];
+      for (auto* radius : radii) (*radius)[kept_points] = (*radius)[i];
+      ++kept_points;
     }
     begin = end;
     if (!has_length) {
@@ -150,7 +159,7 @@ std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* col
     groom->first_point[++kept_strands] = static_cast<std::uint32_t>(kept_points);
   }
   for (auto* points : moments) points->resize(kept_points);
-  groom->radius_cm.resize(kept_points);
+  for (auto* radius : radii) radius->resize(kept_points);
   if (!groom->minor_axis.empty()) groom->minor_axis.resize(kept_points);
   groom->first_point.resize(kept_strands + 1);
   groom->color = std::move(mean);
@@ -186,6 +195,7 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
   groom.first_point = std::move(file.first_point);
   groom.points = placed(file.points);
   for (std::vector<glm::vec3>& points : file.later) groom.later.push_back({placed(points)});
+  for (std::size_t i = 0; i < file.later_width.size(); ++i) groom.later[i].radius_cm = std::move(file.later_width[i]);
   if (placement.normals && !file.normal.empty()) {
     notes->push_back(name +
                      ": normals of the file give the minor axes of the fibers; \"normals\": false leaves them out");
@@ -278,6 +288,25 @@ std::vector<glm::vec3> placed_normals(const MeshAtMoment& moment, const MeshDesc
   return normals;
 }
 
+float scaled_radius(float radius, double factor) {
+  return std::max(static_cast<float>(factor * double{radius}), std::min(thinnest_cm, radius));
+}
+
+/// By the scale of each moment.
+void scale_radii(std::span<const ObjectTransform> moments, Groom* groom) {
+  const double first = moments.front().scale;
+  const bool differ = std::ranges::any_of(moments, [&](const ObjectTransform& each) { return each.scale != first; });
+  for (std::size_t i = 0; i < groom->later.size(); ++i) {
+    std::vector<float>& radii = groom->later[i].radius_cm;
+    if (differ && radii.empty()) radii = groom->radius_cm;
+    const double scale = moments[std::min(i + 1, moments.size() - 1)].scale;
+    for (float& radius : radii)
+      if (scale != 1) radius = scaled_radius(radius, scale);
+  }
+  for (float& radius : groom->radius_cm)
+    if (first != 1) radius = scaled_radius(radius, first);
+}
+
 }  // namespace
 
 std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom* groom) {
@@ -292,9 +321,30 @@ std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom*
   if (auto error = move_points(first, groom->name, &groom->points)) return error;
   const glm::dmat3 turn = first.turn();
   for (glm::vec3& axis : groom->minor_axis) axis = glm::vec3(turn * glm::dvec3(axis));
-  if (first.scale == 1) return std::nullopt;
-  for (float& radius : groom->radius_cm)
-    radius = std::max(static_cast<float>(radius * first.scale), std::min(thinnest_cm, radius));
+  scale_radii(moments, groom);
+  return std::nullopt;
+}
+
+std::optional<Error> move_light(std::span<const ObjectTransform> moments, const std::string& name,
+                                const std::string& place, Light* light) {
+  std::vector<LightShape> shapes;
+  for (const ObjectTransform& transform : moments) {
+    LightShape& shape = shapes.emplace_back(*light);
+    if (transform == ObjectTransform{}) continue;
+    const glm::dmat3 turn = transform.turn();
+    const glm::dvec3 center = transform.of(glm::dvec3(shape.center), turn);
+    if (const auto beyond = beyond_world(center))
+      return Error{name, place, fmt::format("a light within {:g} cm", world_cm),
+                   fmt::format("{:g} cm once it is scaled, turned and moved", *beyond)};
+    shape.center = glm::vec3(center);
+    shape.direction = glm::vec3(glm::normalize(turn * glm::dvec3(shape.direction)));
+    shape.radius_cm = static_cast<float>(double{shape.radius_cm} * transform.scale);
+    shape.edge_u = glm::vec3(turn * (transform.scale * glm::dvec3(shape.edge_u)));
+    shape.edge_v = glm::vec3(turn * (transform.scale * glm::dvec3(shape.edge_v)));
+  }
+  static_cast<LightShape&>(*light) = shapes.front();
+  const bool moves = std::ranges::any_of(moments, [&](const ObjectTransform& each) { return each != moments.front(); });
+  if (moves) light->later.assign(shapes.begin() + 1, shapes.end());
   return std::nullopt;
 }
 
@@ -307,8 +357,9 @@ void apply_taper(const Taper& taper, Groom* groom) {
     for (std::size_t i = begin; i < end; ++i) {
       if (i > begin) along += glm::distance(groom->points[i - 1], groom->points[i]);
       const double factor = whole > 0 ? taper.root + (taper.tip - taper.root) * along / whole : taper.root;
-      float& radius = groom->radius_cm[i];
-      radius = std::max(static_cast<float>(factor * radius), std::min(thinnest_cm, radius));
+      groom->radius_cm[i] = scaled_radius(groom->radius_cm[i], factor);
+      for (StrandMoment& moment : groom->later)
+        if (!moment.radius_cm.empty()) moment.radius_cm[i] = scaled_radius(moment.radius_cm[i], factor);
     }
   }
 }

@@ -72,9 +72,15 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
                              std::vector<std::string>* notes, std::vector<std::string>* warnings);
 
 /// Scales, turns and moves a groom that stands in the world, at each of the moments of the shutter, at least one; no
-/// radius becomes less than 1e-4 cm, unless it was. Radii are of the first. A groom that rests moves where the
+/// radius becomes less than 1e-4 cm, unless it was. A groom that rests moves where the
 /// transforms do. Fails where it leaves a world of 10^6 cm.
 std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom* groom);
+
+/// Scales, turns and moves a light that stands in the world, at each of the moments of the shutter, at least one; where
+/// the transforms do not differ it rests. Radiance and the angles of cones stay. Fails where it leaves a world of 10^6
+/// cm; `name` and `place` are the scene file and the light of the message.
+std::optional<Error> move_light(std::span<const ObjectTransform> moments, const std::string& name,
+                                const std::string& place, Light* light);
 
 /// Factors of the radius, linear in between along the normalised length of the strand's points.
 struct Taper {

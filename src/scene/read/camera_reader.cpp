@@ -8,7 +8,6 @@
 namespace tress::scene {
 namespace {
 
-constexpr std::size_t most_keys = 100'000;
 constexpr double radians = std::numbers::pi / 180;
 
 /// The keys that a still camera and a keyframe share, over the defaults in `camera`.
@@ -38,9 +37,7 @@ void read_keys(const JsonReader& json, CameraDescription* camera) {
     const auto frame = item.integer("frame");
     const CameraKey key{static_cast<int>(frame.value_or(0)), read_view(item, camera->camera)};
     check_view(item, key.camera);
-    if (!camera->keys.empty() && key.frame <= camera->keys.back().frame)
-      item.fail("frame", fmt::format("more than {}, the frame before", camera->keys.back().frame),
-                fmt::format("{}", key.frame));
+    check_rising(item, key.frame, camera->keys.empty() ? std::nullopt : std::optional(camera->keys.back().frame));
     if (item.failed()) return;
     camera->keys.push_back(key);
   }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,12 +17,33 @@ void read_sky(const JsonReader& json, EnvironmentDescription* environment) {
   if (json.has("sun")) environment->sun = read_distant_light(json.child("sun"));
 }
 
+void read_keys(const JsonReader& json, EnvironmentDescription* environment) {
+  std::vector<TurnKey>& keys = environment->keys;
+  for (const auto& item : json.items("frames", most_keys)) {
+    if (!item.object({"frame", "rotate_deg"}) || !item.need({"frame", "rotate_deg"})) return;
+    const TurnKey key{static_cast<int>(item.integer("frame").value_or(0)), item.number("rotate_deg").value_or(0)};
+    check_rising(item, key.frame, keys.empty() ? std::nullopt : std::optional(keys.back().frame));
+    keys.push_back(key);
+  }
+  if (json.has("frames") && keys.empty()) json.fail("frames", "one frame or more", "none");
+}
+
 }  // namespace
+
+double EnvironmentDescription::turn_at(double frame) const {
+  if (keys.empty()) return rotate_deg;
+  const auto next = std::ranges::find_if(keys, [frame](const TurnKey& key) { return key.frame >= frame; });
+  if (next == keys.end()) return keys.back().rotate_deg;
+  if (next == keys.begin()) return next->rotate_deg;
+  const TurnKey& before = *(next - 1);
+  const double share = (frame - before.frame) / (double(next->frame) - before.frame);
+  return before.rotate_deg + share * (next->rotate_deg - before.rotate_deg);
+}
 
 EnvironmentDescription read_environment(const JsonReader& json) {
   using Kind = EnvironmentDescription::Kind;
   EnvironmentDescription environment;
-  if (!json.object({"file", "constant", "studio", "sky", "rotate_deg", "scale", "group"}) ||
+  if (!json.object({"file", "constant", "studio", "sky", "rotate_deg", "frames", "scale", "group"}) ||
       !json.exactly_one({"file", "constant", "studio", "sky"}))
     return environment;
   if (const auto file = json.text("file")) environment.kind = Kind::file, environment.file = *file;
@@ -33,15 +55,16 @@ EnvironmentDescription read_environment(const JsonReader& json) {
     read_sky(json.child("sky"), &environment);
   }
   environment.rotate_deg = json.number("rotate_deg").value_or(0);
+  read_keys(json, &environment);
   environment.scale = static_cast<float>(json.number("scale").value_or(1));
   environment.group = read_light_group(json);
   return environment;
 }
 
-std::optional<Light> sun_of(const EnvironmentDescription& environment) {
+std::optional<Light> sun_of(const EnvironmentDescription& environment, double rotate_deg) {
   if (environment.kind != EnvironmentDescription::Kind::sky || !environment.sun) return std::nullopt;
   Light sun = *environment.sun;
-  const double turn = environment.rotate_deg * std::numbers::pi / 180, c = std::cos(turn), s = std::sin(turn);
+  const double turn = rotate_deg * std::numbers::pi / 180, c = std::cos(turn), s = std::sin(turn);
   const glm::vec3 d = sun.direction;
   sun.direction = glm::vec3(static_cast<float>(c * d.x - s * d.y), static_cast<float>(s * d.x + c * d.y), d.z);
   sun.radiance *= environment.scale;

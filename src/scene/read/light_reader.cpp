@@ -103,11 +103,13 @@ Light read_distant_light(const JsonReader& json) {
   return light;
 }
 
-Light read_light(const JsonReader& json) {
-  Light light;
-  if (!json.object({"distant", "sphere", "rectangle", "spot", "visible", "group"}) ||
+LightDescription read_light(const JsonReader& json) {
+  LightDescription description;
+  Light& light = description.light;
+  if (!json.object({"distant", "sphere", "rectangle", "spot", "scale", "rotate_deg", "translate", "frames", "visible",
+                    "group"}) ||
       !json.exactly_one({"distant", "sphere", "rectangle", "spot"}))
-    return light;
+    return description;
   if (json.has("distant")) {
     light = read_distant_light(json.child("distant"));
   } else if (json.has("sphere")) {
@@ -122,7 +124,8 @@ Light read_light(const JsonReader& json) {
   }
   light.visible = json.boolean("visible").value_or(false);
   light.group = read_light_group(json);
-  return light;
+  description.path = read_path(json);
+  return description;
 }
 
 }  // namespace tress::scene

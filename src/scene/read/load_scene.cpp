@@ -48,7 +48,10 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
     scene->environment.kind = Kind::file;
     scene->environment.file = std::filesystem::absolute(*overrides.environment_file).string();
   }
-  if (overrides.environment_rotate_deg) scene->environment.rotate_deg = *overrides.environment_rotate_deg;
+  if (overrides.environment_rotate_deg) {
+    scene->environment.rotate_deg = *overrides.environment_rotate_deg;
+    scene->environment.keys.clear();
+  }
   for (auto& groom : scene->grooms) {
     if (!groom.file) continue;
     if (overrides.y_up) groom.placement.y_up = *overrides.y_up;
@@ -79,9 +82,11 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   return std::nullopt;
 }
 
-Result<Environment> make_environment(const EnvironmentDescription& description, Sources& from, Scene* scene) {
+/// As it is at a frame.
+Result<Environment> make_environment(const EnvironmentDescription& description, double frame, Sources& from,
+                                     Scene* scene) {
   using Kind = EnvironmentDescription::Kind;
-  const double rotate_rad = description.rotate_deg * std::numbers::pi / 180;
+  const double rotate_rad = description.turn_at(frame) * std::numbers::pi / 180;
   if (description.kind == Kind::constant) return Environment(description.constant * description.scale);
   if (description.kind == Kind::studio) return studio_environment(rotate_rad, description.scale);
   if (description.kind == Kind::sky) return gradient_environment(description.sky, description.scale);
@@ -89,6 +94,36 @@ Result<Environment> make_environment(const EnvironmentDescription& description, 
     return make_environment(std::move(found->second), description.file, rotate_rad, description.scale,
                             &scene->warnings);
   return load_environment(from.folder / description.file, rotate_rad, description.scale, &scene->warnings);
+}
+
+/// How far it has turned at the moments since the first of them; nothing where it rests.
+std::vector<float> environment_turns(const EnvironmentDescription& description, const FrameMoments& moments) {
+  const double first = description.turn_at(moments.frames.front());
+  std::vector<float> turns;
+  for (const double frame : moments.frames)
+    turns.push_back(static_cast<float>((description.turn_at(frame) - first) * std::numbers::pi / 180));
+  if (std::ranges::all_of(turns, [](float turn) { return turn == 0; })) turns.clear();
+  return turns;
+}
+
+/// The lights of the scene and the sun of its sky.
+Result<std::vector<Light>> make_lights(const SceneDescription& description, const FrameMoments& moments,
+                                       const std::string& name) {
+  std::vector<Light> lights;
+  for (const auto& [light, path] : description.lights) {
+    lights.push_back(light);
+    const std::string place = fmt::format("/lights/{}", lights.size() - 1);
+    if (auto error = move_light(transforms(path, moments), name, place, &lights.back())) return *error;
+  }
+  const auto sun_at = [&](double frame) {
+    return sun_of(description.environment, description.environment.turn_at(frame));
+  };
+  if (auto sun = sun_at(moments.frames.front())) {
+    if (!environment_turns(description.environment, moments).empty())
+      for (const double frame : std::span(moments.frames).subspan(1)) sun->later.push_back(*sun_at(frame));
+    lights.push_back(std::move(*sun));
+  }
+  return lights;
 }
 
 /// What mattes call an object: as the scene says, else `usual`, with a number where another object has it.
@@ -105,6 +140,7 @@ class Motion {
  public:
   Motion(const SceneDescription& description, std::optional<int> frame, const std::string& name)
       : camera_(description.camera),
+        environment_(description.environment),
         shutter_(description.camera.shutter),
         name_(name),
         frame_(frame.value_or(camera_.keys.empty() ? 0 : camera_.keys.front().frame)) {
@@ -130,18 +166,19 @@ class Motion {
 
   /// A camera that could not be in the next frame rests until then, which is a warning.
   void look_ahead(Scene* scene) const {
-    if (!camera_moves() && !objects_move(*scene)) return;
+    const double turn_deg = environment_.turn_at(frame_ + 1) - environment_.turn_at(frame_);
+    if (!camera_moves() && !objects_move(*scene) && turn_deg == 0) return;
     const auto next = camera_at(camera_, frame_ + 1, scene->grooms, scene->image, name_);
     auto moments = cameras_of(1, *scene);
     for (const auto* error : {next ? nullptr : &next.error(), moments ? nullptr : &moments.error()})
       if (error != nullptr) {
         scene->warnings.push_back(error->message() + "; the layer forward is 0");
-        scene->next = {scene->camera, {}, scene->camera_moments};
+        scene->next = {scene->camera, {}, scene->camera_moments, 0};
         return;
       }
     ObjectTurn turn = object_turn_at(camera_, frame_ + 1, scene->grooms);
     turn.turn_rad -= object_turn_at(camera_, frame_, scene->grooms).turn_rad;
-    scene->next = {*next, turn, std::move(*moments)};
+    scene->next = {*next, turn, std::move(*moments), turn_deg * std::numbers::pi / 180};
   }
 
   void turn_objects(Scene* scene) const {
@@ -153,7 +190,8 @@ class Motion {
   bool camera_moves() const { return !camera_.keys.empty() || camera_.turntable; }
   static bool objects_move(const Scene& scene) {
     return std::ranges::any_of(scene.grooms, [](const Groom& groom) { return !groom.later.empty(); }) ||
-           std::ranges::any_of(scene.meshes, [](const Mesh& mesh) { return !mesh.later.empty(); });
+           std::ranges::any_of(scene.meshes, [](const Mesh& mesh) { return !mesh.later.empty(); }) ||
+           std::ranges::any_of(scene.lights, [](const Light& light) { return light.visible && !light.later.empty(); });
   }
 
  private:
@@ -171,6 +209,7 @@ class Motion {
   }
 
   const CameraDescription& camera_;
+  const EnvironmentDescription& environment_;
   const Shutter& shutter_;
   const std::string& name_;
   int frame_;
@@ -211,7 +250,8 @@ Result<SceneDescription> describe(const std::filesystem::path& file, const Overr
 /// Whether some frames are not like others.
 bool moves(const SceneDescription& description) {
   const auto has_keys = [](const auto& object) { return !object.path.keys.empty(); };
-  return !description.camera.keys.empty() || description.camera.turntable ||
+  return !description.camera.keys.empty() || description.camera.turntable || !description.environment.keys.empty() ||
+         std::ranges::any_of(description.lights, has_keys) ||
          std::ranges::any_of(
              description.grooms,
              [&](const auto& groom) { return has_keys(groom) || names_frames(groom.file.value_or("")); }) ||
@@ -229,13 +269,15 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
   scene.image = description.image;
   scene.environment_visible = description.environment_visible;
   scene.environment_group = description.environment.group;
-  scene.lights = std::move(description.lights);
-  if (const auto sun = sun_of(description.environment)) scene.lights.push_back(*sun);
   scene.materials = std::move(description.materials);
-  auto environment = make_environment(description.environment, from, &scene);
+  const Motion motion(description, overrides.frame, name);
+  auto lights = make_lights(description, motion.moments(), name);
+  if (!lights) return lights.error();
+  scene.lights = std::move(*lights);
+  auto environment = make_environment(description.environment, motion.moments().frames.front(), from, &scene);
   if (!environment) return environment.error();
   scene.environment = std::move(*environment);
-  const Motion motion(description, overrides.frame, name);
+  scene.environment_turns_rad = environment_turns(description.environment, motion.moments());
   std::set<std::string> taken;  // names of objects
   for (const auto& mesh_description : description.meshes) {
     auto mesh = make_mesh(mesh_description, motion.moments(), from, &scene);

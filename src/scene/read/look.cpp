@@ -31,7 +31,10 @@ std::optional<Error> apply_look(const Overrides& overrides, Scene* scene) {
   for (Material& material : scene->materials) style(overrides, &material);
   if (overrides.light_scale && *overrides.light_scale != 1) {
     const auto factor = static_cast<float>(*overrides.light_scale);
-    for (Light& light : scene->lights) light.radiance *= factor;
+    for (Light& light : scene->lights) {
+      light.radiance *= factor;
+      for (LightShape& moment : light.later) moment.radiance *= factor;
+    }
     scene->environment = scene->environment.scaled(factor);
   }
   return assign_fibers(scene);

@@ -35,14 +35,13 @@ Result<std::map<int, File>> files_around(const FrameMoments& moments, const std:
   return files;
 }
 
-/// Points at a frame, linear between the files of the whole frames around it.
-template <class File>
-std::vector<glm::vec3> points_between(const std::map<int, File>& files, double frame,
-                                      std::vector<glm::vec3> File::* points) {
-  std::vector<glm::vec3> at = files.at(static_cast<int>(std::floor(frame))).*points;
+/// Points, or what there is of each, at a frame, linear between the files of the whole frames around it.
+template <class File, class Value>
+std::vector<Value> values_between(const std::map<int, File>& files, double frame, std::vector<Value> File::* values) {
+  std::vector<Value> at = files.at(static_cast<int>(std::floor(frame))).*values;
   const auto share = static_cast<float>(frame - std::floor(frame));
   if (share == 0) return at;
-  const std::vector<glm::vec3>& after = files.at(static_cast<int>(std::ceil(frame))).*points;
+  const std::vector<Value>& after = files.at(static_cast<int>(std::ceil(frame))).*values;
   for (std::size_t i = 0; i < at.size(); ++i) at[i] = (1 - share) * at[i] + share * after[i];
   return at;
 }
@@ -76,10 +75,15 @@ std::optional<Error> match_strands(const GroomFile& first, const std::string& fi
     if (const auto order = order_by_id(first, *other)) {
       GroomFile sorted = *other;
       sorted.points.clear();
+      sorted.width.clear();
       sorted.first_point = {0};
       for (const std::uint32_t s : *order) {
         const auto begin = other->points.begin();
         sorted.points.insert(sorted.points.end(), begin + other->first_point[s], begin + other->first_point[s + 1]);
+        if (!other->width.empty()) {
+          const auto widths = other->width.begin();
+          sorted.width.insert(sorted.width.end(), widths + other->first_point[s], widths + other->first_point[s + 1]);
+        }
         sorted.first_point.push_back(static_cast<std::uint32_t>(sorted.points.size()));
       }
       *other = std::move(sorted);
@@ -94,6 +98,15 @@ std::optional<Error> match_strands(const GroomFile& first, const std::string& fi
   return std::nullopt;
 }
 
+/// Those of each moment, or none.
+void set_widths(std::vector<std::vector<float>> widths, GroomFile* groom) {
+  if (widths.empty()) return;
+  const bool change = std::ranges::any_of(widths, [&](const auto& each) { return each != widths.front(); });
+  groom->width = std::move(widths.front());
+  widths.erase(widths.begin());
+  if (change) groom->later_width = std::move(widths);
+}
+
 Result<GroomFile> read_numbered_groom(const std::filesystem::path& pattern, const GroomDescription& description,
                                       const FrameMoments& moments) {
   auto files = files_around<GroomFile>(
@@ -106,10 +119,16 @@ Result<GroomFile> read_numbered_groom(const std::filesystem::path& pattern, cons
                                      of_frame(pattern, frame).string(), &file))
         return *error;
   std::vector<std::vector<glm::vec3>> points;
-  for (const double frame : moments.frames) points.push_back(points_between(*files, frame, &GroomFile::points));
+  for (const double frame : moments.frames) points.push_back(values_between(*files, frame, &GroomFile::points));
+  // Widths of a file that has none, or one for all strands, say nothing of those of the others.
+  const bool has_widths = std::ranges::all_of(*files, [](const auto& file) { return !file.second.width.empty(); });
+  std::vector<std::vector<float>> widths;
+  for (const double frame : moments.frames)
+    if (has_widths) widths.push_back(values_between(*files, frame, &GroomFile::width));
   GroomFile groom = std::move(files->at(static_cast<int>(std::floor(moments.frames.front()))));
   groom.points = std::move(points.front());
   for (std::size_t i = 1; i < points.size(); ++i) groom.later.push_back(std::move(points[i]));
+  set_widths(std::move(widths), &groom);
   return groom;
 }
 
@@ -122,13 +141,17 @@ Result<GroomFile> read_timed_groom(const std::filesystem::path& path, const Groo
   auto groom = read(moments.is_asked ? std::optional(moments.frames.front()) : std::nullopt);
   if (!groom || !groom->is_animated) return groom;
   const auto name_at = [&](double frame) { return fmt::format("{} at frame {:.10g}", path.string(), frame); };
+  std::vector<std::vector<float>> widths{groom->width};
   for (std::size_t i = 1; i < moments.frames.size(); ++i) {
     auto then = read(moments.frames[i]);
     if (!then) return then;
     if (auto error = match_strands(*groom, name_at(moments.frames.front()), name_at(moments.frames[i]), &*then))
       return *error;
     groom->later.push_back(std::move(then->points));
+    widths.push_back(std::move(then->width));
   }
+  if (std::ranges::all_of(widths, [&](const auto& each) { return each.size() == groom->points.size(); }))
+    set_widths(std::move(widths), &*groom);
   return groom;
 }
 
@@ -176,20 +199,14 @@ Result<std::vector<ObjFile>> read_numbered_mesh(const std::filesystem::path& pat
   std::vector<ObjFile> at;
   for (const double frame : moments.frames) {
     at.push_back(at.empty() ? files->at(static_cast<int>(std::floor(frame))) : ObjFile{});
-    at.back().positions = points_between(*files, frame, &ObjFile::positions);
-    at.back().normals = points_between(*files, frame, &ObjFile::normals);
+    at.back().positions = values_between(*files, frame, &ObjFile::positions);
+    at.back().normals = values_between(*files, frame, &ObjFile::normals);
   }
   return at;
 }
 
 /// Files of that name as it stands come first.
 bool is_numbered(const std::filesystem::path& file) { return names_frames(file) && !std::filesystem::exists(file); }
-
-std::vector<ObjectTransform> transforms(const ObjectPath& path, const FrameMoments& moments) {
-  std::vector<ObjectTransform> all;
-  for (const double frame : moments.frames) all.push_back(path.at(frame));
-  return all;
-}
 
 Result<Groom> groom_in_its_axes(const GroomDescription& description, const FrameMoments& moments, Sources& from,
                                 Scene* scene) {
@@ -209,6 +226,12 @@ Result<Groom> groom_in_its_axes(const GroomDescription& description, const Frame
 }
 
 }  // namespace
+
+std::vector<ObjectTransform> transforms(const ObjectPath& path, const FrameMoments& moments) {
+  std::vector<ObjectTransform> all;
+  for (const double frame : moments.frames) all.push_back(path.at(frame));
+  return all;
+}
 
 Result<Groom> make_groom(const GroomDescription& description, const FrameMoments& moments, Sources& from,
                          Scene* scene) {

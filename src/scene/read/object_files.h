@@ -26,6 +26,9 @@ struct FrameMoments {
   double frames_per_second = 24;
 };
 
+/// Where an object is at each of the moments.
+std::vector<ObjectTransform> transforms(const ObjectPath& path, const FrameMoments& moments);
+
 /// In the world. A name with #### stands for a file a frame, linear between two of them. Fails where the strands of one
 /// are not those of the others: as many, with as many points each, in the same order or, where all files have an id for
 /// each strand, with the same ids.

@@ -7,8 +7,7 @@
 namespace tress::scene {
 namespace {
 
-constexpr std::size_t most_keys = 100'000, most_materials = 4096, most_grooms = 4096, most_lights = 1024,
-                      most_meshes = 4096;
+constexpr std::size_t most_materials = 4096, most_grooms = 4096, most_lights = 1024, most_meshes = 4096;
 
 void read_image(const JsonReader& json, Image* image) {
   if (!json.object({"width", "height", "samples", "transparent", "exposure", "view"})) return;
@@ -44,6 +43,11 @@ CoatParameters read_coat(const JsonReader& json) {
 
 }  // namespace
 
+void check_rising(const JsonReader& key, int frame, std::optional<int> before) {
+  if (before && frame <= *before)
+    key.fail("frame", fmt::format("more than {}, the frame before", *before), fmt::format("{}", frame));
+}
+
 ObjectPath read_path(const JsonReader& json) {
   const auto read = [](const JsonReader& at, ObjectTransform transform) {
     transform.scale = at.number("scale").value_or(transform.scale);
@@ -56,9 +60,7 @@ ObjectPath read_path(const JsonReader& json) {
   for (const auto& item : json.items("frames", most_keys)) {
     if (!item.object({"frame", "scale", "rotate_deg", "translate"}) || !item.need({"frame"})) return path;
     const TransformKey key{static_cast<int>(item.integer("frame").value_or(0)), read(item, path.still)};
-    if (!path.keys.empty() && key.frame <= path.keys.back().frame)
-      item.fail("frame", fmt::format("more than {}, the frame before", path.keys.back().frame),
-                fmt::format("{}", key.frame));
+    check_rising(item, key.frame, path.keys.empty() ? std::nullopt : std::optional(path.keys.back().frame));
     path.keys.push_back(key);
   }
   if (json.has("frames") && path.keys.empty()) json.fail("frames", "one frame or more", "none");

@@ -17,6 +17,11 @@
 
 namespace tress::scene {
 
+struct TurnKey {
+  int frame = 0;
+  double rotate_deg = 0;
+};
+
 struct EnvironmentDescription {
   enum class Kind { studio, constant, file, sky } kind = Kind::studio;
   std::string file;  ///< as written
@@ -24,8 +29,17 @@ struct EnvironmentDescription {
   GradientSky sky;
   std::optional<Light> sun;  ///< of the sky: distant, before rotation and scale
   double rotate_deg = 0;
+  std::vector<TurnKey> keys;  ///< where there are any, in place of `rotate_deg`
   float scale = 1;
   std::string group;  ///< Light::group of it and its sun
+
+  /// Degrees, linear between keys and held before and after them.
+  double turn_at(double frame) const;
+};
+
+struct LightDescription {
+  Light light;  ///< before the transform
+  ObjectPath path = {};
 };
 
 struct GroomDescription {
@@ -44,7 +58,7 @@ struct SceneDescription {
   Image image;
   EnvironmentDescription environment;
   bool environment_visible = true;
-  std::vector<Light> lights;
+  std::vector<LightDescription> lights;
   std::vector<MeshDescription> meshes;
   std::vector<Material> materials;
   std::vector<GroomDescription> grooms;
@@ -55,24 +69,29 @@ struct SceneDescription {
 Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, const std::string& name,
                                           KnownKeys* keys = nullptr);
 
+/// Whether frame numbers rise: what to say where `frame` is not after `before`, the key before it.
+void check_rising(const JsonReader& key, int frame, std::optional<int> before);
+
+constexpr std::size_t most_keys = 100'000;  ///< of anything that moves
+
 // The readers of its parts. Each takes the value of its key; what is wrong becomes the error of the document.
 
 CameraDescription read_camera(const JsonReader& json);
 EnvironmentDescription read_environment(const JsonReader& json);
 
-/// The sun as a light of the scene: turned and scaled with its sky.
-std::optional<Light> sun_of(const EnvironmentDescription& environment);
+/// The sun as a light of the scene: scaled with its sky and turned by `rotate_deg` with it.
+std::optional<Light> sun_of(const EnvironmentDescription& environment, double rotate_deg);
 
 /// Light::group of a light or an environment; empty where there is none.
 std::string read_light_group(const JsonReader& json);
 
 /// One element of /lights.
-Light read_light(const JsonReader& json);
+LightDescription read_light(const JsonReader& json);
 
 /// What /lights/N/distant and the sun of a sky are.
 Light read_distant_light(const JsonReader& json);
 
-/// The scale, turn and place of a groom or a mesh, and its keyframes.
+/// The scale, turn and place of a groom, a mesh or a light, and its keyframes.
 ObjectPath read_path(const JsonReader& json);
 
 /// One element of /meshes.

@@ -40,6 +40,8 @@ struct GroomFile {
   /// Where the points are at later moments of the shutter, as many each, with the same promises; `points` are those
   /// of its opening. Empty: they rest.
   std::vector<std::vector<glm::vec3>> later = {};
+  /// Widths at the later moments, as `width`, which has them then too; empty: they stay.
+  std::vector<std::vector<float>> later_width = {};
   bool is_animated = false;                 ///< the file has other samples for other times
   std::vector<float> width = {};            ///< per point, a diameter, finite, >= 0; empty: default_width
   float default_width = 0;                  ///< 0: the file has none
