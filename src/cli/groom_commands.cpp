@@ -181,6 +181,11 @@ int run_convert(const GroomSettings& settings) {
   std::vector<std::string> notes = groom->remarks;
   for (const scene::IgnoredAttribute& ignored : groom->ignored)
     notes.push_back(fmt::format("not used: {} ({})", ignored.name, ignored.why));
+  if (!groom->y_up && settings.output.extension() != ".hair") {  // which says nothing of axes; others must
+    groom->y_up = scene::falls_along_y(*groom);
+    notes.push_back(fmt::format("{} is written as up, by how the strands fall; --up {} if they lie on their side",
+                                *groom->y_up ? "y" : "z", *groom->y_up ? "z" : "y"));
+  }
   const auto error = scene::write_groom_file(*groom, settings.output, &notes);
   for (const std::string& note : notes) log_note(note);
   if (error) log_error(error->message());

@@ -171,7 +171,7 @@ std::optional<Error> write_usda(const GroomFile& groom, const std::filesystem::p
   for (std::size_t s = 0; s < groom.strand_count(); ++s)
     if (groom.first_point[s + 1] > groom.first_point[s]) kept.push_back(s);
   if (!groom.cm_per_unit)
-    notes->push_back("the file gives no unit: centimetres written, as USD has it where nothing is said");
+    notes->push_back("the file gives no unit: 1 cm is written for one; --cm-per-unit says otherwise");
   BlockWriter out(file);
   out.print("#usda 1.0\n(\n    defaultPrim = \"Groom\"\n    metersPerUnit = {}\n    upAxis = \"{}\"\n)\n\n",
             groom.cm_per_unit.value_or(1) / 100, groom.y_up.value_or(false) ? 'Y' : 'Z');
