@@ -1,4 +1,4 @@
-// tress info and tress convert: what is in a groom of any format, and the same in another one.
+// tress info and tress convert: what is in a groom of any format or in a scene, and the same in another format.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +13,8 @@
 #include "scene/read/assembly.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/groom_writers.h"
+#include "scene/read/load_scene.h"
+#include "scene/read/scene_strands.h"
 
 namespace tress::cli {
 namespace {
@@ -157,8 +159,19 @@ void print_json(const scene::GroomFile& groom) {
   fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
+/// Of a file of strands, or of all grooms of a scene.
+Result<scene::GroomFile> read_strands(const GroomSettings& settings) {
+  const bool is_scene = settings.file.extension() == ".json" || std::filesystem::is_directory(settings.file);
+  if (!is_scene) return scene::read_groom_file(settings.file, settings.points_per_strand);
+  if (settings.points_per_strand || settings.cm_per_unit || settings.y_up)
+    return Error{settings.file.string(), "", "a file of strands for --points-per-strand, --cm-per-unit and --up",
+                 "a scene, which says these itself"};
+  const auto scene = scene::load_scene(settings.file);
+  return scene ? scene::strands_of(*scene) : scene.error();
+}
+
 int run_info(const GroomSettings& settings) {
-  const auto groom = scene::read_groom_file(settings.file, settings.points_per_strand);
+  const auto groom = read_strands(settings);
   if (!groom) {
     log_error(groom.error().message());
     return 1;
@@ -171,7 +184,7 @@ int run_info(const GroomSettings& settings) {
 }
 
 int run_convert(const GroomSettings& settings) {
-  auto groom = scene::read_groom_file(settings.file, settings.points_per_strand);
+  auto groom = read_strands(settings);
   if (!groom) {
     log_error(groom.error().message());
     return 1;
@@ -193,7 +206,9 @@ int run_convert(const GroomSettings& settings) {
 }
 
 void add_input(CLI::App* command, GroomSettings* settings) {
-  command->add_option("FILE", settings->file, "groom of any format that can be read")->required()->type_name("FILE");
+  command->add_option("FILE", settings->file, "groom of any format that can be read, or a scene")
+      ->required()
+      ->type_name("FILE");
   add_whole(command, "--points-per-strand",
             [settings](std::uint64_t points) { settings->points_per_strand = static_cast<std::uint32_t>(points); });
 }

@@ -88,6 +88,25 @@ TEST_F(GroomCommands, TheSameColorsOfStrandsGiveTheSamePictureInEveryFormatThatH
   }
 }
 
+// Whoever has no groom yet takes the strands of a generated one.
+TEST_F(GroomCommands, TheStrandsOfASceneAreWrittenAsAGroom) {
+  const std::string rest = R"("camera": {"eye": [0, -60, -8], "look_at": [0, 0, -8]},
+      "image": {"width": 24, "height": 32, "samples": 2}, "grooms": [{"name": "lock", )";
+  write_text(path("made.json"), "{" + rest + R"("generate": "wavy", "strands": 300, "radius_cm": 0.02}]})");
+  write_text(path("read.json"), "{" + rest + R"("file": "lock.usda"}]})");
+  const Outcome converted = run({"convert", path("made.json"), path("lock.usda")});
+  ASSERT_EQ(converted.status, 0) << converted.err;
+  EXPECT_THAT(run({"info", path("made.json")}).out, HasSubstr("strands   300\n"));
+  for (const std::string name : {"made", "read"})
+    EXPECT_EQ(run({"render", path(name + ".json"), "-o", path(name + ".exr"), "--estimator", "exact"}).status, 0);
+  const auto made = image::read_exr(path("made.exr")), read = image::read_exr(path("read.exr"));
+  ASSERT_TRUE(made && read);
+  const auto difference = image::compare(*made, *read, "made", "read");
+  ASSERT_TRUE(difference) << difference.error().message();
+  EXPECT_EQ(difference->largest, 0);
+  EXPECT_EQ(run({"convert", path("made.json"), path("lock.hair"), "--up", "y"}).status, 1);
+}
+
 TEST_F(GroomCommands, InfoSaysWhatIsInAFileAndWhatIsNotUsed) {
   const Outcome text = run({"info", fixture("same.abc")});
   EXPECT_EQ(text.status, 0) << text.err;
