@@ -5,12 +5,17 @@
 #   python3-tress   import tress, with TRESS_BUILD_PYTHON        (python)
 #   blender-tress   the render engine of Blender                 (blender)
 # Which libraries they need is read from the files by dpkg-shlibdeps.
-install(DIRECTORY scenes/blender/tress_render DESTINATION ${CMAKE_INSTALL_DATADIR}/blender/scripts/addons
-  COMPONENT blender FILES_MATCHING PATTERN "*.py" PATTERN "__pycache__" EXCLUDE)
+# Where Debian's Blender looks: 3.4 (Debian 12) in `addons`, 4.3 (Debian 13) in `addons_core` alone.
+set(addons ${CMAKE_INSTALL_DATADIR}/blender/scripts)
+install(DIRECTORY scenes/blender/tress_render DESTINATION ${addons}/addons COMPONENT blender FILES_MATCHING PATTERN "*.py"
+  PATTERN "__pycache__" EXCLUDE)
+file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+file(CREATE_LINK ../addons/tress_render ${PROJECT_BINARY_DIR}/packages/tress_render SYMBOLIC)
+install(FILES ${PROJECT_BINARY_DIR}/packages/tress_render DESTINATION ${addons}/addons_core COMPONENT blender)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME tress)
-set(CPACK_PACKAGE_CONTACT "The authors of tress <tress@localhost>")
+set(CPACK_PACKAGE_CONTACT "The authors of tress <tress@example.org>")
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
@@ -20,6 +25,10 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR})
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/src/package_files.cmake)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_COMPONENTS_ALL)
 
@@ -28,9 +37,21 @@ set(changelog ${PROJECT_BINARY_DIR}/packages/changelog)
 file(WRITE ${changelog} "tress (${PROJECT_VERSION}) unstable; urgency=medium\n\n  * Version ${PROJECT_VERSION}.\n\n -- ${CPACK_PACKAGE_CONTACT}  Thu, 01 Jan 2026 00:00:00 +0000\n")
 execute_process(COMMAND gzip -9nf ${changelog} COMMAND_ERROR_IS_FATAL ANY)
 
-# tress_package(component NAME name SUMMARY text [DETAILS text] [DEPENDS packages] [SECTION section] [ARCHITECTURE all])
+set(copyright ${PROJECT_BINARY_DIR}/packages/copyright)
+file(WRITE ${copyright} "Copyright: 2026 The authors of tress
+
+Licensed under the Apache License, Version 2.0, whose text is in
+/usr/share/common-licenses/Apache-2.0.
+
+The program has Chart.js in its pages: Copyright: Chart.js Contributors,
+under the MIT license, as its first lines there say.
+")
+
+# tress_package(component NAME name SUMMARY text [DETAILS text] [DEPENDS packages] [SECTION section] [ARCHITECTURE all]
+#   [POSTINST command] [PRERM command])
+# What Python compiles on its way is no file of the package: commands after installation and before removal see to it.
 macro(tress_package component)
-  cmake_parse_arguments(ARG "" "NAME;SUMMARY;DETAILS;DEPENDS;SECTION;ARCHITECTURE" "" ${ARGN})
+  cmake_parse_arguments(ARG "" "NAME;SUMMARY;DETAILS;DEPENDS;SECTION;ARCHITECTURE;POSTINST;PRERM" "" ${ARGN})
   list(APPEND CPACK_COMPONENTS_ALL ${component})
   string(TOUPPER ${component} upper)
   set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${ARG_NAME})
@@ -45,26 +66,42 @@ macro(tress_package component)
     set(CPACK_DEBIAN_${upper}_PACKAGE_ARCHITECTURE ${ARG_ARCHITECTURE})
     set(CPACK_DEBIAN_${upper}_PACKAGE_SHLIBDEPS OFF)
   endif()
-  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${ARG_NAME} RENAME copyright COMPONENT ${component})
+  set(scripts)
+  foreach(moment POSTINST PRERM)
+    if(ARG_${moment})
+      string(TOLOWER ${moment} script)
+      set(script ${PROJECT_BINARY_DIR}/packages/${component}/${script})
+      file(WRITE ${script} "#!/bin/sh\nset -e\n${ARG_${moment}}\n")
+      list(APPEND scripts ${script})
+    endif()
+  endforeach()
+  set(CPACK_DEBIAN_${upper}_PACKAGE_CONTROL_EXTRA ${scripts})
+  install(FILES ${copyright} DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${ARG_NAME} COMPONENT ${component})
   install(FILES ${changelog}.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${ARG_NAME} COMPONENT ${component})
 endmacro()
 
 set(soversion ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set(libraries)
+set(comma)
 if(BUILD_SHARED_LIBS)
-  set(libraries "libtress${soversion} (= ${PROJECT_VERSION}), ")
+  set(libraries "libtress${soversion} (= ${PROJECT_VERSION})")
+  set(comma ", ")
   tress_package(library NAME libtress${soversion} SECTION libs SUMMARY "scattering of elliptical hair, shared libraries"
     DETAILS "The learning service and the fiber model of tress, for other renderers.")
 endif()
-tress_package(program NAME tress SUMMARY "renderer of hair and fur that learns its scattering tables"
+tress_package(program NAME tress DEPENDS "${libraries}" SUMMARY "renderer of hair and fur that learns its scattering tables"
   DETAILS "Renders grooms whose fibers have elliptical cross-sections, without a bake.")
 tress_package(development NAME libtress-dev SECTION libdevel
-  DEPENDS "${libraries}libtbb-dev, libhwy-dev, libglm-dev" SUMMARY "scattering of elliptical hair, development files"
+  DEPENDS "${libraries}${comma}libtbb-dev, libhwy-dev, libglm-dev" SUMMARY "scattering of elliptical hair, development files"
   DETAILS "Headers, libraries and the files by which find_package(tress) finds them.")
 if(TRESS_BUILD_PYTHON)
-  tress_package(python NAME python3-tress SECTION python DEPENDS "python3, python3-numpy"
-    SUMMARY "renderer of hair and fur, for Python 3" DETAILS "Grooms from numpy arrays, pictures as arrays.")
+  math(EXPR next_python "${Python_VERSION_MINOR} + 1")  # a compiled module is for one Python
+  tress_package(python NAME python3-tress SECTION python SUMMARY "renderer of hair and fur, for Python 3"
+    DEPENDS "${libraries}${comma}python3 (>= 3.${Python_VERSION_MINOR}~), python3 (<< 3.${next_python}), python3-numpy"
+    DETAILS "Grooms from numpy arrays, pictures as arrays."
+    POSTINST "py3compile -p python3-tress" PRERM "py3clean -p python3-tress")
 endif()
 tress_package(blender NAME blender-tress ARCHITECTURE all DEPENDS "blender, tress (>= ${PROJECT_VERSION})"
-  SUMMARY "renderer of hair and fur, as a render engine of Blender" DETAILS "An add-on that runs the program tress.")
+  SUMMARY "renderer of hair and fur, as a render engine of Blender" DETAILS "An add-on that runs the program tress."
+  PRERM "rm -rf /usr/share/blender/scripts/addons/tress_render/__pycache__")
 include(CPack)
