@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 """Renders the gallery's pictures that are of several renders, and lays them side by side: strip.py NAME -o FOLDER.
 
-NAME is cold_and_warm. The renders stay in FOLDER (default build/gallery), the strip, of half their size, is NAME.png there. Needs
-Debian's python3-openimageio and python3-numpy.
+NAME is cold_and_warm or models; selection joins stored pictures without a render. The renders stay in FOLDER (default
+build/gallery), the strip is NAME.png there, cold_and_warm and selection at half the size. Needs Debian's
+python3-openimageio and python3-numpy.
 """
 import argparse
 import os
@@ -15,11 +16,14 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 DEMO = os.path.join(os.path.dirname(HERE), "demo.json")
 GAP = 3  # pixels between two pictures
+MODELS = ("elliptical", "chiang2016", "deon2011", "marschner2003", "ou2012")
+SELECTION = ("black_straight", "white_fur", "blond_backlit", "macro_fiber", "wet_strands")
 
 
 def renders(name, folder):
     """The renders of a strip, in order: the name of each and its arguments."""
-    assert name == "cold_and_warm"
+    if name == "models":
+        return [(model, [DEMO, "--model", model, "--resolution", "96x128", "--spp", "32"]) for model in MODELS]
     cache = os.path.join(folder, "demo.cache")
     if os.path.exists(cache):
         os.remove(cache)
@@ -33,8 +37,12 @@ def half(pixels):
     return numpy.round(blocks.mean((1, 3))).astype(numpy.uint8)
 
 
-def side_by_side(pngs, output):
-    pictures = [half(OpenImageIO.ImageBuf(png).get_pixels(OpenImageIO.UINT8)[:, :, :3]) for png in pngs]
+def side_by_side(pngs, output, halved):
+    pictures = [OpenImageIO.ImageBuf(png).get_pixels(OpenImageIO.UINT8)[:, :, :3] for png in pngs]
+    if halved:
+        pictures = [half(picture) for picture in pictures]
+    rows = min(picture.shape[0] for picture in pictures)
+    pictures = [picture[:rows] for picture in pictures]
     gap = numpy.full((pictures[0].shape[0], GAP, 3), 255, numpy.uint8)
     row = [part for picture in pictures for part in (gap, picture)][1:]
     strip = numpy.ascontiguousarray(numpy.concatenate(row, 1))
@@ -45,17 +53,20 @@ def side_by_side(pngs, output):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("name", choices=("cold_and_warm",))
+    parser.add_argument("name", choices=("cold_and_warm", "models", "selection"))
     parser.add_argument("-o", "--output", default=os.path.join(ROOT, "build", "gallery"), help="folder")
     parser.add_argument("--tress", default=os.path.join(ROOT, "build", "release", "tress"), help="the program")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
+    if options.name == "selection":
+        stored = [os.path.join(HERE, name + ".png") for name in SELECTION]
+        return side_by_side(stored, os.path.join(options.output, "selection.png"), True)
     pngs = []
     for name, arguments in renders(options.name, options.output):
         exr = os.path.join(options.output, name + ".exr")
         subprocess.run([options.tress, "render", *arguments, "-o", exr], check=True)
         pngs.append(exr[:-4] + ".png")
-    side_by_side(pngs, os.path.join(options.output, options.name + ".png"))
+    side_by_side(pngs, os.path.join(options.output, options.name + ".png"), options.name == "cold_and_warm")
 
 
 if __name__ == "__main__":
