@@ -229,6 +229,26 @@ TEST_F(InAScene, StrandsOfEveryBasisThatItSaysAreThoseOfTheTextbook) {
   }
 }
 
+/// What a file has at later moments of the shutter becomes what is drawn, as its points do.
+TEST(ToldBasis, IsThatOfEveryMoment) {
+  GroomFile file;
+  file.first_point = {0, 3};
+  file.points = {{0, 0, 0}, {0, 0, 1}, {0, 1, 2}};
+  file.width = {0.5f, 0.25f, 0.125f};
+  file.later = {{{1, 0, 0}, {1, 0, 1}, {1, 1, 2}}};
+  file.later_width = {{1, 0.5f, 0.25f}};
+  file.normal = {{1, 0, 0}, {1, 0, 0}, {1, 0, 0}};
+  ASSERT_FALSE(take_points_as(kind_of_basis("catmull_rom"), "a", &file));
+  ASSERT_EQ(file.points.size(), 7u);
+  ASSERT_EQ(file.later[0].size(), 7u);
+  ASSERT_EQ(file.later_width[0].size(), 7u);
+  ASSERT_EQ(file.normal.size(), 7u);
+  for (std::size_t i = 0; i < 7; ++i) {
+    EXPECT_LT(glm::distance(file.later[0][i], file.points[i] + glm::vec3(1, 0, 0)), 1e-6f);
+    EXPECT_NEAR(file.later_width[0][i], 2 * file.width[i], 1e-6f);
+  }
+}
+
 TEST_F(InAScene, ABasisThatStrandsCannotHaveIsRefusedByTheStrand) {
   std::ofstream(folder_ / "a.ply") << ply_of({{{0, 0, 0}, {0, 0, 1}, {0, 1, 2}, {0, 1, 3}, {0, 0, 4}}},
                                              {0.01f, 0.01f, 0.01f, 0.01f, 0.01f});

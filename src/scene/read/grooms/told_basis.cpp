@@ -89,8 +89,13 @@ std::optional<Error> take_points_as(const CurveKind& kind, const std::string& na
   for (std::vector<glm::vec3>& later : file->later) redrawn(&later);
   if (file->color.size() == file->points.size()) redrawn(&file->color);
   redrawn(&file->normal);
-  redrawn(&file->width);
-  for (float& width : file->width) width = std::max(width, 0.0f);
+  file->later_width.push_back(std::move(file->width));
+  for (std::vector<float>& widths : file->later_width) {
+    redrawn(&widths);
+    for (float& width : widths) width = std::max(width, 0.0f);
+  }
+  file->width = std::move(file->later_width.back());
+  file->later_width.pop_back();
   for (glm::vec3& color : file->color)
     for (int c = 0; c < 3; ++c) color[c] = std::clamp(color[c], 0.0f, 1.0f);
   redrawn(&file->points);
