@@ -25,6 +25,10 @@ struct Told {
   std::uint64_t fitted_rows = 0;  ///< converged, with a component or more
 };
 
+/// Of the light that hair() stands in, over its mean: four pixels of 12 among 128 of 0.02, all as large in azimuth and
+/// none near a pole. The bound is told at 1 (adaptive/ESTIMATOR.md, E8).
+const double variation = std::sqrt((4 * 12.0 * 12.0 + 124 * 0.02 * 0.02) / 128) / ((4 * 12.0 + 124 * 0.02) / 128);
+
 /// Brown hair under a small bright window, whose light varies over the azimuth as much as light can in an hour of
 /// tests.
 scene::Scene hair() {
@@ -94,9 +98,9 @@ void expect_told(const Told& told, const Mean& bias, const char* what, double se
       << bias.value << " +- " << bias.error;
 }
 
-// |bias| <= bound + 4 standard errors, five times: one false alarm in 3,000 runs were the bias the bound itself; seeds
-// are fixed. A tenth of the bound, which sky and studio keep, is broken here by the coarsest of them: it is no idle
-// one.
+// |bias| <= variation x bound + 4 standard errors, five times: one false alarm in 3,000 runs were the bias the bound
+// itself; seeds are fixed. A tenth of the bound, which sky and studio keep, is broken here by the coarsest of them: it
+// is no idle one.
 TEST(BiasBound, holds_against_exact) {
   const scene::Scene scene = hair();
   const Told exact = render(scene, Estimator::exact, {}, 24);
@@ -108,7 +112,7 @@ TEST(BiasBound, holds_against_exact) {
     const Mean bias = relative_difference(told.pixels, exact.pixels);
     EXPECT_GT(told.bound, 0);
     EXPECT_LE(told.bound, 10 * picture_error) << "E / n of each row, at v = .1; the bound is at v = 1";
-    EXPECT_LE(std::abs(bias.value), told.bound + 4 * bias.error) << "picture error " << picture_error;
+    EXPECT_LE(std::abs(bias.value), variation * told.bound + 4 * bias.error) << "picture error " << picture_error;
     expect_told(told, bias, "picture error", picture_error);
     rows.push_back(told.fitted_rows);
     if (picture_error == 0.3) {
@@ -123,9 +127,7 @@ TEST(BiasBound, holds_against_exact) {
     learning.epsilon = epsilon;
     const Told told = render(scene, Estimator::fitted, learning, 24);
     const Mean bias = relative_difference(told.pixels, exact.pixels);
-    // The bound is of first order: over the hits of a path, errors that sum to b make a factor of e^b at most. At .01
-    // that is the bound itself; at .3 a bias of .175 was found beside a bound of .16 (TRESS_TEST_SEED=1).
-    EXPECT_LE(std::abs(bias.value), std::expm1(told.bound) + 4 * bias.error) << "epsilon " << epsilon;
+    EXPECT_LE(std::abs(bias.value), variation * told.bound + 4 * bias.error) << "epsilon " << epsilon;
     expect_told(told, bias, "epsilon", epsilon);
   }
 }
