@@ -27,6 +27,13 @@ struct RayQuery {
   float time;
 };
 
+/// w(phi) of a ray across a fiber, phi its azimuth about (major, minor): w^2 = (e^2 d_v^2 + d_w^2) / (d_v^2 + d_w^2).
+float half_width(const glm::vec3& direction, const glm::vec3& major_axis, const glm::vec3& minor_axis, float e) {
+  const float major = glm::dot(direction, major_axis), minor = glm::dot(direction, minor_axis);
+  const float across = major * major + minor * minor;
+  return across > 0 ? std::sqrt((e * e * major * major + minor * minor) / across) : 1.0f;
+}
+
 /// Whether the hit lies outside the ellipse's silhouette on the circumscribed ribbon: |v| > w(phi), phi the azimuth of
 /// the ray about the local frame. A ray along the tangent has no azimuth and is inside.
 bool is_outside(const StrandCurves& curves, std::uint32_t segment, float along, float lateral, const glm::vec3& slope,
@@ -152,6 +159,9 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
     hit.axis = sine > 1e-6f ? hit.position - (found.v * semi_axis / sine) * side : hit.position;
     hit.lateral = found.v;
   }
+  hit.semi_axis_cm = semi_axis;
+  hit.eccentricity = curves.segments[found.primID].eccentricity;
+  hit.share = std::clamp(hit.lateral / half_width(ray.direction, frame.v, frame.w, hit.eccentricity), -1.0f, 1.0f);
   hit.u = frame.u;
   hit.v = frame.v;
   hit.w = frame.w;
@@ -249,6 +259,14 @@ void attach(RTCScene scene, RTCGeometry geometry, std::size_t index) {
 }  // namespace
 
 /// Embree's geometries: the grooms by index, then the meshes.
+glm::vec3 start_of(const Hit& hit, const glm::vec3& direction) {
+  const glm::vec3 side = glm::cross(direction, hit.u);
+  const float sine = glm::length(side);
+  if (hit.is_surface || !(sine > 1e-6f)) return hit.axis;
+  return hit.axis +
+         (hit.share * hit.semi_axis_cm * half_width(direction, hit.v, hit.w, hit.eccentricity) / sine) * side;
+}
+
 struct FiberScene::Implementation {
   Implementation() = default;
   Implementation(const Implementation&) = delete;

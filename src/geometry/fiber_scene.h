@@ -17,7 +17,7 @@ inline constexpr std::uint32_t no_index = std::numeric_limits<std::uint32_t>::ma
 struct Ray {
   glm::vec3 origin;
   glm::vec3 direction;  ///< unit
-  /// The strand whose axis the ray starts on, if any (ray_from sets both).
+  /// The strand that the ray leaves, if any (ray_from sets both).
   std::uint32_t start_groom = no_index, start_strand = no_index;
   bool from_camera = false;  ///< passes through meshes that the camera does not see (scene::Mesh::visible)
   float time = 0;            ///< from the opening of the shutter, 0, to its closing, 1
@@ -27,7 +27,7 @@ struct Ray {
 struct Hit {
   float distance_cm;
   glm::vec3 position;  ///< on the ray; on a surface: on the triangle, to half a unit in the last place
-  /// Rays that leave start here. Fiber: the nearest point of its axis. Surface: `position` moved along `normal` by the
+  /// Fiber: the nearest point of its axis. Surface: where rays that leave start, `position` moved along `normal` by the
   /// error of the intersection, so that no ray into the half space of `normal` meets this triangle or its neighbours
   /// in the same plane again, and none slips through.
   glm::vec3 axis;
@@ -36,9 +36,12 @@ struct Hit {
   glm::vec3 u, v, w;
   std::uint32_t groom = no_index;  ///< index into Scene::grooms
   std::uint32_t strand = no_index;
-  float time = 0;       ///< of the ray
-  glm::vec3 way{0.0f};  ///< of what was met, from the opening of the shutter to its closing, cm
-  float lateral = 0;    ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
+  float time = 0;          ///< of the ray
+  glm::vec3 way{0.0f};     ///< of what was met, from the opening of the shutter to its closing, cm
+  float lateral = 0;       ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
+  float share = 0;         ///< offset over the half width of the silhouette, [-1, 1]
+  float semi_axis_cm = 0;  ///< major, of the fiber here
+  float eccentricity = 1;  ///< minor over major semi-axis
 
   bool is_surface = false;
   std::uint32_t mesh = no_index;  ///< index into Scene::meshes
@@ -47,9 +50,15 @@ struct Hit {
   glm::vec3 normal{0.0f};       ///< unit, geometric, on the side that the ray came from
 };
 
+/// Where the ray that leaves a hit in a unit direction starts, cm. Of a fiber it passes the axis at the same share of
+/// the silhouette's half width, on the same side, as the ray that came: so it is, exactly, of a smooth circular fiber,
+/// whose normals point at its axis, whatever the order (angular momentum). It keeps the transport reciprocal. A ray
+/// that left from the axis would find a dense bundle lit too evenly: tests/geometry/bundle_statistical_test.cpp.
+glm::vec3 start_of(const Hit& hit, const glm::vec3& direction);
+
 /// The ray that leaves a hit in a unit direction, at the same time.
 inline Ray ray_from(const Hit& hit, const glm::vec3& direction) {
-  return {hit.axis, direction, hit.groom, hit.strand, false, hit.time};
+  return {start_of(hit, direction), direction, hit.groom, hit.strand, false, hit.time};
 }
 
 /// Flat ribbons along B-splines or polygons (scene::Groom::linear) as wide as the elliptical silhouette, and triangles

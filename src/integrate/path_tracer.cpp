@@ -67,6 +67,17 @@ float PathTracer::chance_of_light(float luminance) const {
   return std::min(least_light_chance + luminance / (paths_per_excess * brightness_), 1.0f);
 }
 
+bool PathTracer::is_shadowed(const geometry::Hit& hit, const LightSampler::Arrival& light) const {
+  geometry::Ray ray = ray_from(hit, light.shadow.direction);
+  float distance_cm = light.shadow.distance_cm;
+  if (distance_cm < scene::distant_cm && ray.origin != hit.axis) {  // to the very point of the light that was drawn
+    const glm::vec3 way = hit.axis + distance_cm * light.shadow.direction - ray.origin;
+    distance_cm = glm::length(way);
+    if (distance_cm > 0) ray.direction = way / distance_cm;
+  }
+  return fibers_.occluded(ray, distance_cm);
+}
+
 PathTracer::Lit PathTracer::light(const Vertex& vertex, float u_light, const std::array<float, 2>& u,
                                   const glm::vec3& weight, RandomStream& random, PathSums& sums) const {
   const Lit none;
@@ -88,7 +99,7 @@ PathTracer::Lit PathTracer::light(const Vertex& vertex, float u_light, const std
     if (random.next() >= survival) return none;
     scale /= survival;
   }
-  if (fibers_.occluded(ray_from(vertex.hit, light.shadow.direction), light.shadow.distance_cm)) return none;
+  if (is_shadowed(vertex.hit, light)) return none;
   for (glm::vec3& layer : scattered.layers) layer *= scale;
   const float chance = chance_of_light(luminance_of(weight * total_of(scattered.layers)));
   scattered.excess = ExcessAt(scattering_, vertex, light.direction).by(chance) * scale;
@@ -100,7 +111,7 @@ glm::vec3 PathTracer::met_light(const Vertex& vertex, const Scattering::Sample& 
   glm::vec3 radiance(0.0f);
   const float drawn = static_cast<float>(vertex.bcsdf_samples) * sample.value.pdf;
   const float per_light = static_cast<float>(vertex.light_samples) * sample.value.solid_angle;
-  lights_.along(vertex.hit.axis, sample.direction, vertex.hit.time, distance_cm,
+  lights_.along(geometry::start_of(vertex.hit, sample.direction), sample.direction, vertex.hit.time, distance_cm,
                 [&](const LightSampler::Arrival& light) {
                   const glm::vec3 share = light.radiance * (drawn / (drawn + per_light * light.density));
                   radiance += share;

@@ -48,6 +48,8 @@ class PathTracer {
     glm::vec3 excess{0.0f};
     std::size_t group = 0;  ///< of the light that was drawn
   };
+  /// Whether anything is met on the way to what LightSampler::sample() drew from the hit's axis.
+  bool is_shadowed(const geometry::Hit& hit, const LightSampler::Arrival& light) const;
   /// Of the vertex. weight: of it in the picture, which its roulette goes by. Counts its queries in `sums`.
   Lit light(const Vertex& vertex, float u_light, const std::array<float, 2>& u, const glm::vec3& weight,
             RandomStream& random, PathSums& sums) const;
