@@ -23,7 +23,7 @@ Result<SceneDescription> parse(const std::string& lights) {
 Light spot(const std::string& keys) {
   const auto scene = parse(fmt::format(R"([{{"spot": {{"center": [0, 0, 100], "look_at": [0, 0, 0], {}}}}}])", keys));
   EXPECT_TRUE(scene) << scene.error().message();
-  return scene ? scene->lights[0] : Light{};
+  return scene ? scene->lights[0].light : Light{};
 }
 
 /// On a plane across the axis, `aside` from it: the mean of L cos / pdf over a grid of 64 x 64 draws. Cells of a smooth

@@ -357,7 +357,7 @@ class PbrtReader {
     if (error_ || pending_.vertex_counts.empty()) return;
     pending_.name = "curves";
     pending_.width.scope = pending_.normal.scope = AttributeScope::varying;
-    pending_.normal.name = "N";
+    pending_.normal.name = std::string("N");
     pending_.width.name = "width0, width1";
     if (auto error = builder_.add(std::exchange(pending_, {}))) error_ = error;
   }
