@@ -18,12 +18,12 @@ constexpr double least_spread = 1e-12;
 
 /// As a picture tells it. Without the spread that rounding alone makes, which depends on the order of the sums.
 glm::dvec3 told_variance(const PixelSums& pixel, Ground ground) {
-  glm::dvec3 variance = glm::min(pixel.variance_of_mean(), static_cast<double>(largest));
+  glm::dvec3 variance = pixel.variance_of_mean();
   const double n = std::max(1u, pixel.samples);
   const glm::dvec3 limit = least_spread * pixel.beauty(ground) / n;
   for (int c = 0; c < 3; ++c)
     if (variance[c] * n < limit[c] * limit[c]) variance[c] = 0;
-  return variance;
+  return glm::min(variance, static_cast<double>(largest));
 }
 
 }  // namespace

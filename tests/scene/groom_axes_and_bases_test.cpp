@@ -1,5 +1,6 @@
 // Normals of files as the minor axes of fibers, and the basis that a scene says for strands whose file does not.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -64,7 +65,7 @@ class InAScene : public testing::Test {
     return scene ? "" : scene.error().message();
   }
 
-  fs::path folder_ = fs::path(testing::TempDir()) / "tress_axes_and_bases";
+  fs::path folder_ = fs::path(testing::TempDir()) / ("tress_axes_and_bases_" + std::to_string(getpid()));
 };
 
 TEST_F(InAScene, NormalsAreMinorAxesInTheWorldUnlessItLeavesThemOut) {
