@@ -258,7 +258,6 @@ void attach(RTCScene scene, RTCGeometry geometry, std::size_t index) {
 
 }  // namespace
 
-/// Embree's geometries: the grooms by index, then the meshes.
 glm::vec3 start_of(const Hit& hit, const glm::vec3& direction) {
   const glm::vec3 side = glm::cross(direction, hit.u);
   const float sine = glm::length(side);
@@ -267,6 +266,7 @@ glm::vec3 start_of(const Hit& hit, const glm::vec3& direction) {
          (hit.share * hit.semi_axis_cm * half_width(direction, hit.v, hit.w, hit.eccentricity) / sine) * side;
 }
 
+/// Embree's geometries: the grooms by index, then the meshes.
 struct FiberScene::Implementation {
   Implementation() = default;
   Implementation(const Implementation&) = delete;
