@@ -43,20 +43,12 @@ def scene(frames, environment=None, height_cm=0):
     }
 
 
-def normal_quantile(p):
-    low, high = -10.0, 10.0
-    for _ in range(100):
-        middle = (low + high) / 2
-        low, high = (middle, high) if 0.5 * math.erfc(-middle / math.sqrt(2)) < p else (low, middle)
-    return low
-
-
 def f_quantile(p, n, m):
-    """Of F with n and m degrees of freedom, both large (Paulson 1942, by the cube roots of Wilson and Hilferty)."""
-    a, b, z = 2 / (9 * n), 2 / (9 * m), normal_quantile(p)
-    c, d = (1 - b) ** 2 - z * z * b, (1 - a) * (1 - b)
-    root = (d + z * math.sqrt(a * (1 - b) ** 2 + b * (1 - a) ** 2 - a * b * z * z)) / c
-    return root ** 3
+    """Of F with n and m degrees of freedom: n F/m is tan^2 u, the density of u sin^(n - 1) u cos^(m - 1) u."""
+    u = (numpy.arange(1_000_000) + 0.5) * (math.pi / 2 / 1_000_000)
+    log_density = (n - 1) * numpy.log(numpy.sin(u)) + (m - 1) * numpy.log(numpy.cos(u))
+    below = numpy.cumsum(numpy.exp(log_density - log_density.max()))
+    return m / n * math.tan(u[numpy.searchsorted(below, p * below[-1])]) ** 2
 
 
 def blocks(path):
