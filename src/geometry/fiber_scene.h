@@ -36,10 +36,12 @@ struct Hit {
   glm::vec3 u, v, w;
   std::uint32_t groom = no_index;  ///< index into Scene::grooms
   std::uint32_t strand = no_index;
-  float time = 0;          ///< of the ray
-  glm::vec3 way{0.0f};     ///< of what was met, from the opening of the shutter to its closing, cm
-  float lateral = 0;       ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
-  float share = 0;         ///< offset over the half width of the silhouette, [-1, 1]
+  float time = 0;       ///< of the ray
+  glm::vec3 way{0.0f};  ///< of what was met, from the opening of the shutter to its closing, cm
+  float lateral = 0;    ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
+  /// The same over the half width w(phi) of the silhouette, in [-1, 1]: the h of fiber models, towards rising azimuth
+  /// of the way back.
+  float share = 0;
   float semi_axis_cm = 0;  ///< major, of the fiber here
   float eccentricity = 1;  ///< minor over major semi-axis
 

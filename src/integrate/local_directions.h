@@ -15,8 +15,7 @@ namespace tress::integrate {
 /// d(solid angle) = cos_theta dtheta dphi.
 struct LocalDirection {
   fiber::FiberDirection direction;
-  float cos_theta;         ///< >= 0
-  float along_v, along_w;  ///< components across the fiber, of length cos_theta
+  float cos_theta;  ///< >= 0
 };
 
 /// direction: unit, pointing away from the fiber.
@@ -26,18 +25,7 @@ inline LocalDirection to_local(const geometry::Hit& hit, const glm::vec3& direct
   const float along_w = glm::dot(direction, hit.w);
   float phi = std::atan2(along_w, along_v);
   if (phi >= std::numbers::pi_v<float>) phi = -std::numbers::pi_v<float>;
-  return {{std::asin(std::clamp(along_u, -1.0f, 1.0f)), phi},
-          std::sqrt(along_v * along_v + along_w * along_w),
-          along_v,
-          along_w};
-}
-
-/// Where the ray of `known`, which points back along it, met a fiber, over its projected half width, towards rising
-/// azimuth. In [-1, 1].
-inline float offset_of(const geometry::Hit& hit, const LocalDirection& known, float eccentricity) {
-  const float minor = eccentricity * known.along_v;
-  const float half_width = std::sqrt(minor * minor + known.along_w * known.along_w);  // times cos_theta
-  return half_width > 0 ? std::clamp(hit.lateral * known.cos_theta / half_width, -1.0f, 1.0f) : 0.0f;
+  return {{std::asin(std::clamp(along_u, -1.0f, 1.0f)), phi}, std::sqrt(along_v * along_v + along_w * along_w)};
 }
 
 inline float cos_theta(const fiber::FiberDirection& direction) { return std::max(0.0f, std::cos(direction.theta)); }

@@ -82,8 +82,7 @@ Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_directio
   }
   const std::uint32_t fiber = scene_.grooms[hit.groom].fiber[hit.strand];
   const LocalDirection known = to_local(hit, -ray_direction);
-  const float h = offset_of(hit, known, scene_.fibers[fiber].eccentricity);
-  vertex.event = model_.begin(fiber_ids_[fiber], known.direction, xi[0], xi[1], h, importance);
+  vertex.event = model_.begin(fiber_ids_[fiber], known.direction, xi[0], xi[1], hit.share, importance);
   vertex.evaluates = model_.evaluates(vertex.event) || model_.estimates(vertex.event);
   for (const glm::vec3& lobe : vertex.event.energy) vertex.albedo += lobe;
   return vertex;

@@ -114,7 +114,7 @@ TEST(LocalDirections, offsets_are_towards_rising_azimuth) {
     if (!hit) continue;
     ++met;
     const LocalDirection local = to_local(*hit, known);
-    const float h = offset_of(*hit, local, e);
+    const float h = hit->share;
     positive += h > 0;
     const glm::vec3 rising = glm::normalize(glm::cross(hit->u, known));
     const float expected =
