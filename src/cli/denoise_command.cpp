@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -10,6 +9,7 @@
 
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/denoised_picture.h"
 #include "cli/options.h"
 #include "cli/output_files.h"
 #include "denoise/half_filter.h"
@@ -22,14 +22,6 @@ struct DenoiseSettings {
   image::Precision precision = image::Precision::half;
   std::optional<int> threads;
 };
-
-std::string words_of(const denoise::Denoised& found) {
-  const auto of_mean = [&](double squared) {
-    return found.mean != 0 ? std::sqrt(std::max(squared, 0.0)) / std::abs(found.mean) : 0;
-  };
-  return fmt::format("a pixel is off by {:.3g} of the mean brightness, by {:.3g} before; brightness {:+.2g} %",
-                     of_mean(found.error_after), of_mean(found.error_before), 100 * found.brightness);
-}
 
 int run_denoise(const DenoiseSettings& settings) {
   std::filesystem::path preview = settings.output;
@@ -48,18 +40,16 @@ int run_denoise(const DenoiseSettings& settings) {
     log_error(picture.error().message());
     return 1;
   }
-  Result<denoise::Denoised> found = denoise::denoise(*picture, settings.picture.string());
+  const Result<denoise::Denoised> found = denoise::denoise(*picture, settings.picture.string());
   if (!found) {
     log_error(found.error().message());
     return 1;
   }
-  image::Picture& out = found->picture;
-  const std::string words = words_of(*found);
+  image::Picture out = denoise::with_filtered(*picture, *found);
+  const std::string words = denoised_words(*found);
   out.metadata["denoised"] = words;
-  const auto alpha = out.metadata.find("alpha");
-  const bool transparent = alpha != out.metadata.end() && !alpha->second.starts_with("opaque");
   std::optional<Error> error = image::write_exr(settings.output, out, settings.precision);
-  if (!error) error = image::write_png(preview, out, {transparent, 0, image::View::standard});
+  if (!error) error = image::write_png(preview, out, preview_of(out.metadata));
   if (error) {
     log_error(error->message());
     return 1;

@@ -8,6 +8,7 @@
 
 #include "cli/console.h"
 #include "cli/live_table.h"
+#include "cli/picture_files.h"
 
 namespace tress::cli {
 namespace {
@@ -104,7 +105,7 @@ void LiveView::refuse_look(const std::string& message) {
 void LiveView::show_picture(const integrate::Film& film) {
   const auto start = Clock::now();
   image::Picture picture = film.picture();
-  if (settings_.layers) image::keep_layers(*settings_.layers, &picture);
+  keep_asked_layers(settings_, &picture);
   const auto shared = std::make_shared<const image::Picture>(std::move(picture));
   if (display_) display_->show(shared);
   if (page_) page_->show(shared);
@@ -151,7 +152,7 @@ bool LiveView::after_pass(const integrate::PassProgress& pass, const Outlook& ah
 
 void LiveView::finish(image::Picture picture) {
   if (!display_ && !page_) return;
-  if (settings_.layers) image::keep_layers(*settings_.layers, &picture);
+  keep_asked_layers(settings_, &picture);
   image::round_as_written(&picture, settings_.precision);
   const auto shared = std::make_shared<const image::Picture>(std::move(picture));
   if (page_) {

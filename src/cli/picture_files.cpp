@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "cli/console.h"
+#include "cli/denoised_picture.h"
 #include "cli/output_files.h"
 #include "cli/telemetry_lines.h"
 #include "integrate/camera_projection.h"
@@ -54,11 +57,24 @@ void describe_request(const RenderSettings& settings, const scene::Scene& scene,
   header["alpha"] = scene.environment_visible && !scene.image.transparent
                         ? "opaque: R, G, B have the background, A is 1"
                         : "premultiplied: R, G, B have no background, A is the coverage";
+  if (scene.image.transparent) header["alpha"] += alpha_of_png;
   header["seed"] = std::to_string(settings.render.seed);
   header["model"] = settings.model;
   if (settings.quadrature_points) header["quadrature_points"] = std::to_string(*settings.quadrature_points);
   header["estimator"] = fiber::estimator_name(estimator_of(settings));
   header["epsilon"] = fmt::format("{}", references::find_model(settings.model)->epsilon(settings.table));
+}
+
+void keep_asked_layers(const RenderSettings& settings, image::Picture* picture) {
+  if (settings.layers) {
+    std::vector<std::string> layers = *settings.layers;
+    layers.emplace_back(denoised_layer);
+    image::keep_layers(layers, picture);
+  }
+  if (settings.keeps_halves) return;
+  std::erase_if(picture->channels, [](const image::Channel& channel) {
+    return std::ranges::count(integrate::half_layers, image::layer_of(channel.name)) > 0;
+  });
 }
 
 std::optional<std::filesystem::path> PictureFiles::write(const std::filesystem::path& file, const Write& to) {

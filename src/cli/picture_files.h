@@ -15,6 +15,9 @@ namespace tress::cli {
 void describe_request(const RenderSettings& settings, const scene::Scene& scene, const Identity& identity,
                       image::Picture* picture);
 
+/// Leaves the layers that were asked for.
+void keep_asked_layers(const RenderSettings& settings, image::Picture* picture);
+
 /// The files of one render. What cannot be written is told.
 class PictureFiles {
  public:

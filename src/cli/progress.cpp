@@ -41,11 +41,11 @@ void Forecast::watch(const integrate::PassProgress& pass) {
   last_pace_ = pace;
 }
 
-Outlook Forecast::after(const integrate::PassProgress& pass, double elapsed) {
+Outlook Forecast::after(const integrate::PassProgress& pass, double noise, double elapsed) {
   watch(pass);
   const int samples = static_cast<int>(integrate::sample_of_pass(pass.pass)) + 1;
   Outlook result;
-  result.reason = rule_.reason_to_end(pass, elapsed);
+  result.reason = rule_.reason_to_end(pass, noise, elapsed);
   if (rule_.seconds) {
     result.share = ratio(elapsed, *rule_.seconds);
     result.seconds_left = std::max(0.0, *rule_.seconds - elapsed);
@@ -54,7 +54,7 @@ Outlook Forecast::after(const integrate::PassProgress& pass, double elapsed) {
     result.share = ratio(paths, static_cast<double>(pass.paths_total));
     const bool noise_is_known = samples >= StopRule::least_samples_noise;
     if (rule_.noise && noise_is_known) {
-      const double wanted = pass.noise / *rule_.noise;
+      const double wanted = noise / *rule_.noise;
       result.share = std::max(result.share, ratio(1, wanted * wanted));
     }
     if (is_steady_ && result.share > 0 && (!rule_.noise || noise_is_known)) {

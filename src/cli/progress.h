@@ -29,13 +29,14 @@ class Forecast {
  public:
   explicit Forecast(const StopRule& rule) : rule_(rule) {}
 
-  /// After each pass, `elapsed` seconds after the command began. The time left until a noise is reached takes it to
-  /// fall as 1 / sqrt(samples).
+  /// After each pass, `elapsed` seconds after the command began. noise: what the rule goes by. The time left until a
+  /// noise is reached takes it to fall as 1 / sqrt(samples).
   ///
   /// The first passes cost up to ten times a later one, as long as rows are learned. So the time left is the work left
   /// at the pace of the later half of what is done, and is told from the first pass on whose pace is that of the one
   /// before it by a quarter; where rows are learned, both must be passes over the whole picture.
-  Outlook after(const integrate::PassProgress& pass, double elapsed);
+  Outlook after(const integrate::PassProgress& pass, double noise, double elapsed);
+  Outlook after(const integrate::PassProgress& pass, double elapsed) { return after(pass, pass.noise, elapsed); }
 
  private:
   struct Done {

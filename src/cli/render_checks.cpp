@@ -63,6 +63,14 @@ std::optional<Error> wrong_range(const RenderSettings& settings, const scene::Sc
                std::to_string(samples.from)};
 }
 
+std::optional<Error> too_few_samples(const RenderSettings& settings, const scene::Scene& scene) {
+  constexpr int least = 4;  // two of each half, to know the variance of both
+  const SampleRange samples = samples_of(settings, scene);
+  if (!settings.denoise || samples.to - samples.from >= least) return std::nullopt;
+  return Error{"", "--denoise", fmt::format("{} samples a pixel at least", least),
+               std::to_string(samples.to - samples.from)};
+}
+
 }  // namespace
 
 std::array<int, 4> edges_of(const image::Window& window) {
@@ -70,7 +78,7 @@ std::array<int, 4> edges_of(const image::Window& window) {
 }
 
 int told_refusal(const RenderSettings& settings, const scene::Scene& scene) {
-  for (const auto& check : {wrong_range, unknown_group}) {
+  for (const auto& check : {wrong_range, unknown_group, too_few_samples}) {
     if (const std::optional<Error> error = check(settings, scene)) {
       log_error(error->message());
       return 2;

@@ -128,10 +128,10 @@ std::vector<std::string> parted_by_commas(const std::string& text) {
 /// Of --layers, checked: what they are to be.
 void set_layers(const std::string& text, RenderSettings* s) {
   std::vector<std::string> words = parted_by_commas(text);
-  s->render.halves = std::erase(words, half_pictures) > 0;
+  s->keeps_halves = std::erase(words, half_pictures) > 0;
   s->layers.reset();
   if (std::ranges::find(words, "all") != words.end()) return;
-  if (s->render.halves) words.insert(words.end(), integrate::half_layers.begin(), integrate::half_layers.end());
+  if (s->keeps_halves) words.insert(words.end(), integrate::half_layers.begin(), integrate::half_layers.end());
   s->layers = words;
 }
 
@@ -284,6 +284,12 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   if (s.adaptive.value_or(false) && (s.samples_from || s.samples_to)) {
     return "--adaptive: expected off with --samples-from and --samples-to, whose pixels have as many samples, found on";
   }
+  if (s.denoise && s.part) {
+    return fmt::format(
+        "--denoise: expected no --part: parts are filtered once they are together, by tress denoise, for which they "
+        "are rendered with --layers all,half, found --part {}",
+        s.part->string());
+  }
   if (s.quadrature_points && !model.has_quadrature) {
     return fmt::format("--quadrature-points: expected a model that integrates, found --model {}", s.model);
   }
@@ -343,6 +349,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       "more samples where the picture is noisier, --spp being their mean; default: on with --noise and --time");
   add_resolution(render, s.overrides);
   add_layers(render, s);
+  add_flag(render, "--denoise", [&s] { s.denoise = true; });
   add_precision(render, s.precision);
   add_number(render, "--exposure", [&s](double x) { s.overrides.exposure_stops = x; });
   add_choice(
@@ -395,6 +402,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
             }
             // Frames of one grain would show it as a dirty pane before the hair.
             settings->told = told_options(*render);
+            settings->render.halves = settings->keeps_halves || settings->denoise;
             settings->seed_of_frame = !render->count("--seed");
             if (!render->count("--seed")) {
               settings->render.seed = static_cast<std::uint64_t>(settings->overrides.frame.value_or(0));

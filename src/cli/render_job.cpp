@@ -14,6 +14,7 @@
 
 #include "cli/checkpoint_session.h"
 #include "cli/console.h"
+#include "cli/denoised_picture.h"
 #include "cli/live_look.h"
 #include "cli/live_view.h"
 #include "cli/part_header.h"
@@ -119,12 +120,14 @@ class RenderJob {
     }
     live_.begin(scene_, fiber::estimator_name(estimator_of(settings_)), service_);
     Forecast forecast(settings_.stop);
+    std::optional<FilteredNoise> filtered;
+    if (settings_.denoise && settings_.stop.noise) filtered.emplace(*settings_.stop.noise, scene_);
     Progress progress;
     integrate::RenderResult result = integrate::render(
         scene_, *strands_, fibers_.model(), fibers_.fiber_ids(), service_, options, deadline.passed(),
         [&](const integrate::PassProgress& pass) {
           const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-          const Outlook ahead = forecast.after(pass, elapsed);
+          const Outlook ahead = forecast.after(pass, filtered ? filtered->after(pass) : pass.noise, elapsed);
           telemetry_.pass(pass);
           progress.update(pass, ahead);
           if (cache_) {
@@ -221,7 +224,7 @@ class RenderJob {
     partial.whole_height = scene_.image.height;
     partial.metadata["settings"] = identity_text(identity_);
     partial.metadata["stopped_by"] = "checkpoint";
-    if (settings_.layers) image::keep_layers(*settings_.layers, &partial);
+    keep_asked_layers(settings_, &partial);
     const auto error = image::write_exr(settings_.output, partial, settings_.precision);
     if (error && !partial_fails_) log_warning("no picture so far: " + error->message());
     partial_fails_ = error.has_value();
@@ -290,18 +293,33 @@ class RenderJob {
                          100 * result.bias->value, 100 * result.bias->error, result.bias->paths));
   }
 
+  /// Told, if it cannot be: the picture is then as it was rendered.
+  std::optional<denoise::Denoised> filter(image::Picture* picture) const {
+    if (!settings_.denoise) return std::nullopt;
+    Result<denoise::Denoised> found = add_denoised(settings_.output.string(), picture);
+    if (found) {
+      log_note("denoised: " + denoised_words(*found));
+      return std::move(*found);
+    }
+    log_warning("not denoised: " + found.error().message());
+    picture->metadata["denoised"] = "no: " + found.error().message();
+    return std::nullopt;
+  }
+
   /// The picture, its preview and its heat map. Where the picture is; unset: nowhere.
-  std::optional<std::filesystem::path> write_picture(const integrate::RenderResult& result, PictureFiles& files) const {
+  std::optional<std::filesystem::path> write_picture(const integrate::RenderResult& result,
+                                                     const std::optional<denoise::Denoised>& filtered,
+                                                     PictureFiles& files) const {
     image::Picture kept = result.picture;
-    if (settings_.layers) image::keep_layers(*settings_.layers, &kept);
+    keep_asked_layers(settings_, &kept);
     const auto written = files.write(settings_.output, [&](const std::filesystem::path& file) {
       return image::write_exr(file, kept, settings_.precision);
     });
     std::filesystem::path preview = written.value_or(settings_.output);
     preview.replace_extension(".png");
     const image::Preview look{scene_.image.transparent, scene_.image.exposure_stops, scene_.image.view};
-    files.write(preview,
-                [&](const std::filesystem::path& file) { return image::write_png(file, result.picture, look); });
+    kept = filtered ? denoise::with_filtered(result.picture, *filtered) : result.picture;
+    files.write(preview, [&](const std::filesystem::path& file) { return image::write_png(file, kept, look); });
     if (result.heatmap) {
       files.write(*settings_.heatmap,
                   [&](const std::filesystem::path& file) { return image::write_exr(file, *result.heatmap); });
@@ -313,14 +331,17 @@ class RenderJob {
     const std::string hash = service_ != nullptr ? adaptive::cache_hash(*service_->rows()) : "";
     describe_result(result, seconds, hash);
     PictureFiles files;
-    const std::optional<std::filesystem::path> written = write_picture(result, files);
+    const std::optional<denoise::Denoised> filtered = filter(&result.picture);
+    const std::optional<std::filesystem::path> written = write_picture(result, filtered, files);
     files.tell(part_failed_);
     // Last: it may have to wait for another session, and the picture must not.
     if (cache_) files.tell(cache_->save(*service_));
     if (checkpoint_ != nullptr && !files.failed() && signal_status == 0) checkpoint_->remove();
     if (carried_ != nullptr && service_ != nullptr) *carried_ = fibers_.hand_over();
-    telemetry_.summary(files.failed() ? "failed" : (signal_status != 0 ? "interrupted" : "done"),
-                       summary_fields(result, seconds, hash, written.value_or(settings_.output)), cache());
+    Extra fields = summary_fields(result, seconds, hash, written.value_or(settings_.output));
+    if (filtered) fields.emplace("denoised_noise", json_text(filtered->noise()));
+    telemetry_.summary(files.failed() ? "failed" : (signal_status != 0 ? "interrupted" : "done"), std::move(fields),
+                       cache());
     live_.finish(std::move(result.picture));
     if (result.dropped_samples > 0) {
       log_warning(

@@ -29,6 +29,8 @@ struct RenderSettings {
   std::string command;                  ///< as a shell takes it
   image::Precision precision = image::Precision::half;
   std::optional<std::vector<std::string>> layers;  ///< beside beauty; unset: all
+  bool keeps_halves = false;                       ///< integrate::half_layers are written
+  bool denoise = false;                            ///< filtered at the end; `render` has halves then
   scene::Overrides overrides;
   integrate::RenderOptions render;              ///< samples come from the scene and its overrides, roulette from below
   std::optional<integrate::Roulette> roulette;  ///< unset: learned where rows learn, else throughput

@@ -1,19 +1,22 @@
 #include "denoise/half_filter.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vector_relational.hpp>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "denoise/pixel_grid.h"
 
 namespace tress::denoise {
 namespace {
@@ -23,49 +26,11 @@ constexpr double along = 3, across = 0.5;  ///< pixels, standard deviations of t
 constexpr int reach = 6;                   ///< pixels to each side that a mean is over
 constexpr double farthest = 9;             ///< exponent beyond which a weight counts as 0
 constexpr int trust_reach = 8;             ///< pixels to each side over which filter and picture are held together
+constexpr int trust_hole = 2;        ///< of them, those this near the pixel do not choose its share: they would take
+                                     ///< their own luck for a gain
+constexpr double guide_step = 0.25;  ///< standard deviations by which halves are shaken to see what they weigh
 constexpr double largest = std::numeric_limits<float>::max();
 constexpr double least_variance = 1e-7;  ///< of the squared mean of the picture: what differs by less is alike
-
-struct Grid {
-  int width = 0, height = 0;
-  std::size_t size() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
-  std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-  }
-  /// The nearest pixel that is there.
-  std::size_t nearest(int x, int y) const { return index(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1)); }
-};
-
-using Colors = std::vector<glm::dvec3>;
-using Numbers = std::vector<double>;
-
-/// For every row, in parallel.
-template <class Work>
-void for_rows(const Grid& grid, const Work& work) {
-  tbb::parallel_for(0, grid.height, [&](int y) {
-    for (int x = 0; x < grid.width; ++x) work(x, y, grid.index(x, y));
-  });
-}
-
-/// Mean over the square of pixels around each; beyond the border the nearest pixel counts.
-template <class Value>
-std::vector<Value> smoothed(const Grid& grid, const std::vector<Value>& values, int to_each_side) {
-  std::vector<Value> rows(values.size()), all(values.size());
-  const double scale = 1.0 / (2 * to_each_side + 1);
-  for_rows(grid, [&](int x, int y, std::size_t here) {
-    Value sum(0);
-    for (int d = -to_each_side; d <= to_each_side; ++d) sum += values[grid.nearest(x + d, y)];
-    rows[here] = sum * scale;
-  });
-  for_rows(grid, [&](int x, int y, std::size_t here) {
-    Value sum(0);
-    for (int d = -to_each_side; d <= to_each_side; ++d) sum += rows[grid.nearest(x, y + d)];
-    all[here] = sum * scale;
-  });
-  return all;
-}
-
-double mean_of(const glm::dvec3& x) { return (x.x + x.y + x.z) / 3; }
 
 /// One half picture and its variance, which neighbours have smoothed: that of few paths is itself noise.
 struct Half {
@@ -145,7 +110,9 @@ struct Filtered {
   Colors a, b;
 };
 
-Filtered filtered(const Grid& grid, const Half& a, const Half& b, const Directions& directions, double tiny) {
+/// Half a weighed by guide b, and the other way round.
+Filtered filtered(const Grid& grid, const Half& a, const Half& b, const Half& guide_a, const Half& guide_b,
+                  const Directions& directions, double tiny) {
   Filtered out{Colors(grid.size()), Colors(grid.size())};
   for_rows(grid, [&](int x, int y, std::size_t here) {
     const double confidence = glm::length(directions[here]);
@@ -158,8 +125,8 @@ Filtered filtered(const Grid& grid, const Half& a, const Half& b, const Directio
         const double gauss = 0.5 * (u * u / (length * length) + rest / (across * across));
         if (gauss > farthest) continue;
         const std::size_t there = grid.index(x + dx, y + dy);
-        mean_a.add(a.color[there], gauss + unlikeness(grid, b, x, y, dx, dy, tiny));
-        mean_b.add(b.color[there], gauss + unlikeness(grid, a, x, y, dx, dy, tiny));
+        mean_a.add(a.color[there], gauss + unlikeness(grid, guide_b, x, y, dx, dy, tiny));
+        mean_b.add(b.color[there], gauss + unlikeness(grid, guide_a, x, y, dx, dy, tiny));
       }
     }
     out.a[here] = mean_a.value();
@@ -168,9 +135,44 @@ Filtered filtered(const Grid& grid, const Half& a, const Half& b, const Directio
   return out;
 }
 
+/// 1 or -1, by the number (the last step of MurmurHash3, Appleby 2011).
+double sign_of(std::uint64_t number) {
+  std::uint64_t h = number + 0x9e3779b97f4a7c15u;
+  h = (h ^ (h >> 33)) * 0xff51afd7ed558ccdu;
+  h = (h ^ (h >> 33)) * 0xc4ceb9fe1a85ec53u;
+  return ((h ^ (h >> 33)) & 1) != 0 ? 1 : -1;
+}
+
+/// Random colors of the covariance that the noise of a half has around each pixel: what the halves are apart there,
+/// with random signs. Not that of the pixel itself, whose own noise decides how it is weighed.
+Colors made_noise(const Grid& grid, const Half& a, const Half& b) {
+  constexpr int near = 2;
+  Colors noise(grid.size(), glm::dvec3(0.0));
+  for_rows(grid, [&](int x, int y, std::size_t here) {
+    int count = 0;
+    for (int dy = std::max(-near, -y); dy <= std::min(near, grid.height - 1 - y); ++dy) {
+      for (int dx = std::max(-near, -x); dx <= std::min(near, grid.width - 1 - x); ++dx) {
+        const std::size_t there = grid.index(x + dx, y + dy);
+        if (there == here) continue;
+        const auto place = static_cast<std::uint64_t>((dy + near) * (2 * near + 1) + dx + near);
+        noise[here] += sign_of(here * 64 + place) * (a.color[there] - b.color[there]);
+        ++count;
+      }
+    }
+    if (count > 0) noise[here] *= std::sqrt(0.5 / count);
+  });
+  return noise;
+}
+
+Half shaken(const Half& half, const Colors& noise) {
+  Half out = half;
+  for (std::size_t i = 0; i < out.color.size(); ++i) out.color[i] += guide_step * noise[i];
+  return out;
+}
+
 /// How much of the filter's answer is taken, 0 to 1: what makes the least squared error of picture + share (filter -
-/// picture) over the pixels around. gain: of the noise of the picture times its way to the filter's answer, by halves:
-/// the other half's noise is in neither factor, so that its mean is what it should be.
+/// picture) over the pixels around, but for the nearest. gain: of the noise of the picture times its way to the
+/// filter's answer, by halves.
 struct Trust {
   Numbers share, gain, way;
 };
@@ -183,10 +185,29 @@ Trust trust_of(const Grid& grid, const Colors& beauty, const Half& a, const Half
     trust.gain[i] = 0.25 * mean_of(apart * ((a.color[i] - filter.a[i]) - (b.color[i] - filter.b[i])));
     trust.way[i] = mean_of(way * way);
   });
-  const Numbers gain = smoothed(grid, trust.gain, trust_reach), way = smoothed(grid, trust.way, trust_reach);
+  const auto around = [&](const Numbers& values) {
+    Numbers sums = sums_around(grid, values, trust_reach);
+    const Numbers hole = sums_around(grid, values, trust_hole);
+    for_rows(grid, [&](int, int, std::size_t i) { sums[i] -= hole[i]; });
+    return sums;
+  };
+  const Numbers gain = around(trust.gain), way = around(trust.way);
   for_rows(grid,
            [&](int, int, std::size_t i) { trust.share[i] = way[i] > 0 ? std::clamp(gain[i] / way[i], 0.0, 1.0) : 0; });
   return trust;
+}
+
+/// By how much the gain is too large: the noise of a half times the answer of the other, whose weights it has chosen
+/// (Stein's lemma: its covariance times how the answer changes with it; by a random shake, Ramani, Blu and Unser 2008).
+Numbers luck_of_weights(const Grid& grid, const Half& a, const Half& b, const Filtered& filter,
+                        const Directions& directions, double tiny) {
+  const Colors noise = made_noise(grid, a, b);
+  const Filtered moved = filtered(grid, a, b, shaken(a, noise), shaken(b, noise), directions, tiny);
+  Numbers luck(grid.size());
+  for_rows(grid, [&](int, int, std::size_t i) {
+    luck[i] = 0.5 / guide_step * mean_of(noise[i] * (moved.a[i] - filter.a[i] + moved.b[i] - filter.b[i]));
+  });
+  return luck;
 }
 
 Error missing(const std::string& name, const std::string& found) {
@@ -196,19 +217,13 @@ Error missing(const std::string& name, const std::string& found) {
           found};
 }
 
-/// Without what tells of noise that is no longer there.
-image::Picture with_colors(const image::Picture& picture, const Colors& colors) {
-  image::Picture out = picture;
-  std::erase_if(out.channels, [](const image::Channel& channel) {
-    const std::string layer = image::layer_of(channel.name);
-    return layer.ends_with("variance") || layer == "half_a" || layer == "half_b";
-  });
-  for (image::Channel& channel : out.channels) {
-    const int c = channel.name == "R" ? 0 : channel.name == "G" ? 1 : channel.name == "B" ? 2 : -1;
-    for (std::size_t i = 0; c >= 0 && i < colors.size(); ++i)
-      channel.pixels[i] = static_cast<float>(std::clamp(colors[i][c], -largest, largest));
-  }
-  return out;
+/// Which pixels the errors are told of: 1 where something is seen, in pictures that say where.
+Numbers counted_pixels(const Grid& grid, const image::Picture& picture) {
+  const image::Channel* coverage = picture.find("coverage");
+  Numbers counts(grid.size(), 1.0);
+  if (coverage == nullptr || std::ranges::none_of(coverage->pixels, [](float x) { return x > 0; })) return counts;
+  for (std::size_t i = 0; i < counts.size(); ++i) counts[i] = coverage->pixels[i] > 0 ? 1 : 0;
+  return counts;
 }
 
 }  // namespace
@@ -235,29 +250,47 @@ Result<Denoised> denoise(const image::Picture& picture, const std::string& name)
   const auto is_zero = [](const glm::dvec3& x) { return x == glm::dvec3(0.0); };
   if (std::ranges::all_of(layers[3], is_zero) && std::ranges::all_of(layers[4], is_zero) && layers[1] != layers[2])
     return Error{name, "half_a_variance", "at least 4 samples a pixel, 2 of each half", "no variance in any pixel"};
-  Denoised out;
-  for (const glm::dvec3& color : beauty) out.mean += mean_of(color) / static_cast<double>(grid.size());
-  const double tiny = std::max(least_variance * out.mean * out.mean, std::numeric_limits<double>::min());
+  double level = 0;
+  for (const glm::dvec3& color : beauty) level += mean_of(color) / static_cast<double>(grid.size());
+  const double tiny = std::max(least_variance * level * level, std::numeric_limits<double>::min());
   const Half a{layers[1], smoothed(grid, layers[3], 1)}, b{layers[2], smoothed(grid, layers[4], 1)};
   const Directions directions = directions_of(picture, layers[5], camera->second);
-  const Filtered filter = filtered(grid, a, b, directions, tiny);
+  const Filtered filter = filtered(grid, a, b, a, b, directions, tiny);
   const Trust trust = trust_of(grid, beauty, a, b, filter);
+  const Numbers luck = luck_of_weights(grid, a, b, filter, directions, tiny);
 
-  Colors colors(grid.size());
-  double mean = 0;
+  Denoised out;
+  const Numbers counts = counted_pixels(grid, picture);
+  const double pixels = std::accumulate(counts.begin(), counts.end(), 0.0);
+  for (std::vector<float>& channel : out.colors) channel.resize(grid.size());
+  double filtered_mean = 0;
   for (std::size_t i = 0; i < grid.size(); ++i) {
-    const double share = trust.share[i], pixels = static_cast<double>(grid.size());
+    const double share = trust.share[i], weight = counts[i] / pixels;
     const glm::dvec3 apart = a.color[i] - b.color[i];
-    colors[i] = beauty[i] + share * (0.5 * (filter.a[i] + filter.b[i]) - beauty[i]);
+    const glm::dvec3 color = beauty[i] + share * (0.5 * (filter.a[i] + filter.b[i]) - beauty[i]);
+    for (int c = 0; c < 3; ++c)
+      out.colors[static_cast<std::size_t>(c)][i] = static_cast<float>(std::clamp(color[c], -largest, largest));
     const double noise = 0.25 * mean_of(apart * apart);
-    out.error_before += noise / pixels;
-    out.error_after += (noise - 2 * share * trust.gain[i] + share * share * trust.way[i]) / pixels;
-    out.filtered_share += share / pixels;
-    mean += mean_of(colors[i]) / pixels;
+    out.error_before += weight * noise;
+    out.error_after += weight * (noise - 2 * share * (trust.gain[i] - luck[i]) + share * share * trust.way[i]);
+    out.filtered_share += weight * share;
+    out.mean += weight * mean_of(beauty[i]);
+    filtered_mean += weight * mean_of(color);
   }
-  out.brightness = out.mean != 0 ? mean / out.mean - 1 : 0;
-  out.picture = with_colors(picture, colors);
+  out.brightness = out.mean != 0 ? filtered_mean / out.mean - 1 : 0;
   return out;
+}
+
+image::Picture with_filtered(image::Picture picture, const Denoised& filtered) {
+  std::erase_if(picture.channels, [](const image::Channel& channel) {
+    const std::string layer = image::layer_of(channel.name);
+    return layer.ends_with("variance") || layer == "half_a" || layer == "half_b";
+  });
+  for (image::Channel& channel : picture.channels) {
+    const std::size_t c = std::string("RGB").find(channel.name);
+    if (channel.name.size() == 1 && c != std::string::npos) channel.pixels = filtered.colors[c];
+  }
+  return picture;
 }
 
 }  // namespace tress::denoise

@@ -1,22 +1,30 @@
 // A filter of pictures of hair by their two half pictures (tress render --layers half).
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <string>
+#include <vector>
 
 #include "image/picture.h"
 #include "tress/base/error.h"
 
 namespace tress::denoise {
 
-/// Mean squared errors are over all pixels and channels of R, G, B, and estimated from the halves alone: from how far
-/// a filtered half is from the other half, whose noise is its own (cross-validation).
+/// Of R, G, B; the numbers are means over the pixels in which something is seen (layer `coverage`; all, of a picture
+/// without it). Errors are estimated from the halves alone, within a tenth (bench/README.md, Denoising).
 struct Denoised {
-  image::Picture picture;     ///< R, G, B filtered; without the halves and the variances, which are not of it
-  double error_before = 0;    ///< mean squared error
-  double error_after = 0;     ///< what is left, blur included
-  double mean = 0;            ///< of R, G, B as they were
-  double brightness = 0;      ///< filtered over as they were, minus 1
-  double filtered_share = 0;  ///< mean over the pixels: 1 all of the filter's, 0 as they were
+  std::array<std::vector<float>, 3> colors;  ///< filtered
+  double error_before = 0;                   ///< mean squared error
+  double error_after = 0;                    ///< of what is left, blur included; noise of its own may make it negative
+  double mean = 0;                           ///< as they were
+  double brightness = 0;                     ///< filtered over as they were, minus 1
+  double filtered_share = 0;                 ///< 1 all of the filter's, 0 as they were
+
+  /// Root mean square error over the mean, as Film::relative_noise() is of a picture that is not filtered.
+  double noise() const { return mean != 0 ? std::sqrt(std::max(error_after, 0.0)) / std::abs(mean) : 0; }
+  double noise_before() const { return mean != 0 ? std::sqrt(error_before) / std::abs(mean) : 0; }
 };
 
 /// Every pixel becomes a mean of those around it: a Gaussian, long along the tangent of the hair as the picture shows
@@ -27,5 +35,8 @@ struct Denoised {
 /// Any finite picture of tress; error: a layer or matrix that it needs is missing, or too few samples to have
 /// variances. name: of the file, for errors.
 Result<Denoised> denoise(const image::Picture& picture, const std::string& name);
+
+/// The picture with these for its R, G, B, and without the halves and variances, which are of noise that is gone.
+image::Picture with_filtered(image::Picture picture, const Denoised& filtered);
 
 }  // namespace tress::denoise

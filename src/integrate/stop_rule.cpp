@@ -6,7 +6,7 @@
 
 namespace tress::integrate {
 
-const char* StopRule::reason_to_end(const PassProgress& pass, double elapsed) const {
+const char* StopRule::reason_to_end(const PassProgress& pass, double noise_now, double elapsed) const {
   if (seconds && pass.pass + 1 >= initial_passes) {  // every pixel has as many samples
     const int samples_at_most = pass.pass_count - initial_passes + 1;
     const double pixels = static_cast<double>(pass.paths_total) / samples_at_most;
@@ -14,7 +14,7 @@ const char* StopRule::reason_to_end(const PassProgress& pass, double elapsed) co
     if (elapsed + next > *seconds) return "time";
   }
   const int samples = static_cast<int>(sample_of_pass(pass.pass)) + 1;
-  if (noise && samples >= least_samples_noise && pass.noise <= *noise) return "noise";
+  if (noise && samples >= least_samples_noise && noise_now <= *noise) return "noise";
   return pass.pass + 1 >= pass.pass_count ? "samples" : nullptr;
 }
 

@@ -21,7 +21,11 @@ struct StopRule {
   /// Why to end after this pass, `elapsed` seconds after the command began: "samples", "time", "noise"; null: go on.
   /// Only where every pixel has as many samples, one at least. By time: where the next pass, if it goes like this one,
   /// would end too late.
-  const char* reason_to_end(const PassProgress& pass, double elapsed) const;
+  /// noise_now: that of the picture, or of what is made of it.
+  const char* reason_to_end(const PassProgress& pass, double noise_now, double elapsed) const;
+  const char* reason_to_end(const PassProgress& pass, double elapsed) const {
+    return reason_to_end(pass, pass.noise, elapsed);
+  }
 };
 
 }  // namespace tress::integrate

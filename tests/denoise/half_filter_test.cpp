@@ -9,6 +9,7 @@
 #include <functional>
 #include <random>
 #include <string>
+#include <vector>
 
 namespace tress::denoise {
 namespace {
@@ -27,12 +28,12 @@ image::Channel channel(const std::string& name, const Truth& value) {
 }
 
 /// Upright strands in a parallel view, each pixel `truth` and, in both halves, Gaussian noise of this deviation.
-image::Picture picture_of(const Truth& truth, float noise) {
+image::Picture picture_of(const Truth& truth, float noise, unsigned seed = 7) {
   image::Picture picture;
   picture.width = picture.height = side;
   picture.matrices["worldToCamera"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   picture.matrices["worldToNDC"] = picture.matrices["worldToCamera"];
-  std::mt19937 random(7);
+  std::mt19937 random(seed);
   std::normal_distribution<float> normal;
   for (const std::string c : {"R", "G", "B"}) {
     const auto noisy = [&](int x, int y) { return truth(x, y) + noise * normal(random); };
@@ -72,15 +73,46 @@ TEST(HalfFilter, TakesNoiseAlongStrandsAndTellsWhatIsLeft) {
   const image::Picture noisy = picture_of(columns, 0.4f);
   const Result<Denoised> found = denoise(noisy, "a.exr");
   ASSERT_TRUE(found) << found.error().message();
-  const double before = error_of(noisy, columns), after = error_of(found->picture, columns);
+  const double before = error_of(noisy, columns), after = error_of(with_filtered(noisy, *found), columns);
   EXPECT_LT(after, before / 4);
   EXPECT_NEAR(found->error_before, before, 0.1 * before);
   EXPECT_NEAR(found->error_after, after, 0.4 * after);
   EXPECT_NEAR(found->brightness, 0, 0.01);
-  for (const image::Channel& one : found->picture.channels) {
+  const image::Picture clean = with_filtered(noisy, *found);
+  for (const image::Channel& one : clean.channels) {
     EXPECT_THAT(one.name, ::testing::Not(HasSubstr("variance"))) << "of noise that is no longer there";
     EXPECT_THAT(one.name, ::testing::Not(HasSubstr("half")));
   }
+}
+
+// Columns that change along their length too, at noise in which their likeness is a guess: there the weights follow
+// noise, which looks like a gain. Without luck_of_weights() the ratios are 0.84 and 0.93. Measured over 40 pictures:
+// 1.006 and 1.002.
+TEST(HalfFilter, TheErrorThatItTellsIsTheErrorThatIsLeft) {
+  const Truth waves = [](int x, int y) {
+    return columns(x, y) * (1 + 0.4f * std::sin(0.5f * static_cast<float>(y)) * std::cos(0.3f * static_cast<float>(x)));
+  };
+  for (const float noise : {0.3f, 0.08f}) {
+    double told = 0, found = 0;
+    for (unsigned seed = 1; seed <= 8; ++seed) {
+      const image::Picture noisy = picture_of(waves, noise, seed);
+      const Result<Denoised> filtered = denoise(noisy, "a.exr");
+      ASSERT_TRUE(filtered);
+      told += filtered->error_after;
+      found += error_of(with_filtered(noisy, *filtered), waves);
+    }
+    EXPECT_NEAR(told / found, 1, 0.06) << noise;
+  }
+}
+
+TEST(HalfFilter, TellsOfWhatIsSeenAlone) {
+  image::Picture noisy = picture_of([](int x, int y) { return x < side / 2 ? columns(x, y) : 0.0f; }, 0.2f);
+  const double all = denoise(noisy, "a.exr")->noise();
+  noisy.channels.push_back(channel("coverage", [](int x, int) { return x < side / 2 ? 1.0f : 0.0f; }));
+  const Result<Denoised> half = denoise(noisy, "a.exr");
+  ASSERT_TRUE(half);
+  EXPECT_LT(half->noise(), 0.9 * all) << "the dark half has as much noise and no light";
+  EXPECT_NEAR(half->mean, 0.7, 0.03);
 }
 
 TEST(HalfFilter, GivesThePictureBackWhereItWouldBlurMoreThanItGains) {
@@ -88,20 +120,22 @@ TEST(HalfFilter, GivesThePictureBackWhereItWouldBlurMoreThanItGains) {
     const image::Picture noisy = picture_of(truth, 0.02f);
     const Result<Denoised> found = denoise(noisy, "a.exr");
     ASSERT_TRUE(found);
-    EXPECT_LT(error_of(found->picture, truth), 1.05 * error_of(noisy, truth));
+    EXPECT_LT(error_of(with_filtered(noisy, *found), truth), 1.05 * error_of(noisy, truth));
   }
-  const Result<Denoised> still = denoise(picture_of(checkers, 0), "a.exr");
+  const image::Picture noiseless = picture_of(checkers, 0);
+  const Result<Denoised> still = denoise(noiseless, "a.exr");
   ASSERT_TRUE(still);
-  EXPECT_EQ(error_of(still->picture, checkers), 0);
+  EXPECT_EQ(error_of(with_filtered(noiseless, *still), checkers), 0);
   EXPECT_EQ(still->error_after, 0);
 }
 
 TEST(HalfFilter, FollowsTheTangent) {
   image::Picture level = picture_of(rows, 0.4f);
-  const double upright = error_of(denoise(level, "a.exr")->picture, rows);
+  const auto filtered = [&] { return error_of(with_filtered(level, *denoise(level, "a.exr")), rows); };
+  const double upright = filtered();
   std::swap(const_cast<image::Channel*>(level.find("tangent.X"))->pixels,
             const_cast<image::Channel*>(level.find("tangent.Y"))->pixels);
-  EXPECT_LT(error_of(denoise(level, "a.exr")->picture, rows), 0.6 * upright);
+  EXPECT_LT(filtered(), 0.6 * upright);
 }
 
 TEST(HalfFilter, HasTheSameBitsForAnyNumberOfThreads) {
@@ -110,14 +144,15 @@ TEST(HalfFilter, HasTheSameBitsForAnyNumberOfThreads) {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   const Result<Denoised> alone = denoise(noisy, "a.exr");
   ASSERT_TRUE(many && alone);
-  EXPECT_TRUE(image::compare(many->picture, alone->picture, "a", "b")->identical);
+  EXPECT_EQ(many->colors, alone->colors);
+  EXPECT_EQ(many->error_after, alone->error_after);
 }
 
 TEST(HalfFilter, LargestFloatsStayFinite) {
   const Result<Denoised> found = denoise(picture_of([](int x, int) { return x == 9 ? 3e38f : 0.0f; }, 0), "a.exr");
   ASSERT_TRUE(found);
-  for (const image::Channel& one : found->picture.channels)
-    for (const float value : one.pixels) ASSERT_TRUE(std::isfinite(value)) << one.name;
+  for (const std::vector<float>& one : found->colors)
+    for (const float value : one) ASSERT_TRUE(std::isfinite(value));
 }
 
 TEST(HalfFilter, NamesWhatIsMissingAndHowToGetIt) {

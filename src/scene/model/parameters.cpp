@@ -522,6 +522,9 @@ constexpr std::array table{
               "as many samples as fit, one at least; the picture then depends on the machine"},
     Parameter{"", "--noise", number, accuracy, "", "", "",
               "samples until the noise relative to the brightness of what is covered is at most this, 16384 at most"},
+    Parameter{"", "--denoise", flag, none, "", "", "",
+              "filter R, G, B along the hair at the end: the PNG and the layer `denoised`; biased, so that R, G, B of "
+              "the EXR stay as rendered; --noise is then that of the filtered picture"},
     Parameter{"", "--threads", whole, {1, 1024}, "", "", "one per hardware thread", "threads to work with"},
     Parameter{"",
               "--seed",
