@@ -1,6 +1,7 @@
 #include "scene/model/environment.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/ext/vector_double3.hpp>
 #include <limits>
@@ -29,6 +30,14 @@ double mix(double a, double b, double x) { return a + x * (b - a); }
 std::uint32_t fixed_point(double share) {
   return static_cast<std::uint32_t>(std::min(std::round(share * 0x1p32), 0x1p32 - 1));
 }
+
+/// The last of `count` cells that begins at `key` or below, between the first and the last one that it may be.
+template <class Key>
+std::size_t cell_of(const Key* begins, std::uint32_t first, std::uint32_t last, Key key) {
+  return static_cast<std::size_t>(std::upper_bound(begins + first + 1, begins + last + 1, key) - begins) - 1;
+}
+
+constexpr std::size_t cells_a_part = 8;  ///< of a row, in the mean
 
 std::vector<RadianceMap> coarser_maps(int width, int height, std::vector<glm::vec3> pixels) {
   std::vector<RadianceMap> maps;
@@ -109,6 +118,29 @@ void Environment::accumulate(Draw draw) {
   if (!(total > 0)) return;
   for (double& share : row_cdf_) share /= total;
   per_weight_ = static_cast<float>(1 / total);
+  make_guides();
+}
+
+/// So that a search has a few cells to look at, where its part begins, and not a dozen all over the row.
+void Environment::make_guides() {
+  const std::size_t rows = map_.rows(), columns = map_.columns(), row_parts = std::bit_ceil(rows);
+  const auto last_row = static_cast<std::uint32_t>(rows - 1), last_column = static_cast<std::uint32_t>(columns - 1);
+  row_guide_.assign(row_parts + 1, last_row);
+  for (std::size_t part = 0; part < row_parts; ++part) {
+    const double from = static_cast<double>(part) / static_cast<double>(row_parts);
+    row_guide_[part] = static_cast<std::uint32_t>(cell_of(row_cdf_.data(), 0, last_row, from));
+  }
+  column_guide_bits_ = std::bit_width(std::bit_ceil((columns + cells_a_part - 1) / cells_a_part)) - 1;
+  const std::size_t parts = std::size_t{1} << column_guide_bits_;
+  column_guide_.assign(rows * (parts + 1), last_column);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::uint32_t* begins = &columns_[row * columns];
+    std::uint32_t* guide = &column_guide_[row * (parts + 1)];
+    for (std::size_t part = 0; part < parts; ++part) {
+      const auto from = static_cast<std::uint32_t>(std::uint64_t{part} << (32 - column_guide_bits_));
+      guide[part] = static_cast<std::uint32_t>(cell_of(begins, 0, last_column, from));
+    }
+  }
 }
 
 Environment::Sample Environment::sample(float u1, float u2) const {
@@ -118,13 +150,16 @@ Environment::Sample Environment::sample(float u1, float u2) const {
     return {glm::vec3(-flat * std::sin(azimuth), -flat * std::cos(azimuth), 1 - fall), mean_, everywhere};
   }
   // A cell, with a probability above 0; what is left of the numbers says where in it.
-  const auto row_end = std::upper_bound(row_cdf_.begin() + 1, row_cdf_.end() - 1, static_cast<double>(u1));
-  const auto row = static_cast<std::size_t>(row_end - row_cdf_.begin()) - 1;
+  const auto row_part = static_cast<std::size_t>(u1 * static_cast<float>(row_guide_.size() - 1));
+  const std::size_t row =
+      cell_of(row_cdf_.data(), row_guide_[row_part], row_guide_[row_part + 1], static_cast<double>(u1));
   const double in_row = std::clamp((u1 - row_cdf_[row]) / (row_cdf_[row + 1] - row_cdf_[row]), 0.0, 1.0);
   const std::size_t columns = map_.columns();
   const std::uint32_t* begins = &columns_[row * columns];
   const auto key = static_cast<std::uint32_t>(static_cast<double>(u2) * 0x1p32);
-  const auto column = static_cast<std::size_t>(std::upper_bound(begins, begins + columns, key) - begins) - 1;
+  const std::uint32_t* guide = &column_guide_[row * ((std::size_t{1} << column_guide_bits_) + 1) +
+                                              (std::uint64_t{key} >> (32 - column_guide_bits_))];
+  const std::size_t column = cell_of(begins, guide[0], guide[1], key);
   const double begin = begins[column], end = column + 1 < columns ? begins[column + 1] : 0x1p32;
   const double in_column = (key - begin) / (end - begin);
 

@@ -56,15 +56,19 @@ class Environment {
 
  private:
   void accumulate(Draw draw);
+  void make_guides();
   /// Of a knot, whose luminance it is made of.
   float weight(const glm::vec3& knot) const;
   /// Bilinear, as RadianceMap::at().
   float weight_at(const RadianceMap::Place& place) const;
 
-  RadianceMap map_;                     ///< empty: constant
-  std::vector<RadianceMap> coarser_;    ///< each of half as many pixels along both sides as the one before
-  std::vector<double> row_cdf_;         ///< where the rows of cells begin, from 0, and 1
-  std::vector<std::uint32_t> columns_;  ///< where the cells of each row begin, from 0, in 2^-32 of the row
+  RadianceMap map_;                          ///< empty: constant
+  std::vector<RadianceMap> coarser_;         ///< each of half as many pixels along both sides as the one before
+  std::vector<double> row_cdf_;              ///< where the rows of cells begin, from 0, and 1
+  std::vector<std::uint32_t> columns_;       ///< where the cells of each row begin, from 0, in 2^-32 of the row
+  std::vector<std::uint32_t> row_guide_;     ///< the row that each of equal parts of [0, 1) begins in, and the last
+  std::vector<std::uint32_t> column_guide_;  ///< likewise the columns of each row, one row after the other
+  int column_guide_bits_ = 0;                ///< log2 of the parts of a row
   glm::vec3 mean_;
   float floor_ = 0;       ///< of the luminance, below it nothing is drawn but `least_`; >= 0
   float least_ = 0;       ///< weight, at least
