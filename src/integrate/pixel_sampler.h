@@ -18,9 +18,10 @@ class PixelSampler {
   std::array<float, 2> pair(std::uint32_t index, std::uint32_t dimension) const {
     const std::uint64_t first = mix_bits(key_ + dimension * 0x9e3779b97f4a7c15ull);
     const std::uint64_t second = mix_bits(first + 1);
-    const std::uint32_t shuffled = scramble(index, static_cast<std::uint32_t>(first));
-    return {to_unit(scramble(reverse(shuffled), static_cast<std::uint32_t>(first >> 32))),
-            to_unit(scramble(sobol_second(shuffled), static_cast<std::uint32_t>(second)))};
+    const std::uint32_t shuffled = reverse(scramble(reverse(index), static_cast<std::uint32_t>(first)));
+    // The sequence's bits from the least significant on, as the scramble wants them: reversed once, at the end.
+    return {to_unit(reverse(scramble(shuffled, static_cast<std::uint32_t>(first >> 32)))),
+            to_unit(reverse(scramble(sobol_second(shuffled), static_cast<std::uint32_t>(second))))};
   }
 
  private:
@@ -32,23 +33,24 @@ class PixelSampler {
     return ((x & 0x55555555u) << 1) | ((x & 0xaaaaaaaau) >> 1);
   }
 
-  /// Owen's nested uniform scramble of the bits, most significant first.
+  /// Owen's nested uniform scramble of the bits, least significant first.
   static std::uint32_t scramble(std::uint32_t x, std::uint32_t seed) {
-    x = reverse(x);
     x += seed;
     x ^= x * 0x6c50b47cu;
     x ^= x * 0xb82f1e52u;
     x ^= x * 0xc7afe638u;
     x ^= x * 0x8d22f6e6u;
-    return reverse(x);
+    return x;
   }
 
+  /// Sobol's second dimension, its bits reversed. Bit k of the index adds the polynomial (1 + x)^k, modulo 2: all of
+  /// them at once by halves, since (1 + x)^(2^n) = 1 + x^(2^n).
   static std::uint32_t sobol_second(std::uint32_t index) {
-    std::uint32_t result = 0;
-    for (std::uint32_t direction = 1u << 31; index != 0; index >>= 1, direction ^= direction >> 1) {
-      if (index & 1) result ^= direction;
-    }
-    return result;
+    index ^= index >> 16;
+    index ^= (index >> 8) & 0x00ff00ffu;
+    index ^= (index >> 4) & 0x0f0f0f0fu;
+    index ^= (index >> 2) & 0x33333333u;
+    return index ^ ((index >> 1) & 0x55555555u);
   }
 
   static float to_unit(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
