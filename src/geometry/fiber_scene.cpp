@@ -21,8 +21,8 @@ namespace {
 /// What the filter knows of a ray. Embree hands back the first member.
 struct RayQuery {
   embree::RayContext context;
-  std::uint32_t start_groom, start_strand;
-  float start;  ///< distance from Embree's origin to where the ray starts
+  std::uint32_t start_groom, first_own, own_count;  ///< the segments of the strand that the ray leaves
+  float start;                                      ///< distance from Embree's origin to where the ray starts
   bool from_camera;
   float time;
 };
@@ -38,6 +38,7 @@ float half_width(const glm::vec3& direction, const glm::vec3& major_axis, const 
 /// the ray about the local frame. A ray along the tangent has no azimuth and is inside.
 bool is_outside(const StrandCurves& curves, std::uint32_t segment, float along, float lateral, const glm::vec3& slope,
                 const glm::vec3& direction, float time) {
+  if (std::abs(lateral) <= curves.least_eccentricity) return false;  // as below, without a look at the segment
   const float eccentricity = curves.segments[segment].eccentricity;
   if (std::abs(lateral) <= eccentricity) return false;  // w >= e: inside from every side
   const FiberFrame frame = curves.frame(segment, along, glm::normalize(slope), time);
@@ -66,13 +67,13 @@ bool is_outside_linear(const StrandCurves& curves, const RTCFilterFunctionNArgum
   const std::uint32_t segment = RTCHitN_primID(arguments->hit, n, i);
   const float along = RTCHitN_u(arguments->hit, n, i);
   const bool is_cap = along <= 0 || along >= 1;
-  if (!is_cap && !curves.elliptical) return false;
+  if (!is_cap && !curves.elliptical()) return false;
   const glm::vec3 direction = direction_of(arguments, i);
   const glm::vec3 origin(RTCRayN_org_x(arguments->ray, n, i), RTCRayN_org_y(arguments->ray, n, i),
                          RTCRayN_org_z(arguments->ray, n, i));
   const glm::vec3 position = origin + RTCRayN_tfar(arguments->ray, n, i) * direction;
   if (is_cap && !curves.is_in_joint(segment, along, position, direction, time)) return true;
-  if (!curves.elliptical) return false;
+  if (!curves.elliptical()) return false;
   const float lateral =
       glm::distance(position, curves.axis(segment, along, time)) / curves.semi_axis(segment, along, time);
   return is_outside(curves, segment, along, lateral, slope_of(arguments, i), direction, time);
@@ -87,12 +88,12 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
     if (arguments->valid[i] == 0) continue;
     const std::uint32_t segment = RTCHitN_primID(arguments->hit, n, i);
     const float along = RTCHitN_u(arguments->hit, n, i);
-    const bool is_own = curves.segments[segment].strand == query.start_strand && curves.groom == query.start_groom;
+    const bool is_own = curves.groom == query.start_groom && segment - query.first_own < query.own_count;
     if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < 2 * curves.semi_axis(segment, along, query.time)) {
       arguments->valid[i] = 0;
     } else if (curves.is_linear()) {
       if (is_outside_linear(curves, arguments, i, query.time)) arguments->valid[i] = 0;
-    } else if (curves.elliptical) {
+    } else if (curves.elliptical()) {
       if (is_outside(curves, segment, along, RTCHitN_v(arguments->hit, n, i), slope_of(arguments, i),
                      direction_of(arguments, i), query.time)) {
         arguments->valid[i] = 0;
@@ -130,11 +131,16 @@ RTCRay embree_ray(const Ray& ray, float start) {
   return out;
 }
 
-RayQuery ray_query(const Ray& ray, float start) {
+RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, float start) {
   RayQuery query;
   embree::init(&query.context);
   query.start_groom = ray.start_groom;
-  query.start_strand = ray.start_strand;
+  query.first_own = query.own_count = 0;
+  if (ray.start_groom < grooms.size() && ray.start_strand != no_index) {
+    const std::uint32_t* first = &grooms[ray.start_groom].first_segment[ray.start_strand];
+    query.first_own = first[0];
+    query.own_count = first[1] - first[0];
+  }
   query.start = start;
   query.from_camera = ray.from_camera;
   query.time = ray.time;
@@ -208,12 +214,13 @@ void check(RTCDevice device, const void* made) {
   throw std::runtime_error("Embree: error " + std::to_string(static_cast<int>(error)));
 }
 
-RTCGeometry ribbons(RTCDevice device, StrandCurves* curves) {
+RTCGeometry ribbons(RTCDevice device, const TreeOptions& tree, StrandCurves* curves) {
   RTCGeometry geometry =
       rtcNewGeometry(device, curves->is_linear()                           ? RTC_GEOMETRY_TYPE_FLAT_LINEAR_CURVE
                              : curves->basis == scene::StrandBasis::bezier ? RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE
                                                                            : RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
   check(device, geometry);
+  if (tree.pieces > 0) rtcSetGeometryTessellationRate(geometry, tree.pieces);
   rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned int>(curves->moments()));
   const auto share = [&](unsigned int moment, const std::vector<glm::vec4>& control) {
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, moment, RTC_FORMAT_FLOAT4, control.data(), 0,
@@ -247,6 +254,21 @@ RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   copy(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles, 0);
   if (!mesh.visible) rtcSetGeometryIntersectFilterFunction(geometry, unseen_filter);
   return geometry;
+}
+
+/// Of rays aimed at an edge that two triangles share, 3.5 % slip through a scene that is not robust, .007 % one that
+/// is.
+RTCSceneFlags scene_flags(const TreeOptions& tree, bool has_meshes) {
+  using Robust = TreeOptions::Robust;
+  const bool is_robust = tree.robust == Robust::always || (tree.robust == Robust::with_meshes && has_meshes);
+  const int flags = (is_robust ? RTC_SCENE_FLAG_ROBUST : 0) | (tree.compact ? RTC_SCENE_FLAG_COMPACT : 0);
+  return static_cast<RTCSceneFlags>(flags);
+}
+
+RTCBuildQuality build_quality(TreeOptions::Quality quality) {
+  return quality == TreeOptions::Quality::low    ? RTC_BUILD_QUALITY_LOW
+         : quality == TreeOptions::Quality::high ? RTC_BUILD_QUALITY_HIGH
+                                                 : RTC_BUILD_QUALITY_MEDIUM;
 }
 
 void attach(RTCScene scene, RTCGeometry geometry, std::size_t index) {
@@ -284,16 +306,16 @@ struct FiberScene::Implementation {
   RTCScene scene = nullptr;
 };
 
-FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(double)>& told)
+FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(double)>& told, const TreeOptions& tree)
     : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
-  self.device = rtcNewDevice("");
+  self.device = rtcNewDevice(tree.device.c_str());
   check(self.device, self.device);
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self.embree_bytes);
   self.scene = rtcNewScene(self.device);
   check(self.device, self.scene);
-  // Of rays aimed at an edge that two triangles share, 3.5 % slip through without this, .007 % with it.
-  if (!scene.meshes.empty()) rtcSetSceneFlags(self.scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(self.scene, scene_flags(tree, !scene.meshes.empty()));
+  rtcSetSceneBuildQuality(self.scene, build_quality(tree.quality));
   self.grooms.reserve(scene.grooms.size());
   float largest_axis = 0;
   for (std::uint32_t index = 0; index < scene.grooms.size(); ++index) {
@@ -303,7 +325,7 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
     for (const glm::vec4& control : curves.control) largest_axis = std::max(largest_axis, control.w);
     for (const auto& moment : curves.later_control)
       for (const glm::vec4& control : moment) largest_axis = std::max(largest_axis, control.w);
-    attach(self.scene, ribbons(self.device, &curves), index);
+    attach(self.scene, ribbons(self.device, tree, &curves), index);
   }
   self.start = 2.01f * largest_axis;
   for (std::uint32_t index = 0; index < scene.meshes.size(); ++index) {
@@ -326,7 +348,7 @@ FiberScene::~FiberScene() = default;
 
 std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
   const Implementation& self = *implementation_;
-  RayQuery query = ray_query(ray, self.start);
+  RayQuery query = ray_query(ray, self.grooms, self.start);
   RTCRayHit found{};
   found.ray = embree_ray(ray, self.start);
   found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -341,7 +363,7 @@ std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
 
 bool FiberScene::occluded(const Ray& ray, float distance_cm) const {
   const Implementation& self = *implementation_;
-  RayQuery query = ray_query(ray, self.start);
+  RayQuery query = ray_query(ray, self.grooms, self.start);
   RTCRay shadow = embree_ray(ray, self.start);
   shadow.tfar = self.start + distance_cm;
   embree::occluded1(self.scene, &query.context, &shadow);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "scene/model/scene.h"
 
@@ -63,6 +64,18 @@ inline Ray ray_from(const Hit& hit, const glm::vec3& direction) {
   return {start_of(hit, direction), direction, hit.groom, hit.strand, false, hit.time};
 }
 
+/// How the tree over a scene is built. The defaults are what was measured to be fastest (bench/README.md, rays); other
+/// values are there to be measured against them (bench_trees).
+struct TreeOptions {
+  std::string device;  ///< Embree's configuration of a device, "hugepages=1,isa=avx2"; empty: its own choice
+  enum class Quality { low, medium, high } quality = Quality::medium;
+  bool compact = false;  ///< half the memory for slower rays
+  /// Triangles without gaps at their edges. Strands alone have no use for it.
+  enum class Robust { with_meshes, always, never } robust = Robust::with_meshes;
+  /// Straight pieces of a ribbon, that Embree makes of each segment of a curve; 0: its default, 4.
+  float pieces = 0;
+};
+
 /// Flat ribbons along B-splines or polygons (scene::Groom::linear) as wide as the elliptical silhouette, and triangles
 /// seen from both sides, for camera and shadow rays alike. A ribbon is met where the ray passes nearest to its axis,
 /// and only ahead of the ray's start; a bend of a polygon is filled on its outer side by a sector of the silhouette's
@@ -74,7 +87,8 @@ class FiberScene {
  public:
   /// Builds inside the calling oneTBB arena. `scene` must outlive this. Throws std::bad_alloc for want of memory.
   /// told: now and then how much of the tree is built, [0, 1]; from any thread; empty: nothing.
-  explicit FiberScene(const scene::Scene& scene, const std::function<void(double)>& told = {});
+  explicit FiberScene(const scene::Scene& scene, const std::function<void(double)>& told = {},
+                      const TreeOptions& tree = {});
   ~FiberScene();
   FiberScene(const FiberScene&) = delete;
   FiberScene& operator=(const FiberScene&) = delete;

@@ -202,7 +202,8 @@ bool StrandCurves::is_in_joint(std::uint32_t segment, float t, const glm::vec3& 
 }
 
 std::size_t StrandCurves::bytes() const {
-  std::size_t bytes = control.capacity() * sizeof(glm::vec4) + first_control.capacity() * sizeof(std::uint32_t) +
+  const std::size_t indices = first_control.capacity() + first_segment.capacity();
+  std::size_t bytes = control.capacity() * sizeof(glm::vec4) + indices * sizeof(std::uint32_t) +
                       segments.capacity() * sizeof(StrandSegment);
   for (const auto& moment : later_control) bytes += moment.capacity() * sizeof(glm::vec4);
   for (const auto& moment : later_frames) bytes += moment.capacity() * sizeof(SegmentFrames);
@@ -220,6 +221,7 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   const std::size_t most_segments = groom.points.size() - std::min<std::size_t>(groom.points.size(), strands);
   curves.first_control.reserve(most_segments);
   curves.segments.reserve(most_segments);
+  curves.first_segment.reserve(std::size_t{strands} + 1);
   StrandAdder adder(groom, curves);
   for (std::uint32_t strand = 0; strand < strands; ++strand) {
     const double hashed = 2 * std::numbers::pi * RandomStream(groom_index, strand).next();
@@ -228,9 +230,11 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
     const double curl_diameter =
         material.curl_diameter_cm ? *material.curl_diameter_cm : fiber::curl_diameter_cm(eccentricity);
     const double turn_rad_per_cm = material.twist && curl_diameter > 0 ? 2 / curl_diameter : 0;
-    curves.elliptical = curves.elliptical || eccentricity < 1;
+    curves.least_eccentricity = std::min(curves.least_eccentricity, eccentricity);
+    curves.first_segment.push_back(static_cast<std::uint32_t>(curves.segments.size()));
     adder.add({strand, eccentricity, root_angle, turn_rad_per_cm});
   }
+  curves.first_segment.push_back(static_cast<std::uint32_t>(curves.segments.size()));
   return curves;
 }
 

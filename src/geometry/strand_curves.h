@@ -37,14 +37,16 @@ struct StrandCurves {
   std::vector<glm::vec4> control;            ///< xyz, cm; w = major semi-axis, cm
   std::vector<std::uint32_t> first_control;  ///< per segment
   std::vector<StrandSegment> segments;
+  std::vector<std::uint32_t> first_segment;                ///< per strand of the groom, and the number of segments
   bool radii_change = false;                               ///< while the shutter is open
-  bool elliptical = false;                                 ///< some eccentricity is below 1
+  float least_eccentricity = 1;                            ///< of any strand
   scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< of the groom
 
   std::vector<std::vector<glm::vec4>> later_control;     ///< at the later moments; empty: the groom rests
   std::vector<std::vector<SegmentFrames>> later_frames;  ///< likewise, per segment
 
   std::size_t moments() const { return 1 + later_control.size(); }
+  bool elliptical() const { return least_eccentricity < 1; }
   bool is_linear() const { return basis == scene::StrandBasis::linear; }
 
   /// t in [0, 1] along the segment; tangent: unit.
