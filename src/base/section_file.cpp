@@ -14,14 +14,18 @@
 #include "base/content_hash.h"
 #include "base/descriptor.h"
 #include "base/file_replacement.h"
+#include "base/word_packing.h"
 #include "tress/base/replace_file.h"
 
 namespace tress {
 namespace {
 
 constexpr std::string_view magic{"\x89TRESSK\n", 8};
-constexpr std::uint32_t version = 1, most_sections = 64, longest_name = 64;
+constexpr std::uint32_t version = 2, most_sections = 64, longest_name = 64;
 constexpr std::size_t header_bytes = 16;
+/// Pieces are packed, hashed and written while they are in the cache of the processor.
+constexpr std::size_t piece_bytes = std::size_t{1} << 18;
+constexpr std::uint64_t most_of_a_byte = 64;  ///< bytes that unpack_words() makes of one
 
 std::string integer(std::uint64_t value, int size) {
   std::string bytes;
@@ -81,8 +85,22 @@ class Input {
   std::uint64_t at_ = 0, left_ = 0;
 };
 
+bool read_piece(Input& in, const std::string& name, std::size_t size, std::string* payload) {
+  std::uint64_t stored_size = 0, sum = 0;
+  std::string stored, bytes;
+  if (!in.integer(4, &stored_size) || !in.integer(8, &sum)) return false;
+  if (stored_size > size) return in.fail("at most " + std::to_string(size) + " bytes", std::to_string(stored_size));
+  if (!in.bytes(stored_size, &stored)) return false;
+  const bool is_packed = stored_size < size;
+  if (is_packed && !unpack_words(stored, size, &bytes)) return in.fail("packed words of " + name, "other bytes");
+  const std::string& whole = is_packed ? bytes : stored;
+  if (content_hash(whole) != sum) return in.fail("section " + name + " as its checksum says", "other bytes");
+  *payload += whole;
+  return true;
+}
+
 bool read_section(Input& in, std::map<std::string, std::string>* sections) {
-  std::uint64_t name_size = 0, size = 0, sum = 0;
+  std::uint64_t name_size = 0, size = 0;
   std::string name, payload;
   if (!in.integer(4, &name_size)) return false;
   if (name_size == 0 || name_size > longest_name)
@@ -90,10 +108,28 @@ bool read_section(Input& in, std::map<std::string, std::string>* sections) {
   if (!in.bytes(name_size, &name)) return false;
   if (!std::ranges::all_of(name, [](char c) { return c > ' ' && c <= '~'; }))
     return in.fail("a name in printable ASCII", "another");
-  if (!in.integer(8, &size) || !in.integer(8, &sum) || !in.bytes(size, &payload)) return false;
-  if (content_hash(payload) != sum) return in.fail("section " + name + " as its checksum says", "other bytes");
+  if (!in.integer(8, &size)) return false;
+  payload.reserve(static_cast<std::size_t>(std::min(size, most_of_a_byte * in.left())));
+  while (payload.size() < size) {
+    const std::uint64_t left = size - payload.size();
+    if (!read_piece(in, name, static_cast<std::size_t>(std::min<std::uint64_t>(left, piece_bytes)), &payload))
+      return false;
+  }
   if (!sections->emplace(name, std::move(payload)).second) return in.fail("section " + name + " once", "twice");
   return true;
+}
+
+std::optional<Error> write_section(FileReplacement& out, const std::string& name, std::string_view payload) {
+  if (auto error = out.write(integer(name.size(), 4) + name + integer(payload.size(), 8))) return error;
+  std::string packed;
+  for (std::size_t at = 0; at < payload.size(); at += piece_bytes) {
+    const std::string_view piece = payload.substr(at, piece_bytes);
+    pack_words(piece, &packed);
+    const std::string_view stored = packed.size() < piece.size() ? packed : piece;
+    if (auto error = out.write(integer(stored.size(), 4) + integer(content_hash(piece), 8))) return error;
+    if (auto error = out.write(stored)) return error;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -106,10 +142,7 @@ std::optional<Error> write_sections(const std::filesystem::path& file, const Sec
   head += integer(version, 4) + integer(sections.size(), 4);
   if (auto error = out.write(head)) return error;
   for (const auto& [name, payload] : sections) {
-    if (auto error =
-            out.write(integer(name.size(), 4) + name + integer(payload.size(), 8) + integer(content_hash(payload), 8)))
-      return error;
-    if (auto error = out.write(payload)) return error;
+    if (auto error = write_section(out, name, payload)) return error;
   }
   if (auto error = out.finish()) return error;
   (void)remove_leftovers(target);

@@ -1,4 +1,4 @@
-// A file of named sections, each with its checksum: what a checkpoint and a part of a picture are stored in
+// A file of named sections, packed, with checksums: what a checkpoint and a part of a picture are stored in
 // (src/cli/CHECKPOINT.md has it byte by byte).
 #pragma once
 
@@ -22,7 +22,7 @@ using Sections = std::vector<std::pair<std::string, std::string_view>>;
 std::optional<Error> write_sections(const std::filesystem::path& file, const Sections& sections);
 
 /// All sections by their names. Error, naming the place, if the file is no such file, is cut, has more at its end, or a
-/// section is not what its checksum says. No memory is taken before the bytes for it are known to be there.
+/// piece of a section is not what its checksum says. Takes at most 64 times the memory of the file.
 Result<std::map<std::string, std::string>> read_sections(const std::filesystem::path& file);
 
 }  // namespace tress

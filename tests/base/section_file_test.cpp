@@ -38,9 +38,21 @@ TEST_F(SectionFile, GivesBackWhatWasWritten) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1) << "nothing is left beside it";
 }
 
+TEST_F(SectionFile, PiecesArePackedWhereThatMakesThemSmaller) {
+  std::string numbers(1000003, '\0');  // of several pieces, the last of which ends within a word
+  for (std::size_t i = 0; i < numbers.size(); i += 24) numbers[i] = static_cast<char>(i % 251);
+  ASSERT_FALSE(write_sections(file_, {{"numbers", numbers}, {"text", "as it is"}}));
+  EXPECT_LT(bytes().size(), numbers.size() / 8);
+  EXPECT_NE(bytes().find("as it is"), std::string::npos);
+  const auto read = read_sections(file_);
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_TRUE(read->at("numbers") == numbers);
+}
+
 TEST_F(SectionFile, EveryCutAndEveryFlippedBitIsRefused) {
-  ASSERT_FALSE(write_sections(file_, {{"a", "12345"}, {"b", "678"}}));
+  ASSERT_FALSE(write_sections(file_, {{"a", "12345"}, {"b", std::string(90, '\0') + "678"}}));
   const std::string good = bytes();
+  ASSERT_LT(good.size(), 100u) << "the second is packed";
   for (std::size_t size = 0; size < good.size(); ++size) {
     put(good.substr(0, size));
     EXPECT_FALSE(read_sections(file_)) << size;
