@@ -139,7 +139,8 @@ class RenderJob {
           bias_bound_ = pass.table.bias_bound;
           if (ahead.reason == nullptr && !deadline.passed()) checkpoint(pass, interrupt.requested());
           if (settings_.part && !deadline.passed()) tell_part(pass);
-          const bool goes_on = live_.after_pass(pass, ahead, interrupt.requested(), [&] { write_partial(pass); });
+          const auto save_layers = [&] { write_partial(pass, Partial::layers); };
+          const bool goes_on = live_.after_pass(pass, ahead, interrupt.requested(), save_layers);
           if (!goes_on && ahead.reason == nullptr) stopped_by_ = "page";
           return goes_on && ahead.reason == nullptr && !interrupt.requested();
         });
@@ -210,22 +211,26 @@ class RenderJob {
     const Clock::time_point start = Clock::now();
     const std::clock_t cpu = std::clock();
     const bool saved = checkpoint_->save(pass, service_, progress_so_far());
-    if (!now) write_partial(pass);
+    if (!now) write_partial(pass, Partial::beauty);
     checkpoint_->spent(Clock::now() - start);
     if (saved)
       log_note(fmt::format("checkpoint {}: {} passes, saved in {:.3f} s of CPU", checkpoint_->file().string(),
                            pass.pass + 1, static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC));
   }
 
+  /// What is there so far. beauty: written in a small part of the time, for every checkpoint.
+  enum class Partial { beauty, layers };
+
   /// What cannot be written is told once, until it can.
-  void write_partial(const integrate::PassProgress& pass) {
-    image::Picture partial = pass.film->picture();
+  void write_partial(const integrate::PassProgress& pass, Partial what) {
+    image::Picture partial = what == Partial::beauty ? pass.film->beauty_picture() : pass.film->picture();
     partial.whole_width = scene_.image.width;
     partial.whole_height = scene_.image.height;
     partial.metadata["settings"] = identity_text(identity_);
     partial.metadata["stopped_by"] = "checkpoint";
     keep_asked_layers(settings_, &partial);
-    const auto error = image::write_exr(settings_.output, partial, settings_.precision);
+    const auto compression = what == Partial::beauty ? image::Compression::none : image::Compression::zip;
+    const auto error = image::write_exr(settings_.output, partial, settings_.precision, compression);
     if (error && !partial_fails_) log_warning("no picture so far: " + error->message());
     partial_fails_ = error.has_value();
   }

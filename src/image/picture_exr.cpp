@@ -138,7 +138,8 @@ class MemoryStream : public Imf::OStream {
 
 }  // namespace
 
-std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture, Precision precision) {
+std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture, Precision precision,
+                               Compression compression) {
   if (auto error = check_layout(file, picture)) return error;
   MemoryStream stream;
   try {
@@ -146,7 +147,7 @@ std::optional<Error> write_exr(const std::filesystem::path& file, const Picture&
     const Imath::Box2i display({0, 0}, {whole.width - 1, whole.height - 1});
     const Imath::Box2i data({part.left, part.top}, {part.left + part.width - 1, part.top + part.height - 1});
     Imf::Header header(display, data);
-    header.compression() = Imf::ZIP_COMPRESSION;
+    header.compression() = compression == Compression::zip ? Imf::ZIP_COMPRESSION : Imf::NO_COMPRESSION;
     for (const auto& [key, value] : picture.metadata) header.insert(key, Imf::StringAttribute(value));
     for (const auto& [key, value] : picture.matrices) header.insert(key, Imf::M44fAttribute(matrix_of(value)));
     header.screenWindowWidth() = picture.screen_width;

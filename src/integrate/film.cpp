@@ -10,23 +10,6 @@
 #include "base/color.h"
 
 namespace tress::integrate {
-namespace {
-
-constexpr float largest = std::numeric_limits<float>::max();
-/// Paths are floats: where they are apart by less than this share of their mean they are alike, and sums are rounded.
-constexpr double least_spread = 1e-12;
-
-/// As a picture tells it. Without the spread that rounding alone makes, which depends on the order of the sums.
-glm::dvec3 told_variance(const PixelSums& pixel, Ground ground) {
-  glm::dvec3 variance = pixel.variance_of_mean();
-  const double n = std::max(1u, pixel.samples);
-  const glm::dvec3 limit = least_spread * pixel.beauty(ground) / n;
-  for (int c = 0; c < 3; ++c)
-    if (variance[c] * n < limit[c] * limit[c]) variance[c] = 0;
-  return glm::min(variance, static_cast<double>(largest));
-}
-
-}  // namespace
 
 bool PixelSums::add(const PathSums& path, Ground ground, std::uint32_t first_sample) {
   const bool is_odd = (first_sample + traced()) % 2 == 1;
@@ -142,83 +125,6 @@ std::vector<std::size_t> Film::shown_pixels() const {
     reach(here + width < pixels_.size(), here + width);
   }
   return source;
-}
-
-image::Picture Film::picture() const {
-  image::Picture picture;
-  picture.width = window_.width;
-  picture.height = window_.height;
-  picture.left = window_.left;
-  picture.top = window_.top;
-  const std::vector<std::size_t> source = shown_pixels();
-  /// Adds a channel; `value` is asked of every pixel that is shown.
-  const auto add = [&](const std::string& name, auto&& value) {
-    std::vector<float> pixels(pixels_.size(), 0.0f);
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      if (source[i] != no_pixel) pixels[i] = value(pixels_[source[i]]);
-    }
-    picture.channels.push_back({name, std::move(pixels)});
-  };
-  /// The same for three: a prefix with its dot, or none.
-  const auto add_three = [&](const std::string& prefix, const char* const(&suffixes)[3], auto&& value) {
-    for (int i = 0; i < 3; ++i) {
-      add(prefix + suffixes[i], [&](const PixelSums& pixel) { return static_cast<float>(value(pixel)[i]); });
-    }
-  };
-  const char* const rgb[] = {"R", "G", "B"};
-  const char* const xyz[] = {"X", "Y", "Z"};
-  const auto samples = [](const PixelSums& pixel) { return static_cast<double>(pixel.samples); };
-
-  add_three("", rgb, [&](const PixelSums& pixel) {
-    glm::vec3 sum(0.0f);  // of the layers as they are in the file
-    for (std::size_t layer = 0; layer < beauty_layers(ground_); ++layer)
-      sum += glm::vec3(pixel.layers[layer] / samples(pixel));
-    return glm::clamp(sum, -largest, largest);  // a mean of finite sums is finite, but for the rounding of this one
-  });
-  const auto coverage = [&](const PixelSums& pixel) { return static_cast<float>(pixel.coverage / samples(pixel)); };
-  add("A", [&](const PixelSums& pixel) { return static_cast<float>(pixel.opaque / samples(pixel)); });
-  add("coverage", coverage);
-  for (std::size_t layer = 0; layer < layer_count; ++layer) {
-    if (layer == static_cast<std::size_t>(fiber::Lobe::glint) && !glint_) continue;
-    if (layer == emission_layer && !extra_.emission) continue;
-    add_three(std::string(layer_name(layer)) + ".", rgb,
-              [&](const PixelSums& pixel) { return pixel.layers[layer] / samples(pixel); });
-  }
-  for (std::size_t group = 0; group < extra_.groups.size(); ++group) {
-    add_three("light." + extra_.groups[group] + ".", rgb, [&](const PixelSums& pixel) {
-      const auto at = static_cast<std::size_t>(&pixel - pixels_.data());
-      const glm::dvec3 most(static_cast<double>(largest));
-      return glm::clamp(group_sums_[at * extra_.groups.size() + group] / samples(pixel), -most, most);
-    });
-  }
-  const auto over_covered = [](const PixelSums& pixel, const auto& sum) {
-    return pixel.coverage > 0 ? sum / pixel.coverage : 0.0 * sum;
-  };
-  add_three("albedo.", rgb, [&](const PixelSums& pixel) { return pixel.albedo / samples(pixel); });
-  add_three("N.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.normal); });
-  add_three("tangent.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.tangent); });
-  add("Z", [&](const PixelSums& pixel) { return static_cast<float>(over_covered(pixel, pixel.distance_cm)); });
-  add_three("variance.", rgb, [&](const PixelSums& pixel) { return told_variance(pixel, ground_); });
-  add_half_channels(source, &picture);
-  for (int i = 0; i < 2 && !motion_.empty(); ++i) {
-    std::vector<float> pixels(pixels_.size(), 0.0f);
-    for (std::size_t p = 0; p < pixels.size(); ++p) {
-      if (source[p] == no_pixel) continue;
-      const PixelSums& pixel = pixels_[source[p]];
-      const MotionSums& sums = motion_[source[p]];
-      pixels[p] =
-          static_cast<float>(pixel.coverage > 0 ? sums.seen[i] / pixel.coverage : sums.behind[i] / samples(pixel));
-    }
-    picture.channels.push_back({i == 0 ? "forward.u" : "forward.v", std::move(pixels)});
-  }
-  add("samples", [](const PixelSums& pixel) { return static_cast<float>(pixel.samples); });
-  const auto over_queries = [](const PixelSums& pixel, double sum) {
-    return pixel.queries > 0 ? static_cast<float>(sum / static_cast<double>(pixel.queries)) : 0.0f;
-  };
-  add("ais.exact",
-      [&](const PixelSums& pixel) { return over_queries(pixel, static_cast<double>(pixel.exact_queries)); });
-  add("ais.objective", [&](const PixelSums& pixel) { return over_queries(pixel, pixel.objective); });
-  return picture;
 }
 
 std::vector<PixelCost> Film::costs() const {

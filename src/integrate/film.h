@@ -114,6 +114,8 @@ class Film {
   /// something, 0 where none did: the first two are shorter than 1 where directions differ. forward, of a scene that
   /// moves, too; where nothing was met it is the motion of the backdrop.
   image::Picture picture() const;
+  /// R, G, B and A of picture(), in a small part of its time.
+  image::Picture beauty_picture() const;
 
   /// Of the paths in the sums that met something.
   const ObjectCounts& object_counts() const { return object_counts_; }
@@ -166,6 +168,8 @@ class Film {
   /// Of the path that has just been added to a pixel that was `before`.
   void add_to_halves(std::size_t index, const PixelSums& before);
   void add_halves(std::size_t index, const Film& later, std::size_t later_index);
+  /// source: shown_pixels().
+  image::Picture beauty_of(const std::vector<std::size_t>& source) const;
   void add_half_channels(const std::vector<std::size_t>& source, image::Picture* picture) const;
 
   image::Window window_;

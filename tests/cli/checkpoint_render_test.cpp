@@ -164,17 +164,17 @@ class FullDisk {
   rlimit before_{};
 };
 
-// The sums of 32 x 32 pixels are 0.46 MB, each other file is less: telemetry of 300 samples is 0.3 MB. A save that
-// fails takes a millisecond, and the next is tried after a hundred of them.
+// The sums of 128 x 128 pixels are 7.5 MB, packed 0.1 MB after the first pass and 2 MB after twenty. Each other file
+// is less than 0.2 MB. A save that fails takes milliseconds, and the next is tried after a hundred times that.
 TEST_F(Checkpoints, ThatFindNoRoomAreToldOnceAndTheRenderEndsAsWithoutThem) {
-  const std::vector<std::string> more{"--resolution", "32x32", "--spp", "300"};
+  const std::vector<std::string> more{"--resolution", "128x128", "--spp", "40", "--layers", "beauty"};
   const Outcome whole = run(command("whole", more));
   ASSERT_EQ(whole.status, 0) << whole.err;
   auto words = command("full", more);
   words.insert(words.end(), {"--checkpoint", "--checkpoint-interval", "0"});
   Outcome full;
   {
-    const FullDisk disk(450000);
+    const FullDisk disk(250000);
     full = run(words);
   }
   EXPECT_EQ(full.status, 0) << full.err;
@@ -193,8 +193,13 @@ TEST_F(Checkpoints, WhoseFolderGoesAreToldOnceAndTheRenderEndsAsWithoutThem) {
   auto words = command("lost", more);
   words.insert(words.end(), {"--checkpoint", path("there/c.checkpoint"), "--checkpoint-interval", "0"});
   const Process process(folder_, words);
-  for (int tries = 0; tries < 3000 && !fs::exists(path("there/c.checkpoint")); ++tries)
+  for (int tries = 0; tries < 3000 && !(fs::exists(path("there/c.checkpoint")) && fs::exists(path("lost.exr")));
+       ++tries)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  const auto partial = image::read_exr(path("lost.exr"));
+  ASSERT_TRUE(partial) << partial.error().message();
+  EXPECT_EQ(partial->metadata.at("stopped_by"), "checkpoint");
+  EXPECT_EQ(partial->channels.size(), 4u) << "of beauty alone";
   fs::rename(path("there"), path("gone"));
   const Outcome lost = process.wait();
   EXPECT_EQ(lost.status, 0) << lost.err;

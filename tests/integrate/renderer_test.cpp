@@ -538,6 +538,13 @@ TEST(Film, unsampled_pixels_show_the_nearest_sampled_one) {
   EXPECT_EQ(picture.find("R")->pixels, (std::vector<float>{1, 1, 3, 3, 3}));
   EXPECT_EQ(picture.find("coverage")->pixels, (std::vector<float>{0, 0, 0.5f, 0.5f, 0.5f}));
   EXPECT_EQ(film.samples_per_pixel(), 0.8);
+  const image::Picture beauty = film.beauty_picture();
+  EXPECT_EQ(beauty.window(), picture.window());
+  ASSERT_EQ(beauty.channels.size(), 4u);
+  for (std::size_t c = 0; c < 4; ++c) {
+    EXPECT_EQ(beauty.channels[c].name, picture.channels[c].name);
+    EXPECT_EQ(beauty.channels[c].pixels, picture.channels[c].pixels);
+  }
 }
 
 TEST(Film, tells_the_variance_of_the_mean_and_the_noise) {
