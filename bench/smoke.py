@@ -47,6 +47,7 @@ def smallest(cache, folder):
         "slab": ["--model", "elliptical", "--paths", "100"],
         "deeper": [LOCK, "--size", "12", "--spp", "2", "--teach", "1", "--pairs", "3"],
         "replay": [LOCK, "--width", "16", "--height", "16", "--teach", "1", "--repeat", "1", "--inside", "0.01"],
+        "trees": [LOCK, "--size", "8x24", "--teach", "1", "--rounds", "1"],
         "atlas_faults": ["bytes", cache, "--rows", "1"],
         "atlas_images": [LOCK, "-o", os.path.join(folder, "images.exr"), "--resolution", "12x12", "--spp", "1"],
         "atlas_learning": ["--rows", "4", "--rival-rows", "1"],
