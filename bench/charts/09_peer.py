@@ -5,7 +5,8 @@ absorption. What differs: the fiber model (Cycles: Chiang et al. 2016, near fiel
 comparison our chiang2016, round), the ribbons (Cycles: Catmull-Rom through the points; ours: B-splines controlled by them), the
 widths of lobes (roughness .25 and .3 there, Beckmann .17 here: R as wide), the filter (Blackman-Harris of 1.5 pixels; tent
 of 1) and roulette. `cycles` is without bias as ours is; `cycles, defaults` clamps indirect light at 10, blurs glossy bounces and
-leaves weak lights out, and is less noisy for it. Noise is that of one picture: the root mean square of
+leaves weak lights out, and is less noisy for it. `tress, adaptive` shares the same number of samples out by noise, as its
+`--noise` does; the adaptive sampling of Cycles is off. Noise is that of one picture: the root mean square of
 the difference of two seeds' over sqrt 2, over the mean where there is hair. CPU time is of the whole process, start-up,
 building and learning included; the cost of a sample is the slope between two numbers of samples.
 """
@@ -33,6 +34,7 @@ QUICK = {**FULL, "resolution": 80, "samples": (4, 16), "rounds": 1}
 SHORT = {**FULL, "resolution": 96, "samples": (4, 32), "rounds": 1}
 RIVALS = {
     "tress": ["--model", "elliptical"],
+    "tress, adaptive": ["--model", "elliptical", "--adaptive", "on"],
     "tress, chiang2016": ["--model", "chiang2016"],
     "cycles": {"CYCLES_UNBIASED": "1"},
     "cycles, defaults": {"CYCLES_UNBIASED": "0"},
@@ -93,7 +95,8 @@ def measure(run):
         return {"left_out": "blender (Debian) or ../shared/tools/cycles_peer is absent", "grooms": {}}
     settings = QUICK if run.quick else SHORT if run.short else FULL
     resolution, samples, threads = (settings[name] for name in ("resolution", "samples", "threads"))
-    rivals = ("tress", "cycles") if run.quick else ("tress", "cycles", "cycles, defaults") if run.short else tuple(RIVALS)
+    few = ("tress", "tress, adaptive", "cycles", "cycles, defaults")
+    rivals = ("tress", "cycles") if run.quick else few if run.short else tuple(RIVALS)
 
     def picture(rival, groom, environment, options, scenes, spp, seed):
         """(path, CPU seconds of the process)"""
@@ -120,7 +123,7 @@ def measure(run):
             continue
         run.say(name)
         scenes = {}
-        for rival, eccentricity in (("tress", 0.85), ("tress, chiang2016", 1.0)):
+        for rival, eccentricity in (("tress", 0.85), ("tress, adaptive", 0.85), ("tress, chiang2016", 1.0)):
             scenes[rival] = run.path(f"{name}_{rival}.json".replace(", ", "_"))
             charts.save(scenes[rival], scene_like_cycles(groom, environment, {**options, "eccentricity": eccentricity}))
 
@@ -152,7 +155,7 @@ def measure(run):
             "noises": NOISES, "grooms": found}
 
 
-STYLES = {"tress": ("#d62728", "o"), "tress, chiang2016": ("#2ca02c", "^"), "cycles": ("#393b79", "h"),
+STYLES = {"tress": ("#d62728", "o"), "tress, adaptive": ("#ff9896", "o"), "tress, chiang2016": ("#2ca02c", "^"), "cycles": ("#393b79", "h"),
           "cycles, defaults": ("#9c9ede", "h")}
 
 
