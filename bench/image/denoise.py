@@ -4,8 +4,9 @@
 usage: bench/image/denoise.py [BUILD] [-o FILE] [--folder FOLDER] [--only NAME]...
 
 Crops of 80 x 80 pixels of 16 and 64 samples a pixel, held against 160 (straight: 512) of another seed; the expected square of the
-reference's own noise, by its halves, is taken off. `straight` and `curly` are what the filter's constants were chosen on; the others
-are not. Pictures that FOLDER has are not rendered again. Writes JSON; some 3 minutes of CPU a scene. Needs numpy.
+reference's own noise, by its halves, is taken off. The standard error of what is found is by blocks of the picture. `straight` and
+`curly` are what the filter's constants were chosen on; the others are not. Pictures that FOLDER has are not rendered again. Writes JSON;
+some 3 minutes of CPU a scene. Needs numpy.
 """
 import argparse
 import json
@@ -55,7 +56,9 @@ def measured(tress, name, folder):
 
     def errors(picture):
         squares = (colors(files.read_exr(picture).channels) - truth) ** 2 - own
-        return (squares * weight).mean(), np.sqrt(max(squares.mean(), 0)) / truth.mean()
+        off = np.sqrt(max(squares.mean(), 0)) / truth.mean()
+        blocks = squares.mean(2).reshape(8, 10, 8, 10).mean((1, 3))  # of 10 x 10 pixels, past the filter's reach
+        return (squares * weight).mean(), off, blocks.std(ddof=1) / 8 / (2 * off * truth.mean() ** 2)
 
     entry = {"scene": name, "chosen_on": name in CHOSEN_ON, "samples": []}
     for what, samples, seed in (("t16", 16, 1), ("t64", 64, 2)):
@@ -63,11 +66,11 @@ def measured(tress, name, folder):
         done = subprocess.run([tress, "denoise", noisy, "-o", clean, "--precision", "float", "--threads", "1"], check=True,
                               capture_output=True, text=True)
         told = float(re.search(r"off by ([0-9.e-]+) of", done.stderr)[1])
-        (before, off_before), (after, off_after) = errors(noisy), errors(clean)
+        (before, off_before, _), (after, off_after, uncertain) = errors(noisy), errors(clean)
         entry["samples"].append({"samples": samples, "relative_mse": before, "denoised_relative_mse": after, "off": off_before,
-                                 "denoised_off": off_after, "told": told})
+                                 "denoised_off": off_after, "denoised_off_error": uncertain, "told": told})
         print(f"{name:9} {samples:3} samples: {before:.4f} -> {after:.4f}, {before / after:.1f} times less; root mean square "
-              f"{off_before:.3f} -> {off_after:.3f} of the mean, told {told:.3f}", flush=True)
+              f"{off_before:.3f} -> {off_after:.3f} +- {uncertain:.3f} of the mean, told {told:.3f}", flush=True)
     return entry
 
 

@@ -13,7 +13,7 @@
 namespace tress::denoise {
 
 /// Of R, G, B; the numbers are means over the pixels in which something is seen (layer `coverage`; all, of a picture
-/// without it). Errors are estimated from the halves alone, within a tenth (bench/README.md, Denoising).
+/// without it). Errors are estimated from the halves alone, within 7 % (bench/README.md, Denoising).
 struct Denoised {
   std::array<std::vector<float>, 3> colors;  ///< filtered
   double error_before = 0;                   ///< mean squared error
