@@ -88,6 +88,15 @@ if(BUILD_SHARED_LIBS)
   set(comma ", ")
   tress_package(library NAME libtress${soversion} SECTION libs SUMMARY "scattering of elliptical hair, shared libraries"
     DETAILS "The learning service and the fiber model of tress, for other renderers.")
+  file(WRITE ${PROJECT_BINARY_DIR}/packages/library/triggers "activate-noawait ldconfig\n")
+  list(APPEND CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/packages/library/triggers)
+  file(WRITE ${PROJECT_BINARY_DIR}/packages/library/libtress${soversion} "# Three libraries of one version, always used together.
+libtress${soversion}: package-name-doesnt-match-sonames
+# CPack writes these beside the trigger.
+libtress${soversion}: maintscript-calls-ldconfig
+")
+  install(FILES ${PROJECT_BINARY_DIR}/packages/library/libtress${soversion} DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides
+    COMPONENT library)
 endif()
 tress_package(program NAME tress DEPENDS "${libraries}" SUMMARY "renderer of hair and fur that learns its scattering tables"
   DETAILS "Renders grooms whose fibers have elliptical cross-sections, without a bake.")

@@ -109,8 +109,8 @@ std::string manual_page(const CLI::App& command, const std::string& path) {
   for (char& c : name) c = c == ' ' ? '-' : c;
   std::string upper = name;
   for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  std::string page = fmt::format(".TH \"{}\" 1 \"\" \"tress {}\" \"tress\"\n.SH NAME\n{} \\- {}\n.SH SYNOPSIS\n", upper,
-                                 version(), troff(name), troff(command.get_description()));
+  std::string page = fmt::format(".TH \"{}\" 1 \"\" \"tress {}\" \"tress\"\n.ad l\n.SH NAME\n{} \\- {}\n.SH SYNOPSIS\n",
+                                 upper, version(), troff(name), troff(command.get_description()));
   visit_commands(command, path, [&](const CLI::App& app, const std::string& words) {
     const auto is_argument = [](const CLI::Option* option) { return option->get_positional(); };
     if (!commands_of(app).empty() && !std::ranges::any_of(app.get_options(), is_argument)) return;
