@@ -17,7 +17,7 @@ ROOT = os.path.dirname(os.path.dirname(HERE))
 DEMO = os.path.join(os.path.dirname(HERE), "demo.json")
 GAP = 3  # pixels between two pictures
 MODELS = ("elliptical", "chiang2016", "deon2011", "marschner2003", "ou2012")
-SELECTION = ("black_straight", "white_fur", "blond_backlit", "macro_fiber", "wet_strands")
+SELECTION = ("black_straight", "white_fur", "blond_curls", "macro_fiber", "wet_strands")
 
 
 def renders(name, folder):
