@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Renders the gallery's pictures that are of several renders, and lays them side by side: strip.py NAME -o FOLDER.
 
-NAME is cold_and_warm or models; selection joins stored pictures without a render. The renders stay in FOLDER (default
+NAME is turntable, cold_and_warm or models; selection joins stored pictures without a render. The renders stay in FOLDER (default
 build/gallery), the strip is NAME.png there, cold_and_warm and selection at half the size. Needs Debian's
 python3-openimageio and python3-numpy.
 """
@@ -17,11 +17,15 @@ ROOT = os.path.dirname(os.path.dirname(HERE))
 DEMO = os.path.join(os.path.dirname(HERE), "demo.json")
 GAP = 3  # pixels between two pictures
 MODELS = ("elliptical", "chiang2016", "deon2011", "marschner2003", "ou2012")
+VIEWS = 5  # of the turntable, as its scene has frames
 SELECTION = ("black_straight", "white_fur", "blond_curls", "macro_fiber", "wet_strands")
 
 
 def renders(name, folder):
     """The renders of a strip, in order: the name of each and its arguments."""
+    if name == "turntable":  # one render of several frames
+        return [("turn.####", [os.path.join(HERE, "turntable.json"), "--frames", f"0-{VIEWS - 1}", "--model", "rough", "--adaptive", "on",
+                               "--denoise"])]
     if name == "models":
         return [(model, [DEMO, "--model", model, "--resolution", "96x128", "--spp", "32"]) for model in MODELS]
     cache = os.path.join(folder, "demo.cache")
@@ -53,7 +57,7 @@ def side_by_side(pngs, output, halved):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("name", choices=("cold_and_warm", "models", "selection"))
+    parser.add_argument("name", choices=("turntable", "cold_and_warm", "models", "selection"))
     parser.add_argument("-o", "--output", default=os.path.join(ROOT, "build", "gallery"), help="folder")
     parser.add_argument("--tress", default=os.path.join(ROOT, "build", "release", "tress"), help="the program")
     options = parser.parse_args()
@@ -65,7 +69,7 @@ def main():
     for name, arguments in renders(options.name, options.output):
         exr = os.path.join(options.output, name + ".exr")
         subprocess.run([options.tress, "render", *arguments, "-o", exr], check=True)
-        pngs.append(exr[:-4] + ".png")
+        pngs += [exr[:-4].replace("####", f"{view:04}") + ".png" for view in range(VIEWS if "####" in name else 1)]
     side_by_side(pngs, os.path.join(options.output, options.name + ".png"), options.name == "cold_and_warm")
 
 
