@@ -122,7 +122,7 @@ TEST(SceneFile, ReadsTheMedulla) {
 
 TEST(SceneFile, NamesNaturalHair) {
   const auto scene = parsed(R"({"materials": [{"hair": "dark brown"}, {"hair": "grey"}], )" + groom + "}");
-  EXPECT_EQ(scene.materials.at(0).fiber.sigma_a, fiber::sigma_a_from_melanin(3, 0.3f));
+  EXPECT_EQ(scene.materials.at(0).fiber.sigma_a, fiber::sigma_a_from_melanin(1.3f, 0));
   EXPECT_EQ(scene.materials.at(1).fiber.sigma_a, grey_sigma_a);
   EXPECT_NE(message(R"({"materials": [{"hair": "blonde"}], )" + groom + "}").find("/materials/0/hair"),
             std::string::npos);

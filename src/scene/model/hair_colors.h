@@ -23,10 +23,12 @@ struct HairColor {
 constexpr std::string_view grey_hair = "grey";
 constexpr glm::vec3 grey_sigma_a{0.055f, 0.058f, 0.066f};
 
-constexpr std::array hair_colors{HairColor{"black", 8, 0},         HairColor{"dark brown", 3, 0.3f},
-                                 HairColor{"brown", 1.3f, 0},      HairColor{"light brown", 0.6f, 0.6f},
-                                 HairColor{"auburn", 0.6f, 1.6f},  HairColor{"red", 0.05f, 0.9f},
-                                 HairColor{"blond", 0.25f, 0.35f}, HairColor{"platinum", 0.05f, 0.05f},
+/// So that a dense lock in even light shows what the name says: brown 0.07, 0.04, 0.02, blond 0.45, 0.32, 0.18 (linear,
+/// bench/figures/colors.py --lock).
+constexpr std::array hair_colors{HairColor{"black", 8, 0},         HairColor{"dark brown", 1.3f, 0},
+                                 HairColor{"brown", 0.5f, 0.05f},  HairColor{"light brown", 0.15f, 0.04f},
+                                 HairColor{"auburn", 0.1f, 0.6f},  HairColor{"red", 0.01f, 0.3f},
+                                 HairColor{"blond", 0.02f, 0.05f}, HairColor{"platinum", 0.01f, 0.008f},
                                  HairColor{"white", 0, 0}};
 
 /// "black", ..., "white", "grey".
