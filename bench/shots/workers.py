@@ -3,7 +3,7 @@
 
 usage: bench/shots/workers.py [BUILD] [-o FILE] [--caches 100] [--frames 240] [--scene SCENE] [--size 64x64] [--spp 16]
 
-Measured, CPU time of one thread: a frame cold and the same warm, so what calibration costs; `tress cache merge` of 1, 10 and
+Measured, CPU time of one thread: a frame cold and the same warm, in turns, so what calibration costs; `tress cache merge` of 1, 10 and
 all of so many caches that were learned apart from the same hair under other seeds; bytes. Simulated: a shot of so many
 frames, each of which costs what the warm one does, by workers that are all alike and start together. `cold`: every worker
 calibrates for itself and carries its table; `first`: the first frame alone calibrates, the others wait for it
@@ -69,13 +69,16 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         of = lambda name: os.path.join(folder, name)
         render = [program, "render", options.scene, "--resolution", options.size, "--threads", "1", "--quiet"]
-        caches, cold = [of(f"{seed}.cache") for seed in range(options.caches)], 0.0
+        caches, cold, warm = [of(f"{seed}.cache") for seed in range(options.caches)], 0.0, 0.0
+        learned = ["-o", of("a.exr"), "--spp", options.spp]
         for seed, cache in enumerate(caches):
-            spp = options.spp if seed < 3 else "2"
-            seconds = cpu_seconds(render + ["-o", of("a.exr"), "--seed", str(seed), "--spp", spp, "--warm-cache", cache])
-            cold += seconds / 3 if seed < 3 else 0
-        warm = sum(cpu_seconds(render + ["-o", of("a.exr"), "--seed", str(100 + i), "--spp", options.spp, "--warm-cache",
-                                         caches[0], "--cache-mode", "frozen"]) for i in range(3)) / 3
+            if seed >= 3:
+                cpu_seconds(render + ["-o", of("a.exr"), "--seed", str(seed), "--spp", "2", "--warm-cache", cache])
+                continue
+            # In turns: the same work takes more CPU on a busier machine.
+            cold += cpu_seconds(render + learned + ["--seed", str(seed), "--warm-cache", cache]) / 3
+            warm += cpu_seconds(render + learned + ["--seed", str(100 + seed), "--warm-cache", cache, "--cache-mode",
+                                                    "frozen"]) / 3
         merges, sizes = {}, {}
         for count in sorted({1, 10, options.caches}):
             merges[count] = cpu_seconds([program, "cache", "merge", *caches[:count], "-o", of("all.cache")])
