@@ -20,6 +20,7 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -209,14 +210,13 @@ nlohmann::ordered_json compared(const Tree& tree, const scene::Scene& scene, con
                                 double plain_build, const RecordedPaths& paths, int rounds) {
   nlohmann::ordered_json found;
   found["tree"] = tree.name;
-  const scene::Scene other =
-      tree.strands == Strands::as_they_are ? scene::Scene{} : changed(scene, tree.strands, tree.pieces);
+  std::optional<scene::Scene> other;
+  if (tree.strands != Strands::as_they_are) other = changed(scene, tree.strands, tree.pieces);
   std::unique_ptr<FiberScene> fibers;
   double build = 0;
   try {
     build = timed([&] {
-      fibers = std::make_unique<FiberScene>(tree.strands == Strands::as_they_are ? scene : other,
-                                            std::function<void(double)>(), tree.options);
+      fibers = std::make_unique<FiberScene>(other ? *other : scene, std::function<void(double)>(), tree.options);
     });
   } catch (const std::exception& error) {
     found["refused"] = error.what();
