@@ -93,7 +93,8 @@ class RoughModel final : public EventRowModel {
     }
     const LobeShares shares = select_lobes(event);
     if (!has_converged) {
-      constants->traced = fibers_.traced().begin(event, fiber.parameters, h);
+      const float offset = service_ != nullptr ? TracedFibers::any_offset(event) : h;
+      constants->traced = fibers_.traced().begin(event, fiber.parameters, offset);
       return event;
     }
     constants->specular_height = specular_height(event.wr.theta);

@@ -12,6 +12,7 @@ namespace tress::fiber {
 namespace {
 
 constexpr std::uint64_t estimate_purpose = 0x657374696d617465ull;
+constexpr std::uint64_t offset_purpose = 0x6f666673657473ull;
 
 std::uint64_t bits_of(float a, float b) {
   return (std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b);
@@ -36,6 +37,11 @@ class GlintShares {
 };
 
 }  // namespace
+
+float TracedFibers::any_offset(const FiberEvent& event) {
+  RandomStream random(bits_of(event.xi1, event.xi2), bits_of(event.wr.theta, event.wr.phi), offset_purpose);
+  return 2 * random.next() - 1;
+}
 
 TracedEvent TracedFibers::begin(const FiberEvent& event, const FiberParameters& fiber, float h) const {
   const float offset = std::clamp(h, -1.0f, 1.0f);

@@ -30,6 +30,10 @@ class TracedFibers {
 
   /// event: its fiber, known direction (clamped()) and xi; h of FiberModel::begin().
   TracedEvent begin(const FiberEvent& event, const FiberParameters& fiber, float h) const;
+  /// A place across the fiber, uniform in [-1, 1], that depends on the numbers and direction of the event alone. What
+  /// stands for a row begins there and not where the ray met the fiber: a row is the mean over the width, and in dense
+  /// fur the two differ, since what an edge reflects goes where no neighbour stands.
+  static float any_offset(const FiberEvent& event);
   /// One path: its throughput times the gain as S, in the lobe of its order, over a pdf of 1.
   FiberSample sample(FiberId id, const TracedEvent& event, const FiberParameters& fiber,
                      const std::array<float, 4>& u) const;
