@@ -42,8 +42,10 @@ void SceneModel::add_fibers(const scene::Scene& scene) {
   }
   for (const scene::Material& material : scene.materials) tell_narrow_blurs(material);
   if (!service()) return;
-  log_note(fmt::format("{} pages for {} fiber{}, table of at most {:.4g} MB", service()->slice_count(),
-                       scene.fibers.size(), scene.fibers.size() == 1 ? "" : "s",
+  const auto plural = [](std::size_t count) { return count == 1 ? "" : "s"; };
+  const std::size_t pages = service()->slice_count();
+  log_note(fmt::format("{} page{} for {} fiber{}, table of at most {:.4g} MB", pages, plural(pages),
+                       scene.fibers.size(), plural(scene.fibers.size()),
                        double(settings_.table.memory_bytes) / double(1 << 20)));
 }
 
