@@ -20,6 +20,7 @@
 #include "cli/options.h"
 #include "cli/process.h"
 #include "cli/warm_start.h"
+#include "references/default_model.h"
 #include "tress/adaptive/cache.h"
 
 namespace tress::cli {
@@ -138,11 +139,10 @@ void print_hair(const std::vector<TableHair>& all) {
 }
 
 /// How much of the scene would start warm. Unset, and told, if it cannot be loaded.
-std::optional<WarmStart> warm_start_of(const CacheSettings& settings, const adaptive::CacheFile& cache,
-                                       bool has_samples) {
+std::optional<WarmStart> warm_start_of(const CacheSettings& settings, adaptive::CacheFile& cache) {
   RenderSettings render = settings.render;
   if (!settings.model_given) {
-    if (const fiber::ModelInfo* info = model_of_cache(cache.model(), has_samples)) render.model = info->name;
+    if (const fiber::ModelInfo* info = references::model_of_rows(cache)) render.model = info->name;
   }
   Result<scene::Scene> scene = scene::load_scene(*settings.scene, render.overrides);
   if (!scene) {
@@ -187,9 +187,7 @@ int run_cache_info(const CacheSettings& settings) {
   const std::vector<TableHair> hair = hair_of(held);
   std::optional<WarmStart> start;
   if (settings.scene) {
-    const bool all_samples =
-        std::ranges::all_of(held, [](const SliceContents& s) { return s.slice.kind == adaptive::SliceKind::samples; });
-    start = warm_start_of(settings, rows, all_samples && !held.empty());
+    start = warm_start_of(settings, rows);
     if (!start) return 1;
   }
   if (settings.json) {

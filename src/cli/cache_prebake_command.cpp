@@ -17,6 +17,7 @@
 #include "cli/output_files.h"
 #include "cli/process.h"
 #include "cli/telemetry_lines.h"
+#include "references/default_model.h"
 #include "references/registry.h"
 #include "scene/read/load_scene.h"
 #include "tress/adaptive/cache.h"
@@ -30,7 +31,8 @@ namespace {
 struct PrebakeSettings {
   std::filesystem::path scene, output;
   scene::Overrides overrides;
-  std::string model = "elliptical";  ///< of references::models(), with rows
+  std::string model{references::default_model};  ///< of references::models(), with rows
+  bool model_of_scene = false;                   ///< nothing has named one
   adaptive::Options table;
   std::optional<int> threads;
   std::optional<std::filesystem::path> telemetry;
@@ -182,7 +184,7 @@ std::string contradiction(const CLI::App& prebake, const PrebakeSettings& settin
 /// Learns every row of every slice that the fibers of the scene have and saves them as a warm cache, replacing one that
 /// is there. Rows that did not converge are counted on stderr and saved as open. Exit status: 0, also with such rows; 1
 /// with nothing written; 130, 143 or 129 after a signal, with what was learned by then.
-int run_prebake(const PrebakeSettings& settings) {
+int run_prebake(PrebakeSettings settings) {
   if (const std::optional<Error> error = check_cache_output(settings.output)) {
     log_error(error->message());
     return 1;
@@ -193,6 +195,7 @@ int run_prebake(const PrebakeSettings& settings) {
     return 1;
   }
   for (const std::string& text : scene->warnings) log_warning(text);
+  if (settings.model_of_scene) settings.model = references::choose_model({.shapes_lobes = shapes_lobes(*scene)}).name;
   Result<TelemetryLines> telemetry = TelemetryLines::open(settings.telemetry);
   if (!telemetry) {
     log_error(telemetry.error().message());
@@ -219,7 +222,8 @@ Command add_cache_prebake(CLI::App& cache) {
   std::vector<std::string> models;
   for (const fiber::ModelInfo& model : references::models()) models.emplace_back(model.name);
   add_choice(
-      prebake, "--model", models, [&s](const std::string& name) { s.model = name; }, "fiber model, one that has rows");
+      prebake, "--model", models, [&s](const std::string& name) { s.model = name; },
+      "fiber model, one that has rows; default: as of render");
   add_learner(prebake, s.table);
   add_fiber_shape(prebake, s.overrides);
   add_threads(prebake, s.threads);
@@ -227,6 +231,11 @@ Command add_cache_prebake(CLI::App& cache) {
   add_file(prebake, "--telemetry", [&s](const std::string& file) { s.telemetry = file; }, "convergence as JSON Lines");
   add_quiet(prebake);
   return {prebake, [prebake, settings] {
+            if (!prebake->count("--model")) {
+              const references::ChosenModel chosen = unnamed_model(*prebake, {});
+              settings->model_of_scene = chosen.why.empty();
+              settings->model = chosen.name;
+            }
             if (const std::string message = contradiction(*prebake, *settings); !message.empty())
               throw WrongUsage(message);
             return run_prebake(*settings);

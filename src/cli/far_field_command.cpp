@@ -76,14 +76,15 @@ Command add_far_field(CLI::App& tress) {
   for (const fiber::ModelInfo& model : references::models()) models.emplace_back(model.name);
   add_choice(
       far_field, "--model", models, [&s](const std::string& name) { s.model = name; },
-      "fiber model; one that has rows learns them first; default: elliptical");
+      "fiber model; one that has rows learns them first; default: as of render");
   add_far_field_options(far_field, s);
   far_field->add_flag("--lose-masked", s.loses_masked_light,
                       "fiber3d only: light that a facet masks is lost, as in a tracer of one facet a hit");
   add_threads(far_field, s.threads);
   far_field->add_flag("--json", s.json, "print bins, standard errors and conventions as JSON");
   add_quiet(far_field);
-  return {far_field, [settings] {
+  return {far_field, [far_field, settings] {
+            if (!far_field->count("--model")) settings->model = unnamed_model(*far_field, {}).name;
             if (const std::string message = contradiction(*settings); !message.empty()) throw WrongUsage(message);
             return run_far_field(*settings);
           }};

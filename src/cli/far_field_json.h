@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cli/options.h"
+#include "references/default_model.h"
 #include "references/far_field.h"
 #include "references/registry.h"
 #include "references/taught_fiber.h"
@@ -21,7 +22,7 @@ inline constexpr std::array<const char*, 3> channel_names{"red", "green", "blue"
 
 /// Angles in degrees, as typed. Every value in range.
 struct FarFieldSettings {
-  std::string model = "elliptical";  ///< of references::models()
+  std::string model{references::default_model};  ///< of references::models()
   double eccentricity = 0.85, alpha = 0.2, tilt = 3, eta = 1.55;
   double theta_r = 30, phi_r = 45;  ///< where light comes from
   std::vector<double> sigma_a{0};   ///< per major semi-axis: grey, or three channels

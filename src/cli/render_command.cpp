@@ -42,12 +42,15 @@ void add_learning(CLI::App* app, RenderSettings& s) {
       app, "--model", model_words(),
       [&s](const std::string& name) {
         if (name == "exact") {
+          s.model = fiber::elliptical_info.name;
           s.estimator = fiber::Estimator::exact;
         } else {
           s.model = name;
         }
       },
-      "fiber model; exact is elliptical with --estimator exact");
+      "fiber model; exact is elliptical with --estimator exact. Default: elliptical with --epsilon, --learner, "
+      "--components or "
+      "--estimator, which are of its rows; else that whose rows the warm cache has; else rough");
   add_whole(app, "--quadrature-points", [&s](std::uint64_t n) { s.quadrature_points = int(n); });
   add_choice(
       app, "--estimator", {"fitted", "corrected", "exact"},
@@ -397,12 +400,21 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       "lines on standard output that Open Job Description reads: openjd_progress, openjd_status, openjd_fail");
   add_quiet(render);
   return {render, [render, settings] {
+            if (!render->count("--model")) {
+              const bool reads = settings->warm_cache && settings->cache_mode != CacheMode::scratch;
+              references::ChosenModel chosen =
+                  unnamed_model(*render, reads ? *settings->warm_cache : std::filesystem::path());
+              if (!chosen.why.empty()) log_note(fmt::format("model {}: {}", chosen.name, chosen.why));
+              settings->model_of_scene = chosen.why.empty();
+              settings->model = std::move(chosen.name);
+            }
             if (const std::string message = contradiction(*render, *settings); !message.empty()) {
               throw WrongUsage(message);
             }
             // Frames of one grain would show it as a dirty pane before the hair.
             settings->told = told_options(*render);
             settings->render.halves = settings->keeps_halves || settings->denoise;
+            if (!settings->model_of_scene) settings->told.try_emplace("--model", settings->model);
             settings->seed_of_frame = !render->count("--seed");
             if (!render->count("--seed")) {
               settings->render.seed = static_cast<std::uint64_t>(settings->overrides.frame.value_or(0));

@@ -17,6 +17,7 @@
 #include "cli/denoised_picture.h"
 #include "cli/live_look.h"
 #include "cli/live_view.h"
+#include "cli/options.h"
 #include "cli/part_header.h"
 #include "cli/picture_files.h"
 #include "cli/process.h"
@@ -444,14 +445,24 @@ int rendered_by_looks(const RenderSettings& settings, const scene::Unstyled& uns
   }
 }
 
+/// The settings with the model that the scene asks for, if the command asked for none.
+RenderSettings with_model(const RenderSettings& asked, const scene::Scene& scene) {
+  RenderSettings settings = asked;
+  if (asked.model_of_scene) {
+    references::ChosenModel chosen = references::choose_model({.shapes_lobes = shapes_lobes(scene)});
+    if (!chosen.why.empty()) log_note(fmt::format("model {}: {}", chosen.name, chosen.why));
+    settings.model = std::move(chosen.name);
+  }
+  return settings;
+}
+
 }  // namespace
 
-int render_one(const RenderSettings& settings, TelemetryLines* shared, fiber::ModelService* carried) {
+int render_one(const RenderSettings& asked, TelemetryLines* shared, fiber::ModelService* carried) {
   const Clock::time_point start = Clock::now();
-  std::optional<Step> reading(std::in_place, "reading " + settings.scene.string());
+  std::optional<Step> reading(std::in_place, "reading " + asked.scene.string());
   scene::Unstyled unstyled;
-  Result<scene::Scene> scene =
-      scene::load_scene(settings.scene, settings.overrides, settings.serve ? &unstyled : nullptr);
+  Result<scene::Scene> scene = scene::load_scene(asked.scene, asked.overrides, asked.serve ? &unstyled : nullptr);
   reading.reset();
   if (!scene) {
     log_error(scene.error().message());
@@ -459,6 +470,7 @@ int render_one(const RenderSettings& settings, TelemetryLines* shared, fiber::Mo
   }
   for (const std::string& text : scene->notes) log_note(text);
   for (const std::string& text : scene->warnings) log_warning(text);
+  const RenderSettings settings = with_model(asked, *scene);
   if (const int status = told_refusal(settings, *scene); status != 0) return status;
   const Identity identity = identity_of(settings.scene, settings.told);
   std::optional<CheckpointSession> checkpoint;

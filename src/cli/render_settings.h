@@ -11,6 +11,7 @@
 #include "cli/progress.h"
 #include "cli/warm_cache_session.h"
 #include "integrate/renderer.h"
+#include "references/default_model.h"
 #include "references/registry.h"
 #include "scene/read/load_scene.h"
 #include "tress/adaptive/options.h"
@@ -32,13 +33,14 @@ struct RenderSettings {
   bool keeps_halves = false;                       ///< integrate::half_layers are written
   bool denoise = false;                            ///< filtered at the end; `render` has halves then
   scene::Overrides overrides;
-  integrate::RenderOptions render;              ///< samples come from the scene and its overrides, roulette from below
-  std::optional<integrate::Roulette> roulette;  ///< unset: learned where rows learn, else throughput
-  StopRule stop;                                ///< instead of those samples
-  std::optional<bool> adaptive;                 ///< unset: where `stop` ends the render by noise or time
-  std::optional<int> threads;                   ///< unset: one per hardware thread that the process may use
-  std::string model = "elliptical";             ///< of references::models()
-  std::optional<int> quadrature_points;         ///< of models that have them
+  integrate::RenderOptions render;               ///< samples come from the scene and its overrides, roulette from below
+  std::optional<integrate::Roulette> roulette;   ///< unset: learned where rows learn, else throughput
+  StopRule stop;                                 ///< instead of those samples
+  std::optional<bool> adaptive;                  ///< unset: where `stop` ends the render by noise or time
+  std::optional<int> threads;                    ///< unset: one per hardware thread that the process may use
+  std::string model{references::default_model};  ///< of references::models()
+  bool model_of_scene = false;                   ///< nothing has named one: the scene may (references::choose_model())
+  std::optional<int> quadrature_points;          ///< of models that have them
   fiber::Estimator estimator = fiber::Estimator::fitted;
   adaptive::Options table;
   std::optional<float> audited_share;  ///< of the samples, whose bias is measured

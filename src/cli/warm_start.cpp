@@ -217,15 +217,6 @@ const char* why_cold_name(WhyCold why) {
   return "absent";
 }
 
-const fiber::ModelInfo* model_of_cache(const std::string& target_name, bool has_samples) {
-  const fiber::ModelInfo* found = nullptr;
-  for (const fiber::ModelInfo& info : references::models()) {
-    if (!info.has_rows() || info.make_target()->model_name() != target_name) continue;
-    if (found == nullptr || (has_samples && info.learns_samples())) found = &info;
-  }
-  return found;
-}
-
 Result<WarmStart> measure_warm_start(const RenderSettings& asked, scene::Scene scene,
                                      const std::filesystem::path& cache) {
   shrink(scene.image);

@@ -75,9 +75,6 @@ struct WarmStart {
 Result<WarmStart> measure_warm_start(const RenderSettings& settings, scene::Scene scene,
                                      const std::filesystem::path& cache);
 
-/// The model of the command line whose rows a cache holds, `rough` where they are of samples; null if there is none.
-const fiber::ModelInfo* model_of_cache(const std::string& target_name, bool has_samples);
-
 nlohmann::ordered_json to_json(const WarmStart& start);
 /// Lines for a person.
 std::string in_words(const WarmStart& start);

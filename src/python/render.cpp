@@ -16,6 +16,7 @@
 #include "python/picture.h"
 #include "python/raised.h"
 #include "python/scene_render.h"
+#include "references/default_model.h"
 #include "references/registry.h"
 #include "scene/model/parameters.h"
 #include "scene/read/load_scene.h"
@@ -47,15 +48,15 @@ class Arguments {
     return py::cast<T>(given_[name]);
   }
 
- private:
   bool has(const char* name) const { return given_.contains(name) && !given_[name].is_none(); }
+
+ private:
   const py::dict& given_;
 };
 
 RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   RenderRequest request;
   integrate::RenderOptions& render = request.render;
-  request.model = given.value<std::string>("model").value_or(request.model);
   if (const auto name = given.value<std::string>("estimator")) request.estimator = estimator_named(*name);
   if (const auto name = given.value<std::string>("learner")) request.table.learner = learner_named(*name);
   if (const auto x = given.number<double>("epsilon", "--epsilon")) request.table.hold_all_to(*x);
@@ -82,6 +83,11 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   request.threads = given.number<int>("threads", "--threads");
   request.warm_cache = given.value<std::filesystem::path>("warm_cache").value_or(std::filesystem::path());
   request.cache_mode = given.value<std::string>("cache_mode").value_or(request.cache_mode);
+  for (const char* name : {"epsilon", "learner"})
+    if (given.has(name)) request.hints.option = name;
+  if (request.estimator != fiber::Estimator::fitted) request.hints.option = "estimator";
+  if (request.cache_mode != "scratch") request.hints.warm_cache = request.warm_cache;
+  request.model = given.value<std::string>("model");
   return request;
 }
 
@@ -106,7 +112,7 @@ void describe(const scene::Scene& scene, const RenderRequest& request, const Ren
   told["dropped_samples"] = std::to_string(outcome.result.dropped_samples);
   told["stopped_by"] = outcome.stopped_by;
   told["time"] = fmt::format("{:.3f} s", outcome.seconds);
-  told["model"] = request.model;
+  told["model"] = outcome.model;
   told["estimator"] = outcome.estimator;
   told["epsilon"] = fmt::format("{}", outcome.epsilon);
   told["cache_hash"] = outcome.cache_hash;

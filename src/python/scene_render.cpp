@@ -31,7 +31,7 @@ std::optional<Error> contradiction(const scene::Scene& scene, const RenderReques
         fmt::format("{}, {}, {}, {}", crop->left, crop->top, crop->left + crop->width, crop->top + crop->height)};
   if (request.noise && request.seconds) return Error{"", "noise", "one of noise, seconds", "both"};
   if (request.estimator == fiber::Estimator::corrected && info.learns_samples())
-    return Error{"", "estimator", "fitted or exact with model " + request.model, "corrected"};
+    return Error{"", "estimator", "fitted or exact with model " + std::string(info.name), "corrected"};
   const std::vector<std::string> modes{"append", "frozen", "scratch", "require"};
   if (std::ranges::find(modes, request.cache_mode) == modes.end())
     return Error{"", "cache_mode", "one of append, frozen, scratch, require", "\"" + request.cache_mode + "\""};
@@ -130,6 +130,7 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
   if (cache) {
     if (auto error = cache->save(*learned.service, &outcome)) return *error;
   }
+  outcome.model = info.name;
   outcome.estimator = fiber::estimator_name(info.has_rows() ? request.estimator : fiber::Estimator::exact);
   outcome.epsilon = info.epsilon(table);
   outcome.seconds = elapsed();
@@ -141,12 +142,15 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
 Result<RenderOutcome> render_scene(const scene::Scene& scene, const RenderRequest& request,
                                    const std::atomic<bool>& stop,
                                    const std::function<bool(const integrate::PassProgress&)>& on_pass) {
-  const fiber::ModelInfo* info = references::find_model(request.model);
+  references::ModelHints hints = request.hints;
+  hints.shapes_lobes = std::ranges::any_of(scene.materials, references::shapes_lobes, &scene::Material::fiber);
+  const std::string model = request.model ? *request.model : references::choose_model(hints).name;
+  const fiber::ModelInfo* info = references::find_model(model);
   if (info == nullptr) {
     std::string names;
     for (const fiber::ModelInfo& known : references::models())
       names += (names.empty() ? "" : ", ") + std::string(known.name);
-    return Error{"", "model", "one of " + names, "\"" + request.model + "\""};
+    return Error{"", "model", "one of " + names, "\"" + model + "\""};
   }
   if (auto error = contradiction(scene, request, *info)) return *error;
   const int threads = request.threads.value_or(tbb::info::default_concurrency());

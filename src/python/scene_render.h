@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "integrate/renderer.h"
+#include "references/default_model.h"
 #include "scene/model/scene.h"
 #include "tress/adaptive/options.h"
 #include "tress/fiber/elliptical_model.h"
@@ -17,7 +18,8 @@ namespace tress::python {
 
 /// Of the options of tress render those of the same names; every default is that of the program.
 struct RenderRequest {
-  std::string model = "elliptical";
+  std::optional<std::string> model;  ///< unset: as choose_model() says of `hints` and the scene
+  references::ModelHints hints;
   fiber::Estimator estimator = fiber::Estimator::fitted;
   integrate::RenderOptions render;              ///< samples come from the scene, roulette from below
   std::optional<integrate::Roulette> roulette;  ///< unset: learned where rows learn, else throughput
@@ -37,7 +39,7 @@ struct RenderOutcome {
   std::string cache_hash;              ///< of the table at the end; empty without one
   std::string cache = "not asked";     ///< "loaded", "absent", "refused: why"; once saved "saved", "merged"
   std::vector<std::string> warnings;
-  std::string estimator;  ///< that was in use
+  std::string model, estimator;  ///< that were in use
   double epsilon = 0;
 };
 

@@ -167,7 +167,8 @@ class FullDisk {
 // The sums of 128 x 128 pixels are 7.5 MB, packed 0.1 MB after the first pass and 2 MB after twenty. Each other file
 // is less than 0.2 MB. A save that fails takes milliseconds, and the next is tried after a hundred times that.
 TEST_F(Checkpoints, ThatFindNoRoomAreToldOnceAndTheRenderEndsAsWithoutThem) {
-  const std::vector<std::string> more{"--resolution", "128x128", "--spp", "40", "--layers", "beauty"};
+  const std::vector<std::string> more{"--resolution", "128x128", "--spp",   "40",
+                                      "--layers",     "beauty",  "--model", "elliptical"};
   const Outcome whole = run(command("whole", more));
   ASSERT_EQ(whole.status, 0) << whole.err;
   auto words = command("full", more);
@@ -326,7 +327,10 @@ TEST_F(Checkpoints, MergedPicturesHaveMattesAndHeaderOfOneRender) {
                {"name": "na\u00efve", "generate": "curly", "strands": 60, "radius_cm": 0.04, "material": "blond"},
                {"name": "right", "generate": "curly", "strands": 30, "radius_cm": 0.04, "material": "brown"}]
   })");
-  ASSERT_EQ(run({"render", path("scene.json"), "-o", path("warm.exr"), "--warm-cache", path("c")}).status, 0);
+  ASSERT_EQ(
+      run({"render", path("scene.json"), "-o", path("warm.exr"), "--warm-cache", path("c"), "--model", "elliptical"})
+          .status,
+      0);
   const auto part = [&](const std::string& name, const std::vector<std::string>& more) {
     std::vector<std::string> words{"render",       path("scene.json"),  "-o",           path(name + ".exr"),
                                    "--warm-cache", path("c"),           "--cache-mode", "frozen",

@@ -62,8 +62,8 @@ TEST_F(FarField, EveryModelOfTheRegistryAnswers) {
 
 // The lobes of `elliptical` have the energies of its table.
 TEST_F(FarField, EllipticalHasItsOwnEnergies) {
-  const nlohmann::json json = far_field({"--e", ".75", "--alpha", ".25", "--theta-r", "-40", "--phi-r", "20",
-                                         "--sigma-a", "0.1,0.3,1", "--paths", "100000"});
+  const nlohmann::json json = far_field({"--model", "elliptical", "--e", ".75", "--alpha", ".25", "--theta-r", "-40",
+                                         "--phi-r", "20", "--sigma-a", "0.1,0.3,1", "--paths", "100000"});
   EXPECT_EQ(json.at("channels"), (nlohmann::json{"red", "green", "blue"}));
   EXPECT_EQ(json.at("rows").at("open"), 0);
   fiber::FiberParameters parameters;

@@ -136,8 +136,8 @@ TEST_F(Faults, ResultsThatFindNoRoomAreAnError) {
 }
 
 TEST_F(Faults, AFullDiskLeavesTheOldFilesAndIsTold) {
-  const std::vector<std::string> command =
-      render(path("out/a.exr"), {"--warm-cache", path("out/t.cache"), "--heatmap", path("out/h.exr")});
+  const std::vector<std::string> command = render(path("out/a.exr"), {"--warm-cache", path("out/t.cache"), "--heatmap",
+                                                                      path("out/h.exr"), "--model", "elliptical"});
   ASSERT_EQ(run(command).status, 0);
   const std::vector<std::string> names = files(path("out"));
   std::vector<std::string> before;

@@ -120,14 +120,15 @@ TEST_F(Rough, RefusesByNameWhatHasNoMeaningForIt) {
 }
 
 TEST_F(Rough, IsPrebakedAndSharesACacheWithElliptical) {
-  ASSERT_EQ(rendered("elliptical", {"--spp", "8", "--warm-cache", path("both.cache")}).width, 20);
+  ASSERT_EQ(rendered("elliptical", {"--model", "elliptical", "--spp", "8", "--warm-cache", path("both.cache")}).width,
+            20);
   const auto rows = [&] { return nlohmann::json::parse(run({"cache", "info", path("both.cache"), "--json"}).out); };
   const int before = rows().at("rows").at("converged").get<int>();
   ASSERT_GT(before, 0);
   rendered("rough", {"--model", "rough", "--epsilon", "0.3", "--spp", "8", "--warm-cache", path("both.cache")});
   const int after = rows().at("rows").at("converged").get<int>();
   EXPECT_GT(after, before) << "rows of both";
-  rendered("again", {"--spp", "8", "--warm-cache", path("both.cache")});
+  rendered("again", {"--model", "elliptical", "--spp", "8", "--warm-cache", path("both.cache")});
   EXPECT_GE(rows().at("rows").at("converged").get<int>(), after) << "elliptical keeps what rough learned";
 
   const Outcome baked = run({"cache", "prebake", path("scene.json"), "-o", path("baked.cache"), "--model", "rough",

@@ -30,6 +30,8 @@ class Soak : public CommandTest {
                                    path("scene.json"),
                                    "-o",
                                    picture,
+                                   "--model",
+                                   "elliptical",
                                    "--warm-cache",
                                    cache,
                                    "--telemetry",

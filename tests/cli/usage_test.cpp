@@ -168,11 +168,12 @@ TEST_F(Usage, FarFieldHasTheDefaultsThatItTells) {
   const std::vector<std::string> plain{"far-field", "--json"};
   std::vector<std::string> spelt = plain;
   for (const char* name :
-       {"--e", "--alpha", "--tilt", "--eta", "--theta-r", "--phi-r", "--bins", "--paths", "--epsilon", "--seed"}) {
+       {"--e", "--alpha", "--tilt", "--eta", "--theta-r", "--phi-r", "--bins", "--paths", "--seed"}) {
     spelt.emplace_back(name);
     spelt.emplace_back(scene::option_parameter(name).usual);
   }
-  for (const char* word : {"--model", "elliptical", "--sigma-a", "0"}) spelt.emplace_back(word);
+  for (const char* word : {"--model", "rough", "--sigma-a", "0", "--epsilon"}) spelt.emplace_back(word);
+  spelt.push_back(fmt::format("{:g}", adaptive::Options{}.sampled_epsilon));
   EXPECT_EQ(run(plain).out, run(spelt).out);
 }
 

@@ -174,17 +174,21 @@ def options_of(scene, window, is_animation=False):
     """Of the command line."""
     settings, render = scene.tress, scene.render
     options = ["--noise", repr(settings.noise)] if settings.stop == "NOISE" else ["--spp", str(settings.samples)]
-    options = [*options, "--model", settings.model, "--seed", str(settings.seed + (scene.frame_current if settings.seed_by_frame else 0)),
+    options = [*options, "--seed", str(settings.seed + (scene.frame_current if settings.seed_by_frame else 0)),
                "--max-depth", str(settings.max_depth)]
-    if settings.model in ("elliptical", "rough"):  # what learns
-        options += ["--estimator", settings.estimator]
+    if settings.model != "default":
+        options += ["--model", settings.model]
+    learns = settings.model in ("default", "elliptical", "rough")
+    if learns:
+        if settings.estimator != "fitted":  # said without need, it would name the model
+            options += ["--estimator", settings.estimator]
         if settings.own_epsilon:
             options += ["--epsilon", f"{settings.epsilon:g}"]
     if render.threads_mode == "FIXED":
         options += ["--threads", str(render.threads)]
     if settings.warm_cache:
         options += ["--warm-cache", bpy.path.abspath(settings.warm_cache), "--cache-mode", settings.cache_mode]
-    elif is_animation and settings.carry and bpy.app.tempdir and "--estimator" in options and settings.estimator != "exact":
+    elif is_animation and settings.carry and bpy.app.tempdir and learns and settings.estimator != "exact":
         options += ["--warm-cache", os.path.join(bpy.app.tempdir, "tress_animation.cache")]
     if window is not None:
         options += ["--crop", ",".join(str(x) for x in window)]

@@ -3,14 +3,15 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-MODELS = (("elliptical", "Elliptical", "Lobes of elliptical fibers; learned tables"),
-          ("rough", "Rough", "Rough elliptical fibers, learned from traced paths; nearest to the truth, wants a warm cache"),
+MODELS = (("default", "Default", "Rough; elliptical where an epsilon or another estimator is set, or the warm cache has its rows"),
+          ("rough", "Rough", "Rough elliptical fibers, learned from traced paths: nearest to the truth"),
+          ("elliptical", "Elliptical", "Lobes of one width each, learned tables: learns faster, less near to the truth"),
           ("chiang2016", "Chiang 2016", "Circular fibers, the model of Cycles' Principled Hair"),
           ("fiber3d", "Traced", "Every fiber traced in three dimensions: slow, the truth"))
 
 
 class TressSettings(bpy.types.PropertyGroup):
-    model: EnumProperty(name="Model", items=MODELS, default="elliptical")
+    model: EnumProperty(name="Model", items=MODELS, default="default")
     estimator: EnumProperty(name="Estimator", default="fitted", items=(
         ("fitted", "Fitted", "Learned rows answer"),
         ("corrected", "Corrected", "They do, and one vertex in 16 is traced to mend their bias"),

@@ -1,0 +1,82 @@
+// Which model a command without --model takes: `rough`, unless it speaks of `elliptical` in another way.
+#include <gmock/gmock.h>
+
+#include <string>
+#include <vector>
+
+#include "cli/run_tress.h"
+#include "image/picture.h"
+
+namespace tress::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class DefaultModel : public CommandTest {
+ protected:
+  void SetUp() override {
+    CommandTest::SetUp();
+    write_text(path("scene.json"), scene_with(""));
+    write_text(path("shaped.json"), scene_with(R"(, "azimuthal_sigma_deg": {"TT": 12})"));
+    write_text(path("principled.json"), scene_with(R"(, "principled": {"roughness": 0.3})"));
+  }
+  static std::string scene_with(const std::string& keys) {
+    return R"({"camera": {"frame": true}, "image": {"width": 16, "height": 16, "samples": 2},
+      "environment": {"constant": [1, 1, 1]}, "materials": [{"name": "hair")" +
+           keys + R"(}], "grooms": [{"generate": "straight", "strands": 40, "material": "hair"}]})";
+  }
+  /// What it was rendered by, as the picture's header tells; the note on stderr, if there is one, in `told`.
+  std::string model_of(const std::string& scene, const std::vector<std::string>& more) {
+    std::vector<std::string> command{"render", path(scene), "-o", path("a.exr")};
+    command.insert(command.end(), more.begin(), more.end());
+    const Outcome outcome = run(command);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    told = outcome.err;
+    const auto picture = image::read_exr(path("a.exr"));
+    return picture ? picture->metadata.at("model") : "no picture";
+  }
+  std::string told;
+};
+
+TEST_F(DefaultModel, IsRough) {
+  EXPECT_EQ(model_of("scene.json", {}), "rough");
+  EXPECT_THAT(told, Not(HasSubstr("model ")));
+}
+
+TEST_F(DefaultModel, IsEllipticalWhereAnOptionIsOfItsRows) {
+  for (const std::vector<std::string>& option : {std::vector<std::string>{"--epsilon", "0.02"},
+                                                 {"--learner", "eager"},
+                                                 {"--components", "4"},
+                                                 {"--estimator", "corrected"}}) {
+    EXPECT_EQ(model_of("scene.json", option), "elliptical");
+    EXPECT_THAT(told, HasSubstr("model elliptical: " + option[0] + " is of its rows"));
+  }
+  EXPECT_EQ(model_of("scene.json", {"--model", "exact"}), "elliptical");
+  EXPECT_EQ(model_of("scene.json", {"--model", "rough", "--epsilon", "0.5"}), "rough") << "named";
+}
+
+TEST_F(DefaultModel, IsEllipticalWhereAMaterialShapesLobes) {
+  for (const char* scene : {"shaped.json", "principled.json"}) {
+    EXPECT_EQ(model_of(scene, {}), "elliptical") << scene;
+    EXPECT_THAT(told, HasSubstr("model elliptical: a material shapes its lobes"));
+    EXPECT_EQ(model_of(scene, {"--model", "rough"}), "rough") << scene;
+  }
+}
+
+TEST_F(DefaultModel, IsThatOfTheRowsInTheWarmCache) {
+  const std::vector<std::string> cached{"--warm-cache", path("t.cache")};
+  EXPECT_EQ(model_of("scene.json", {"--model", "elliptical", "--warm-cache", path("t.cache")}), "elliptical");
+  EXPECT_EQ(model_of("scene.json", cached), "elliptical");
+  EXPECT_THAT(told, HasSubstr("t.cache has its rows"));
+  EXPECT_EQ(model_of("scene.json", {"--model", "rough", "--warm-cache", path("t.cache")}), "rough");
+  EXPECT_EQ(model_of("scene.json", cached), "rough") << "it has rows of both now";
+  EXPECT_EQ(model_of("scene.json", {"--model", "elliptical", "--warm-cache", path("e.cache")}), "elliptical");
+  EXPECT_EQ(model_of("scene.json", {"--warm-cache", path("e.cache"), "--cache-mode", "scratch"}), "rough")
+      << "nothing is read";
+  write_text(path("broken.cache"), "no cache");
+  EXPECT_EQ(model_of("scene.json", {"--warm-cache", path("broken.cache")}), "rough") << "refused, and told so";
+}
+
+}  // namespace
+}  // namespace tress::test
