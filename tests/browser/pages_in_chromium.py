@@ -34,12 +34,51 @@ LIGHT = """(() => { const c = document.getElementById('picture'), d = c.getConte
 SET = "(id, x, event) => { const e = document.getElementById(id); e.value = x; e.dispatchEvent(new Event(event)); }"
 
 
-def live_page():
+# Clicks the middle of the rectangle of a node that has converged.
+NODE = """(() => { const i = slices.findIndex((s) => s.states.includes('c')), s = slices[i], node = s.states.indexOf('c');
+  const map = document.querySelectorAll('#maps .map')[i]; map.scrollIntoView({block: 'center'}); const b = map.getBoundingClientRect();
+  const high = s.b.length, x = Math.floor(node / high), y = high - 1 - node % high;
+  return [b.left + (x + 0.5) / s.a.length * b.width, b.top + (y + 0.5) / high * b.height]; })()"""
+
+
+def served(*options):
+    """A render that goes on until it is stopped, and the address of its page."""
     render = subprocess.Popen([tress, "render", scene, "-o", at("live.exr"), "--spp", "1000000", "--resolution", "64x64",
-                               "--threads", "1", "--layers", "TT,TRT", "--serve"], stderr=subprocess.PIPE, text=True)
+                               "--threads", "1", "--layers", "TT,TRT", "--serve", *options], stderr=subprocess.PIPE, text=True)
+    return render, next(line.split()[-1] for line in render.stderr if "live page: " in line)
+
+
+def click_row(page):
+    """The words about a converged row that is clicked."""
+    page.until("slices.some((slice) => slice.states.includes('c'))")
+    box = page.value(NODE)
+    for kind in ("mousePressed", "mouseReleased"):
+        page.call("Input.dispatchMouseEvent", type=kind, x=box[0], y=box[1], button="left", clickCount=1)
+    page.until("document.getElementById('row-words').textContent.includes('converged')")
+    return page.value("document.getElementById('row-words').textContent")
+
+
+def live_page_of_samples():
+    """Of the default model: a map of its directions, whose rows are clicked."""
+    render, address = served()
+    page = Page(chromium, 1300, 1500)
+    try:
+        page.open(address)
+        page.until("document.querySelectorAll('#maps .map').length >= 1 && passes.length >= 3")
+        words = click_row(page)
+        check("rough" in words, f"a clicked row of samples is told: {words}")
+        page.picture(at("live_samples.png"))
+        check(page.errors == [], f"no script fails: {page.errors}")
+    finally:
+        page.close()
+        render.kill()
+        render.wait()
+
+
+def live_page():
+    render, address = served("--model", "elliptical")
     page = None
     try:
-        address = next(line.split()[-1] for line in render.stderr if "live page: " in line)
         page = Page(chromium, 1300, 1500)
         page.open(address)
         page.until("Number(document.getElementById('picture')?.dataset.version) >= 1")
@@ -56,14 +95,7 @@ def live_page():
         page.value(f"({SET})('layer', 'TRT', 'change')")
         page.until("shown.latest.layer === 'TRT'")
         page.value(f"({SET})('layer', 'beauty', 'change')")
-        page.until("slices.some((slice) => slice.states.includes('c'))")
-        # A click on the middle of a node's rectangle.
-        box = page.value("""(() => { const i = slices.findIndex((s) => s.states.includes('c')), s = slices[i], node = s.states.indexOf('c');
-          const map = document.querySelectorAll('#maps .map')[i]; map.scrollIntoView({block: 'center'}); const b = map.getBoundingClientRect();
-          const high = s.b.length, x = Math.floor(node / high), y = high - 1 - node % high;
-          return [b.left + (x + 0.5) / s.a.length * b.width, b.top + (y + 0.5) / high * b.height]; })()""")
-        for kind in ("mousePressed", "mouseReleased"):
-            page.call("Input.dispatchMouseEvent", type=kind, x=box[0], y=box[1], button="left", clickCount=1)
+        click_row(page)
         page.until("document.querySelectorAll('#row-charts canvas').length === 4")
         words = page.value("document.getElementById('row-words').textContent")
         check("converged" in words and "components" in words, f"a clicked row is shown: {words}")
@@ -206,3 +238,4 @@ looks()
 report()
 lobes()
 live_page()
+live_page_of_samples()

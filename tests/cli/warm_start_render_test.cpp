@@ -131,7 +131,7 @@ TEST_F(WarmStart, AChangedParameterAsksOnlyTheSlicesThatItIsOf) {
   using Lobes = std::map<std::string, std::string>;
   write_scene("", wide);
   render("c", {"--spp", "2", "--model", "elliptical"});
-  render("c", {"--model", "rough"});
+  render("c", {"--model", "rough", "--spp", "16"});
   const Lobes every_lobe{{"TT", "eta "}, {"TRT", "eta "}, {"TRRT", "eta "}};
   const std::vector<std::pair<std::string, Lobes>> changes{
       {R"("eta": 1.5)", every_lobe},
@@ -164,11 +164,11 @@ TEST_F(WarmStart, AChangedParameterLeavesTheRowsOfTheOthersAsTheyAre) {
     SCOPED_TRACE(model);
     write_scene("", wide);
     const std::string cache = model + ".cache", target = "elliptical-1";
-    render(cache, {"--model", model});
+    render(cache, {"--model", model, "--spp", "16"});
     const auto before = adaptive::load_cache(path(cache), "");
     ASSERT_TRUE(before);
     write_scene(R"("eccentricity": 0.9)", wide);
-    render(cache, {"--model", model, "--telemetry", path("t.jsonl")});
+    render(cache, {"--model", model, "--spp", "16", "--telemetry", path("t.jsonl")});
     const auto after = adaptive::load_cache(path(cache), "");
     ASSERT_TRUE(after);
     std::map<adaptive::SliceKey, const adaptive::CachedSlice*> now;

@@ -132,7 +132,7 @@ class Layers(unittest.TestCase):
             self.assertTrue(os.path.exists(os.path.join(folder, "a.png")))
             again = tress.read_exr(file)
             np.testing.assert_array_equal(again["TRT"], self.picture["TRT"])
-            self.assertEqual(again.metadata["model"], "elliptical")
+            self.assertEqual(again.metadata["model"], "rough")
         self.assertTrue(self.picture._repr_png_().startswith(b"\x89PNG"))
         with self.assertRaisesRegex(tress.Error, "expected a name that ends"):
             self.picture.save("a.jpg")
