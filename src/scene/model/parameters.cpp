@@ -567,10 +567,10 @@ constexpr std::array table{
               "",
               "8",
               "components of a row, at most or, for learners of a fixed number, exactly"},
-    Parameter{
-        "", "--epsilon", number, accuracy, "", "", "0.01",
-        "relative squared error under which a row of elliptical is converged, which it is taken for without --model; with "
-        "--model rough chi-square, and 0.07 without the option, 0.25 at most where there is little light"},
+    Parameter{"", "--epsilon", number, accuracy, "", "", "0.01",
+              "relative squared error under which a row of elliptical is converged, which it is taken for without "
+              "--model; with "
+              "--model rough chi-square, and 0.07 without the option, 0.25 at most where there is little light"},
     Parameter{"", "--table-memory", number, {0, 1 << 20}, "MB of 2^20 bytes", "", "256", "ceiling of the table"},
     Parameter{"", "--light-scale", number, factor, "", "", "1",
               "factor of the light of the environment and every light"},
