@@ -2,7 +2,8 @@
 
 Two errors, never mixed. *Noise* is against what the same model converges to: root mean square difference of pixels where there
 is hair, over the mean there. *Model error* is that converged picture against `fiber3d`'s: root mean square difference of means of
-8 x 8 pixels, over the truth's mean, the noise of both taken out by squares. Times are CPU of the passes that a picture of 5 %
+8 x 8 pixels, over the truth's mean, the noise of both taken out by squares; the truth is `rough` without a table, whose hits are
+traced as `fiber3d`'s are and see lights. Times are CPU of the passes that a picture of 5 %
 noise takes (pictures.py), over ours in the same round; `startup` stands beside them.
 """
 import charts
