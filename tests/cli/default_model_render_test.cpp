@@ -19,12 +19,12 @@ class DefaultModel : public CommandTest {
     CommandTest::SetUp();
     write_text(path("scene.json"), scene_with(""));
     write_text(path("shaped.json"), scene_with(R"(, "azimuthal_sigma_deg": {"TT": 12})"));
-    write_text(path("principled.json"), scene_with(R"(, "principled": {"roughness": 0.3})"));
+    write_text(path("principled.json"), scene_with(R"(, "principled": {"melanin": 0.5})"));
   }
   static std::string scene_with(const std::string& keys) {
-    return R"({"camera": {"frame": true}, "image": {"width": 16, "height": 16, "samples": 2},
+    return R"({"camera": {"frame": true}, "image": {"width": 16, "height": 16, "samples": 8},
       "environment": {"constant": [1, 1, 1]}, "materials": [{"name": "hair")" +
-           keys + R"(}], "grooms": [{"generate": "straight", "strands": 40, "material": "hair"}]})";
+           keys + R"(}], "grooms": [{"generate": "straight", "strands": 300, "radius_cm": 0.04, "material": "hair"}]})";
   }
   /// What it was rendered by, as the picture's header tells; the note on stderr, if there is one, in `told`.
   std::string model_of(const std::string& scene, const std::vector<std::string>& more) {
