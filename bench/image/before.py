@@ -19,9 +19,8 @@ import tempfile
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "figures"))
 import figures  # noqa: E402
 import numpy  # noqa: E402
+from sources import ROOT, source_of  # noqa: E402
 
-ROOT = figures.ROOT
-DATA = os.path.join(os.path.dirname(ROOT), "shared", "data")
 SCENES = {
     "straight, brown": ["grooms/straight.hair", "--melanin", "0.6", "--environment", "hdri/city.exr"],
     "bear, brown": ["grooms/bear.hair", "--up", "y", "--melanin", "0.5", "--environment", "hdri/studio.exr"],
@@ -33,10 +32,8 @@ SCENES = {
 
 
 def resolve(word):
-    """A file of the project or of the data beside it, or the word as it is; None: it is absent."""
-    if "/" not in word:
-        return word
-    return next((path for path in (os.path.join(ROOT, word), os.path.join(DATA, word)) if os.path.exists(path)), None)
+    """A file where it is, None if it is absent; any other word as it is."""
+    return source_of(word) if "/" in word else word
 
 
 def render(program, scene, picture, cache, options, seed, flags):
@@ -121,7 +118,6 @@ def main():
     for name in options.only or SCENES:
         scene = [resolve(word) for word in SCENES[name]]
         if None in scene:
-            print(f"{name}: absent, left out")
             continue
         with tempfile.TemporaryDirectory() as folder:
             scenes[name] = measured(scene, rivals, options, folder)

@@ -10,8 +10,8 @@ import json
 import os
 import subprocess
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-DATA = os.path.join(os.path.dirname(ROOT), "shared", "data")
+from sources import ROOT, source_of
+
 BLOND, BROWN, WHITE = ["--melanin", "0.1,0.3"], ["--melanin", "1.3,0"], ["--melanin", "0.01,0.01"]
 SCENES = {
     "straight, brown": ["scenes/straight_groom.json", "--size", "40x50"],
@@ -38,9 +38,8 @@ def main():
     found = []
     for name in options.only or SCENES:
         scene, *flags = SCENES[name]
-        source = next((path for path in (os.path.join(ROOT, scene), os.path.join(DATA, scene)) if os.path.exists(path)), None)
+        source = source_of(scene)
         if not source:
-            print(f"{scene}: absent, left out")
             continue
         command = [program, source, *flags, "--spp", options.spp, "--seeds", options.seeds]
         measured = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)

@@ -11,8 +11,8 @@ import json
 import os
 import subprocess
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-DATA = os.path.join(os.path.dirname(ROOT), "shared", "data")
+from sources import ROOT, source_of
+
 SCENES = {
     "straight": ["grooms/straight.hair", "--melanin", "0.6"],
     "bear": ["grooms/bear.hair", "--up", "y", "--melanin", "0.5"],
@@ -36,9 +36,8 @@ def main():
     found, rows = {}, {}
     for name in options.only or SCENES:
         scene, *flags = SCENES[name]
-        source = next((path for path in (os.path.join(ROOT, scene), os.path.join(DATA, scene)) if os.path.exists(path)), None)
+        source = source_of(scene)
         if not source:
-            print(f"{scene}: absent, left out")
             continue
         done = subprocess.run([program, source, *flags, "--size", f"{options.size}x{options.size}", "--rounds", options.rounds],
                               check=True, capture_output=True, text=True)

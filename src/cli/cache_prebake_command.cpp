@@ -17,6 +17,7 @@
 #include "cli/output_files.h"
 #include "cli/process.h"
 #include "cli/telemetry_lines.h"
+#include "cli/unnamed_model.h"
 #include "references/default_model.h"
 #include "references/registry.h"
 #include "scene/read/load_scene.h"
@@ -195,7 +196,7 @@ int run_prebake(PrebakeSettings settings) {
     return 1;
   }
   for (const std::string& text : scene->warnings) log_warning(text);
-  if (settings.model_of_scene) settings.model = references::choose_model({.shapes_lobes = shapes_lobes(*scene)}).name;
+  if (settings.model_of_scene) settings.model = model_of_scene(*scene);
   Result<TelemetryLines> telemetry = TelemetryLines::open(settings.telemetry);
   if (!telemetry) {
     log_error(telemetry.error().message());
@@ -232,9 +233,9 @@ Command add_cache_prebake(CLI::App& cache) {
   add_quiet(prebake);
   return {prebake, [prebake, settings] {
             if (!prebake->count("--model")) {
-              const references::ChosenModel chosen = unnamed_model(*prebake, {});
-              settings->model_of_scene = chosen.why.empty();
-              settings->model = chosen.name;
+              UnnamedModel unnamed = model_of_command(*prebake, {});
+              settings->model = std::move(unnamed.name);
+              settings->model_of_scene = unnamed.of_scene;
             }
             if (const std::string message = contradiction(*prebake, *settings); !message.empty())
               throw WrongUsage(message);

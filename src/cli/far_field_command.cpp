@@ -12,6 +12,7 @@
 #include "cli/far_field_json.h"
 #include "cli/options.h"
 #include "cli/process.h"
+#include "cli/unnamed_model.h"
 
 namespace tress::cli {
 namespace {
@@ -84,7 +85,7 @@ Command add_far_field(CLI::App& tress) {
   far_field->add_flag("--json", s.json, "print bins, standard errors and conventions as JSON");
   add_quiet(far_field);
   return {far_field, [far_field, settings] {
-            if (!far_field->count("--model")) settings->model = unnamed_model(*far_field, {}).name;
+            if (!far_field->count("--model")) settings->model = model_of_command(*far_field, {}).name;
             if (const std::string message = contradiction(*settings); !message.empty()) throw WrongUsage(message);
             return run_far_field(*settings);
           }};

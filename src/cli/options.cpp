@@ -204,19 +204,6 @@ void add_learner(CLI::App* app, adaptive::Options& table) {
   add_number(app, "--table-memory", [&table](double x) { table.memory_bytes = std::size_t(x * double(1 << 20)); });
 }
 
-references::ChosenModel unnamed_model(const CLI::App& app, const std::filesystem::path& warm_cache) {
-  references::ModelHints hints{.warm_cache = warm_cache};
-  for (const char* name : {"--estimator", "--learner", "--components", "--epsilon"}) {
-    const CLI::Option* option = app.get_option_no_throw(name);
-    if (hints.option.empty() && option != nullptr && option->count() > 0) hints.option = name;
-  }
-  return references::choose_model(hints);
-}
-
-bool shapes_lobes(const scene::Scene& scene) {
-  return std::ranges::any_of(scene.materials, references::shapes_lobes, &scene::Material::fiber);
-}
-
 std::string refused_of_samples(const CLI::App& app, const std::string& model) {
   for (const char* option : {"--learner", "--components"}) {
     if (app.count(option))

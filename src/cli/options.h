@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "image/picture.h"
-#include "references/default_model.h"
 #include "scene/read/load_scene.h"
 #include "tress/adaptive/options.h"
 
@@ -62,13 +61,6 @@ void add_fiber_shape(CLI::App* app, scene::Overrides& overrides);
 /// How rows are learned, of every command that learns: --learner, --components, --epsilon and --table-memory; parsing
 /// fills `table`, which must outlive it.
 void add_learner(CLI::App* app, adaptive::Options& table);
-
-/// The model of a command line without --model (references::choose_model()). warm_cache: that rows are read from;
-/// empty: none.
-references::ChosenModel unnamed_model(const CLI::App& app, const std::filesystem::path& warm_cache);
-
-/// Whether a material of the scene does (references::shapes_lobes()).
-bool shapes_lobes(const scene::Scene& scene);
 
 /// Empty, or which of the options of add_learner() was given that has no meaning for this model, whose rows are learned
 /// from samples, as a message.

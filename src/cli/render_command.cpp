@@ -23,6 +23,7 @@
 #include "cli/frame_list.h"
 #include "cli/options.h"
 #include "cli/render_frames.h"
+#include "cli/unnamed_model.h"
 #include "integrate/path_sums.h"
 #include "references/registry.h"
 #include "scene/model/parameters.h"
@@ -49,8 +50,8 @@ void add_learning(CLI::App* app, RenderSettings& s) {
         }
       },
       "fiber model; exact is elliptical with --estimator exact. Default: elliptical with --epsilon, --learner, "
-      "--components or "
-      "--estimator, which are of its rows; else that whose rows the warm cache has; else rough");
+      "--components or --estimator, which are of its rows, and where a material shapes lobes; else that whose rows the "
+      "warm cache has; else rough");
   add_whole(app, "--quadrature-points", [&s](std::uint64_t n) { s.quadrature_points = int(n); });
   add_choice(
       app, "--estimator", {"fitted", "corrected", "exact"},
@@ -402,11 +403,9 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
   return {render, [render, settings] {
             if (!render->count("--model")) {
               const bool reads = settings->warm_cache && settings->cache_mode != CacheMode::scratch;
-              references::ChosenModel chosen =
-                  unnamed_model(*render, reads ? *settings->warm_cache : std::filesystem::path());
-              if (!chosen.why.empty()) log_note(fmt::format("model {}: {}", chosen.name, chosen.why));
-              settings->model_of_scene = chosen.why.empty();
-              settings->model = std::move(chosen.name);
+              UnnamedModel unnamed = model_of_command(*render, reads ? *settings->warm_cache : std::filesystem::path());
+              settings->model = std::move(unnamed.name);
+              settings->model_of_scene = unnamed.of_scene;
             }
             if (const std::string message = contradiction(*render, *settings); !message.empty()) {
               throw WrongUsage(message);

@@ -17,7 +17,6 @@
 #include "cli/denoised_picture.h"
 #include "cli/live_look.h"
 #include "cli/live_view.h"
-#include "cli/options.h"
 #include "cli/part_header.h"
 #include "cli/picture_files.h"
 #include "cli/process.h"
@@ -25,6 +24,7 @@
 #include "cli/render_identity.h"
 #include "cli/render_telemetry.h"
 #include "cli/scene_model.h"
+#include "cli/unnamed_model.h"
 #include "geometry/fiber_scene.h"
 
 namespace tress::cli {
@@ -324,8 +324,9 @@ class RenderJob {
     std::filesystem::path preview = written.value_or(settings_.output);
     preview.replace_extension(".png");
     const image::Preview look{scene_.image.transparent, scene_.image.exposure_stops, scene_.image.view};
-    kept = filtered ? denoise::with_filtered(result.picture, *filtered) : result.picture;
-    files.write(preview, [&](const std::filesystem::path& file) { return image::write_png(file, kept, look); });
+    if (filtered) kept = denoise::with_filtered(result.picture, *filtered);
+    const image::Picture& shown = filtered ? kept : result.picture;
+    files.write(preview, [&](const std::filesystem::path& file) { return image::write_png(file, shown, look); });
     if (result.heatmap) {
       files.write(*settings_.heatmap,
                   [&](const std::filesystem::path& file) { return image::write_exr(file, *result.heatmap); });
@@ -445,17 +446,6 @@ int rendered_by_looks(const RenderSettings& settings, const scene::Unstyled& uns
   }
 }
 
-/// The settings with the model that the scene asks for, if the command asked for none.
-RenderSettings with_model(const RenderSettings& asked, const scene::Scene& scene) {
-  RenderSettings settings = asked;
-  if (asked.model_of_scene) {
-    references::ChosenModel chosen = references::choose_model({.shapes_lobes = shapes_lobes(scene)});
-    if (!chosen.why.empty()) log_note(fmt::format("model {}: {}", chosen.name, chosen.why));
-    settings.model = std::move(chosen.name);
-  }
-  return settings;
-}
-
 }  // namespace
 
 int render_one(const RenderSettings& asked, TelemetryLines* shared, fiber::ModelService* carried) {
@@ -470,7 +460,8 @@ int render_one(const RenderSettings& asked, TelemetryLines* shared, fiber::Model
   }
   for (const std::string& text : scene->notes) log_note(text);
   for (const std::string& text : scene->warnings) log_warning(text);
-  const RenderSettings settings = with_model(asked, *scene);
+  RenderSettings settings = asked;
+  if (asked.model_of_scene) settings.model = model_of_scene(*scene);
   if (const int status = told_refusal(settings, *scene); status != 0) return status;
   const Identity identity = identity_of(settings.scene, settings.told);
   std::optional<CheckpointSession> checkpoint;

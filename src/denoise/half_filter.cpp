@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "denoise/pixel_grid.h"
+#include "tress/base/random.h"
 
 namespace tress::denoise {
 namespace {
@@ -135,13 +136,8 @@ Filtered filtered(const Grid& grid, const Half& a, const Half& b, const Half& gu
   return out;
 }
 
-/// 1 or -1, by the number (the last step of MurmurHash3, Appleby 2011).
-double sign_of(std::uint64_t number) {
-  std::uint64_t h = number + 0x9e3779b97f4a7c15u;
-  h = (h ^ (h >> 33)) * 0xff51afd7ed558ccdu;
-  h = (h ^ (h >> 33)) * 0xc4ceb9fe1a85ec53u;
-  return ((h ^ (h >> 33)) & 1) != 0 ? 1 : -1;
-}
+/// 1 or -1, by the number.
+double sign_of(std::uint64_t number) { return (mix_bits(number + 1) & 1) != 0 ? 1 : -1; }
 
 /// Random colors of the covariance that the noise of a half has around each pixel: what the halves are apart there,
 /// with random signs. Not that of the pixel itself, whose own noise decides how it is weighed.

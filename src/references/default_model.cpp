@@ -8,6 +8,7 @@
 #include "tress/adaptive/cache.h"
 
 namespace tress::references {
+
 bool shapes_lobes(const fiber::FiberParameters& fiber) {
   const auto is_set = [](const std::optional<float>& width) { return width.has_value(); };
   return std::ranges::any_of(fiber.azimuthal_sigma, is_set) || std::ranges::any_of(fiber.longitudinal_lambda, is_set) ||
@@ -18,9 +19,11 @@ bool shapes_lobes(const fiber::FiberParameters& fiber) {
 const fiber::ModelInfo* model_of_rows(adaptive::RowSource& rows) {
   bool has_slices = false, has_samples = false;
   rows.rewind();
-  while (const adaptive::SliceDescription* slice = rows.next_slice()) {
+  while (!has_samples) {
+    const adaptive::SliceDescription* slice = rows.next_slice();
+    if (slice == nullptr) break;
     has_slices = true;
-    has_samples |= slice->kind == adaptive::SliceKind::samples;
+    has_samples = slice->kind == adaptive::SliceKind::samples;
   }
   const fiber::ModelInfo* found = nullptr;
   for (const fiber::ModelInfo& info : models()) {

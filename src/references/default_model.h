@@ -14,7 +14,7 @@ class RowSource;
 
 namespace tress::references {
 
-/// Of chart 4 (bench/README.md): a third of the error of `elliptical` at 1.0 to 1.2 times its time, from a warm cache.
+/// Of chart 4 (bench/README.md): a third of the error of `elliptical` or less, at 0.95 to 1.14 times its time, warm.
 inline constexpr std::string_view default_model = "rough";
 
 /// Whether lobes are given widths, another shape or a Fresnel term: a traced fiber has no lobes that could have them.
@@ -38,8 +38,8 @@ struct ChosenModel {
 /// thread.
 ChosenModel choose_model(const ModelHints& hints);
 
-/// The model whose rows these are, `rough` where some slices are of samples; goes through them from the first. Null if
-/// there is none, or of no model here.
+/// The model whose rows these are, `rough` where some slices are of samples; goes through them from the first as far as
+/// it must. Null if there is none, or of no model here.
 const fiber::ModelInfo* model_of_rows(adaptive::RowSource& rows);
 
 }  // namespace tress::references

@@ -47,9 +47,9 @@ def render(
     """Renders a Scene, the keys of a scene file as a dict, or a file: a scene or a bare groom.
 
     What is given is what the option of `tress render` of that name means (`tress render --help`), and None is its
-    default; the same scene and options give the same bits as the program. seed: the frame, or 0. model: `elliptical` with an
-    epsilon, a learner or another estimator than fitted, which are of its rows; else that whose rows the warm cache has;
-    else `rough`.
+    default; the same scene and options give the same bits as the program. seed: the frame, or 0.
+    model: None is `elliptical` with an epsilon, a learner or another estimator than fitted, which are of its rows, and
+    where a material shapes lobes; else that whose rows the warm cache has; else `rough`.
     progress: called after each pass on the calling thread; it may return False to end the render there. What it raises
     ends the render and comes out of here. So does Ctrl-C (KeyboardInterrupt); what was learned is then in the warm
     cache all the same.
