@@ -9,10 +9,10 @@
 
 #include "cli/commands.h"
 #include "cli/console.h"
-#include "cli/denoised_picture.h"
 #include "cli/options.h"
 #include "cli/output_files.h"
-#include "denoise/half_filter.h"
+#include "cli/picture_preview.h"
+#include "denoise/denoised_layer.h"
 
 namespace tress::cli {
 namespace {
@@ -46,7 +46,7 @@ int run_denoise(const DenoiseSettings& settings) {
     return 1;
   }
   image::Picture out = denoise::with_filtered(*picture, *found);
-  const std::string words = denoised_words(*found);
+  const std::string words = denoise::denoised_words(*found);
   out.metadata["denoised"] = words;
   std::optional<Error> error = image::write_exr(settings.output, out, settings.precision);
   if (!error) error = image::write_png(preview, out, preview_of(out.metadata));

@@ -10,9 +10,10 @@
 #include <vector>
 
 #include "cli/console.h"
-#include "cli/denoised_picture.h"
 #include "cli/output_files.h"
+#include "cli/picture_preview.h"
 #include "cli/telemetry_lines.h"
+#include "denoise/denoised_layer.h"
 #include "integrate/camera_projection.h"
 #include "tress/version.h"
 
@@ -68,13 +69,10 @@ void describe_request(const RenderSettings& settings, const scene::Scene& scene,
 void keep_asked_layers(const RenderSettings& settings, image::Picture* picture) {
   if (settings.layers) {
     std::vector<std::string> layers = *settings.layers;
-    layers.emplace_back(denoised_layer);
+    layers.emplace_back(denoise::denoised_layer);
     image::keep_layers(layers, picture);
   }
-  if (settings.keeps_halves) return;
-  std::erase_if(picture->channels, [](const image::Channel& channel) {
-    return std::ranges::count(integrate::half_layers, image::layer_of(channel.name)) > 0;
-  });
+  if (!settings.keeps_halves) integrate::remove_halves(picture);
 }
 
 std::optional<std::filesystem::path> PictureFiles::write(const std::filesystem::path& file, const Write& to) {

@@ -10,6 +10,7 @@
 #include "cli/console.h"
 #include "cli/options.h"
 #include "cli/output_files.h"
+#include "denoise/denoised_layer.h"
 #include "scene/model/light.h"
 
 namespace tress::cli {
@@ -64,10 +65,9 @@ std::optional<Error> wrong_range(const RenderSettings& settings, const scene::Sc
 }
 
 std::optional<Error> too_few_samples(const RenderSettings& settings, const scene::Scene& scene) {
-  constexpr int least = 4;  // two of each half, to know the variance of both
   const SampleRange samples = samples_of(settings, scene);
-  if (!settings.denoise || samples.to - samples.from >= least) return std::nullopt;
-  return Error{"", "--denoise", fmt::format("{} samples a pixel at least", least),
+  if (!settings.denoise || samples.to - samples.from >= denoise::least_samples) return std::nullopt;
+  return Error{"", "--denoise", fmt::format("{} samples a pixel at least", denoise::least_samples),
                std::to_string(samples.to - samples.from)};
 }
 

@@ -14,7 +14,6 @@
 
 #include "cli/checkpoint_session.h"
 #include "cli/console.h"
-#include "cli/denoised_picture.h"
 #include "cli/live_look.h"
 #include "cli/live_view.h"
 #include "cli/part_header.h"
@@ -25,7 +24,9 @@
 #include "cli/render_telemetry.h"
 #include "cli/scene_model.h"
 #include "cli/unnamed_model.h"
+#include "denoise/denoised_layer.h"
 #include "geometry/fiber_scene.h"
+#include "integrate/filtered_noise.h"
 
 namespace tress::cli {
 namespace {
@@ -121,7 +122,7 @@ class RenderJob {
     }
     live_.begin(scene_, fiber::estimator_name(estimator_of(settings_)), service_);
     Forecast forecast(settings_.stop);
-    std::optional<FilteredNoise> filtered;
+    std::optional<integrate::FilteredNoise> filtered;
     if (settings_.denoise && settings_.stop.noise) filtered.emplace(*settings_.stop.noise, scene_);
     Progress progress;
     integrate::RenderResult result = integrate::render(
@@ -299,13 +300,13 @@ class RenderJob {
                          100 * result.bias->value, 100 * result.bias->error, result.bias->paths));
   }
 
-  /// Told, if it cannot be: the picture is then as it was rendered.
-  std::optional<denoise::Denoised> filter(image::Picture* picture) const {
+  /// The noise that is left. Told, if it cannot be: the picture is then as it was rendered.
+  std::optional<double> filter(image::Picture* picture) const {
     if (!settings_.denoise) return std::nullopt;
-    Result<denoise::Denoised> found = add_denoised(settings_.output.string(), picture);
+    const Result<denoise::Denoised> found = denoise::add_denoised(settings_.output.string(), picture);
     if (found) {
-      log_note("denoised: " + denoised_words(*found));
-      return std::move(*found);
+      log_note("denoised: " + denoise::denoised_words(*found));
+      return found->noise();
     }
     log_warning("not denoised: " + found.error().message());
     picture->metadata["denoised"] = "no: " + found.error().message();
@@ -313,9 +314,7 @@ class RenderJob {
   }
 
   /// The picture, its preview and its heat map. Where the picture is; unset: nowhere.
-  std::optional<std::filesystem::path> write_picture(const integrate::RenderResult& result,
-                                                     const std::optional<denoise::Denoised>& filtered,
-                                                     PictureFiles& files) const {
+  std::optional<std::filesystem::path> write_picture(const integrate::RenderResult& result, PictureFiles& files) const {
     image::Picture kept = result.picture;
     keep_asked_layers(settings_, &kept);
     const auto written = files.write(settings_.output, [&](const std::filesystem::path& file) {
@@ -324,8 +323,7 @@ class RenderJob {
     std::filesystem::path preview = written.value_or(settings_.output);
     preview.replace_extension(".png");
     const image::Preview look{scene_.image.transparent, scene_.image.exposure_stops, scene_.image.view};
-    if (filtered) kept = denoise::with_filtered(result.picture, *filtered);
-    const image::Picture& shown = filtered ? kept : result.picture;
+    const image::Picture shown = denoise::shown(result.picture);
     files.write(preview, [&](const std::filesystem::path& file) { return image::write_png(file, shown, look); });
     if (result.heatmap) {
       files.write(*settings_.heatmap,
@@ -338,15 +336,15 @@ class RenderJob {
     const std::string hash = service_ != nullptr ? adaptive::cache_hash(*service_->rows()) : "";
     describe_result(result, seconds, hash);
     PictureFiles files;
-    const std::optional<denoise::Denoised> filtered = filter(&result.picture);
-    const std::optional<std::filesystem::path> written = write_picture(result, filtered, files);
+    const std::optional<double> filtered_noise = filter(&result.picture);
+    const std::optional<std::filesystem::path> written = write_picture(result, files);
     files.tell(part_failed_);
     // Last: it may have to wait for another session, and the picture must not.
     if (cache_) files.tell(cache_->save(*service_));
     if (checkpoint_ != nullptr && !files.failed() && signal_status == 0) checkpoint_->remove();
     if (carried_ != nullptr && service_ != nullptr) *carried_ = fibers_.hand_over();
     Extra fields = summary_fields(result, seconds, hash, written.value_or(settings_.output));
-    if (filtered) fields.emplace("denoised_noise", json_text(filtered->noise()));
+    if (filtered_noise) fields.emplace("denoised_noise", json_text(*filtered_noise));
     telemetry_.summary(files.failed() ? "failed" : (signal_status != 0 ? "interrupted" : "done"), std::move(fields),
                        cache());
     live_.finish(std::move(result.picture));

@@ -71,6 +71,9 @@ struct PixelSums {
 /// index, two independent pictures of one scene, and the estimated variance of each.
 constexpr std::array<const char*, 4> half_layers{"half_a", "half_b", "half_a_variance", "half_b_variance"};
 
+/// Takes them out of a picture.
+void remove_halves(image::Picture* picture);
+
 /// Of the mean luminance of hair and surfaces, backgrounds not in it: relative to what it would be without.
 struct Brightening {
   double value = 0;  ///< picture over truth, minus 1

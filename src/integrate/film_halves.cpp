@@ -72,4 +72,10 @@ void Film::add_half_channels(const std::vector<std::size_t>& source, image::Pict
       picture->channels.push_back({std::string(half_layers[layer]) + "." + "RGB"[c], std::move(channels[layer][c])});
 }
 
+void remove_halves(image::Picture* picture) {
+  std::erase_if(picture->channels, [](const image::Channel& channel) {
+    return std::ranges::count(half_layers, image::layer_of(channel.name)) > 0;
+  });
+}
+
 }  // namespace tress::integrate

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "denoise/denoised_layer.h"
 #include "image/view_transform.h"
 #include "python/bindings.h"
 #include "python/raised.h"
@@ -63,7 +64,7 @@ void write_png(const Handle& self, const std::filesystem::path& file, std::optio
   if (exposure) preview.exposure_stops = *exposure;
   if (view) preview.view = view_named(*view);
   const py::gil_scoped_release released;
-  check(image::write_png(file, self->picture, preview));
+  check(image::write_png(file, denoise::shown(self->picture), preview));
 }
 
 Handle read_exr(const std::filesystem::path& file) {

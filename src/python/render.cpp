@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "integrate/camera_projection.h"
 #include "python/arrays_in.h"
 #include "python/bindings.h"
 #include "python/names.h"
@@ -80,6 +79,7 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
     const auto [x0, y0, x1, y1] = *edges;
     render.crop = image::Window{x0, y0, x1 - x0, y1 - y0};
   }
+  request.denoise = given.value<bool>("denoise").value_or(false);
   request.threads = given.number<int>("threads", "--threads");
   request.warm_cache = given.value<std::filesystem::path>("warm_cache").value_or(std::filesystem::path());
   request.cache_mode = given.value<std::string>("cache_mode").value_or(request.cache_mode);
@@ -103,7 +103,6 @@ scene::Overrides overrides_of(const Arguments& given) {
 void describe(const scene::Scene& scene, const RenderRequest& request, const RenderOutcome& outcome,
               image::Picture* picture) {
   auto& told = picture->metadata;
-  integrate::describe_camera(scene.camera, scene.image, picture);
   told["scene"] = scene.source;
   told["version"] = version();
   told["noise"] = fmt::format("{:.4g}", outcome.noise);
@@ -135,6 +134,7 @@ py::dict stats_of(const scene::Scene& scene, const RenderOutcome& outcome) {
   stats["exact_queries"] = result.exact_queries;
   stats["cache_hash"] = outcome.cache_hash;
   stats["cache"] = outcome.cache;
+  if (outcome.denoised_noise) stats["denoised_noise"] = *outcome.denoised_noise;
   if (result.excess) stats["bias_estimate"] = py::make_tuple(result.excess->value, result.excess->error);
   stats["notes"] = py::cast(scene.notes);
   std::vector<std::string> warnings = scene.warnings;

@@ -11,7 +11,11 @@
 #include <system_error>
 
 #include "base/nearest_word.h"
+#include "denoise/denoised_layer.h"
 #include "geometry/fiber_scene.h"
+#include "integrate/camera_projection.h"
+#include "integrate/film.h"
+#include "integrate/filtered_noise.h"
 #include "integrate/stop_rule.h"
 #include "references/registry.h"
 #include "tress/adaptive/cache.h"
@@ -30,6 +34,9 @@ std::optional<Error> contradiction(const scene::Scene& scene, const RenderReques
         "", "crop", fmt::format("pixels within {} x {}", scene.image.width, scene.image.height),
         fmt::format("{}, {}, {}, {}", crop->left, crop->top, crop->left + crop->width, crop->top + crop->height)};
   if (request.noise && request.seconds) return Error{"", "noise", "one of noise, seconds", "both"};
+  if (request.denoise && !request.noise && !request.seconds && scene.image.samples < denoise::least_samples)
+    return Error{"", "denoise", fmt::format("{} samples a pixel at least", denoise::least_samples),
+                 std::to_string(scene.image.samples)};
   if (request.estimator == fiber::Estimator::corrected && info.learns_samples())
     return Error{"", "estimator", "fitted or exact with model " + std::string(info.name), "corrected"};
   const std::vector<std::string> modes{"append", "frozen", "scratch", "require"};
@@ -88,6 +95,17 @@ class CacheFileOf {
   bool refused_ = false;
 };
 
+/// Warned of, if it cannot be: the picture is then as it was rendered.
+void filter(RenderOutcome* outcome) {
+  image::Picture* picture = &outcome->result.picture;
+  const auto found = denoise::add_denoised("", picture);
+  integrate::remove_halves(picture);
+  if (found)
+    outcome->denoised_noise = found->noise();
+  else
+    outcome->warnings.push_back("not denoised: " + found.error().message());
+}
+
 Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& request, const fiber::ModelInfo& info,
                                const std::atomic<bool>& stop,
                                const std::function<bool(const integrate::PassProgress&)>& on_pass) {
@@ -113,19 +131,25 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
   const integrate::StopRule rule{request.seconds, request.noise};
   options.samples = rule.samples(scene.image.samples);
   if (!model->evaluates()) options.light_samples = 0;
+  options.halves = request.denoise;
   options.roulette = integrate::roulette_or_usual(request.roulette, has_rows && !is_frozen);
   const geometry::FiberScene strands(scene);
+  std::optional<integrate::FilteredNoise> filtered;
+  if (request.denoise && request.noise) filtered.emplace(*request.noise, scene);
   outcome.result = integrate::render(scene, strands, *model, fibers, learned.service.get(), options, stop,
                                      [&](const integrate::PassProgress& pass) {
                                        outcome.noise = pass.noise;
                                        outcome.bias_bound = pass.table.bias_bound;
-                                       const char* end = rule.reason_to_end(pass, elapsed());
+                                       const double noise = filtered ? filtered->after(pass) : pass.noise;
+                                       const char* end = rule.reason_to_end(pass, noise, elapsed());
                                        if (end != nullptr) outcome.stopped_by = end;
                                        const bool goes_on = on_pass(pass);
                                        if (!goes_on) outcome.stopped_by = "caller";
                                        return goes_on && end == nullptr;
                                      });
   if (outcome.result.interrupted) outcome.stopped_by = "caller";
+  integrate::describe_camera(scene.camera, scene.image, &outcome.result.picture);
+  if (request.denoise) filter(&outcome);
   if (learned.service) outcome.cache_hash = adaptive::cache_hash(*learned.service->rows());
   if (cache) {
     if (auto error = cache->save(*learned.service, &outcome)) return *error;

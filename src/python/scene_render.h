@@ -28,16 +28,18 @@ struct RenderRequest {
   std::optional<double> seconds;      ///< ends before the pass that would end later
   std::optional<int> threads;         ///< unset: one per hardware thread that the process may use
   std::filesystem::path warm_cache;   ///< empty: none
+  bool denoise = false;               ///< the picture has the layer `denoised`; `noise` is then what is left
   std::string cache_mode = "append";  ///< append, frozen, scratch, require
 };
 
 struct RenderOutcome {
   integrate::RenderResult result;
-  std::string stopped_by = "samples";  ///< or "noise", "time", "caller"
-  double noise = 0, bias_bound = 0;    ///< after the last pass
-  double seconds = 0;                  ///< wall time, all in all
-  std::string cache_hash;              ///< of the table at the end; empty without one
-  std::string cache = "not asked";     ///< "loaded", "absent", "refused: why"; once saved "saved", "merged"
+  std::string stopped_by = "samples";    ///< or "noise", "time", "caller"
+  double noise = 0, bias_bound = 0;      ///< after the last pass
+  std::optional<double> denoised_noise;  ///< what is left of it once filtered; unset: not asked, or it could not be
+  double seconds = 0;                    ///< wall time, all in all
+  std::string cache_hash;                ///< of the table at the end; empty without one
+  std::string cache = "not asked";       ///< "loaded", "absent", "refused: why"; once saved "saved", "merged"
   std::vector<std::string> warnings;
   std::string model, estimator;  ///< that were in use
   double epsilon = 0;

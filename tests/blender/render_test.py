@@ -84,6 +84,16 @@ def test_the_picture_and_its_passes_are_those_of_the_program():
     expect(program.channels["coverage"].max() == 1, "there is no hair in the picture")
 
 
+def test_a_filtered_picture_has_the_noisy_one_beside_it():
+    scene = start(samples=8)
+    lock(scene)
+    scene.tress.denoise = True
+    picture, program = rendered(scene, "filtered"), by_hand("--denoise")
+    same(picture, "RGBA", "Combined", [program.channels[c] for c in ("denoised.R", "denoised.G", "denoised.B", "A")])
+    same(picture, "RGBA", "Noisy Image", [program.channels[c] for c in "RGBA"])
+    expect((program.channels["denoised.G"] != program.channels["G"]).any(), "nothing was filtered")
+
+
 def test_a_border_renders_its_part():
     scene = start()
     lock(scene)

@@ -24,10 +24,10 @@ def scene_of_arrays(**keys):
 
 
 class Bits(unittest.TestCase):
-    def by_program(self, folder, scene, *options):
+    def by_program(self, folder, scene, *options, samples=3):
         file = os.path.join(folder, "program.exr")
-        command = [BINARY, "render", scene, "-o", file, "--resolution", "40x40", "--spp", "3", "--precision", "float", "--quiet"]
-        subprocess.run([*map(str, command), *options], check=True)
+        command = [BINARY, "render", scene, "-o", file, "--resolution", "40x40", "--precision", "float", "--quiet"]
+        subprocess.run([*map(str, command), "--spp", str(samples), *options], check=True)
         return tress.read_exr(file)
 
     def assert_same(self, ours, theirs):
@@ -51,6 +51,23 @@ class Bits(unittest.TestCase):
             self.assert_same(
                 tress.render(scene, samples=3, model="chiang2016", seed=7, max_depth=5, light_samples=1, **SIZE), theirs
             )
+
+    def test_filtered_ones_too_and_a_png_shows_them(self):
+        scene = SOURCE / "scenes/brown_lock.json"
+        with tempfile.TemporaryDirectory() as folder:
+            theirs = self.by_program(folder, scene, "--denoise", samples=8)
+            ours = tress.render(scene, samples=8, denoise=True, **SIZE)
+            self.assert_same(ours, theirs)
+            self.assertEqual(ours.metadata["denoised_noise"], theirs.metadata["denoised_noise"])
+            self.assertLess(ours.stats["denoised_noise"], ours.stats["noise"])
+            ours.save(os.path.join(folder, "ours.png"))
+            by_program = pathlib.Path(folder, "program.png").read_bytes()
+            self.assertEqual(pathlib.Path(folder, "ours.png").read_bytes(), by_program)
+            less_noisy = tress.render(scene, noise=0.6 * ours.stats["denoised_noise"], denoise=True, adaptive=False, **SIZE)
+            self.assertLessEqual(less_noisy.stats["denoised_noise"], 0.6 * ours.stats["denoised_noise"])
+            self.assertGreater(less_noisy.stats["samples_per_pixel"], 8)
+        with self.assertRaisesRegex(tress.Error, "denoise: expected 4 samples a pixel at least, found 3"):
+            tress.render(scene, samples=3, denoise=True, **SIZE)
 
     def test_of_strands_in_memory_are_those_of_the_same_strands_in_a_file(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -17,7 +17,7 @@ FAR = 1e10  # depth where nothing was met, as Cycles has it
 def passes_of(scene, view_layer):
     """Beside Combined: name, components, type, and whether Blender has the pass itself."""
     settings = scene.tress
-    passes = []
+    passes = [("Noisy Image", "RGBA", "COLOR", False)] if settings.denoise else []
     if view_layer.use_pass_z:
         passes.append(("Depth", "Z", "VALUE", True))
     if view_layer.use_pass_normal:
@@ -116,7 +116,7 @@ class TressRenderEngine(bpy.types.RenderEngine):
 def show(layer, passes, path, export):
     """Puts the layers of a picture of tress into the passes."""
     picture = files.read_exr(path)
-    fill(layer.passes["Combined"], picture, [picture.channels[c] for c in "RGBA"])
+    fill(layer.passes["Combined"], picture, [picture.channels.get("denoised." + c, picture.channels[c]) for c in "RGBA"])
     for name, components, _, _ in passes:
         if name in layer.passes:
             fill(layer.passes[name], picture, pass_channels(name, components, picture, export))
@@ -127,6 +127,8 @@ def pass_channels(name, components, picture, export):
         met = picture.channels["coverage"] > 0
         planar = picture.channels["Z"] * view_cosines(picture, export) / export.cm
         return [np.where(met, planar, FAR)]
+    if name == "Noisy Image":
+        return [picture.channels[c] for c in components]
     if name == "Coverage":
         return [picture.channels["coverage"]]
     prefix = {"Normal": "N", "Albedo": "albedo", "Residual": "residual", "Surface": "surface",
@@ -176,6 +178,8 @@ def options_of(scene, window, is_animation=False):
     options = ["--noise", repr(settings.noise)] if settings.stop == "NOISE" else ["--spp", str(settings.samples)]
     options = [*options, "--seed", str(settings.seed + (scene.frame_current if settings.seed_by_frame else 0)),
                "--max-depth", str(settings.max_depth)]
+    if settings.denoise:
+        options.append("--denoise")
     if settings.model != "default":
         options += ["--model", settings.model]
     learns = settings.model in ("default", "elliptical", "rough")

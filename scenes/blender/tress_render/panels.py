@@ -22,6 +22,7 @@ class TRESS_RENDER_PT_sampling(Panel, bpy.types.Panel):
         layout.use_property_split = True
         layout.prop(settings, "stop")
         layout.prop(settings, "noise" if settings.stop == "NOISE" else "samples")
+        layout.prop(settings, "denoise")
         layout.prop(settings, "max_depth")
         layout.prop(settings, "seed")
         layout.prop(settings, "seed_by_frame")

@@ -24,6 +24,8 @@ class TressSettings(bpy.types.PropertyGroup):
     samples: IntProperty(name="Samples", default=64, min=1, max=1000000)
     noise: FloatProperty(name="Noise", default=0.05, min=0.0001, max=1, precision=3,
                          description="Relative to the brightness of what is covered")
+    denoise: BoolProperty(name="Denoise", default=False,
+                          description="Filter the picture along its hair at the end; as it was rendered it is in the pass Noisy Image")
     max_depth: IntProperty(name="Bounces", default=256, min=1, max=4096, description="Hits of a path")
     seed: IntProperty(name="Seed", default=0, min=0)
     seed_by_frame: BoolProperty(name="By Frame", default=True, description="Frames have different grain")

@@ -40,6 +40,7 @@ def render(
     max_depth: Optional[int] = None,
     roulette: Optional[str] = None,
     adaptive: Optional[bool] = None,
+    denoise: bool = False,
     mattes: bool = True,
     threads: Optional[int] = None,
     progress: Optional[Callable[[Progress], Any]] = None,
@@ -50,6 +51,8 @@ def render(
     default; the same scene and options give the same bits as the program. seed: the frame, or 0.
     model: None is `elliptical` with an epsilon, a learner or another estimator than fitted, which are of its rows, and
     where a material shapes lobes; else that whose rows the warm cache has; else `rough`.
+    denoise: a layer `denoised` beside R, G, B, which a .png shows; stats["denoised_noise"] is the noise that is left, by
+    which `noise` goes then.
     progress: called after each pass on the calling thread; it may return False to end the render there. What it raises
     ends the render and comes out of here. So does Ctrl-C (KeyboardInterrupt); what was learned is then in the warm
     cache all the same.
@@ -79,6 +82,7 @@ def render(
             "max_depth": max_depth,
             "roulette": roulette,
             "adaptive": adaptive,
+            "denoise": denoise,
             "mattes": mattes,
             "threads": threads,
         }.items()
