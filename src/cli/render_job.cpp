@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <ctime>
 #include <memory>
 #include <new>
@@ -21,25 +20,17 @@
 #include "cli/process.h"
 #include "cli/render_checks.h"
 #include "cli/render_identity.h"
+#include "cli/render_result.h"
 #include "cli/render_telemetry.h"
 #include "cli/scene_model.h"
 #include "cli/unnamed_model.h"
-#include "denoise/denoised_layer.h"
 #include "geometry/fiber_scene.h"
 #include "integrate/filtered_noise.h"
 
 namespace tress::cli {
 namespace {
 
-using Extra = RenderTelemetry::Extra;
 using Clock = std::chrono::steady_clock;
-
-/// Brightness against that of the same model without a table.
-std::string brightening_words(const integrate::Brightening& excess) {
-  return fmt::format(
-      "the fits of the table make the picture {:.2g} % {} than tracing every vertex would, give or take {:.2g} %",
-      100 * std::abs(excess.value), excess.value < 0 ? "darker" : "brighter", 100 * excess.error);
-}
 
 /// What is open before a render begins.
 struct RenderFiles {
@@ -136,14 +127,14 @@ class RenderJob {
             cache_->add_cost(pass.table);
             cache_->save_if_due(*service_);
           }
-          if (ahead.reason != nullptr) stopped_by_ = ahead.reason;
-          noise_ = pass.noise;
-          bias_bound_ = pass.table.bias_bound;
+          if (ahead.reason != nullptr) end_.stopped_by = ahead.reason;
+          end_.noise = pass.noise;
+          end_.bias_bound = pass.table.bias_bound;
           if (ahead.reason == nullptr && !deadline.passed()) checkpoint(pass, interrupt.requested());
           if (settings_.part && !deadline.passed()) tell_part(pass);
           const auto save_layers = [&] { write_partial(pass, Partial::layers); };
           const bool goes_on = live_.after_pass(pass, ahead, interrupt.requested(), save_layers);
-          if (!goes_on && ahead.reason == nullptr) stopped_by_ = "page";
+          if (!goes_on && ahead.reason == nullptr) end_.stopped_by = "page";
           return goes_on && ahead.reason == nullptr && !interrupt.requested();
         });
     progress.finish();
@@ -152,7 +143,8 @@ class RenderJob {
       log_error(fmt::format("{}: expected the sums of this picture, found others", checkpoint_->file().string()));
       return 1;
     }
-    return save(result, progress.seconds() + seconds_before_, interrupt.exit_status());
+    end_.seconds = progress.seconds() + seconds_before_;
+    return save(result, interrupt.exit_status());
   }
 
   void build_strands() {
@@ -280,73 +272,20 @@ class RenderJob {
     return 1;
   }
 
-  /// What the render found, into the picture's header.
-  void describe_result(integrate::RenderResult& result, double seconds, const std::string& hash) const {
-    std::map<std::string, std::string>& header = result.picture.metadata;
+  int save(integrate::RenderResult& result, int signal_status) {
+    if (service_ != nullptr) end_.cache_hash = adaptive::cache_hash(*service_->rows());
     describe_request(settings_, scene_, identity_, &result.picture);
-    header["noise"] = fmt::format("{:.4g}", noise_);
-    header["samples"] = fmt::format("{}", result.samples_per_pixel);
-    header["dropped_samples"] = std::to_string(result.dropped_samples);
-    header["stopped_by"] = stopped_by_;
-    header["time"] = fmt::format("{:.3f} s", seconds);
-    header["cache_hash"] = hash;
-    if (result.excess) {
-      header["bias_estimate"] = fmt::format("{:.4f} +- {:.4f}", result.excess->value, result.excess->error);
-      log_note(brightening_words(*result.excess));
-    }
-    if (!result.bias) return;
-    header["bias"] = fmt::format("{:.4f} +- {:.4f}", result.bias->value, result.bias->error);
-    log_note(fmt::format("bias of the brightness {:.2g} %, standard error {:.2g} %, by {} paths without rows",
-                         100 * result.bias->value, 100 * result.bias->error, result.bias->paths));
-  }
-
-  /// The noise that is left. Told, if it cannot be: the picture is then as it was rendered.
-  std::optional<double> filter(image::Picture* picture) const {
-    if (!settings_.denoise) return std::nullopt;
-    const Result<denoise::Denoised> found = denoise::add_denoised(settings_.output.string(), picture);
-    if (found) {
-      log_note("denoised: " + denoise::denoised_words(*found));
-      return found->noise();
-    }
-    log_warning("not denoised: " + found.error().message());
-    picture->metadata["denoised"] = "no: " + found.error().message();
-    return std::nullopt;
-  }
-
-  /// The picture, its preview and its heat map. Where the picture is; unset: nowhere.
-  std::optional<std::filesystem::path> write_picture(const integrate::RenderResult& result, PictureFiles& files) const {
-    image::Picture kept = result.picture;
-    keep_asked_layers(settings_, &kept);
-    const auto written = files.write(settings_.output, [&](const std::filesystem::path& file) {
-      return image::write_exr(file, kept, settings_.precision);
-    });
-    std::filesystem::path preview = written.value_or(settings_.output);
-    preview.replace_extension(".png");
-    const image::Preview look{scene_.image.transparent, scene_.image.exposure_stops, scene_.image.view};
-    const image::Picture shown = denoise::shown(result.picture);
-    files.write(preview, [&](const std::filesystem::path& file) { return image::write_png(file, shown, look); });
-    if (result.heatmap) {
-      files.write(*settings_.heatmap,
-                  [&](const std::filesystem::path& file) { return image::write_exr(file, *result.heatmap); });
-    }
-    return written;
-  }
-
-  int save(integrate::RenderResult& result, double seconds, int signal_status) {
-    const std::string hash = service_ != nullptr ? adaptive::cache_hash(*service_->rows()) : "";
-    describe_result(result, seconds, hash);
+    describe_result(result, end_, &result.picture.metadata);
     PictureFiles files;
-    const std::optional<double> filtered_noise = filter(&result.picture);
-    const std::optional<std::filesystem::path> written = write_picture(result, files);
+    if (settings_.denoise) end_.denoised_noise = denoise_picture(settings_.output, &result.picture);
+    const std::optional<std::filesystem::path> written = write_pictures(settings_, scene_, result, &files);
     files.tell(part_failed_);
     // Last: it may have to wait for another session, and the picture must not.
     if (cache_) files.tell(cache_->save(*service_));
     if (checkpoint_ != nullptr && !files.failed() && signal_status == 0) checkpoint_->remove();
     if (carried_ != nullptr && service_ != nullptr) *carried_ = fibers_.hand_over();
-    Extra fields = summary_fields(result, seconds, hash, written.value_or(settings_.output));
-    if (filtered_noise) fields.emplace("denoised_noise", json_text(*filtered_noise));
-    telemetry_.summary(files.failed() ? "failed" : (signal_status != 0 ? "interrupted" : "done"), std::move(fields),
-                       cache());
+    telemetry_.summary(files.failed() ? "failed" : (signal_status != 0 ? "interrupted" : "done"),
+                       summary_fields(result, end_, written.value_or(settings_.output)), cache());
     live_.finish(std::move(result.picture));
     if (result.dropped_samples > 0) {
       log_warning(
@@ -357,31 +296,9 @@ class RenderJob {
     if (cache_) cache_->tell_savings();
     if (written) {
       log_note(fmt::format("{}{}: {:.4g} samples a pixel in {:.1f} s", signal_status != 0 ? "interrupted, " : "",
-                           written->string(), result.samples_per_pixel, seconds));
+                           written->string(), result.samples_per_pixel, end_.seconds));
     }
     return files.failed() || telemetry_.failed() ? 1 : signal_status;
-  }
-
-  Extra summary_fields(const integrate::RenderResult& result, double seconds, const std::string& hash,
-                       const std::filesystem::path& written) const {
-    Extra fields{{"passes", json_text(result.passes)},
-                 {"samples_per_pixel", json_text(result.samples_per_pixel)},
-                 {"dropped_samples", json_text(result.dropped_samples)},
-                 {"seconds", json_text(seconds)},
-                 {"stopped_by", json_text(stopped_by_)},
-                 {"noise", json_text(noise_)},
-                 {"bias_bound", json_text(bias_bound_)},
-                 {"queries", json_text(result.queries)},
-                 {"exact_queries", json_text(result.exact_queries)},
-                 {"cache_hash", json_text(hash)},
-                 {"image", json_text(written.string())}};
-    if (result.excess) fields.emplace("bias_estimate", brightening_text(*result.excess));
-    if (result.bias) {
-      const nlohmann::json bias{
-          {"value", result.bias->value}, {"error", result.bias->error}, {"paths", result.bias->paths}};
-      fields.emplace("bias_measured", json_text(bias));
-    }
-    return fields;
   }
 
   const RenderSettings& settings_;
@@ -403,8 +320,7 @@ class RenderJob {
   double seconds_before_ = 0;  ///< of the runs before this one
   std::optional<Error> part_failed_;
   bool partial_fails_ = false;  ///< the last picture so far could not be written
-  const char* stopped_by_ = "signal";
-  double noise_ = 0, bias_bound_ = 0;  ///< after the last pass
+  RenderEnd end_;
 };
 
 /// Into the scene and what is said of the picture. False, and nothing but the scene's look is lost, if the scene cannot

@@ -1,0 +1,96 @@
+#include "cli/render_result.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cli/console.h"
+#include "cli/telemetry_lines.h"
+#include "denoise/denoised_layer.h"
+
+namespace tress::cli {
+namespace {
+
+/// Brightness against that of the same model without a table.
+std::string brightening_words(const integrate::Brightening& excess) {
+  return fmt::format(
+      "the fits of the table make the picture {:.2g} % {} than tracing every vertex would, give or take {:.2g} %",
+      100 * std::abs(excess.value), excess.value < 0 ? "darker" : "brighter", 100 * excess.error);
+}
+
+}  // namespace
+
+void describe_result(const integrate::RenderResult& result, const RenderEnd& end,
+                     std::map<std::string, std::string>* header) {
+  std::map<std::string, std::string>& told = *header;
+  told["noise"] = fmt::format("{:.4g}", end.noise);
+  told["samples"] = fmt::format("{}", result.samples_per_pixel);
+  told["dropped_samples"] = std::to_string(result.dropped_samples);
+  told["stopped_by"] = end.stopped_by;
+  told["time"] = fmt::format("{:.3f} s", end.seconds);
+  told["cache_hash"] = end.cache_hash;
+  if (result.excess) {
+    told["bias_estimate"] = fmt::format("{:.4f} +- {:.4f}", result.excess->value, result.excess->error);
+    log_note(brightening_words(*result.excess));
+  }
+  if (!result.bias) return;
+  told["bias"] = fmt::format("{:.4f} +- {:.4f}", result.bias->value, result.bias->error);
+  log_note(fmt::format("bias of the brightness {:.2g} %, standard error {:.2g} %, by {} paths without rows",
+                       100 * result.bias->value, 100 * result.bias->error, result.bias->paths));
+}
+
+std::optional<double> denoise_picture(const std::filesystem::path& output, image::Picture* picture) {
+  const Result<denoise::Denoised> found = denoise::add_denoised(output.string(), picture);
+  if (found) {
+    log_note("denoised: " + denoise::denoised_words(*found));
+    return found->noise();
+  }
+  log_warning("not denoised: " + found.error().message());
+  picture->metadata["denoised"] = "no: " + found.error().message();
+  return std::nullopt;
+}
+
+std::optional<std::filesystem::path> write_pictures(const RenderSettings& settings, const scene::Scene& scene,
+                                                    const integrate::RenderResult& result, PictureFiles* files) {
+  image::Picture kept = result.picture;
+  keep_asked_layers(settings, &kept);
+  const auto written = files->write(settings.output, [&](const std::filesystem::path& file) {
+    return image::write_exr(file, kept, settings.precision);
+  });
+  std::filesystem::path preview = written.value_or(settings.output);
+  preview.replace_extension(".png");
+  const image::Preview look{scene.image.transparent, scene.image.exposure_stops, scene.image.view};
+  const image::Picture shown = denoise::shown(result.picture);
+  files->write(preview, [&](const std::filesystem::path& file) { return image::write_png(file, shown, look); });
+  if (result.heatmap) {
+    files->write(*settings.heatmap,
+                 [&](const std::filesystem::path& file) { return image::write_exr(file, *result.heatmap); });
+  }
+  return written;
+}
+
+RenderTelemetry::Extra summary_fields(const integrate::RenderResult& result, const RenderEnd& end,
+                                      const std::filesystem::path& written) {
+  RenderTelemetry::Extra fields{{"passes", json_text(result.passes)},
+                                {"samples_per_pixel", json_text(result.samples_per_pixel)},
+                                {"dropped_samples", json_text(result.dropped_samples)},
+                                {"seconds", json_text(end.seconds)},
+                                {"stopped_by", json_text(end.stopped_by)},
+                                {"noise", json_text(end.noise)},
+                                {"bias_bound", json_text(end.bias_bound)},
+                                {"queries", json_text(result.queries)},
+                                {"exact_queries", json_text(result.exact_queries)},
+                                {"cache_hash", json_text(end.cache_hash)},
+                                {"image", json_text(written.string())}};
+  if (result.excess) fields.emplace("bias_estimate", brightening_text(*result.excess));
+  if (result.bias) {
+    const nlohmann::json bias{
+        {"value", result.bias->value}, {"error", result.bias->error}, {"paths", result.bias->paths}};
+    fields.emplace("bias_measured", json_text(bias));
+  }
+  if (end.denoised_noise) fields.emplace("denoised_noise", json_text(*end.denoised_noise));
+  return fields;
+}
+
+}  // namespace tress::cli
