@@ -31,7 +31,7 @@ def renders(name, folder):
     cache = os.path.join(folder, "demo.cache")
     if os.path.exists(cache):
         os.remove(cache)
-    return [("cold", [DEMO, "--warm-cache", cache]), ("warm", [DEMO, "--warm-cache", cache, "--cache-mode", "frozen"])]
+    return [("cold", [DEMO, "--denoise", "--warm-cache", cache]), ("warm", [DEMO, "--denoise", "--warm-cache", cache, "--cache-mode", "frozen"])]
 
 
 def half(pixels):
