@@ -16,7 +16,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 DEMO = os.path.join(os.path.dirname(HERE), "demo.json")
 GAP = 3  # pixels between two pictures
-MODELS = ("elliptical", "chiang2016", "deon2011", "marschner2003", "ou2012")
+MODELS = ("rough", "elliptical", "chiang2016", "deon2011", "marschner2003", "ou2012")
 VIEWS = 5  # of the turntable, as its scene has frames
 SELECTION = ("black_straight", "white_fur", "blond_curls", "macro_fiber", "wet_strands")
 
@@ -27,7 +27,7 @@ def renders(name, folder):
         return [("turn.####", [os.path.join(HERE, "turntable.json"), "--frames", f"0-{VIEWS - 1}", "--model", "rough", "--adaptive", "on",
                                "--denoise"])]
     if name == "models":
-        return [(model, [DEMO, "--model", model, "--resolution", "96x128", "--spp", "32"]) for model in MODELS]
+        return [(model, [DEMO, "--model", model, "--resolution", "96x128", "--spp", "32", "--denoise"]) for model in MODELS]
     cache = os.path.join(folder, "demo.cache")
     if os.path.exists(cache):
         os.remove(cache)
