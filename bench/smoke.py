@@ -65,6 +65,7 @@ def scripts(tress, folder):
     charts = [os.path.join(ROOT, "bench", "charts", "run.py"), "--tress", tress, "--quick", "-o", folder]
     return [
         ("charts/run.py 1 3", [python, *charts, "--chart", "1", "--chart", "3"]),
+        ("figures/check_reading.py", [python, os.path.join(ROOT, "bench", "figures", "check_reading.py")]),
         ("image/estimators.py", [python, os.path.join(ROOT, "bench", "image", "estimators.py"), tress, LOCK, "--samples", "2",
                                  "--teach", "1", "--repeat", "2", "--size", "12x12"]),
         ("image/models.py", [python, os.path.join(ROOT, "bench", "image", "models.py"), os.path.dirname(tress), "--spp", "1",

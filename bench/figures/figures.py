@@ -113,14 +113,23 @@ def materials(**changes):
     return change
 
 
+def channels_of(exr):
+    """Names of the channels, and their values, float32 of height x width x channels, as the file is now. An ImageBuf would not do:
+    it hands out what it has read before of a file that was written again within the same second."""
+    opened = OpenImageIO.ImageInput.open(exr)
+    if opened is None:
+        sys.exit(f"{exr}: {OpenImageIO.geterror()}")
+    names, pixels = list(opened.spec().channelnames), opened.read_image(OpenImageIO.FLOAT)
+    opened.close()
+    if pixels is None:
+        sys.exit(f"{exr}: {opened.geterror()}")
+    return names, pixels
+
+
 def read(exr, layer="", behind=0.0):
     """Linear RGB of a picture or of one of its layers ("TRT"), float32 of height x width x 3. behind: radiance that is
     put behind what does not cover a pixel (beauty with an alpha only)."""
-    picture = OpenImageIO.ImageBuf(exr)
-    names = picture.spec().channelnames
-    if not names:
-        sys.exit(f"{exr}: {picture.geterror()}")
-    pixels = picture.get_pixels(OpenImageIO.FLOAT)
+    names, pixels = channels_of(exr)
     wanted = [(layer + "." if layer else "") + c for c in "RGB"]
     if any(name not in names for name in wanted):
         sys.exit(f"{exr}: expected channels {wanted}, found {list(names)}")
@@ -132,9 +141,8 @@ def read(exr, layer="", behind=0.0):
 
 def coverage(exr):
     """The coverage of a picture (A in those from before it had a layer of its own), in [0, 1], height x width."""
-    picture = OpenImageIO.ImageBuf(exr)
-    names = list(picture.spec().channelnames)
-    return numpy.clip(picture.get_pixels(OpenImageIO.FLOAT)[:, :, names.index("coverage" if "coverage" in names else "A")], 0, 1)
+    names, pixels = channels_of(exr)
+    return numpy.clip(pixels[:, :, names.index("coverage" if "coverage" in names else "A")], 0, 1)
 
 
 def blocks(pixels, side=8):

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """CPU time to equal noise of two programs: variance times time, paired, in turns, each at its own defaults.
 
-usage: bench/image/before.py OLD NEW [-o FILE] [--spp N] [--seeds N] [--size N] [--only NAME]...
+usage: bench/image/before.py OLD NEW [-o FILE] [--spp N] [--seeds N] [--size N] [--model NAME] [--only NAME]...
 
 OLD, NEW: two `tress`. Each renders every scene once to learn its rows, which are kept (--warm-cache); then both take turns
 under one seed after another, at `--spp`; so does the new one with `--adaptive on`, which is what its `--noise` does. Time is CPU
@@ -108,12 +108,15 @@ def main():
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--seeds", type=int, default=6)
     parser.add_argument("--size", type=int, default=64)
+    parser.add_argument("--model", help="of both, in place of what each takes where none is named")
     parser.add_argument("--only", action="append", choices=SCENES)
     options = parser.parse_args()
     git = subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True)
     context = {"commit": git.stdout.strip(), "old_commit": options.old_commit, "old": version_of(options.old),
-               "new": version_of(options.new), "samples": options.spp, "seeds": options.seeds, "size": options.size, "load": []}
-    rivals = {"old": (options.old, []), "new": (options.new, []), "new, adaptive": (options.new, ["--adaptive", "on"])}
+               "new": version_of(options.new), "model": options.model, "samples": options.spp,
+               "seeds": options.seeds, "size": options.size, "load": []}
+    model = ["--model", options.model] if options.model else []
+    rivals = {"old": (options.old, model), "new": (options.new, model), "new, adaptive": (options.new, [*model, "--adaptive", "on"])}
     scenes = {}
     for name in options.only or SCENES:
         scene = [resolve(word) for word in SCENES[name]]
