@@ -26,12 +26,16 @@ int main(int argc, char** argv) {
   app.add_option("--paths", request.paths);
   app.add_option("--seed", request.seed);
   app.add_option("--depth", request.depth);
+  double widest_deg = 0;
+  const auto* one_range =
+      app.add_option("--widest-deg", widest_deg, "inclinations of the camera; else those of a color");
   app.add_option("--eccentricity", eccentricities)->delimiter(',');
   app.add_option("--roughness", roughnesses)->delimiter(',');
   app.add_option("--tilt", tilts_deg)->delimiter(',');
   app.add_option("--eta", etas)->delimiter(',');
   app.add_option("--json", output);
   CLI11_PARSE(app, argc, argv);
+  request.widest_theta = widest_deg * std::numbers::pi / 180;
 
   nlohmann::ordered_json json;
   json["depth"] = request.depth;
@@ -46,6 +50,7 @@ int main(int argc, char** argv) {
           fiber.eccentricity = static_cast<float>(e);
           fiber.roughness = static_cast<float>(alpha);
           fiber.tilt = static_cast<float>(tilt * std::numbers::pi / 180);
+          if (one_range->count() == 0) request.widest_theta = references::widest_theta_of_color(fiber);
           const std::vector<float> ways = references::lock_ways(fiber, request);
           std::vector<double> absorptions;
           for (const double color : colors) absorptions.push_back(references::lock_absorption(ways, color));

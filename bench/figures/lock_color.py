@@ -1,14 +1,16 @@
 """Fits src/fiber/lock_color_table.h to the absorptions that `bench_lock_color --json FILE` has measured.
 
     build/release/bench/bench_lock_color --json lock_color.json
-    /usr/bin/python3 bench/figures/lock_color.py lock_color.json src/fiber/lock_color_table.h
+    /usr/bin/python3 bench/figures/lock_color.py lock_color.json src/fiber/lock_color_table.h [--only-untilted]
 
+With --only-untilted the rows of tilted fibers stay as the header has them, to the digit: pictures of theirs do not change.
 Of each fiber ln(sigma_a / y), y = -ln(color), is a cubic in the root of y, fitted so that the color is off least. Tells how
 far the fit is from what was measured, in units of the color.
 """
 
 import json
 import math
+import re
 import sys
 
 import numpy
@@ -33,7 +35,14 @@ def array(name, values, comment):
     return f"inline constexpr std::array<double, {len(values)}> {name}{{{', '.join(f'{x:.8g}' for x in values)}}};  ///< {comment}"
 
 
-def main(source, header):
+def rows_of(header):
+    """The table's rows as text."""
+    with open(header) as file:
+        table = file.read().split("lock_color_table{{")[1]
+    return re.findall(r"\{([^{}]+)\}", table)
+
+
+def main(source, header, *options):
     with open(source) as file:
         data = json.load(file)
     colors = numpy.array(data["colors"])
@@ -44,7 +53,10 @@ def main(source, header):
         key = (fiber["eta"], fiber["tilt_deg"], fiber["eccentricity"], fiber["roughness"])
         fits[key], off = fit(colors, fiber)
         worst = max(worst, off)
-    rows = [fits[a, b, c, d] for a in axes[0] for b in axes[1] for c in axes[2] for d in axes[3]]
+    keys = [(a, b, c, d) for a in axes[0] for b in axes[1] for c in axes[2] for d in axes[3]]
+    rows = [", ".join(f"{x:.4g}" for x in fits[key]) for key in keys]
+    if "--only-untilted" in options:
+        rows = [row if key[1] == 0 else old for key, row, old in zip(keys, rows, rows_of(header), strict=True)]
     lines = [
         "// What a lock's color says of its absorption: made by bench/figures/lock_color.py from `bench_lock_color`.",
         f"// Locks {data['depth']:g} mean free paths deep, {data['paths']} paths a fiber.",
@@ -58,7 +70,7 @@ def main(source, header):
         "/// ln(sigma_a / y) as a polynomial in the root of y = -ln(color).",
         f"inline constexpr std::array<std::array<double, lock_color_terms>, {len(rows)}> lock_color_table{{{{",
     ]
-    lines += ["    {" + ", ".join(f"{x:.4g}" for x in row) + "}," for row in rows]
+    lines += ["    {" + row + "}," for row in rows]
     lines += ["}};", "", "}  // namespace tress::fiber", ""]
     with open(header, "w") as file:
         file.write("\n".join(lines))

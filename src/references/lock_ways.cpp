@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -64,6 +65,12 @@ float way_of_path(const fiber::RoughFiber& fiber, float eccentricity, const Lock
 }
 
 }  // namespace
+
+double widest_theta_of_color(const fiber::FiberParameters& fiber) {
+  constexpr double untilted_deg = 15, tilted_deg = 45, tilted_from_deg = 1.5;
+  const double share = std::min(double{fiber.tilt} * 180 / pi / tilted_from_deg, 1.0);
+  return (untilted_deg + share * (tilted_deg - untilted_deg)) * pi / 180;
+}
 
 std::vector<float> lock_ways(const fiber::FiberParameters& fiber, const LockRequest& request) {
   fiber::FiberParameters clear = fiber;

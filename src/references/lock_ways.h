@@ -19,6 +19,11 @@ struct LockRequest {
   std::uint64_t seed = 0;
 };
 
+/// The inclinations for which a color is meant, as a LockRequest has them: 45 degrees either way. Light keeps its
+/// inclination in fibers without tilt, so that each has a color of its own; theirs is the one straight on, within 15
+/// degrees, and up to a tilt of 1.5 degrees the range widens in proportion. Radians.
+double widest_theta_of_color(const fiber::FiberParameters& fiber);
+
 /// Of each path from the camera, straight on into the slab, how far it went inside fibers before it left the slab,
 /// major semi-axes. The fibers are RoughFiber, sigma_a 0 and without a medulla; at each, one of the parts of a split
 /// path is followed by its weight. Paths of more than 4,096 fibers end there. Same request, same ways (oneTBB).

@@ -24,7 +24,8 @@ TEST(LockColor, IsTheOneThatWasAsked) {
     fiber.eccentricity = 0.5f + 0.5f * random.next();
     fiber.roughness = std::pow(0.02f, random.next());
     fiber.tilt = 8 * random.next() * std::numbers::pi_v<float> / 180;
-    const std::vector<float> ways = references::lock_ways(fiber, {.paths = 12'000, .seed = test::seed(42)});
+    const std::vector<float> ways = references::lock_ways(
+        fiber, {.widest_theta = references::widest_theta_of_color(fiber), .paths = 12'000, .seed = test::seed(42)});
     for (const float color : {0.1f, 0.5f, 0.95f}) {
       if (color < references::lock_radiance(ways, 1e3) + 0.02) continue;  // its surface alone is nearly as light
       const double sigma_a = fiber::sigma_a_of_lock(glm::vec3(color), fiber).g;
@@ -34,6 +35,24 @@ TEST(LockColor, IsTheOneThatWasAsked) {
       EXPECT_NEAR(shown, static_cast<double>(color), 0.02 + 5 * error)
           << "eta " << fiber.eta << " e " << fiber.eccentricity << " alpha " << fiber.roughness << " tilt "
           << fiber.tilt;
+    }
+  }
+}
+
+/// Straight on, where fibers without tilt keep all light at the inclination 0. Seed 43; tolerance as above, 8 colors.
+TEST(LockColor, OfFibersWithoutTiltIsTheOneStraightOn) {
+  for (const float alpha : {0.1f, 0.2f}) {
+    fiber::FiberParameters fiber;
+    fiber.eccentricity = 0.5f;
+    fiber.roughness = alpha;
+    fiber.tilt = 0;
+    const std::vector<float> ways =
+        references::lock_ways(fiber, {.widest_theta = 0, .paths = 40'000, .seed = test::seed(43)});
+    for (const float color : {0.05f, 0.3f, 0.5f, 0.8f}) {
+      const double shown =
+          references::lock_radiance(ways, static_cast<double>(fiber::sigma_a_of_lock(glm::vec3(color), fiber).g));
+      EXPECT_NEAR(shown, static_cast<double>(color), 0.012 + 5 * std::sqrt(0.25 / static_cast<double>(ways.size())))
+          << "alpha " << alpha;
     }
   }
 }
