@@ -1,7 +1,7 @@
 """Cycles and tress on the same scenes, side by side: blender -b --factory-startup -P beside_cycles.py -- TRESS FOLDER [NAME...]
 
 Prints the mean of each channel over the pixels that hair covers wholly, tress over Cycles, for every groom and color;
-with FOLDER/beside_cycles.png. Lights and the environment are compared on a plain ball first.
+with FOLDER/beside_cycles.png. TRANSPARENT=1: over all pixels of a transparent film, free of what our own samples found covered. Lights and the environment are compared on a plain ball first.
 """
 
 import os
@@ -20,6 +20,7 @@ import grooms  # noqa: E402
 TRESS, FOLDER, *ONLY = sys.argv[sys.argv.index("--") + 1:]
 SAMPLES = int(os.environ.get("SAMPLES", "128"))
 MODEL = os.environ.get("MODEL", "elliptical")
+TRANSPARENT = "TRANSPARENT" in os.environ
 USED = os.environ.get("LIGHTS", "ASW")
 
 
@@ -139,6 +140,7 @@ COLORS = {
 
 def hair_scene(groom, color):
     scene = start()
+    scene.render.film_transparent = TRANSPARENT
     if "A" in USED: grooms.add_light(scene, "AREA", (0.5, -0.8, 0.6), 15.0, size=0.4)
     if "S" in USED: grooms.add_light(scene, "SUN", (-1, 1.5, 1), 1.5)
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.35 * ("W" in USED),) * 3 + (1,)
@@ -161,7 +163,7 @@ def check_hair():
             if ONLY and groom not in ONLY and color not in ONLY and f"{groom}.{color}" not in ONLY:
                 continue
             theirs, ours, coverage = both(hair_scene(groom, color))
-            here = coverage > 0.99
+            here = coverage > (-1 if TRANSPARENT else 0.99)
             a, b = theirs[here].mean(0), ours[here].mean(0)
             print(f"hair {groom:5s} {color:7s} ours/theirs {np.array2string(b / a, precision=3)} mean "
                   f"{b.mean() / a.mean():.3f}, theirs {np.array2string(a, precision=4)}", flush=True)

@@ -3,6 +3,10 @@
 A lock of white, straight, parallel strands under a sun, by `tress render --model chiang2016` and by a Monte Carlo that shares
 no line with it: Chiang et al. 2016 and ribbons in numpy. Fails where the means differ by more than 4 standard errors of
 both together (false-alarm rate 6e-5 each; seeds are fixed).
+
+straight_lock.py --as-cycles FOLDER [ROUGHNESS...] tells the second program's mean by the most hits a path may have, as it is and with
+what Cycles does otherwise: light leaves a ribbon where it met it, not as far from the axis as it came, and no ribbon is met
+within two radii of where light starts.
 """
 
 import json
@@ -24,6 +28,7 @@ SUN = np.array([0.0, -1.0, 0.65]) / math.hypot(1, 0.65)
 SUN_ANGLE, IRRADIANCE, RADIAL = 0.1, 2.0, 0.3
 EYE, FOV = np.array([0.0, -40.0, 0.0]), math.radians(2)
 DEPTH = 64
+NEAR, FROM_WHERE_MET = 0.0, False  # of Cycles: 2 radii, True
 
 random = np.random.default_rng(7)
 angle, away = random.uniform(0, 2 * math.pi, STRANDS), LOCK * np.sqrt(random.uniform(0, 1, STRANDS))
@@ -66,6 +71,7 @@ def meet(at, way, left):
     z = at[:, None, 2] + along / across * way[:, None, 2]
     is_met = (np.abs(offset) < RADIUS) & (along > 0) & (np.abs(z) < HALF_LENGTH)
     is_met[np.arange(len(at))[left >= 0], left[left >= 0]] = False
+    is_met &= (along > NEAR * RADIUS * across) | (left < 0)[:, None]
     along = np.where(is_met, along, np.inf)
     nearest = along.argmin(1)
     rows = np.arange(len(at))
@@ -117,8 +123,8 @@ def second_program(roughness, paths):
                 total = total + share[p] * longitudinal(direction[:, 2], sin_o, variance[p]) * logistic(phi - turned[p], scale[p])
             return total
 
-        sun = sun_directions(len(path))
-        is_dark = meet(start(axis, sun, h), sun, left)[0] >= 0
+        sun, met_at = sun_directions(len(path)), start(axis, way, h)
+        is_dark = meet(met_at if FROM_WHERE_MET else start(axis, sun, h), sun, left)[0] >= 0
         light[path] += np.where(is_dark, 0, IRRADIANCE * scattered(sun))
         order = (random.uniform(0, 1, len(path)) > np.cumsum(share, 0)).sum(0).clip(0, 3)
         v, u = variance[order], random.uniform(1e-12, 1, len(path))
@@ -130,7 +136,7 @@ def second_program(roughness, paths):
         phi = np.where(order < 3, np.choose(order.clip(0, 2), turned) + spread, random.uniform(-math.pi, math.pi, len(path)))
         cos_i = np.sqrt(1 - sin_i**2)
         way = np.stack([cos_i * np.cos(phi_o - phi), cos_i * np.sin(phi_o - phi), sin_i], 1)
-        at = start(axis, way, h)
+        at = met_at if FROM_WHERE_MET else start(axis, way, h)
     return light.mean(), light.std() / math.sqrt(paths)
 
 
@@ -163,6 +169,16 @@ def of_tress(roughness):
     return red.mean(), math.sqrt(channels["variance.R"].astype(float).sum()) / red.size
 
 
+def as_cycles():
+    global DEPTH, NEAR, FROM_WHERE_MET
+    for roughness in ROUGHNESS:
+        for NEAR, FROM_WHERE_MET in ((0.0, False), (2.0, True)):
+            for DEPTH in (1, 2, 3, 64):
+                mean, error = second_program(roughness, 60000)
+                print(f"roughness {roughness}, near {NEAR}, from where met {FROM_WHERE_MET}, hits {DEPTH}: {mean:.6f} +- {error:.6f}")
+    return 0
+
+
 def main():
     FOLDER.mkdir(parents=True, exist_ok=True)
     write_hair(FOLDER / "lock.hair")
@@ -176,4 +192,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(as_cycles() if TRESS == "--as-cycles" else main())
