@@ -247,9 +247,8 @@ def luminance(pixels):
 
 
 def channel(exr, name):
-    picture = figures.OpenImageIO.ImageBuf(exr)
-    names = list(picture.spec().channelnames)
-    return picture.get_pixels(figures.OpenImageIO.FLOAT)[:, :, names.index(name)]
+    names, pixels = figures.channels_of(exr)
+    return pixels[:, :, names.index(name)]
 
 
 def z_of(values):
@@ -277,9 +276,7 @@ def block_z(difference, allowed=0.0):
 
 def layers_of(exr):
     """Largest difference of the beauty from the sum of its layers, over the largest value; whether A is in [0, 1]."""
-    picture = figures.OpenImageIO.ImageBuf(exr)
-    names = list(picture.spec().channelnames)
-    pixels = picture.get_pixels(figures.OpenImageIO.FLOAT)
+    names, pixels = figures.channels_of(exr)
     worst = 0.0
     for color in "RGB":
         parts = [pixels[:, :, i].astype(numpy.float64) for i, name in enumerate(names)
