@@ -8,7 +8,7 @@ usage: bench/charts/run.py [--all] [--atlas] [--quick] [--short] [--chart N ...]
                    bench/tables.py, and bench/results/README.md, which says by which commits. A night
     --atlas        the studies of bench/atlas in place of the charts; what follows holds for both
     --quick        every chart in five minutes altogether: fewer rows, smaller pictures, more noise
-    --short        of chart 9: small pictures of every groom, one round, some five minutes of CPU
+    --short        of chart 9: small pictures of every groom, three rounds, some fifteen minutes of CPU
     --chart N      these charts only, by number or name
     --references   makes the converged references that the charts compare with (hours; goes on where it was stopped)
     --rounds N     of the charts of pictures (4, 5, 6, 9): how often rivals take turns, in place of the chart's own number
