@@ -164,10 +164,11 @@ class FullDisk {
   rlimit before_{};
 };
 
-// The sums of 128 x 128 pixels are 7.5 MB, packed 0.1 MB after the first pass and 2 MB after twenty. Each other file
-// is less than 0.2 MB. A save that fails takes milliseconds, and the next is tried after a hundred times that.
+// The sums of 256 x 256 pixels are 30 MB, packed 0.5 MB after the first pass and more later; each file at the end is
+// less than 0.2 MB. So the first save fails already. It takes milliseconds, and the next is tried after a hundred times
+// that.
 TEST_F(Checkpoints, ThatFindNoRoomAreToldOnceAndTheRenderEndsAsWithoutThem) {
-  const std::vector<std::string> more{"--resolution", "128x128", "--spp",   "40",
+  const std::vector<std::string> more{"--resolution", "256x256", "--spp",   "4",
                                       "--layers",     "beauty",  "--model", "elliptical"};
   const Outcome whole = run(command("whole", more));
   ASSERT_EQ(whole.status, 0) << whole.err;
