@@ -31,7 +31,8 @@ def renders(name, folder):
     cache = os.path.join(folder, "demo.cache")
     if os.path.exists(cache):
         os.remove(cache)
-    return [("cold", [DEMO, "--denoise", "--warm-cache", cache]), ("warm", [DEMO, "--denoise", "--warm-cache", cache, "--cache-mode", "frozen"])]
+    demo = [DEMO, "--denoise", "--warm-cache", cache]
+    return [("cold", demo), ("warm", [*demo, "--cache-mode", "frozen"])]
 
 
 def half(pixels):

@@ -60,9 +60,10 @@ std::optional<std::filesystem::path> write_pictures(const RenderSettings& settin
   });
   std::filesystem::path preview = written.value_or(settings.output);
   preview.replace_extension(".png");
-  const image::Preview look{scene.image.transparent, scene.image.exposure_stops, scene.image.view};
-  const image::Picture shown = denoise::shown(result.picture);
-  files->write(preview, [&](const std::filesystem::path& file) { return image::write_png(file, shown, look); });
+  const image::Preview look{scene.image.transparent, scene.image.exposure_stops, scene.image.view,
+                            denoise::denoised_layer};
+  files->write(preview,
+               [&](const std::filesystem::path& file) { return image::write_png(file, result.picture, look); });
   if (result.heatmap) {
     files->write(*settings.heatmap,
                  [&](const std::filesystem::path& file) { return image::write_exr(file, *result.heatmap); });

@@ -8,7 +8,7 @@
 
 namespace tress::denoise {
 
-/// The layer of the filtered R, G, B.
+/// The layer of the filtered R, G, B; what previews show (image::Preview::layer).
 inline constexpr const char* denoised_layer = "denoised";
 
 /// Fewest samples a pixel: two of each half, to know the variance of both.
@@ -20,8 +20,5 @@ std::string denoised_words(const Denoised& filtered);
 /// Filters the picture, which must have halves: adds the layer to it, and to its header what it is. Error: as of
 /// denoise(); nothing is added then. name: of the picture, for errors.
 Result<Denoised> add_denoised(const std::string& name, image::Picture* picture);
-
-/// What a preview shows: the picture with its denoised layer for R, G, B; as it is where it has none.
-image::Picture shown(image::Picture picture);
 
 }  // namespace tress::denoise

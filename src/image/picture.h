@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "image/view_transform.h"
@@ -72,6 +73,7 @@ struct Preview {
   bool alpha = false;         ///< of A, straight: what is covered in its own color; else opaque
   double exposure_stops = 0;  ///< R, G, B are scaled by 2 to this
   View view = View::standard;
+  std::string_view layer{};  ///< shown in place of R, G, B where the picture has it; its letters outlive this
 };
 
 /// 8 bits of R, G, B as a display with sRGB primaries shows them. Opaque: over what R, G, B have, or over mid-grey

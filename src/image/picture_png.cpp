@@ -31,7 +31,9 @@ void append_bytes(void* context, void* data, int size) {
 std::optional<Error> write_png(const std::filesystem::path& file, const Picture& picture, const Preview& preview) {
   const auto pixels =
       static_cast<std::size_t>(std::max(picture.width, 0)) * static_cast<std::size_t>(std::max(picture.height, 0));
-  const Channel* rgb[3] = {picture.find("R"), picture.find("G"), picture.find("B")};
+  std::string layer = std::string(preview.layer) + ".";
+  if (picture.find(layer + "R") == nullptr) layer.clear();
+  const Channel* rgb[3] = {picture.find(layer + "R"), picture.find(layer + "G"), picture.find(layer + "B")};
   for (const Channel* channel : rgb)
     if (!channel || channel->pixels.size() != pixels || pixels == 0)
       return Error{file.string(), "channels", "R, G and B of every pixel", "a picture without them"};

@@ -63,8 +63,9 @@ void write_png(const Handle& self, const std::filesystem::path& file, std::optio
   image::Preview preview = self->preview;
   if (exposure) preview.exposure_stops = *exposure;
   if (view) preview.view = view_named(*view);
+  preview.layer = denoise::denoised_layer;
   const py::gil_scoped_release released;
-  check(image::write_png(file, denoise::shown(self->picture), preview));
+  check(image::write_png(file, self->picture, preview));
 }
 
 Handle read_exr(const std::filesystem::path& file) {

@@ -178,7 +178,8 @@ def report():
     """Of a run whose rows cannot pass, so that some are left to tell of, and of one that they serve."""
     for name in ("cold", "warm"):
         subprocess.run([tress, "render", scene, "-o", at(name + ".exr"), "--spp", "4", "--resolution", "48x48", "--quiet",
-                        "--model", "rough", "--epsilon", "0.005", "--telemetry", at(name + ".jsonl"), "--telemetry-level", "rows", "--warm-cache", at("r.cache")], check=True)
+                        "--model", "rough", "--epsilon", "0.005", "--warm-cache", at("r.cache"),
+                        "--telemetry", at(name + ".jsonl"), "--telemetry-level", "rows"], check=True)
     subprocess.run([tress, "report", at("cold.jsonl"), at("warm.jsonl"), "-o", at("report.html"), "--quiet"], check=True)
     page = Page(chromium, 1300, 1600)
     try:

@@ -235,6 +235,21 @@ TEST(Preview, HasStraightAlphaIfToldAndElseWhatIsBehind) {
   EXPECT_EQ(decoded(file, &channels), (std::vector{188, 188, 188, 137, 137, 137, 0, 0, 0}));
 }
 
+TEST(Preview, ShowsALayerInPlaceOfThePictureWhereThereIsOne) {
+  Picture picture;
+  picture.width = picture.height = 1;
+  for (const char* name : {"R", "G", "B", "background.R"}) picture.channels.push_back({name, {0.5f}});
+  const auto file = temporary("a.png");
+  int channels = 0;
+  ASSERT_FALSE(write_png(file, picture, {.layer = "clean"}));
+  EXPECT_EQ(decoded(file, &channels), (std::vector{188, 188, 188}));
+  for (const char* name : {"clean.R", "clean.G", "clean.B"}) picture.channels.push_back({name, {0.25f}});
+  ASSERT_FALSE(write_png(file, picture, {.layer = "clean"}));
+  EXPECT_EQ(decoded(file, &channels), (std::vector{137, 137, 137}));
+  ASSERT_FALSE(write_png(file, picture));
+  EXPECT_EQ(decoded(file, &channels), (std::vector{188, 188, 188}));
+}
+
 // A disk that fills up anywhere in the file, its last bytes included, by a limit on file sizes in a child of its own:
 // never a picture without its end, which is where the offsets of its rows stand.
 TEST(Picture, IsTheOldOneWhereTheNewOneHasNoRoom) {

@@ -28,7 +28,7 @@ SUN = np.array([0.0, -1.0, 0.65]) / math.hypot(1, 0.65)
 SUN_ANGLE, IRRADIANCE, RADIAL = 0.1, 2.0, 0.3
 EYE, FOV = np.array([0.0, -40.0, 0.0]), math.radians(2)
 DEPTH = 64
-NEAR, FROM_WHERE_MET = 0.0, False  # of Cycles: 2 radii, True
+NEAR_OF_CYCLES = 2 * RADIUS  # from where light starts: what Cycles does not meet
 
 random = np.random.default_rng(7)
 angle, away = random.uniform(0, 2 * math.pi, STRANDS), LOCK * np.sqrt(random.uniform(0, 1, STRANDS))
@@ -61,8 +61,8 @@ def logistic(x, s):
     return e / (s * (1 + e)**2) / math.tanh(0.5 * math.pi / s)
 
 
-def meet(at, way, left):
-    """Nearest ribbon ahead but for the strand that is left: its index or -1, the distance, the offset over the radius."""
+def meet(at, way, left, near=0.0):
+    """Nearest ribbon ahead but for the strand that is left, and at least `near` away from what is left: its index or -1, the distance, the offset over the radius."""
     across = np.hypot(way[:, 0], way[:, 1])[:, None]
     d = way[:, :2] / across
     to = AXES[None] - at[:, None, :2]
@@ -71,7 +71,7 @@ def meet(at, way, left):
     z = at[:, None, 2] + along / across * way[:, None, 2]
     is_met = (np.abs(offset) < RADIUS) & (along > 0) & (np.abs(z) < HALF_LENGTH)
     is_met[np.arange(len(at))[left >= 0], left[left >= 0]] = False
-    is_met &= (along > NEAR * RADIUS * across) | (left < 0)[:, None]
+    is_met &= (along > near * across) | (left < 0)[:, None]
     along = np.where(is_met, along, np.inf)
     nearest = along.argmin(1)
     rows = np.arange(len(at))
@@ -91,16 +91,17 @@ def sun_directions(count):
     return (height[:, None] * SUN + (sine * np.cos(turn))[:, None] * [1.0, 0, 0] + (sine * np.sin(turn))[:, None] * other)
 
 
-def second_program(roughness, paths):
-    """Mean radiance of the picture and its standard error."""
+def second_program(roughness, paths, depth=DEPTH, as_cycles=False):
+    """Mean radiance of the picture, of paths of `depth` hits at most, and its standard error."""
+    near = NEAR_OF_CYCLES if as_cycles else 0.0
     variance, scale = widths(roughness)
     tangent = math.tan(FOV / 2)
     x, y = random.uniform(-tangent, tangent, (2, paths))
     way = np.stack([x, np.ones(paths), y], 1)
     way /= np.linalg.norm(way, axis=1)[:, None]
     at, left, light, path = np.tile(EYE, (paths, 1)), np.full(paths, -1), np.zeros(paths), np.arange(paths)
-    for _ in range(DEPTH):
-        strand, distance, offset = meet(at, way, left)
+    for _ in range(depth):
+        strand, distance, offset = meet(at, way, left, near)
         met = strand >= 0
         at, way, left, path = at[met], way[met], strand[met], path[met]
         distance, h = distance[met], np.clip(offset[met], -1, 1)
@@ -124,7 +125,7 @@ def second_program(roughness, paths):
             return total
 
         sun, met_at = sun_directions(len(path)), start(axis, way, h)
-        is_dark = meet(met_at if FROM_WHERE_MET else start(axis, sun, h), sun, left)[0] >= 0
+        is_dark = meet(met_at if as_cycles else start(axis, sun, h), sun, left, near)[0] >= 0
         light[path] += np.where(is_dark, 0, IRRADIANCE * scattered(sun))
         order = (random.uniform(0, 1, len(path)) > np.cumsum(share, 0)).sum(0).clip(0, 3)
         v, u = variance[order], random.uniform(1e-12, 1, len(path))
@@ -136,7 +137,7 @@ def second_program(roughness, paths):
         phi = np.where(order < 3, np.choose(order.clip(0, 2), turned) + spread, random.uniform(-math.pi, math.pi, len(path)))
         cos_i = np.sqrt(1 - sin_i**2)
         way = np.stack([cos_i * np.cos(phi_o - phi), cos_i * np.sin(phi_o - phi), sin_i], 1)
-        at = met_at if FROM_WHERE_MET else start(axis, way, h)
+        at = met_at if as_cycles else start(axis, way, h)
     return light.mean(), light.std() / math.sqrt(paths)
 
 
@@ -169,13 +170,12 @@ def of_tress(roughness):
     return red.mean(), math.sqrt(channels["variance.R"].astype(float).sum()) / red.size
 
 
-def as_cycles():
-    global DEPTH, NEAR, FROM_WHERE_MET
+def beside_cycles():
     for roughness in ROUGHNESS:
-        for NEAR, FROM_WHERE_MET in ((0.0, False), (2.0, True)):
-            for DEPTH in (1, 2, 3, 64):
-                mean, error = second_program(roughness, 60000)
-                print(f"roughness {roughness}, near {NEAR}, from where met {FROM_WHERE_MET}, hits {DEPTH}: {mean:.6f} +- {error:.6f}")
+        for as_cycles in (False, True):
+            for depth in (1, 2, 3, DEPTH):
+                mean, error = second_program(roughness, 60000, depth, as_cycles)
+                print(f"roughness {roughness}, {'as Cycles' if as_cycles else 'as it is'}, hits {depth}: {mean:.6f} +- {error:.6f}")
     return 0
 
 
@@ -192,4 +192,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(as_cycles() if TRESS == "--as-cycles" else main())
+    sys.exit(beside_cycles() if TRESS == "--as-cycles" else main())
