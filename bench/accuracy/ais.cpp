@@ -22,7 +22,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <numbers>
@@ -32,6 +31,7 @@
 
 #include "random_rows.h"
 #include "references/models/pekelis2015_target.h"
+#include "results_file.h"
 
 namespace {
 
@@ -261,13 +261,8 @@ int main(int argc, char** argv) {
   nlohmann::json result{{"domain", domain}, {"rows", count}, {"seed", seed}, {"settings", nlohmann::json::array()}};
   for (const Named& named : list) {
     result["settings"].push_back(measure(rows, named, seed));
-    if (json.empty()) continue;
-    std::ofstream file(json);  // anew after each, so that a run that is stopped has told what it knew
-    file << result.dump(1) << '\n';
-    if (!file) {
-      fmt::print(stderr, "{}: cannot be written\n", json);
-      return 1;
-    }
+    // Anew after each, so that a run that is stopped has told what it knew.
+    if (!json.empty() && bench::write_results(json, result.dump(1) + "\n") != 0) return 1;
   }
   return 0;
 }

@@ -14,6 +14,7 @@
 // the energy of the truth itself, by a factor on its flux (what a model lacks stays 0), and the widths in theta_i and
 // azimuth that bring that lobe nearest to the truth of the cell, all three absorptions together.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -23,7 +24,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -36,6 +36,7 @@
 
 #include "fiber/rough_fiber.h"
 #include "references/registry.h"
+#include "results_file.h"
 #include "tress/base/random.h"
 
 namespace tress {
@@ -496,13 +497,8 @@ int run(const Setting& setting) {
                                        {"cpu_seconds", rounded(cpu_seconds())},
                                        {"load", load[0]},
                                        {"ns_a_path_or_evaluation", times}};
-  std::ofstream file(setting.json);
-  file << "{\"context\": " << context.dump() << ",\n\"cells\": [\n";
-  for (std::size_t i = 0; i < lines.size(); ++i) file << lines[i] << (i + 1 < lines.size() ? ",\n" : "\n");
-  file << "]}\n";
-  file.flush();
-  if (!file) fmt::print(stderr, "{}: cannot be written\n", setting.json);
-  return file ? 0 : 1;
+  return bench::write_results(setting.json, fmt::format("{{\"context\": {},\n\"cells\": [\n{}\n]}}\n", context.dump(),
+                                                        fmt::join(lines, ",\n")));
 }
 
 }  // namespace

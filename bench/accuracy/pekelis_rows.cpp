@@ -18,7 +18,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
@@ -28,6 +27,7 @@
 #include "known_learner.h"
 #include "references/models/pekelis2015_target.h"
 #include "references/registry.h"
+#include "results_file.h"
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"
 
@@ -317,10 +317,5 @@ int main(int argc, char** argv) {
     all.push_back(study(setting, lobe));
     print(all.back());
   }
-  if (setting.json.empty()) return 0;
-  std::ofstream file(setting.json);
-  file << all.dump(1) << '\n';
-  if (file) return 0;
-  fmt::print(stderr, "{}: cannot be written\n", setting.json);
-  return 1;
+  return setting.json.empty() ? 0 : bench::write_results(setting.json, all.dump(1) + "\n");
 }

@@ -15,7 +15,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -24,6 +23,7 @@
 #include "references/far_field.h"
 #include "references/registry.h"
 #include "references/taught_fiber.h"
+#include "results_file.h"
 
 namespace tress {
 namespace {
@@ -177,20 +177,15 @@ int run(const Setting& setting) {
     cells.push_back(std::move(cell));
   }
   if (setting.json.empty()) return 0;
-  std::ofstream file(setting.json);
-  file << nlohmann::ordered_json{{"context",
-                                  {{"compiler", __VERSION__},
-                                   {"paths", setting.paths},
-                                   {"bins", {theta_bins, phi_bins}},
-                                   {"sigma_a", setting.sigma_a},
-                                   {"epsilon", setting.epsilon},
-                                   {"seed", setting.seed}}},
-                                 {"cells", cells}}
-              .dump(1)
-       << '\n';
-  file.flush();
-  if (!file) fmt::print(stderr, "{}: cannot be written\n", setting.json);
-  return file ? 0 : 1;
+  const nlohmann::ordered_json result{{"context",
+                                       {{"compiler", __VERSION__},
+                                        {"paths", setting.paths},
+                                        {"bins", {theta_bins, phi_bins}},
+                                        {"sigma_a", setting.sigma_a},
+                                        {"epsilon", setting.epsilon},
+                                        {"seed", setting.seed}}},
+                                      {"cells", cells}};
+  return bench::write_results(setting.json, result.dump(1) + "\n");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 // has neither the noise of the truth nor that of the integration in it. A lobe is compared where it has 1e-4 of the
 // light and where the truth tells it: |A - B| / 2 below half of it, in L2.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -15,7 +16,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <ctime>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -26,6 +26,7 @@
 #include "references/far_field.h"
 #include "references/registry.h"
 #include "references/taught_fiber.h"
+#include "results_file.h"
 
 namespace tress {
 namespace {
@@ -305,13 +306,8 @@ int run(const Setting& setting) {
                                        {"parts", references::flux_part_names},
                                        {"bins", {setting.theta_bins, setting.phi_bins}},
                                        {"cpu_seconds_by_part", seconds}};
-  std::ofstream file(setting.json);
-  file << "{\"context\": " << context.dump() << ",\n\"cells\": [\n";
-  for (std::size_t i = 0; i < lines.size(); ++i) file << lines[i] << (i + 1 < lines.size() ? ",\n" : "\n");
-  file << "]}\n";
-  file.flush();
-  if (!file) fmt::print(stderr, "{}: cannot be written\n", setting.json);
-  return file ? 0 : 1;
+  return bench::write_results(setting.json, fmt::format("{{\"context\": {},\n\"cells\": [\n{}\n]}}\n", context.dump(),
+                                                        fmt::join(lines, ",\n")));
 }
 
 }  // namespace

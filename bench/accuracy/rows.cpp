@@ -17,7 +17,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -27,6 +26,7 @@
 #include "fit/fit_mixture.h"
 #include "random_rows.h"
 #include "references/registry.h"
+#include "results_file.h"
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"
 
@@ -327,13 +327,5 @@ int main(int argc, char** argv) {
     return usage();
   const nlohmann::json result = study(setting);
   print(result);
-  if (!setting.json.empty()) {
-    std::ofstream file(setting.json);
-    file << result.dump(2) << '\n';
-    if (!file) {
-      fmt::print(stderr, "{}: cannot be written\n", setting.json);
-      return 1;
-    }
-  }
-  return 0;
+  return setting.json.empty() ? 0 : bench::write_results(setting.json, result.dump(2) + "\n");
 }

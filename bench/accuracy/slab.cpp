@@ -18,7 +18,6 @@
 #include <cmath>
 #include <cstdint>
 #include <ctime>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -26,6 +25,7 @@
 
 #include "references/registry.h"
 #include "references/taught_fiber.h"
+#include "results_file.h"
 
 namespace tress {
 namespace {
@@ -243,21 +243,16 @@ int run(const Setting& setting) {
     cells.push_back(std::move(cell));
   }
   if (setting.json.empty()) return 0;
-  std::ofstream file(setting.json);
-  file << nlohmann::ordered_json{{"context",
-                                  {{"compiler", __VERSION__},
-                                   {"paths", setting.paths},
-                                   {"depth", setting.depth},
-                                   {"sigma_a", setting.sigma_a},
-                                   {"epsilon", setting.epsilon},
-                                   {"more_tilt_deg", setting.more_tilt_deg},
-                                   {"seed", setting.seed}}},
-                                 {"cells", cells}}
-              .dump(1)
-       << '\n';
-  file.flush();
-  if (!file) fmt::print(stderr, "{}: cannot be written\n", setting.json);
-  return file ? 0 : 1;
+  const nlohmann::ordered_json result{{"context",
+                                       {{"compiler", __VERSION__},
+                                        {"paths", setting.paths},
+                                        {"depth", setting.depth},
+                                        {"sigma_a", setting.sigma_a},
+                                        {"epsilon", setting.epsilon},
+                                        {"more_tilt_deg", setting.more_tilt_deg},
+                                        {"seed", setting.seed}}},
+                                      {"cells", cells}};
+  return bench::write_results(setting.json, result.dump(1) + "\n");
 }
 
 }  // namespace

@@ -18,7 +18,6 @@
 #include <atomic>
 #include <cstdlib>
 #include <ctime>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <memory>
@@ -34,6 +33,7 @@
 #include "program_counters.h"
 #include "recorded_paths.h"
 #include "references/registry.h"
+#include "results_file.h"
 #include "scene/read/load_scene.h"
 #include "tress/adaptive/service.h"
 
@@ -411,11 +411,7 @@ int run(const Setting& setting) {
     fmt::print("{}", text);
     return 0;
   }
-  std::ofstream file(setting.json);
-  file << text;
-  if (file) return 0;
-  fmt::print(stderr, "{}: cannot be written\n", setting.json);
-  return 1;
+  return write_results(setting.json, text);
 }
 
 }  // namespace
