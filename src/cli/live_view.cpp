@@ -77,6 +77,7 @@ Result<std::unique_ptr<LiveView>> LiveView::open(const RenderSettings& settings)
 
 void LiveView::begin(const scene::Scene& scene, const char* estimator, const adaptive::Service* service) {
   service_ = service;
+  passes_shown_ = 0;
   if (!page_) return;
   page_->tell({{"facts",
                 {{"scene", scene.source},
@@ -102,9 +103,16 @@ void LiveView::refuse_look(const std::string& message) {
   page_->tell({{"said", message}});
 }
 
-void LiveView::show_picture(const integrate::Film& film) {
+void LiveView::leave_look(image::Picture picture, int passes) {
+  if (passes <= passes_shown_) return;
+  keep_asked_layers(settings_, &picture);
+  page_->show(std::make_shared<const image::Picture>(std::move(picture)));
+}
+
+void LiveView::show_picture(const integrate::PassProgress& pass) {
   const auto start = Clock::now();
-  image::Picture picture = film.picture();
+  passes_shown_ = pass.pass + 1;
+  image::Picture picture = pass.film->picture();
   keep_asked_layers(settings_, &picture);
   const auto shared = std::make_shared<const image::Picture>(std::move(picture));
   if (display_) display_->show(shared);
@@ -113,6 +121,13 @@ void LiveView::show_picture(const integrate::Film& film) {
     --at_once_;
   else
     copies_.spent(Clock::now() - start);
+}
+
+/// Who pauses looks at the picture as it is. The render waits then, so that this is not of its time.
+void LiveView::show_paused_picture(const integrate::PassProgress& pass) {
+  if (passes_shown_ == pass.pass + 1) return;
+  ++at_once_;
+  show_picture(pass);
 }
 
 void LiveView::tell_page(const integrate::PassProgress& pass, const Outlook& ahead) {
@@ -139,11 +154,12 @@ void LiveView::serve_requests(const std::function<void()>& save) {
 bool LiveView::after_pass(const integrate::PassProgress& pass, const Outlook& ahead,
                           const std::atomic<bool>& interrupted, const std::function<void()>& save) {
   const bool is_wanted = (display_ && display_->wants_picture()) || (page_ && page_->is_watched());
-  if (is_wanted && (at_once_ > 0 || copies_.is_due())) show_picture(*pass.film);
+  if (is_wanted && (at_once_ > 0 || copies_.is_due())) show_picture(pass);
   if (!page_) return true;
   tell_page(pass, ahead);
   serve_requests(save);
   while (page_->is_paused() && !interrupted && !page_->is_look_asked()) {
+    show_paused_picture(pass);
     page_->wait_for_request(100ms);
     serve_requests(save);
   }

@@ -29,14 +29,17 @@ class LiveView {
   void offer_sliders(std::vector<live::RenderServer::Slider> sliders);
   /// Whether the page has asked for another look. Any thread.
   bool is_look_asked() const { return page_ != nullptr && page_->is_look_asked(); }
+  /// The picture of the look that ends, of so many passes: shown if the page has an older one, which would else be what
+  /// the next look is held against.
+  void leave_look(image::Picture picture, int passes);
   /// Which one; begin() must follow, with the service that there is then.
   live::RenderServer::Look take_look();
   /// Tells the page why the scene cannot have the look that it asked for.
   void refuse_look(const std::string& message);
 
-  /// Shows the pass, and the picture so far if somebody has seen the last one and the time for it is there; stays as
-  /// long as the page has the render paused and nobody has `interrupted` it. save: writes the picture so far. False:
-  /// the page asked to stop, or for another look.
+  /// Shows the pass, and the picture so far if somebody has seen the last one and the time for it is there, or the page
+  /// has paused the render; stays as long as it has and nobody has `interrupted` it. save: writes the picture so far.
+  /// False: the page asked to stop, or for another look.
   bool after_pass(const integrate::PassProgress& pass, const Outlook& ahead, const std::atomic<bool>& interrupted,
                   const std::function<void()>& save);
   /// Shows the picture as it is in its file; waits until it is there, or the viewer has taken nothing for a while.
@@ -44,7 +47,8 @@ class LiveView {
 
  private:
   explicit LiveView(const RenderSettings& settings) : settings_(settings) {}
-  void show_picture(const integrate::Film& film);
+  void show_picture(const integrate::PassProgress& pass);
+  void show_paused_picture(const integrate::PassProgress& pass);
   void tell_page(const integrate::PassProgress& pass, const Outlook& ahead);
   void serve_requests(const std::function<void()>& save);
 
@@ -60,7 +64,8 @@ class LiveView {
   const adaptive::Service* service_ = nullptr;
   std::unique_ptr<live::RenderServer> page_;
   std::optional<live::DisplayClient> display_;
-  int at_once_ = 0;  ///< pictures that are still shown at once
+  int at_once_ = 0;       ///< pictures that are still shown at once
+  int passes_shown_ = 0;  ///< of the picture that was shown last, in this look
   live::TimeShare copies_{copying_share}, tables_{table_share};
 };
 

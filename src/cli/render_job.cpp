@@ -138,7 +138,10 @@ class RenderJob {
           return goes_on && ahead.reason == nullptr && !interrupt.requested();
         });
     progress.finish();
-    if (live_.is_look_asked() && !interrupt.requested()) return dropped();
+    if (live_.is_look_asked() && !interrupt.requested()) {
+      live_.leave_look(std::move(result.picture), result.passes);
+      return dropped();
+    }
     if (result.unusable) {
       log_error(fmt::format("{}: expected the sums of this picture, found others", checkpoint_->file().string()));
       return 1;

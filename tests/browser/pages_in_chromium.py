@@ -41,10 +41,10 @@ NODE = """(() => { const i = slices.findIndex((s) => s.states.includes('c')), s 
   return [b.left + (x + 0.5) / s.a.length * b.width, b.top + (y + 0.5) / high * b.height]; })()"""
 
 
-def served(*options):
+def served(*options, layers="TT,TRT"):
     """A render that goes on until it is stopped, and the address of its page."""
     render = subprocess.Popen([tress, "render", scene, "-o", at("live.exr"), "--spp", "1000000", "--resolution", "64x64",
-                               "--threads", "1", "--layers", "TT,TRT", "--serve", *options], stderr=subprocess.PIPE, text=True)
+                               "--threads", "1", "--layers", layers, "--serve", *options], stderr=subprocess.PIPE, text=True)
     return render, next(line.split()[-1] for line in render.stderr if "live page: " in line)
 
 
@@ -174,6 +174,46 @@ def looks():
         check(found["identical"], f"{name}: the picture is that of a fresh render: {found}")
 
 
+def samples_of(address, which):
+    """Samples a pixel of a picture that the page shows."""
+    layer = urllib.request.urlopen(f"{address}picture?which={which}&layer=samples").read()
+    return max(memoryview(layer).cast("f"))
+
+
+def no_picture_is_old():
+    """What is paused, and the look before a change, are shown as they are. Copies of all layers take so long that the page is otherwise passes behind."""
+    render, address = served("--model", "elliptical", layers="all")
+    address = address.rstrip("/") + "/"
+
+    def rendered():
+        passes = asked(address, "status?since=0")["passes"]
+        return passes[-1]["samples"] / passes[-1]["image_pixels"] if passes else 0
+
+    def until(holds):
+        for _ in range(3000):
+            if holds():
+                return
+            time.sleep(0.02)
+        raise TimeoutError
+
+    try:
+        threading.Thread(target=render.stderr.read, daemon=True).start()
+        until(lambda: rendered() >= 20)
+        asked(address, "control", {"do": "pause"})
+        until(lambda: asked(address, "status?since=0")["paused"] and samples_of(address, "") == rendered())
+        check(True, f"a paused picture has all of its {rendered():g} samples")
+        asked(address, "control", {"do": "resume"})
+        paused = rendered()
+        until(lambda: rendered() >= 2 * paused)
+        at_least = rendered()
+        asked(address, "control", {"do": "look", "values": {"melanin": 0.3}})
+        until(lambda: asked(address, "status?since=0")["look"] == 1)
+        check(samples_of(address, "look") >= at_least, f"the look before has all of its samples, {at_least:g} or more")
+    finally:
+        render.kill()
+        render.wait()
+
+
 def report():
     """Of a run whose rows cannot pass, so that some are left to tell of, and of one that they serve."""
     for name in ("cold", "warm"):
@@ -237,6 +277,7 @@ def lobes():
 
 
 looks()
+no_picture_is_old()
 report()
 lobes()
 live_page()
