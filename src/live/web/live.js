@@ -51,10 +51,17 @@ function paint() {
   canvas.dataset.version = picture.version;
 }
 
+/** To fit is to be seen whole, whatever the shape. */
 function sizeCanvas() {
-  const zoom = Number(at('zoom').value), canvas = at('picture');
-  canvas.classList.toggle('fit', zoom === 0);
-  canvas.style.width = zoom === 0 ? '' : `${zoom * canvas.width}px`;
+  const canvas = at('picture'), room = canvas.parentElement.clientWidth;
+  const zoom = Number(at('zoom').value) || Math.min(room / canvas.width, 0.7 * window.innerHeight / canvas.height);
+  canvas.style.width = `${zoom * canvas.width}px`;
+}
+
+/** Seconds, in words that are read at once. */
+function duration(seconds) {
+  if (seconds < 100) return `${short(seconds, 2)} s`;
+  return seconds < 6000 ? `${Math.round(seconds / 60)} min` : `${short(seconds / 3600, 2)} h`;
 }
 
 const charts = {};
@@ -198,7 +205,8 @@ const lookOptions = {melanin: '--melanin', roughness: '--roughness', eccentricit
 
 function tell(status) {
   if (status.facts) {
-    at('title').textContent = `tress: ${status.facts.output}`;
+    at('title').textContent = `tress: ${status.facts.output.split('/').pop()}`;
+    at('title').title = status.facts.output;
     at('about').textContent = `${status.facts.scene}, ${status.facts.model}, ${status.facts.estimator}, epsilon ${status.facts.epsilon}`;
     shown.epsilon = status.facts.epsilon;
   }
@@ -207,7 +215,7 @@ function tell(status) {
   const last = passes[passes.length - 1];
   at('pause').textContent = status.paused ? 'Go on' : 'Pause';
   if (!last) return;
-  const left = status.progress && status.progress.seconds_left !== null ? `, about ${short(status.progress.seconds_left, 2)} s left` : '';
+  const left = status.progress && status.progress.seconds_left !== null ? `, about ${duration(status.progress.seconds_left)} left` : '';
   at('done').value = status.progress ? status.progress.share : 0;
   at('state').textContent = `${status.stopped ? 'stopping: ' : status.paused ? 'paused: ' : ''}${short(last.samples / last.image_pixels)} samples a pixel, noise ${short(last.noise)}${left}`;
   at('learned').textContent = `${short(100 * last.converged_query_share)} % of the last pass's queries were answered by fits; ${last.converged} rows converged, ${last.open} open, ${last.refused} refused; ${short(last.g_evaluations)} evaluations of g in the last pass, learning took ${short(100 * last.learning_cpu_seconds / last.cpu_seconds)} % of its CPU time; the table has ${short(last.bytes / 1e6)} MB.`;
@@ -255,6 +263,7 @@ async function turn() {
 
 for (const id of ['exposure', 'split']) at(id).addEventListener('input', () => { at('stops').textContent = at('exposure').value; paint(); });
 at('zoom').addEventListener('change', sizeCanvas);
+window.addEventListener('resize', sizeCanvas);
 at('shade').addEventListener('change', drawMaps);
 for (const id of ['layer', 'beside']) at(id).addEventListener('change', turn);
 at('pause').addEventListener('click', () => control({do: at('pause').textContent === 'Pause' ? 'pause' : 'resume'}).then(turn));
