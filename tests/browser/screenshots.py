@@ -49,7 +49,7 @@ def live():
         keep(page, "live_wide.png", 1000, 0.75)
         page.size(390, 1000)
         page.until("document.documentElement.scrollWidth <= 390", 10)
-        keep(page, "live_narrow.png", 1000)
+        keep(page, "live_narrow.png", 1000, 0.9)
         page.value("document.getElementById('stop').click()")
         render.stderr.read()
         render.wait(60)
