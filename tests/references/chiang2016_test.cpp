@@ -108,6 +108,23 @@ TEST(chiang2016, tilts_and_offsets_have_our_signs) {
   EXPECT_GT(at(known.phi + 2 * gamma), 10 * at(known.phi - 2 * gamma));
 }
 
+// R is blurred in azimuth as TT is where that is set (one s in the publication): the trimmed logistic's own ratio, to
+// the rounding of floats; where it is not, as its M, which is narrower here.
+TEST(chiang2016, reflection_has_the_azimuthal_width_that_was_set) {
+  FiberParameters parameters = clear_circle();
+  parameters.longitudinal_lambda.fill(2 * degree);
+  const auto ratio_at = [&](float away) {
+    const auto model = fiber::make_chiang2016({});
+    const FiberEvent event = model->begin(model->add_fiber(parameters), {0.2f, 0}, 0, 0, 0);
+    return model->evaluate(event, {-0.2f, away}).s[0].g / model->evaluate(event, {-0.2f, 0}).s[0].g;
+  };
+  const float away = 25 * degree, narrow = ratio_at(away);
+  parameters.azimuthal_sigma.fill(20 * degree);
+  const float s = 20 * degree * std::sqrt(3.0f) / pi, tail = std::exp(-away / s);
+  EXPECT_NEAR(ratio_at(away), 4 * tail / ((1 + tail) * (1 + tail)), 1e-5f);
+  EXPECT_LT(narrow, 0.5f * ratio_at(away));
+}
+
 // e .7 and sigma_a per major semi-axis: TT crosses the circle of the same mean projected width.
 TEST(chiang2016, an_ellipse_absorbs_as_the_circle_of_its_mean_width) {
   FiberParameters parameters = clear_circle();

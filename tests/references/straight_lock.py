@@ -4,9 +4,9 @@ A lock of white, straight, parallel strands under a sun, by `tress render --mode
 no line with it: Chiang et al. 2016 and ribbons in numpy. Fails where the means differ by more than 4 standard errors of
 both together (false-alarm rate 6e-5 each; seeds are fixed).
 
-straight_lock.py --as-cycles FOLDER [ROUGHNESS...] tells the second program's mean by the most hits a path may have, as it is and with
-what Cycles does otherwise: light leaves a ribbon where it met it, not as far from the axis as it came, and no ribbon is met
-within two radii of where light starts.
+straight_lock.py --as-cycles FOLDER [ROUGHNESS...] tells the second program's mean by the most hits a path may have: as it is, with Cycles'
+geometry (light leaves a ribbon where it met it, not as far from the axis as it came, and no ribbon is met within two radii of where light starts),
+with the random numbers of Cycles 3.4 (lcg_of_cycles), and with both.
 """
 
 import json
@@ -39,8 +39,7 @@ def widths(roughness):
     """Variances of M of R, TT, TRT and the rest, logistic scales of N of R, TT, TRT."""
     deviation = 0.726 * roughness + 0.812 * roughness**2 + 3.7 * roughness**20
     scale = (0.265 * RADIAL + 1.194 * RADIAL**2 + 5.372 * RADIAL**22) * math.sqrt(math.pi / 8)
-    of_r = min(deviation, math.pi / 4) * math.sqrt(3) / math.pi  # ours: R is as rough both ways
-    return deviation**2 * np.array([1, 0.25, 4, 4]), np.array([of_r, scale, scale])
+    return deviation**2 * np.array([1, 0.25, 4, 4]), np.full(3, scale)
 
 
 def fresnel(cosine):
@@ -91,16 +90,27 @@ def sun_directions(count):
     return (height[:, None] * SUN + (sine * np.cos(turn))[:, None] * [1.0, 0, 0] + (sine * np.sin(turn))[:, None] * other)
 
 
-def second_program(roughness, paths, depth=DEPTH, as_cycles=False):
+def lcg_of_cycles(seed, hit):
+    """The two random numbers that Cycles 3.4 draws inclinations by at that hit of the path: of a linear congruential generator whose seed goes up by 16
+    a hit (sample/lcg.h), so that they go up by 0.1647 and 0.0307 (mod 1)."""
+    state, drawn = (seed + 16 * (hit + 1)).astype(np.uint64), []
+    for _ in range(3):
+        state = (1103515245 * state + 12345) & 0xFFFFFFFF
+        drawn.append(state / 4294967295.0)
+    return np.maximum(drawn[1], 1e-5), drawn[2]
+
+
+def second_program(roughness, paths, depth=DEPTH, as_cycles=False, numbers_of_cycles=False):
     """Mean radiance of the picture, of paths of `depth` hits at most, and its standard error."""
     near = NEAR_OF_CYCLES if as_cycles else 0.0
+    seed = random.integers(0, 2**32, paths) if numbers_of_cycles else None
     variance, scale = widths(roughness)
     tangent = math.tan(FOV / 2)
     x, y = random.uniform(-tangent, tangent, (2, paths))
     way = np.stack([x, np.ones(paths), y], 1)
     way /= np.linalg.norm(way, axis=1)[:, None]
     at, left, light, path = np.tile(EYE, (paths, 1)), np.full(paths, -1), np.zeros(paths), np.arange(paths)
-    for _ in range(depth):
+    for hit in range(depth):
         strand, distance, offset = meet(at, way, left, near)
         met = strand >= 0
         at, way, left, path = at[met], way[met], strand[met], path[met]
@@ -128,9 +138,11 @@ def second_program(roughness, paths, depth=DEPTH, as_cycles=False):
         is_dark = meet(met_at if as_cycles else start(axis, sun, h), sun, left, near)[0] >= 0
         light[path] += np.where(is_dark, 0, IRRADIANCE * scattered(sun))
         order = (random.uniform(0, 1, len(path)) > np.cumsum(share, 0)).sum(0).clip(0, 3)
-        v, u = variance[order], random.uniform(1e-12, 1, len(path))
+        v = variance[order]
+        u, turn = (lcg_of_cycles(seed[path], hit) if numbers_of_cycles else
+                   (random.uniform(1e-12, 1, len(path)), random.uniform(0, 1, len(path))))
         cosine = 1 + v * np.log(u + (1 - u) * np.exp(-2 / v))
-        sin_i = -cosine * sin_o + np.sqrt(np.maximum(0, 1 - cosine**2)) * np.cos(random.uniform(0, 2 * math.pi, len(path))) * cos_o
+        sin_i = -cosine * sin_o + np.sqrt(np.maximum(0, 1 - cosine**2)) * np.cos(2 * math.pi * turn) * cos_o
         sin_i = sin_i.clip(-0.999999, 0.999999)
         s = scale[order.clip(0, 2)]
         spread = 2 * s * np.arctanh(((2 * random.uniform(0, 1, len(path)) - 1) * np.tanh(0.5 * math.pi / s)).clip(-1 + 1e-15, 1 - 1e-15))
@@ -172,10 +184,12 @@ def of_tress(roughness):
 
 def beside_cycles():
     for roughness in ROUGHNESS:
-        for as_cycles in (False, True):
+        for geometry, numbers in ((False, False), (True, False), (False, True), (True, True)):
+            what = " and ".join(name for name, is_so in (("geometry", geometry), ("numbers", numbers)) if is_so)
             for depth in (1, 2, 3, DEPTH):
-                mean, error = second_program(roughness, 60000, depth, as_cycles)
-                print(f"roughness {roughness}, {'as Cycles' if as_cycles else 'as it is'}, hits {depth}: {mean:.6f} +- {error:.6f}")
+                mean, error = second_program(roughness, 60000, depth, geometry, numbers)
+                print(f"roughness {roughness}, {what + ' of Cycles' if what else 'as it is'}, hits {depth}: {mean:.6f} +- {error:.6f}",
+                      flush=True)
     return 0
 
 

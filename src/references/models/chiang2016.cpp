@@ -64,7 +64,8 @@ class Chiang2016 final : public FiberModel {
     const auto sigmas = azimuthal_sigmas(parameters);
     const float of_r = std::sqrt(EnergyConservingLobe::variance_of(longitudinal_lambda(parameters, 0, 0)));
     for (std::size_t p = 0; p < fiber.azimuthal.size(); ++p) {
-      const float sigma = p == 0 ? std::min(of_r, 0.25f * pi) : sigmas[p - 1];
+      float sigma = sigmas[p == 0 ? 0 : p - 1];
+      if (p == 0 && !parameters.azimuthal_sigma[0]) sigma = std::min(of_r, 0.25f * pi);
       const float inverse_s = pi * std::numbers::inv_sqrt3_v<float> / sigma;
       fiber.azimuthal[p] = {0, inverse_s, std::tanh(0.5f * pi * inverse_s)};
     }

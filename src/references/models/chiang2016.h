@@ -19,7 +19,8 @@ namespace tress::fiber {
 /// - variance v_p of M: (2 pi/sqrt 3 longitudinal_lambda)^2, that of our logistic in theta_i; TRRT's for the residual.
 ///   R's is taken as it is, without its factor |cos(d/2)|, and roughness_shift() is not applied: the model has neither;
 /// - logistic scale s_p of N: azimuthal_sigma sqrt 3/pi, of the same standard deviation before trimming; R, which ours
-///   does not blur, has that of its M, so that it is rough alike both ways (alpha sqrt 2, at most 45 degrees);
+///   does not blur, has that of TT where it is set, as in the publication, else that of its M, so that it is rough
+///   alike both ways (alpha sqrt 2, at most 45 degrees);
 /// - tilts: M_p about theta_h = lobe_tilt, R towards the root. The publication turns R, TT, TRT by 2, -1, -4 tau in
 ///   theta_i (ours 2, -1, -3) and leaves the rest untilted;
 /// - longitudinal_shape and split_glint have no meaning here; reflection_fresnel neither, since all orders share F.
