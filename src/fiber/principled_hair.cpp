@@ -36,12 +36,12 @@ double logistic_scale_of(double beta) {
   return (0.265 * b + 1.194 * b * b + 5.372 * std::pow(b, 22)) * std::sqrt(std::numbers::pi / 8);
 }
 
-/// Fitted by pictures beside Cycles of three grooms in six looks (scenes/blender/README.md): lambda of a Gaussian lobe
-/// over the standard deviation of theta_i, by lobe. Equal half widths would be 0.334; lobes of Chiang's model are
-/// broader beside their cone, and light that is scattered often sees their sums.
-constexpr std::array<double, 4> lambda_per_deviation{0.376, 0.598, 0.558, 0.558};
+/// Fitted to pictures of Chiang's model itself, a lock and thin hair in five looks, by `bench/principled/mapping.py
+/// fit` (scenes/blender/README.md): lambda of a Gaussian lobe over the standard deviation of theta_i, by lobe. Equal
+/// half widths would be 0.334, and 0.425 for R, which |cos(d/2)| narrows by pi/4 in the mean.
+constexpr std::array<double, 4> lambda_per_deviation{0.429, 0.405, 0.416, 0.416};
 /// The same of the blur of the exit azimuth over the standard deviation of the logistic law: TT, TRT, TRRT.
-constexpr std::array<double, 3> azimuth_per_deviation{1.23, 1.26, 1.26};
+constexpr std::array<double, 3> azimuth_per_deviation{1.08, 2.53, 2.53};
 constexpr double logistic_deviation = std::numbers::pi / std::numbers::sqrt3;  ///< of scale 1
 
 /// deviations: standard deviations of theta_i of R, TT, TRT; scales: logistic ones of the exit azimuth of TT, TRT. What

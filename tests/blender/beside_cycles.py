@@ -17,15 +17,16 @@ import numpy as np  # noqa: E402
 
 import grooms  # noqa: E402
 
-TRESS, FOLDER, *ONLY = sys.argv[sys.argv.index("--") + 1:]
+TRESS, FOLDER, *ONLY = sys.argv[sys.argv.index("--") + 1:]  # where bench/principled/cycles.py includes this, its own
 SAMPLES = int(os.environ.get("SAMPLES", "128"))
+SIZE = int(os.environ.get("SIZE", "64"))
 MODEL = os.environ.get("MODEL", "elliptical")
 TRANSPARENT = "TRANSPARENT" in os.environ
 USED = os.environ.get("LIGHTS", "ASW")
 
 
-def start(width=64, height=64):
-    scene = grooms.empty_scene(width, height)
+def start():
+    scene = grooms.empty_scene(SIZE, SIZE)
     addon_utils.enable("tress_render", default_set=True)
     bpy.context.preferences.addons["tress_render"].preferences.program = TRESS
     scene.tress.keep_folder = os.path.join(FOLDER, "kept")
@@ -122,12 +123,14 @@ def check_lights():
               f"{difference:.3f}, backgrounds by {np.abs(theirs - ours)[~here].mean():.4f}")
 
 
+# Strands and their radii in m at the root; /4: as much hair, in four times as many strands of a quarter of the width.
 GROOMS = {
-    "lock": dict(count=6000, points=13),
-    "thin": dict(count=300, points=13),
-    "fur": None,
-    "few": dict(count=5, points=13),
+    "lock": (6000, 0.00015),
+    "thin": (300, 0.0005),
+    "fur": (1500, 0.001),
+    "few": (5, 0.004),
 }
+FINER = {"lock/4": (24000, 0.00015 / 4), "thin/4": (1200, 0.0005 / 4), "thin/16": (4800, 0.0005 / 16), "fur/4": (6000, 0.001 / 4)}
 COLORS = {
     "black": dict(Melanin=0.95, Melanin_Redness=0.1),
     "brown": dict(Melanin=0.6, Melanin_Redness=0.3),
@@ -139,19 +142,21 @@ COLORS = {
 
 
 def hair_scene(groom, color):
+    """groom: of GROOMS or FINER; color: of COLORS, or inputs of Principled Hair."""
     scene = start()
     scene.render.film_transparent = TRANSPARENT
     if "A" in USED: grooms.add_light(scene, "AREA", (0.5, -0.8, 0.6), 15.0, size=0.4)
     if "S" in USED: grooms.add_light(scene, "SUN", (-1, 1.5, 1), 1.5)
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.35 * ("W" in USED),) * 3 + (1,)
-    material = grooms.hair_material(**COLORS[color])
-    if groom == "fur":
+    material = grooms.hair_material(**(COLORS[color] if isinstance(color, str) else color))
+    count, radius = {**GROOMS, **FINER}[groom]
+    if groom.startswith("fur"):
         grooms.add_camera(scene, eye=(0, -0.4, 0.1), lens=95)
-        grooms.add_particle_hair(scene, material, bpy.data.materials.new("skin"), count=1500)
+        ball = grooms.add_particle_hair(scene, material, bpy.data.materials.new("skin"), count=count)
+        ball.particle_systems[0].settings.radius_scale = radius
     else:
         grooms.add_camera(scene, lens=95)
-        radius = 0.004 if groom == "few" else 0.0005 if groom == "thin" else 0.00015
-        grooms.add_hair_curves(scene, grooms.strands(**GROOMS[groom]), material, radius, 0.8)
+        grooms.add_hair_curves(scene, grooms.strands(count=count, points=13), material, radius, 0.8)
     return scene
 
 
@@ -184,6 +189,7 @@ def save_png(pixels):
     image.save()
 
 
-os.makedirs(FOLDER, exist_ok=True)
-check_lights()
-check_hair()
+if __name__ == "__main__":
+    os.makedirs(FOLDER, exist_ok=True)
+    check_lights()
+    check_hair()
