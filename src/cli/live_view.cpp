@@ -9,6 +9,7 @@
 #include "cli/console.h"
 #include "cli/live_table.h"
 #include "cli/picture_files.h"
+#include "references/registry.h"
 
 namespace tress::cli {
 namespace {
@@ -84,7 +85,7 @@ void LiveView::begin(const scene::Scene& scene, const char* estimator, const ada
                  {"output", settings_.output.string()},
                  {"model", settings_.model},
                  {"estimator", estimator},
-                 {"epsilon", settings_.table.epsilon}}}});
+                 {"epsilon", references::find_model(settings_.model)->epsilon(settings_.table)}}}});
 }
 
 void LiveView::offer_sliders(std::vector<live::RenderServer::Slider> sliders) {

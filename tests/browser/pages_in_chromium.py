@@ -67,6 +67,8 @@ def live_page_of_samples():
         page.until("document.querySelectorAll('#maps .map').length >= 1 && passes.length >= 3")
         words = click_row(page)
         check("rough" in words, f"a clicked row of samples is told: {words}")
+        about = page.value("document.getElementById('about').textContent")
+        check("epsilon 0.07" in about, f"rows of samples have an epsilon of their own: {about}")
         page.picture(at("live_samples.png"))
         check(page.errors == [], f"no script fails: {page.errors}")
     finally:
