@@ -27,8 +27,8 @@ int main(int argc, char** argv) {
   app.add_option("--seed", request.seed);
   app.add_option("--depth", request.depth);
   double widest_deg = 0;
-  const auto* one_range =
-      app.add_option("--widest-deg", widest_deg, "inclinations of the camera; else those of a color");
+  const auto* one_range = app.add_option("--widest-deg", widest_deg,
+                                         "inclinations of the camera, straight on across; else those of a color");
   app.add_option("--eccentricity", eccentricities)->delimiter(',');
   app.add_option("--roughness", roughnesses)->delimiter(',');
   app.add_option("--tilt", tilts_deg)->delimiter(',');
@@ -50,8 +50,9 @@ int main(int argc, char** argv) {
           fiber.eccentricity = static_cast<float>(e);
           fiber.roughness = static_cast<float>(alpha);
           fiber.tilt = static_cast<float>(tilt * std::numbers::pi / 180);
-          if (one_range->count() == 0) request.widest_theta = references::widest_theta_of_color(fiber);
-          const std::vector<float> ways = references::lock_ways(fiber, request);
+          const references::LockRequest seen =
+              one_range->count() == 0 ? references::seen_as_color(fiber, request) : request;
+          const std::vector<float> ways = references::lock_ways(fiber, seen);
           std::vector<double> absorptions;
           for (const double color : colors) absorptions.push_back(references::lock_absorption(ways, color));
           json["fibers"].push_back({{"eta", eta},

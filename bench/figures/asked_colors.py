@@ -12,7 +12,8 @@ import os
 import figures
 
 ASKED = [(0.95, 0.5, 0.05), (0.8, 0.3, 0.15)]
-FIBERS = [(0.85, 0.2, 3), (0.5, 0.1, 0), (1, 0.4, 3), (0.7, 0.3, 8), (0.5, 0.6, 3), (0.6, 0.2, 8), (1, 0.05, 3)]
+FIBERS = [(0.85, 0.2, 3), (0.5, 0.1, 0), (1, 0.4, 3), (0.7, 0.3, 8), (0.5, 0.6, 3), (0.6, 0.2, 8), (1, 0.05, 3),
+          (1, 0.1, 0), (0.75, 0.2, 0), (0.5, 0.3, 0), (0.75, 0.1, 8), (1, 0.3, 8), (0.5, 0.1, 8), (1, 0.1, 8), (0.5, 0.2, 8)]
 MODELS = ["elliptical", "rough"]
 CROP = "32,40,48,56"
 
@@ -37,10 +38,11 @@ def main():
     options = figures.parse(__doc__, samples=64, size="80x80", add=lambda p: (
         p.add_argument("groom"), p.add_argument("--json", help="write the figures there"),
         p.add_argument("--flags", nargs="*", default=[], help="more of tress render's"),
-        p.add_argument("--fibers", type=int, default=len(FIBERS), help="the first so many")))
+        p.add_argument("--models", nargs="*", default=MODELS),
+        p.add_argument("--fibers", type=int, nargs="*", default=range(len(FIBERS)), help="which of them, from 0")))
     rows = []
-    for fiber in FIBERS[:options.fibers]:
-        for model in MODELS:
+    for fiber in (FIBERS[i] for i in options.fibers):
+        for model in options.models:
             row = {"fiber": fiber, "model": model, "returned": [], "off": 0.0}
             for color in ASKED:
                 mean = returned(options, options.groom, fiber, model, color, options.seed)

@@ -4,6 +4,7 @@
     /usr/bin/python3 bench/figures/lock_color.py lock_color.json src/fiber/lock_color_table.h [--only-untilted]
 
 With --only-untilted the rows of tilted fibers stay as the header has them, to the digit: pictures of theirs do not change.
+`bench_lock_color --tilt 0` is then enough.
 Of each fiber ln(sigma_a / y), y = -ln(color), is a cubic in the root of y, fitted so that the color is off least. Tells how
 far the fit is from what was measured, in units of the color.
 """
@@ -42,11 +43,20 @@ def rows_of(header):
     return re.findall(r"\{([^{}]+)\}", table)
 
 
+def tilts_of(header):
+    """Of the table's axis, degrees."""
+    with open(header) as file:
+        axis = re.search(r"lock_color_tilts\{([^{}]+)\}", file.read()).group(1)
+    return [round(math.degrees(float(x)), 3) for x in axis.split(",")]
+
+
 def main(source, header, *options):
     with open(source) as file:
         data = json.load(file)
     colors = numpy.array(data["colors"])
     axes = [sorted({fiber[key] for fiber in data["fibers"]}) for key in ("eta", "tilt_deg", "eccentricity", "roughness")]
+    if "--only-untilted" in options:
+        axes[1] = tilts_of(header)
     fits = {}
     worst = 0
     for fiber in data["fibers"]:
@@ -54,9 +64,9 @@ def main(source, header, *options):
         fits[key], off = fit(colors, fiber)
         worst = max(worst, off)
     keys = [(a, b, c, d) for a in axes[0] for b in axes[1] for c in axes[2] for d in axes[3]]
-    rows = [", ".join(f"{x:.4g}" for x in fits[key]) for key in keys]
-    if "--only-untilted" in options:
-        rows = [row if key[1] == 0 else old for key, row, old in zip(keys, rows, rows_of(header), strict=True)]
+    kept = rows_of(header) if "--only-untilted" in options else [None] * len(keys)
+    rows = [old if old is not None and key[1] != 0 else ", ".join(f"{x:.4g}" for x in fits[key])
+            for key, old in zip(keys, kept, strict=True)]
     lines = [
         "// What a lock's color says of its absorption: made by bench/figures/lock_color.py from `bench_lock_color`.",
         f"// Locks {data['depth']:g} mean free paths deep, {data['paths']} paths a fiber.",

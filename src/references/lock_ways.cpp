@@ -35,15 +35,40 @@ const fiber::SplitExit& choose(const std::vector<fiber::SplitExit>& exits, float
   return exits[chosen];
 }
 
+/// Where a path is between fibers.
+struct BetweenFibers {
+  fiber::FiberDirection back{0, 0};  ///< its theta: of the direction towards where the path is from
+  double psi = 0;                    ///< that direction's azimuth from the slab's normal
+  double place = 0;                  ///< depth, mean free paths
+
+  BetweenFibers(const LockRequest& request, RandomStream& random)
+      : back{static_cast<float>(angle_within(request.widest_theta, random)), 0},
+        psi(angle_within(request.widest_azimuth, random)) {}
+
+  /// To the next fiber; false: out of the slab.
+  bool meets_fiber(double depth, RandomStream& random) {
+    place -= std::log1p(-static_cast<double>(random.next())) * std::cos(psi);
+    return place >= 0 && place <= depth;
+  }
+  /// phi: the azimuth that the fiber showed to `back`.
+  void leaves(const fiber::FiberDirection& wi, float phi) {
+    psi = std::remainder(psi + static_cast<double>(wi.phi - phi) + pi, 2 * pi);
+    back.theta = -wi.theta;
+  }
+
+ private:
+  /// Sines uniform.
+  static double angle_within(double widest, RandomStream& random) {
+    return std::asin(std::sin(widest) * (2 * static_cast<double>(random.next()) - 1));
+  }
+};
+
 float way_of_path(const fiber::RoughFiber& fiber, float eccentricity, const LockRequest& request, std::uint64_t path) {
   RandomStream random(request.seed, 0, path);
   std::vector<fiber::SplitExit> exits;
-  const double sine = std::sin(request.widest_theta) * (2 * static_cast<double>(random.next()) - 1);
-  fiber::FiberDirection back{static_cast<float>(std::asin(sine)), 0};  // towards where the path is from
-  double psi = 0, place = 0, way = 0;                                  // its azimuth from the slab's normal; depth
-  for (int met = 0; met < most_fibers; ++met) {
-    place -= std::log1p(-static_cast<double>(random.next())) * std::cos(psi);
-    if (place < 0 || place > request.depth) break;
+  BetweenFibers at(request, random);
+  double way = 0;
+  for (int met = 0; met < most_fibers && at.meets_fiber(request.depth, random); ++met) {
     const float phi = shown_azimuth(eccentricity, random);
     const float h = 2 * random.next() - 1;
     fiber::RoughFiber::FacetNumbers u;
@@ -51,25 +76,25 @@ float way_of_path(const fiber::RoughFiber& fiber, float eccentricity, const Lock
       for (float& number : facet) number = random.next();
     }
     exits.clear();
-    fiber.trace_split(fiber.entry({back.theta, phi}, h), u, random, exits);
+    fiber.trace_split(fiber.entry({at.back.theta, phi}, h), u, random, exits);
     if (exits.empty()) break;
     const fiber::SplitExit& exit = choose(exits, random.next());
     way += static_cast<double>(exit.path);
     fiber::RoughExit left;
     left.direction = exit.direction;
-    const fiber::FiberDirection wi = left.angles();
-    psi = std::remainder(psi + static_cast<double>(wi.phi - phi) + pi, 2 * pi);
-    back.theta = -wi.theta;
+    at.leaves(left.angles(), phi);
   }
   return static_cast<float>(way);
 }
 
 }  // namespace
 
-double widest_theta_of_color(const fiber::FiberParameters& fiber) {
-  constexpr double untilted_deg = 15, tilted_deg = 45, tilted_from_deg = 1.5;
-  const double share = std::min(double{fiber.tilt} * 180 / pi / tilted_from_deg, 1.0);
-  return (untilted_deg + share * (tilted_deg - untilted_deg)) * pi / 180;
+LockRequest seen_as_color(const fiber::FiberParameters& fiber, LockRequest request) {
+  constexpr double degree = pi / 180, along = 15, across = 40, tilted_along = 45, tilted_from = 1.5;
+  const double share = std::min(static_cast<double>(fiber.tilt) / degree / tilted_from, 1.0);
+  request.widest_theta = (along + share * (tilted_along - along)) * degree;
+  request.widest_azimuth = (1 - share) * across * degree;
+  return request;
 }
 
 std::vector<float> lock_ways(const fiber::FiberParameters& fiber, const LockRequest& request) {

@@ -15,16 +15,19 @@ namespace tress::references {
 struct LockRequest {
   double depth = 10;
   double widest_theta = 0.7853982;  ///< the camera's inclinations to the fibers are within it: sines uniform; radians
+  /// Likewise the azimuths of the camera to the normal of the slab: a lock that is round is seen so; radians.
+  double widest_azimuth = 0;
   std::uint64_t paths = 16'000;
   std::uint64_t seed = 0;
 };
 
-/// The inclinations for which a color is meant, as a LockRequest has them: 45 degrees either way. Light keeps its
-/// inclination in fibers without tilt, so that each has a color of its own; theirs is the one straight on, within 15
-/// degrees, and up to a tilt of 1.5 degrees the range widens in proportion. Radians.
-double widest_theta_of_color(const fiber::FiberParameters& fiber);
+/// From where a color is meant to be seen, as the ranges of a LockRequest: 45 degrees either way along fibers whose
+/// scales are tilted. Light keeps its inclination in fibers without tilt, so that each has a color of its own; theirs
+/// is the one seen as the middle of `straight.hair` is, within 15 degrees along the fibers and 40 across. In between,
+/// up to a tilt of 1.5 degrees, the ranges change in proportion. The other fields are as `request` has them.
+LockRequest seen_as_color(const fiber::FiberParameters& fiber, LockRequest request);
 
-/// Of each path from the camera, straight on into the slab, how far it went inside fibers before it left the slab,
+/// Of each path from the camera into the slab how far it went inside fibers before it left the slab,
 /// major semi-axes. The fibers are RoughFiber, sigma_a 0 and without a medulla; at each, one of the parts of a split
 /// path is followed by its weight. Paths of more than 4,096 fibers end there. Same request, same ways (oneTBB).
 std::vector<float> lock_ways(const fiber::FiberParameters& fiber, const LockRequest& request);
