@@ -1,7 +1,8 @@
-// Roulette by what lies deeper against roulette by the throughput: variance times CPU time, in turns.
+// Roulette by what lies deeper against roulette by the throughput: variance times CPU time, in turns. With --deep-light
+// learned: learned light in place of deep paths against traced, the backdrop being black so that brightness is of hair.
 //
 //   bench_deeper SCENE [--up y] [--environment FILE] [--melanin EU,PHEO] [--white] [--size N] [--spp N] [--pairs N]
-//                [--teach SAMPLES] [--json FILE]
+//                [--teach SAMPLES] [--deep-light learned] [--deep-light-depth N] [--json FILE]
 //
 // Rows are taught by SAMPLES a pixel and frozen, so that what is learned in the renders is the light alone, which
 // starts from nothing in each. Each pair renders once by each rule under seeds of its own. Variance is that of a pixel
@@ -11,6 +12,7 @@
 #include <tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -33,6 +35,8 @@ namespace {
 struct Setting {
   std::string scene, json;
   scene::Overrides overrides;
+  integrate::DeepLight deep_light = integrate::DeepLight::traced;  ///< other: against traced
+  int deep_light_depth = integrate::RenderOptions().deep_light_depth;
   int size = 64, samples = 32, pairs = 10, teach = 16;
   std::uint64_t seed = 1000;
 };
@@ -49,6 +53,7 @@ struct Renders {
   std::vector<double> seconds;
   double learning_seconds = 0;
   integrate::DeeperProgress deeper;
+  std::vector<integrate::Brightening> told;
 
   /// Mean over the values of the variance across all renders but `left_out`, and their mean CPU time.
   double variance(std::size_t left_out) const {
@@ -74,12 +79,16 @@ struct Renders {
     }
     return sum / count;
   }
-  double mean() const {
-    double sum = 0;
-    for (const std::vector<float>& picture : pictures)
-      for (const float value : picture) sum += static_cast<double>(value);
-    return sum / static_cast<double>(pictures.size() * pictures[0].size());
+  double mean(std::size_t left_out) const {
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      if (i == left_out) continue;
+      for (const float value : pictures[i]) sum += static_cast<double>(value);
+      ++count;
+    }
+    return sum / (count * static_cast<double>(pictures[0].size()));
   }
+  double mean() const { return mean(pictures.size()); }
 };
 
 struct Ratio {
@@ -101,13 +110,48 @@ Ratio ratio_of(const Renders& above, const Renders& below, Quantity&& quantity) 
   return ratio;
 }
 
+/// Root mean square difference of the means of blocks of 8 x 8 pixels, what is noise taken off, over the mean.
+double block_bias(const Renders& before, const Renders& after, int size) {
+  constexpr std::size_t block = 8;
+  const auto side = static_cast<std::size_t>(size);
+  const auto of_block = [&](const Renders& renders, std::size_t plane, std::size_t left, std::size_t top) {
+    std::vector<double> means;
+    for (const std::vector<float>& picture : renders.pictures) {
+      double sum = 0;
+      for (std::size_t y = top; y < top + block; ++y)
+        for (std::size_t x = left; x < left + block; ++x)
+          sum += static_cast<double>(picture[(plane * side + y) * side + x]);
+      means.push_back(sum / (block * block));
+    }
+    const auto n = static_cast<double>(means.size());
+    double mean = 0, squares = 0;
+    for (const double one : means) mean += one / n;
+    for (const double one : means) squares += (one - mean) * (one - mean);
+    return std::array{mean, squares / (n * (n - 1))};
+  };
+  double squares = 0, count = 0;
+  for (std::size_t plane = 0; plane < 3; ++plane) {
+    for (std::size_t top = 0; top + block <= side; top += block) {
+      for (std::size_t left = 0; left + block <= side; left += block) {
+        const auto [a, variance_a] = of_block(before, plane, left, top);
+        const auto [b, variance_b] = of_block(after, plane, left, top);
+        squares += (a - b) * (a - b) - variance_a - variance_b;
+        ++count;
+      }
+    }
+  }
+  return std::sqrt(std::max(0.0, squares / std::max(count, 1.0))) / before.mean();
+}
+
 int run(Setting setting) {
   setting.overrides.width = setting.overrides.height = setting.size;
-  const Result<scene::Scene> scene = scene::load_scene(setting.scene, setting.overrides);
+  Result<scene::Scene> scene = scene::load_scene(setting.scene, setting.overrides);
   if (!scene) {
     fmt::print(stderr, "{}\n", scene.error().message());
     return 1;
   }
+  // So that brightness is that of the hair, as the bias that is told.
+  if (setting.deep_light != integrate::DeepLight::traced) scene->environment_visible = false;
   const fiber::ModelInfo& info = *references::find_model("elliptical");
   const fiber::ModelService learned = fiber::make_service(info, {});
   const auto model = info.make({fiber::Estimator::fitted, learned.service.get(), 0});
@@ -124,9 +168,16 @@ int run(Setting setting) {
   options.samples = setting.samples;
   std::array<Renders, 2> by_rule;
   for (int pair = 0; pair < setting.pairs; ++pair) {
-    for (const integrate::Roulette rule : {integrate::Roulette::throughput, integrate::Roulette::learned}) {
-      Renders& renders = by_rule[rule == integrate::Roulette::learned ? 1 : 0];
-      options.roulette = rule;
+    for (const std::size_t rule : {0u, 1u}) {
+      Renders& renders = by_rule[rule];
+      const bool as_before = rule == 0;
+      if (setting.deep_light == integrate::DeepLight::traced) {
+        options.roulette = as_before ? integrate::Roulette::throughput : integrate::Roulette::learned;
+      } else {
+        options.roulette = integrate::Roulette::learned;
+        options.deep_light = as_before ? integrate::DeepLight::traced : setting.deep_light;
+        options.deep_light_depth = setting.deep_light_depth;
+      }
       ++options.seed;
       const double start = process_seconds();
       const integrate::RenderResult result = integrate::render(*scene, fibers, *model, ids, learned.service.get(),
@@ -136,6 +187,7 @@ int run(Setting setting) {
                                                                  return true;
                                                                });
       renders.seconds.push_back(process_seconds() - start);
+      renders.told.push_back(result.deep_light.value_or(integrate::DeepLightBias{}));
       std::vector<float>& all = renders.pictures.emplace_back();
       for (const char* channel : {"R", "G", "B"}) {
         const std::vector<float>& pixels = result.picture.find(channel)->pixels;
@@ -161,6 +213,20 @@ int run(Setting setting) {
   told["noise_after"] = std::sqrt(after.variance(all)) / after.mean();
   told["seconds_before"] = before.time(all);
   told["mean_ratio"] = after.mean() / before.mean();
+  const auto brightness = [](const Renders& of, std::size_t out) { return of.mean(out); };
+  tell("brightness", ratio_of(after, before, brightness));
+  if (setting.deep_light == integrate::DeepLight::learned) {
+    double value = 0, squares = 0;
+    const auto pairs = static_cast<double>(setting.pairs);
+    for (const integrate::Brightening& one : after.told) {
+      value += one.value / pairs;
+      squares += one.error * one.error;
+    }
+    tell("told_bias", {value, std::sqrt(squares) / pairs});
+    tell("told_bias_of_one", {after.told.front().value, after.told.front().error});
+    told["block_bias"] = block_bias(before, after, setting.size);
+    fmt::print("{:16} {:.3f}\n", "block_bias", told["block_bias"].get<double>());
+  }
   told["learning_share"] = after.learning_seconds / (after.time(all) * static_cast<double>(all));
   told["places"] = after.deeper.places;
   told["copies"] = after.deeper.copies;
@@ -190,7 +256,11 @@ int main(int count, char** words) {
   app.add_option("--teach", setting.teach)->check(CLI::Range(1, 1000000))->capture_default_str();
   app.add_option("--seed", setting.seed)->capture_default_str();
   app.add_option("--json", setting.json);
+  std::string deep_light = "traced";
+  app.add_option("--deep-light", deep_light)->check(CLI::IsMember({"traced", "learned"}));
+  app.add_option("--deep-light-depth", setting.deep_light_depth);
   CLI11_PARSE(app, count, words);
+  if (deep_light == "learned") setting.deep_light = tress::integrate::DeepLight::learned;
   if (!up.empty()) setting.overrides.y_up = up == "y";
   if (!environment.empty()) setting.overrides.environment_file = environment;
   if (!melanin.empty()) setting.overrides.melanin = {melanin[0], melanin.size() > 1 ? melanin[1] : 0.0f};

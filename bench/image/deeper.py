@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Variance times CPU time of roulette by what lies deeper over roulette by the throughput (bench_deeper), scene by scene.
 
-usage: bench/image/deeper.py [BUILD] [-o FILE] [--spp N] [--pairs N] [--size N] [--only NAME]...
+usage: bench/image/deeper.py [BUILD] [-o FILE] [--spp N] [--pairs N] [--size N] [--deep-light] [--only NAME]...
+
+--deep-light: of learned light in place of deep paths over traced.
 
 Writes JSON, `context` and one entry a scene. One thread, in turns; 10 to 40 s of CPU a scene.
 """
@@ -32,6 +34,7 @@ def main():
     parser.add_argument("--spp", default="24")
     parser.add_argument("--pairs", default="6")
     parser.add_argument("--size", default="48")
+    parser.add_argument("--deep-light", action="store_true")
     parser.add_argument("--only", action="append", choices=SCENES)
     options = parser.parse_args()
     program = os.path.join(os.path.abspath(options.build), "bench", "bench_deeper")
@@ -44,6 +47,7 @@ def main():
         if not source:
             continue
         command = [program, source, *flags, "--spp", options.spp, "--pairs", options.pairs, "--size", options.size]
+        command += ["--deep-light", "learned"] if options.deep_light else []
         done = subprocess.run(command, check=True, capture_output=True, text=True)
         measured = json.loads(done.stdout.splitlines()[-1])
         measured["scene"] = name
@@ -51,6 +55,9 @@ def main():
         ratio = measured["variance_x_time"]
         print(f"{name:18} variance {measured['variance']['value']:.2f}, time {measured['time']['value']:.2f}, "
               f"both {ratio['value']:.2f} +- {ratio['error']:.2f}", flush=True)
+        if options.deep_light:
+            bias = measured["told_bias"]
+            print(f"{'':18} bias {bias['value']:+.3f} +- {bias['error']:.3f}, blocks {measured['block_bias']:.3f}", flush=True)
         with open(options.output, "w") as out:
             json.dump({"context": context, "scenes": found}, out, indent=1)
             out.write("\n")

@@ -136,6 +136,8 @@ void describe(const std::vector<Part>& parts, const integrate::Film& film, image
   if (have_one_table(parts)) picture->metadata["cache_hash"] = first.table;
   if (const integrate::Brightening excess = film.excess(); excess.error > 0)
     picture->metadata["bias_estimate"] = fmt::format("{:.4f} +- {:.4f}", excess.value, excess.error);
+  if (const std::optional<integrate::DeepLightBias> bias = film.deep_light_bias())
+    picture->metadata["deep_light_bias"] = fmt::format("{:.4f} +- {:.4f}", bias->value, bias->error);
 }
 
 /// The sums of all parts, which are let go; null, and told, if those of one are none.
@@ -145,6 +147,7 @@ std::unique_ptr<integrate::Film> joined_film(std::vector<Part>& parts) {
   integrate::Film::Extra extra;
   extra.emission = first.emission;
   extra.halves = first.halves;
+  extra.deep_light = first.deep_light;
   extra.groups = first.groups;
   const auto film_of = [&](const image::Window& window) {
     return std::make_unique<integrate::Film>(window, first.glint, false, ground, first.object_count(), first.moving,

@@ -162,7 +162,7 @@ bool are_same(const std::vector<integrate::MatteKind>& a, const std::vector<inte
 bool PartHeader::fits(const PartHeader& other) const {
   return whole_width == other.whole_width && whole_height == other.whole_height && opaque == other.opaque &&
          glint == other.glint && moving == other.moving && groups == other.groups && emission == other.emission &&
-         halves == other.halves && are_same(mattes, other.mattes);
+         halves == other.halves && deep_light == other.deep_light && are_same(mattes, other.mattes);
 }
 
 PartHeader part_header_of(const RenderSettings& settings, const scene::Scene& scene, const Identity& identity,
@@ -178,6 +178,7 @@ PartHeader part_header_of(const RenderSettings& settings, const scene::Scene& sc
   part.moving = scene.next.has_value();
   part.emission = std::ranges::any_of(scene.lights, [](const scene::Light& light) { return light.visible; });
   part.halves = settings.render.halves;
+  part.deep_light = settings.render.deep_light == integrate::DeepLight::learned;
   part.groups = scene::light_groups(scene);
   if (counts_objects) part.mattes = integrate::matte_kinds(scene);
   part.layers = settings.layers;
@@ -196,6 +197,7 @@ Json to_json(const PartHeader& part) {
             {"moving", part.moving},
             {"emission", part.emission},
             {"halves", part.halves},
+            {"deep_light", part.deep_light},
             {"groups", part.groups},
             {"table", part.table},
             {"frozen", part.frozen},
@@ -223,7 +225,8 @@ std::optional<PartHeader> parse_part_header(const Json& told) {
   part.to = samples[1];
   for (const auto& [name, flag] :
        {std::pair{"opaque", &part.opaque}, std::pair{"glint", &part.glint}, std::pair{"frozen", &part.frozen},
-        std::pair{"moving", &part.moving}, std::pair{"emission", &part.emission}, std::pair{"halves", &part.halves}}) {
+        std::pair{"moving", &part.moving}, std::pair{"emission", &part.emission}, std::pair{"halves", &part.halves},
+        std::pair{"deep_light", &part.deep_light}}) {
     if (!read_flag(member(told, name), flag)) return std::nullopt;
   }
   if (!member(told, "table").is_string()) return std::nullopt;

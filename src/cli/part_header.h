@@ -19,6 +19,7 @@ struct PartHeader {
   int from = 0, to = 0;  ///< samples of a pixel, the second excluded
   bool opaque = false, glint = false, moving = false, emission = false;
   bool halves = false;                             ///< integrate::half_layers
+  bool deep_light = false;                         ///< integrate::DeepLight::learned
   bool frozen = false;                             ///< its paths do not depend on what others learn
   std::string table;                               ///< hash of the table
   std::vector<std::string> groups;                 ///< of light

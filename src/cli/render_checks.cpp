@@ -29,6 +29,14 @@ std::optional<Error> unknown_group(const RenderSettings& settings, const scene::
   return std::nullopt;
 }
 
+/// Answers are colors, which nobody can part by lights.
+std::optional<Error> answered_groups(const RenderSettings& settings, const scene::Scene& scene) {
+  if (settings.render.deep_light == integrate::DeepLight::traced || scene::light_groups(scene).empty())
+    return std::nullopt;
+  return Error{"", "--deep-light",
+               "traced in a scene whose lights have a `group`, since what is learned is of all lights", "learned"};
+}
+
 /// What must be writable, checked before anything is rendered.
 std::optional<Error> check_outputs(const RenderSettings& settings) {
   std::filesystem::path preview = settings.output;
@@ -78,7 +86,7 @@ std::array<int, 4> edges_of(const image::Window& window) {
 }
 
 int told_refusal(const RenderSettings& settings, const scene::Scene& scene) {
-  for (const auto& check : {wrong_range, unknown_group, too_few_samples}) {
+  for (const auto& check : {wrong_range, unknown_group, too_few_samples, answered_groups}) {
     if (const std::optional<Error> error = check(settings, scene)) {
       log_error(error->message());
       return 2;

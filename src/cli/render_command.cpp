@@ -288,6 +288,9 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   if (s.adaptive.value_or(false) && (s.samples_from || s.samples_to)) {
     return "--adaptive: expected off with --samples-from and --samples-to, whose pixels have as many samples, found on";
   }
+  if (s.render.deep_light == integrate::DeepLight::learned && s.roulette == integrate::Roulette::throughput) {
+    return "--deep-light: expected traced with --roulette throughput, which learns no light, found learned";
+  }
   if (s.denoise && s.part) {
     return fmt::format(
         "--denoise: expected no --part: parts are filtered once they are together, by tress denoise, for which they "
@@ -388,6 +391,17 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       "where paths end or part, without bias. learned (default where rows learn): by the light that is still to come, "
       "as earlier passes found it; throughput (default with exact or a frozen cache): by what they have lost, the same "
       "in a crop as in the whole picture");
+  add_choice(
+      render, "--deep-light", {"traced", "learned"},
+      [&s](const std::string& way) {
+        s.render.deep_light = way == "learned" ? integrate::DeepLight::learned : integrate::DeepLight::traced;
+      },
+      "what hits deep in the hair bring. traced (default): what paths from there find, without bias; learned: the mean "
+      "of "
+      "what earlier passes found there, and the path ends. Biased, which is told with its error");
+  add_whole(render, "--deep-light-depth", [&s](std::uint64_t n) {
+    s.render.deep_light_depth = int(n);
+  })->needs(render->get_option("--deep-light"));
   add_file(render, "--heatmap",
            [&s](const std::string& file) {
              s.heatmap = file;

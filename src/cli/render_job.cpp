@@ -187,7 +187,9 @@ class RenderJob {
 
   bool rows_learn() const { return service_ != nullptr && settings_.cache_mode != CacheMode::frozen; }
 
-  integrate::Roulette roulette() const { return integrate::roulette_or_usual(settings_.roulette, rows_learn()); }
+  integrate::Roulette roulette() const {
+    return integrate::roulette_or_usual(settings_.roulette, rows_learn(), settings_.render.deep_light);
+  }
 
   /// A frozen table answers every picture alike, whatever part of it is rendered.
   void freeze_if_asked() {

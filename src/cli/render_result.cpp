@@ -34,6 +34,14 @@ void describe_result(const integrate::RenderResult& result, const RenderEnd& end
     told["bias_estimate"] = fmt::format("{:.4f} +- {:.4f}", result.excess->value, result.excess->error);
     log_note(brightening_words(*result.excess));
   }
+  if (result.deep_light) {
+    const integrate::DeepLightBias& bias = *result.deep_light;
+    told["deep_light_bias"] = fmt::format("{:.4f} +- {:.4f}", bias.value, bias.error);
+    log_note(
+        fmt::format("light from deep in the hair is learned: it makes the hair {:.2g} % {} than traced light would, "
+                    "give or take {:.2g} %, by {} paths that were traced on",
+                    100 * std::abs(bias.value), bias.value < 0 ? "darker" : "brighter", 100 * bias.error, bias.paths));
+  }
   if (!result.bias) return;
   told["bias"] = fmt::format("{:.4f} +- {:.4f}", result.bias->value, result.bias->error);
   log_note(fmt::format("bias of the brightness {:.2g} %, standard error {:.2g} %, by {} paths without rows",
@@ -85,6 +93,7 @@ RenderTelemetry::Extra summary_fields(const integrate::RenderResult& result, con
                                 {"cache_hash", json_text(end.cache_hash)},
                                 {"image", json_text(written.string())}};
   if (result.excess) fields.emplace("bias_estimate", brightening_text(*result.excess));
+  if (result.deep_light) fields.emplace("deep_light_bias", deep_light_text(*result.deep_light));
   if (result.bias) {
     const nlohmann::json bias{
         {"value", result.bias->value}, {"error", result.bias->error}, {"paths", result.bias->paths}};

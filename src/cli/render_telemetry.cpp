@@ -82,6 +82,7 @@ void RenderTelemetry::pass(const integrate::PassProgress& pass) {
                {"deeper_cpu_seconds", json_text(pass.deeper.cpu_seconds)},
                {"noise", json_text(pass.noise)}};
   if (pass.excess) fields.emplace("bias_estimate", brightening_text(*pass.excess));
+  if (pass.deep_light) fields.emplace("deep_light_bias", deep_light_text(*pass.deep_light));
   add_frame(fields);
   lines_.write([&](adaptive::TelemetryWriter& writer) { return writer.pass(pass.table, fields); });
   passes_told_ = pass.pass + 1;
@@ -92,6 +93,10 @@ void RenderTelemetry::summary(const char* status, Extra fields, const WarmCacheS
   add_frame(fields);
   fields.merge(cache_fields(settings_, cache));
   lines_.write([&](adaptive::TelemetryWriter& writer) { return writer.summary(fields); });
+}
+
+std::string deep_light_text(const integrate::DeepLightBias& bias) {
+  return json_text(nlohmann::ordered_json{{"value", bias.value}, {"error", bias.error}, {"paths", bias.paths}});
 }
 
 std::string brightening_text(const integrate::Brightening& excess) {

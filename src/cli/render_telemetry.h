@@ -43,5 +43,7 @@ class RenderTelemetry {
 
 /// {"value": ..., "error": ...}: of brightness, relative.
 std::string brightening_text(const integrate::Brightening& excess);
+/// {"value": ..., "error": ..., "paths": ...}.
+std::string deep_light_text(const integrate::DeepLightBias& bias);
 
 }  // namespace tress::cli

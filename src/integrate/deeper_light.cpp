@@ -17,7 +17,10 @@ constexpr std::uint64_t most_hits = 1 << 20;  ///< of one copy as it is noted
 constexpr double more_copies = 1.5;
 /// Of a sample, over the squared mean: a picture with less has no noise to speak of, and what is left is rounding.
 constexpr double least_variance = 1e-4;
-constexpr int first_levels = 2;  ///< of the octree, below its root, from the start
+const glm::dvec3 least_weight(1e-12);  ///< against 0 over 0
+constexpr int first_levels = 2;        ///< of the octree, below its root, from the start
+
+std::int64_t to_fixed(double value) { return static_cast<std::int64_t>(std::nearbyint(value * fixed_point)); }
 
 /// 0..23: the axis that a direction is nearest to, then the signs along the others.
 int direction_class(const glm::vec3& direction) {
@@ -29,7 +32,7 @@ int direction_class(const glm::vec3& direction) {
 
 }  // namespace
 
-DeeperLight::DeeperLight(const scene::Scene& scene) {
+DeeperLight::DeeperLight(const scene::Scene& scene, bool answers) {
   glm::vec3 low(std::numeric_limits<float>::max()), high(-std::numeric_limits<float>::max());
   const auto include = [&](const std::vector<glm::vec3>& points) {
     for (const glm::vec3& point : points) {
@@ -50,6 +53,7 @@ DeeperLight::DeeperLight(const scene::Scene& scene) {
   per_edge_ = edge > 0 ? 1 / edge : 0;
   nodes_.resize(1);
   first_child_.resize(1);
+  if (answers) colors_.resize(directions);
   std::size_t from = 0;
   for (int level = 0; level < first_levels; ++level) {
     const std::size_t to = nodes_.size();
@@ -89,7 +93,6 @@ void DeeperLight::note(std::size_t place, const glm::vec3& light, std::uint64_t 
   const double square = (relative.x * relative.x + relative.y * relative.y + relative.z * relative.z) / 3;
   if (!std::isfinite(square)) return;
   Notes& notes = notes_[place / directions][place % directions];
-  const auto to_fixed = [](double value) { return static_cast<std::int64_t>(std::nearbyint(value * fixed_point)); };
   // Of unsigned integers, which wrap: the sum of signed ones is the same.
   const std::uint64_t count_and_hits = std::uint64_t{1} << hit_bits | std::min(hits, most_hits);
   notes.count_and_hits.fetch_add(count_and_hits, std::memory_order_relaxed);
@@ -98,6 +101,23 @@ void DeeperLight::note(std::size_t place, const glm::vec3& light, std::uint64_t 
   notes.squares.fetch_add(static_cast<std::uint64_t>(to_fixed(std::min(square, most_light * most_light))),
                           std::memory_order_relaxed);
 }
+
+void DeeperLight::note_for_answers(std::size_t place, const glm::vec3& light, const glm::vec3& weight) const {
+  if (!(per_unit_ > 0)) return;
+  ColorNotes& notes = color_notes_[place];
+  for (int c = 0; c < 3; ++c) {
+    const double worth = std::clamp(static_cast<double>(weight[c]), 0.0, most_light);
+    const double relative = static_cast<double>(light[c]) * static_cast<double>(per_unit_);
+    if (!std::isfinite(relative) || !std::isfinite(worth)) continue;
+    const auto at = static_cast<std::size_t>(c);
+    const std::int64_t fixed = to_fixed(worth * std::clamp(relative, -most_light, most_light));
+    notes.light[at].fetch_add(static_cast<std::uint64_t>(fixed), std::memory_order_relaxed);
+    notes.weight[at].fetch_add(static_cast<std::uint64_t>(to_fixed(worth)), std::memory_order_relaxed);
+  }
+  notes.count.fetch_add(1, std::memory_order_relaxed);
+}
+
+glm::vec3 DeeperLight::answer(std::size_t place) const { return glm::vec3(colors_[place].expected * unit_); }
 
 void DeeperLight::update(const PictureSoFar& picture, std::uint64_t paths) {
   paths_before_ = paths;
@@ -109,6 +129,7 @@ void DeeperLight::update(const PictureSoFar& picture, std::uint64_t paths) {
                        std::isfinite(picture.variance) && picture.hits > 0;
     scale_ = known ? static_cast<float>(more_copies * unit_ * std::sqrt(picture.hits / picture.variance)) : 0.0f;
     ready_ = static_cast<double>(noted_) >= least_notes && scale_ > 0 && std::isfinite(scale_);
+    can_answer_ = ready_ && asked() >= least_answered;
   } else if (picture.mean > 0 && std::isfinite(picture.mean)) {
     const auto per_unit = static_cast<float>(1 / picture.mean);
     if (!(per_unit > 0) || !std::isfinite(per_unit)) return;
@@ -127,6 +148,19 @@ DeeperLight::Sums DeeperLight::taken(Notes& notes) {
           static_cast<double>(count_and_hits & ((std::uint64_t{1} << hit_bits) - 1))};
 }
 
+DeeperLight::ColorSums DeeperLight::ColorNotes::taken() {
+  ColorSums sums;
+  const auto take = [](std::atomic<std::uint64_t>& sum) {
+    return static_cast<double>(static_cast<std::int64_t>(sum.exchange(0, std::memory_order_relaxed))) / fixed_point;
+  };
+  for (int c = 0; c < 3; ++c) {
+    sums.light[c] = take(light[static_cast<std::size_t>(c)]);
+    sums.weight[c] = take(weight[static_cast<std::size_t>(c)]);
+  }
+  sums.count = static_cast<double>(count.exchange(0, std::memory_order_relaxed));
+  return sums;
+}
+
 /// Notes are of leaves; a node has the sums of all that is in it, also from before it had children.
 void DeeperLight::gather() {
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
@@ -135,12 +169,14 @@ void DeeperLight::gather() {
       const Sums more = taken(notes_[node][direction]);
       if (!(more.count > 0)) continue;
       noted_ += static_cast<std::uint64_t>(more.count);
+      const ColorSums color = answers() ? color_notes_[node * directions + direction].taken() : ColorSums{};
       for (std::size_t up = node;; up = nodes_[up].parent) {
         Sums& sums = nodes_[up].sums[direction];
         sums.count += more.count;
         sums.light += more.light;
         sums.squares += more.squares;
         sums.hits += more.hits;
+        if (answers()) colors_[up * directions + direction].sums.add(color);
         if (up == 0) break;
       }
     }
@@ -158,6 +194,11 @@ void DeeperLight::expect() {
     all.hits += sums.hits;
   }
   all = {1, all.light / all.count, all.squares / all.count, all.hits / all.count};
+  ColorSums all_colors;
+  for (std::size_t direction = 0; answers() && direction < directions; ++direction)
+    all_colors.add(colors_[direction].sums);
+  // As much as so many paths weigh.
+  const glm::dvec3 prior_weight = answer_prior / std::max(all_colors.count, 1.0) * all_colors.weight;
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
     for (std::size_t direction = 0; direction < directions; ++direction) {
       const Sums& own = nodes_[node].sums[direction];
@@ -169,8 +210,24 @@ void DeeperLight::expect() {
       const double variance = std::max(0.0, expected.squares - expected.light * expected.light);
       answers_[node][direction] = {static_cast<float>(std::sqrt(expected.squares / expected.hits)),
                                    static_cast<float>(std::sqrt(variance / expected.hits))};
+      if (!answers()) continue;
+      Color& color = colors_[node * directions + direction];
+      // What is met where answers are asked is little: the shape is that of all that is noted.
+      const double shape = around.light > 0 ? std::clamp(expected.light / around.light, 0.25, 4.0) : 1;
+      const glm::dvec3 around_color =
+          shape * (node == 0 ? all_colors.light / glm::max(all_colors.weight, least_weight)
+                             : colors_[nodes_[node].parent * directions + direction].expected);
+      color.expected =
+          (color.sums.light + prior_weight * around_color) / glm::max(color.sums.weight + prior_weight, least_weight);
     }
   }
+}
+
+double DeeperLight::asked() const {
+  double count = 0;
+  for (std::size_t direction = 0; answers() && direction < directions; ++direction)
+    count += colors_[direction].sums.count;
+  return count;
 }
 
 void DeeperLight::add_children(std::uint32_t node) {
@@ -180,6 +237,11 @@ void DeeperLight::add_children(std::uint32_t node) {
     nodes_.emplace_back();
     nodes_.back().parent = node;
     nodes_.back().expected = nodes_[node].expected;
+    if (!answers()) continue;
+    for (std::size_t direction = 0; direction < directions; ++direction) {
+      const glm::dvec3 expected = colors_[node * directions + direction].expected;
+      colors_.push_back({{}, expected});
+    }
   }
 }
 
@@ -201,10 +263,12 @@ void DeeperLight::make_room() {
   if (nodes_.size() <= room_) return;
   room_ = std::min(most_nodes, 2 * nodes_.size());
   notes_ = std::make_unique<std::array<Notes, directions>[]>(room_);  // what had been noted has been gathered
+  if (answers()) color_notes_ = std::make_unique<ColorNotes[]>(room_ * directions);
 }
 
 std::size_t DeeperLight::bytes() const {
-  return nodes_.size() * (sizeof(Node) + sizeof(first_child_[0]) + sizeof(answers_[0]) + sizeof(notes_[0]));
+  const std::size_t colors = colors_.size() * (sizeof(Color) + sizeof(ColorNotes));
+  return colors + nodes_.size() * (sizeof(Node) + sizeof(first_child_[0]) + sizeof(answers_[0]) + sizeof(notes_[0]));
 }
 
 }  // namespace tress::integrate

@@ -1,4 +1,5 @@
-// The light that still comes after a hit, learned from the paths themselves: what roulette and splitting go by.
+// The light that still comes after a hit, learned from the paths themselves: what roulette and splitting go by, and
+// what can be taken in place of paths.
 #pragma once
 
 #include <array>
@@ -31,11 +32,12 @@ namespace tress::integrate {
 /// leaves, 24 classes. A cell that few paths have met leans on the cell around it, as if that were `prior` paths more.
 /// L is in units of the picture's mean radiance, C in hits.
 ///
-/// Thread-safety: place, copies, note: any thread, during a pass; they see what the last update() left. update: one
-/// thread, between passes. Notes are sums of integers, so that the threads do not show.
+/// Thread-safety: place, copies, answer, note: any thread, during a pass; they see what the last update() left. update:
+/// one thread, between passes. Notes are sums of integers, so that the threads do not show.
 class DeeperLight {
  public:
-  explicit DeeperLight(const scene::Scene& scene);
+  /// answers: whether answer() will be asked.
+  explicit DeeperLight(const scene::Scene& scene, bool answers = false);
 
   static constexpr int directions = 24;
   /// Mean copies are between these: one in 20 survives at the least, and weighs 20; at the most 8 go on.
@@ -50,8 +52,17 @@ class DeeperLight {
   /// before is_ready().
   float copies(std::size_t place, const glm::vec3& throughput) const;
 
+  /// The mean light that leaves a place, linear RGB. Not before can_answer().
+  glm::vec3 answer(std::size_t place) const;
+  /// Whether it is asked to, and enough has been learned. Constant between two updates.
+  bool can_answer() const { return can_answer_; }
+
   /// What one copy brought from its hit on, and how many hits it took. Light that is not finite is not noted.
   void note(std::size_t place, const glm::vec3& light, std::uint64_t hits) const;
+  /// The same of a copy that an answer stands for, `weight` being what the answer is multiplied with, over the copy's
+  /// chance of being followed: answers are means weighted so, by channel, and right in the mean over where they are
+  /// asked.
+  void note_for_answers(std::size_t place, const glm::vec3& light, const glm::vec3& weight) const;
 
   /// Of the pixels so far: what notes and copies() are measured by.
   struct PictureSoFar {
@@ -78,11 +89,28 @@ class DeeperLight {
   static constexpr double prior = 64;              ///< paths
   static constexpr double refine_from = 512;       ///< notes of a node
   static constexpr double least_notes = 512;       ///< of all, to be ready
+  static constexpr double answer_prior = 16;       ///< paths, as `prior`, of answer()
+  static constexpr double least_answered = 4096;   ///< paths of note_for_answers(), of all
 
   /// Between two updates. Light in 2^-20 of the unit.
   struct Notes {
     std::atomic<std::uint64_t> count_and_hits{0};  ///< count in the upper 28 bits
     std::atomic<std::uint64_t> light{0}, squares{0};
+  };
+  /// Of paths that are met where answers are asked, by channel, weighted by what they are worth there.
+  struct ColorSums {
+    glm::dvec3 light{0.0}, weight{0.0};
+    double count = 0;
+    void add(const ColorSums& more) {
+      light += more.light;
+      weight += more.weight;
+      count += more.count;
+    }
+  };
+  struct ColorNotes {
+    std::array<std::atomic<std::uint64_t>, 3> light{}, weight{};
+    std::atomic<std::uint64_t> count{0};
+    ColorSums taken();
   };
   struct Sums {
     double count = 0, light = 0, squares = 0, hits = 0;
@@ -97,6 +125,14 @@ class DeeperLight {
     std::array<Sums, directions> expected{};  ///< a copy: the node's own, leaning on its parent's; count 1
   };
 
+  /// Of a place, in the unit: what was noted, and its mean as Node::expected.
+  struct Color {
+    ColorSums sums;
+    glm::dvec3 expected{0.0};
+  };
+
+  bool answers() const { return !colors_.empty(); }
+  double asked() const;  ///< paths of note_for_answers()
   static Sums taken(Notes& notes);
   void gather();
   void expect();
@@ -110,11 +146,13 @@ class DeeperLight {
   std::vector<std::uint32_t> first_child_;  ///< of each node, of eight; 0: a leaf
   std::vector<std::array<Answer, directions>> answers_;
   std::unique_ptr<std::array<Notes, directions>[]> notes_;  ///< of each node
+  std::vector<Color> colors_;                               ///< by place; empty: nothing is to be answered
+  std::unique_ptr<ColorNotes[]> color_notes_;               ///< by place
   std::size_t room_ = 0;                                    ///< nodes that notes_ has room for
   double unit_ = 0;                                         ///< radiance; 0: not known yet
   float per_unit_ = 0;
   float scale_ = 0;  ///< what the answers are multiplied with
-  bool ready_ = false;
+  bool ready_ = false, can_answer_ = false;
   std::uint64_t paths_before_ = 0, noted_ = 0;
 };
 

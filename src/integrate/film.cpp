@@ -76,6 +76,7 @@ Film::Film(const image::Window& window, bool glint, bool timed, Ground ground, s
       cpu_seconds_(timed ? pixels_.size() : 0) {
   group_sums_.resize(pixels_.size() * extra_.groups.size(), glm::dvec3(0.0));
   halves_.resize(extra_.halves ? pixels_.size() : 0);
+  deep_light_.resize(extra_.deep_light ? pixels_.size() : 0);
 }
 
 bool Film::add(int x, int y, const PathSums& path) {
@@ -90,6 +91,13 @@ bool Film::add(int x, int y, const PathSums& path) {
   if (!motion_.empty()) {
     MotionSums& sums = motion_[index(x, y)];
     (path.coverage > 0 ? sums.seen : sums.behind) += glm::dvec2(path.motion);
+  }
+  if (!deep_light_.empty()) {
+    DeepLightSums& sums = deep_light_[index(x, y)];
+    const auto excess = static_cast<double>(path.deep_light_excess);
+    sums.excess += excess;
+    sums.squares += excess * excess;
+    sums.checks += path.deep_light_checks;
   }
   const std::size_t count = extra_.groups.size(), first = index(x, y) * count;
   for (std::size_t group = 0; group < count; ++group) {
@@ -177,6 +185,26 @@ Brightening Film::excess() const {
   const double truth = light - excess;
   if (!(truth > 0)) return {};
   return {excess / truth, std::sqrt(variance) / truth};
+}
+
+std::optional<DeepLightBias> Film::deep_light_bias() const {
+  if (deep_light_.empty()) return std::nullopt;
+  DeepLightBias bias;
+  double light = 0, excess = 0, variance = 0;
+  for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    const PixelSums& pixel = pixels_[i];
+    if (pixel.samples == 0) continue;
+    const double n = pixel.samples;
+    light += luminance(pixel.beauty(Ground::nothing)) / n;
+    excess += deep_light_[i].excess / n;
+    variance += deep_light_[i].squares / (n * n);  // nearly all are 0, as in excess()
+    bias.paths += deep_light_[i].checks;
+  }
+  const double truth = light - excess;
+  if (!(truth > 0)) return bias;
+  bias.value = excess / truth;
+  bias.error = std::sqrt(variance) / truth;
+  return bias;
 }
 
 double Film::samples_per_pixel() const {

@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -80,6 +81,11 @@ struct Brightening {
   double error = 0;  ///< its standard error
 };
 
+/// Of answers in place of paths (DeepLight::learned), by the paths that were followed all the same.
+struct DeepLightBias : Brightening {
+  std::uint64_t paths = 0;
+};
+
 /// Thread-safety: distinct pixels from distinct threads; the rest: one thread.
 class Film {
  public:
@@ -90,6 +96,7 @@ class Film {
     std::size_t backdrop_group = 0;   ///< which of them the background is of
     std::uint32_t first_sample = 0;   ///< index of the first path of each pixel
     bool halves = false;              ///< half_layers
+    bool deep_light = false;          ///< PathSums::deep_light_excess is kept
   };
 
   /// Of the pixels in `window`, in the coordinates of the whole image. glint: whether a fiber splits that lobe off;
@@ -152,6 +159,10 @@ class Film {
   /// How much brighter rows make what is seen of hair and surfaces, as far as the paths could tell (PathSums::excess).
   Brightening excess() const;
 
+  /// How much brighter answers in place of paths make it; unset unless Extra::deep_light. Whatever was learned, its
+  /// mean over seeds is right.
+  std::optional<DeepLightBias> deep_light_bias() const;
+
   /// Of the samples that are in the picture.
   double samples_per_pixel() const;
   std::uint64_t dropped_samples() const;
@@ -188,7 +199,13 @@ class Film {
   };
   std::vector<MotionSums> motion_;
   std::vector<double> cpu_seconds_;  ///< empty unless timed
-  std::vector<HalfSquares> halves_;  ///< empty unless there are half_layers
+  /// Of PathSums::deep_light_excess.
+  struct DeepLightSums {
+    double excess = 0, squares = 0;
+    std::uint64_t checks = 0;
+  };
+  std::vector<DeepLightSums> deep_light_;  ///< empty unless Extra::deep_light
+  std::vector<HalfSquares> halves_;        ///< empty unless there are half_layers
 };
 
 }  // namespace tress::integrate

@@ -39,6 +39,7 @@ std::vector<std::pair<std::string, std::string_view>> Film::sections() const {
   if (!motion_.empty()) all.emplace_back("film.motion", bytes_of(motion_));
   if (timed()) all.emplace_back("film.times", bytes_of(cpu_seconds_));
   if (!halves_.empty()) all.emplace_back("film.halves", bytes_of(halves_));
+  if (!deep_light_.empty()) all.emplace_back("film.deep_light", bytes_of(deep_light_));
   return all;
 }
 
@@ -54,11 +55,14 @@ bool Film::set_sections(const std::map<std::string, std::string>& sections) {
   bool good = take("film.sums", pixels_) && (motion_.empty() || take("film.motion", motion_)) &&
               (group_sums_.empty() || take("film.groups", group_sums_)) &&
               object_counts_.set_bytes(objects == sections.end() ? std::string_view() : objects->second) &&
-              (!timed() || take("film.times", cpu_seconds_)) && (halves_.empty() || take("film.halves", halves_));
+              (!timed() || take("film.times", cpu_seconds_)) && (halves_.empty() || take("film.halves", halves_)) &&
+              (deep_light_.empty() || take("film.deep_light", deep_light_));
   for (const PixelSums& sums : pixels_) good = good && is_finite(sums);
   for (const double seconds : cpu_seconds_) good = good && std::isfinite(seconds);
   for (const glm::dvec3& sum : group_sums_) good = good && is_finite(sum);
   for (const HalfSquares& sums : halves_) good = good && is_finite(sums.even) && is_finite(sums.odd);
+  for (const DeepLightSums& sums : deep_light_)
+    good = good && std::isfinite(sums.excess) && std::isfinite(sums.squares);
   for (const MotionSums& sums : motion_) {
     for (const glm::dvec2& sum : {sums.seen, sums.behind}) good = good && std::isfinite(sum.x) && std::isfinite(sum.y);
   }
@@ -113,6 +117,15 @@ std::size_t Film::add(const Film& later) {
     for (int x = other.left; x < other.left + other.width; ++x) {
       motion_[index(x, y)].seen += later.motion_[later.index(x, y)].seen;
       motion_[index(x, y)].behind += later.motion_[later.index(x, y)].behind;
+    }
+  }
+  for (int y = other.top; y < other.top + other.height && !deep_light_.empty(); ++y) {
+    for (int x = other.left; x < other.left + other.width; ++x) {
+      DeepLightSums& sums = deep_light_[index(x, y)];
+      const DeepLightSums& more = later.deep_light_[later.index(x, y)];
+      sums.excess += more.excess;
+      sums.squares += more.squares;
+      sums.checks += more.checks;
     }
   }
   return lacking;

@@ -51,9 +51,13 @@ struct PathSums {
   /// Luminance that the rows of the path's vertices bring too much, of either sign: traced at few vertices, which
   /// stand for all (Scattered::excess).
   float excess = 0;
-  bool sees_light = false;  ///< the camera's ray ends at a light
-  bool held_out = false;    ///< or at a matte, which shows nothing
-  GroupLight groups;        ///< of all layers but the background
+  /// Luminance that answers in place of paths bring too much, of either sign (DeepLight::learned): of few of them,
+  /// which stand for all.
+  float deep_light_excess = 0;
+  std::uint32_t deep_light_checks = 0;  ///< answers that were held against what paths find
+  bool sees_light = false;              ///< the camera's ray ends at a light
+  bool held_out = false;                ///< or at a matte, which shows nothing
+  GroupLight groups;                    ///< of all layers but the background
 
   PathSums() = default;
   explicit PathSums(std::size_t group_count) : groups(group_count) {}
@@ -73,7 +77,8 @@ struct PathSums {
       if (!std::isfinite(tangent[c])) return false;
     }
     return std::isfinite(motion.x) && std::isfinite(motion.y) && std::isfinite(coverage) &&
-           std::isfinite(distance_cm) && std::isfinite(objective) && std::isfinite(excess);
+           std::isfinite(distance_cm) && std::isfinite(objective) && std::isfinite(excess) &&
+           std::isfinite(deep_light_excess);
   }
 };
 

@@ -68,12 +68,16 @@ class PathTracer {
   struct Arrival;
   /// Hits that copies of the path still leave, each met by a copy of the one before.
   using Tree = std::vector<Arrival>;
-  /// Whether and by how many copies a path of this worth goes on from a hit; the hit is then the last of `tree`.
-  bool go_on(const geometry::Hit& hit, const glm::vec3& direction, int depth, const Worth& worth, RandomStream& random,
-             const PathSums& sums, Tree& tree) const;
+  /// At a hit that is met along `direction`; answered, where it can be. is_check: an earlier hit of the path has been.
+  Arrival arrive(const geometry::Hit& hit, const glm::vec3& direction, int depth, const Worth& worth,
+                 bool is_check) const;
+  /// Whether and by how many copies a path goes on from a hit; the hit is then the last of `tree`.
+  bool go_on(Arrival at, RandomStream& random, PathSums& sums, Tree& tree) const;
   /// Starts the next copy at the last hit of `tree`. True: it goes on from a hit that is now the last.
   bool step(Tree& tree, RandomStream& random, PathSums& sums) const;
   void end_copy(Arrival& hit) const;
+  /// Whether hits can be answered: constant during a pass.
+  bool answers() const { return deeper_ && deeper_->can_answer(); }
 
   /// Of the camera as it is at a time of the shutter.
   geometry::Ray camera_ray(int x, int y, const PixelSampler& stratified, std::uint32_t in_half, float time) const;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "base/color.h"
 #include "integrate/excess_at.h"
@@ -14,6 +15,11 @@ constexpr float least_survival = 0.05f;
 constexpr float nowhere = std::numeric_limits<float>::infinity();
 /// Of one sample of a pixel: after so many hits no path parts, so that a sample has an end whatever was learned.
 constexpr std::uint32_t most_parting_hits = 256;
+
+/// An answer in place of a path is held against what paths find as often as one in so many of its copies would have
+/// gone on, and at least so often. They are also all that answers are learned from: with a 16th, what a picture of few
+/// paths has learned is too little (bench/README.md, what lies deeper).
+constexpr float copies_per_check = 4, least_checks = 1 / 16.0f;
 
 /// How often it is asked what rows have too much: for one in so many directions that go on, times what they are worth.
 constexpr float directions_per_excess = 32;
@@ -48,41 +54,63 @@ struct PathTracer::Departure {
 /// A hit after the first. Light is in radiance along the way back from it, and what the path's weight does not know.
 struct PathTracer::Arrival {
   geometry::Hit hit;
-  glm::vec3 direction;  ///< of the ray that met it
-  int depth;            ///< from 2
-  Worth worth;          ///< of every copy
-  std::size_t place;    ///< of DeeperLight
-  float per_copy;       ///< 1 over the mean number of copies
-  int copies_left;
+  glm::vec3 direction;              ///< of the ray that met it
+  int depth;                        ///< from 2
+  Worth worth;                      ///< of every copy
+  std::size_t place;                ///< of DeeperLight
+  std::optional<glm::vec3> answer;  ///< what all its copies are taken to bring: what they do bring tells the bias alone
+  bool is_check;                    ///< this hit or one before it has been answered
+  float per_copy = 1;               ///< 1 over the mean number of copies
+  int copies = 1, copies_left = 1;
   glm::vec3 light{0.0f};  ///< of the copies that have ended
   std::uint64_t hits = 0;
   glm::vec3 weight{0.0f}, copy_light{0.0f};  ///< of the copy under way; weight: of what comes from its next hit
   std::uint64_t copy_hits = 0;
 };
 
-bool PathTracer::go_on(const geometry::Hit& hit, const glm::vec3& direction, int depth, const Worth& worth,
-                       RandomStream& random, const PathSums& sums, Tree& tree) const {
-  const std::size_t place = deeper_ ? deeper_->place(hit.position, -direction) : 0;
+PathTracer::Arrival PathTracer::arrive(const geometry::Hit& hit, const glm::vec3& direction, int depth,
+                                       const Worth& worth, bool is_check) const {
+  Arrival at{hit, direction, depth, worth, deeper_ ? deeper_->place(hit.position, -direction) : 0, {}, is_check};
+  if (answers() && depth >= options_.deep_light_depth && !is_check) {
+    at.answer = deeper_->answer(at.place);
+    at.is_check = true;
+  }
+  return at;
+}
+
+bool PathTracer::go_on(Arrival at, RandomStream& random, PathSums& sums, Tree& tree) const {
   float mean_copies = 1;
   if (deeper_ && deeper_->is_ready()) {
-    mean_copies = deeper_->copies(place, worth.whole);
+    mean_copies = deeper_->copies(at.place, at.worth.whole);
+    if (at.answer) mean_copies = std::clamp(mean_copies / copies_per_check, least_checks, 1.0f);
     if (sums.vertices >= most_parting_hits) mean_copies = std::min(mean_copies, 1.0f);
-  } else if (depth >= options_.roulette_depth) {
-    mean_copies = survival(largest_channel(worth.whole) * static_cast<float>(options_.bcsdf_samples));
+  } else if (at.depth >= options_.roulette_depth) {
+    mean_copies = survival(largest_channel(at.worth.whole) * static_cast<float>(options_.bcsdf_samples));
   } else {
-    tree.push_back({hit, direction, depth, worth, place, 1, 1});
+    tree.push_back(at);
     return true;
   }
-  int copies = static_cast<int>(mean_copies);
-  if (random.next() < mean_copies - static_cast<float>(copies)) ++copies;
-  if (copies == 0) return false;
-  const Worth of_copy{worth.whole / mean_copies, worth.too_much / mean_copies};
-  tree.push_back({hit, direction, depth, of_copy, place, 1 / mean_copies, copies});
+  at.copies = static_cast<int>(mean_copies);
+  if (random.next() < mean_copies - static_cast<float>(at.copies)) ++at.copies;
+  if (at.copies == 0) return false;
+  if (at.answer) {  // as if it had not been drawn: at its full weight it would part again and again
+    ++sums.deep_light_checks;
+  } else {
+    at.worth = {at.worth.whole / mean_copies, at.worth.too_much / mean_copies};
+  }
+  at.per_copy = 1 / mean_copies;
+  at.copies_left = at.copies;
+  tree.push_back(at);
   return true;
 }
 
+/// What may rest on answers is not learned from: errors would be handed on, and paths that met none are the short ones.
 void PathTracer::end_copy(Arrival& hit) const {
-  if (deeper_) deeper_->note(hit.place, hit.copy_light, hit.copy_hits);
+  if (deeper_ && (hit.is_check || !answers())) {
+    deeper_->note(hit.place, hit.copy_light, hit.copy_hits);
+    if (options_.deep_light == DeepLight::learned && hit.depth == options_.deep_light_depth)
+      deeper_->note_for_answers(hit.place, hit.copy_light, hit.worth.whole * (hit.answer ? hit.per_copy : 1.0f));
+  }
   hit.light += hit.copy_light;
   hit.hits += hit.copy_hits;
 }
@@ -136,7 +164,12 @@ bool PathTracer::step(Tree& tree, RandomStream& random, PathSums& sums) const {
   at.weight = way.weight;
   at.copy_light += way.weight * way.met;
   if (!way.hit || at.depth >= options_.max_depth) return false;
-  return go_on(*way.hit, sample.direction, at.depth + 1, way.worth, random, sums, tree);
+  const Arrival next = arrive(*way.hit, sample.direction, at.depth + 1, way.worth, at.is_check);
+  if (next.answer) {
+    at.copy_light += way.weight * *next.answer;
+    sums.excess += luminance(way.worth.too_much * *next.answer);
+  }
+  return go_on(next, random, sums, tree);
 }
 
 void PathTracer::follow(const Vertex& vertex, const Scattering::Sample& sample, RandomStream& random,
@@ -146,24 +179,39 @@ void PathTracer::follow(const Vertex& vertex, const Scattering::Sample& sample, 
   const Departure way = depart(vertex, sample, {glm::vec3(share)}, sums);
   glm::vec3 radiance = way.met;
   Tree tree;
-  if (way.hit && options_.max_depth >= 2) go_on(*way.hit, sample.direction, 2, way.worth, random, sums, tree);
+  if (way.hit && options_.max_depth >= 2) {
+    const Arrival next = arrive(*way.hit, sample.direction, 2, way.worth, false);
+    if (next.answer) {
+      radiance += *next.answer;
+      sums.excess += luminance(way.worth.too_much * *next.answer);
+    }
+    go_on(next, random, sums, tree);
+  }
   while (!tree.empty()) {
     if (tree.back().copies_left > 0) {
+      const float excess = sums.excess;
+      const bool is_check = tree.back().is_check;
       if (!step(tree, random, sums)) end_copy(tree.back());
+      if (is_check) sums.excess = excess;
       if (std::isfinite(largest_channel(tree.back().light))) continue;
       radiance = glm::vec3(nowhere);
       break;
     }
-    const glm::vec3 brought = tree.back().light * tree.back().per_copy;
-    const std::uint64_t hits = tree.back().hits;
+    const Arrival ended = tree.back();
     tree.pop_back();
+    glm::vec3 brought = ended.light * ended.per_copy;
+    if (ended.answer) {
+      const glm::vec3 answered = *ended.answer * static_cast<float>(ended.copies);
+      sums.deep_light_excess += luminance(ended.worth.whole * ended.per_copy * (answered - ended.light));
+      brought = glm::vec3(0.0f);  // the answer has been
+    }
     if (tree.empty()) {
       radiance += brought;
       break;
     }
     Arrival& before = tree.back();
     before.copy_light += before.weight * brought;
-    before.copy_hits += hits;
+    before.copy_hits += ended.hits;
     end_copy(before);
   }
   // Everything after the first vertex scales its layers alike.

@@ -158,6 +158,7 @@ Film::Extra extra_layers(const scene::Scene& scene, const RenderOptions& options
   Film::Extra extra;
   extra.first_sample = static_cast<std::uint32_t>(options.first_sample);
   extra.halves = options.halves;
+  extra.deep_light = options.deep_light == DeepLight::learned;
   extra.emission =
       std::any_of(scene.lights.begin(), scene.lights.end(), [](const scene::Light& light) { return light.visible; });
   extra.groups = scene::light_groups(scene);
@@ -190,8 +191,11 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
                     const std::function<bool(const PassProgress&)>& on_pass) {
   assert(options.samples >= 1 && options.light_samples >= 0 && options.bcsdf_samples >= 1 && options.max_depth >= 1);
   assert(fiber_ids.size() == scene.fibers.size());
+  assert(
+      options.deep_light == DeepLight::traced ||
+      (options.roulette == Roulette::learned && options.deep_light_depth >= 2 && scene::light_groups(scene).empty()));
   std::optional<DeeperLight> deeper;
-  if (options.roulette == Roulette::learned) deeper.emplace(scene);
+  if (options.roulette == Roulette::learned) deeper.emplace(scene, options.deep_light == DeepLight::learned);
   const double pilot_start = process_cpu_seconds();
   const PathTracer plain(scene, fibers, model, fiber_ids, options, deeper ? &*deeper : nullptr);
   const Brightness brightness = options.resume != nullptr ? saved_brightness(*options.resume)
@@ -225,6 +229,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     return all;
   };
   const auto tell_excess = [&] {
+    progress.deep_light = film.deep_light_bias();
     if (!model.tells_excess()) return;
     progress.excess = film.excess();
     tracer.tell_brightness(film.brightness());
@@ -272,6 +277,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   }
   if (auditor) result.bias = auditor->measured(film);
   result.excess = progress.excess;
+  result.deep_light = progress.deep_light;
   if (options.heatmap) result.heatmap = placed(heatmap(film.costs(), film.window()));
   result.samples_per_pixel = film.samples_per_pixel();
   result.queries = film.queries();

@@ -37,9 +37,15 @@ struct MeasuredBias {
 /// What ends a path, or lets several go on from a hit; no rule changes the mean. throughput: the root of what a path
 /// has lost; learned: the light that comes after a hit, learned from earlier passes (DeeperLight).
 enum class Roulette { throughput, learned };
-/// `asked`, else learned where rows learn: where none does nothing does, so that parts of a picture fit together.
-inline Roulette roulette_or_usual(const std::optional<Roulette>& asked, bool rows_learn) {
-  return asked.value_or(rows_learn ? Roulette::learned : Roulette::throughput);
+/// What a hit brings from whose place enough light is known (DeeperLight). traced: what paths from there find. learned:
+/// the mean of what earlier passes found, from RenderOptions::deep_light_depth on: the path ends there. Biased by what
+/// is wrong in that, which is told by paths that are followed all the same.
+enum class DeepLight { traced, learned };
+
+/// `asked`, else learned where rows learn, or deep light does: where nothing else learns neither does this, so that
+/// parts of a picture fit together.
+inline Roulette roulette_or_usual(const std::optional<Roulette>& asked, bool rows_learn, DeepLight deep_light) {
+  return asked.value_or(rows_learn || deep_light == DeepLight::learned ? Roulette::learned : Roulette::throughput);
 }
 
 /// Where a render goes on: what had been done when it was saved, after a pass.
@@ -56,8 +62,10 @@ struct RenderOptions {
   int bcsdf_samples = 1;  ///< at the first hit, each going on as a path; 1 at later ones
   int max_depth = 256;    ///< hits of a path, on fibers and surfaces
   Roulette roulette = Roulette::learned;
-  int roulette_depth = 4;       ///< by throughput, and until enough is learned: from this hit on
-  bool shadow_roulette = true;  ///< light samples that bring little are traced in part only (PathTracer)
+  int roulette_depth = 4;                    ///< by throughput, and until enough is learned: from this hit on
+  DeepLight deep_light = DeepLight::traced;  ///< learned: with Roulette::learned, in a scene without light groups
+  int deep_light_depth = 3;                  ///< 2 at least: the first hit is never answered
+  bool shadow_roulette = true;               ///< light samples that bring little are traced in part only (PathTracer)
   /// More samples where the picture is noisier (SamplePlan). What a crop shows is then not bit for bit the whole's.
   bool adaptive = false;
   std::uint64_t seed = 0;
@@ -89,11 +97,12 @@ struct PassProgress {
   std::uint64_t pixels = 0;           ///< samples of this pass: of as many pixels, or of some more often
   std::uint64_t dropped_samples = 0;  ///< of them, not finite and not in the picture
   std::uint64_t paths_so_far = 0, paths_total = 0;
-  std::optional<Brightening> excess;  ///< of the picture so far; unset where the model tells none
-  double noise = 0;                   ///< of the picture so far, relative (Film::relative_noise)
-  double seconds = 0;                 ///< wall time of the pass
-  double cpu_seconds = 0;             ///< CPU time of the pass, all threads, learning included
-  adaptive::PassReport table;         ///< empty without a service
+  std::optional<Brightening> excess;        ///< of the picture so far; unset where the model tells none
+  std::optional<DeepLightBias> deep_light;  ///< of the picture so far; unset under DeepLight::traced
+  double noise = 0;                         ///< of the picture so far, relative (Film::relative_noise)
+  double seconds = 0;                       ///< wall time of the pass
+  double cpu_seconds = 0;                   ///< CPU time of the pass, all threads, learning included
+  adaptive::PassReport table;               ///< empty without a service
   DeeperProgress deeper;
   const Film* film = nullptr;  ///< what the paths have brought so far; valid during the call
   /// All that the render is beside its service, by name: good until the call ends.
@@ -101,10 +110,11 @@ struct PassProgress {
 };
 
 struct RenderResult {
-  image::Picture picture;                 ///< layers of Film::picture(), mattes; other metadata left to the caller
-  std::optional<image::Picture> heatmap;  ///< if asked for
-  std::optional<MeasuredBias> bias;       ///< if asked for
-  std::optional<Brightening> excess;      ///< of the rows; unset where the model tells none
+  image::Picture picture;                   ///< layers of Film::picture(), mattes; other metadata left to the caller
+  std::optional<image::Picture> heatmap;    ///< if asked for
+  std::optional<MeasuredBias> bias;         ///< if asked for
+  std::optional<Brightening> excess;        ///< of the rows; unset where the model tells none
+  std::optional<DeepLightBias> deep_light;  ///< unset under DeepLight::traced
   int passes = 0;
   double samples_per_pixel = 0;
   bool interrupted = false;  ///< by `stop`; not by on_pass

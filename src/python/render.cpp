@@ -68,6 +68,13 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
       throw Raised({"", "roulette", "one of learned, throughput", "\"" + *rule + "\""});
     request.roulette = *rule == "learned" ? integrate::Roulette::learned : integrate::Roulette::throughput;
   }
+  if (const auto way = given.value<std::string>("deep_light")) {
+    if (*way != "learned" && *way != "traced")
+      throw Raised({"", "deep_light", "one of learned, traced", "\"" + *way + "\""});
+    render.deep_light = *way == "learned" ? integrate::DeepLight::learned : integrate::DeepLight::traced;
+  }
+  render.deep_light_depth =
+      given.number<int>("deep_light_depth", "--deep-light-depth").value_or(render.deep_light_depth);
   render.light_samples = given.number<int>("light_samples", "--light-samples").value_or(render.light_samples);
   render.bcsdf_samples = given.number<int>("bcsdf_samples", "--bcsdf-samples").value_or(render.bcsdf_samples);
   render.max_depth = given.number<int>("max_depth", "--max-depth").value_or(render.max_depth);
@@ -136,6 +143,7 @@ py::dict stats_of(const scene::Scene& scene, const RenderOutcome& outcome) {
   stats["cache"] = outcome.cache;
   if (outcome.denoised_noise) stats["denoised_noise"] = *outcome.denoised_noise;
   if (result.excess) stats["bias_estimate"] = py::make_tuple(result.excess->value, result.excess->error);
+  if (result.deep_light) stats["deep_light_bias"] = py::make_tuple(result.deep_light->value, result.deep_light->error);
   stats["notes"] = py::cast(scene.notes);
   std::vector<std::string> warnings = scene.warnings;
   warnings.insert(warnings.end(), outcome.warnings.begin(), outcome.warnings.end());

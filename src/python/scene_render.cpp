@@ -39,6 +39,12 @@ std::optional<Error> contradiction(const scene::Scene& scene, const RenderReques
                  std::to_string(scene.image.samples)};
   if (request.estimator == fiber::Estimator::corrected && info.learns_samples())
     return Error{"", "estimator", "fitted or exact with model " + std::string(info.name), "corrected"};
+  if (request.render.deep_light == integrate::DeepLight::learned) {
+    if (request.roulette == integrate::Roulette::throughput)
+      return Error{"", "deep_light", "traced with roulette throughput, which learns no light", "learned"};
+    if (!scene::light_groups(scene).empty())
+      return Error{"", "deep_light", "traced in a scene whose lights have a group", "learned"};
+  }
   const std::vector<std::string> modes{"append", "frozen", "scratch", "require"};
   if (std::ranges::find(modes, request.cache_mode) == modes.end())
     return Error{"", "cache_mode", "one of append, frozen, scratch, require", "\"" + request.cache_mode + "\""};
@@ -132,7 +138,7 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
   options.samples = rule.samples(scene.image.samples);
   if (!model->evaluates()) options.light_samples = 0;
   options.halves = request.denoise;
-  options.roulette = integrate::roulette_or_usual(request.roulette, has_rows && !is_frozen);
+  options.roulette = integrate::roulette_or_usual(request.roulette, has_rows && !is_frozen, options.deep_light);
   const geometry::FiberScene strands(scene);
   std::optional<integrate::FilteredNoise> filtered;
   if (request.denoise && request.noise) filtered.emplace(*request.noise, scene);
