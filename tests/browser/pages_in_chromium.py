@@ -235,6 +235,7 @@ def report():
         check(page.value("document.querySelectorAll('.chart canvas').length") == 7, "seven charts, offline")
         check(page.value("""[...document.querySelectorAll('.chart canvas')].every((c) => c.getContext('2d').getImageData(0, 0, c.width, c.height)
           .data.some((x) => x > 0))"""), "every chart is drawn")
+        check("of rough, chi-square" in page.value("document.body.textContent"), "what the error of a row of samples is")
         check("light of all" in page.value("document.body.textContent"), "rows that have not converged, by their light")
         check(page.errors == [], f"no script fails: {page.errors}")
         check(all(url.startswith(("file:", "data:", "about:")) for url in page.addresses), "nobody is asked")

@@ -53,7 +53,7 @@ main.append(grid);
 const compare = (title, field, options, note) => lineChart(
     chartPanel(grid, title, note), {series: runs.map((run) => ({name: run.name, points: of(run, field)})), x: 'pass', ...options});
 compare('Queries answered by fits', 'converged_query_share', {y: 'share', max: 1});
-lineChart(chartPanel(grid, 'Error of the fits', 'Relative squared L2 of clear rows; the dashed line is epsilon.'), {
+lineChart(chartPanel(grid, 'Error of the fits', 'Relative squared L2 of clear rows; of rough, chi-square, and rows that carry little light may have more than epsilon, the dashed line.'), {
   series: [...runs.flatMap((run) => [
              {name: `${run.name} median`, points: of(run, 'p50')}, {name: `${run.name} 99 %`, points: of(run, 'p99')}]),
            {name: 'epsilon', dashed: true, color: '#888', points: of(runs[0], 'pass').map(({x}) => ({x, y: runs[0].header.epsilon}))}],
