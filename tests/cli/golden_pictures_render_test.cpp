@@ -6,8 +6,10 @@
 // their radius, some 100): 1e-4 of the picture's mean. Where it turns a decision (which lobe, hit or miss) a pixel has
 // another sample, as good as the first. With radii moved by 3e-6 no pixel of `elliptical` differs by more than 0.001 of
 // the mean and 1.4 % of `chiang2016` differ by more than 1e-4; of `fiber3d`, whose walk over facets decides at every
-// step, all that show hair. With a roughness of 0.255 in place of 0.25 a third of the picture differs, all of the hair.
-// So two bounds: few pixels differ (not asked of `fiber3d`), and those that do have no common direction.
+// step, all that show hair. `rough` takes the same walk at every hit before a row is learned, and learns rows by it: on
+// another processor than the one that made the pictures 0.26 of its pixels differ, of `fiber3d` 0.34. With a roughness
+// of 0.255 in place of 0.25 a third of the picture differs, all of the hair. So two bounds: few pixels differ (not
+// asked of models that walk), and those that do have no common direction.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,7 +37,7 @@ constexpr const char* lock = R"({
 
 constexpr double same = 1e-3;  // of the picture's mean: ten times what rounding does to a path
 constexpr double z_limit = 5;  // of the mean difference: one false alarm in 60,000 runs of nine models, three colors
-double most_others(const std::string& model) { return model == "fiber3d" ? 1 : 0.05; }
+double most_others(const std::string& model) { return model == "fiber3d" || model == "rough" ? 1 : 0.05; }
 
 class GoldenPictures : public CommandTest, public testing::WithParamInterface<std::string> {};
 
