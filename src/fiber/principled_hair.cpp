@@ -43,19 +43,25 @@ constexpr std::array<double, 4> lambda_per_deviation{0.429, 0.405, 0.416, 0.416}
 /// The same of the blur of the exit azimuth over the standard deviation of the logistic law: TT, TRT, TRRT.
 constexpr std::array<double, 3> azimuth_per_deviation{1.08, 2.53, 2.53};
 constexpr double logistic_deviation = std::numbers::pi / std::numbers::sqrt3;  ///< of scale 1
+/// lambda, which is in theta_h, of a lobe of that standard deviation of theta_i, as `chiang2016` reads it back.
+constexpr double published_lambda_per_deviation = 0.5 / logistic_deviation;
 
 /// deviations: standard deviations of theta_i of R, TT, TRT; scales: logistic ones of the exit azimuth of TT, TRT. What
 /// comes after TRT is as TRT.
-FiberParameters round_fiber(const std::array<double, 3>& deviations, const std::array<double, 2>& scales) {
+FiberParameters round_fiber(const std::array<double, 3>& deviations, const std::array<double, 2>& scales,
+                            PrincipledWidths widths) {
+  const bool fitted = widths == PrincipledWidths::fitted;
   FiberParameters fiber;
   fiber.eccentricity = 1;
   fiber.roughness = all_but_smooth;
   for (std::size_t p = 0; p < fiber.longitudinal_lambda.size(); ++p)
-    fiber.longitudinal_lambda[p] =
-        angle_within(longitudinal_lambda_range_deg, lambda_per_deviation[p] * deviations[std::min<std::size_t>(p, 2)]);
+    fiber.longitudinal_lambda[p] = angle_within(
+        longitudinal_lambda_range_deg,
+        (fitted ? lambda_per_deviation[p] : published_lambda_per_deviation) * deviations[std::min<std::size_t>(p, 2)]);
   for (std::size_t p = 0; p < fiber.azimuthal_sigma.size(); ++p)
-    fiber.azimuthal_sigma[p] = angle_within(
-        azimuthal_sigma_range_deg, azimuth_per_deviation[p] * scales[std::min<std::size_t>(p, 1)] * logistic_deviation);
+    fiber.azimuthal_sigma[p] =
+        angle_within(azimuthal_sigma_range_deg, (fitted ? azimuth_per_deviation[p] : 1) *
+                                                    scales[std::min<std::size_t>(p, 1)] * logistic_deviation);
   fiber.longitudinal_shape = LongitudinalShape::gaussian;
   return fiber;
 }
@@ -64,7 +70,7 @@ FiberParameters round_fiber(const PrincipledHair& hair) {
   const double all = deviation_of(hair.roughness);
   const double coated = deviation_of(hair.roughness * (1 - std::clamp(hair.coat, 0.0f, 1.0f)));
   const double scale = logistic_scale_of(hair.radial_roughness);
-  return round_fiber({coated, 0.5 * all, 2 * all}, {scale, scale});
+  return round_fiber({coated, 0.5 * all, 2 * all}, {scale, scale}, hair.widths);
 }
 
 }  // namespace
@@ -88,8 +94,8 @@ FiberParameters fiber_of(const ChiangHair& hair) {
   for (std::size_t p = 0; p < deviations.size(); ++p)
     deviations[p] = std::sqrt(std::max(double{hair.longitudinal_variance[p]}, 0.0));
   const double to_scale = std::sqrt(std::numbers::pi / 8);
-  FiberParameters fiber =
-      round_fiber(deviations, {to_scale * hair.azimuthal_scale[1], to_scale * hair.azimuthal_scale[2]});
+  FiberParameters fiber = round_fiber(
+      deviations, {to_scale * hair.azimuthal_scale[1], to_scale * hair.azimuthal_scale[2]}, PrincipledWidths::fitted);
   for (std::size_t p = 0; p < fiber.gain.size(); ++p) fiber.gain[p] = hair.tint[std::min<std::size_t>(p, 2)];
   fiber.eta = within(eta_range, double{hair.eta});
   fiber.tilt = angle_within(tilt_range_deg, std::numbers::pi * (double{hair.cuticle_angle} - 0.5));

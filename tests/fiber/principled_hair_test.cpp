@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "fiber/reference_data.h"
 #include "tress/fiber/parameter_ranges.h"
@@ -41,6 +42,21 @@ TEST(PrincipledHair, WidthsRiseWithTheirRoughnessAndACoatNarrowsTheFirstReflecti
   EXPECT_LT(*coat.longitudinal_lambda[0], *usual.longitudinal_lambda[0]);
   for (std::size_t p = 1; p < 4; ++p) EXPECT_EQ(coat.longitudinal_lambda[p], usual.longitudinal_lambda[p]);
   EXPECT_EQ(usual.eccentricity, 1.0f);
+}
+
+/// v_R = (.726 b + .812 b^2)^2, v_TT = v_R/4, v_TRT = 4 v_R; s = sqrt(pi/8) (.265 b + 1.194 b^2), whose deviation is
+/// pi/sqrt 3 s, at b = .3, where the last terms of the publication (3.7 b^20, 5.372 b^22) are nothing. To the rounding
+/// of floats.
+TEST(PrincipledHair, PublishedWidthsAreThoseOfThePublication) {
+  PrincipledHair hair;
+  hair.widths = fiber::PrincipledWidths::published;
+  const auto made = fiber::fiber_of(hair);
+  const double of_r = 0.726 * 0.3 + 0.812 * 0.09, to_deviation = 2 * std::numbers::pi / std::numbers::sqrt3;
+  const double sigma =
+      std::sqrt(std::numbers::pi / 8) * (0.265 * 0.3 + 1.194 * 0.09) * std::numbers::pi / std::numbers::sqrt3;
+  for (const auto& [p, times] : {std::pair{0, 1.0}, {1, 0.5}, {2, 2.0}, {3, 2.0}})
+    EXPECT_NEAR(to_deviation * double{*made.longitudinal_lambda[static_cast<std::size_t>(p)]}, times * of_r, 1e-6) << p;
+  for (const auto& width : made.azimuthal_sigma) EXPECT_NEAR(double{*width}, sigma, 1e-6);
 }
 
 /// MaterialX's roughness node and Principled Hair make the same variances and scales of one roughness.

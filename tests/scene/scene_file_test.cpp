@@ -261,6 +261,25 @@ TEST(Overrides, ReachTheScene) {
   EXPECT_NE(load_scene(file, overrides).error().message().find("--eccentricity"), std::string::npos);
 }
 
+TEST(SceneFile, PrincipledHairHasTheWidthsThatAreAskedFor) {
+  const auto material = [](const std::string& keys) {
+    return R"({"materials": [{"principled": {"sigma_a": [0.1, 0.2, 0.3])" + keys + "}}], " + groom + "}";
+  };
+  fiber::PrincipledHair hair;
+  hair.sigma_a = {0.1f, 0.2f, 0.3f};
+  for (const auto& [keys, widths] : {std::pair{"", fiber::PrincipledWidths::fitted},
+                                     {R"(, "widths": "fitted")", fiber::PrincipledWidths::fitted},
+                                     {R"(, "widths": "published")", fiber::PrincipledWidths::published}}) {
+    const std::string text = material(keys);
+    const auto scene = parse_scene_file(std::vector<unsigned char>(text.begin(), text.end()), "s.json");
+    ASSERT_TRUE(scene) << scene.error().message();
+    hair.widths = widths;
+    EXPECT_EQ(scene->materials[0].fiber, fiber::fiber_of(hair)) << keys;
+  }
+  EXPECT_NE(message(material(R"(, "widths": "own")")).find("/materials/0/principled/widths"), std::string::npos);
+  EXPECT_NE(message(material(R"(, "widths": "published", "aspect_ratio": 0.8)")).find("widths"), std::string::npos);
+}
+
 TEST(SceneFile, MaterialXsHairIsReadByItsInputs) {
   const std::string node = R"({"materials": [{"chiang_hair_bsdf": {"ior": 1.5, "tint_TT": [1, 0.5, 0.25],
       "roughness_R": {"longitudinal": 0.04, "azimuthal": 0.3}, "roughness_TRT": {"azimuthal": 0.4},

@@ -9,6 +9,12 @@
 
 namespace tress::fiber {
 
+/// Which widths the lobes of a round fiber get.
+enum class PrincipledWidths {
+  fitted,     ///< those by which the lobes of `elliptical` look like the published model (scenes/blender/README.md)
+  published,  ///< those of Chiang et al. 2016, for `chiang2016`, whose lobes they are
+};
+
 /// What an artist sets; defaults are the node's. Absorption is per radius of the fiber.
 struct PrincipledHair {
   float roughness = 0.3f;         ///< longitudinal beta_M, [0, 1]; of elliptical fibers that of the surface
@@ -19,10 +25,11 @@ struct PrincipledHair {
   glm::vec3 sigma_a{0.0f};        ///< absorption, >= 0, linear RGB
   /// Minor over major semi-axis: elliptical fibers with one roughness (Huang et al. 2022). Unset: Chiang's round ones.
   std::optional<float> aspect_ratio = {};
+  PrincipledWidths widths = PrincipledWidths::fitted;  ///< no meaning for elliptical fibers
 };
 
 /// The fiber that scatters like it. Round ones get lobes of Chiang's variances and logistic scales and a surface that
-/// is all but smooth, whose energies theirs are; the widths are fitted to pictures (scenes/blender/README.md). Widths,
+/// is all but smooth, whose energies theirs are; unless `widths` says otherwise these are fitted to pictures. Widths,
 /// tilt and aspect ratio are taken for the nearest that a fiber may have (parameter_ranges.h).
 FiberParameters fiber_of(const PrincipledHair& hair);
 

@@ -59,7 +59,8 @@ class TressRenderEngine(bpy.types.RenderEngine):
         program = job.find_program(preferences().program)
         self.update_stats("", "tress: exporting the scene")
         size = size_of(scene)
-        export = gather.Export(depsgraph, folder, cm_per_unit(scene), size, scene.tress.samples)
+        export = gather.Export(depsgraph, folder, cm_per_unit(scene), size, scene.tress.samples,
+                               published_widths=scene.tress.model == "chiang2016")  # the model that they are of
         export.run(self.camera_override, self.camera_shift_x(scene.camera) if scene.camera else None)
         for sentence in export.warnings.said:
             self.report({"WARNING"}, "tress: " + sentence)

@@ -16,10 +16,12 @@ SILENT = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
 class Export:
     """Writes one frame into `folder`; afterwards `keys` is the scene, and `warnings.said` what was left out."""
 
-    def __init__(self, depsgraph, folder, cm, size, samples):
+    def __init__(self, depsgraph, folder, cm, size, samples, published_widths=False):
+        """published_widths: Principled Hair gets the lobes that its publication has, not those that stand for them."""
         self.depsgraph, self.folder, self.cm = depsgraph, folder, cm
         self.width, self.height = size
         self.warnings = scene_keys.Warnings()
+        self.published_widths = published_widths
         self.keys = {"image": {"width": self.width, "height": self.height, "samples": samples},
                      "lights": [], "meshes": [], "materials": [], "grooms": []}
         self._materials = {}  # by name: the name of the key, the attribute of its color
@@ -120,6 +122,9 @@ class Export:
         key = material.name if material else ""
         if key not in self._materials:
             keys, attribute = nodes.hair_material(material, key or "hair", self.warnings)
+            principled = keys.get("principled")
+            if self.published_widths and principled and "aspect_ratio" not in principled:
+                principled["widths"] = "published"
             self.keys["materials"].append(keys)
             self._materials[key] = (keys["name"], attribute)
         return self._materials[key]

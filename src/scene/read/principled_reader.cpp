@@ -82,9 +82,9 @@ void read_principled(const JsonReader& material_json, Material* material) {
   if (!is_alone(material_json, "principled")) return;
   const auto json = material_json.child("principled");
   if (!json.object({"roughness", "radial_roughness", "coat", "eta", "offset_deg", "aspect_ratio", "melanin", "redness",
-                    "tint", "color", "sigma_a", "random_color", "random_roughness"}) ||
+                    "tint", "color", "sigma_a", "random_color", "random_roughness", "widths"}) ||
       !json.exactly_one({"melanin", "color", "sigma_a"}) || !json.at_most_one({"aspect_ratio", "radial_roughness"}) ||
-      !json.at_most_one({"aspect_ratio", "coat"}))
+      !json.at_most_one({"aspect_ratio", "coat"}) || !json.at_most_one({"aspect_ratio", "widths"}))
     return;
   fiber::PrincipledHair hair;
   const auto take = [&](const char* key, float* x) { *x = static_cast<float>(json.number(key).value_or(*x)); };
@@ -93,6 +93,7 @@ void read_principled(const JsonReader& material_json, Material* material) {
   take("coat", &hair.coat);
   take("eta", &hair.eta);
   if (const auto x = json.number("offset_deg")) hair.offset = static_cast<float>(*x * std::numbers::pi / 180);
+  if (json.choice("widths", {"fitted", "published"}) == "published") hair.widths = fiber::PrincipledWidths::published;
   if (const auto x = json.number("aspect_ratio")) hair.aspect_ratio = static_cast<float>(*x);
   read_absorption(json, hair.aspect_ratio ? hair.roughness : hair.radial_roughness, &hair, material);
   if (const auto x = json.number("random_roughness"))
