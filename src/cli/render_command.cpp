@@ -397,8 +397,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
         s.render.deep_light = way == "learned" ? integrate::DeepLight::learned : integrate::DeepLight::traced;
       },
       "what hits deep in the hair bring. traced (default): what paths from there find, without bias; learned: the mean "
-      "of "
-      "what earlier passes found there, and the path ends. Biased, which is told with its error");
+      "of what earlier passes found there, and the path ends. Biased, which is told with its error");
   add_whole(render, "--deep-light-depth", [&s](std::uint64_t n) {
     s.render.deep_light_depth = int(n);
   })->needs(render->get_option("--deep-light"));
