@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <glm/common.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/options.h"
+#include "scene/model/framed_points.h"
 #include "scene/read/assembly.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/groom_writers.h"
@@ -27,18 +27,9 @@ struct GroomSettings {
   std::optional<bool> y_up = {};
 };
 
-struct Box {
-  glm::vec3 low{0.0f}, high{0.0f};
-};
-
-Box bounds_of(const scene::GroomFile& groom) {
-  if (groom.points.empty()) return {};
-  Box box{groom.points[0], groom.points[0]};
-  for (const glm::vec3& p : groom.points) {
-    box.low = glm::min(box.low, p);
-    box.high = glm::max(box.high, p);
-  }
-  return box;
+scene::Box bounds_of(const scene::GroomFile& groom) {
+  const scene::StrandBasis basis = groom.basis.value_or(scene::StrandBasis::linear);
+  return scene::box_of_strands(basis, groom.first_point, groom.points).value_or(scene::Box{});
 }
 
 std::string basis_of(const scene::GroomFile& groom) {
@@ -67,9 +58,7 @@ std::string up_of(const scene::GroomFile& groom) {
 
 /// What a render makes of widths up to this one, in the unit of the file or the one that is taken for it.
 std::string use_of(double thickest, const scene::GroomFile& groom) {
-  const Box box = bounds_of(groom);
-  const glm::vec3 sides = box.high - box.low;
-  const double longest = std::max({sides.x, sides.y, sides.z}),
+  const double longest = bounds_of(groom).longest_side(),
                cm_per_unit = groom.cm_per_unit ? *groom.cm_per_unit : scene::usual_longest_side_cm / longest,
                radius = thickest / 2 * cm_per_unit;
   if (!(longest > 0)) return "";
@@ -111,7 +100,7 @@ std::string colors_of(const scene::GroomFile& groom) {
 }
 
 void print_text(const scene::GroomFile& groom) {
-  const Box box = bounds_of(groom);
+  const scene::Box box = bounds_of(groom);
   fmt::print(
       "format    {}\nstrands   {}\npoints    {}, {}\ncurves    {}\nbounds    ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) "
       "units\n",
@@ -135,7 +124,7 @@ void print_text(const scene::GroomFile& groom) {
 }
 
 void print_json(const scene::GroomFile& groom) {
-  const Box box = bounds_of(groom);
+  const scene::Box box = bounds_of(groom);
   nlohmann::ordered_json parts = nlohmann::ordered_json::array(), ignored = nlohmann::ordered_json::array();
   for (const scene::GroomPart& part : groom.parts)
     parts.push_back({{"name", part.name}, {"strands", part.strands}, {"points", part.points}, {"curve", part.curve}});

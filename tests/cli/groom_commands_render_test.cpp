@@ -22,11 +22,22 @@ class GroomCommands : public CommandTest {
   /// groom, material: more keys of the only one.
   image::Picture picture_of(const std::string& file, const std::string& groom = "",
                             const std::string& material = "") const {
-    write_text(path("scene.json"), R"({"camera": {"eye": [0, -30, -4], "look_at": [0, 0, -4]},
-        "image": {"width": 24, "height": 32, "samples": 2},
+    return picture_of_scene(file, R"("camera": {"eye": [0, -30, -4], "look_at": [0, 0, -4]}, )",
+                            R"(, "cm_per_unit": 1, "up": "z")" + groom, material);
+  }
+
+  /// By the automatic camera.
+  image::Picture framed_picture_of(const std::string& file, const std::string& groom) const {
+    return picture_of_scene(file, "", groom, "");
+  }
+
+ private:
+  image::Picture picture_of_scene(const std::string& file, const std::string& camera, const std::string& groom,
+                                  const std::string& material) const {
+    write_text(path("scene.json"), "{" + camera + R"("image": {"width": 24, "height": 32, "samples": 2},
         "materials": [{"name": "hair")" +
-                                       material + R"(}], "grooms": [{"name": "same", "file": ")" + file +
-                                       R"(", "cm_per_unit": 1, "up": "z")" + groom + "}]}");
+                                       material + R"(}], "grooms": [{"name": "same", "file": ")" + file + "\"" + groom +
+                                       "}]}");
     const Outcome outcome = run({"render", path("scene.json"), "-o", path("a.exr"), "--estimator", "exact"});
     EXPECT_EQ(outcome.status, 0) << file << outcome.err;
     auto picture = image::read_exr(path("a.exr"));
@@ -61,6 +72,29 @@ TEST_F(GroomCommands, TheSameStrandsGiveTheSamePictureInFiveFormats) {
   ASSERT_TRUE(rounding && same);
   EXPECT_LT(rounding->rel_mse, 1e-3);
   EXPECT_TRUE(same->identical);
+}
+
+/// Of files without a unit, too, which is found by how large the strands are.
+TEST_F(GroomCommands, TheSameStrandsAreFramedTheSameInEveryFormat) {
+  const std::string radius = R"(, "up": "z", "radius_cm": 0.03125)", unit = R"(, "cm_per_unit": 1)" + radius;
+  for (const std::string& groom : {unit, radius}) {
+    const image::Picture hair = framed_picture_of(fixture("same.hair"), groom);
+    for (const char* name : {"same.usda", "same.pbrt", "same.ply", "same_big.ply", "same.data", "same.abc"}) {
+      if (groom == radius && std::string(name) == "same.usda") continue;  // has a unit
+      const auto difference = image::compare(hair, framed_picture_of(fixture(name), groom), "same.hair", name);
+      ASSERT_TRUE(difference) << difference.error().message();
+      if (std::string(name) == "same.abc") {  // turned by 90 degrees and back, which rounds
+        EXPECT_LT(difference->rel_mse, 1e-3);
+      } else {
+        EXPECT_EQ(difference->largest, 0) << name << groom;
+      }
+    }
+  }
+  const auto untransformed =
+      image::compare(framed_picture_of(fixture("colored.hair"), radius),
+                     framed_picture_of(fixture("colored.abc"), radius), "colored.hair", "colored.abc");
+  ASSERT_TRUE(untransformed) << untransformed.error().message();
+  EXPECT_EQ(untransformed->largest, 0);
 }
 
 /// .data has no widths: one radius for all. The same material draws all the others so, too.

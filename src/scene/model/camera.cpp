@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "scene/model/framed_points.h"
 #include "scene/model/parameters.h"
 
 namespace tress::scene {
@@ -39,7 +40,8 @@ Camera placed(const std::vector<Groom>& grooms, const Camera& camera, const glm:
               Distance distance_of) {
   float distance = 0.1f;
   for (const auto& groom : grooms)
-    for (const auto& p : groom.points) distance = std::max(distance, distance_of(p - middle));
+    for_each_framed_point(groom.basis, groom.first_point, groom.points,
+                          [&](const glm::vec3& p) { distance = std::max(distance, distance_of(p - middle)); });
   Camera framed = camera;
   framed.look_at = middle;
   framed.eye = middle + distance * back;
@@ -135,16 +137,16 @@ Camera camera_during(const std::vector<Camera>& moments, float time) {
 }
 
 std::optional<glm::vec3> middle_of(const std::vector<Groom>& grooms) {
-  glm::vec3 low(1e30f), high(-1e30f);
-  bool any = false;
-  for (const auto& groom : grooms)
-    for (const auto& p : groom.points) {
-      low = glm::min(low, p);
-      high = glm::max(high, p);
-      any = true;
-    }
-  if (!any) return std::nullopt;
-  return 0.5f * (low + high);
+  std::optional<Box> all;
+  for (const auto& groom : grooms) {
+    const auto box = box_of_strands(groom.basis, groom.first_point, groom.points);
+    if (!box) continue;
+    if (!all) all = box;
+    all->include(box->low);
+    all->include(box->high);
+  }
+  if (!all) return std::nullopt;
+  return 0.5f * (all->low + all->high);
 }
 
 Camera frame_grooms(const std::vector<Groom>& grooms, const Image& image, const Camera& camera, double turn_rad) {

@@ -13,6 +13,7 @@
 #include <glm/matrix.hpp>
 #include <numbers>
 
+#include "scene/model/framed_points.h"
 #include "scene/model/parameters.h"
 #include "scene/read/grooms/told_basis.h"
 
@@ -64,16 +65,12 @@ struct Scale {
   std::optional<Error> error = {};
 };
 
-/// The unit that was given, that of the file, or one that makes the groom as large as grooms are.
+/// The unit that was given, that of the file, or one that makes the groom as large as grooms are. The file has its
+/// basis.
 Scale scale_of(const GroomFile& file, const GroomPlacement& placement, const std::string& name,
                std::vector<std::string>* notes) {
-  glm::vec3 low(largest_coordinate), high(-largest_coordinate);
-  for (const auto& p : file.points) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
-  }
-  const auto sides = high - low;
-  const double longest = std::max({sides.x, sides.y, sides.z, 0.0f});
+  const auto box = box_of_strands(*file.basis, file.first_point, file.points);
+  const double longest = box ? box->longest_side() : 0;
   Scale scale;
   if (placement.cm_per_unit || file.cm_per_unit) {
     scale.cm_per_unit = placement.cm_per_unit ? *placement.cm_per_unit : *file.cm_per_unit;
@@ -170,6 +167,9 @@ std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* col
 
 Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, const std::string& name,
                              std::vector<std::string>* notes, std::vector<std::string>* warnings) {
+  const bool says_basis = file.basis.has_value();
+  if (!says_basis)
+    if (auto error = take_points_as(placement.basis.value_or(usual_basis), name, &file)) return *error;
   const Scale scale = scale_of(file, placement, name, notes);
   if (scale.error) return *scale.error;
   const bool is_said = placement.y_up || file.y_up, falls = !is_said && falls_along_y(file),
@@ -180,10 +180,8 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
     notes->push_back(fmt::format("{}: not used: {} ({})", name, ignored.name, ignored.why));
   Groom groom;
   groom.name = name;
-  if (file.basis && placement.basis)
+  if (says_basis && placement.basis)
     notes->push_back(name + ": \"basis\" is not used, the file says what its points are");
-  if (!file.basis)
-    if (auto error = take_points_as(placement.basis.value_or(usual_basis), name, &file)) return *error;
   groom.basis = *file.basis;
   groom.radius_cm = radii_of(&file, placement, scale.cm_per_unit, name, notes);
   const auto turned = [&](const glm::vec3& x) { return y_up ? glm::vec3(x.x, -x.z, x.y) : x; };

@@ -1,0 +1,79 @@
+#include "scene/model/framed_points.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+
+namespace tress::scene {
+namespace {
+
+/// The largest coordinate, without regard to sign.
+float size_of(const glm::vec3& x) {
+  const glm::vec3 size = glm::abs(x);
+  return std::max({size.x, size.y, size.z});
+}
+
+/// Where a uniform cubic B-spline with these control points begins. Where the first one mirrors the third, up to the
+/// rounding of floats, it is the second, to the bit.
+glm::vec3 end_of_bspline(const glm::vec3& beyond, const glm::vec3& end, const glm::vec3& next) {
+  const glm::vec3 bend = beyond - 2.0f * end + next;
+  const float largest = std::max({size_of(beyond), size_of(end), size_of(next)});
+  constexpr float rounding = 8 * std::numeric_limits<float>::epsilon();
+  return size_of(bend) <= rounding * largest ? end : end + bend / 6.0f;
+}
+
+/// Whether Bezier segments are those of one uniform B-spline: each joint is smooth, and from either side has the same
+/// control point. A thousandth of the way to its neighbours passes for the rounding of files.
+bool joins_as_bspline(std::span<const glm::vec3> p) {
+  constexpr float rounding = 1e-3f;
+  if (p.size() < 7) return false;
+  for (std::size_t joint = 3; joint + 3 < p.size(); joint += 3) {
+    const glm::vec3 before = 2.0f * p[joint - 1] - p[joint - 2], behind = 2.0f * p[joint + 1] - p[joint + 2];
+    const float near = size_of(p[joint + 2] - p[joint]) + size_of(p[joint] - p[joint - 2]);
+    const glm::vec3 bend = p[joint - 1] - 2.0f * p[joint] + p[joint + 1];
+    if (!(size_of(before - behind) <= rounding * near && size_of(bend) <= rounding * near)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void append_framed_points(StrandBasis basis, std::span<const glm::vec3> p, std::vector<glm::vec3>* out) {
+  if (basis == StrandBasis::open_bspline && p.size() >= 4) {
+    const std::size_t last = p.size() - 1;
+    out->push_back(end_of_bspline(p[0], p[1], p[2]));
+    out->insert(out->end(), p.begin() + 1, p.end() - 1);
+    out->push_back(end_of_bspline(p[last], p[last - 1], p[last - 2]));
+  } else if (basis == StrandBasis::bezier && joins_as_bspline(p)) {
+    out->push_back(p.front());
+    for (std::size_t from = 0; from + 3 < p.size(); from += 3) out->push_back(2.0f * p[from + 1] - p[from + 2]);
+    out->push_back(2.0f * p[p.size() - 2] - p[p.size() - 3]);
+    out->push_back(p.back());
+  } else {
+    out->insert(out->end(), p.begin(), p.end());
+  }
+}
+
+void Box::include(const glm::vec3& point) {
+  low = glm::min(low, point);
+  high = glm::max(high, point);
+}
+
+float Box::longest_side() const {
+  const glm::vec3 sides = high - low;
+  return std::max({sides.x, sides.y, sides.z});
+}
+
+std::optional<Box> box_of_strands(StrandBasis basis, std::span<const std::uint32_t> first_point,
+                                  std::span<const glm::vec3> points) {
+  std::optional<Box> box;
+  for_each_framed_point(basis, first_point, points, [&box](const glm::vec3& point) {
+    if (!box) box = Box{point, point};
+    box->include(point);
+  });
+  return box;
+}
+
+}  // namespace tress::scene
