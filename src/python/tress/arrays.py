@@ -126,8 +126,9 @@ class Triangles:
 
 
 def read_groom(file: Union[str, os.PathLike[str]], points_per_strand: Optional[int] = None) -> Strands:
-    """Strands of a .hair, Alembic, USD text, pbrt, PLY or .data file, in the file's units and axes. The arrays own what
-    was read. `remarks` says what of the file is not used."""
+    """Strands of a .hair, Alembic, USD text, pbrt, PLY or .data file, in the file's units and axes. Where it says none
+    a unit is 1 cm and z is up: set `cm_per_unit` and `up`. The arrays own what was read. `remarks` says what of the
+    file is not used."""
     told = _tress.read_groom(os.fspath(file), points_per_strand)
     strands = Strands(
         told["points"],

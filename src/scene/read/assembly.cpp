@@ -52,6 +52,16 @@ bool falls_along_y(const GroomFile& hair) {
 
 namespace {
 
+/// What the file says of its materials, which the scene's take the place of.
+void note_materials(const GroomFile& file, const std::string& name, std::vector<std::string>* notes) {
+  constexpr std::size_t most_told = 3;
+  for (std::size_t i = 0; i < std::min(file.materials.size(), most_told); ++i)
+    notes->push_back(fmt::format("{}: material of the file, not used: {}", name, file.materials[i]));
+  if (file.materials.size() > most_told)
+    notes->push_back(fmt::format("{}: {} more materials of the file, not used: tress info tells them", name,
+                                 file.materials.size() - most_told));
+}
+
 /// The largest coordinate, without regard to sign.
 double extent_of(const std::vector<glm::vec3>& points) {
   double extent = 0;
@@ -176,6 +186,7 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
              y_up = placement.y_up ? *placement.y_up : file.y_up.value_or(placement.guess_up && falls);
   if (!is_said && (placement.guess_up || falls)) notes->push_back(up_note(name, placement, falls));
   for (const std::string& remark : file.remarks) notes->push_back(name + ": " + remark);
+  note_materials(file, name, notes);
   for (const IgnoredAttribute& ignored : file.ignored)
     notes->push_back(fmt::format("{}: not used: {} ({})", name, ignored.name, ignored.why));
   Groom groom;

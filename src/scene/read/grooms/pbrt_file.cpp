@@ -248,12 +248,15 @@ class PbrtReader {
     std::string color;
     if (!triple("sigma_a", &color, "--sigma-a") && !triple("reflectance", &color, "--color") &&
         !triple("color", &color, "--color")) {
-      const bool has_melanin = p.by_name.contains("eumelanin") || p.by_name.contains("pheomelanin");
-      color =
-          fmt::format("--melanin {:g},{:g}", p.number("eumelanin", has_melanin ? 0 : 1.3), p.number("pheomelanin", 0));
+      const auto is_given = [&](std::string_view name) { return p.by_name.contains(name); };
+      const bool has_melanin = is_given("eumelanin") || is_given("pheomelanin");
+      color = is_given("sigma_a") || is_given("reflectance") || is_given("color")
+                  ? "a color that is not rgb, which is not read;"
+                  : fmt::format("--melanin {:g},{:g}", p.number("eumelanin", has_melanin ? 0 : 1.3),
+                                p.number("pheomelanin", 0));
     }
-    return fmt::format("hair: {}; eta {:g}, tilt {:g} degrees, beta_m {:g}, beta_n {:g}", color, p.number("eta", 1.55),
-                       p.number("alpha", 2), p.number("beta_m", 0.3), p.number("beta_n", 0.3));
+    return fmt::format("hair: {} --eccentricity 1; eta {:g}, tilt {:g} degrees, beta_m {:g}, beta_n {:g}", color,
+                       p.number("eta", 1.55), p.number("alpha", 2), p.number("beta_m", 0.3), p.number("beta_n", 0.3));
   }
 
   /// Quadratic curves as cubic Bezier segments, exactly; empty: the number of points does not fit.
