@@ -1,9 +1,10 @@
 # Installs BUILD into a prefix of its own, builds the project beside this file against it, and runs what it made.
-# Renders every scene that is installed.
-# cmake -DBUILD=... -DWORK=... -DGENERATOR=... -DCOMPILER=... -DLAUNCHER=... -DFLAGS=... -P check_installed.cmake
+# Renders every installed scene that names other files. With SHARED, the program must have loaded the shared libraries.
+# cmake -DBUILD=... -DWORK=... -DGENERATOR=... -DCOMPILER=... -DLAUNCHER=... -DFLAGS=... -DSHARED=ON|OFF -P check_installed.cmake
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE said ERROR_VARIABLE said)
   message(STATUS "${said}")
+  set(said "${said}" PARENT_SCOPE)
   if(NOT status EQUAL 0)
     list(JOIN ARGV " " command)
     message(FATAL_ERROR "${command}: ${status}")
@@ -22,15 +23,32 @@ run(${WORK}/build/service ${WORK}/beam.cache)
 run(${WORK}/build/service ${WORK}/beam.cache)
 run(${prefix}/bin/tress cache verify ${WORK}/beam.cache)
 run(${WORK}/build/fiber)
+if(SHARED)
+  run(ldd ${WORK}/build/fiber)
+  foreach(library base adaptive fiber)
+    if(NOT said MATCHES "${prefix}[^ ]*/libtress_${library}\\.so")
+      message(FATAL_ERROR "expected libtress_${library}.so of ${prefix} among what the program loads, found\n${said}")
+    endif()
+  endforeach()
+endif()
 
-# What is installed of the scenes is all that they need: each renders, small, from the prefix.
+# What is installed of the scenes is all that they need: each that names a file renders, small, from the prefix.
 file(GLOB scenes ${prefix}/share/tress/scenes/*.json)
 list(FILTER scenes EXCLUDE REGEX "/schema.json$")
 list(LENGTH scenes count)
+set(rendered 0)
 if(count LESS 10)
   message(FATAL_ERROR "only ${count} scenes in ${prefix}/share/tress/scenes")
 endif()
 foreach(scene ${scenes})
+  file(READ ${scene} text)
+  if(NOT text MATCHES "\"[^\"]+\\.(hair|obj|png|exr|hdr)\"")
+    continue()
+  endif()
+  math(EXPR rendered "${rendered} + 1")
   run(${prefix}/bin/tress render ${scene} -o ${WORK}/scene.exr --resolution 16x16 --spp 1 --quiet)
 endforeach()
+if(rendered LESS 2)
+  message(FATAL_ERROR "only ${rendered} installed scenes name a file")
+endif()
 file(REMOVE_RECURSE ${WORK})
