@@ -9,7 +9,9 @@ function short(x, digits = 3) {
   if (typeof x !== 'number') return String(x);
   if (x === 0) return '0';
   const size = Math.abs(x);
-  if (size >= 1e5 || size < 1e-4) return x.toExponential(digits - 1);
+  if (size >= 1e12 || size < 1e-4) return x.toExponential(digits - 1);
+  for (const [unit, name] of [[1e9, 'billion'], [1e6, 'million']]) if (size >= unit) return `${Number((x / unit).toPrecision(digits))} ${name}`;
+  if (size >= 1e4) return Number(size < 1e5 && Number.isInteger(x) ? x : x.toPrecision(digits)).toLocaleString('en');
   if (Number.isInteger(x)) return String(x);
   return String(Number(x.toPrecision(digits)));
 }
