@@ -85,7 +85,9 @@ void LiveView::begin(const scene::Scene& scene, const char* estimator, const ada
                  {"output", settings_.output.string()},
                  {"model", settings_.model},
                  {"estimator", estimator},
-                 {"epsilon", references::find_model(settings_.model)->epsilon(settings_.table)}}}});
+                 {"epsilon", references::find_model(settings_.model)->epsilon(settings_.table)},
+                 {"view", image::view_names()[static_cast<std::size_t>(scene.image.view)]},
+                 {"exposure", scene.image.exposure_stops}}}});
 }
 
 void LiveView::offer_sliders(std::vector<live::RenderServer::Slider> sliders) {

@@ -4,13 +4,6 @@ const at = (id) => document.getElementById(id);
 const passes = [];
 let next = 0, shown = {}, tableVersion = -1, slices = [], isBusy = false, isOver = false;
 
-/** sRGB of [0, 1] in 4096 steps. */
-const display = new Uint8ClampedArray(4097);
-for (let i = 0; i <= 4096; ++i) {
-  const x = i / 4096;
-  display[i] = 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * Math.pow(x, 1 / 2.4) - 0.055) + 0.5;
-}
-
 async function ask(path) {
   const response = await fetch(path);
   if (response.status === 204) return null;
@@ -38,12 +31,13 @@ function paint() {
   const canvas = at('picture'), {width, height} = picture, count = width * height;
   if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
   const context = canvas.getContext('2d'), image = context.createImageData(width, height), bytes = image.data;
-  const scale = 4096 * Math.pow(2, Number(at('exposure').value));
+  const scale = Math.pow(2, Number(at('exposure').value)), view = viewTransforms[at('view').value], color = [0, 0, 0];
   const fits = at('beside').value && beside && beside.width === width && beside.height === height;
   const cut = fits ? Math.round(Number(at('split').value) * width) : width;
   for (let i = 0; i < count; ++i) {
     const planes = i % width < cut ? picture.planes : beside.planes;
-    for (let c = 0; c < 3; ++c) bytes[4 * i + c] = display[Math.min(4096, Math.max(0, planes[c * count + i] * scale)) | 0];
+    view(planes[i] * scale, planes[count + i] * scale, planes[2 * count + i] * scale, color);
+    for (let c = 0; c < 3; ++c) bytes[4 * i + c] = Math.round(255 * color[c]);
     bytes[4 * i + 3] = 255;
   }
   context.putImageData(image, 0, 0);
@@ -209,6 +203,12 @@ function tell(status) {
     at('title').title = status.facts.output;
     at('about').textContent = `${status.facts.scene}, ${status.facts.model}, ${status.facts.estimator}, epsilon ${status.facts.epsilon}`;
     shown.epsilon = status.facts.epsilon;
+    if (shown.view === undefined) {  // as the scene has it, until somebody chooses
+      shown.view = status.facts.view;
+      at('view').value = shown.view;
+      at('exposure').value = status.facts.exposure;
+      at('stops').textContent = at('exposure').value;
+    }
   }
   if (status.said) at('said').textContent = status.said;
   at('has-reference').hidden = !status.reference;
@@ -262,6 +262,7 @@ async function turn() {
 }
 
 for (const id of ['exposure', 'split']) at(id).addEventListener('input', () => { at('stops').textContent = at('exposure').value; paint(); });
+at('view').addEventListener('change', paint);
 at('zoom').addEventListener('change', sizeCanvas);
 window.addEventListener('resize', sizeCanvas);
 at('shade').addEventListener('change', drawMaps);
