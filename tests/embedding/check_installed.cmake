@@ -1,10 +1,10 @@
 # Installs BUILD into a prefix of its own, builds the project beside this file against it, and runs what it made.
 # Renders every installed scene that names other files. With SHARED, the program must have loaded the shared libraries.
 # cmake -DBUILD=... -DWORK=... -DGENERATOR=... -DCOMPILER=... -DLAUNCHER=... -DFLAGS=... -DSHARED=ON|OFF -P check_installed.cmake
+include(${CMAKE_CURRENT_LIST_DIR}/expect_libraries.cmake)
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE said ERROR_VARIABLE said)
   message(STATUS "${said}")
-  set(said "${said}" PARENT_SCOPE)
   if(NOT status EQUAL 0)
     list(JOIN ARGV " " command)
     message(FATAL_ERROR "${command}: ${status}")
@@ -24,12 +24,7 @@ run(${WORK}/build/service ${WORK}/beam.cache)
 run(${prefix}/bin/tress cache verify ${WORK}/beam.cache)
 run(${WORK}/build/fiber)
 if(SHARED)
-  run(ldd ${WORK}/build/fiber)
-  foreach(library base adaptive fiber)
-    if(NOT said MATCHES "${prefix}[^ ]*/libtress_${library}\\.so")
-      message(FATAL_ERROR "expected libtress_${library}.so of ${prefix} among what the program loads, found\n${said}")
-    endif()
-  endforeach()
+  expect_libraries(${WORK}/build/fiber ${prefix})
 endif()
 
 # What is installed of the scenes is all that they need: each that names a file renders, small, from the prefix.

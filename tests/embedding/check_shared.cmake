@@ -1,12 +1,12 @@
 # Builds and installs the libraries as shared ones, builds the project beside this file against them, and runs what it
 # made. cmake -DSOURCE=... -DWORK=... -DGENERATOR=... -DCOMPILER=... -DLAUNCHER=... -DFLAGS=... -P check_shared.cmake
+include(${CMAKE_CURRENT_LIST_DIR}/expect_libraries.cmake)
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE said ERROR_VARIABLE said)
   if(NOT status EQUAL 0)
     list(JOIN ARGV " " command)
     message(FATAL_ERROR "${said}\n${command}: ${status}")
   endif()
-  set(said "${said}" PARENT_SCOPE)
 endfunction()
 
 file(REMOVE_RECURSE ${WORK})
@@ -20,12 +20,7 @@ run(${CMAKE_COMMAND} --install ${WORK}/libraries --prefix ${prefix} --component 
 run(${CMAKE_COMMAND} --install ${WORK}/libraries --prefix ${prefix} --component library)
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build ${common} -DCMAKE_PREFIX_PATH=${prefix})
 run(${CMAKE_COMMAND} --build ${WORK}/build)
-run(ldd ${WORK}/build/fiber)
-foreach(library base adaptive fiber)
-  if(NOT said MATCHES "libtress_${library}\\.so")
-    message(FATAL_ERROR "expected libtress_${library}.so among what the program loads, found\n${said}")
-  endif()
-endforeach()
+expect_libraries(${WORK}/build/fiber ${prefix})
 run(${WORK}/build/service ${WORK}/beam.cache)
 run(${WORK}/build/fiber)
 file(REMOVE_RECURSE ${WORK})

@@ -5,9 +5,12 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <glm/vec3.hpp>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
