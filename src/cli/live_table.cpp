@@ -17,12 +17,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 using adaptive::RowState;
 
-constexpr double degrees = 180 / std::numbers::pi;
+constexpr double degree = std::numbers::pi / 180;
 constexpr int azimuths = 361;
 
 Json degrees_of(const std::vector<float>& axis) {
   Json list = Json::array();
-  for (const float x : axis) list.push_back(std::round(double(x) * degrees * 100) / 100);
+  for (const float x : axis) list.push_back(std::round(double(x) / degree * 100) / 100);
   return list;
 }
 
@@ -125,8 +125,8 @@ Json row_told(const adaptive::Service& service, std::uint32_t id, std::uint32_t 
   for (int i = 0; i < azimuths; ++i) {
     const double x = -180 + 360.0 * i / (azimuths - 1);
     phi.push_back(x);
-    g.push_back(target.density(static_cast<float>(x / degrees)));
-    if (has_fit) fit.push_back(row.density(static_cast<float>(x / degrees)));
+    g.push_back(target.density(static_cast<float>(x * degree)));
+    if (has_fit) fit.push_back(row.density(static_cast<float>(x * degree)));
   }
   const double objective = double(row.objective);
   told["words"] =
@@ -137,7 +137,7 @@ Json row_told(const adaptive::Service& service, std::uint32_t id, std::uint32_t 
     const adaptive::Mixture mixture = *row.fit;
     for (const adaptive::Component& part : mixture.parts()) {
       parts.push_back(Json::array());
-      for (const double x : phi) parts.back().push_back(part.weight * part.shape.density(float(x / degrees)));
+      for (const double x : phi) parts.back().push_back(part.weight * part.shape.density(float(x * degree)));
     }
     parts.push_back(std::vector<double>(phi.size(), double(mixture.uniform_weight) / (2 * std::numbers::pi)));
   }

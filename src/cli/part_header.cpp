@@ -15,20 +15,20 @@
 namespace tress::cli {
 namespace {
 
-using Json = nlohmann::json;
+using nlohmann::json;
 
 constexpr std::size_t most_groups = 64, most_names = 4096, most_objects = std::size_t{1} << 20;
 constexpr int most = 1 << 24;
 
-const Json& member(const Json& told, const char* name) {
-  static const Json none;
+const json& member(const json& told, const char* name) {
+  static const json none;
   const auto found = told.find(name);
   return found == told.end() ? none : *found;
 }
 
 /// So many whole numbers of a JSON array, each in [0, 2^24].
 template <std::size_t N>
-bool read_numbers(const Json& value, std::array<int, N>* numbers) {
+bool read_numbers(const json& value, std::array<int, N>* numbers) {
   if (!value.is_array() || value.size() != N) return false;
   for (std::size_t i = 0; i < N; ++i) {
     if (!value[i].is_number_unsigned() || value[i].get<std::uint64_t>() > most) return false;
@@ -38,7 +38,7 @@ bool read_numbers(const Json& value, std::array<int, N>* numbers) {
 }
 
 template <std::size_t N>
-bool read_floats(const Json& value, std::array<float, N>* numbers) {
+bool read_floats(const json& value, std::array<float, N>* numbers) {
   if (!value.is_array() || value.size() != N) return false;
   for (std::size_t i = 0; i < N; ++i) {
     const double x = value[i].is_number() ? value[i].get<double>() : std::numeric_limits<double>::infinity();
@@ -48,16 +48,16 @@ bool read_floats(const Json& value, std::array<float, N>* numbers) {
   return true;
 }
 
-bool read_names(const Json& value, std::size_t most_of_them, std::vector<std::string>* names) {
+bool read_names(const json& value, std::size_t most_of_them, std::vector<std::string>* names) {
   if (!value.is_array() || value.size() > most_of_them) return false;
-  for (const Json& name : value) {
+  for (const json& name : value) {
     if (!name.is_string()) return false;
     names->push_back(name.get<std::string>());
   }
   return true;
 }
 
-bool read_flag(const Json& value, bool* flag) {
+bool read_flag(const json& value, bool* flag) {
   if (!value.is_boolean()) return false;
   *flag = value.get<bool>();
   return true;
@@ -87,7 +87,7 @@ std::optional<std::string> bytes_of_hex(const std::string& digits) {
   return bytes;
 }
 
-bool read_mattes(const Json& value, std::vector<integrate::MatteKind>* mattes) {
+bool read_mattes(const json& value, std::vector<integrate::MatteKind>* mattes) {
   if (value.is_null()) return true;
   if (!value.is_object()) return false;
   for (const auto& [kind, names] : value.items()) {
@@ -105,10 +105,10 @@ bool read_mattes(const Json& value, std::vector<integrate::MatteKind>* mattes) {
                              [&](const auto& kind) { return kind.names.size() == mattes->front().names.size(); });
 }
 
-bool read_look(const Json& value, image::Preview* look) {
+bool read_look(const json& value, image::Preview* look) {
   if (value.is_null()) return true;
-  const Json& stops = member(value, "exposure_stops");
-  const Json& view = member(value, "view");
+  const json& stops = member(value, "exposure_stops");
+  const json& view = member(value, "view");
   if (!stops.is_number() || !(std::abs(stops.get<double>()) <= 1000) || !view.is_string()) return false;
   const std::optional<image::View> known = image::view_of(view.get<std::string>());
   look->exposure_stops = stops.get<double>();
@@ -116,10 +116,10 @@ bool read_look(const Json& value, image::Preview* look) {
   return known.has_value() && read_flag(member(value, "alpha"), &look->alpha);
 }
 
-bool read_request(const Json& value, image::Picture* request) {
+bool read_request(const json& value, image::Picture* request) {
   if (value.is_null()) return true;
-  const Json& texts = member(value, "texts");
-  const Json& matrices = member(value, "matrices");
+  const json& texts = member(value, "texts");
+  const json& matrices = member(value, "matrices");
   if (!texts.is_object() || !matrices.is_object() || texts.size() > most_names || matrices.size() > most_names)
     return false;
   for (const auto& [name, text] : texts.items()) {
@@ -136,18 +136,18 @@ bool read_request(const Json& value, image::Picture* request) {
   return true;
 }
 
-Json request_json(const image::Picture& request) {
-  Json matrices = Json::object();
+json request_json(const image::Picture& request) {
+  json matrices = json::object();
   for (const auto& [name, matrix] : request.matrices) matrices[name] = matrix;
   return {{"texts", request.metadata},
           {"matrices", matrices},
           {"screen", {request.screen_width, request.screen_center[0], request.screen_center[1]}}};
 }
 
-Json mattes_json(const std::vector<integrate::MatteKind>& mattes) {
-  Json told = Json::object();
+json mattes_json(const std::vector<integrate::MatteKind>& mattes) {
+  json told = json::object();
   for (const integrate::MatteKind& kind : mattes) {
-    Json& names = told[kind.name] = Json::array();
+    json& names = told[kind.name] = json::array();
     for (const std::string& name : kind.names) names.push_back(hex_of(name));
   }
   return told;
@@ -187,9 +187,9 @@ PartHeader part_header_of(const RenderSettings& settings, const scene::Scene& sc
   return part;
 }
 
-Json to_json(const PartHeader& part) {
+json to_json(const PartHeader& part) {
   const image::Window& window = part.window;
-  Json told{{"window", {window.left, window.top, window.width, window.height}},
+  json told{{"window", {window.left, window.top, window.width, window.height}},
             {"whole", {part.whole_width, part.whole_height}},
             {"samples", {part.from, part.to}},
             {"opaque", part.opaque},
@@ -211,7 +211,7 @@ Json to_json(const PartHeader& part) {
   return told;
 }
 
-std::optional<PartHeader> parse_part_header(const Json& told) {
+std::optional<PartHeader> parse_part_header(const json& told) {
   PartHeader part;
   std::array<int, 4> window{};
   std::array<int, 2> whole{}, samples{};

@@ -14,7 +14,7 @@
 namespace tress::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 RC_GTEST_PROP(SkewLogistic, SamplesTheInverseOfItsCumulativeDensity, ()) {
   const Mixture fit = *common_mixture();

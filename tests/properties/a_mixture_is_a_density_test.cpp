@@ -17,7 +17,7 @@
 namespace tress::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 // Of a float sum of nine products of a float density: exponential 3e-7, its argument of up to 87 rounded by 1.2e-7 of
 // it.
 constexpr double relative = 1.5e-5;

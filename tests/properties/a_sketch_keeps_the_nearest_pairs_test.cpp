@@ -15,7 +15,7 @@
 namespace tress::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 std::vector<SketchBin> bins_of(const std::vector<SketchBin>& first, const std::vector<SketchBin>& second,
                                std::uint32_t count) {
