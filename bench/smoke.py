@@ -37,6 +37,7 @@ def smallest(cache, folder):
         "grid": ["2"], "learning": ["--rows", "4"], "longitudinal_shapes": ["--paths", "2000"],
         "models": ["--model", "chiang2016", "--samples", "1000"], "near_hits": [FIBER, "1000"],
         "pekelis_rows": ["--rows", "2"], "picture_bias": [LOCK, cache] + small + ["--seeds", "2"],
+        "residual_lobe": ["--paths", "100", "--alpha", "0.2"],
         "ribbons": ["--truth-paths", "16384", "--e", "0.85", "--alpha", "0.2", "--theta", "30"],
         "rows": ["--rows", "8"], "sampled_rows": ["--rows", "2", "--paths", "4096"],
         "reciprocity": ["--model", "fiber3d,elliptical", "--paths", "2000"],

@@ -13,7 +13,8 @@
 
 namespace tress::fiber {
 
-/// Lanes are TT, TRT, TRRT, R: order p is lane_of(p). Immutable plain data; any thread.
+/// Lanes are TT, TRT, TRRT, R: order p is lane_of(p). Tilts are those of the publications that the reference models
+/// are of; `elliptical` has its own (as_traced()). Immutable plain data; any thread.
 class LobeWidths {
  public:
   LobeWidths() = default;
@@ -29,6 +30,20 @@ class LobeWidths {
       if (p == 1) by_cosine_ = true;
       if (p > 0) shift_[lane_of(p)] = (p == 1 ? 0.3f : 3.0f) * alpha2;
     }
+  }
+
+  /// As of `elliptical`, whose TRRT and residual lie where traced scales send that light. It meets scales again and
+  /// again, and each hands it on towards the tip or back towards the root: it leaves far and wide about the specular
+  /// cone, not further along with every order. So the lane of TRRT has no tilt, and a lambda that is larger by the
+  /// scales' tilt; where its lambda is given, and without a tilt, nothing differs. Fitted to fibers traced in three
+  /// dimensions (bench/README.md, residual_lobe).
+  static LobeWidths as_traced(const FiberParameters& fiber) {
+    LobeWidths widths(fiber);
+    const int later = lane_of(3);
+    if (fiber.longitudinal_lambda[3]) return widths;
+    widths.tilt_[later] = 0;
+    widths.lambda_[later] += fiber.tilt;
+    return widths;
   }
 
   static constexpr int lane_of(int p) { return p == 0 ? 3 : p - 1; }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "fiber/lobe_widths.h"
 #include "fiber/reference_data.h"
 #include "support/quadrature.h"
 
@@ -67,6 +68,32 @@ TEST(Widths, TiltsAreTowardsTheRootForReflection) {
   EXPECT_FLOAT_EQ(fiber::lobe_tilt(fiber, 1), 0.05f);
   EXPECT_FLOAT_EQ(fiber::lobe_tilt(fiber, 2), 0.15f);
   EXPECT_FLOAT_EQ(fiber::lobe_tilt(fiber, 3), 0.25f);
+}
+
+// TRRT and the residual of `elliptical`: .9 alpha for one bounce and the scales' tilt for those that follow, to
+// float's precision; everything else is as published.
+TEST(Widths, ScalesSpreadWhatEllipticalReturnsAfterTrtAndDoNotTurnIt) {
+  const int later = fiber::LobeWidths::lane_of(3);
+  fiber::FiberParameters fiber;
+  fiber.roughness = 0.1f;
+  for (const float tilt : {0.0f, 0.05f, 0.14f}) {
+    fiber.tilt = tilt;
+    const auto published = fiber::LobeWidths(fiber).at(0.6f), traced = fiber::LobeWidths::as_traced(fiber).at(0.6f);
+    EXPECT_EQ(traced.tilt[later], 0);
+    EXPECT_FLOAT_EQ(traced.lambda[later], 0.09f + tilt);
+    for (int lane = 0; lane < 4; ++lane) {
+      EXPECT_EQ(traced.shift[lane], published.shift[lane]);
+      if (lane == later && tilt > 0) continue;
+      EXPECT_EQ(traced.tilt[lane], published.tilt[lane]) << lane;
+      EXPECT_EQ(traced.lambda[lane], published.lambda[lane]) << lane;
+    }
+  }
+  fiber.roughness = 1;
+  EXPECT_FLOAT_EQ(fiber::LobeWidths::as_traced(fiber).at(0).lambda[later], float(45 * degree));
+  fiber.longitudinal_lambda[3] = 0.2f;
+  const auto given = fiber::LobeWidths::as_traced(fiber).at(0);
+  EXPECT_EQ(given.lambda[later], 0.2f);
+  EXPECT_FLOAT_EQ(given.tilt[later], 2.5f * fiber.tilt);
 }
 
 TEST(Widths, RoughnessBringsTransmittedLobesNearerToTheNormalPlane) {

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "fiber/lobe_widths.h"
 #include "fiber/longitudinal.h"
 #include "fiber/reflection.h"
 #include "models/learned_model.h"
@@ -88,6 +89,7 @@ TEST(elliptical_model_statistics, samples_of_each_lobe_follow_its_own_density) {
   parameters.sigma_a = glm::vec3(0);
   parameters.roughness = 0.3f;
   const FiberDirection known{0.5f, 0.7f};
+  const fiber::LobeWidths::At widths = fiber::LobeWidths::as_traced(parameters).at(known.theta);
   for (const Rows rows : {Rows::absent, Rows::converged}) {
     const auto model = model_in(rows, parameters, known);
     const FiberEvent event = model->begin(known);
@@ -109,13 +111,11 @@ TEST(elliptical_model_statistics, samples_of_each_lobe_follow_its_own_density) {
       }
       EXPECT_GT(test::z_test(drawn[lobe], samples * share, std::sqrt(samples * share * (1 - share))),
                 test::sidak_level(family_level, 20));
-      const int width = std::min(p, 3);
-      const float lambda = fiber::longitudinal_lambda(parameters, width, known.theta);
-      const fiber::LongitudinalLobe m(
-          known.theta, fiber::lobe_tilt(parameters, width) + fiber::roughness_shift(parameters, width, known.theta),
-          lambda);
+      const int lane = fiber::LobeWidths::lane_of(std::min(p, 3));  // the residual has TRRT's
+      const float lambda = widths.lambda[lane];
+      const fiber::LongitudinalLobe m(known.theta, widths.tilt[lane] + widths.shift[lane], lambda);
       const fiber::ReflectionLobe r(parameters.eta, parameters.eccentricity, known.theta, known.phi, event.energy[0].r,
-                                    fiber::lobe_tilt(parameters, 0), lambda);
+                                    widths.tilt[lane], lambda);
       const auto expected = expected_counts(
           [&](double theta, double phi) -> double {
             const FiberDirection wi{static_cast<float>(theta), static_cast<float>(phi)};

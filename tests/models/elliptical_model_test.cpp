@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fiber/fourier_reference.h"
+#include "fiber/lobe_widths.h"
 #include "fiber/longitudinal.h"
 #include "models/learned_model.h"
 #include "support/quadrature.h"
@@ -217,6 +218,7 @@ TEST(elliptical_model, mean_over_xi_is_the_reference_shape) {
   FiberParameters parameters = clear_hair();
   parameters.sigma_a = glm::vec3(0.0f, 0.5f, 1.0f);
   const auto sigma = fiber::azimuthal_sigmas(parameters);
+  const fiber::LobeWidths::At widths = fiber::LobeWidths::as_traced(parameters).at(known.theta);
   for (const Rows rows : {Rows::traced_at_vertex, Rows::absent, Rows::converged}) {
     const auto model = model_in(rows, parameters, known, false);
     for (const int p : {1, 2, 3}) {
@@ -228,9 +230,8 @@ TEST(elliptical_model, mean_over_xi_is_the_reference_shape) {
                                                  .sigma = sigma[static_cast<std::size_t>(p - 1)],
                                                  .sigma_a = parameters.sigma_a[channel],
                                                  .p = p});
-        const fiber::LongitudinalLobe m(
-            known.theta, fiber::lobe_tilt(parameters, p) + fiber::roughness_shift(parameters, p, known.theta),
-            fiber::longitudinal_lambda(parameters, p, known.theta));
+        const int lane = fiber::LobeWidths::lane_of(p);
+        const fiber::LongitudinalLobe m(known.theta, widths.tilt[lane] + widths.shift[lane], widths.lambda[lane]);
         double error = 0, variation = 0;
         const int points = 48, xis = rows == Rows::traced_at_vertex ? 1 : 16;
         for (int i = 0; i < points; ++i) {

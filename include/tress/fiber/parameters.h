@@ -69,7 +69,8 @@ std::array<float, 3> azimuthal_sigmas(const FiberParameters& fiber);
 /// factor |cos(d/2)|. As set, else from the roughness: .390, .196/cos theta_r, .66, .9 alpha; in [.25, 45] degrees.
 float longitudinal_lambda(const FiberParameters& fiber, int p, float theta_r);
 
-/// Tilt of lobe p in theta_h: -tau, tau/2, 3 tau/2, 5 tau/2.
+/// Tilt of lobe p in theta_h: -tau, tau/2, 3 tau/2, 5 tau/2. The model `elliptical` has none for p = 3 and the residual
+/// where their lambda follows the roughness, and lambda is larger by tau there.
 float lobe_tilt(const FiberParameters& fiber, int p);
 
 /// What roughness adds to the tilt of TT, TRT and TRRT, whose lobe the residual has (0 for R, and where the lobe's

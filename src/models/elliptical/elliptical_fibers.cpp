@@ -27,7 +27,7 @@ FiberId EllipticalFibers::add(const FiberParameters& parameters) {
 
   EllipticalFiber fiber;
   fiber.parameters = parameters;
-  fiber.widths = LobeWidths(parameters);
+  fiber.widths = LobeWidths::as_traced(parameters);
   const std::array<float, 3> sigmas = azimuthal_sigmas(parameters);
   fiber.sigma = {sigmas[0], sigmas[1], sigmas[2], sigmas[1]};
   fiber.energies = store_[id].energies;
