@@ -222,6 +222,29 @@ Numbers counted_pixels(const Grid& grid, const image::Picture& picture) {
   return counts;
 }
 
+/// Standard error of the sum of values that are weighted alike, from squares of pixels that err apart, or nearly: a
+/// filter reaches about as far. counts: 1 or 0, pixels: their sum.
+double deviation_of_sum(const Grid& grid, const Numbers& values, const Numbers& counts, double pixels) {
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / pixels;
+  double squares = 0, total = 0;
+  for (int top = 0; top < grid.height; top += trust_reach) {
+    for (int left = 0; left < grid.width; left += trust_reach) {
+      double apart = 0, counted = 0;
+      for (int y = top; y < std::min(top + trust_reach, grid.height); ++y) {
+        for (int x = left; x < std::min(left + trust_reach, grid.width); ++x) {
+          const std::size_t i = grid.index(x, y);
+          apart += values[i] - counts[i] * mean;
+          counted += counts[i];
+        }
+      }
+      if (counted == 0) continue;
+      total += apart * apart;
+      ++squares;
+    }
+  }
+  return squares > 1 ? std::sqrt(total * squares / (squares - 1)) : std::abs(mean) * pixels;
+}
+
 }  // namespace
 
 Result<Denoised> denoise(const image::Picture& picture, const std::string& name) {
@@ -260,6 +283,7 @@ Result<Denoised> denoise(const image::Picture& picture, const std::string& name)
   const double pixels = std::accumulate(counts.begin(), counts.end(), 0.0);
   for (std::vector<float>& channel : out.colors) channel.resize(grid.size());
   double filtered_mean = 0;
+  Numbers left(grid.size());
   for (std::size_t i = 0; i < grid.size(); ++i) {
     const double share = trust.share[i], weight = counts[i] / pixels;
     const glm::dvec3 apart = a.color[i] - b.color[i];
@@ -268,11 +292,13 @@ Result<Denoised> denoise(const image::Picture& picture, const std::string& name)
       out.colors[static_cast<std::size_t>(c)][i] = static_cast<float>(std::clamp(color[c], -largest, largest));
     const double noise = 0.25 * mean_of(apart * apart);
     out.error_before += weight * noise;
-    out.error_after += weight * (noise - 2 * share * (trust.gain[i] - luck[i]) + share * share * trust.way[i]);
+    left[i] = weight * (noise - 2 * share * (trust.gain[i] - luck[i]) + share * share * trust.way[i]);
+    out.error_after += left[i];
     out.filtered_share += weight * share;
     out.mean += weight * mean_of(beauty[i]);
     filtered_mean += weight * mean_of(color);
   }
+  out.error_after_deviation = deviation_of_sum(grid, left, counts, pixels);
   out.brightness = out.mean != 0 ? filtered_mean / out.mean - 1 : 0;
   return out;
 }
