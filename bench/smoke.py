@@ -74,6 +74,8 @@ def scripts(tress, folder):
                              os.path.join(folder, "models.json")]),
         ("shots/kills.py", [python, os.path.join(ROOT, "bench", "shots", "kills.py"), os.path.dirname(tress), "--kills", "2",
                             "--spp", "4"]),
+        ("shots/live_page.py", [python, os.path.join(ROOT, "bench", "shots", "live_page.py"), os.path.dirname(tress), "--rounds", "1",
+                                "--cost-rounds", "1", "--size", "16x16", "--spp", "1", "--scene", LOCK]),
         ("shots/million.py", [python, os.path.join(ROOT, "bench", "shots", "million.py"), os.path.dirname(tress), "--strands", "300",
                               "--spp", "1", "--size", "12x12"]),
         ("shots/checkpoint_cost.py", [python, os.path.join(ROOT, "bench", "shots", "checkpoint_cost.py"), os.path.dirname(tress),
