@@ -5,6 +5,7 @@ FOLDER is what bench/principled/cycles.py left. A ratio is of means over all pix
 mapping.py TRESS FOLDER table [NAME...]  ratios as the program has them, with standard errors, and what is the groom's, what the look's;
                                          `--model chiang2016` first: then also over that model at the node's own widths
 mapping.py TRESS FOLDER fit [NAME...]    factors of the widths, by least squares; --hold-out WORD leaves out names that have it
+mapping.py TRESS FOLDER cost [NAME...]   CPU time to equal noise of the node's own model (chiang2016) over that of --model
 mapping.py TRESS FOLDER sheet [NAME...] -o FILE.png  Cycles left, ours right
 """
 
@@ -14,6 +15,7 @@ import math
 import os
 import pathlib
 import re
+import resource
 import subprocess
 import sys
 
@@ -141,6 +143,25 @@ def table(args):
         pathlib.Path(args.output).write_text(json.dumps(found, indent=1) + "\n")
 
 
+def cost(args):
+    """Cold: what a row costs to learn is in it."""
+    def spent():
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime
+
+    ratios = {}
+    for name in names_in(args.folder, args.names):
+        costs = []
+        for model in ("chiang2016", args.model):
+            before = spent()
+            _, error = render(args.program, args.folder / name, args.samples, 0, None, ["--model", model])
+            costs.append((spent() - before) * error**2)
+        ratios[name] = costs[0] / costs[1]
+        print(f"{name:16s} {ratios[name]:.2f}", flush=True)
+    found = sorted(ratios.values())
+    print(f"of {len(found)}: from {found[0]:.2f} to {found[-1]:.2f}, median {np.median(found):.2f}")
+
+
 def channels_of(ratios):
     return ", ".join(f"{ratio:.3f}" for ratio in ratios)
 
@@ -228,10 +249,10 @@ def main():
     cli = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     cli.add_argument("program")
     cli.add_argument("folder", type=pathlib.Path)
-    cli.add_argument("what", choices=["table", "fit", "sheet"])
+    cli.add_argument("what", choices=["table", "fit", "cost", "sheet"])
     cli.add_argument("names", nargs="*", help="grooms, looks or both with a dot; all")
     cli.add_argument("--samples", type=int, default=64)
-    cli.add_argument("--model", default="elliptical", help="chiang2016 has the node's own widths, whatever the mapping")
+    cli.add_argument("--model", default="elliptical", help="default elliptical; chiang2016 has the node's own widths, whatever the mapping")
     cli.add_argument("--half-widths", action="store_true", help="widths that are as wide at half their height, nothing fitted")
     cli.add_argument("--factors", help="JSON: of R, TT, TRT, azimuth_TT, azimuth_TRT, in place of the program's own; gain_R and so on")
     cli.add_argument("--free", default="R,TT,TRT,azimuth_TT,azimuth_TRT")
@@ -243,7 +264,7 @@ def main():
     cli.add_argument("--target", choices=["cycles", "chiang2016"], default="cycles")
     cli.add_argument("-o", "--output")
     args = cli.parse_args()
-    {"table": table, "fit": fit, "sheet": sheet}[args.what](args)
+    {"table": table, "fit": fit, "cost": cost, "sheet": sheet}[args.what](args)
 
 
 if __name__ == "__main__":
