@@ -196,7 +196,7 @@ int run_prebake(PrebakeSettings settings) {
     return 1;
   }
   for (const std::string& text : scene->warnings) log_warning(text);
-  if (settings.model_of_scene) settings.model = model_of_scene(*scene);
+  if (settings.model_of_scene) settings.model = model_of_scene(*scene, true);
   Result<TelemetryLines> telemetry = TelemetryLines::open(settings.telemetry);
   if (!telemetry) {
     log_error(telemetry.error().message());

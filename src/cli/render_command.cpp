@@ -50,7 +50,8 @@ void add_learning(CLI::App* app, RenderSettings& s) {
         }
       },
       "fiber model; exact is elliptical with --estimator exact. Default: elliptical with --epsilon, --learner, "
-      "--components or --estimator, which are of its rows, and where a material shapes lobes; else that whose rows the "
+      "--components or --estimator, which are of its rows; else chiang2016 where all hair is given by its lobes "
+      "(principled) and no option needs rows; else elliptical where a material shapes lobes; else that whose rows the "
       "warm cache has; else rough");
   add_whole(app, "--quadrature-points", [&s](std::uint64_t n) { s.quadrature_points = int(n); });
   add_choice(
@@ -419,6 +420,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
               UnnamedModel unnamed = model_of_command(*render, reads ? *settings->warm_cache : std::filesystem::path());
               settings->model = std::move(unnamed.name);
               settings->model_of_scene = unnamed.of_scene;
+              settings->needs_rows = unnamed.needs_rows;
             }
             if (const std::string message = contradiction(*render, *settings); !message.empty()) {
               throw WrongUsage(message);

@@ -380,7 +380,7 @@ int render_one(const RenderSettings& asked, TelemetryLines* shared, fiber::Model
   for (const std::string& text : scene->notes) log_note(text);
   for (const std::string& text : scene->warnings) log_warning(text);
   RenderSettings settings = asked;
-  if (asked.model_of_scene) settings.model = model_of_scene(*scene);
+  if (asked.model_of_scene) settings.model = model_of_scene(*scene, asked.needs_rows);
   if (const int status = told_refusal(settings, *scene); status != 0) return status;
   const Identity identity = identity_of(settings.scene, settings.told);
   std::optional<CheckpointSession> checkpoint;

@@ -40,6 +40,7 @@ struct RenderSettings {
   std::optional<int> threads;                    ///< unset: one per hardware thread that the process may use
   std::string model{references::default_model};  ///< of references::models()
   bool model_of_scene = false;                   ///< nothing has named one: the scene may (references::choose_model())
+  bool needs_rows = false;                       ///< to model_of_scene: an option needs a model that has them
   std::optional<int> quadrature_points;          ///< of models that have them
   fiber::Estimator estimator = fiber::Estimator::fitted;
   adaptive::Options table;

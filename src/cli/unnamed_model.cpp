@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "cli/console.h"
@@ -10,6 +11,9 @@
 
 namespace tress::cli {
 namespace {
+
+/// That only models with rows have.
+constexpr std::array options_of_rows{"--picture-error", "--table-memory", "--warm-cache", "--measure-bias"};
 
 references::ChosenModel told(const references::ModelHints& hints) {
   references::ChosenModel chosen = references::choose_model(hints);
@@ -26,11 +30,17 @@ UnnamedModel model_of_command(const CLI::App& command, const std::filesystem::pa
     if (hints.option.empty() && option != nullptr && option->count() > 0) hints.option = name;
   }
   references::ChosenModel chosen = told(hints);
-  return {std::move(chosen.name), chosen.why.empty()};
+  const bool needs_rows = std::ranges::any_of(options_of_rows, [&](const char* name) {
+    const CLI::Option* option = command.get_option_no_throw(name);
+    return option != nullptr && option->count() > 0;
+  });
+  return {std::move(chosen.name), chosen.why.empty(), needs_rows};
 }
 
-std::string model_of_scene(const scene::Scene& scene) {
-  return told({.shapes_lobes = std::ranges::any_of(scene.materials, references::shapes_lobes, &scene::Material::fiber)})
+std::string model_of_scene(const scene::Scene& scene, bool needs_rows) {
+  return told({.needs_rows = needs_rows,
+               .shapes_lobes = std::ranges::any_of(scene.materials, references::shapes_lobes, &scene::Material::fiber),
+               .has_published_lobes = std::ranges::all_of(scene.fibers, references::has_published_lobes)})
       .name;
 }
 

@@ -25,6 +25,7 @@ std::size_t hash_of(const FiberParameters& fiber) {
   add_color(fiber.sigma_a);
   for (const auto& sigma : fiber.azimuthal_sigma) add(sigma.value_or(-1.0f));
   for (const auto& lambda : fiber.longitudinal_lambda) add(lambda.value_or(-1.0f));
+  add(fiber.published_widths ? fiber.published_widths->longitudinal_lambda[0] : -1.0f);
   add(fiber.split_glint ? 1.0f : 0.0f);
   add(fiber.energy_path_share);
   for (const glm::vec3& gain : fiber.gain) add_color(gain);

@@ -22,7 +22,7 @@ bool is_not_negative(const glm::vec3& color) {
 
 bool are_angles(const auto& angles, const ParameterRange& degrees) {
   constexpr double degree = std::numbers::pi / 180;
-  return std::ranges::all_of(angles, [&](const std::optional<float>& angle) {
+  return std::ranges::all_of(angles, [&](const std::optional<float> angle) {
     return !angle || is_within(*angle, {degrees.least * degree, degrees.most * degree});
   });
 }
@@ -43,6 +43,10 @@ const char* out_of_range(const FiberParameters& parameters) {
   if (!is_within(parameters.medulla_absorption, medulla_absorption_range)) return "medulla_absorption";
   if (!are_angles(parameters.azimuthal_sigma, azimuthal_sigma_range_deg)) return "azimuthal_sigma";
   if (!are_angles(parameters.longitudinal_lambda, longitudinal_lambda_range_deg)) return "longitudinal_lambda";
+  if (const auto& published = parameters.published_widths;
+      published && !(are_angles(published->azimuthal_sigma, azimuthal_sigma_range_deg) &&
+                     are_angles(published->longitudinal_lambda, longitudinal_lambda_range_deg)))
+    return "published_widths";
   if (!std::ranges::all_of(parameters.gain, is_not_negative)) return "gain";
   if (!is_within(parameters.energy_path_share, energy_path_share_range)) return "energy_path_share";
   return nullptr;

@@ -50,18 +50,26 @@ constexpr double published_lambda_per_deviation = 0.5 / logistic_deviation;
 /// comes after TRT is as TRT.
 FiberParameters round_fiber(const std::array<double, 3>& deviations, const std::array<double, 2>& scales,
                             PrincipledWidths widths) {
-  const bool fitted = widths == PrincipledWidths::fitted;
   FiberParameters fiber;
   fiber.eccentricity = 1;
   fiber.roughness = all_but_smooth;
-  for (std::size_t p = 0; p < fiber.longitudinal_lambda.size(); ++p)
-    fiber.longitudinal_lambda[p] = angle_within(
-        longitudinal_lambda_range_deg,
-        (fitted ? lambda_per_deviation[p] : published_lambda_per_deviation) * deviations[std::min<std::size_t>(p, 2)]);
-  for (std::size_t p = 0; p < fiber.azimuthal_sigma.size(); ++p)
-    fiber.azimuthal_sigma[p] =
-        angle_within(azimuthal_sigma_range_deg, (fitted ? azimuth_per_deviation[p] : 1) *
-                                                    scales[std::min<std::size_t>(p, 1)] * logistic_deviation);
+  LobeWidthsGiven published{};
+  for (std::size_t p = 0; p < published.longitudinal_lambda.size(); ++p) {
+    const double deviation = deviations[std::min<std::size_t>(p, 2)];
+    fiber.longitudinal_lambda[p] = angle_within(longitudinal_lambda_range_deg, lambda_per_deviation[p] * deviation);
+    published.longitudinal_lambda[p] =
+        angle_within(longitudinal_lambda_range_deg, published_lambda_per_deviation * deviation);
+  }
+  for (std::size_t p = 0; p < published.azimuthal_sigma.size(); ++p) {
+    const double deviation = scales[std::min<std::size_t>(p, 1)] * logistic_deviation;
+    fiber.azimuthal_sigma[p] = angle_within(azimuthal_sigma_range_deg, azimuth_per_deviation[p] * deviation);
+    published.azimuthal_sigma[p] = angle_within(azimuthal_sigma_range_deg, deviation);
+  }
+  if (widths == PrincipledWidths::published) {
+    std::ranges::copy(published.longitudinal_lambda, fiber.longitudinal_lambda.begin());
+    std::ranges::copy(published.azimuthal_sigma, fiber.azimuthal_sigma.begin());
+  }
+  if (widths != PrincipledWidths::fitted) fiber.published_widths = published;
   fiber.longitudinal_shape = LongitudinalShape::gaussian;
   return fiber;
 }
@@ -95,7 +103,7 @@ FiberParameters fiber_of(const ChiangHair& hair) {
     deviations[p] = std::sqrt(std::max(double{hair.longitudinal_variance[p]}, 0.0));
   const double to_scale = std::sqrt(std::numbers::pi / 8);
   FiberParameters fiber = round_fiber(
-      deviations, {to_scale * hair.azimuthal_scale[1], to_scale * hair.azimuthal_scale[2]}, PrincipledWidths::fitted);
+      deviations, {to_scale * hair.azimuthal_scale[1], to_scale * hair.azimuthal_scale[2]}, PrincipledWidths::by_model);
   for (std::size_t p = 0; p < fiber.gain.size(); ++p) fiber.gain[p] = hair.tint[std::min<std::size_t>(p, 2)];
   fiber.eta = within(eta_range, double{hair.eta});
   fiber.tilt = angle_within(tilt_range_deg, std::numbers::pi * (double{hair.cuticle_angle} - 0.5));

@@ -94,6 +94,7 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
     if (given.has(name)) request.hints.option = name;
   if (request.estimator != fiber::Estimator::fitted) request.hints.option = "estimator";
   if (request.cache_mode != "scratch") request.hints.warm_cache = request.warm_cache;
+  request.hints.needs_rows = !request.warm_cache.empty() || given.has("picture_error") || given.has("table_memory");
   request.model = given.value<std::string>("model");
   return request;
 }

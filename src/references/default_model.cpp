@@ -16,6 +16,10 @@ bool shapes_lobes(const fiber::FiberParameters& fiber) {
          fiber.reflection_fresnel != fiber::ReflectionFresnel::exact;
 }
 
+bool has_published_lobes(const fiber::FiberParameters& fiber) {
+  return fiber.published_widths && !fiber.split_glint && fiber.reflection_fresnel == fiber::ReflectionFresnel::exact;
+}
+
 const fiber::ModelInfo* model_of_rows(adaptive::RowSource& rows) {
   bool has_slices = false, has_samples = false;
   rows.rewind();
@@ -36,6 +40,7 @@ const fiber::ModelInfo* model_of_rows(adaptive::RowSource& rows) {
 ChosenModel choose_model(const ModelHints& hints) {
   const std::string elliptical = fiber::elliptical_info.name;
   if (!hints.option.empty()) return {elliptical, hints.option + " is of its rows"};
+  if (hints.has_published_lobes && !hints.needs_rows) return {"chiang2016", "its hair is given by the lobes of that"};
   if (hints.shapes_lobes) return {elliptical, "a material shapes its lobes"};
   std::error_code error;
   if (!hints.warm_cache.empty() && std::filesystem::is_regular_file(hints.warm_cache, error)) {

@@ -147,6 +147,7 @@ def test_an_animation_carries_what_it_learns():
     import json
     scene = start()
     lock(scene)
+    scene.tress.model = "elliptical"
     scene.frame_start, scene.frame_end = 1, 2
     scene.render.image_settings.file_format = "OPEN_EXR"
     scene.render.filepath = os.path.join(FOLDER, "frame")
@@ -155,6 +156,28 @@ def test_an_animation_carries_what_it_learns():
     known = json.loads(lines[-1])["warm_cache"]["rows_known"]
     expect(known > 0, f"the second frame began with {known} rows")
     expect(os.path.exists(os.path.join(FOLDER, "frame0002.exr")), "there is no second frame")
+
+
+def test_random_roughness_is_of_every_strand_whatever_it_is():
+    import json
+    scene = start(samples=1)
+    lock(scene)
+    node = scene.objects["lock"].material_slots[0].material.node_tree.nodes["Principled Hair BSDF"]
+    node.inputs["Radial Roughness"].default_value = node.inputs["Random Roughness"].default_value = 0.875
+    picture, program = rendered(scene, "random"), by_hand()
+    same(picture, "RGBA", "Combined", [program.channels[c] for c in "RGBA"])
+    material = json.loads(pathlib.Path(FOLDER, "kept", "scene.json").read_text())["materials"][0]
+    expect(material["principled"]["random_roughness"] == 0.875, f"another random roughness: {material}")
+
+
+def test_principled_hair_is_rendered_by_its_own_lobes_unless_rows_are_asked_for():
+    scene = start(samples=1)
+    lock(scene)
+    picture = rendered(scene, "own")
+    same(picture, "RGBA", "Combined", [by_hand("--model", "chiang2016").channels[c] for c in "RGBA"])
+    scene.tress.warm_cache = os.path.join(FOLDER, "asked.cache")
+    picture = rendered(scene, "rows")
+    same(picture, "RGBA", "Combined", [by_hand("--model", "elliptical").channels[c] for c in "RGBA"])
 
 
 def test_a_scene_without_hair_is_an_error_with_a_reason():

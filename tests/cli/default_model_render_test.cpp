@@ -20,6 +20,10 @@ class DefaultModel : public CommandTest {
     write_text(path("scene.json"), scene_with(""));
     write_text(path("shaped.json"), scene_with(R"(, "azimuthal_sigma_deg": {"TT": 12})"));
     write_text(path("principled.json"), scene_with(R"(, "principled": {"melanin": 0.5})"));
+    write_text(path("published.json"), scene_with(R"(, "principled": {"melanin": 0.5, "widths": "published"})"));
+    write_text(path("fitted.json"), scene_with(R"(, "principled": {"melanin": 0.5, "widths": "fitted"})"));
+    write_text(path("flat.json"), scene_with(R"(, "principled": {"melanin": 0.5, "aspect_ratio": 0.7})"));
+    write_text(path("node.json"), scene_with(R"(, "chiang_hair_bsdf": {"cuticle_angle": 0.51})"));
   }
   static std::string scene_with(const std::string& keys) {
     return R"({"camera": {"frame": true}, "image": {"width": 16, "height": 16, "samples": 8},
@@ -57,11 +61,43 @@ TEST_F(DefaultModel, IsEllipticalWhereAnOptionIsOfItsRows) {
 }
 
 TEST_F(DefaultModel, IsEllipticalWhereAMaterialShapesLobes) {
-  for (const char* scene : {"shaped.json", "principled.json"}) {
+  for (const char* scene : {"shaped.json", "fitted.json"}) {
     EXPECT_EQ(model_of(scene, {}), "elliptical") << scene;
     EXPECT_THAT(told, HasSubstr("model elliptical: a material shapes its lobes"));
     EXPECT_EQ(model_of(scene, {"--model", "rough"}), "rough") << scene;
   }
+}
+
+/// As where it comes from: by the lobes that the node has (scenes/blender/README.md).
+TEST_F(DefaultModel, OfPrincipledHairIsTheNodesOwn) {
+  for (const char* scene : {"principled.json", "published.json", "node.json"}) {
+    EXPECT_EQ(model_of(scene, {}), "chiang2016") << scene;
+    EXPECT_THAT(told, HasSubstr("model chiang2016: its hair is given by the lobes of that")) << scene;
+  }
+  EXPECT_EQ(model_of("flat.json", {}), "rough") << "no fiber of that node";
+  EXPECT_EQ(model_of("principled.json", {"--model", "elliptical"}), "elliptical");
+}
+
+TEST_F(DefaultModel, OfPrincipledHairIsEllipticalWhereRowsAreNeeded) {
+  EXPECT_EQ(model_of("principled.json", {"--warm-cache", path("p.cache")}), "elliptical");
+  EXPECT_EQ(model_of("principled.json", {"--warm-cache", path("p.cache"), "--cache-mode", "frozen"}), "elliptical");
+  EXPECT_EQ(model_of("principled.json", {"--warm-cache", path("p.cache"), "--cache-mode", "scratch"}), "elliptical");
+  EXPECT_EQ(model_of("principled.json", {"--table-memory", "100"}), "elliptical");
+  EXPECT_EQ(model_of("principled.json", {"--epsilon", "0.02"}), "elliptical");
+  const Outcome baked = run({"cache", "prebake", path("principled.json"), "-o", path("baked.cache")});
+  EXPECT_EQ(baked.status, 0) << baked.err;
+  EXPECT_THAT(baked.err, HasSubstr("model elliptical"));
+}
+
+TEST_F(DefaultModel, DrawsPrincipledHairByThePublishedWidths) {
+  const auto pixels = [&](const std::string& scene, const std::string& model) {
+    EXPECT_EQ(model_of(scene, {"--model", model}), model);
+    const auto picture = image::read_exr(path("a.exr"));
+    return picture ? picture->find("R")->pixels : std::vector<float>();
+  };
+  EXPECT_EQ(pixels("principled.json", "chiang2016"), pixels("published.json", "chiang2016"));
+  EXPECT_NE(pixels("principled.json", "chiang2016"), pixels("fitted.json", "chiang2016"));
+  EXPECT_EQ(pixels("principled.json", "elliptical"), pixels("fitted.json", "elliptical"));
 }
 
 TEST_F(DefaultModel, IsThatOfTheRowsInTheWarmCache) {

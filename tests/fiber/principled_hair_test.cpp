@@ -59,6 +59,23 @@ TEST(PrincipledHair, PublishedWidthsAreThoseOfThePublication) {
   for (const auto& width : made.azimuthal_sigma) EXPECT_NEAR(double{*width}, sigma, 1e-6);
 }
 
+/// What `chiang2016` draws, and what every other model does.
+TEST(PrincipledHair, LeftOpenTheWidthsAreTheFittedOnesWithThePublishedBeside) {
+  PrincipledHair open, fitted, published;
+  fitted.widths = fiber::PrincipledWidths::fitted;
+  published.widths = fiber::PrincipledWidths::published;
+  fiber::FiberParameters made = fiber::fiber_of(open);
+  const fiber::FiberParameters theirs = fiber::fiber_of(published);
+  ASSERT_TRUE(made.published_widths);
+  EXPECT_EQ(made.published_widths, theirs.published_widths);
+  for (std::size_t p = 0; p < 4; ++p)
+    EXPECT_EQ(made.published_widths->longitudinal_lambda[p], *theirs.longitudinal_lambda[p]) << p;
+  for (std::size_t p = 0; p < 3; ++p)
+    EXPECT_EQ(made.published_widths->azimuthal_sigma[p], *theirs.azimuthal_sigma[p]) << p;
+  made.published_widths.reset();
+  EXPECT_EQ(made, fiber::fiber_of(fitted));
+}
+
 /// MaterialX's roughness node and Principled Hair make the same variances and scales of one roughness.
 TEST(PrincipledHair, MaterialXsNodeIsTheSameFiber) {
   PrincipledHair hair;

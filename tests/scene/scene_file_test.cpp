@@ -267,7 +267,7 @@ TEST(SceneFile, PrincipledHairHasTheWidthsThatAreAskedFor) {
   };
   fiber::PrincipledHair hair;
   hair.sigma_a = {0.1f, 0.2f, 0.3f};
-  for (const auto& [keys, widths] : {std::pair{"", fiber::PrincipledWidths::fitted},
+  for (const auto& [keys, widths] : {std::pair{"", fiber::PrincipledWidths::by_model},
                                      {R"(, "widths": "fitted")", fiber::PrincipledWidths::fitted},
                                      {R"(, "widths": "published")", fiber::PrincipledWidths::published}}) {
     const std::string text = material(keys);

@@ -22,6 +22,14 @@ enum class ReflectionFresnel {
   none,          ///< 1
 };
 
+/// Widths of all lobes, radians, as those of FiberParameters.
+struct LobeWidthsGiven {
+  std::array<float, 3> azimuthal_sigma;      ///< TT, TRT, TRRT
+  std::array<float, 4> longitudinal_lambda;  ///< R, TT, TRT, TRRT
+
+  friend bool operator==(const LobeWidthsGiven&, const LobeWidthsGiven&) = default;
+};
+
 /// Angles in radians. Lengths of the cross-section are in units of the major semi-axis.
 struct FiberParameters {
   float eta = 1.55f;           ///< index of refraction, [1.05, 3]
@@ -42,6 +50,9 @@ struct FiberParameters {
   std::array<std::optional<float>, 3> azimuthal_sigma{};
   /// ... and logistic scale in theta_h, R, TT, TRT, TRRT, [.25, 45] degrees.
   std::array<std::optional<float>, 4> longitudinal_lambda{};
+  /// Of a fiber that was given by the lobes of Chiang et al. 2016 (principled_hair.h): those lobes' own widths, which
+  /// the model `chiang2016` draws. To all other models the widths above stand for them.
+  std::optional<LobeWidthsGiven> published_widths{};
 
   LongitudinalShape longitudinal_shape = LongitudinalShape::logistic;
   ReflectionFresnel reflection_fresnel = ReflectionFresnel::exact;

@@ -11,8 +11,9 @@ namespace tress::fiber {
 
 /// Which widths the lobes of a round fiber get.
 enum class PrincipledWidths {
+  by_model,   ///< `published` from `chiang2016`, whose lobes they are, `fitted` from every other model
   fitted,     ///< those by which the lobes of `elliptical` look like the published model (scenes/blender/README.md)
-  published,  ///< those of Chiang et al. 2016, for `chiang2016`, whose lobes they are
+  published,  ///< those of Chiang et al. 2016
 };
 
 /// What an artist sets; defaults are the node's. Absorption is per radius of the fiber.
@@ -25,12 +26,12 @@ struct PrincipledHair {
   glm::vec3 sigma_a{0.0f};        ///< absorption, >= 0, linear RGB
   /// Minor over major semi-axis: elliptical fibers with one roughness (Huang et al. 2022). Unset: Chiang's round ones.
   std::optional<float> aspect_ratio = {};
-  PrincipledWidths widths = PrincipledWidths::fitted;  ///< no meaning for elliptical fibers
+  PrincipledWidths widths = PrincipledWidths::by_model;  ///< no meaning for elliptical fibers
 };
 
 /// The fiber that scatters like it. Round ones get lobes of Chiang's variances and logistic scales and a surface that
-/// is all but smooth, whose energies theirs are; unless `widths` says otherwise these are fitted to pictures. Widths,
-/// tilt and aspect ratio are taken for the nearest that a fiber may have (parameter_ranges.h).
+/// is all but smooth, whose energies theirs are. Widths, tilt and aspect ratio are taken for the nearest that a fiber
+/// may have (parameter_ranges.h).
 FiberParameters fiber_of(const PrincipledHair& hair);
 
 /// MaterialX's chiang_hair_bsdf, its inputs and defaults. Lobes are R, TT, TRT; what comes after TRT is as TRT.
@@ -43,7 +44,7 @@ struct ChiangHair {
   glm::vec3 sigma_a{0.0f};                                  ///< its `absorption_coefficient`, per radius, linear RGB
 };
 
-/// The fiber that scatters like it, by the widths that fiber_of(PrincipledHair) takes.
+/// The fiber that scatters like it, by PrincipledWidths::by_model.
 FiberParameters fiber_of(const ChiangHair& hair);
 
 /// Absorption of hair of that multiple scattering albedo (Chiang et al. 2016), as the node has it for colors and tints.

@@ -59,8 +59,7 @@ class TressRenderEngine(bpy.types.RenderEngine):
         program = job.find_program(preferences().program)
         self.update_stats("", "tress: exporting the scene")
         size = size_of(scene)
-        export = gather.Export(depsgraph, folder, cm_per_unit(scene), size, scene.tress.samples,
-                               published_widths=scene.tress.model == "chiang2016")  # the model that they are of
+        export = gather.Export(depsgraph, folder, cm_per_unit(scene), size, scene.tress.samples)
         export.run(self.camera_override, self.camera_shift_x(scene.camera) if scene.camera else None)
         for sentence in export.warnings.said:
             self.report({"WARNING"}, "tress: " + sentence)
@@ -69,7 +68,7 @@ class TressRenderEngine(bpy.types.RenderEngine):
             border = scene.render
             window = scene_keys.crop((border.border_min_x, border.border_min_y, border.border_max_x, border.border_max_y),
                                      *size)
-        options = options_of(scene, window if scene.render.use_border else None, self.is_animation)
+        options = options_of(scene, window if scene.render.use_border else None, self.is_animation, export.has_only_nodes_own_lobes())
         settings = scene.tress
         pixels = (window[2] - window[0]) * (window[3] - window[1])
         by_noise = settings.stop == "NOISE"
@@ -173,8 +172,8 @@ def cm_per_unit(scene):
     return 100.0 * (units.scale_length if units.system != "NONE" else 1.0)
 
 
-def options_of(scene, window, is_animation=False):
-    """Of the command line."""
+def options_of(scene, window, is_animation=False, has_only_nodes_own_lobes=False):
+    """Of the command line. By default the program learns no rows for hair that has only lobes of the node's own."""
     settings, render = scene.tress, scene.render
     options = ["--noise", repr(settings.noise)] if settings.stop == "NOISE" else ["--spp", str(settings.samples)]
     options = [*options, "--seed", str(settings.seed + (scene.frame_current if settings.seed_by_frame else 0)),
@@ -184,6 +183,8 @@ def options_of(scene, window, is_animation=False):
     if settings.model != "default":
         options += ["--model", settings.model]
     learns = settings.model in ("default", "elliptical", "rough")
+    is_told = settings.model != "default" or settings.estimator != "fitted" or settings.own_epsilon
+    carries = learns and settings.estimator != "exact" and (is_told or not has_only_nodes_own_lobes)
     if learns:
         if settings.estimator != "fitted":  # said without need, it would name the model
             options += ["--estimator", settings.estimator]
@@ -193,7 +194,7 @@ def options_of(scene, window, is_animation=False):
         options += ["--threads", str(render.threads)]
     if settings.warm_cache:
         options += ["--warm-cache", bpy.path.abspath(settings.warm_cache), "--cache-mode", settings.cache_mode]
-    elif is_animation and settings.carry and bpy.app.tempdir and learns and settings.estimator != "exact":
+    elif is_animation and settings.carry and bpy.app.tempdir and carries:
         options += ["--warm-cache", os.path.join(bpy.app.tempdir, "tress_animation.cache")]
     if window is not None:
         options += ["--crop", ",".join(str(x) for x in window)]

@@ -16,12 +16,10 @@ SILENT = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
 class Export:
     """Writes one frame into `folder`; afterwards `keys` is the scene, and `warnings.said` what was left out."""
 
-    def __init__(self, depsgraph, folder, cm, size, samples, published_widths=False):
-        """published_widths: Principled Hair gets the lobes that its publication has, not those that stand for them."""
+    def __init__(self, depsgraph, folder, cm, size, samples):
         self.depsgraph, self.folder, self.cm = depsgraph, folder, cm
         self.width, self.height = size
         self.warnings = scene_keys.Warnings()
-        self.published_widths = published_widths
         self.keys = {"image": {"width": self.width, "height": self.height, "samples": samples},
                      "lights": [], "meshes": [], "materials": [], "grooms": []}
         self._materials = {}  # by name: the name of the key, the attribute of its color
@@ -41,6 +39,12 @@ class Export:
         with open(path, "w", encoding="utf-8") as file:
             json.dump({key: value for key, value in self.keys.items() if value != []}, file, indent=1)
         return path
+
+    def has_only_nodes_own_lobes(self):
+        """Whether all hair is Principled Hair of round fibers, which the program draws by that node's own model."""
+        used = {groom["material"] for groom in self.keys["grooms"]}
+        return all("principled" in keys and "aspect_ratio" not in keys["principled"]
+                   for keys in self.keys["materials"] if keys["name"] in used)
 
     # The camera and the lights.
 
@@ -122,9 +126,6 @@ class Export:
         key = material.name if material else ""
         if key not in self._materials:
             keys, attribute = nodes.hair_material(material, key or "hair", self.warnings)
-            principled = keys.get("principled")
-            if self.published_widths and principled and "aspect_ratio" not in principled:
-                principled["widths"] = "published"
             self.keys["materials"].append(keys)
             self._materials[key] = (keys["name"], attribute)
         return self._materials[key]

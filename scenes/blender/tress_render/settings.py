@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-MODELS = (("default", "Default", "Rough; elliptical where an epsilon or another estimator is set, or the warm cache has its rows"),
+MODELS = (("default", "Default", "Hair that is all Principled Hair by that node's own model; else Rough; Elliptical with an epsilon, another estimator, or a warm cache that has its rows"),
           ("rough", "Rough", "Rough elliptical fibers, learned from traced paths: nearest to the truth"),
           ("elliptical", "Elliptical", "Lobes of one width each, learned tables: learns faster, less near to the truth"),
           ("chiang2016", "Chiang 2016", "Circular fibers, the model of Cycles' Principled Hair"),

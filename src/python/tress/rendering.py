@@ -51,8 +51,9 @@ def render(
 
     What is given is what the option of `tress render` of that name means (`tress render --help`), and None is its
     default; the same scene and options give the same bits as the program. seed: the frame, or 0.
-    model: None is `elliptical` with an epsilon, a learner or another estimator than fitted, which are of its rows, and
-    where a material shapes lobes; else that whose rows the warm cache has; else `rough`.
+    model: None is `elliptical` with an epsilon, a learner or another estimator than fitted, which are of its rows; else
+    `chiang2016` where all hair is given by its lobes (principled) and nothing needs rows (warm_cache, picture_error,
+    table_memory); else `elliptical` where a material shapes lobes; else that whose rows the warm cache has; else `rough`.
     denoise: a layer `denoised` beside R, G, B, which a .png shows; stats["denoised_noise"] is the noise that is left, by
     which `noise` goes then.
     progress: called after each pass on the calling thread; it may return False to end the render there. What it raises

@@ -53,13 +53,22 @@ struct Fiber {
   std::array<TrimmedLogistic, 3> azimuthal;
 };
 
+/// By the widths that were published, where it was given by them.
+FiberParameters as_published(FiberParameters fiber) {
+  if (!fiber.published_widths) return fiber;
+  std::ranges::copy(fiber.published_widths->longitudinal_lambda, fiber.longitudinal_lambda.begin());
+  std::ranges::copy(fiber.published_widths->azimuthal_sigma, fiber.azimuthal_sigma.begin());
+  return fiber;
+}
+
 class Chiang2016 final : public FiberModel {
  public:
   std::string name() const override { return "chiang2016"; }
 
-  FiberId add_fiber(const FiberParameters& parameters) override {
-    const auto [id, is_new] = ids_.find_or_add(parameters);
+  FiberId add_fiber(const FiberParameters& given) override {
+    const auto [id, is_new] = ids_.find_or_add(given);
     if (!is_new) return id;
+    const FiberParameters parameters = as_published(given);
     Fiber fiber{LobeWidths(parameters), parameters.sigma_a * circle_radius(parameters.eccentricity), {}};
     const auto sigmas = azimuthal_sigmas(parameters);
     const float of_r = std::sqrt(EnergyConservingLobe::variance_of(longitudinal_lambda(parameters, 0, 0)));

@@ -18,6 +18,7 @@ namespace tress::fiber {
 /// - the circle of the same mean projected width stands for the ellipse; sigma_a is scaled to its radius;
 /// - variance v_p of M: (2 pi/sqrt 3 longitudinal_lambda)^2, that of our logistic in theta_i; TRRT's for the residual.
 ///   R's is taken as it is, without its factor |cos(d/2)|, and roughness_shift() is not applied: the model has neither;
+/// - widths are FiberParameters::published_widths where a fiber has them, else those that every model has;
 /// - logistic scale s_p of N: azimuthal_sigma sqrt 3/pi, of the same standard deviation before trimming; R, which ours
 ///   does not blur, has that of TT where it is set, as in the publication, else that of its M, so that it is rough
 ///   alike both ways (alpha sqrt 2, at most 45 degrees);

@@ -352,9 +352,9 @@ constexpr std::array table{
               "strands differ in melanin by a factor of 1 - this to 1 + this"},
     Parameter{"/materials/N/principled/random_roughness", "", number, share, "", "", "0",
               "the same of both roughnesses"},
-    Parameter{"/materials/N/principled/widths", "", choice, none, "", "fitted, published", "fitted",
-              "of the lobes: fitted, so that those of `elliptical` look like the node's; published: the node's own, "
-              "for `--model chiang2016`; not beside `aspect_ratio`"},
+    Parameter{"/materials/N/principled/widths", "", choice, none, "", "fitted, published", "by the model",
+              "of the lobes: fitted, so that those of `elliptical` look like the node's; published: the node's own. "
+              "Without it published for `chiang2016`, fitted for all others; not beside `aspect_ratio`"},
     Parameter{"/materials/N/chiang_hair_bsdf/tint_R", "", triple, share, "", "", "[1, 1, 1]",
               "of MaterialX's `chiang_hair_bsdf`, whose inputs these are: factor of the lobe, linear RGB"},
     Parameter{"/materials/N/chiang_hair_bsdf/tint_TT", "", triple, share, "", "", "[1, 1, 1]", "the same of TT"},

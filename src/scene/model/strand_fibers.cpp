@@ -17,6 +17,7 @@
 #include "scene/model/parameters.h"
 #include "tress/base/random.h"
 #include "tress/fiber/lock_color.h"
+#include "tress/fiber/parameter_ranges.h"
 #include "tress/fiber/principled_hair.h"
 
 namespace tress::scene {
@@ -27,12 +28,14 @@ constexpr double degree = std::numbers::pi / 180;
 constexpr double least_absorption = 0.01;
 /// Steps of a file's colors become coarser, up to this, until the distinct fibers are few enough.
 constexpr double largest_color_ratio = 5;
+/// A node's widths vary by whole steps of this.
+constexpr double width_step = 0.05;
 constexpr int as_given = std::numeric_limits<int>::min(), clear = as_given + 1;
 
 /// What tells the fibers of one material apart: whole numbers, as_given where the material does not vary.
 struct FiberKey {
   std::uint32_t material = 0;
-  int eccentricity_percent = as_given, roughness_deg = as_given;
+  int eccentricity_percent = as_given, roughness_deg = as_given, width_steps = as_given;
   std::array<int, 3> sigma_deg{as_given, as_given, as_given};
   std::array<int, 3> color_power{as_given, as_given, as_given};
 
@@ -64,7 +67,9 @@ FiberKey key_of(const Scene& scene, const Groom& groom, std::uint32_t strand, do
   if (variation.eccentricity > 0) key.eccentricity_percent = percent;
 
   const double width = varied(1, variation.width, random), width_u = random.next(), sigma_u = random.next();
-  if (variation.width > 0) {
+  if (variation.width > 0 && material.has_node_widths) {
+    key.width_steps = static_cast<int>(round_stochastically(width / width_step, width_u));
+  } else if (variation.width > 0) {
     key.roughness_deg = static_cast<int>(round_stochastically(fiber.roughness * width / degree, width_u));
     fiber::FiberParameters rounded = fiber;
     rounded.roughness = static_cast<float>(key.roughness_deg * degree);
@@ -91,6 +96,19 @@ FiberKey key_of(const Scene& scene, const Groom& groom, std::uint32_t strand, do
   return key;
 }
 
+/// All widths of a node's fiber times the factor.
+void widen(double factor, fiber::FiberParameters* fiber) {
+  const auto scale = [factor](float& width, const fiber::ParameterRange& degrees) {
+    width = static_cast<float>(std::clamp(factor * width, degrees.least * degree, degrees.most * degree));
+  };
+  for (auto& lambda : fiber->longitudinal_lambda) scale(*lambda, fiber::longitudinal_lambda_range_deg);
+  for (auto& sigma : fiber->azimuthal_sigma) scale(*sigma, fiber::azimuthal_sigma_range_deg);
+  if (!fiber->published_widths) return;
+  for (float& lambda : fiber->published_widths->longitudinal_lambda)
+    scale(lambda, fiber::longitudinal_lambda_range_deg);
+  for (float& sigma : fiber->published_widths->azimuthal_sigma) scale(sigma, fiber::azimuthal_sigma_range_deg);
+}
+
 fiber::FiberParameters fiber_of(const Scene& scene, const FiberKey& key, bool from_file, double ratio) {
   fiber::FiberParameters fiber = scene.materials[key.material].fiber;
   if (key.eccentricity_percent != as_given)
@@ -103,6 +121,7 @@ fiber::FiberParameters fiber_of(const Scene& scene, const FiberKey& key, bool fr
     for (std::size_t i = 0; i < 3; ++i)
       fiber.azimuthal_sigma[i] = static_cast<float>(std::clamp(key.sigma_deg[i], 1, 45) * degree);
   }
+  if (key.width_steps != as_given) widen(key.width_steps * width_step, &fiber);
   for (std::size_t c = 0; c < 3; ++c) {
     const int power = key.color_power[c];
     if (power == as_given) continue;
@@ -128,7 +147,7 @@ std::optional<Error> check(const Scene& scene, std::size_t index) {
   if (variation.eccentricity > 0 && (low_e < 0.5 || high_e > 1))
     return wrong("eccentricity", "eccentricities within " + words(*parameter_at("/materials/0/eccentricity")),
                  fmt::format("{:.4g}..{:.4g}", low_e, high_e));
-  if (!(variation.width > 0)) return std::nullopt;
+  if (!(variation.width > 0) || material.has_node_widths) return std::nullopt;
   double narrowest = fiber.roughness / degree / 2, widest = 0;
   for (const auto& sigma : fiber.azimuthal_sigma) {
     if (!sigma) continue;

@@ -19,9 +19,10 @@ constexpr std::size_t most_fibers = 1024;
 /// A strand's variation is a hash of the seed of the variation, the name of the material and the index of the strand:
 /// it depends neither on the order of grooms nor on where the strand is. What varies is rounded once, to either
 /// neighbour at random so that the mean is kept (design section 5): the eccentricity to .01; the roughness and the
-/// azimuthal sigmas to 1 degree, with sigmas that follow the roughness following the rounded one; the absorption to
-/// powers of color_ratio. The rounded values are the strand's fiber. What does not vary is as the material says.
-/// Errors name /materials/N: a variation that leaves the range of what it varies, too many distinct fibers.
+/// azimuthal sigmas to 1 degree, with sigmas that follow the roughness following the rounded one, and all widths of a
+/// node's fiber (Material::has_node_widths) by one factor of whole steps of .05; the absorption to powers of
+/// color_ratio. The rounded values are the strand's fiber. What does not vary is as the material says. Errors name
+/// /materials/N: a variation that leaves the range of what it varies, too many distinct fibers.
 std::optional<Error> assign_fibers(Scene* scene);
 
 /// Absorptions that vary are powers of this, or 0: 9 % standard deviation at most, none in the mean.

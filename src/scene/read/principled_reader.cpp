@@ -76,6 +76,7 @@ void read_chiang_hair_bsdf(const JsonReader& material_json, Material* material) 
     take("azimuthal", &hair.azimuthal_scale[p]);
   }
   material->fiber = fiber::fiber_of(hair);
+  material->has_node_widths = true;
 }
 
 void read_principled(const JsonReader& material_json, Material* material) {
@@ -93,12 +94,14 @@ void read_principled(const JsonReader& material_json, Material* material) {
   take("coat", &hair.coat);
   take("eta", &hair.eta);
   if (const auto x = json.number("offset_deg")) hair.offset = static_cast<float>(*x * std::numbers::pi / 180);
-  if (json.choice("widths", {"fitted", "published"}) == "published") hair.widths = fiber::PrincipledWidths::published;
+  if (const auto widths = json.choice("widths", {"fitted", "published"}))
+    hair.widths = *widths == "fitted" ? fiber::PrincipledWidths::fitted : fiber::PrincipledWidths::published;
   if (const auto x = json.number("aspect_ratio")) hair.aspect_ratio = static_cast<float>(*x);
   read_absorption(json, hair.aspect_ratio ? hair.roughness : hair.radial_roughness, &hair, material);
   if (const auto x = json.number("random_roughness"))
     material->variation.width = static_cast<float>(width_variation(double{hair.roughness}, *x));
   material->fiber = fiber::fiber_of(hair);
+  material->has_node_widths = !hair.aspect_ratio;
 }
 
 }  // namespace tress::scene
