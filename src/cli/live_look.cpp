@@ -22,6 +22,7 @@ struct Knob {
   double least, most, step;
   double (*shown)(const RenderSettings&, const fiber::FiberParameters&);
   void (*set)(scene::Overrides&, double);
+  bool of_nodes = true;  ///< does something to the round fiber of a node too, whose widths and shape are the node's
 };
 
 double to_step(double x) { return std::round(1000 * x) / 1000; }
@@ -44,10 +45,10 @@ constexpr Knob knobs[] = {
      }},
     {"roughness", "Roughness", "--roughness", 0.05, 0.6, 0.01,
      [](const RenderSettings&, const fiber::FiberParameters& fiber) { return double(fiber.roughness); },
-     [](scene::Overrides& o, double x) { o.roughness = float(x); }},
+     [](scene::Overrides& o, double x) { o.roughness = float(x); }, false},
     {"eccentricity", "Eccentricity", "--eccentricity", 0.5, 1, 0.01,
      [](const RenderSettings&, const fiber::FiberParameters& fiber) { return double(fiber.eccentricity); },
-     [](scene::Overrides& o, double x) { o.eccentricity = float(x); }},
+     [](scene::Overrides& o, double x) { o.eccentricity = float(x); }, false},
     {"tilt", "Tilt, degrees", "--cuticle-tilt", 0, 10, 0.25,
      [](const RenderSettings&, const fiber::FiberParameters& fiber) {
        return double(fiber.tilt) * 180 / std::numbers::pi;
@@ -65,7 +66,9 @@ std::vector<Slider> sliders_of(const RenderSettings& settings, const scene::Scen
   if (settings.checkpoint || settings.part || settings.samples_from || settings.samples_to || settings.telemetry ||
       scene.materials.empty())
     return sliders;
+  const bool of_nodes = std::ranges::all_of(scene.materials, &scene::Material::has_node_widths);
   for (const Knob& knob : knobs) {
+    if (of_nodes && !knob.of_nodes) continue;
     const double shown = to_step(knob.shown(settings, scene.materials.front().fiber));
     sliders.push_back(
         {knob.name, knob.label, std::min(knob.least, shown), std::max(knob.most, shown), knob.step, shown});

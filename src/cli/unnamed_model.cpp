@@ -40,7 +40,7 @@ UnnamedModel model_of_command(const CLI::App& command, const std::filesystem::pa
 std::string model_of_scene(const scene::Scene& scene, bool needs_rows) {
   return told({.needs_rows = needs_rows,
                .shapes_lobes = std::ranges::any_of(scene.materials, references::shapes_lobes, &scene::Material::fiber),
-               .has_published_lobes = std::ranges::all_of(scene.fibers, references::has_published_lobes)})
+               .has_published_lobes = references::have_published_lobes(scene.fibers)})
       .name;
 }
 

@@ -174,7 +174,7 @@ Result<RenderOutcome> render_scene(const scene::Scene& scene, const RenderReques
                                    const std::function<bool(const integrate::PassProgress&)>& on_pass) {
   references::ModelHints hints = request.hints;
   hints.shapes_lobes = std::ranges::any_of(scene.materials, references::shapes_lobes, &scene::Material::fiber);
-  hints.has_published_lobes = std::ranges::all_of(scene.fibers, references::has_published_lobes);
+  hints.has_published_lobes = references::have_published_lobes(scene.fibers);
   const std::string model = request.model ? *request.model : references::choose_model(hints).name;
   const fiber::ModelInfo* info = references::find_model(model);
   if (info == nullptr) {

@@ -16,8 +16,10 @@ bool shapes_lobes(const fiber::FiberParameters& fiber) {
          fiber.reflection_fresnel != fiber::ReflectionFresnel::exact;
 }
 
-bool has_published_lobes(const fiber::FiberParameters& fiber) {
-  return fiber.published_widths && !fiber.split_glint && fiber.reflection_fresnel == fiber::ReflectionFresnel::exact;
+bool have_published_lobes(std::span<const fiber::FiberParameters> fibers) {
+  return !fibers.empty() && std::ranges::all_of(fibers, [](const fiber::FiberParameters& fiber) {
+    return fiber.published_widths && !fiber.split_glint && fiber.reflection_fresnel == fiber::ReflectionFresnel::exact;
+  });
 }
 
 const fiber::ModelInfo* model_of_rows(adaptive::RowSource& rows) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -20,8 +21,9 @@ inline constexpr std::string_view default_model = "rough";
 /// Whether lobes are given widths, another shape or a Fresnel term: a traced fiber has no lobes that could have them.
 bool shapes_lobes(const fiber::FiberParameters& fiber);
 
-/// Whether the lobes are those of Chiang et al. 2016 and nothing is asked that the model of them lacks.
-bool has_published_lobes(const fiber::FiberParameters& fiber);
+/// Whether there are fibers, the lobes of all are those of Chiang et al. 2016, and nothing is asked that the model of
+/// them lacks.
+bool have_published_lobes(std::span<const fiber::FiberParameters> fibers);
 
 /// What a command that names no model says of it all the same.
 struct ModelHints {
