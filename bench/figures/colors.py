@@ -35,8 +35,8 @@ def main():
         return
     cells = []
     for name in COLORS:
-        exr = figures.render(options, "scenes/brown_lock.json", "color_" + name.replace(" ", "_"), "--hair", name)
-        cells.append((name, figures.read(exr)))
+        exr = figures.render(options, "scenes/brown_lock.json", "color_" + name.replace(" ", "_"), "--hair", name, "--denoise")
+        cells.append((name, figures.read(exr, "denoised")))
     figures.sheet(options, "colors", [cells])
 
 

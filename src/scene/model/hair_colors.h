@@ -12,38 +12,40 @@
 
 namespace tress::scene {
 
-/// A color of hair by its pigments: concentrations as sigma_a_from_melanin() takes them.
+/// A color of hair by its pigments.
 struct HairColor {
   std::string_view name;
-  float eumelanin, pheomelanin;
+  float eumelanin, pheomelanin;  ///< concentrations as sigma_a_from_melanin() takes them
+  glm::vec3 other{0.0f};         ///< absorption of what else is in it, per major semi-axis
 };
 
-/// Grey is not of one pigment: between strands that have lost theirs stand others that have not, and from afar the
-/// pigment of both together is a thin neutral one.
-constexpr std::string_view grey_hair = "grey";
-constexpr glm::vec3 grey_sigma_a{0.055f, 0.058f, 0.066f};
-
 /// So that a dense lock in even light shows what the name says: brown 0.07, 0.04, 0.02, blond 0.45, 0.32, 0.18 (linear,
-/// bench/figures/colors.py --lock).
-constexpr std::array hair_colors{HairColor{"black", 8, 0},         HairColor{"dark brown", 1.3f, 0},
-                                 HairColor{"brown", 0.5f, 0.05f},  HairColor{"light brown", 0.15f, 0.04f},
-                                 HairColor{"auburn", 0.1f, 0.6f},  HairColor{"red", 0.01f, 0.3f},
-                                 HairColor{"blond", 0.02f, 0.05f}, HairColor{"platinum", 0.01f, 0.008f},
-                                 HairColor{"white", 0, 0}};
+/// bench/figures/colors.py --lock). The pheomelanin of the literature makes hair tan or orange-brown at most, so red
+/// hair is given by the absorption of locks that show 0.25, 0.07, 0.024 and 0.10, 0.03, 0.012 (sigma_a_of_lock()). Grey
+/// is not of one pigment: between strands that have lost theirs stand others that have not, and from afar the pigment
+/// of both together is a thin neutral one.
+constexpr std::array hair_colors{HairColor{"black", 8, 0},
+                                 HairColor{"dark brown", 1.3f, 0},
+                                 HairColor{"brown", 0.5f, 0.05f},
+                                 HairColor{"light brown", 0.15f, 0.04f},
+                                 HairColor{"auburn", 0, 0, {0.156f, 0.532f, 1.289f}},
+                                 HairColor{"red", 0, 0, {0.048f, 0.23f, 0.66f}},
+                                 HairColor{"blond", 0.02f, 0.05f},
+                                 HairColor{"platinum", 0.01f, 0.008f},
+                                 HairColor{"white", 0, 0},
+                                 HairColor{"grey", 0, 0, {0.055f, 0.058f, 0.066f}}};
 
 /// "black", ..., "white", "grey".
 inline std::vector<std::string> hair_color_names() {
   std::vector<std::string> names;
   for (const HairColor& color : hair_colors) names.emplace_back(color.name);
-  names.emplace_back(grey_hair);
   return names;
 }
 
 /// Absorption per major semi-axis; nothing for a name that is none of them.
 inline std::optional<glm::vec3> sigma_a_of_hair(std::string_view name) {
-  if (name == grey_hair) return grey_sigma_a;
   for (const HairColor& color : hair_colors) {
-    if (color.name == name) return fiber::sigma_a_from_melanin(color.eumelanin, color.pheomelanin);
+    if (color.name == name) return fiber::sigma_a_from_melanin(color.eumelanin, color.pheomelanin) + color.other;
   }
   return std::nullopt;
 }
