@@ -19,7 +19,7 @@ struct HairColor {
   glm::vec3 other{0.0f};         ///< absorption of what else is in it, per major semi-axis
 };
 
-/// So that a dense lock in even light shows what the name says: brown 0.07, 0.04, 0.02, blond 0.45, 0.32, 0.18 (linear,
+/// So that a dense lock in even light shows what the name says: brown 0.08, 0.04, 0.02, blond 0.43, 0.31, 0.18 (linear,
 /// bench/figures/colors.py --lock). The pheomelanin of the literature makes hair tan or orange-brown at most, so red
 /// hair is given by the absorption of locks that show 0.25, 0.07, 0.024 and 0.10, 0.03, 0.012 (sigma_a_of_lock()). Grey
 /// is not of one pigment: between strands that have lost theirs stand others that have not, and from afar the pigment
