@@ -85,8 +85,8 @@ struct Material {
   bool color_from_file = false;    ///< strands have Groom::color instead of the fiber's sigma_a
   /// Where set, colors of a file are albedos as Principled Hair has them, at this radial roughness.
   std::optional<float> principled_roughness;
-  /// Widths are of a node's round fiber (`principled`), whose ranges are wider: those of strands that leave theirs are
-  /// taken for the nearest. The roughness, all but smooth, has no part in how they vary.
+  /// Widths are of a node's round fiber (`principled`, `chiang_hair_bsdf`), whose ranges are wider: those of strands
+  /// that leave theirs are taken for the nearest. The roughness, all but smooth, has no part in how they vary.
   bool has_node_widths = false;
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: by a hash of the strand
 };
