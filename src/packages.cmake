@@ -4,6 +4,7 @@
 #   libtress-dev    what find_package(tress) finds               (development)
 #   python3-tress   import tress, with TRESS_BUILD_PYTHON        (python)
 #   blender-tress   the render engine of Blender                 (blender)
+#   tress-lab       the rivals and what measures them            (laboratory)
 # Which libraries they need is read from the files by dpkg-shlibdeps.
 # Where Debian's Blender looks: 3.4 (Debian 12) in `addons`, 4.3 (Debian 13) in `addons_core` alone.
 set(addons ${CMAKE_INSTALL_DATADIR}/blender/scripts)
@@ -113,4 +114,17 @@ endif()
 tress_package(blender NAME blender-tress ARCHITECTURE all DEPENDS "blender, tress (>= ${PROJECT_VERSION})"
   SUMMARY "renderer of hair and fur, as a render engine of Blender" DETAILS "An add-on that runs the program tress."
   PRERM "rm -rf /usr/share/blender/scripts/addons/tress_render/__pycache__")
+if(TARGET tress-lab)
+  install(TARGETS tress-lab RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT laboratory)
+  if(BUILD_SHARED_LIBS)
+    set_target_properties(tress-lab PROPERTIES INSTALL_RPATH "$ORIGIN/${from_program}")
+  endif()
+  add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/manual_laboratory/tress-lab.1 DEPENDS tress-lab
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${PROJECT_BINARY_DIR}/manual_laboratory
+    COMMAND tress-lab help --man > ${PROJECT_BINARY_DIR}/manual_laboratory/tress-lab.1)
+  add_custom_target(manual_laboratory ALL DEPENDS ${PROJECT_BINARY_DIR}/manual_laboratory/tress-lab.1)
+  install(FILES ${PROJECT_BINARY_DIR}/manual_laboratory/tress-lab.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT laboratory)
+  tress_package(laboratory NAME tress-lab DEPENDS "${libraries}" SUMMARY "laboratory of tress: the models and learners it is measured against"
+    DETAILS "All commands of tress with the published rivals, and commands that measure one fiber.")
+endif()
 include(CPack)

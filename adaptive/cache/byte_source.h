@@ -36,7 +36,7 @@ class MemoryBytes final : public ByteSource {
 
 class FileBytes final : public ByteSource {
  public:
-  /// Of a regular file that stays open and was of this size.
+  /// Reads a regular file that stays open and had this size.
   FileBytes(int descriptor, std::size_t size) : descriptor_(descriptor), size_(size) {}
   std::size_t size() const override { return size_; }
   bool read(std::size_t offset, char* to, std::size_t size) const override;
@@ -62,7 +62,7 @@ class ByteReader {
   std::uint32_t u32() { return static_cast<std::uint32_t>(integer(4)); }
   std::uint64_t u64() { return integer(8); }
   float f32() { return std::bit_cast<float>(u32()); }
-  /// At most largest_buffer; good until the next call.
+  /// Returns at most largest_buffer bytes, which are good until the next call.
   std::string_view text(std::size_t size) {
     if (size > buffered() && !fill(size)) {
       short_ = true;
@@ -73,7 +73,7 @@ class ByteReader {
   }
 
   std::size_t remaining() const { return buffered() + (end_ - next_); }
-  /// Of the next byte, in the whole.
+  /// The offset of the next byte in the whole file.
   std::size_t position() const { return next_ - buffered(); }
   bool short_of_bytes() const { return short_; }
   /// The bytes are there, but could not be read.

@@ -15,7 +15,7 @@ class Checksum {
   Checksum& operator=(const Checksum&) = delete;
 
   void add(std::string_view bytes);
-  /// Of all bytes so far.
+  /// The checksum of all bytes so far.
   std::uint64_t value() const;
 
  private:

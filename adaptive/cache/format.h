@@ -32,7 +32,7 @@ constexpr std::size_t bin_bytes = 12;
 constexpr std::size_t longest_model_name = 256;
 constexpr std::uint64_t most_nodes_of_slice = std::uint64_t{1} << 20;
 constexpr float least_blur_rad = 1e-4f, largest_blur_rad = 3.1415927f;
-// Scales are kept in [.004, .5]; the slack is for the last bits of a float.
+// Scales are kept in [0.004, 0.5]; the slack is for the last bits of a float.
 constexpr float least_scale = 0.004f * 0.9999f, largest_scale = 0.5f * 1.0001f;
 // The knots of a row have its energy as their mass; the slack is for the last bits of their densities.
 constexpr float energy_slack = 1e-4f;
@@ -49,7 +49,7 @@ std::uint64_t checksum(std::string_view bytes);
 /// 16 lower-case hexadecimal digits.
 std::string hexadecimal(std::uint64_t value);
 
-/// Where a cache goes, piece by piece, from its first byte to its last.
+/// Takes a cache piece by piece, from its first byte to its last.
 class ByteSink {
  public:
   virtual ~ByteSink() = default;

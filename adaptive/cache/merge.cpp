@@ -24,7 +24,9 @@ bool below(const CachedRow& a, const CachedRow& b) {
   const bool a_converged = a.state == RowState::converged, b_converged = b.state == RowState::converged;
   if (a.generation != b.generation) return a.generation < b.generation;
   if (a_converged != b_converged) return b_converged;
-  if (a.objective != b.objective) return a.objective > b.objective;
+  // The objective of a row of samples is a noisy test: to keep the lowest of many would be convergence by selection.
+  const bool is_sampled = a.ribbons != nullptr && b.ribbons != nullptr;
+  if (!is_sampled && a.objective != b.objective) return a.objective > b.objective;
   if (a.count != b.count) return a.count < b.count;
   return encoded(a) < encoded(b);
 }

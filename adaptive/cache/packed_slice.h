@@ -35,7 +35,7 @@ class PackedSlice {
  public:
   explicit PackedSlice(SliceDescription slice) : description_(std::move(slice)) {}
 
-  /// In ascending order of node.
+  /// The rows are in ascending order of node.
   void add(const CachedRow& row);
   const SliceDescription& description() const { return description_; }
   std::uint32_t rows() const { return rows_; }

@@ -42,7 +42,7 @@ class CacheReader final : public RowSource {
     std::size_t start = 0, size = 0;  ///< of the payload
   };
 
-  // Of one section.
+  // What one section holds.
   bool header(ByteReader& in, std::uint64_t* hash);
   bool frame(ByteReader& in, format::Section section);
   bool read_model();

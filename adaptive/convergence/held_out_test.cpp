@@ -3,54 +3,110 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tress/adaptive/mixture.h"
+
 namespace tress::adaptive {
 namespace {
 
-std::size_t cell_of(float share, std::size_t cells) {
-  return std::min(static_cast<std::size_t>(share * static_cast<float>(cells)), cells - 1);
-}
+/// A cell's variance is taken for that of its own sets, three degrees of freedom, and, by so many more, for that of the
+/// light of its part: of its own alone a cell that few exits meet tells next to nothing.
+constexpr double pooled_freedom = 9;
 
 }  // namespace
 
 HeldOutTest::HeldOutTest(const RibbonRow& row) {
   for (std::uint32_t p = 0; p < row.parts(); ++p) mass_ += static_cast<double>(row.mass(p));
   for (std::uint32_t p = 0; p < row.parts(); ++p) {
-    ribbons_.push_back(row.ribbon(p));
+    tables_.set(p, row.ribbon(p));
     expected_.push_back(std::max(static_cast<double>(row.mass(p)), least_share * mass_) / cells);
   }
   for (std::vector<double>& of_set : observed_) of_set.assign(row.parts() * cells, 0.0);
 }
 
 void HeldOutTest::add(std::size_t set, std::span<const SampledExit> exits) {
-  for (const SampledExit& exit : exits) {
-    const auto [u, v] = ribbons_[exit.part].cdf(exit.azimuth, exit.height);
-    observed_[set][exit.part * cells + cell_of(u, cells_u) * cells_v + cell_of(v, cells_v)] +=
-        static_cast<double>(exit.weight);
+  constexpr std::size_t at_once = 64;
+  std::array<float, at_once> x{}, t{};
+  std::array<std::int32_t, at_once> part{}, cell;
+  for (std::size_t first = 0; first < exits.size(); first += at_once) {
+    const std::size_t n = std::min(at_once, exits.size() - first);
+    for (std::size_t i = 0; i < n; ++i) {
+      const SampledExit& exit = exits[first + i];
+      x[i] = wrap_angle(exit.azimuth);
+      t[i] = exit.height;
+      part[i] = static_cast<std::int32_t>(exit.part);
+    }
+    find_cells(tables_, cells_u, cells_v, (n + 7) / 8 * 8, x.data(), t.data(), part.data(), cell.data());
+    for (std::size_t i = 0; i < n; ++i) {
+      observed_[set][static_cast<std::size_t>(cell[i])] += static_cast<double>(exits[first + i].weight);
+    }
   }
 }
 
-SampledTest HeldOutTest::result(std::uint32_t paths) const {
+HeldOutCells HeldOutTest::found(std::uint32_t paths) const {
+  HeldOutCells found{expected_, mass_, static_cast<double>(paths), observed_};
+  for (std::vector<double>& of_set : found.observed) {
+    for (double& light : of_set) light /= found.paths;
+  }
+  return found;
+}
+
+void HeldOutCells::add(const HeldOutCells& other) {
+  const double all = paths + other.paths, before = mass > 0 ? paths / all / mass : 0,
+               after = other.paths / all / other.mass;
+  const auto join = [&](std::vector<double>& to, const std::vector<double>& from) {
+    to.resize(std::max(to.size(), from.size()), 0.0);
+    for (double& x : to) x *= before;
+    for (std::size_t i = 0; i < from.size(); ++i) to[i] += after * from[i];
+  };
+  join(expected, other.expected);
+  for (std::size_t s = 0; s < sets; ++s) join(observed[s], other.observed[s]);
+  paths = all;
+  mass = 1;
+}
+
+SampledTest HeldOutCells::result() const {
   // Of one cell, with the mean m over the sets and their variance v: the mean of the products of two sets is
-  // m^2 - v/sets. Its variance is 4 m^2 v/sets + 2 v^2/(sets (sets - 1)) over the true m and v; that of sets - 1
-  // degrees of freedom has a v^2 that is (sets + 1)/(sets - 1) too large, and an m^2 that is v/sets too large.
-  constexpr double n = sets;
-  double sum = 0, variance = 0;
-  for (std::size_t cell = 0; cell < observed_[0].size(); ++cell) {
-    const double expected = expected_[cell / cells];
-    if (!(expected > 0)) continue;
+  // m^2 - v/sets. Its variance is 4 m^2 v/sets + 2 v^2/(sets (sets - 1)) over the true m and v.
+  constexpr double n = sets, own_freedom = n - 1, freedom = own_freedom + pooled_freedom;
+  constexpr double square_of_own = 1 + 2 * own_freedom / (freedom * freedom);  // mean of v^2 over its true value
+  struct Cell {
+    double mean, variance;
+  };
+  std::vector<Cell> found(observed[0].size());
+  std::vector<double> variance(expected.size(), 0.0), light = variance;  // by part
+  for (std::size_t cell = 0; cell < found.size(); ++cell) {
+    const std::size_t part = cell / cells;
     double mean = 0, squares = 0;
-    for (const std::vector<double>& of_set : observed_) mean += (of_set[cell] / paths - expected) / n;
-    for (const std::vector<double>& of_set : observed_) {
-      const double d = of_set[cell] / paths - expected - mean;
+    for (const std::vector<double>& of_set : observed) mean += of_set[cell] / n;
+    for (const std::vector<double>& of_set : observed) {
+      const double d = of_set[cell] - mean;
       squares += d * d;
     }
-    const double v = squares / (n - 1), of_mean = v / n, per_mass = 1 / (expected * mass_);
-    const double square_of_variance = v * v * (n - 1) / (n + 1);
-    sum += (mean * mean - of_mean) * per_mass;
-    variance += (4 * std::max(mean * mean - of_mean, 0.0) * of_mean + 2 * square_of_variance / (n * (n - 1))) *
-                per_mass * per_mass;
+    found[cell] = {mean, squares / own_freedom};
+    variance[part] += found[cell].variance;
+    light[part] += mean;
   }
-  return {sum, std::sqrt(variance)};
+  double sum = 0, brighter = 0, of_misfit = 0, of_noise = 0;
+  for (std::size_t cell = 0; cell < found.size(); ++cell) {
+    const std::size_t part = cell / cells;
+    const double light_expected = expected[part], per_mass = 1 / (light_expected * mass);
+    if (!(light_expected > 0)) continue;
+    const auto [mean, v] = found[cell];
+    const double off = mean - light_expected, square = (off * off - v / n) * per_mass;
+    // Variance goes with light: with what was found, and with what is expected. The product of both has no bias where
+    // the row is right; where it is not, the misfit's share is the larger one.
+    const double per_light = light[part] > 0 ? pooled_freedom * variance[part] / light[part] : 0;
+    const double by_found = (own_freedom * v + per_light * mean) / freedom,
+                 by_expected = (own_freedom * v + per_light * light_expected) / freedom;
+    sum += square;
+    brighter += off / mass;
+    of_misfit += 4 * square * by_found / n * per_mass;
+    of_noise += 2 * by_found * by_expected / (square_of_own * n * (n - 1)) * per_mass * per_mass;
+  }
+  // Cells share the paths: what a path brings to the sum has this mean, whose square is no variance. The square of an
+  // error is told without bias, and so its sum over cells: that alone is held at 0 or above.
+  of_misfit -= 4 * (sum + brighter) * (sum + brighter) / (n * paths);
+  return {sum, std::sqrt(std::max(of_misfit, 0.0) + of_noise)};
 }
 
 }  // namespace tress::adaptive

@@ -59,7 +59,7 @@ class StopTest {
 
  private:
   FixedMoments<2> scores_;  ///< of min(4, r^2/(q L)), since the last test
-  // As of State.
+  // The same as in State.
   Verdict verdict_ = Verdict::undecided;
   float bound_ = -1;
   float largest_passed_ = 0;

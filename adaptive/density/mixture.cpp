@@ -15,7 +15,7 @@ namespace {
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 
-// T(s) = tanh(pi/(2s)); 1 in float below s = .17, where 2 exp(-pi/s) < 2^-25.
+// T(s) = tanh(pi/(2s)); 1 in float below s = 0.17, where 2 exp(-pi/s) < 2^-25.
 float truncation(float s) {
   if (s < 0.17f) return 1.0f;
   const float e = exp_of_negative(-pi / s);

@@ -1,11 +1,13 @@
 // The packed form of a ribbon (ESTIMATOR.md, E9): every number is a code on a scale that is fixed, so that packing what
 // was unpacked finds the same codes.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
 
+#include "density/near_logarithm.h"
 #include "tress/adaptive/ribbon.h"
 
 namespace tress::adaptive {
@@ -23,25 +25,38 @@ Code round_to_code(double x, Code largest) {
   return static_cast<Code>(std::lround(std::clamp(x, 0.0, static_cast<double>(largest))));
 }
 
+/// round_to_code(exact()), of which `near` is within 1e-7: the exact value is asked only where it may round elsewhere.
+template <class Exact>
+Code round_near(double near, Code largest, Exact&& exact) {
+  constexpr double doubt = 1e-6;
+  const double at = std::clamp(near, 0.0, static_cast<double>(largest));
+  const auto below = static_cast<Code>(at);
+  const double rest = at - below;
+  if (!(std::abs(rest - 0.5) > doubt)) return round_to_code(exact(), largest);
+  return below + (rest > 0.5 ? 1 : 0);
+}
+
 /// Equal steps of the logarithm from `least` to `largest`.
 struct Logarithmic {
   double least, largest;
   int bits;
   Code encode(float x) const {
-    return round_to_code(std::log(std::max(static_cast<double>(x), least) / least) / step(), largest_of(bits));
+    const double ratio = std::max(static_cast<double>(x), least) / least;
+    return round_near(near_log(ratio) / step(), largest_of(bits), [&] { return std::log(ratio) / step(); });
   }
   float decode(Code code) const { return static_cast<float>(least * std::exp(code * step())); }
   double step() const { return std::log(largest / least) / largest_of(bits); }
 };
 constexpr Logarithmic scales{Ribbon::least_scale, Ribbon::largest_scale, 8};
 
-/// Density over the largest of its layer. 0 is none.
+/// Density over the largest of its layer.
 struct Densities {
   static constexpr double step = 0.05;
   static constexpr Code largest = 255;
   static Code encode(float density, float of) {
     if (!(density > 0)) return 0;
-    return round_to_code(largest + std::log(static_cast<double>(density) / static_cast<double>(of)) / step, largest);
+    const double ratio = static_cast<double>(density) / static_cast<double>(of);
+    return round_near(largest + near_log(ratio) / step, largest, [&] { return largest + std::log(ratio) / step; });
   }
   static float decode(Code code) {
     return code == 0 ? 0 : static_cast<float>(std::exp((static_cast<double>(code) - largest) * step));
@@ -55,7 +70,10 @@ struct Modes {
   double half() const { return (largest_of(bits) - 1) / 2; }
   double reach() const { return std::asinh(Ribbon::largest_mode / bend); }
   Code encode(float mode) const {
-    return round_to_code(half() * (1 + std::asinh(static_cast<double>(mode) / bend) / reach()), largest_of(bits) - 1);
+    const double bent = static_cast<double>(mode) / bend, size = std::abs(bent);
+    const double near = std::copysign(near_log(size + std::sqrt(size * size + 1)), bent);
+    return round_near(half() * (1 + near / reach()), largest_of(bits) - 1,
+                      [&] { return half() * (1 + std::asinh(bent) / reach()); });
   }
   float decode(Code code) const {
     const double mode = bend * std::sinh((code / half() - 1) * reach());
@@ -78,53 +96,106 @@ struct Decays {
   };
   double step() const { return std::log(largest / least) / (largest_of(bits) - 1); }
   Codes encode(const std::array<float, 2>& decays) const {
-    const double first = told(decays[0], first_rate), second = told(decays[1], second_rate);
-    if (first < least / 2) return {0, largest_share};
-    const double share = (second / first - least_share) / (1 - least_share);
-    const double from_least = std::log(std::max(first, least) / least) / step();
-    return {1 + round_to_code(from_least, largest_of(bits) - 1), round_to_code(share * largest_share, largest_share)};
+    const auto near_first = told(decays[0], first_rate, near_log), near_second = told(decays[1], second_rate, near_log);
+    const auto first = [&] { return told(decays[0], first_rate, exact_log); };
+    const auto second = [&] { return told(decays[1], second_rate, exact_log); };
+    const bool doubtful = std::abs(near_first - least / 2) < 1e-9;
+    if ((doubtful ? first() : near_first) < least / 2) return {0, largest_share};
+    const auto from_least = [&](double of, double (*log)(double)) { return log(std::max(of, least) / least) / step(); };
+    const auto share = [&](double of_first, double of_second) {
+      return (of_second / of_first - least_share) / (1 - least_share) * largest_share;
+    };
+    return {1 + round_near(from_least(near_first, near_log), largest_of(bits) - 1,
+                           [&] { return from_least(first(), exact_log); }),
+            round_near(share(near_first, near_second), largest_share, [&] { return share(first(), second()); })};
   }
-  std::array<float, 2> decode(Codes codes) const {
-    if (codes.attribute == 0) return {1, 1};
-    const double first = least * std::exp((codes.attribute - 1) * step());
-    const double second = first * (least_share + (1 - least_share) * codes.share / largest_share);
-    return {static_cast<float>(std::exp(-first * first_rate)), static_cast<float>(std::exp(-second * second_rate))};
+  /// The attribute that the first decay alone tells; codes above 0.
+  double first(Code attribute) const { return least * std::exp((attribute - 1) * step()); }
+  static float first_decay(double first) { return static_cast<float>(std::exp(-first * first_rate)); }
+  static float second_decay(double first, Code share) {
+    const double second = first * (least_share + (1 - least_share) * share / largest_share);
+    return static_cast<float>(std::exp(-second * second_rate));
   }
-  static double told(float decay, double rate) {
+  static double exact_log(double x) { return std::log(x); }
+  static double told(float decay, double rate, double (*log)(double)) {
     constexpr double least_decay = 1e-37;
-    return -std::log(std::clamp(static_cast<double>(decay), least_decay, 1.0)) / rate;
+    return -log(std::clamp(static_cast<double>(decay), least_decay, 1.0)) / rate;
   }
 };
 constexpr Decays main_decays{10}, broad_decays{8};
 
-/// Numbers of any bits, lowest bit first.
+/// What all codes say.
+struct Decoded {
+  template <int bits>
+  struct OfDecays {
+    std::array<double, std::size_t{1} << bits> first{};
+    std::array<float, std::size_t{1} << bits> first_decay{};
+    explicit OfDecays(const Decays& decays) {
+      for (Code code = 1; code < first.size(); ++code) {
+        first[code] = decays.first(code);
+        first_decay[code] = Decays::first_decay(first[code]);
+      }
+    }
+  };
+  std::array<float, 256> scale, density;
+  std::array<float, std::size_t{1} << main_modes.bits> main_mode;
+  std::array<float, std::size_t{1} << broad_modes.bits> broad_mode;
+  OfDecays<main_decays.bits> main_decay{main_decays};
+  OfDecays<broad_decays.bits> broad_decay{broad_decays};
+
+  Decoded() {
+    const auto fill = [](auto& table, auto&& decode) {
+      for (Code code = 0; code < table.size(); ++code) table[code] = decode(code);
+    };
+    fill(scale, [](Code code) { return scales.decode(code); });
+    fill(density, [](Code code) { return Densities::decode(code); });
+    fill(main_mode, [](Code code) { return main_modes.decode(code); });
+    fill(broad_mode, [](Code code) { return broad_modes.decode(code); });
+  }
+};
+const Decoded& decoded() {
+  static const Decoded tables;
+  return tables;
+}
+
+/// Numbers of up to 32 bits, lowest bit first, in bytes that are whole words of 32 bits.
 class BitWriter {
  public:
   explicit BitWriter(std::byte* out) : out_(out) {}
   void put(Code code, int bits) {
-    for (int i = 0; i < bits; ++i, ++at_) {
-      out_[at_ / 8] |= static_cast<std::byte>(((code >> i) & 1u) << (at_ % 8));
-    }
+    word_ |= static_cast<std::uint64_t>(code) << filled_;
+    filled_ += bits;
+    if (filled_ < 32) return;
+    for (int i = 0; i < 4; ++i) *out_++ = static_cast<std::byte>(word_ >> 8 * i & 0xff);
+    word_ >>= 32;
+    filled_ -= 32;
   }
 
  private:
   std::byte* out_;
-  std::size_t at_ = 0;
+  std::uint64_t word_ = 0;
+  int filled_ = 0;
 };
 class BitReader {
  public:
   explicit BitReader(const std::byte* in) : in_(in) {}
   Code get(int bits) {
-    Code code = 0;
-    for (int i = 0; i < bits; ++i, ++at_) {
-      code |= ((static_cast<Code>(in_[at_ / 8]) >> (at_ % 8)) & 1u) << i;
+    if (left_ < bits) {
+      std::uint32_t word = 0;
+      for (int i = 0; i < 4; ++i) word |= static_cast<std::uint32_t>(*in_++) << 8 * i;
+      word_ |= static_cast<std::uint64_t>(word) << left_;
+      left_ += 32;
     }
+    const auto code = static_cast<Code>(word_ & largest_of(bits));
+    word_ >>= bits;
+    left_ -= bits;
     return code;
   }
 
  private:
   const std::byte* in_;
-  std::size_t at_ = 0;
+  std::uint64_t word_ = 0;
+  int left_ = 0;
 };
 
 constexpr double azimuth_steps = 65536;
@@ -157,12 +228,17 @@ void encode_layer(std::span<const RibbonKnot> knots, const Modes& modes, const D
   }
 }
 
-void decode_layer(std::span<const PackedKnot> knots, const Modes& modes, const Decays& decays,
+template <class OfModes, class OfDecays>
+void decode_layer(std::span<const PackedKnot> knots, const OfModes& modes, const OfDecays& decays,
                   std::span<RibbonKnot> out) {
+  const Decoded& tables = decoded();
   for (std::size_t k = 0; k < knots.size(); ++k) {
     const PackedKnot& knot = knots[k];
-    out[k] = {azimuth_of(knot.azimuth),        Densities::decode(knot.density), modes.decode(knot.mode),
-              scales.decode(knot.scale_below), scales.decode(knot.scale_above), decays.decode(knot.decays)};
+    const Code attribute = knot.decays.attribute;
+    out[k] = {azimuth_of(knot.azimuth),       tables.density[knot.density],   modes[knot.mode],
+              tables.scale[knot.scale_below], tables.scale[knot.scale_above], {1, 1}};
+    if (attribute == 0) continue;
+    out[k].decays = {decays.first_decay[attribute], Decays::second_decay(decays.first[attribute], knot.decays.share)};
   }
 }
 
@@ -231,8 +307,8 @@ PackedPart read(const std::byte* in) {
 Ribbon decode(const PackedPart& part) {
   std::array<RibbonKnot, Ribbon::main_knots> main;
   std::array<RibbonKnot, Ribbon::broad_knots> broad;
-  decode_layer(part.main, main_modes, main_decays, main);
-  decode_layer(part.broad, broad_modes, broad_decays, broad);
+  decode_layer(part.main, decoded().main_mode, decoded().main_decay, main);
+  decode_layer(part.broad, decoded().broad_mode, decoded().broad_decay, broad);
   const double share = static_cast<double>(part.main_share) / largest_share;
   const auto scale_to = [](std::span<RibbonKnot> knots, double mass) {
     const double is = mass_of(knots), factor = is > 0 ? mass / is : 0;
@@ -261,7 +337,10 @@ PackedPart encode(const Ribbon& ribbon) {
   part.main_share = round_to_code(static_cast<double>(ribbon.main_mass()) * largest_share, largest_share);
   // Steps of the azimuth may have left nothing of a layer that stands on one alone.
   std::array<RibbonKnot, Ribbon::main_knots> main;
-  decode_layer(part.main, main_modes, main_decays, main);
+  for (std::size_t k = 0; k < main.size(); ++k) {
+    main[k].azimuth = azimuth_of(part.main[k].azimuth);
+    main[k].density = decoded().density[part.main[k].density];
+  }
   if (!(mass_of(main) > 0)) part.main_share = 0;
   const bool no_broad =
       std::all_of(part.broad.begin(), part.broad.end(), [](const PackedKnot& k) { return k.density == 0; });

@@ -1,5 +1,4 @@
-// Fits a mixture to the exact pairs of a sketch: Levenberg-Marquardt, components grown while they pay (design section
-// 6).
+// Fits a mixture to the exact pairs of a sketch: Levenberg-Marquardt, components grown while they pay.
 #pragma once
 
 #include <span>
@@ -25,7 +24,8 @@ struct Fit {
 
 /// pairs: sorted by azimuth. energy: known mass of g. variation: max(integral (g-mean)^2, 1e-3/2pi), 1/rad.
 /// warm: the fit to start from, null for a cold one. Pure and deterministic; never fails: a flat mixture of the right
-/// energy is the worst answer. Every result is within the constraints (weights >= 0, s in [.004, .5], mu in [-pi, pi)).
+/// energy is the worst answer. Every result is within the constraints (weights >= 0, s in [0.004, 0.5], mu in [-pi,
+/// pi)).
 Fit fit_mixture(std::span<const ObservedPair> pairs, double energy, double variation, const Mixture* warm,
                 const FitSettings& settings);
 

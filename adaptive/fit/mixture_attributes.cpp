@@ -13,7 +13,7 @@ namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
 constexpr double reach = 4;             // of the blur in sigma: 6e-5 of it lies beyond
-constexpr double points_per_sigma = 4;  // linear interpolation between them errs by under .004 of a responsibility
+constexpr double points_per_sigma = 4;  // linear interpolation between them errs by under 0.004 of a responsibility
 
 /// Functions at equally spaced azimuths from -pi on, one part after the other.
 struct Curves {

@@ -1,6 +1,5 @@
 #include "fit/nnls.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -1,7 +1,7 @@
 // Non-negative least squares for a handful of unknowns.
 #pragma once
 
-#include <Eigen/Core>
+#include "fit/own_eigen.h"
 
 namespace tress::adaptive {
 

@@ -3,45 +3,66 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
-#include <vector>
 
 namespace tress::adaptive {
 namespace {
 
+constexpr float darkest = 1e-37f;
 constexpr double least_decay = 1e-6, most_decay = 1 - 1e-6;  ///< between them an exponent is looked for
-constexpr double largest_exponent = 16;
+constexpr double largest_exponent = 16, near_enough = 1e-6;
+constexpr int most_steps = 24;
+constexpr std::size_t all_knots = Ribbon::main_knots + Ribbon::broad_knots;
 
 /// A knot's share of the ribbon's light, and the logarithm of what is left of it.
 struct Share {
   double light, log_decay;
 };
 
-void add_shares(std::span<const RibbonKnot> knots, std::size_t rate, std::vector<Share>& shares) {
+void put_shares(std::span<const RibbonKnot> knots, std::size_t rate, std::span<Share> shares) {
+  const auto gap = [&](std::size_t from, std::size_t to) {
+    const double width = static_cast<double>(knots[to].azimuth) - static_cast<double>(knots[from].azimuth);
+    return width < 0 ? width + 2 * std::numbers::pi : width;
+  };
+  double before = gap(knots.size() - 1, 0);
   for (std::size_t k = 0; k < knots.size(); ++k) {
-    const auto gap = [&](std::size_t from, std::size_t to) {
-      const double width = static_cast<double>(knots[to].azimuth) - static_cast<double>(knots[from].azimuth);
-      return width < 0 ? width + 2 * std::numbers::pi : width;
-    };
-    const double hat = 0.5 * (gap((k + knots.size() - 1) % knots.size(), k) + gap(k, (k + 1) % knots.size()));
-    shares.push_back({hat * static_cast<double>(knots[k].density),
-                      std::log(std::clamp(static_cast<double>(knots[k].decays[rate]), least_decay, 1.0))});
+    const double after = gap(k, (k + 1) % knots.size());
+    shares[k] = {0.5 * (before + after) * static_cast<double>(knots[k].density),
+                 static_cast<double>(std::log(std::clamp(knots[k].decays[rate], darkest, 1.0f)))};
+    before = after;
   }
 }
 
-/// c such that sum light e^(c log_decay) is `left` of all light: the sum falls with c.
-double exponent_for(const std::vector<Share>& shares, double left) {
+void raise(std::span<RibbonKnot> knots, std::size_t rate, std::span<const Share> shares, double c) {
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    float& decay = knots[k].decays[rate];
+    if (decay > 0) decay = std::exp(static_cast<float>(c * shares[k].log_decay));
+  }
+}
+
+/// c such that sum light e^(c log_decay) is `left` of all light. The logarithm of the sum falls with c and is convex:
+/// Newton's method, kept within a bracket.
+double exponent_for(std::span<const Share> shares, double left) {
   double all = 0;
   for (const Share& share : shares) all += share.light;
-  left = std::clamp(left, least_decay, most_decay);
-  double low = 1 / largest_exponent, high = largest_exponent;
-  for (int i = 0; i < 24; ++i) {
-    const double c = std::sqrt(low * high);
-    double sum = 0;
-    for (const Share& share : shares) sum += share.light * std::exp(c * share.log_decay);
-    (sum > left * all ? low : high) = c;
+  const double wanted = std::log(std::clamp(left, least_decay, most_decay) * all);
+  double low = 1 / largest_exponent, high = largest_exponent, c = 1;
+  for (int i = 0; i < most_steps; ++i) {
+    double sum = 0, slope = 0;
+    for (const Share& share : shares) {
+      const double kept = share.light * static_cast<double>(std::exp(static_cast<float>(c * share.log_decay)));
+      sum += kept;
+      slope += kept * share.log_decay;
+    }
+    const double off = std::log(std::max(sum, std::numeric_limits<double>::min())) - wanted;
+    (off > 0 ? low : high) = c;
+    double next = c - off * sum / slope;
+    if (!(next > low && next < high)) next = std::sqrt(low * high);
+    if (std::abs(next - c) < near_enough * c) return next;
+    c = next;
   }
-  return std::sqrt(low * high);
+  return c;
 }
 
 }  // namespace
@@ -56,12 +77,25 @@ void PartEnergies::add(std::span<const SampledExit> exits, std::uint64_t paths) 
   paths_ += paths;
 }
 
+void PartEnergies::add(const RowExits& exits, std::uint64_t paths) {
+  for (std::uint32_t p = 0; p < light_.size(); ++p) {
+    light_[p].clear += exits.part[p].light;
+    for (std::size_t r = 0; r < rates; ++r) light_[p].left[r] += exits.part[p].left[r];
+  }
+  paths_ += paths;
+}
+
 double PartEnergies::mass(std::uint32_t part) const { return light_[part].clear / static_cast<double>(paths_); }
 
 double PartEnergies::total_mass() const {
   double mass = 0;
   for (const Light& light : light_) mass += light.clear;
   return mass / static_cast<double>(paths_);
+}
+
+bool PartEnergies::has_mass() const {
+  const auto all = static_cast<float>(total_mass());
+  return all > 0 && std::isfinite(all);
 }
 
 Ribbon PartEnergies::mended(const Ribbon& ribbon, std::uint32_t part) const {
@@ -71,12 +105,14 @@ Ribbon PartEnergies::mended(const Ribbon& ribbon, std::uint32_t part) const {
   std::ranges::copy(ribbon.broad(), broad.begin());
   const Light& light = light_[part];
   for (std::size_t r = 0; r < rates; ++r) {
-    std::vector<Share> shares;
-    add_shares(main, r, shares);
-    add_shares(broad, r, shares);
-    const auto c = static_cast<float>(exponent_for(shares, light.left[r] / light.clear));
-    for (RibbonKnot& knot : main) knot.decays[r] = std::pow(knot.decays[r], c);
-    for (RibbonKnot& knot : broad) knot.decays[r] = std::pow(knot.decays[r], c);
+    std::array<Share, all_knots> shares;
+    const auto of_main = std::span(shares).first<Ribbon::main_knots>();
+    const auto of_broad = std::span(shares).last<Ribbon::broad_knots>();
+    put_shares(main, r, of_main);
+    put_shares(broad, r, of_broad);
+    const double c = exponent_for(shares, light.left[r] / light.clear);
+    raise(main, r, of_main, c);
+    raise(broad, r, of_broad, c);
   }
   return Ribbon(main, ribbon.main_law(), broad);
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
 
 namespace tress::adaptive {
 namespace {
@@ -34,7 +35,7 @@ Problem::Problem(std::span<const ObservedPair> pairs, double energy)
     }
   }
   if (!std::ranges::is_sorted(usable, {}, &ObservedPair::azimuth)) {
-    std::ranges::stable_sort(usable, {}, &ObservedPair::azimuth);
+    std::ranges::sort(usable, {}, [](const ObservedPair& pair) { return std::pair(pair.azimuth, pair.g); });
   }
   const std::size_t n = size_ = usable.size();
   azimuth_.resize(padded_size(n));

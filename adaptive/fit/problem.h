@@ -1,7 +1,6 @@
 // The least squares problem that a fit solves, in double: parameters, residuals and their gradients.
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "fit/kernels.h"
+#include "fit/own_eigen.h"
 #include "observations/sketch.h"
 #include "tress/adaptive/mixture.h"
 
@@ -73,7 +73,7 @@ class Problem {
     std::vector<double> f, columns, scratch;
     double missing = 0;  ///< E - sum a
   };
-  /// As objective, and what the normal equations need.
+  /// The objective, and what the normal equations need.
   double linearise(const Vector& parameters, Linearisation& at) const;
   /// The normal matrix J^T W J (lower half) and the gradient J^T W r there, of parameters.size() parameters.
   void normal_equations(Linearisation& at, Eigen::Index count, Square& normal, Vector& gradient) const;

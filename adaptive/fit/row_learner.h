@@ -64,7 +64,7 @@ struct FitContext {
 };
 
 /// Whether a fit may be published at all: at most `components` components, weights >= 0 of sum `energy`, modes on the
-/// circle, scales in [.004, .5], everything finite.
+/// circle, scales in [0.004, 0.5], everything finite.
 bool is_legal(const Mixture& fit, int components, double energy);
 /// Likewise: densities >= 0 and finite, of mass `energy`.
 bool is_legal(const KnotDensity& table, double energy);
@@ -88,7 +88,7 @@ class RowLearner {
 
   /// What the object keeps from one call to the next, and back: a fresh object that is given it goes on to the bit.
   /// Unset: it cannot be told, and a table of such rows cannot be saved as it is (Service::state). set_state: false,
-  /// and the object of no use, if these words are none of state().
+  /// and the object of no use, if these words do not come from state().
   virtual std::optional<std::vector<std::uint64_t>> state() const;
   virtual bool set_state(std::span<const std::uint64_t> words);
 

@@ -17,13 +17,12 @@ constexpr std::uint32_t audit_one_in = 8;  // of the converged rows of a cache, 
 
 bool Service::Table::answers(SliceId slice, const CachedRow& cached) const {
   if (cached.state != RowState::converged) return false;
+  if (slices_[slice]->is_sampled()) return true;
   const double objective = cached.objective;
-  return objective <= coarsest_cached(slice) ||
-         (paths_ > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
+  return objective <= options_.epsilon || (paths_ > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
 }
 
 bool Service::Table::needs_nodes(const Candidate& candidate) const {
-  if (slices_[candidate.slice]->is_sampled()) return false;
   const auto& stored = slices_[candidate.slice]->stored;
   const auto found = stored.find(candidate.node);
   return found == stored.end() || !answers(candidate.slice, found->second);
@@ -32,9 +31,7 @@ bool Service::Table::needs_nodes(const Candidate& candidate) const {
 std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   const Slice& slice = *slices_[candidate.slice];
   const auto found = slice.stored.find(candidate.node);
-  if (slice.is_sampled()) {
-    return sizeof(Row) + sampled_bytes_needed(found == slice.stored.end() ? nullptr : &found->second);
-  }
+  if (slice.is_sampled()) return sizeof(Row) + sizeof(RibbonAnswer);
   if (!needs_nodes(candidate)) {
     const CachedRow& row = found->second;
     return sizeof(Row) +
@@ -69,12 +66,11 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
       row.set_count(cached->count);
       row.energy = cached->energy;
       row.audit = stream_of(row, 0).next_bits() % audit_one_in == 0 ? Audit::due : Audit::possible;
-      row.is_coarse = slice.is_sampled() && static_cast<double>(cached->objective) > options_.sampled_epsilon;
       outcome.cached = cached;
       return outcome;
     }
   }
-  return slice.is_sampled() ? learn(row, cached) : open(row, cached);
+  return open(row, cached);
 }
 
 Service::Table::Outcome Service::Table::open(Row& row, const CachedRow* cached) const {
@@ -121,6 +117,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
     std::vector<std::size_t> sizes;
     for (std::size_t i = start; i < traced_end; ++i) {
       Candidate& one = candidates[i];
+      if (!one.nodes && needs_nodes(one)) continue;  // the target cannot tell them
       const std::size_t size = bytes_needed(one);
       if (bytes_ + size > options_.memory_bytes) {
         room = false;

@@ -6,7 +6,7 @@
 
 namespace tress::adaptive {
 
-void Service::Table::note(Error error) {
+void Service::Table::note(Error error) const {
   const std::scoped_lock lock(misuse_mutex_);
   if (!misuse_) misuse_ = std::move(error);
 }

@@ -11,6 +11,7 @@ Result<const FormedRows*> Service::Table::add_form(SliceId slice, std::shared_pt
                                                    const std::vector<float>& decay_rates) {
   if (std::optional<Error> early = within_pass("add_form")) return std::move(*early);
   if (slice >= slices_.size()) return no_such_slice("add_form", slice);
+  if (form == nullptr) return Error{"", "add_form", "a form", "none"};
   const SliceDescription& description = slices_[slice]->description;
   std::unique_ptr<FormedRows> rows(new FormedRows);
   rows->slice_ = slice;
@@ -31,14 +32,16 @@ Result<const FormedRows*> Service::Table::add_form(SliceId slice, std::shared_pt
 
 FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
   FormedLookup found;
-  Slice& slice = *slices_[rows.slice_];
-  const bool is_there = node < slice.description.node_count();
+  const bool is_there = rows.slice_ < slices_.size() && node < rows.height_ * rows.width_ &&
+                        node < slices_[rows.slice_]->description.node_count();
   if ((!is_there || options_.check_passes) && is_misuse("fetch", rows.slice_, node)) return found;
+  if (!is_there) return found;  // of another service
+  Slice& slice = *slices_[rows.slice_];
   RowEntry* entry = rows.stride_ != 0 ? &rows.entries_[node] : nullptr;
   if (entry != nullptr && entry->get()) {  // another thread was first
     found.answer = entry->get();
     found.row = bare_view(RowState::converged, rows.slice_, node);
-    converged_queries_.add(found.answer.has_row() ? 1 : 0);
+    count_formed(found.answer.has_row() ? 1 : 0, found.answer.has_converged() ? 1 : 0);
     return found;
   }
   if (const void* instead = rows.form_->instead_of_row(node)) {
@@ -48,13 +51,26 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
   }
   if (!slice.has_index()) return found;
   Slot& slot = slice.slots[node];
-  if (!slot.has_answer()) return found;
-  slot.queries.fetch_add(1, std::memory_order_relaxed);  // where it shows that the row was asked, and may be audited
-  RowView row = view_of(slot);
-  row.slice = rows.slice_;
-  row.node = node;
-  row.pass = pass_;
-  found.row = bare_view(RowState::converged, rows.slice_, node);
+  RowView row;
+  if (slice.is_sampled()) {
+    row = sampled_view(rows.slice_, node);
+    if (row.ribbons == nullptr) return found;
+  } else {
+    if (!slot.has_answer()) return found;
+    row = view_of(slot);
+    row.slice = rows.slice_;
+    row.node = node;
+    row.pass = pass_;
+  }
+  if (slice.is_sampled() && entry != nullptr) {
+    // Only whether it was asked: how often a form is made anew depends on threads and room, and paths go by queries.
+    std::uint32_t none = 0;
+    const bool is_first = slot.queries.compare_exchange_strong(none, 1, std::memory_order_relaxed);
+    if (!is_first) count_formed(1, row.state == RowState::converged ? 1 : 0);
+  } else {
+    slot.queries.fetch_add(1, std::memory_order_relaxed);  // where it shows that the row was asked, and may be audited
+  }
+  found.row = bare_view(row.state, rows.slice_, node);
   found.row.row = row.row;
 
   const std::size_t size = BlockStore::rounded(rows.form_->bytes(row));
@@ -62,16 +78,17 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
   const std::size_t others = bytes_ + memo_bytes_.load(std::memory_order_relaxed);
   if (entry == nullptr || others + before + size > options_.memory_bytes) {
     formed_bytes_.fetch_sub(size, std::memory_order_relaxed);
+    forms_made_anew_.add(1);
     constexpr std::align_val_t line{BlockStore::line_bytes};
     std::shared_ptr<void> block(::operator new(size, line), [](void* memory) { ::operator delete(memory, line); });
     rows.form_->write(row, block.get());
-    found.answer = RowAnswer::of_row(block.get());
+    found.answer = RowAnswer::of_row(block.get(), row.state == RowState::converged);
     found.kept = std::move(block);
     return found;
   }
   void* block = blocks_.take(size);
   rows.form_->write(row, block);
-  found.answer = entry->put_first(RowAnswer::of_row(block));
+  found.answer = entry->put_first(RowAnswer::of_row(block, row.state == RowState::converged));
   if (found.answer.block() == block) {
     const std::scoped_lock lock(made_mutex_);
     forms_[form_of(rows)].made.push_back({block, size, node});
@@ -92,16 +109,22 @@ bool Service::Table::make_again(Form& form, std::uint32_t node) {
   FormedRows& rows = *form.rows;
   const Slice& slice = *slices_[rows.slice_];
   if (rows.stride_ == 0 || !slice.has_index() || node >= slice.description.node_count()) return false;
-  if (rows.entries_[node].get() || !slice.slots[node].has_answer() || rows.form_->instead_of_row(node) != nullptr)
-    return false;
-  RowView row = view_of(slice.slots[node]);
-  row.slice = rows.slice_;
-  row.node = node;
-  row.pass = pass_;
+  if (rows.entries_[node].get() || rows.form_->instead_of_row(node) != nullptr) return false;
+  RowView row;
+  if (slice.is_sampled()) {
+    row = sampled_view(rows.slice_, node);
+    if (row.ribbons == nullptr) return false;
+  } else {
+    if (!slice.slots[node].has_answer()) return false;
+    row = view_of(slice.slots[node]);
+    row.slice = rows.slice_;
+    row.node = node;
+    row.pass = pass_;
+  }
   const std::size_t size = BlockStore::rounded(rows.form_->bytes(row));
   void* block = blocks_.take(size);
   rows.form_->write(row, block);
-  rows.entries_[node].put(RowAnswer::of_row(block));
+  rows.entries_[node].put(RowAnswer::of_row(block, row.state == RowState::converged));
   formed_bytes_ += size;
   form.made.push_back({block, size, node});
   return true;
@@ -119,17 +142,20 @@ void Service::Table::drop_forms(SliceId slice) {
 }
 
 void Service::Table::drop(Form& form) {
-  for (const Made& one : form.made) {
-    form.rows->entries_[one.node].put({});
-    blocks_.give_back(one.block, one.bytes);
-    formed_bytes_ -= one.bytes;
-  }
+  for (const Made& one : form.made) let_go(form, one);
   form.made.clear();
+}
+
+void Service::Table::let_go(Form& form, const Made& one) {
+  form.rows->entries_[one.node].put({});
+  blocks_.give_back(one.block, one.bytes);
+  formed_bytes_ -= one.bytes;
 }
 
 void Service::Table::make_room() {
   if (bytes_ + formed_bytes_ <= options_.memory_bytes) return;
   for (Form& form : forms_) drop(form);
+  for (const std::unique_ptr<Slice>& slice : slices_) let_go_all_interpolated(*slice);
 }
 
 }  // namespace tress::adaptive

@@ -10,7 +10,7 @@ namespace tress::adaptive {
 namespace {
 
 /// How much of a row's L2 error the light of a picture sees, v of E8: in the bound, and in the share of picture_error
-/// that a row may take. Where rows are fitted it was .17 at most, under a small bright window .4 (E8).
+/// that a row may take. Where rows are fitted it was 0.17 at most, under a small bright window 0.4 (E8).
 constexpr double bound_sees = 1, share_sees = 0.1;
 constexpr double least_epsilon = 1e-3;  // below it rows begin to be refused
 /// Of chi^2: below the first, paths grow past what rows get; any first fit is within the second.
@@ -36,7 +36,7 @@ double Service::Table::light_share(SliceId slice, std::uint32_t node, double uns
 
 double Service::Table::epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
   const Slice& of = *slices_[slice];
-  if (!is_light_driven(of)) return of.is_sampled() ? sampled_epsilon_of(slice, node) : epsilon_without_light(slice);
+  if (!is_light_driven(of)) return epsilon_without_light(slice);
   // A path more than was seen: few paths do not show that a row carries nothing.
   const double share = light_share(slice, node, 1);
   const double variation = relative_variation(of.description, energy);
@@ -47,19 +47,12 @@ double Service::Table::epsilon_of(SliceId slice, std::uint32_t node, float energ
                          : std::clamp(epsilon, least_epsilon, 1.0);
 }
 
-double Service::Table::sampled_epsilon_of(SliceId slice, std::uint32_t node) const {
-  const double most = std::max(options_.sampled_epsilon, options_.faint_sampled_epsilon);
-  if (paths_ == 0 || !(mean_sampled_light_ > 0)) return options_.sampled_epsilon;
-  const double mean = mean_sampled_light_ / (static_cast<double>(fixed_light(1)) * static_cast<double>(paths_));
-  const double less = mean / light_share(slice, node, 1);
-  return std::clamp(options_.sampled_epsilon * less * less, options_.sampled_epsilon, most);
-}
-
 double Service::Table::bias_bound() const {
   if (paths_ == 0) return 0;
   double sum = 0;
   for (const Row& row : rows_) {
-    if (state_of(row) != RowState::converged) continue;
+    const bool answers = slot_of(row).has_answer();
+    if (!answers) continue;
     const double objective = objective_of(row);
     const double variation = relative_variation(slices_[row.slice]->description, row.energy);
     sum += light_share(row.slice, row.node, 0) * std::sqrt(variation * objective);

@@ -34,6 +34,7 @@ void Service::Table::update_rows(PassReport& report) {
   for (std::uint32_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
     Slice& slice = *slices_[row.slice];
+    if (slice.is_sampled()) continue;
     const bool asked = slice.slots[row.node].queries.load(std::memory_order_relaxed) != slice.queries_before[row.node];
     const bool told = row.learning && row.learning->observed.load(std::memory_order_relaxed) != 0;
     // The first cached row that is asked is checked for its slice, beside those chosen by key.
@@ -44,8 +45,7 @@ void Service::Table::update_rows(PassReport& report) {
       row.audit = Audit::due;
       slice.audited = true;
     }
-    const bool is_looked_at = state == RowState::converged && row.is_coarse && is_well_asked(row);
-    if (state == RowState::open ? asked || told : is_audited || is_looked_at) dirty.push_back(i);
+    if (state == RowState::open ? asked || told : is_audited) dirty.push_back(i);
   }
   std::vector<Outcome> outcomes(dirty.size());
   std::vector<std::size_t> sizes(dirty.size());
@@ -58,11 +58,7 @@ void Service::Table::update_rows(PassReport& report) {
   for (std::size_t i = 0; i < dirty.size(); ++i) {
     Row& row = rows_[dirty[i]];
     Outcome& outcome = outcomes[i];
-    if (row.learning || outcome.ends_sampled()) show(row, outcome);
-    if (outcome.refined) {
-      drop_forms(row.slice);
-      changes_.push_back({row.slice, row.node, state_of(row)});
-    }
+    if (row.learning) show(row, outcome);
     if (outcome.audit_failed) {
       if (outcome.nodes) start_anew(row, std::move(outcome.nodes), report);
       if (row.audit == Audit::none) {
@@ -107,6 +103,15 @@ void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nod
   count_converged(again, report);
 }
 
+void Service::Table::prepare() {
+  if (!learns_ || within_pass("prepare")) return;
+  const std::clock_t start = std::clock();
+  changes_.clear();
+  grow_samples(between_passes_);
+  prepared_ = std::exchange(changes_, {});
+  between_passes_.learning_cpu_seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
 PassReport Service::Table::publish(std::uint64_t paths) {
   PassReport report;
   if (options_.check_passes && (phase_.load() == Phase::publishing || readers_.load() != 0)) {
@@ -149,15 +154,25 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   const std::clock_t start = std::clock();
   PassReport report = between_passes_;
   between_passes_ = PassReport{};
-  changes_.clear();
+  changes_ = std::exchange(prepared_, {});
   ++pass_;
   paths_ += paths;
   report.traces += traces_.exchange(0, std::memory_order_relaxed);
   report.converged_queries += converged_queries_.take();
-  report.queries += report.converged_queries;
+  report.answered_queries += answered_queries_.take();
+  report.forms_made_anew += forms_made_anew_.take();
+  report.queries += report.answered_queries;
+
+  for (const std::unique_ptr<Slice>& slice : slices_) {
+    if (!slice->has_index() || !slice->is_sampled()) continue;
+    const std::size_t room = options_.memory_bytes > bytes_ ? options_.memory_bytes - bytes_ : 0;
+    report.newly_heard -= slice->heard.paths();
+    bytes_ += slice->heard.take_in(slice->description.node_count(), room);
+    report.newly_heard += slice->heard.paths();
+    report.heard_paths += slice->heard.paths();
+  }
 
   std::vector<Candidate> candidates;
-  std::uint64_t sampled_nodes = 0, sampled_light = 0;
   const std::uint64_t unindexed = unindexed_queries_.take();
   report.queries += unindexed;
   for (SliceId p = 0; p < slices_.size(); ++p) {
@@ -167,15 +182,16 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
       Slot& slot = slice.slots[n];
       const std::uint32_t in_all = slot.queries.load(std::memory_order_relaxed);
       report.rows_queried += in_all != 0 ? 1 : 0;
-      if (slice.is_sampled() && in_all != 0) {
-        ++sampled_nodes;
-        sampled_light += slice.light[n].load(std::memory_order_relaxed);
-      }
       const std::uint32_t queries = in_all - slice.queries_before[n];
       report.queries += queries;
-      if (slot.row != Slot::no_row) {
-        if (state_of(rows_[slot.row]) == RowState::converged) report.converged_queries += queries;
-      } else if (learns_ && in_all >= queries_to_creation(slice) && in_all > 0) {
+      if (slot.row != Slot::no_row || slot.interpolated() != nullptr) {
+        const bool converged = slot.row != Slot::no_row && state_of(rows_[slot.row]) == RowState::converged;
+        if (converged) report.converged_queries += queries;
+        if (slot.has_answer() || slot.interpolated() != nullptr) report.answered_queries += queries;
+        report.rows_coarse += slot.row == Slot::no_row ? 1 : 0;
+      } else if (slice.is_sampled()) {
+        continue;
+      } else if (learns_ && in_all >= options_.queries_to_creation() && in_all > 0) {
         candidates.push_back({p, n, in_all, slice.light[n].load(std::memory_order_relaxed), slot.take_memo()});
       } else {
         slot.take_memo();
@@ -184,7 +200,6 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   }
   memo_bytes_.store(0, std::memory_order_relaxed);
   queried_ = report.rows_queried;
-  mean_sampled_light_ = sampled_nodes > 0 ? static_cast<double>(sampled_light) / static_cast<double>(sampled_nodes) : 0;
 
   if (learns_) update_rows(report);
 
@@ -195,6 +210,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
     return order != 0 ? order < 0 : x.node < y.node;
   });
   report.at_ceiling = !admit(candidates, report) || unindexed > 0;
+  if (learns_) grow_samples(report);
   make_room();
 
   for (const std::unique_ptr<Slice>& slice : slices_) {
@@ -205,7 +221,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   }
   fill_totals(report);
   announce();
-  report.learning_cpu_seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  report.learning_cpu_seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   return report;
 }
 
@@ -221,7 +237,9 @@ void Service::Table::fill_totals(PassReport& report) const {
     if (const KnotRow* knots = slot.knots())
       ++report.knots[static_cast<std::size_t>(std::countr_zero(knots->table.knots().size() / KnotDensity::fewest))];
     report.ribbons += slot.ribbons() != nullptr ? 1 : 0;
-    report.unusable += slot.refusal() != nullptr && slot.refusal()->unusable ? 1 : 0;
+    report.unusable += slot.refusal() != nullptr ? 1 : 0;
+    if (const RibbonAnswer* answer = slot.ribbons())
+      report.rows_at_most_paths += !answer->has_converged && answer->paths >= most_paths() ? 1 : 0;
     if (const float objective = objective_of(row); objective >= 0) objectives.push_back(objective);
   }
   report.rows_reopened = reopened_;
@@ -257,7 +275,7 @@ void Service::Table::announce() {
     if (view.fit != nullptr) report.components = view.fit->component_count;
     if (view.knots != nullptr) report.knots = static_cast<std::uint32_t>(view.knots->knots().size());
     if (view.ribbons != nullptr) report.ribbons = view.ribbons->parts();
-    listener_(report);
+    calls_without_throwing("row listener", [this](Error error) { note(std::move(error)); }, [&] { listener_(report); });
   }
 }
 

@@ -81,12 +81,10 @@ struct Row {
   std::uint32_t node;
   float energy = 0;              ///< mass of g
   std::uint32_t generation = 0;  ///< raised by each reopening, raise_generation()
-  // Of a row that has ended; while it learns these are in `learning`.
+  // These are of a row that has ended. While it learns they are in `learning`.
   std::uint64_t count : 48 = 0;  ///< g evaluations that taught it
   std::uint64_t failed : 8 = 0;  ///< tests failed, in all; 255: or more
-  Audit audit : 7 = Audit::none;
-  /// Of samples, from a cache and coarser than sampled_epsilon: learned anew if its light asks for much less.
-  bool is_coarse : 1 = false;
+  Audit audit = Audit::none;
   std::unique_ptr<Learning> learning;  ///< null once converged, and in slices of samples
 
   std::uint64_t taught() const { return learning ? learning->count : count; }

@@ -127,7 +127,7 @@ void Service::Table::conclude(Row& row, const FitContext& context, Outcome& outc
 }
 
 Service::Table::Outcome Service::Table::update(Row& row) const {
-  if (!row.learning) return row.is_coarse && is_well_asked(row) ? refine_samples(row) : audit(row);
+  if (!row.learning) return audit(row);
   Outcome outcome;
   outcome.g_evaluations = row.learning->observed.exchange(0, std::memory_order_relaxed);
   row.learning->count += outcome.g_evaluations;
@@ -148,13 +148,14 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
 Service::Table::Outcome Service::Table::audit(Row& row) const {
   if (row.audit != Audit::due) return {};
   row.audit = Audit::none;
-  return slices_[row.slice]->is_sampled() ? audit_samples(row) : audit_density(row);
+  return audit_density(row);
 }
 
 Service::Table::Outcome Service::Table::audit_density(Row& row) const {
   Outcome outcome;
   const RowView view = view_of(slot_of(row));
   std::unique_ptr<const TracedNodes> nodes = trace(row.slice, row.node);
+  if (!nodes) return outcome;
   RandomStream random = stream_of(row, audit_purpose);
   FixedMoments<2> scores;
   for (int i = 0; i < audit_draws; ++i) {

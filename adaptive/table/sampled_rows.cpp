@@ -1,87 +1,285 @@
-// Rows of slices of samples: learned whole at the end of a pass, or of a cache and audited by fresh draws. They are
-// never open: what has not converged is answered by the host's own target.
-#include <algorithm>
-#include <bit>
-#include <memory>
+// The life of rows of samples (README.md): coarse rows first, finer ones and more paths where events are.
+#include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "convergence/held_out_test.h"
+#include "fit/learn_stage.h"
 #include "fit/sampled_learner.h"
-#include "table/cached_form.h"
 #include "table/table.h"
 
 namespace tress::adaptive {
 namespace {
 
+/// A row that learns until it passes its test may have more paths than one that goes by its events.
+constexpr std::uint32_t most_by_events = 16384, most_of_coarse = 2048;
+/// Events around a node of a coarse grid, or at a node of the slice's own, after which it has a row of its own.
+constexpr double events_of_coarse = 64, events_of_own = 512;
+constexpr double events_per_path = 2;
 constexpr std::uint32_t audit_paths = 1024;
-/// A row of a cache is learned anew where its light asks for an epsilon this many times as small as its bound: light is
-/// known by the paths of a few passes, and a cache that is used again shall not be learned again.
-constexpr double too_coarse = 2;
+
+/// Paths of a row that heard ones teach, by stages.
+constexpr std::array<std::uint32_t, 3> heard_stages{64, 256, 1024};
+
+/// Draws what was heard at one node: every fourth path, in the order that they came, is of one stream.
+class HeardTarget final : public SampledTarget {
+ public:
+  HeardTarget(const SampledTarget& target, std::span<const SampledExit> heard) : target_(target), heard_(heard) {}
+  std::uint32_t parts(const SliceDescription& slice) const override { return target_.parts(slice); }
+  std::string model_name() const override { return target_.model_name(); }
+  void draw(const SliceDescription&, float, float, std::uint64_t stream, std::uint32_t first, std::uint32_t count,
+            std::vector<SampledExit>& out) const override {
+    for (std::uint32_t i = first; i < first + count; ++i) out.push_back(heard_[i * HeldOutTest::sets + stream]);
+  }
+
+ private:
+  const SampledTarget& target_;
+  std::span<const SampledExit> heard_;
+};
+
+std::uint32_t stage_after(std::uint32_t paths) {
+  const auto next = std::ranges::upper_bound(sampled_stages, paths);
+  return next == sampled_stages.end() ? 0 : *next;
+}
+
+/// The stage of a row of so many events: at least one path for two of them.
+std::uint32_t stage_for(double events, std::uint32_t most) {
+  std::uint32_t stage = sampled_stages.front();
+  while (stage < most && static_cast<double>(stage) * events_per_path <= events) stage = stage_after(stage);
+  return std::min(stage, most);
+}
 
 }  // namespace
 
-std::size_t Service::Table::sampled_bytes_needed(const CachedRow* stored) {
-  const std::size_t kept = stored != nullptr && stored->ribbons ? cached_row_bytes(*stored) : 0;
-  return std::max(sizeof(RibbonAnswer), sizeof(SampledRefusal) + kept);
+std::uint32_t Service::Table::most_paths() const {
+  return learns_to_epsilon() ? sampled_stages.back() : most_by_events;
 }
 
-Service::Table::Outcome Service::Table::learn(Row& row, const CachedRow* cached) const {
+std::vector<double> Service::Table::gathered_events(const Slice& slice, std::size_t level) const {
+  std::vector<double> events(slice.description.node_count(), 0.0);
+  for (std::uint32_t n = 0; n < events.size(); ++n) {
+    const auto asked = static_cast<double>(slice.asked(n));
+    if (!(asked > 0)) continue;
+    for (const Levels::Corner& corner : slice.levels.around(level, n))
+      events[corner.node] += asked * static_cast<double>(corner.weight);
+  }
+  return events;
+}
+
+std::uint32_t Service::Table::wanted_paths(SliceId id, std::size_t level, double events) const {
+  const Slice& slice = *slices_[id];
+  const bool is_coarse = level < slice.levels.coarse();
+  if (!options_.own_paths) return 0;
+  const bool waits = slice.levels.coarse() > 0 && !learns_to_epsilon();  // coarser rows answer meanwhile
+  double least = waits ? events_of_own : std::max<double>(options_.queries_before_creation, 1);
+  if (is_coarse) least = level == 0 ? 0 : events_of_coarse;
+  if (events < least) return 0;
+  if (is_coarse) return stage_for(events, most_of_coarse);
+  return stage_for(events, learns_to_epsilon() ? sampled_stages.front() : most_by_events);
+}
+
+Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t paths, const RibbonAnswer* parent) const {
   const SliceDescription& slice = slices_[row.slice]->description;
   const auto width = static_cast<std::uint32_t>(slice.axis_b.size());
-  SampledLimits limits;
-  limits.epsilon = epsilon_of(row.slice, row.node, 0);
-  const SampledRow learned =
-      learn_samples(*samples_, slice, slice.axis_a[row.node / width], slice.axis_b[row.node % width], limits);
-  // The first paths are fitted; each doubling is a test, and a fit.
-  const auto fits = static_cast<std::uint32_t>(std::bit_width(learned.paths / limits.first_paths));
+  const float a = slice.axis_a[row.node / width], b = slice.axis_b[row.node % width];
+  const RibbonAnswer* before = slot_of(row).ribbons();
+  const double epsilon = epsilon_of(row.slice, row.node, row.energy);
+  const HeardTarget heard(*samples_, slices_[row.slice]->heard.at(row.node));
+  const SampledTarget& teacher = options_.own_paths ? static_cast<const SampledTarget&>(*samples_) : heard;
   Outcome outcome;
-  outcome.g_evaluations = learned.paths + learned.energy_paths;
-  outcome.refits = fits;
-  outcome.converged = learned.verdict == SampledRow::Verdict::converged;
-  row.set_count(learned.paths);
-  row.set_failed(std::max(fits, 1u) - 1 - (outcome.converged && fits > 1 ? 1 : 0));
-  if (outcome.converged) {
-    row.energy = learned.row.total_mass();
-    outcome.ribbons.reset(new RibbonAnswer{learned.row, learned.objective});
-    return outcome;
+  auto answer = std::make_unique<RibbonAnswer>();
+  answer->objective = 1;
+  if (before != nullptr) *answer = *before;
+  std::uint32_t had = before != nullptr ? before->paths : 0;
+  for (;;) {
+    const bool is_tested = had > 0 && !answer->has_converged;
+    const StagedRow staged = learn_stage(teacher, slice, a, b, paths, had, had > 0 ? &answer->row : nullptr,
+                                         had == 0 && parent != nullptr ? &parent->row : nullptr);
+    outcome.g_evaluations += paths - had;
+    ++outcome.refits;
+    if (!staged.usable) {
+      outcome.refusal = std::make_unique<const SampledRefusal>();
+      return outcome;
+    }
+    SampledTest test = staged.test;
+    if (!staged.tested && had == 0 && options_.own_paths) {  // nothing has tested it yet: fresh draws do
+      test = test_samples(*samples_, slice, a, b, staged.row, 0, paths);
+      outcome.g_evaluations += paths;
+    }
+    if (is_tested || (had == 0 && options_.own_paths))
+      answer->objective = static_cast<float>(std::max(test.bound(), 0.0));
+    const bool passes = is_tested && may_converge(paths) && static_cast<double>(answer->objective) <= epsilon;
+    outcome.failed += is_tested && may_converge(paths) && !passes ? 1 : 0;
+    outcome.converged = outcome.converged || passes;
+    answer->has_converged = answer->has_converged || passes;
+    answer->row = staged.row;
+    answer->paths = had = paths;
+    paths = stage_after(paths);
+    if (!learns_to_epsilon() || answer->has_converged || paths == 0) break;
   }
-  row.energy = 0;
-  const bool unusable = learned.verdict == SampledRow::Verdict::unusable;
-  outcome.refusal.reset(
-      new SampledRefusal{unusable ? -1 : learned.objective, unusable,
-                         cached != nullptr && cached->ribbons ? std::make_unique<const CachedRow>(*cached) : nullptr});
+  outcome.ribbons = std::move(answer);
   return outcome;
 }
 
-bool Service::Table::is_well_asked(const Row& row) const {
-  return slot_of(row).queries.load(std::memory_order_relaxed) >= queries_to_creation(*slices_[row.slice]);
-}
-
-Service::Table::Outcome Service::Table::refine_samples(Row& row) const {
-  row.is_coarse = false;
-  const double objective = objective_of(row);
-  if (objective <= too_coarse * epsilon_of(row.slice, row.node, row.energy)) return audit(row);
-  row.audit = Audit::none;
-  const CachedRow cached = cached_form(row, slot_of(row));
-  Outcome outcome = learn(row, &cached);
-  outcome.refined = true;
-  return outcome;
-}
-
-Service::Table::Outcome Service::Table::audit_samples(Row& row) const {
+Service::Table::Outcome Service::Table::audit_samples(const Row& row) const {
   const SliceDescription& slice = slices_[row.slice]->description;
   const auto width = static_cast<std::uint32_t>(slice.axis_b.size());
   const RibbonAnswer& answer = *slot_of(row).ribbons();
   const SampledTest test = test_samples(*samples_, slice, slice.axis_a[row.node / width],
                                         slice.axis_b[row.node % width], answer.row, pass_, audit_paths);
-  // What it was taken for: within epsilon, or, of a row that carries little light, within its own bound.
-  const double claimed = std::max(epsilon_of(row.slice, row.node, row.energy), static_cast<double>(answer.objective));
   Outcome outcome;
-  if (test.chi2 - 2 * test.deviation > claimed) {
-    row.raise_generation();
-    outcome = learn(row, nullptr);
-    outcome.audit_failed = true;
-  }
-  outcome.g_evaluations += audit_paths;
+  outcome.g_evaluations = audit_paths;
+  // A row is taken for what its own test said, or for within epsilon.
+  const double claimed = std::max(epsilon_of(row.slice, row.node, row.energy), static_cast<double>(answer.objective));
+  outcome.audit_failed = test.chi2 - 2 * test.deviation > claimed;
   return outcome;
+}
+
+void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<bool>& moved) {
+  Slice& slice = *slices_[id];
+  std::vector<std::uint32_t> due, others;
+  bool asks = false;
+  for (std::uint32_t i = 0; i < rows_.size(); ++i) {
+    Row& row = rows_[i];
+    if (row.slice != id || row.audit == Audit::none || slot_of(row).ribbons() == nullptr) continue;
+    (row.audit == Audit::due ? due : others).push_back(i);
+  }
+  for (std::uint32_t n = 0; n < slice.description.node_count() && !asks; ++n) asks = slice.asked(n) > 0;
+  if (!asks || (due.empty() && others.empty())) return;
+  if (due.empty() && !slice.audited) {  // the first one stands for its slice
+    due.push_back(others.front());
+    others.erase(others.begin());
+  }
+  slice.audited = true;
+  bool fits = true;
+  for (const std::vector<std::uint32_t>* group : {&due, &others}) {
+    if (group == &others && fits) break;  // the slice fits: the rest need no audit
+    std::vector<Outcome> outcomes(group->size());
+    tbb::parallel_for(std::size_t{0}, group->size(),
+                      [&](std::size_t i) { outcomes[i] = audit_samples(rows_[(*group)[i]]); });
+    for (std::size_t i = 0; i < group->size(); ++i) {
+      Row& row = rows_[(*group)[i]];
+      row.audit = Audit::none;
+      report.g_evaluations += outcomes[i].g_evaluations;
+      if (!outcomes[i].audit_failed) continue;
+      fits = false;
+      row.raise_generation();
+      ++reopened_;
+      const RibbonAnswer& old = *slot_of(row).ribbons();
+      stale_.push_back({(*group)[i], old.paths});
+      moved[row.node] = true;
+    }
+  }
+}
+
+void Service::Table::grow_samples(PassReport& report) {
+  for (SliceId id = 0; id < slices_.size(); ++id) {
+    Slice& slice = *slices_[id];
+    if (!slice.is_sampled() || !slice.has_index()) continue;
+    std::vector<bool> moved(slice.description.node_count(), false);
+    stale_.clear();
+    audit_slice(id, report, moved);
+    // A row that does not fit its target begins again, at the paths that it had.
+    std::vector<std::uint32_t> again(moved.size(), 0);
+    for (const Stale& one : stale_) {
+      again[rows_[one.row].node] = one.paths;
+      slot_of(rows_[one.row]).set<RibbonAnswer>(nullptr, Slot::Kind::traced);
+    }
+    for (std::size_t level = 0; level <= slice.levels.coarse(); ++level) {
+      grow_level(id, level, again, moved, report);
+      if (std::ranges::find(moved, true) != moved.end()) forget_interpolated(id, moved);
+    }
+  }
+}
+
+void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector<std::uint32_t>& again,
+                                std::vector<bool>& moved, PassReport& report) {
+  Slice& slice = *slices_[id];
+  const std::vector<double> events = gathered_events(slice, level);
+  struct Growth {
+    std::uint32_t node, paths;
+    std::uint64_t light;
+    double events;
+  };
+  std::vector<Growth> growths;
+  for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
+    if (!slice.levels.has(level, n)) continue;
+    const Slot& slot = slice.slots[n];
+    if (slot.refusal() != nullptr) continue;
+    const RibbonAnswer* answer = slot.ribbons();
+    std::uint32_t wanted = wanted_paths(id, level, events[n]);
+    if (!options_.own_paths && level == slice.levels.coarse()) {
+      for (const std::uint32_t stage : heard_stages) wanted = slice.heard.at(n).size() >= stage ? stage : wanted;
+    }
+    if (learns_to_epsilon() && answer != nullptr && wanted != 0) wanted = stage_after(answer->paths);
+    if (again[n] != 0 && answer == nullptr)
+      wanted = learns_to_epsilon() ? sampled_stages.front() : std::max(wanted, again[n]);
+    const bool may_grow = answer == nullptr || !learns_to_epsilon() || !answer->has_converged;
+    if (may_grow && wanted > (answer != nullptr ? answer->paths : 0))
+      growths.push_back({n, wanted, slice.light[n].load(std::memory_order_relaxed), events[n]});
+  }
+  std::ranges::sort(growths, [](const Growth& x, const Growth& y) {
+    if (x.light != y.light) return x.light > y.light;
+    return x.events != y.events ? x.events > y.events : x.node < y.node;
+  });
+  // Rows that are new must find room; those that are there keep theirs.
+  std::erase_if(growths, [&](const Growth& one) {
+    if (slice.slots[one.node].row != Slot::no_row) return false;
+    const std::size_t size = sizeof(Row) + sizeof(RibbonAnswer);
+    if (bytes_ + size > options_.memory_bytes) {
+      report.at_ceiling = true;
+      return true;
+    }
+    bytes_ += size;
+    let_go_interpolated(slice, one.node);
+    slice.slots[one.node].row = static_cast<std::uint32_t>(rows_.size());
+    Row& row = rows_.emplace_back(id, one.node);
+    ++report.creations;
+    const auto stored = slice.stored.find(one.node);
+    if (stored == slice.stored.end()) return false;
+    const bool answers = stored->second.state == RowState::converged;  // a row of a cache that has waited for room
+    if (answers) {
+      Outcome outcome = settle(row);
+      show(row, outcome);
+    }
+    slice.stored.erase(stored);
+    if (!answers) return false;
+    moved[one.node] = true;
+    changes_.push_back({id, row.node, state_of(row)});
+    return slice.slots[one.node].ribbons()->paths >= one.paths;
+  });
+  std::vector<Outcome> outcomes(growths.size());
+  tbb::parallel_for(std::size_t{0}, growths.size(), [&](std::size_t i) {
+    const Growth& one = growths[i];
+    const Row& row = rows_[slice.slots[one.node].row];
+    SampledAnswer parent;
+    if (slice.slots[one.node].ribbons() == nullptr) parent = answer_of(slice, one.node, level);
+    outcomes[i] = learn(row, one.paths, parent.answer);
+  });
+  for (std::size_t i = 0; i < growths.size(); ++i) {
+    Row& row = rows_[slice.slots[growths[i].node].row];
+    Outcome& outcome = outcomes[i];
+    const std::size_t before = bytes_of(row);
+    if (outcome.ribbons) {
+      row.energy = outcome.ribbons->row.total_mass();
+      row.set_count(outcome.ribbons->paths);
+      row.set_failed(row.failed_tests() + outcome.failed);
+    }
+    const bool was_there = slot_of(row).has_answer();
+    show(row, outcome);
+    bytes_ = bytes_ + bytes_of(row) - (was_there ? before : sizeof(Row) + sizeof(RibbonAnswer));
+    moved[row.node] = true;
+    changes_.push_back({id, row.node, state_of(row)});
+    report.g_evaluations += outcome.g_evaluations;
+    report.refits += outcome.refits;
+    count_converged(outcome, report);
+  }
 }
 
 }  // namespace tress::adaptive

@@ -16,7 +16,7 @@
 namespace tress::adaptive {
 
 struct SavedNode {
-  std::uint32_t node, queries;
+  std::uint32_t node, queries, events;
   std::uint64_t light;
 };
 
@@ -26,16 +26,16 @@ struct Service::Table::SavedRow {
   std::uint32_t node = 0;
   state_format::Kind kind = state_format::Kind::answer;
   Audit audit = Audit::none;
-  bool is_coarse = false;
+  bool has_converged = false;  ///< of samples
   std::uint8_t failed = 0;
   float energy = 0;
   std::uint32_t generation = 0;
   std::uint64_t count = 0;
-  // Of a row that learns or was refused.
+  // These are of a row that learns.
   float objective = -1;
-  bool unusable = false, has_earlier = false;
+  bool has_earlier = false;
   std::unique_ptr<const CachedRow> earlier;
-  // Of one that learns.
+  // These are of a row that learns.
   std::vector<SketchBin> sketch;
   std::unique_ptr<RowLearner> learner;
   StopTest::State stop;
@@ -55,14 +55,16 @@ struct Service::Table::SavedSlice {
   bool audited = false;
   std::vector<SavedNode> nodes;
   PackedSlice answers, stored, earlier;
-  std::vector<std::vector<std::uint32_t>> made;  ///< of each form
-  std::vector<std::uint32_t> row_of_node;        ///< Slot::no_row where there is none
+  std::vector<std::uint32_t> interpolated;
+  std::uint64_t heard_paths = 0;
+  std::vector<std::pair<std::uint32_t, std::vector<SampledExit>>> heard;  ///< by node
+  std::vector<std::vector<std::uint32_t>> made;                           ///< of each form
+  std::vector<std::uint32_t> row_of_node;                                 ///< Slot::no_row where there is none
 };
 
 struct Service::Table::SavedTable {
   std::uint32_t version = 0, pass = 0;
   std::uint64_t paths = 0, reopened = 0, reopened_told = 0, queried = 0;
-  double mean_sampled_light = 0;
   bool ceiling_told = false, unusable_told = false;
   ErrorQuantiles absorbed_errors;
   std::vector<SavedSlice> slices;

@@ -1,6 +1,8 @@
 #include "tress/adaptive/service.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "table/table.h"
@@ -53,13 +55,18 @@ RowView view_of(const Slot& slot) {
       view.objective = Slot::target_of<KnotRow>(word)->objective;
       break;
     case Slot::Kind::ribbons:
-      view.state = RowState::converged;
-      view.ribbons = &Slot::target_of<RibbonAnswer>(word)->row;
-      view.objective = Slot::target_of<RibbonAnswer>(word)->objective;
+    case Slot::Kind::interpolated: {
+      const auto* answer = Slot::target_of<RibbonAnswer>(word);
+      view.state = Slot::kind_of(word) == Slot::Kind::interpolated ? RowState::absent
+                   : answer->has_converged                         ? RowState::converged
+                                                                   : RowState::open;
+      view.ribbons = &answer->row;
+      view.objective = answer->objective;
+      view.paths = answer->paths;
       break;
+    }
     case Slot::Kind::refusal:
       view.state = RowState::refused;
-      if (const float bound = Slot::target_of<SampledRefusal>(word)->objective; bound >= 0) view.objective = bound;
       break;
   }
   return view;
@@ -69,7 +76,19 @@ std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uin
   const SliceDescription& d = slices_[slice]->description;
   const auto width = static_cast<std::uint32_t>(d.axis_b.size());
   std::vector<TracedRay> rays;
-  target_->trace(d, d.axis_a[node / width], d.axis_b[node % width], rays);
+  const auto tell = [this](Error error) { note(std::move(error)); };
+  if (!calls_without_throwing("Target::trace", tell,
+                              [&] { target_->trace(d, d.axis_a[node / width], d.axis_b[node % width], rays); }))
+    return nullptr;
+  const auto is_ray = [](const TracedRay& ray) {
+    return std::isfinite(ray.azimuth) && std::isfinite(ray.weight) && ray.weight >= 0 && std::isfinite(ray.attribute) &&
+           ray.attribute >= 0;
+  };
+  if (!std::ranges::all_of(rays, is_ray)) {
+    note({"", "Target::trace", "rays that are finite, of a weight and attribute of 0 or more",
+          "another at node " + std::to_string(node) + " of slice " + std::to_string(slice)});
+    return nullptr;
+  }
   return std::make_unique<const TracedNodes>(rays, d.blur_rad);
 }
 
@@ -79,17 +98,21 @@ std::size_t Service::Table::bytes_of(const Row& row) const {
 
 RowState Service::Table::state_of(const Row& row) const {
   if (row.learning) return row.learning->state();
-  return slot_of(row).refusal() != nullptr ? RowState::refused : RowState::converged;
+  if (slot_of(row).refusal() != nullptr) return RowState::refused;
+  const RibbonAnswer* answer = slot_of(row).ribbons();
+  return answer != nullptr && !answer->has_converged ? RowState::open : RowState::converged;
 }
 
 float Service::Table::objective_of(const Row& row) const {
   if (row.learning) return row.learning->objective;
-  const SampledRefusal* refusal = slot_of(row).refusal();
-  return refusal != nullptr ? refusal->objective : view_of(slot_of(row)).objective;
+  return slot_of(row).refusal() != nullptr ? -1 : view_of(slot_of(row)).objective;
 }
 
 void Service::Table::show(Row& row, Outcome& outcome) {
-  if (outcome.cached != nullptr) return show_cached(row, *outcome.cached);
+  if (outcome.cached != nullptr) {
+    const double objective = outcome.cached->objective;
+    return show_cached(row, *outcome.cached, objective <= options_.sampled_epsilon && !(options_.picture_error > 0));
+  }
   if (outcome.ribbons) return slot_of(row).set(outcome.ribbons.release(), Slot::Kind::ribbons);
   if (outcome.refusal) return slot_of(row).set(outcome.refusal.release(), Slot::Kind::refusal);
   show_learning(row, outcome.converged);
@@ -115,9 +138,10 @@ void Service::Table::show_learning(Row& row, bool converged) {
   row.learning.reset();
 }
 
-void Service::Table::show_cached(Row& row, const CachedRow& cached) {
+void Service::Table::show_cached(Row& row, const CachedRow& cached, bool has_converged) {
   if (cached.ribbons) {
-    slot_of(row).set(new RibbonAnswer{*cached.ribbons, cached.objective}, Slot::Kind::ribbons);
+    const auto paths = static_cast<std::uint32_t>(std::min<std::uint64_t>(cached.count, ~0u));
+    slot_of(row).set(new RibbonAnswer{*cached.ribbons, cached.objective, paths, has_converged}, Slot::Kind::ribbons);
   } else if (cached.knots.empty()) {
     slot_of(row).set(mixtures_.put(cached.fit, cached.objective), Slot::Kind::mixture);
   } else {
@@ -131,7 +155,15 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
   if (!is_there || options_.check_passes) [[unlikely]] {
     const std::uint32_t node =
         is_there ? a * static_cast<std::uint32_t>(slices_[slice_id]->description.axis_b.size()) + b : ~0u;
-    if (is_misuse("look_up", slice_id, node)) {
+    const bool has_slice = slice_id < slices_.size();
+    if (has_slice && !is_there) {
+      const SliceDescription& of = slices_[slice_id]->description;
+      note({"", "look_up",
+            "a node below " + std::to_string(of.node_count()) + ", a below " + std::to_string(of.axis_a.size()) +
+                " and b below " + std::to_string(of.axis_b.size()),
+            "a " + std::to_string(a) + ", b " + std::to_string(b) + " of slice " + std::to_string(slice_id)});
+    }
+    if ((has_slice && !is_there) || is_misuse("look_up", slice_id, node)) {
       RowView nothing = bare_view(RowState::absent, slice_id, node);
       if (slice_id >= slices_.size() || !slices_[slice_id]->is_sampled()) nothing.nodes = &no_light();
       return nothing;
@@ -145,12 +177,14 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
     RowView view = bare_view(RowState::absent, slice_id, node);
     if (slice.is_sampled()) return view;
     traces_.fetch_add(1, std::memory_order_relaxed);
-    view.kept = trace(slice_id, node);
-    view.nodes = view.kept.get();
+    std::shared_ptr<const TracedNodes> traced = trace(slice_id, node);
+    view.nodes = traced ? traced.get() : &no_light();
+    view.kept = std::move(traced);
     return view;
   }
   Slot& slot = slice.slots[node];
   slot.queries.fetch_add(1, std::memory_order_relaxed);
+  if (slice.is_sampled()) return sampled_view(slice_id, node);
   if (slot.row != Slot::no_row) {
     RowView view = view_of(slot);
     view.slice = slice_id;
@@ -160,18 +194,21 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
   }
 
   RowView view = bare_view(RowState::absent, slice_id, node);
-  if (slice.is_sampled()) return view;
   view.nodes = Slot::target_of<TracedNodes>(slot.word.load(std::memory_order_acquire));
   if (view.nodes != nullptr) return view;
   std::unique_ptr<const TracedNodes> traced = trace(slice_id, node);
+  if (!traced) {
+    view.nodes = &no_light();
+    return view;
+  }
   const std::size_t size = traced->bytes();
   const std::size_t before = memo_bytes_.fetch_add(size, std::memory_order_relaxed);
   const std::size_t formed = formed_bytes_.load(std::memory_order_relaxed);
   if (bytes_ + formed + before + size > options_.memory_bytes) {
     memo_bytes_.fetch_sub(size, std::memory_order_relaxed);
     traces_.fetch_add(1, std::memory_order_relaxed);
-    view.kept = std::move(traced);
-    view.nodes = view.kept.get();
+    view.nodes = traced.get();
+    view.kept = std::shared_ptr<const TracedNodes>(std::move(traced));
     return view;
   }
   std::uintptr_t seen = 0;
@@ -201,13 +238,15 @@ std::uint32_t Service::Table::queries(SliceId slice, std::uint32_t a, std::uint3
   return slices_[slice]->slots[node].queries.load(std::memory_order_relaxed);
 }
 
-RowView Service::Table::peek(SliceId slice_id, std::uint32_t a, std::uint32_t b) const {
+RowView Service::Table::peek(SliceId slice_id, std::uint32_t a, std::uint32_t b) {
   if (slice_id >= slices_.size()) return {};
   const Slice& slice = *slices_[slice_id];
+  if (a >= slice.description.axis_a.size() || b >= slice.description.axis_b.size()) return {};
   const std::uint32_t node = a * static_cast<std::uint32_t>(slice.description.axis_b.size()) + b;
   RowView view = bare_view(RowState::absent, slice_id, node);
-  if (!slice.has_index() || node >= slice.description.node_count() || slice.slots[node].row == Slot::no_row)
-    return view;
+  if (!slice.has_index()) return view;
+  if (slice.is_sampled()) return sampled_view(slice_id, node);
+  if (slice.slots[node].row == Slot::no_row) return view;
   view = view_of(slice.slots[node]);
   view.slice = slice_id;
   view.node = node;
@@ -215,15 +254,24 @@ RowView Service::Table::peek(SliceId slice_id, std::uint32_t a, std::uint32_t b)
   return view;
 }
 
-void Service::Table::credit(const RowView& view, float light) {
-  if (is_stale("credit", view) || !(light > 0)) return;
-  if (view.slice < slices_.size() && slices_[view.slice]->has_index() &&
-      view.node < slices_[view.slice]->description.node_count())
-    slices_[view.slice]->light[view.node].fetch_add(fixed_light(light), std::memory_order_relaxed);
+void Service::Table::credit(const RowView& view, float light, std::uint32_t events) {
+  if (is_stale("credit", view)) return;
+  if (view.slice >= slices_.size() || !slices_[view.slice]->has_index() ||
+      view.node >= slices_[view.slice]->description.node_count())
+    return;
+  const Slice& slice = *slices_[view.slice];
+  slice.events[view.node].fetch_add(events, std::memory_order_relaxed);
+  if (light > 0) slice.light[view.node].fetch_add(fixed_light(light), std::memory_order_relaxed);
+}
+
+void Service::Table::hear(const RowView& view, const SampledExit& exit) {
+  if (is_stale("hear", view)) return;
+  if (view.slice >= slices_.size() || !slices_[view.slice]->has_index() || !slices_[view.slice]->is_sampled()) return;
+  slices_[view.slice]->heard.add(view.node, exit);
 }
 
 void Service::Table::observe(const RowView& view, float x, float g) {
-  if (view.row == RowView::no_row || !learns_ || is_stale("observe", view)) return;
+  if (view.row >= rows_.size() || !learns_ || is_stale("observe", view)) return;
   Row& row = rows_[view.row];
   if (!row.learning || row.learning->state() != RowState::open) return;
   row.learning->sketch.offer(x, g);
@@ -233,7 +281,7 @@ void Service::Table::observe(const RowView& view, float x, float g) {
 void Service::Table::score(const RowView& view, float x, float g, float q) {
   if (is_stale("score", view)) return;
   observe(view, x, g);
-  if (view.row == RowView::no_row || !learns_) return;
+  if (view.row >= rows_.size() || !learns_) return;
   Row& row = rows_[view.row];
   if (!row.learning || row.learning->state() != RowState::open || !row.learning->has_fit) return;
   if (q > 0 && std::isfinite(q) && std::isfinite(g)) row.learning->add_score(x, g, q);
@@ -247,12 +295,17 @@ Service::Service(const Options& options, const SampledTarget& samples)
     : table_(std::make_unique<Table>(options, nullptr, &samples)) {}
 Service::~Service() = default;
 const Options& Service::options() const { return table_->options(); }
+std::string Service::model_name() const { return table_->model_name(); }
+bool Service::has_target(SliceKind kind) const { return table_->has_target(kind); }
 Result<SliceId> Service::add_slice(const SliceDescription& description) { return table_->add_slice(description); }
 Result<const FormedRows*> Service::add_form(SliceId slice, std::shared_ptr<const RowForm> form,
                                             const std::vector<float>& decay_rates) {
   return table_->add_form(slice, std::move(form), decay_rates);
 }
-const SliceDescription& Service::slice(SliceId slice) const { return table_->slices()[slice]->description; }
+const SliceDescription& Service::slice(SliceId slice) const {
+  static const SliceDescription none;
+  return slice < slice_count() ? table_->slices()[slice]->description : none;
+}
 std::uint32_t Service::slice_count() const { return static_cast<std::uint32_t>(table_->slices().size()); }
 std::optional<Error> Service::load(RowSource& rows) { return table_->load(rows); }
 std::optional<Error> Service::load(const TableSnapshot& image) {
@@ -266,10 +319,15 @@ TableSnapshot Service::snapshot() const { return table_->snapshot(); }
 RowView Service::look_up(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->look_up(slice, a, b); }
 FormedLookup Service::look_up(const FormedRows& rows, std::uint32_t node) const { return table_->look_up(rows, node); }
 FormedLookup Service::fetch(const FormedRows& rows, std::uint32_t node) const { return table_->fetch(rows, node); }
-void Service::credit(const RowView& row, float light) const { table_->credit(row, light); }
-void AnswerReader::count() const {
-  if (service_ != nullptr) service_->table_->count_formed(queries_);
+void Service::credit(const RowView& row, float light, std::uint32_t events) const {
+  table_->credit(row, light, events);
 }
+void Service::prepare() { table_->prepare(); }
+void AnswerReader::count() const {
+  if (service_ != nullptr) service_->table_->count_formed(queries_, converged_);
+}
+void Service::hear(const RowView& row, const SampledExit& exit) const { table_->hear(row, exit); }
+HeardTest Service::test_by_heard() const { return table_->test_by_heard(); }
 void Service::observe(const RowView& row, float x, float g) const { table_->observe(row, x, g); }
 void Service::score(const RowView& row, float x, float g, float q) const { table_->score(row, x, g, q); }
 void Service::set_learning(bool on) { table_->set_learning(on); }

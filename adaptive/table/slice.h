@@ -11,6 +11,8 @@
 #include <memory>
 #include <vector>
 
+#include "observations/heard_exits.h"
+#include "table/levels.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
@@ -47,20 +49,18 @@ struct alignas(16) KnotRow {
   std::size_t bytes() const { return sizeof(KnotRow) + table.bytes(); }
 };
 
-/// The answer of a converged row of a slice of samples.
+/// The answer of a row of a slice of samples, or of a node that coarser rows answer for.
 struct alignas(16) RibbonAnswer {
   RibbonRow row;
-  float objective;  ///< bound of its last test, as RowView::objective
+  float objective;      ///< bound of its last test, as RowView::objective; of an interpolated one, its parents' largest
+  std::uint32_t paths;  ///< that taught it; of an interpolated one, its parents' fewest
+  bool has_converged;   ///< it has passed its test
   std::size_t bytes() const { return sizeof(RibbonAnswer); }
 };
 
-/// What a refused row of a slice of samples has come to.
+/// A row of a slice of samples whose target drew what a SampledTarget must not draw.
 struct alignas(16) SampledRefusal {
-  float objective;  ///< bound of its last test, negative if there was none
-  bool unusable;    ///< its target drew what is none: SampledTarget
-  /// Set where a cache held the row as converged, at a larger epsilon: what a snapshot goes on saving.
-  std::unique_ptr<const CachedRow> earlier;
-  std::size_t bytes() const { return sizeof(SampledRefusal) + (earlier ? cached_row_bytes(*earlier) : 0); }
+  std::size_t bytes() const { return sizeof(SampledRefusal); }
 };
 
 /// A node, and what answers for it.
@@ -68,12 +68,13 @@ struct alignas(16) Slot {
   static constexpr std::uint32_t no_row = ~0u;
   /// What the word points to, in its lowest two bits, or, where these are both set, in its lowest four.
   enum class Kind : std::uintptr_t {
-    traced = 0,    ///< TracedNodes of an absent node, of this pass, owned; or null
-    learning = 1,  ///< Learning of an open or refused row
-    mixture = 2,   ///< PackedMixture of a converged row
-    knots = 3,     ///< KnotRow of a converged row, owned
-    ribbons = 7,   ///< RibbonAnswer of a converged row, owned
-    refusal = 11,  ///< SampledRefusal of a refused row, owned
+    traced = 0,         ///< TracedNodes of an absent node, of this pass, owned; or null
+    learning = 1,       ///< Learning of an open or refused row
+    mixture = 2,        ///< PackedMixture of a converged row
+    knots = 3,          ///< KnotRow of a converged row, owned
+    ribbons = 7,        ///< RibbonAnswer of a row of samples, owned
+    refusal = 11,       ///< SampledRefusal of a refused row, owned
+    interpolated = 15,  ///< RibbonAnswer of a node without a row, made by readers of coarser rows, owned
   };
 
   std::atomic<std::uint32_t> queries{0};  ///< look-ups over all passes (modulo 2^32)
@@ -106,7 +107,8 @@ struct alignas(16) Slot {
   const KnotRow* knots() const { return get<KnotRow>(Kind::knots); }
   const RibbonAnswer* ribbons() const { return get<RibbonAnswer>(Kind::ribbons); }
   const SampledRefusal* refusal() const { return get<SampledRefusal>(Kind::refusal); }
-  /// Whether a converged row answers.
+  const RibbonAnswer* interpolated() const { return get<RibbonAnswer>(Kind::interpolated); }
+  /// Whether a row answers without g.
   bool has_answer() const {
     const Kind kind = kind_of(word.load(std::memory_order_relaxed));
     return kind == Kind::mixture || kind == Kind::knots || kind == Kind::ribbons;
@@ -125,6 +127,7 @@ struct alignas(16) Slot {
     delete knots();
     delete ribbons();
     delete refusal();
+    delete interpolated();
     delete get<TracedNodes>(Kind::traced);
     word.store(word_of(target, kind), std::memory_order_relaxed);
   }
@@ -145,10 +148,11 @@ inline std::uint64_t fixed_light(float light) {
 struct Slice {
   /// has_index: false where there is no room for one. Its nodes are then traced whenever they are asked, and never
   /// learned.
-  Slice(const SliceDescription& d, bool has_index) : description(d) {
+  Slice(const SliceDescription& d, bool has_index) : description(d), levels(d) {
     if (!has_index) return;
     slots = std::make_unique<Slot[]>(d.node_count());
     light = std::make_unique<std::atomic<std::uint64_t>[]>(d.node_count());
+    events = std::make_unique<std::atomic<std::uint32_t>[]>(d.node_count());
     queries_before.resize(d.node_count(), 0);
   }
   ~Slice() {
@@ -161,7 +165,7 @@ struct Slice {
   bool has_index() const { return slots != nullptr; }
   bool is_sampled() const { return description.kind == SliceKind::samples; }
   static std::size_t index_bytes(const SliceDescription& d) {
-    return d.node_count() * (sizeof(Slot) + sizeof(std::uint64_t) + sizeof(std::uint32_t));
+    return d.node_count() * (sizeof(Slot) + sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t));
   }
 
   /// Of a form. What is not finite and > 0 is left out.
@@ -171,14 +175,24 @@ struct Slice {
     if (at == decay_rates.end() || *at != rate) decay_rates.insert(at, rate);
   }
 
+  /// How often a node of samples was asked to draw, over all passes: as credited, or as queried if that is more.
+  std::uint64_t asked(std::uint32_t node) const {
+    return std::max(events[node].load(std::memory_order_relaxed), slots[node].queries.load(std::memory_order_relaxed));
+  }
+
   SliceDescription description;
-  std::unique_ptr<Slot[]> slots;  ///< null without an index, as are the next two
+  Levels levels;
+  std::unique_ptr<Slot[]> slots;  ///< null without an index, as are the next three
   /// Carried by each node over all passes, fixed_light(). Apart from the slots: converged rows add to it now and then.
   std::unique_ptr<std::atomic<std::uint64_t>[]> light;
+  /// Events that credited a node, over all passes.
+  std::unique_ptr<std::atomic<std::uint32_t>[]> events;
+  std::vector<std::uint32_t> interpolated;    ///< nodes whose slots hold an interpolated answer, in the order they came
   std::vector<std::uint32_t> queries_before;  ///< queries at the last publish()
   std::vector<std::uint32_t> forms;           ///< of its rows, by their index in the table
   std::vector<float> decay_rates;             ///< of its forms, ascending, distinct
   bool audited = false;                       ///< a row of a cache was checked
+  HeardExits heard;                           ///< of a slice of samples
   std::map<std::uint32_t, CachedRow> stored;  ///< cached rows that memory had no room for, by node
 };
 

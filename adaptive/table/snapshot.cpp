@@ -1,5 +1,7 @@
 // The table as plain data and back: slices, load and snapshot.
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <string>
 
 #include "table/cached_form.h"
@@ -38,13 +40,10 @@ SliceDescription normal_form(SliceDescription slice) {
 
 }  // namespace
 
-const CachedRow* earlier_of(const Row& row, const Slot& slot) {
-  if (row.learning) return row.learning->earlier.get();
-  return slot.refusal() != nullptr ? slot.refusal()->earlier.get() : nullptr;
-}
+const CachedRow* earlier_of(const Row& row) { return row.learning ? row.learning->earlier.get() : nullptr; }
 
 CachedRow cached_form(const Row& row, const Slot& slot) {
-  if (const CachedRow* earlier = earlier_of(row, slot)) return *earlier;
+  if (const CachedRow* earlier = earlier_of(row)) return *earlier;
   CachedRow cached;
   cached.node = row.node;
   cached.generation = row.generation;
@@ -55,6 +54,7 @@ CachedRow cached_form(const Row& row, const Slot& slot) {
     return cached;
   }
   if (slot.refusal() != nullptr) return cached;
+  if (slot.kind_of(slot.word.load(std::memory_order_relaxed)) == Slot::Kind::traced) return cached;
   cached.state = RowState::converged;
   if (const KnotRow* knots = slot.knots()) {
     cached.knots = knots->table;
@@ -72,6 +72,25 @@ CachedRow cached_form(const Row& row, const Slot& slot) {
 std::optional<Error> Service::Table::unusable(const SliceDescription& slice) const {
   if (slice.node_count() == 0) return Error{"", describe(slice), "at least one node", "none"};
   const bool samples = slice.kind == SliceKind::samples;
+  const auto ascends = [](const std::vector<float>& axis) {
+    return std::ranges::all_of(axis, [](float x) { return std::isfinite(x); }) &&
+           std::ranges::adjacent_find(axis, std::greater_equal<>()) == axis.end();
+  };
+  if (!ascends(slice.axis_a) || !ascends(slice.axis_b))
+    return Error{"", describe(slice), "axes of finite numbers that ascend", "others"};
+  if (!std::ranges::all_of(slice.key.parameters, [](float x) { return std::isfinite(x); }))
+    return Error{"", describe(slice), "parameters that are finite", "others"};
+  if (!samples && !(slice.blur_rad > 0 && std::isfinite(slice.blur_rad)))
+    return Error{"", describe(slice), "a finite blur above 0", std::to_string(slice.blur_rad)};
+  for (const CoarseAxes& grid : slice.coarse) {
+    const auto covers = [](const std::vector<std::uint32_t>& chosen, std::size_t size) {
+      return !chosen.empty() && chosen.front() == 0 && chosen.back() == size - 1 &&
+             std::ranges::adjacent_find(chosen, std::greater_equal<>()) == chosen.end();
+    };
+    if (!samples || !covers(grid.a, slice.axis_a.size()) || !covers(grid.b, slice.axis_b.size()))
+      return Error{"", describe(slice), "coarse axes of ascending indices, the first and the last among them",
+                   "others"};
+  }
   if (samples ? samples_ == nullptr : target_ == nullptr) {
     return Error{"", describe(slice), samples ? "a target of samples" : "a target of densities", "none"};
   }
@@ -83,7 +102,10 @@ std::optional<Error> Service::Table::unusable(const SliceDescription& slice) con
 }
 
 Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
-  if (std::optional<Error> early = within_pass("add_slice")) return std::move(*early);
+  if (std::optional<Error> early = within_pass("add_slice")) {
+    note(*early);  // models hand on an id alone
+    return std::move(*early);
+  }
   if (std::optional<Error> error = unusable(asked)) return std::move(*error);
   const SliceDescription description = normal_form(asked);
   if (const auto found = slice_of_key_.find(description.key); found != slice_of_key_.end()) {
@@ -147,8 +169,8 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
         if (!is_node || !may_answer(slice, *row) || answers(id, *row) != answering) continue;
         if (slice.has_index() && slice.slots[row->node].row != Slot::no_row) continue;
         slice.stored.insert_or_assign(row->node, *row);
-        // What a coarse row is good for is not known before the light of its node is; a row of samples is not learned
-        // before it is asked.
+        // What a coarse row is good for is not known before the light of its node is; an open row of samples has
+        // nothing to begin with.
         const bool waits = !answering && (is_light_driven(slice) || slice.is_sampled());
         if (!slice.has_index() || !room || waits) continue;
         const std::uint32_t queries = slice.slots[row->node].queries.load(std::memory_order_relaxed);

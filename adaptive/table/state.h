@@ -1,14 +1,16 @@
 // What a table is between two passes, as bytes: what state_write.cpp writes and state_read.cpp reads, in this order.
 //
 //   u32 state_version; text model, text learner
-//   totals: u32 pass, u64 paths, reopened, reopened told, queried, f64 mean light of samples, u8 ceiling told, unusable
+//   totals: u32 pass, u64 paths, reopened, reopened told, queried, u8 ceiling told, unusable
 //     told; u32 number of absorbed errors, each u32 bits, u64 count
 //   u32 number of slices, each: text description (as in a cache), u8 has an index, u8 audited;
-//     u32 number of nodes that were asked or carry light, each u32 node, u32 queries, u64 light;
-//     packed answers, packed stored rows, packed earlier rows; u32 number of forms, each u32 number, u32 nodes made
+//     u32 number of nodes that were asked or carry light, each u32 node, u32 queries, u32 events, u64 light;
+//     packed answers, packed stored rows, packed earlier rows; u32 number of interpolated nodes, each u32; u64 paths
+//     heard, u32 number of nodes with some, each u32 node, u32 number of exits, each f32 azimuth, height, weight,
+//     attribute, u8 part; u32 number of forms, each u32 number, u32 nodes made
 //   u32 number of slices that nobody uses, each: text, a cache file of its own
-//   u32 number of rows in order of creation, each: u32 slice, node, u8 kind, audit and whether it is coarse, u8 failed
-//   tests, f32 energy,
+//   u32 number of rows in order of creation, each: u32 slice, node, u8 kind, u8 audit and whether a row of samples has
+//   converged, u8 failed tests, f32 energy,
 //     u32 generation, u64 count, and what its kind has (SavedRow)
 //
 // text: u32 length, bytes. packed: PackedSlice::write. Little-endian; floats by their bits, a negative zero too.
@@ -23,10 +25,10 @@
 
 namespace tress::adaptive::state_format {
 
-constexpr std::uint32_t state_version = 1;
+constexpr std::uint32_t state_version = 3;
 
-/// In the byte of Row::audit: Row::is_coarse.
-constexpr std::uint8_t coarse_row = 0x80;
+/// The bit for RibbonAnswer::has_converged in the byte of Row::audit.
+constexpr std::uint8_t converged_row = 0x80;
 
 /// What answers for a row.
 enum class Kind : std::uint8_t { answer = 0, learning = 1, refusal = 2 };

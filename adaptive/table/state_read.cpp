@@ -96,9 +96,7 @@ class Service::Table::StateReader {
     saved.pass = in_.u32();
     for (std::uint64_t* total : {&saved.paths, &saved.reopened, &saved.reopened_told, &saved.queried})
       *total = in_.u64();
-    saved.mean_sampled_light = std::bit_cast<double>(in_.u64());
-    if (!whole() || saved.pass == 0 || !(saved.mean_sampled_light >= 0) || !std::isfinite(saved.mean_sampled_light))
-      return fail("a pass above 0, and light >= 0", std::to_string(saved.pass));
+    if (!whole() || saved.pass == 0) return fail("a pass above 0", std::to_string(saved.pass));
     std::uint32_t errors = 0;
     if (!flag(saved.ceiling_told) || !flag(saved.unusable_told) || !count(12, errors, "so many errors")) return false;
     for (std::uint32_t i = 0; i < errors; ++i) {
@@ -130,10 +128,10 @@ class Service::Table::StateReader {
 
   bool slice(const Slice& own, SavedSlice& saved) {
     std::uint32_t nodes = 0;
-    if (!flag(saved.audited) || !count(16, nodes, "so many nodes")) return false;
+    if (!flag(saved.audited) || !count(20, nodes, "so many nodes")) return false;
     std::uint32_t least = 0;
     for (std::uint32_t i = 0; i < nodes; ++i) {
-      const SavedNode node{in_.u32(), in_.u32(), in_.u64()};
+      const SavedNode node{in_.u32(), in_.u32(), in_.u32(), in_.u64()};
       if (!own.has_index() || node.node < least || node.node >= own.description.node_count())
         return fail("an ascending node of the slice", std::to_string(node.node));
       least = node.node + 1;
@@ -141,6 +139,15 @@ class Service::Table::StateReader {
     }
     if (!saved.answers.read(in_) || !saved.stored.read(in_) || !saved.earlier.read(in_))
       return fail("packed rows within the bytes that remain", "more");
+    std::uint32_t interpolated = 0;
+    if (!count(4, interpolated, "so many interpolated nodes")) return false;
+    for (std::uint32_t i = 0; i < interpolated; ++i) {
+      const std::uint32_t node = saved.interpolated.emplace_back(in_.u32());
+      const bool ascends = i == 0 || node > saved.interpolated[i - 1];
+      if (!own.is_sampled() || !ascends || node >= own.description.node_count())
+        return fail("an ascending node of a slice of samples", std::to_string(node));
+    }
+    if (!heard(own, saved)) return false;
     std::uint32_t forms = in_.u32();
     if (forms != own.forms.size()) return fail(std::to_string(own.forms.size()) + " forms", std::to_string(forms));
     for (; forms > 0; --forms) {
@@ -148,6 +155,28 @@ class Service::Table::StateReader {
       if (!count(4, made, "so many forms of rows")) return false;
       std::vector<std::uint32_t>& of_form = saved.made.emplace_back();
       for (std::uint32_t i = 0; i < made; ++i) of_form.push_back(in_.u32());
+    }
+    return whole();
+  }
+
+  bool heard(const Slice& own, SavedSlice& saved) {
+    saved.heard_paths = in_.u64();
+    std::uint32_t nodes = 0;
+    if (!count(8, nodes, "so many nodes with paths")) return false;
+    for (std::uint32_t i = 0; i < nodes; ++i) {
+      const std::uint32_t node = in_.u32();
+      std::uint32_t exits = 0;
+      if (!count(17, exits, "so many paths")) return false;
+      const bool ascends = i == 0 || node > saved.heard.back().first;
+      if (!own.is_sampled() || !ascends || node >= own.description.node_count() || exits > HeardExits::most)
+        return fail("an ascending node with as many paths as are kept", std::to_string(node));
+      std::vector<SampledExit>& of_node = saved.heard.emplace_back(node, std::vector<SampledExit>()).second;
+      for (std::uint32_t k = 0; k < exits; ++k) {
+        SampledExit& exit = of_node.emplace_back();
+        for (float* number : {&exit.azimuth, &exit.height, &exit.weight, &exit.attribute}) *number = in_.f32();
+        exit.part = in_.u8();
+        if (!is_exit(exit, SampledTarget::most_parts)) return fail("exits of paths", "others");
+      }
     }
     return whole();
   }
@@ -188,7 +217,7 @@ class Service::Table::StateReader {
     row.slice = in_.u32();
     row.node = in_.u32();
     const std::uint8_t kind = in_.u8(), marks = in_.u8();
-    const auto audit = static_cast<std::uint8_t>(marks & ~state_format::coarse_row);
+    const auto audit = static_cast<std::uint8_t>(marks & ~state_format::converged_row);
     row.failed = in_.u8();
     if (!whole() || row.slice >= table.slices_.size() || !table.slices_[row.slice]->has_index() ||
         row.node >= table.slices_[row.slice]->description.node_count())
@@ -196,18 +225,14 @@ class Service::Table::StateReader {
     if (kind > 2 || audit > static_cast<std::uint8_t>(Audit::due)) return fail("a kind of row", std::to_string(kind));
     row.kind = static_cast<Kind>(kind);
     row.audit = static_cast<Audit>(audit);
-    row.is_coarse = (marks & state_format::coarse_row) != 0;
+    row.has_converged = (marks & state_format::converged_row) != 0;
     if (!number(row.energy, "an energy")) return false;
     row.generation = in_.u32();
     row.count = in_.u64();
     const bool sampled = table.slices_[row.slice]->is_sampled();
     if (row.kind == Kind::answer) return whole();
     if (sampled != (row.kind == Kind::refusal)) return fail("a row as of its slice", "one of the other kind");
-    return row.kind == Kind::refusal ? refusal(row) : learning(table, row);
-  }
-
-  bool refusal(SavedRow& row) {
-    return number(row.objective, "an objective") && flag(row.unusable) && flag(row.has_earlier) && whole();
+    return row.kind == Kind::refusal ? whole() : learning(table, row);
   }
 
   bool learning(const Table& table, SavedRow& row) {
@@ -290,9 +315,11 @@ std::optional<Error> Service::Table::rebuild(SavedTable& saved) {
     if (std::optional<Error> error = check_rows(saved, static_cast<SliceId>(id))) return error;
     for (const std::vector<std::uint32_t>& made : slice.made) {
       for (const std::uint32_t node : made) {
-        if (node >= slice.row_of_node.size() || slice.row_of_node[node] == Slot::no_row ||
-            saved.rows[slice.row_of_node[node]].kind != Kind::answer)
-          return bad_state("forms of converged rows", "another");
+        const bool is_node = node < slice.row_of_node.size();
+        const bool is_row = is_node && slice.row_of_node[node] != Slot::no_row;
+        if (!is_node ||
+            (is_row ? saved.rows[slice.row_of_node[node]].kind != Kind::answer : !slices_[id]->is_sampled()))
+          return bad_state("forms of nodes that are answered", "another");
       }
     }
   }
@@ -301,10 +328,12 @@ std::optional<Error> Service::Table::rebuild(SavedTable& saved) {
     SavedRow& row = saved.rows[i];
     if (row.kind != Kind::learning) return;
     row.nodes = trace(row.slice, row.node);
-    if (row.has_fit && !(is_legal(row.fit, Mixture::max_components, row.nodes->energy()) && is_finite(row.fit)))
+    if (!row.nodes ||
+        (row.has_fit && !(is_legal(row.fit, Mixture::max_components, row.nodes->energy()) && is_finite(row.fit))))
       legal = false;
   });
-  return legal ? std::nullopt : std::optional(bad_state("fits within their bounds", "another"));
+  return legal ? std::nullopt
+               : std::optional(bad_state("targets that can be traced, and fits within their bounds", "another"));
 }
 
 std::optional<Error> Service::Table::check_rows(SavedTable& saved, SliceId id) const {
@@ -347,13 +376,12 @@ void Service::Table::take_over(SavedTable& saved) {
   reopened_ = saved.reopened;
   reopened_told_ = saved.reopened_told;
   queried_ = saved.queried;
-  mean_sampled_light_ = saved.mean_sampled_light;
   ceiling_told_ = saved.ceiling_told;
   unusable_told_ = saved.unusable_told;
   absorbed_errors_ = std::move(saved.absorbed_errors);
   unused_ = std::move(saved.unused);
   for (SavedRow& row : saved.rows) take_row(row);
-  for (std::size_t id = 0; id < saved.slices.size(); ++id) take_slice(saved.slices[id], *slices_[id]);
+  for (std::size_t id = 0; id < saved.slices.size(); ++id) take_slice(saved, saved.slices[id], *slices_[id]);
   for (const Row& row : rows_) bytes_ += bytes_of(row);
 }
 
@@ -364,11 +392,9 @@ void Service::Table::take_row(SavedRow& saved) {
   row.energy = saved.energy;
   row.generation = saved.generation;
   row.audit = saved.audit;
-  row.is_coarse = saved.is_coarse;
   row.set_count(saved.count);
   row.set_failed(saved.failed);
-  if (saved.kind == Kind::refusal)
-    slot.set(new SampledRefusal{saved.objective, saved.unusable, std::move(saved.earlier)}, Slot::Kind::refusal);
+  if (saved.kind == Kind::refusal) slot.set(new SampledRefusal, Slot::Kind::refusal);
   if (saved.kind != Kind::learning) return;
   row.learning = std::make_unique<Learning>(std::move(saved.nodes), *options_.learner);
   Learning& learning = *row.learning;
@@ -388,22 +414,32 @@ void Service::Table::take_row(SavedRow& saved) {
   slot.set(&learning, Slot::Kind::learning);
 }
 
-void Service::Table::take_slice(SavedSlice& saved, Slice& slice) {
+void Service::Table::take_slice(const SavedTable& all, SavedSlice& saved, Slice& slice) {
   slice.audited = saved.audited;
   for (const SavedNode& node : saved.nodes) {
     slice.slots[node.node].queries.store(node.queries, std::memory_order_relaxed);
     slice.queries_before[node.node] = node.queries;
+    slice.events[node.node].store(node.events, std::memory_order_relaxed);
     slice.light[node.node].store(node.light, std::memory_order_relaxed);
   }
   PackedSliceRows answers(saved.answers, model_name());
   (void)answers.next_slice();
-  while (const CachedRow* row = answers.next_row()) show_cached(rows_[slice.slots[row->node].row], *row);
+  while (const CachedRow* row = answers.next_row()) {
+    const std::uint32_t index = slice.slots[row->node].row;
+    show_cached(rows_[index], *row, all.rows[index].has_converged);
+  }
   PackedSliceRows stored(saved.stored, model_name());
   (void)stored.next_slice();
   while (const CachedRow* row = stored.next_row()) slice.stored.insert_or_assign(row->node, *row);
+  slice.heard.set_paths(saved.heard_paths);
+  for (auto& [node, exits] : saved.heard)
+    bytes_ += slice.heard.restore(slice.description.node_count(), node, std::move(exits));
+  kept_before_ = &saved.interpolated;
+  for (const std::uint32_t node : saved.interpolated) (void)answer_of(slice, node, slice.levels.coarse());
   for (std::size_t i = 0; i < saved.made.size(); ++i) {
     for (const std::uint32_t node : saved.made[i]) (void)make_again(forms_[slice.forms[i]], node);
   }
+  kept_before_ = nullptr;
 }
 
 }  // namespace tress::adaptive

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -59,6 +60,24 @@ void write_stop(ByteWriter& out, const StopTest::State& stop) {
   out.u32(stop.failed);
   out.u8(stop.last_failed ? 1 : 0);
   out.u8(stop.overruled ? 1 : 0);
+}
+
+void write_heard(ByteWriter& out, const Slice& slice) {
+  std::vector<std::uint32_t> nodes;
+  for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
+    if (!slice.heard.at(n).empty()) nodes.push_back(n);
+  }
+  out.u64(slice.heard.paths());
+  out.u32(static_cast<std::uint32_t>(nodes.size()));
+  for (const std::uint32_t node : nodes) {
+    const std::span<const SampledExit> exits = slice.heard.at(node);
+    out.u32(node);
+    out.u32(static_cast<std::uint32_t>(exits.size()));
+    for (const SampledExit& exit : exits) {
+      for (const float number : {exit.azimuth, exit.height, exit.weight, exit.attribute}) write_bits(out, number);
+      out.u8(static_cast<std::uint8_t>(exit.part));
+    }
+  }
 }
 
 /// False if its learner cannot be told.
@@ -116,7 +135,6 @@ Result<std::string> Service::Table::state() const {
 void Service::Table::write_totals(ByteWriter& out) const {
   out.u32(pass_);
   for (const std::uint64_t total : {paths_, reopened_, reopened_told_, queried_}) out.u64(total);
-  write_bits(out, mean_sampled_light_);
   out.u8(ceiling_told_ ? 1 : 0);
   out.u8(unusable_told_ ? 1 : 0);
   out.u32(static_cast<std::uint32_t>(absorbed_errors_.counts().size()));
@@ -138,23 +156,30 @@ void Service::Table::write_slice(ByteWriter& out, const Slice& slice) const {
     const Slot& slot = slice.slots[n];
     const std::uint32_t queries = slot.queries.load(std::memory_order_relaxed);
     const std::uint64_t light = slice.light[n].load(std::memory_order_relaxed);
-    if (queries != 0 || light != 0) {
+    const std::uint32_t events = slice.events[n].load(std::memory_order_relaxed);
+    if (queries != 0 || light != 0 || events != 0) {
       ++asked;
       nodes.u32(n);
       nodes.u32(queries);
+      nodes.u32(events);
       nodes.u64(light);
     }
     if (slot.row == Slot::no_row) continue;
     const Row& row = rows_[slot.row];
     if (slot.has_answer()) {
       answers.add(cached_form(row, slot));
-    } else if (const CachedRow* kept = earlier_of(row, slot); kept != nullptr) {
+    } else if (const CachedRow* kept = earlier_of(row); kept != nullptr) {
       earlier.add(*kept);
     }
   }
   out.u32(asked);
   out.text(nodes.bytes());
   for (const PackedSlice* rows : {&answers, &stored, &earlier}) rows->write(out);
+  std::vector<std::uint32_t> interpolated = slice.interpolated;
+  std::ranges::sort(interpolated);  // the order in which threads came is forgotten
+  out.u32(static_cast<std::uint32_t>(interpolated.size()));
+  for (const std::uint32_t node : interpolated) out.u32(node);
+  write_heard(out, slice);
   out.u32(static_cast<std::uint32_t>(slice.forms.size()));
   for (const std::uint32_t form : slice.forms) {
     std::vector<std::uint32_t> made;
@@ -171,18 +196,14 @@ bool Service::Table::write_row(ByteWriter& out, const Row& row) const {
   out.u32(row.slice);
   out.u32(row.node);
   out.u8(static_cast<std::uint8_t>(kind));
-  out.u8(static_cast<std::uint8_t>(static_cast<std::uint8_t>(Audit(row.audit)) |
-                                   (row.is_coarse ? state_format::coarse_row : 0)));
+  out.u8(static_cast<std::uint8_t>(
+      static_cast<std::uint8_t>(Audit(row.audit)) |
+      (slot.ribbons() != nullptr && slot.ribbons()->has_converged ? state_format::converged_row : 0)));
   out.u8(static_cast<std::uint8_t>(row.failed));
   write_bits(out, row.energy);
   out.u32(row.generation);
   out.u64(row.count);
   if (kind == Kind::learning) return write_learning(out, *row.learning);
-  if (kind == Kind::refusal) {
-    write_bits(out, slot.refusal()->objective);
-    out.u8(slot.refusal()->unusable ? 1 : 0);
-    out.u8(slot.refusal()->earlier ? 1 : 0);
-  }
   return true;
 }
 

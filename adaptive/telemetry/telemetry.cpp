@@ -8,10 +8,13 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
 #include "tress/adaptive/to_string.h"
 #include "tress/version.h"
+
+// Under a name of our own: its functions are weak symbols, which the linker would merge with those of a host.
+#define nlohmann tress_nlohmann
+#include <nlohmann/json.hpp>
 
 namespace tress::adaptive {
 namespace {
@@ -29,6 +32,7 @@ Json pass_fields(const PassReport& report) {
           {"g_evaluations", report.g_evaluations},
           {"queries", report.queries},
           {"converged_query_share", share(report.converged_queries, report.queries)},
+          {"answered_query_share", share(report.answered_queries, report.queries)},
           {"refits", report.refits},
           {"bad_fits", report.bad_fits},
           {"births", report.creations},
@@ -37,10 +41,12 @@ Json pass_fields(const PassReport& report) {
           {"newly_converged", report.newly_converged},
           {"rows",
            {{"touched", report.rows_queried},
+            {"coarse", report.rows_coarse},
             {"open", report.rows_open},
             {"converged", report.rows_converged},
             {"reopened", report.rows_reopened},
-            {"refused", report.rows_refused}}},
+            {"refused", report.rows_refused},
+            {"at_most_paths", report.rows_at_most_paths}}},
           {"objective",
            {{"p50", report.objective_p50},
             {"p90", report.objective_p90},
@@ -57,9 +63,11 @@ Json pass_fields(const PassReport& report) {
           {"at_ceiling", report.at_ceiling},
           {"effective_sample_size", report.effective_sample_size},
           {"bias_bound", report.bias_bound},
+          {"heard_paths", report.heard_paths},
           {"learning_cpu_seconds", report.learning_cpu_seconds},
           {"ribbons", report.ribbons},
-          {"unusable", report.unusable}};
+          {"unusable", report.unusable},
+          {"forms_made_anew", report.forms_made_anew}};
 }
 
 Json row_fields(const RowReport& report) {

@@ -67,7 +67,7 @@ void add_variants(std::vector<Named>& list) {
     change(s);
     list.push_back({name, s});
   };
-  // The paper's choices wherever it says them, and none of ours: monomials are left out, scales end at .5 as B here.
+  // The paper's choices wherever it says them, and none of ours: monomials are left out, scales end at 0.5 as B here.
   const auto as_paper = [](AisSettings& s) {
     s.basis = adaptive::AisBasis::line;
     s.uniform_part = false;

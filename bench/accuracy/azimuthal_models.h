@@ -15,10 +15,10 @@
 
 #include "azimuthal_rows.h"
 #include "base/normal_quantile.h"
+#include "fiber/circle_ray.h"
 #include "fiber/cross_section.h"
 #include "fiber/longitudinal.h"
 #include "models/elliptical/ray_shape.h"
-#include "references/models/circle_ray.h"
 #include "references/models/deon2011_azimuth.h"
 #include "references/models/marschner_table.h"
 #include "references/models/ou2012_lobes.h"

@@ -4,11 +4,11 @@
 //   TRESS_BENCH_ROWS=256 bench_azimuthal_rivals --benchmark_filter=hard/sketch
 //
 // Names are DOMAIN/RIVAL/evaluate and .../sample (a sample with its density). Domains, of random rows of TT, TRT and
-// TRRT of clear hair: whole, sigma 1..45 degrees, e .5..1; hard, sigma 1..10, e .7..1. Errors are relative squared L2,
-// integral (g - f)^2 / max(integral (g - mean)^2, 1e-3 / 2 pi), of
-// N at the row's own phi_r, theta_d, e and sigma against the Fourier reference: quantiles over rows. Rows are read as a
-// render reads them, three channels and the density of the proposal in one; times are of brown hair, errors of clear.
-// The error of the grid (a direction is answered by a node near it) is in none of them: nodes only.
+// TRRT of clear hair: whole, sigma 1..45 degrees, e 0.5..1; hard, sigma 1..10, e 0.7..1. Errors are relative squared
+// L2, integral (g - f)^2 / max(integral (g - mean)^2, 1e-3 / 2 pi), of N at the row's own phi_r, theta_d, e and sigma
+// against the Fourier reference: quantiles over rows. Rows are read as a render reads them, three channels and the
+// density of the proposal in one; times are of brown hair, errors of clear. The error of the grid (a direction is
+// answered by a node near it) is in none of them: nodes only.
 //
 // quadrature N: N midpoint rays through the ellipse, traced for each direction. exact: as many as the program takes.
 // deon2011 N: the circle, traced for all lobes at once; /shared is a quarter of four lobes of one trace.

@@ -8,7 +8,7 @@
 //   l2      relative L2 of the fluxes themselves
 //   energy  ours over theirs, minus 1
 // The floor is taken out of shape and l2: sqrt(max(0, error^2 - floor^2)). A lobe is compared where its floor is below
-// .1; it has no shape where the model has none of it.
+// 0.1; it has no shape where the model has none of it.
 //
 // --fair gives d'Eon's, Marschner's and Ou's model what ours has, as rivals of their own ("deon2011 fair"): each lobe
 // the energy of the truth itself, by a factor on its flux (what a model lacks stays 0), and the widths in theta_i and

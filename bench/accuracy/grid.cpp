@@ -1,6 +1,6 @@
 // grid [POINTS]: how far the density that the nodes of a slice's grid give in the mean is from the one at the very
-// direction: the error that no fit can mend. Shapes of mass 1, relative squared L2 of design section 4; e .7..1, all
-// directions, the slices' own axes. `light > .02`: the share of the light that leaves in directions off by more.
+// direction: the error that no fit can mend. Shapes of mass 1, relative squared L2; e 0.7..1, all
+// directions, the slices' own axes. `light > 0.02`: the share of the light that leaves in directions off by more.
 // Seed 1.
 #include <fmt/format.h>
 

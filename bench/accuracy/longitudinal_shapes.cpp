@@ -27,9 +27,9 @@
 #include <utility>
 #include <vector>
 
+#include "fiber/circle_ray.h"
 #include "fiber/longitudinal.h"
 #include "fiber/rough_fiber.h"
-#include "references/models/circle_ray.h"
 #include "tress/base/random.h"
 #include "tress/fiber/parameters.h"
 

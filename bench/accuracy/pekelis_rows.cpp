@@ -7,7 +7,7 @@
 //                      [--learner NAME] [--components N] [--blur DEG] [--json FILE]
 //
 // N rows at random of both lobes, or of the one that is named; --grid all: every one of the 25,572; hardest: those of e
-// .85 and sigma 10 (the paper's figure 9); --stride takes every Nth node of each axis. The JSON has a histogram of the
+// 0.85 and sigma 10 (the paper's figure 9); --stride takes every Nth node of each axis. The JSON has a histogram of the
 // errors and, of whole slices, every error: 100 log10 of it, a line for each phi_r, "-" where there is no light; and
 // four rows of the hardest slice: the best, the quartiles and the worst, with what they were fitted to.
 #include <fmt/format.h>

@@ -38,7 +38,7 @@ class DrawnByAnother final : public fiber::FiberModel {
  public:
   DrawnByAnother(fiber::FiberModel& sampler, fiber::FiberModel& values) : sampler_(sampler), values_(values) {}
   std::string name() const override { return values_.name(); }
-  fiber::FiberId add_fiber(const fiber::FiberParameters& parameters) override {
+  fiber::FiberId make_fiber(const fiber::FiberParameters& parameters) override {
     values_.add_fiber(parameters);
     return sampler_.add_fiber(parameters);
   }
@@ -46,12 +46,12 @@ class DrawnByAnother final : public fiber::FiberModel {
                                float h) const override {
     return sampler_.begin(id, wr, xi1, xi2, h);
   }
-  fiber::FiberSample sample(const fiber::FiberEvent& event, const std::array<float, 4>& u) const override {
+  fiber::FiberSample sample_event(const fiber::FiberEvent& event, const std::array<float, 4>& u) const override {
     fiber::FiberSample drawn = sampler_.sample(event, u);
     drawn.value = valued(event, drawn.wi, drawn.value.pdf);
     return drawn;
   }
-  fiber::FiberValue evaluate(const fiber::FiberEvent& event, const fiber::FiberDirection& wi) const override {
+  fiber::FiberValue evaluate_event(const fiber::FiberEvent& event, const fiber::FiberDirection& wi) const override {
     return valued(event, wi, sampler_.evaluate(event, wi).pdf);
   }
 
@@ -113,9 +113,9 @@ int run(const Settings& settings) {
   adaptive::Options taken;
   taken.epsilon = 1;  // rows are taken as they are
   adaptive::Service rows(taken, *target), nodes(taken, *target);
-  const auto sampler = fiber::make_elliptical_model(fiber::Estimator::fitted, &rows);
-  const auto values = settings.against == "exact" ? fiber::make_elliptical_model(fiber::Estimator::exact, nullptr)
-                                                  : fiber::make_elliptical_model(fiber::Estimator::fitted, &nodes);
+  const auto sampler = *fiber::make_elliptical_model(fiber::Estimator::fitted, &rows);
+  const auto values = settings.against == "exact" ? *fiber::make_elliptical_model(fiber::Estimator::exact, nullptr)
+                                                  : *fiber::make_elliptical_model(fiber::Estimator::fitted, &nodes);
   DrawnByAnother truth(*sampler, *values);
   std::vector<fiber::FiberId> ids;
   for (const fiber::FiberParameters& one : scene.fibers) ids.push_back(truth.add_fiber(one));

@@ -20,9 +20,9 @@
 namespace tress::bench {
 
 /// Domains: wide, sigma 5..25 degrees; hard, sigma 1..10 on the grid sigma of the program (at least 4 degrees); narrow,
-/// sigma 1..10 as it is; e .7..1. whole: sigma 1..45, e .5..1, all that the program has grids for. eta 1.55, lobes and
-/// nodes of the slice uniform, E_p >= .001 (less is uniform in the program). `split`: GLINT and the rest of TRT instead
-/// of TT, TRT and TRRT.
+/// sigma 1..10 as it is; e 0.7..1. whole: sigma 1..45, e 0.5..1, all that the program has grids for. eta 1.55, lobes
+/// and nodes of the slice uniform, E_p >= 0.001 (less is uniform in the program). `split`: GLINT and the rest of TRT
+/// instead of TT, TRT and TRRT.
 class RandomRows {
  public:
   RandomRows(std::uint64_t seed, std::string domain, bool split)

@@ -24,6 +24,7 @@
 
 #include "fiber/medulla.h"
 #include "fiber/rough_rows.h"
+#include "fit/learn_stage.h"
 #include "fit/sampled_learner.h"
 #include "tress/adaptive/options.h"
 #include "tress/adaptive/ribbon.h"
@@ -230,11 +231,15 @@ struct Results {
   int converged = 0;
 };
 
-adaptive::SampledLimits limits_of(const Budget& budget, const Setting& setting) {
-  adaptive::SampledLimits limits;
-  limits.epsilon = budget.paths > 0 ? -1 : setting.epsilon;
-  if (budget.paths > 0) limits.most_paths = budget.paths;
-  return limits;
+/// A row of the budget's paths; without a budget one that learns until it passes.
+adaptive::SampledRow learned_row(const TimedTarget& target, const adaptive::SliceDescription& slice, const Node& node,
+                                 const Budget& budget, const Setting& setting) {
+  if (budget.paths == 0)
+    return adaptive::learn_samples(target, slice, node.a(), node.b(), {.epsilon = setting.epsilon});
+  adaptive::SampledRow row;
+  row.row = adaptive::learn_stage(target, slice, node.a(), node.b(), budget.paths, 0, nullptr, nullptr).row;
+  row.paths = budget.paths;
+  return row;
 }
 
 void measure(const Node& node, const Setting& setting, const std::vector<Budget>& budgets,
@@ -247,8 +252,7 @@ void measure(const Node& node, const Setting& setting, const std::vector<Budget>
   for (std::size_t i = 0; i < budgets.size(); ++i) {
     Results& into = results[i];
     const double drawn = target.seconds(), before = cpu_seconds();
-    const adaptive::SampledRow learned =
-        adaptive::learn_samples(target, slice, node.a(), node.b(), limits_of(budgets[i], setting));
+    const adaptive::SampledRow learned = learned_row(target, slice, node, budgets[i], setting);
     const double draw = target.seconds() - drawn, all = cpu_seconds() - before;
     const Flux flux = flux_of(learned.row, node, truth);
     for (std::size_t s = 0; s < absorptions; ++s) {
@@ -310,8 +314,8 @@ int run_false_passes(const Setting& setting) {
     const adaptive::SampledRow learned = learn(limits);
     paths.push_back(static_cast<double>(learned.paths));
     if (learned.verdict != adaptive::SampledRow::Verdict::converged) continue;
-    limits.epsilon = -1;  // the fit that passed is that of half of the paths
-    limits.most_paths = static_cast<std::uint32_t>(learned.paths / 2);
+    limits.epsilon = -1;  // what passed is the row of the stage before
+    limits.most_paths = learned.paths - 1;
     const auto test = [&](const adaptive::RibbonRow& row) {
       return adaptive::test_samples(target, slice, node.a(), node.b(), row, 0, setting.test_paths);
     };

@@ -69,6 +69,7 @@ Nodes nodes_of(const std::string& family, const Setting& setting) {
     adaptive::SliceDescription slice = fiber::rough_slice(fiber);
     slice.axis_a = {slice.axis_a[static_cast<std::size_t>(random.next() * static_cast<float>(slice.axis_a.size()))]};
     slice.axis_b = {slice.axis_b[static_cast<std::size_t>(random.next() * static_cast<float>(slice.axis_b.size()))]};
+    slice.coarse.clear();  // one node
     nodes.slices.push_back(slice);
   }
   return nodes;
@@ -114,6 +115,7 @@ json study(const std::string& family, const Setting& setting) {
   adaptive::Options options;
   options.sampled_epsilon = setting.epsilon;
   options.queries_before_creation = 1;
+  options.learns_to_epsilon = true;
   adaptive::Service service(options, *nodes.target);
   for (const adaptive::SliceDescription& slice : nodes.slices) service.look_up(*service.add_slice(slice), 0, 0);
   const adaptive::PassReport report = service.publish();

@@ -96,7 +96,7 @@ def moving_camera(run, frames, epsilons=(1e-2, 1e-6)):
         run.say(f"{2 * frames} frames, {name}")
         for i in range(2 * frames):
             rendered = run.render(turning, "turning", "--frame", i % frames, "--resolution", "30x40", "--spp", 8,
-                                  "--epsilon", epsilon, "--warm-cache", cache, seed=i, threads=1)
+                                  "--model", "elliptical", "--epsilon", epsilon, "--warm-cache", cache, seed=i, threads=1)
             last, summary = rendered.passes[-1], rendered.summary
             camera[name].append({
                 "rows": summary["warm_cache"]["rows_saved"], "births": sum(p["births"] for p in rendered.passes),

@@ -290,8 +290,8 @@ def commands_of(desk, out):
             "telemetry": ([*plain, "--telemetry", at("a.jsonl"), "--telemetry-level", "rows", "--spp", "16"], ("a.jsonl",)),
             "heat map": ([*plain, "--heatmap", at("h.exr")], ("h.exr",)), "fit -o": ([*fit, "-o", at("f.png")], ("f.png",)),
             "merge -o": ([desk.tress, "cache", "merge", part, other, "-o", at("t.cache")], ("t.cache",)),
-            "prebake -o": ([desk.tress, "cache", "prebake", desk.path("bake.json"), "-o", at("p.cache"), "--epsilon", "0.5",
-                            "--quiet"], ("p.cache",))}
+            "prebake -o": ([desk.tress, "cache", "prebake", desk.path("bake.json"), "-o", at("p.cache"), "--model", "elliptical",
+                            "--epsilon", "0.5", "--quiet"], ("p.cache",))}
 
 
 def disk_desk(run, name):

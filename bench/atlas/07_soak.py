@@ -66,7 +66,7 @@ def sequence(run, name, many, threads_of, each):
     for i in range(many):
         path, flags, seed, probe = shot(run, i)
         # A name of its own: the reader of pictures keeps them by name, and may miss one that is replaced within a second.
-        rendered = run.render(path, f"{name}_{i}", *flags, "--warm-cache", cache, "--estimator", "fitted", seed=seed,
+        rendered = run.render(path, f"{name}_{i}", *flags, "--model", "elliptical", "--warm-cache", cache, seed=seed,
                               threads=threads_of(i))
         each(i, rendered, cache, probe)
         for ending in (".exr", ".png", ".jsonl"):
@@ -94,7 +94,7 @@ def new_materials(run, many):
     for i in range(many):
         material = {"eccentricity": round(0.99 - 0.01 * i, 2), "roughness": 0.25, "melanin": {"eumelanin": 1}}
         path = write(run.path("material.json"), scene_of("wavy", material))
-        rendered = run.render(path, "material", "--resolution", "24x32", "--warm-cache", cache, seed=i, threads=1)
+        rendered = run.render(path, "material", "--resolution", "24x32", "--model", "elliptical", "--warm-cache", cache, seed=i, threads=1)
         growth.append({"materials": i + 1, "file_bytes": os.path.getsize(cache), "peak_bytes": rendered.peak_bytes,
                        "outside_passes_cpu": rendered.cpu - rendered.pass_cpu})
     return growth
@@ -137,7 +137,7 @@ def measure(run):
     for which in (0, 1):
         path, flags, _, _ = shot(run, PROBE_EVERY * (which + 1) - 1)
         flags = flags[:-1] + [reference_spp]
-        exact = [run.render(path, f"exact_{which}_{k}", *flags, "--estimator", "exact", seed=90_000 + k, threads=1)
+        exact = [run.render(path, f"exact_{which}_{k}", *flags, "--model", "exact", seed=90_000 + k, threads=1)
                  for k in range(4)]
         pictures = [figures.read(one.picture).astype(numpy.float64) for one in exact]
         references.append({"mean": float(numpy.mean(pictures)), "pixels": numpy.mean(pictures, axis=0),

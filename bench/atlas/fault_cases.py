@@ -55,7 +55,7 @@ class Desk:
         shutil.rmtree(self.folder, ignore_errors=True)
         os.makedirs(self.folder)
         self.tress, self.left = run.tress, set()  # left: by those killed
-        self.program = os.path.join(os.path.dirname(run.tress), "bench", "bench_atlas_faults")
+        self.program = os.path.join(run.build, "bench", "bench_atlas_faults")
         self.scene = self.path("scene.json")
         with open(self.scene, "w") as file:
             json.dump(SCENE, file)

@@ -66,7 +66,7 @@ struct Samples {
 class Job {
  public:
   Job(const Setting& setting, const scene::Scene& scene)
-      : setting_(setting), scene_(scene), film_({0, 0, scene.image.width, scene.image.height}, false) {
+      : scene_(scene), film_({0, 0, scene.image.width, scene.image.height}, false) {
     const fiber::ModelInfo& info = *references::find_model(setting.model);
     const fiber::Estimator estimator = setting.estimator == "exact"       ? fiber::Estimator::exact
                                        : setting.estimator == "corrected" ? fiber::Estimator::corrected
@@ -80,7 +80,7 @@ class Job {
     model_ = info.make({estimator, service_, setting.quadrature_points});
     for (const fiber::FiberParameters& fiber : scene.fibers) fiber_ids_.push_back(model_->add_fiber(fiber));
     render_ = setting.render;
-    if (!model_->evaluates()) render_.light_samples = 0;
+    if (!model_->evaluates() && !model_->estimates()) render_.light_samples = 0;
     largest_.assign(static_cast<std::size_t>(scene.image.width) * static_cast<std::size_t>(scene.image.height), 0.0f);
   }
 
@@ -156,7 +156,6 @@ class Job {
     return told;
   }
 
-  const Setting& setting_;
   const scene::Scene& scene_;
   fiber::ModelService learned_;
   adaptive::Service* service_ = nullptr;  ///< of learned_

@@ -43,7 +43,7 @@ enum class Host {
   own,        ///< its own proposal, scored
   absorbed,   ///< likewise, each component of it a factor 1 to e^-12 weaker: of dark hair
   uniform,    ///< of light sampling: told, not scored
-  clustered,  ///< likewise, all within .05 rad of one azimuth of the row's
+  clustered,  ///< likewise, all within 0.05 rad of one azimuth of the row's
   one_sided,  ///< likewise, all in [0, pi)
   beside,     ///< own, each with four clustered ones
 };

@@ -159,7 +159,7 @@ int run(const Settings& settings) {
     const auto estimator = settings.estimator == "exact"       ? fiber::Estimator::exact
                            : settings.estimator == "corrected" ? fiber::Estimator::corrected
                                                                : fiber::Estimator::fitted;
-    const auto model = fiber::make_elliptical_model(estimator, service ? &*service : nullptr);
+    const auto model = *fiber::make_elliptical_model(estimator, service ? &*service : nullptr);
     std::vector<fiber::FiberId> ids;
     for (const fiber::FiberParameters& one : scene.fibers) ids.push_back(model->add_fiber(one));
     Json by_sample = Json::array();

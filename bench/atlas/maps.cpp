@@ -1,6 +1,6 @@
 // Study 2 of the atlas: what every model's density, energy, weights and error do over slices of the domain.
 //
-// A slice varies two parameters over the base: e .85, alpha .2, eta 1.55, tilt 3 degrees, clear, theta_r 40, phi_r 40
+// A slice varies two parameters over the base: e 0.85, alpha 0.2, eta 1.55, tilt 3 degrees, clear, theta_r 40, phi_r 40
 // degrees. Of each cell and rival:
 //   mass      integral of the density of the sampler over all directions, at one (xi, h)
 //   energy    integral of S likewise, luminance; of models that can only be sampled, the mean weight
@@ -35,11 +35,11 @@
 #include <utility>
 #include <vector>
 
+#include "fiber/circle_ray.h"
 #include "fiber/fourier_reference.h"
 #include "fiber/row_axes.h"
 #include "models/direction_panels.h"
 #include "models/model_measures.h"
-#include "references/models/circle_ray.h"
 #include "references/registry.h"
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"

@@ -60,7 +60,7 @@ void live(const Settings& settings, int life, std::string& saved) {
   adaptive::Options learn;
   learn.seed = static_cast<std::uint64_t>(life);
   adaptive::Service service(learn, *target);
-  const auto model = fiber::make_elliptical_model(fiber::Estimator::fitted, &service);
+  const auto model = *fiber::make_elliptical_model(fiber::Estimator::fitted, &service);
   std::vector<fiber::FiberId> ids;
   for (const fiber::FiberParameters& one : scene->fibers) ids.push_back(model->add_fiber(one));
   if (!saved.empty()) {

@@ -51,11 +51,11 @@ class ListedTarget final : public adaptive::Target {
 };
 
 /// What rows are made of. Of fibers: wide, hard and whole as RandomRows has them; degree, sigma 1 degree; tir, rows
-/// that total internal reflection cuts (a tenth to nine tenths of their rays come out; e .5 to .8, sigma 1 to 10). Made
-/// up: flat; zero, of no light or 1e-30 to 1e-3 of it; spike, one direction blurred by .1 to 2 degrees; comb, 2 to 20
-/// directions of Pareto masses (index 1) blurred by 1 degree; hidden, a flat row with a thousandth to a tenth of its
-/// light in one direction blurred by 1 degree; two hidden, in two directions; neighbours, one direction blurred by 1
-/// degree with a hundredth to a third of its light 2 to 10 blurs beside it. In phase with the gap fill of an empty
+/// that total internal reflection cuts (a tenth to nine tenths of their rays come out; e 0.5 to 0.8, sigma 1 to 10).
+/// Made up: flat; zero, of no light or 1e-30 to 1e-3 of it; spike, one direction blurred by 0.1 to 2 degrees; comb, 2
+/// to 20 directions of Pareto masses (index 1) blurred by 1 degree; hidden, a flat row with a thousandth to a tenth of
+/// its light in one direction blurred by 1 degree; two hidden, in two directions; neighbours, one direction blurred by
+/// 1 degree with a hundredth to a third of its light 2 to 10 blurs beside it. In phase with the gap fill of an empty
 /// sketch, so that it sees next to nothing of them: phase, a lobe and 4 to 44 bumps midway between two
 /// points, of 0.5 to 2.5 hundredths of the variation in all, blurred by 0.6 to 6 degrees; fine phase, by 0.6 degrees.
 class StressTargets {

@@ -66,7 +66,8 @@ def measure(run):
         for way in WAYS:
             mine = found[way]
             mine["extra"] = charts.interval([a - b for a, b in zip(mine["passes"]["values"], base)])
-        knots = run.render(scene, name + "_knots", "--spp", samples, "--resolution", size, "--learner", "table")
+        knots = run.render(scene, name + "_knots", "--spp", samples, "--resolution", size, "--model", "elliptical", "--learner",
+                           "table")
         times = {}
         noise = sum(found[way]["noise"]["median"] for way in WAYS) / len(WAYS)
         for target in (0.3, 0.2, 0.1, 0.05, 0.02, 0.01):

@@ -31,7 +31,7 @@ def scenes(run):
 def one(run, scene, size, flag, value, name):
     table = run.path(name + ".cache")
     learned = run.render(scene, name, "--resolution", size, "--spp", 32 if run.quick else 64, "--warm-cache", table,
-                         "--cache-mode", "scratch", flag, value)
+                         "--cache-mode", "scratch", "--model", "elliptical", flag, value)
     last = learned.passes[-1]
     components = last["components"]
     out = {"rule": flag[2:], "value": value, "rows": sum(components[1:]), "unfitted": components[0],

@@ -90,7 +90,9 @@ class Run:
     """What a measurement may use. quick: all charts together in five minutes; then a chart takes what it can."""
 
     def __init__(self, tress, folder, quick=False, seed=0):
-        self.tress, self.folder, self.quick, self.seed = os.path.abspath(tress), folder, quick, seed
+        self.build = os.path.dirname(os.path.abspath(tress))
+        self.tress = os.path.join(self.build, "bench", "tress-lab")  # tress with the rivals
+        self.folder, self.quick, self.seed = folder, quick, seed
         self.short = False  # of a chart that has such a mode
         self.rounds = None  # of those that the caller wants other than the chart's own
         self.reference_folder = os.environ.get("TRESS_REFERENCES", os.path.join(ROOT, "build", "references"))
@@ -106,7 +108,7 @@ class Run:
 
     def bench(self, name, *arguments, environment=None):
         """Runs build/.../bench/bench_NAME."""
-        program = os.path.join(os.path.dirname(self.tress), "bench", "bench_" + name)
+        program = os.path.join(self.build, "bench", "bench_" + name)
         return Done([program, *map(str, arguments)], environment)
 
     def google_benchmark(self, name, pattern=".", min_time=0.05, repetitions=1, environment=None):
@@ -210,7 +212,7 @@ def picture_sources(flags):
     """Paths of the sources that make the picture of these flags: all of PICTURE_FOLDERS for models that learn; for the others
     what makes a picture of a model, and what that model includes, so that work on ours leaves their references as they are."""
     words = list(map(str, flags))
-    model = words[words.index("--model") + 1] if "--model" in words else "elliptical"
+    model = words[words.index("--model") + 1] if "--model" in words else "rough"
     learns = model in ("elliptical", "exact", "rough") or model.startswith("pekelis2015")
     files = [os.path.join(top, name) for folder in PICTURE_FOLDERS for top, _, names in os.walk(os.path.join(ROOT, folder))
              for name in names if name.endswith((".cpp", ".h"))]
@@ -333,7 +335,7 @@ def context(run):
         with open("/proc/cpuinfo") as lines:
             cpu = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), cpu)
     compiler = "unknown"
-    cache = os.path.join(os.path.dirname(run.tress), "CMakeCache.txt")
+    cache = os.path.join(run.build, "CMakeCache.txt")
     if os.path.exists(cache):
         with open(cache) as lines:
             name = next((line.split("=")[1].strip() for line in lines if line.startswith("CMAKE_CXX_COMPILER:")), "")

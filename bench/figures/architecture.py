@@ -15,12 +15,13 @@ import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PICTURE = os.path.join(ROOT, "src", "architecture.svg")
-ROOMS = ("include", "adaptive", "src")
+ROOMS = ("include", "adaptive", "src", "bench/references", "bench/lab")
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)
 GROUPS = [  # title, color, the folders that begin so
     ("include/tress: what a host includes", "#dbe9f6", "include/tress"),
     ("adaptive: the learning service", "#dff0d8", "adaptive"),
     ("src: the renderer and its models", "#fbeccb", "src"),
+    ("bench: the laboratory", "#f2dede", "bench"),
 ]
 
 SAYS = {  # a phrase for a folder; one without is drawn with its name alone
@@ -41,9 +42,10 @@ SAYS = {  # a phrase for a folder; one without is drawn with its name alone
     "src/models": "ours and the traced truth",
     "src/models/lobes": "what models share",
     "src/models/elliptical": "our model", "src/models/rough": "rows of samples",
-    "src/references": "every model and learner by name",
-    "src/references/models": "the rivals' models",
-    "src/references/learners": "the rivals' learners",
+    "bench/references": "the rivals by name",
+    "bench/references/models": "the rivals' models",
+    "bench/references/learners": "the rivals' learners",
+    "bench/lab": "tress-lab",
     "src/image": "OpenEXR and PNG",
     "src/denoise": "halves of a picture\ninto one",
     "src/scene/model": "what a scene is",
@@ -59,9 +61,9 @@ SAYS = {  # a phrase for a folder; one without is drawn with its name alone
 
 def folder_of(name):
     """The folder of a file of ours that an include names, None for all others."""
-    for room in ROOMS:
-        if os.path.isfile(os.path.join(ROOT, room, name)):
-            return os.path.dirname(f"{room}/{name}")
+    for root in ("include", "adaptive", "src", "bench"):
+        if os.path.isfile(os.path.join(ROOT, root, name)):
+            return os.path.dirname(f"{root}/{name}")
     return None
 
 

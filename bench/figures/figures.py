@@ -39,6 +39,8 @@ def parse(doc, samples=64, size=None, add=None):
     if add:
         add(parser)
     options = parser.parse_args()
+    options.build = os.path.dirname(os.path.abspath(options.tress))
+    options.tress = os.path.join(options.build, "bench", "tress-lab")  # tress with the rivals
     os.makedirs(options.output, exist_ok=True)
     return options
 
@@ -61,8 +63,8 @@ def run(command):
 
 
 def bench(options, name):
-    """The program bench_NAME that was built with options.tress, beside it."""
-    return os.path.join(os.path.dirname(options.tress), "bench", "bench_" + name)
+    """The program bench_NAME that was built with options.tress."""
+    return os.path.join(options.build, "bench", "bench_" + name)
 
 
 def render(options, scene, name, *flags):

@@ -50,12 +50,12 @@ def main():
                                   text=True).stdout
             return sum(json.loads(text)["bias"]) / 3
 
-        render("teach", "--warm-cache", cache, "--spp", str(options.teach))
+        render("teach", "--model", "elliptical", "--warm-cache", cache, "--spp", str(options.teach))
         frozen = ["--warm-cache", cache, "--cache-mode", "frozen", "--spp", str(options.samples)]
         runs = {name: [] for name in ("fitted", "corrected", "exact")}
         for turn in range(options.repeat):
             for name in runs:
-                flags = ["--estimator", name, "--seed", str(100 + turn)]
+                flags = ["--model", "elliptical", "--estimator", name, "--seed", str(100 + turn)]
                 flags += frozen if name != "exact" else ["--spp", str(options.samples)]
                 runs[name].append(render(f"{name}{turn}", *flags))
         def mean_of(name, key):

@@ -76,10 +76,10 @@ TRESS_WRAPPED(std::optional<geometry::Hit>, intersect, "_ZNK5tress8geometry10Fib
               const FiberScene*, const geometry::Ray&)
 TRESS_WRAPPED(bool, occluded, "_ZNK5tress8geometry10FiberScene8occludedERKNS0_3RayEf", const FiberScene*,
               const geometry::Ray&, float)
-TRESS_WRAPPED(
-    Vertex, begin,
-    "_ZNK5tress9integrate10Scattering5beginERKNS_8geometry3HitERKN3glm3vecILi3EfLNS6_9qualifierE0EEERKSt5arrayIfLm2EEf",
-    const Scattering*, const geometry::Hit&, const glm::vec3&, const std::array<float, 2>&, float)
+TRESS_WRAPPED(Vertex, begin,
+              "_ZNK5tress9integrate10Scattering5beginERKNS_8geometry3HitERKN3glm3vecILi3EfLNS6_"
+              "9qualifierE0EEERKSt5arrayIfLm2EEfb",
+              const Scattering*, const geometry::Hit&, const glm::vec3&, const std::array<float, 2>&, float, bool)
 TRESS_WRAPPED(
     integrate::Scattered, evaluate,
     "_ZNK5tress9integrate10Scattering8evaluateERKNS0_6VertexERKN3glm3vecILi3EfLNS5_9qualifierE0EEERNS0_8PathSumsE",
@@ -117,12 +117,12 @@ bool wrapped_occluded(const FiberScene* self, const geometry::Ray& ray, float di
 }
 
 Vertex wrapped_begin(const Scattering* self, const geometry::Hit& hit, const glm::vec3& ray_direction,
-                     const std::array<float, 2>& xi, float importance) {
+                     const std::array<float, 2>& xi, float importance, bool is_near) {
   if (recording) {
     recording->steps.push_back(Step::begin);
     recording->begins.push_back({hit, ray_direction, xi});
   }
-  return real_begin(self, hit, ray_direction, xi, importance);
+  return real_begin(self, hit, ray_direction, xi, importance, is_near);
 }
 
 integrate::Scattered wrapped_evaluate(const Scattering* self, const Vertex& vertex, const glm::vec3& direction,

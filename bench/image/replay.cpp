@@ -96,7 +96,7 @@ class Workbench {
     result_["embree_bytes"] = fibers_->bytes();
     options_.samples = setting.teach;
     options_.seed = setting.seed;
-    if (!model_->evaluates()) options_.light_samples = 0;
+    if (!model_->evaluates() && !model_->estimates()) options_.light_samples = 0;
     lights_ = std::make_unique<integrate::LightSampler>(scene_);
     scattering_ = std::make_unique<integrate::Scattering>(scene_, *model_, fiber_ids_);
   }

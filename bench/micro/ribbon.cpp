@@ -3,15 +3,18 @@
 
 #include <benchmark/benchmark.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "convergence/held_out_test.h"
+#include "density/interpolated_row.h"
 #include "fiber/rough_rows.h"
-#include "fit/exit_columns.h"
-#include "fit/fit_ribbon.h"
+#include "fit/fitted_row.h"
+#include "fit/learn_stage.h"
+#include "fit/row_exits.h"
 #include "fit/sampled_learner.h"
 #include "tress/base/random.h"
 
@@ -93,25 +96,62 @@ void draw(benchmark::State& state) {
 }
 BENCHMARK(draw)->Arg(4096)->Unit(benchmark::kMillisecond);
 
-/// All parts from nothing, or from an earlier fit.
-void fit(benchmark::State& state, bool from_earlier) {
+void pack_row(benchmark::State& state) {
+  std::array<adaptive::RibbonRow::Part, adaptive::RibbonRow::most_parts> parts;
+  for (std::uint32_t p = 0; p < parts.size(); ++p) parts[p] = {learned_row().ribbon(p), learned_row().mass(p)};
+  for (auto _ : state) benchmark::DoNotOptimize(adaptive::RibbonRow(parts));
+}
+BENCHMARK(pack_row);
+
+void interpolate(benchmark::State& state) {  // four rows, which are decoded once for many others
+  const adaptive::DecodedRow row(learned_row());
+  const adaptive::DecodedRow other(
+      adaptive::learn_stage(target(), slice(), theta_r + 0.2f, phi_r, 512, 0, nullptr, nullptr).row);
+  const std::array<adaptive::WeightedRow, 4> rows{{{&row, 0.3f}, {&other, 0.2f}, {&row, 0.1f}, {&other, 0.4f}}};
+  for (auto _ : state) benchmark::DoNotOptimize(adaptive::interpolate_rows(rows));
+}
+BENCHMARK(interpolate);
+
+void color_knot(benchmark::State& state) {
+  const Ribbon ribbon = learned_row().ribbon(2);
+  std::size_t k = 0;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(adaptive::GammaDecay::from(ribbon.main()[k++ % Ribbon::main_knots].decays));
+}
+BENCHMARK(color_knot);
+
+void sort(benchmark::State& state) {
   const std::vector<adaptive::SampledExit> exits = exits_of(static_cast<std::uint32_t>(state.range(0)), 3);
-  const std::vector<adaptive::SampledExit> fewer = exits_of(static_cast<std::uint32_t>(state.range(0) / 2), 3);
-  std::vector<Ribbon> earlier;
-  for (std::uint32_t p = 0; p < fiber::rough_parts; ++p) {
-    earlier.push_back(adaptive::fit_ribbon(adaptive::sort_exits(fewer, p), nullptr, false).ribbon);
-  }
+  for (auto _ : state) benchmark::DoNotOptimize(adaptive::sort_exits(exits, fiber::rough_parts));
+}
+BENCHMARK(sort)->Arg(512)->Arg(4096)->Unit(benchmark::kMicrosecond);
+
+/// All parts and laws of a row, with decays and energies, packed; of sorted exits.
+void fit(benchmark::State& state, const adaptive::RibbonRow* parent) {
+  const auto paths = static_cast<std::uint32_t>(state.range(0));
+  const adaptive::RowExits exits = adaptive::sort_exits(exits_of(paths, 3), fiber::rough_parts);
+  const auto rule = adaptive::RibbonFitRule::of(paths, parent != nullptr, 256);
   for (auto _ : state) {
-    for (std::uint32_t p = 0; p < fiber::rough_parts; ++p) {
-      benchmark::DoNotOptimize(
-          adaptive::fit_ribbon(adaptive::sort_exits(exits, p), from_earlier ? &earlier[p] : nullptr, false));
-    }
+    adaptive::PartEnergies energies;
+    energies.add(exits, paths);
+    benchmark::DoNotOptimize(adaptive::fitted_row(exits, energies, parent, rule));
   }
 }
-void first_fit(benchmark::State& state) { fit(state, false); }
-void next_fit(benchmark::State& state) { fit(state, true); }
-BENCHMARK(first_fit)->Arg(1024)->Unit(benchmark::kMillisecond);
-BENCHMARK(next_fit)->Arg(2048)->Arg(4096)->Arg(16384)->Unit(benchmark::kMillisecond);
+void fit_from_moments(benchmark::State& state) { fit(state, nullptr); }
+void fit_from_parent(benchmark::State& state) { fit(state, &learned_row()); }
+BENCHMARK(fit_from_moments)->Arg(512)->Arg(1024)->Arg(4096)->Arg(16384)->Unit(benchmark::kMicrosecond);
+BENCHMARK(fit_from_parent)->Arg(512)->Unit(benchmark::kMicrosecond);
+
+/// A row at a stage, with the draws of all its paths and the test of the stage before.
+void stage(benchmark::State& state) {
+  const auto paths = static_cast<std::uint32_t>(state.range(0));
+  const std::uint32_t paths_before = paths > 512 ? paths / 4 : 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(adaptive::learn_stage(target(), slice(), theta_r, phi_r, paths, paths_before,
+                                                   paths_before > 0 ? &learned_row() : nullptr, nullptr));
+  }
+}
+BENCHMARK(stage)->Arg(512)->Arg(2048)->Arg(8192)->Unit(benchmark::kMicrosecond);
 
 void test(benchmark::State& state) {
   const auto paths = static_cast<std::uint32_t>(state.range(0));

@@ -75,7 +75,7 @@ void start_up(benchmark::State& state) {
   std::size_t bytes = 0;
   for (auto _ : state) {
     adaptive::Service service(adaptive::Options{}, *target);
-    const auto model = fiber::make_elliptical_model(fiber::Estimator::fitted, &service);
+    const auto model = *fiber::make_elliptical_model(fiber::Estimator::fitted, &service);
     for (int i = 0; i < state.range(0); ++i) {
       fiber::FiberParameters fiber;
       fiber.eccentricity = 0.85f - 0.01f * static_cast<float>(i % 16);
@@ -91,7 +91,7 @@ void start_up(benchmark::State& state) {
 void start_up_shapes(benchmark::State& state) {
   const auto count = static_cast<int>(state.range(0));
   for (auto _ : state) {
-    const auto model = fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
+    const auto model = *fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
     for (int i = 0; i < count; ++i) {
       fiber::FiberParameters fiber;
       fiber.eccentricity = 0.99f - 0.01f * static_cast<float>(i % 50);

@@ -75,7 +75,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("name", choices=("turntable", "cold_and_warm", "models", "selection"))
     parser.add_argument("-o", "--output", default=os.path.join(ROOT, "build", "gallery"), help="folder")
-    parser.add_argument("--tress", default=os.path.join(ROOT, "build", "release", "tress"), help="the program")
+    parser.add_argument("--tress", default=os.path.join(ROOT, "build", "release", "bench", "tress-lab"), help="the program")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
     if options.name == "selection":

@@ -11,7 +11,7 @@ struct GaussLegendre {
 };
 
 /// points >= 1; exact for polynomials of degree 2 points - 1. By Newton's method on P_n: time goes with points^2 (65536
-/// take some 10 s, 100 some .1 ms). Errors of nodes and weights are some 1e-15 up to a thousand points.
+/// take some 10 s, 100 some 0.1 ms). Errors of nodes and weights are some 1e-15 up to a thousand points.
 GaussLegendre gauss_legendre(int points);
 
 }  // namespace tress

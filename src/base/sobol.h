@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace tress {
 
@@ -19,6 +20,9 @@ class ScrambledSobol {
   /// Keys give independent scrambles.
   explicit ScrambledSobol(std::uint64_t key);
   Point point(std::uint32_t index) const;
+  /// The points [first, first + count), the same bits, in lanes: out[d][i] is dimension d of point first + i, for the
+  /// first dimensions.
+  void points(std::uint32_t first, std::uint32_t count, std::span<float* const> out) const;
 
  private:
   std::array<std::uint32_t, dimensions> seeds_;

@@ -6,6 +6,7 @@
 
 #include "cli/options.h"
 #include "scene/model/hair_colors.h"
+#include "scene/read/assembly.h"
 
 namespace tress::cli {
 namespace {
@@ -43,6 +44,14 @@ void add_appearance(CLI::App* app, scene::Overrides& o) {
       app, "--up", {"y", "z"}, [&o](const std::string& axis) { o.y_up = axis == "y"; },
       "axis of the hair file that points up");
   add_number(app, "--cm-per-unit", [&o](double x) { o.cm_per_unit = x; }, "length of a unit of the hair file, in cm");
+  add_flag(app, "--strict", [&o] { o.strict = true; });
+  add_number(app, "--radius", [&o](double x) { o.radius_cm = x; }, "of all fibers of hair files, in cm");
+  app->add_option_function<std::string>(
+         "--widths", [&o](const std::string& text) { o.widths = text; },
+         "widths of the hair file: as they are (file), brought to those of hair (clamp), or S times as large (scale=S)")
+      ->type_name("WIDTHS")
+      ->check(expecting(scene::width_use_words,
+                        [](const std::string& text) { return scene::width_use_of(text).has_value(); }));
 }
 
 }  // namespace tress::cli

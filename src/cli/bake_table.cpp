@@ -28,7 +28,11 @@ struct Node {
 
 RowView look(const Service& service, const Node& node) { return service.peek(node.slice, node.a, node.b); }
 
-bool is_decided(RowState state) { return state == RowState::converged || state == RowState::refused; }
+/// Whether a row is as good as baking makes it: one of samples is learned up to its end when it is first asked.
+bool is_decided(const RowView& row) {
+  return row.state == RowState::converged || row.state == RowState::refused ||
+         (row.ribbons != nullptr && row.row != RowView::no_row);
+}
 
 void ask(const Service& service, const Node& node, std::uint64_t pass) {
   const adaptive::Options& options = service.options();
@@ -59,6 +63,7 @@ adaptive::SliceId take_slices(const Service& service, adaptive::SliceId first, s
 
 adaptive::Options baking(adaptive::Options options) {
   options.queries_before_creation = 1;
+  options.learns_to_epsilon = true;
   return options;
 }
 
@@ -77,7 +82,7 @@ BakeProgress bake_table(Service& service, const std::function<bool(const BakePro
       progress.last = service.publish();
       ++progress.passes;
       progress.g_evaluations += progress.last.g_evaluations;
-      std::erase_if(open, [&](const Node& node) { return is_decided(look(service, node).state); });
+      std::erase_if(open, [&](const Node& node) { return is_decided(look(service, node)); });
       progress.converged = progress.last.rows_converged;
       progress.refused = progress.last.rows_refused;
       progress.seconds = std::chrono::duration<double>(Clock::now() - start).count();

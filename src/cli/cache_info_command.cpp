@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -17,11 +18,13 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/hair_words.h"
+#include "cli/model_choice.h"
 #include "cli/options.h"
 #include "cli/process.h"
 #include "cli/warm_start.h"
-#include "references/default_model.h"
+#include "models/catalog.h"
 #include "tress/adaptive/cache.h"
+#include "tress/adaptive/cache_folder.h"
 
 namespace tress::cli {
 namespace {
@@ -30,7 +33,6 @@ struct CacheSettings {
   std::filesystem::path file;
   bool json = false;
   std::optional<std::filesystem::path> scene;  ///< to be rendered with it
-  bool model_given = false;
   RenderSettings render;
 };
 
@@ -38,10 +40,16 @@ struct SliceSummary {
   std::string lobe;
   std::uint64_t ribbons = 0;  ///< rows of a slice of samples that have converged
   std::uint64_t nodes = 0, open = 0, converged = 0, components = 0;
-  std::uint64_t knot_densitys = 0, knots = 0;  ///< rows that are knot tables, and the knots in them
-  std::size_t bytes = 0;                       ///< in the file
+  std::uint64_t knot_densities = 0, knots = 0;  ///< rows that are knot tables, and the knots in them
+  std::size_t bytes = 0;                        ///< in the file
   SliceContents contents;
 };
+
+/// Of values in ascending order, at least one: the least that a share of them does not exceed.
+double quantile(const std::vector<float>& sorted, double share) {
+  const auto last = static_cast<double>(sorted.size() - 1);
+  return static_cast<double>(sorted[static_cast<std::size_t>(std::floor(share * last))]);
+}
 
 /// Of the running slice of the cache, whose rows it uses up.
 SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::CacheFile& cache) {
@@ -63,10 +71,11 @@ SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::CacheF
     } else if (row.knots.empty()) {
       summary.components += row.fit.component_count;
     } else {
-      ++summary.knot_densitys;
+      ++summary.knot_densities;
       summary.knots += row.knots.knots().size();
     }
   }
+  std::ranges::sort(summary.contents.objectives);
   summary.contents.open = summary.open;
   summary.contents.converged = summary.converged;
   return summary;
@@ -87,22 +96,32 @@ nlohmann::ordered_json key_of(const adaptive::SliceDescription& slice, const std
 }
 
 nlohmann::ordered_json to_json(const adaptive::SliceDescription& slice, const SliceSummary& s) {
-  return {{"key", key_of(slice, s.lobe)},
-          {"kind", slice.kind == adaptive::SliceKind::samples ? "samples" : "densities"},
-          {"nodes", s.nodes},
-          {"rows", {{"open", s.open}, {"converged", s.converged}}},
-          {"components", s.components},
-          {"knot_tables", s.knot_densitys},
-          {"knots", s.knots},
-          {"ribbons", s.ribbons},
-          {"bytes", s.bytes}};
+  nlohmann::ordered_json told{{"key", key_of(slice, s.lobe)},
+                              {"kind", slice.kind == adaptive::SliceKind::samples ? "samples" : "densities"},
+                              {"nodes", s.nodes},
+                              {"rows", {{"open", s.open}, {"converged", s.converged}}},
+                              {"samples", s.contents.samples},
+                              {"components", s.components},
+                              {"knot_tables", s.knot_densities},
+                              {"knots", s.knots},
+                              {"ribbons", s.ribbons},
+                              {"bytes", s.bytes}};
+  const std::vector<float>& errors = s.contents.objectives;
+  if (!errors.empty()) {
+    told["error"] = {{"median", quantile(errors, 0.5)},
+                     {"q90", quantile(errors, 0.9)},
+                     {"q99", quantile(errors, 0.99)},
+                     {"max", quantile(errors, 1)}};
+  }
+  return told;
 }
 
-/// A line for each slice, those of densities apart from those of samples.
+/// A line for each slice, those of densities apart from those of samples, and how well its rows are known.
 struct SliceLines {
-  std::string densities, samples;
+  std::string densities, samples, errors;
 
   void add(const adaptive::SliceDescription& slice, const SliceSummary& s) {
+    add_errors(slice, s);
     if (slice.kind == adaptive::SliceKind::samples) {
       const std::string parameters = fmt::format("{}", fmt::join(slice.key.told_parameters(), " "));
       samples += fmt::format("  {:5} {:7} {:7} {:9} {:8} {:10}  {}\n", s.lobe, s.nodes, s.open, s.converged, s.ribbons,
@@ -120,9 +139,23 @@ struct SliceLines {
       fmt::print("  {:5} {:>5} {:>5} {:>6} {:>7} {:>7} {:>9} {:>10} {:>7} {:>10}\n{}", "lobe", "eta", "e", "sigma",
                  "nodes", "open", "converged", "components", "knots", "bytes", densities);
     }
-    if (samples.empty()) return;
-    fmt::print("  {:5} {:>7} {:>7} {:>9} {:>8} {:>10}  {}\n{}", "lobe", "nodes", "open", "converged", "ribbons",
-               "bytes", "parameters", samples);
+    if (!samples.empty()) {
+      fmt::print("  {:5} {:>7} {:>7} {:>9} {:>8} {:>10}  {}\n{}", "lobe", "nodes", "open", "converged", "ribbons",
+                 "bytes", "parameters", samples);
+    }
+    if (errors.empty()) return;
+    fmt::print("accuracy of the converged rows: errors are known to be below these\n");
+    fmt::print("  {:5} {:>9} {:>12} {:>10} {:>10} {:>10} {:>10}  {}\n{}", "lobe", "rows", "paths", "median", "90 %",
+               "99 %", "worst", "hair", errors);
+  }
+
+ private:
+  void add_errors(const adaptive::SliceDescription& slice, const SliceSummary& s) {
+    const std::vector<float>& known = s.contents.objectives;
+    if (known.empty()) return;
+    errors += fmt::format("  {:5} {:9} {:12} {:10.2g} {:10.2g} {:10.2g} {:10.2g}  {}\n", s.lobe, s.converged,
+                          s.contents.samples, quantile(known, 0.5), quantile(known, 0.9), quantile(known, 0.99),
+                          quantile(known, 1), hair_words(slice));
   }
 };
 
@@ -138,18 +171,54 @@ void print_hair(const std::vector<TableHair>& all) {
   }
 }
 
-/// How much of the scene would start warm. Unset, and told, if it cannot be loaded.
-std::optional<WarmStart> warm_start_of(const CacheSettings& settings, adaptive::CacheFile& cache) {
-  RenderSettings render = settings.render;
-  if (!settings.model_given) {
-    if (const fiber::ModelInfo* info = references::model_of_rows(cache)) render.model = info->name;
+/// What one or many files hold.
+struct Contents {
+  adaptive::CacheContents sum;  ///< its hash and format are those of the last file
+  std::string model;            ///< likewise
+  nlohmann::ordered_json slices = nlohmann::ordered_json::array();
+  SliceLines lines;
+  std::vector<SliceContents> held;
+
+  /// Error if the file cannot be read to its end.
+  std::optional<Error> add(adaptive::CacheFile& rows) {
+    const adaptive::CacheContents& contents = rows.contents();
+    while (const adaptive::SliceDescription* slice = rows.next_slice()) {
+      SliceSummary summary = summarise(*slice, rows);
+      slices.push_back(to_json(*slice, summary));
+      lines.add(*slice, summary);
+      held.push_back(std::move(summary.contents));
+    }
+    model = rows.model();
+    sum.format = contents.format;
+    sum.hash = contents.hash;
+    sum.bytes += contents.bytes;
+    sum.slices += contents.slices;
+    sum.open_rows += contents.open_rows;
+    sum.converged_rows += contents.converged_rows;
+    sum.knot_rows += contents.knot_rows;
+    sum.ribbon_rows += contents.ribbon_rows;
+    return rows.failure();
   }
+};
+
+/// How much of the scene would start warm. Unset, and told, if it cannot be loaded or asks no rows; status is then the
+/// exit status.
+std::optional<WarmStart> warm_start_of(const CacheSettings& settings, int* status) {
+  RenderSettings render = settings.render;
+  *status = 1;
   Result<scene::Scene> scene = scene::load_scene(*settings.scene, render.overrides);
   if (!scene) {
     log_error(scene.error().message());
     return std::nullopt;
   }
   for (const std::string& text : scene->warnings) log_warning(text);
+  if (render.model_of_scene) render.model = model_of_scene(*scene);
+  if (const std::string message = refused_option(render.asked, render.model, !render.model_of_scene);
+      !message.empty()) {
+    log_error(message);
+    *status = 2;
+    return std::nullopt;
+  }
   std::optional<WarmStart> found;
   run_threaded(render.threads, [&](int) {
     Result<WarmStart> start = measure_warm_start(render, std::move(*scene), settings.file);
@@ -162,59 +231,77 @@ std::optional<WarmStart> warm_start_of(const CacheSettings& settings, adaptive::
   return found;
 }
 
-/// Prints model, format, hair, slices and hash, and how a scene would start. Exit status 1 if a file is refused.
-int run_cache_info(const CacheSettings& settings) {
-  const Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(settings.file, "");
-  if (!cache) {
-    log_error(cache.error().message());
-    return 1;
-  }
-  adaptive::CacheFile& rows = **cache;
-  const adaptive::CacheContents& contents = rows.contents();
-  nlohmann::ordered_json slices = nlohmann::ordered_json::array();
-  SliceLines lines;
-  std::vector<SliceContents> held;
-  while (const adaptive::SliceDescription* slice = rows.next_slice()) {
-    SliceSummary summary = summarise(*slice, rows);
-    slices.push_back(to_json(*slice, summary));
-    lines.add(*slice, summary);
-    held.push_back(std::move(summary.contents));
-  }
-  if (const std::optional<Error> error = rows.failure()) {
-    log_error(error->message());
-    return 1;
-  }
-  const std::vector<TableHair> hair = hair_of(held);
+/// What is the same of a file and of a folder of them.
+int print_contents(const CacheSettings& settings, const Contents& contents, nlohmann::ordered_json json,
+                   const std::string& head) {
+  const std::vector<TableHair> hair = hair_of(contents.held);
+  const adaptive::CacheContents& sum = contents.sum;
   std::optional<WarmStart> start;
   if (settings.scene) {
-    start = warm_start_of(settings, rows);
-    if (!start) return 1;
+    int status = 1;
+    start = warm_start_of(settings, &status);
+    if (!start) return status;
   }
   if (settings.json) {
     nlohmann::ordered_json told = nlohmann::ordered_json::array();
     for (const TableHair& one : hair) told.push_back(to_json(one));
-    nlohmann::ordered_json json = {{"model", rows.model()},
-                                   {"format", contents.format},
-                                   {"hash", contents.hash},
-                                   {"bytes", contents.bytes},
-                                   {"rows", {{"open", contents.open_rows}, {"converged", contents.converged_rows}}},
-                                   {"knot_tables", contents.knot_rows},
-                                   {"ribbons", contents.ribbon_rows},
-                                   {"hair", told},
-                                   {"pages", slices}};
+    json.update({{"bytes", sum.bytes},
+                 {"rows", {{"open", sum.open_rows}, {"converged", sum.converged_rows}}},
+                 {"knot_tables", sum.knot_rows},
+                 {"ribbons", sum.ribbon_rows},
+                 {"hair", told},
+                 {"pages", contents.slices}});
     if (start) json["warm_start"] = to_json(*start);
     fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     return 0;
   }
   fmt::print(
-      "model   {}\nformat  {}\nhash    {}\nbytes   {}\nrows    {} open, {} converged\nknots   {} of the converged\n"
-      "ribbons {} of the converged\npages   {}\n",
-      rows.model(), contents.format, contents.hash, contents.bytes, contents.open_rows, contents.converged_rows,
-      contents.knot_rows, contents.ribbon_rows, contents.slices);
+      "{}bytes   {}\nrows    {} open, {} converged\nknots   {} of the converged\nribbons {} of the converged\n"
+      "pages   {}\n",
+      head, sum.bytes, sum.open_rows, sum.converged_rows, sum.knot_rows, sum.ribbon_rows, sum.slices);
   print_hair(hair);
-  lines.print();
+  contents.lines.print();
   if (start) fmt::print("{}", in_words(*start));
   return 0;
+}
+
+/// The same of all files of the default folder together. Those that are refused are told and counted.
+int run_folder_info(const CacheSettings& settings) {
+  const Result<std::filesystem::path> folder = adaptive::default_cache_folder();
+  if (!folder) {
+    log_error(folder.error().message());
+    return 1;
+  }
+  Contents contents;
+  std::size_t files = 0, refused = 0;
+  for (const adaptive::CacheFolder::File& file : adaptive::CacheFolder(*folder).files()) {
+    const auto cache = adaptive::CacheFile::open(file.path, "");
+    const std::optional<Error> error = cache ? contents.add(**cache) : std::optional<Error>(cache.error());
+    if (error) log_warning(error->message());
+    ++(error ? refused : files);
+  }
+  return print_contents(settings, contents, {{"folder", folder->string()}, {"files", files}, {"refused", refused}},
+                        fmt::format("folder  {}\nfiles   {}{}\n", folder->string(), files,
+                                    refused > 0 ? fmt::format(", {} refused", refused) : ""));
+}
+
+/// Prints model, format, hair, slices and hash, and how a scene would start. Exit status 1 if a file is refused, 2 if
+/// the scene's model asks no rows or has not the options.
+int run_cache_info(const CacheSettings& settings) {
+  if (is_default_cache(settings.file)) return run_folder_info(settings);
+  const Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(settings.file, "");
+  if (!cache) {
+    log_error(cache.error().message());
+    return 1;
+  }
+  Contents contents;
+  if (const std::optional<Error> error = contents.add(**cache)) {
+    log_error(error->message());
+    return 1;
+  }
+  return print_contents(
+      settings, contents, {{"model", contents.model}, {"format", contents.sum.format}, {"hash", contents.sum.hash}},
+      fmt::format("model   {}\nformat  {}\nhash    {}\n", contents.model, contents.sum.format, contents.sum.hash));
 }
 
 /// Exit status 0 if every byte of the file is as it was written, 1 with the reason if not.
@@ -232,9 +319,9 @@ int run_cache_verify(const CacheSettings& settings) {
   return 1;
 }
 
-CLI::App* add_look(CLI::App& cache, const char* name, const char* what, CacheSettings& settings) {
+CLI::App* add_look(CLI::App& cache, const char* name, const char* what, const char* file, CacheSettings& settings) {
   CLI::App* command = cache.add_subcommand(name, what);
-  command->add_option("FILE", settings.file, "warm cache")->required()->type_name("FILE");
+  command->add_option("FILE", settings.file, file)->required()->type_name("FILE");
   command->add_flag("--json", settings.json, "print JSON");
   return command;
 }
@@ -247,19 +334,15 @@ void add_scene(CLI::App* info, CacheSettings& s) {
   scene->type_name("SCENE");
   const std::size_t before = info->get_options().size();
   std::vector<std::string> models;
-  for (const fiber::ModelInfo& model : references::models()) {
+  for (const fiber::ModelInfo& model : fiber::models()) {
     if (model.has_rows()) models.emplace_back(model.name);
   }
   add_choice(
-      info, "--model", models,
-      [&s](const std::string& name) {
-        s.render.model = name;
-        s.model_given = true;
-      },
-      "fiber model that would render it; default: that whose rows the cache has");
+      info, "--model", models, [&s](const std::string& name) { s.render.model = name; },
+      "fiber model that would render it; default: as of render");
   add_learner(info, s.render.table);
   add_appearance(info, s.render.overrides);
-  add_whole(info, "--frame", [&s](std::uint64_t n) { s.render.overrides.frame = int(n); });
+  add_signed(info, "--frame", [&s](std::int64_t n) { s.render.overrides.frame = int(n); });
   add_threads(info, s.render.threads);
   const std::vector<CLI::Option*> options = info->get_options();
   for (std::size_t i = before; i < options.size(); ++i) options[i]->needs(scene);
@@ -269,16 +352,28 @@ void add_scene(CLI::App* info, CacheSettings& s) {
 
 Command add_cache_info(CLI::App& cache) {
   const auto settings = std::make_shared<CacheSettings>();
-  CLI::App* info = add_look(cache, "info",
-                            "What hair is in the cache, how good, and how much of a scene would start warm", *settings);
+  CLI::App* info =
+      add_look(cache, "info", "What hair is in the cache, how good, and how much of a scene would start warm",
+               "warm cache; the word default: all that render --warm-cache default has learned", *settings);
   add_scene(info, *settings);
   add_quiet(info);
-  return {info, [settings] { return run_cache_info(*settings); }};
+  return {info, [info, settings] {
+            RenderSettings& render = settings->render;
+            render.model_of_scene = info->count("--model") == 0;
+            render.asked = model_options(*info, fiber::Estimator::fitted);
+            render.asked.insert(render.asked.begin(), {"cache info --for", fiber::Asks::rows});
+            if (!render.model_of_scene) {
+              if (const std::string message = refused_option(render.asked, render.model, true); !message.empty())
+                throw WrongUsage(message);
+            }
+            return run_cache_info(*settings);
+          }};
 }
 
 Command add_cache_verify(CLI::App& cache) {
   const auto settings = std::make_shared<CacheSettings>();
-  CLI::App* verify = add_look(cache, "verify", "Exit 0 if the file is whole, 1 if it is refused", *settings);
+  CLI::App* verify =
+      add_look(cache, "verify", "Exit 0 if the file is whole, 1 if it is refused", "warm cache", *settings);
   return {verify, [settings] { return run_cache_verify(*settings); }};
 }
 

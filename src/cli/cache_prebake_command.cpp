@@ -13,13 +13,13 @@
 #include "cli/bake_table.h"
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/model_choice.h"
 #include "cli/options.h"
 #include "cli/output_files.h"
 #include "cli/process.h"
 #include "cli/telemetry_lines.h"
-#include "cli/unnamed_model.h"
-#include "references/default_model.h"
-#include "references/registry.h"
+#include "models/catalog.h"
+#include "models/default_model.h"
 #include "scene/read/load_scene.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/options.h"
@@ -32,8 +32,9 @@ namespace {
 struct PrebakeSettings {
   std::filesystem::path scene, output;
   scene::Overrides overrides;
-  std::string model{references::default_model};  ///< of references::models(), with rows
-  bool model_of_scene = false;                   ///< nothing has named one
+  std::string model{fiber::usual_model};  ///< of fiber::models(), with rows
+  bool model_of_scene = false;            ///< no --model: that of the scene's materials
+  std::vector<fiber::AskedOption> asked;  ///< options that the model must have
   adaptive::Options table;
   std::optional<int> threads;
   std::optional<std::filesystem::path> telemetry;
@@ -64,7 +65,7 @@ class BakeNotes {
 class PrebakeJob {
  public:
   PrebakeJob(const PrebakeSettings& settings, const scene::Scene& scene, TelemetryLines& telemetry, int threads)
-      : settings_(settings), info_(*references::find_model(settings.model)), telemetry_(telemetry), threads_(threads) {
+      : settings_(settings), info_(*fiber::find_model(settings.model)), telemetry_(telemetry), threads_(threads) {
     learned_ = fiber::make_service(info_, baking(settings.table));
     service_ = learned_.service.get();
     fiber::ModelSettings model;
@@ -165,12 +166,10 @@ class PrebakeJob {
 };
 
 /// Empty if all is well; else what contradicts what, as a message: wrong usage.
-std::string contradiction(const CLI::App& prebake, const PrebakeSettings& settings) {
-  if (!references::find_model(settings.model)->has_rows()) {
-    return fmt::format("cache prebake: expected a model with rows, found --model {}", settings.model);
-  }
-  if (references::find_model(settings.model)->learns_samples()) {
-    if (const std::string message = refused_of_samples(prebake, settings.model); !message.empty()) return message;
+std::string contradiction(const PrebakeSettings& settings) {
+  if (!settings.model_of_scene) {
+    if (const std::string message = refused_option(settings.asked, settings.model, true); !message.empty())
+      return message;
   }
   if (settings.telemetry) {
     std::error_code a, b;
@@ -184,7 +183,8 @@ std::string contradiction(const CLI::App& prebake, const PrebakeSettings& settin
 
 /// Learns every row of every slice that the fibers of the scene have and saves them as a warm cache, replacing one that
 /// is there. Rows that did not converge are counted on stderr and saved as open. Exit status: 0, also with such rows; 1
-/// with nothing written; 130, 143 or 129 after a signal, with what was learned by then.
+/// with nothing written; 2 where the model of the scene has no rows or not the options; 130, 143 or 129 after a signal,
+/// with what was learned by then.
 int run_prebake(PrebakeSettings settings) {
   if (const std::optional<Error> error = check_cache_output(settings.output)) {
     log_error(error->message());
@@ -196,7 +196,13 @@ int run_prebake(PrebakeSettings settings) {
     return 1;
   }
   for (const std::string& text : scene->warnings) log_warning(text);
-  if (settings.model_of_scene) settings.model = model_of_scene(*scene, true);
+  if (settings.model_of_scene) settings.model = model_of_scene(*scene);
+  if (const std::string message = refused_option(settings.asked, settings.model, !settings.model_of_scene);
+      !message.empty()) {
+    log_error(message);
+    return 2;
+  }
+  tell_lost_medullas(*scene, settings.model);
   Result<TelemetryLines> telemetry = TelemetryLines::open(settings.telemetry);
   if (!telemetry) {
     log_error(telemetry.error().message());
@@ -221,7 +227,7 @@ Command add_cache_prebake(CLI::App& cache) {
       "warm cache; one that is there is replaced")
       ->required();
   std::vector<std::string> models;
-  for (const fiber::ModelInfo& model : references::models()) models.emplace_back(model.name);
+  for (const fiber::ModelInfo& model : fiber::models()) models.emplace_back(model.name);
   add_choice(
       prebake, "--model", models, [&s](const std::string& name) { s.model = name; },
       "fiber model, one that has rows; default: as of render");
@@ -232,13 +238,10 @@ Command add_cache_prebake(CLI::App& cache) {
   add_file(prebake, "--telemetry", [&s](const std::string& file) { s.telemetry = file; }, "convergence as JSON Lines");
   add_quiet(prebake);
   return {prebake, [prebake, settings] {
-            if (!prebake->count("--model")) {
-              UnnamedModel unnamed = model_of_command(*prebake, {});
-              settings->model = std::move(unnamed.name);
-              settings->model_of_scene = unnamed.of_scene;
-            }
-            if (const std::string message = contradiction(*prebake, *settings); !message.empty())
-              throw WrongUsage(message);
+            settings->model_of_scene = prebake->count("--model") == 0;
+            settings->asked = model_options(*prebake, fiber::Estimator::fitted);
+            settings->asked.insert(settings->asked.begin(), {"cache prebake", fiber::Asks::rows});
+            if (const std::string message = contradiction(*settings); !message.empty()) throw WrongUsage(message);
             return run_prebake(*settings);
           }};
 }

@@ -22,8 +22,8 @@ struct SavedRender {
   std::optional<std::string> table;  ///< Service::state()
 };
 
-/// Reads a checkpoint or part. Error if it is none, or of another render than `own`, unless that is null: what differs
-/// by name. ignored: as differences().
+/// Reads a checkpoint or part. Error if it is not one, or of another render than `own`, unless that is null: what
+/// differs by name. ignored: as differences().
 Result<SavedRender> read_saved_render(const std::filesystem::path& file, const Identity* own,
                                       const std::vector<std::string>& ignored = {});
 

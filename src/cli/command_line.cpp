@@ -1,8 +1,11 @@
 // The tress command: words to commands, and the exit status.
 #include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstddef>
 #include <cstdio>
@@ -12,6 +15,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -20,6 +24,7 @@
 #include "cli/console.h"
 #include "cli/options.h"
 #include "cli/process.h"
+#include "scene/read/mapped_file.h"
 #include "tress/version.h"
 #include "tress_commit.h"
 
@@ -59,16 +64,21 @@ bool takes_arguments(const CLI::App& app) {
   return std::ranges::any_of(app.get_options(), [](const CLI::Option* option) { return option->get_positional(); });
 }
 
+/// The commands that tress had until version 0.2 and tress-lab has now.
+constexpr std::array<std::string_view, 3> laboratory_commands{"fit", "far-field", "lobes"};
+
 /// The first word that no command or option answers to, as a message that names the nearest; empty if there is none.
 /// CLI11 would only say that it did not expect it.
 std::string unknown_word(const CLI::App& root, const std::vector<std::string>& words) {
   const CLI::App* app = &root;
-  std::string path = "tress";
+  std::string path = root.get_name();
   std::size_t at = 0;
   for (std::vector<std::string> commands = command_names(*app); !commands.empty(); commands = command_names(*app)) {
     if (at == words.size() || is_option(words[at])) break;
     if (std::find(commands.begin(), commands.end(), words[at]) == commands.end()) {
       if (takes_arguments(*app)) break;
+      if (app == &root && std::ranges::find(laboratory_commands, words[at]) != laboratory_commands.end())
+        return fmt::format("{} {}: this command is in {}", path, words[at], laboratory_program);
       return fmt::format("{}: no command \"{}\", nearest: {}", path, words[at], nearest_word(words[at], commands));
     }
     app = app->get_subcommand(words[at]);
@@ -89,12 +99,9 @@ std::string unknown_word(const CLI::App& root, const std::vector<std::string>& w
   return {};
 }
 
-int wrong_usage(const std::string& message) {
+int wrong_usage(const CLI::App& app, const std::string& message) {
   log_error(message);
-  std::fputs(
-      "usage: tress render|fit|far-field|lobes|diff|info|convert|denoise|merge|report|farm|cache|help ...; --help "
-      "tells more\n",
-      stderr);
+  fmt::print(stderr, "usage: {} {} ...; --help tells more\n", app.get_name(), joined(command_names(app), "|"));
   return 2;
 }
 
@@ -115,7 +122,7 @@ struct HelpSettings {
 
 int run_help(const CLI::App& tress, const HelpSettings& settings) {
   const CLI::App* app = &tress;
-  std::string path = "tress";
+  std::string path = tress.get_name();
   for (const std::string& word : settings.words) {
     const std::vector<std::string> names = command_names(*app);
     if (std::ranges::find(names, word) == names.end()) {
@@ -156,33 +163,31 @@ constexpr const char* examples =
     "  tress diff a.exr b.exr                                    how far two pictures are apart\n"
     "  tress help render                                         all options of a command";
 
-int run_checked(int argc, char** argv) {
+int run_checked(int argc, char** argv, const Program& program) {
   CLI::App app("Renders hair whose fibers have elliptical cross-sections, learning its scattering tables on the way",
-               "tress");
+               program.name);
   app.require_subcommand(1);
   app.set_version_flag("--version", version_text());
   app.footer(examples);
   std::vector<Command> commands{add_render(app, {argv, argv + argc}),
-                                add_fit(app),
-                                add_far_field(app),
-                                add_lobes(app),
                                 add_diff(app),
                                 add_info(app),
                                 add_convert(app),
                                 add_denoise(app),
                                 add_merge(app),
                                 add_report(app)};
+  for (const auto& add : program.commands) commands.push_back(add(app));
   for (const Command& command : add_farm(app)) commands.push_back(command);
-  CLI::App* cache = app.add_subcommand("cache", "Look into warm caches, merge them, or make one beforehand");
+  CLI::App* cache = app.add_subcommand("cache", "Look into warm caches, merge them, make one beforehand, or make room");
   cache->require_subcommand(1);
-  for (const auto& add : {add_cache_info, add_cache_verify, add_cache_merge, add_cache_prebake}) {
+  for (const auto& add : {add_cache_info, add_cache_verify, add_cache_merge, add_cache_prebake, add_cache_prune}) {
     commands.push_back(add(*cache));
   }
   commands.push_back(add_help(app));
 
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (words.size() >= 2 && words[0] == "cache" && words[1] == "help") std::swap(words[0], words[1]);
-  if (const std::string message = unknown_word(app, words); !message.empty()) return wrong_usage(message);
+  if (const std::string message = unknown_word(app, words); !message.empty()) return wrong_usage(app, message);
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& error) {
@@ -190,7 +195,7 @@ int run_checked(int argc, char** argv) {
     if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
       const CLI::App& asked = cache->parsed() ? *cache : app;
       if (asked.get_subcommands().empty()) {
-        const int status = wrong_usage("expected a command: " + joined(command_names(asked), "|"));
+        const int status = wrong_usage(app, "expected a command: " + joined(command_names(asked), "|"));
         for (const CLI::App* command : asked.get_subcommands([](const CLI::App*) { return true; })) {
           fmt::print(stderr, "  {:8} {}\n", command->get_name(), command->get_description());
         }
@@ -198,23 +203,41 @@ int run_checked(int argc, char** argv) {
         return status;
       }
     }
-    return wrong_usage(error.what());
+    return wrong_usage(app, error.what());
   }
   const auto asked = std::ranges::find_if(commands, [](const Command& command) { return command.app->parsed(); });
   try {
     return asked->run();
   } catch (const WrongUsage& error) {
-    return wrong_usage(error.what());
+    return wrong_usage(app, error.what());
   }
+}
+
+/// A groom that another program cuts while it is read: an error, not a signal. What is mapped by others stays a signal.
+void tell_cut_file(int, siginfo_t* info, void*) {
+  const char* name = scene::name_of_mapping(info->si_addr);
+  if (name == nullptr) {
+    ::signal(SIGBUS, SIG_DFL);  // raised again by the same access
+    return;
+  }
+  for (const std::string_view part :
+       {std::string_view("tress: error: "), std::string_view(name),
+        std::string_view(": expected a file that stays as it is while it is read, found one that was cut meanwhile\n")})
+    if (::write(STDERR_FILENO, part.data(), part.size()) < 0) break;
+  ::_exit(1);
 }
 
 }  // namespace
 
-int run(int argc, char** argv) {
+int run(int argc, char** argv, const Program& program) {
   prepare_standard_streams();
+  struct sigaction on_cut_file = {};
+  on_cut_file.sa_sigaction = tell_cut_file;
+  on_cut_file.sa_flags = SA_SIGINFO;
+  ::sigaction(SIGBUS, &on_cut_file, nullptr);
   int status = 1;
   try {
-    status = run_checked(argc, argv);
+    status = run_checked(argc, argv, program);
   } catch (const std::bad_alloc&) {
     log_error("memory: expected more, found none left; what had been saved is as it was");
   } catch (const std::system_error& error) {

@@ -1,6 +1,6 @@
-// The tress command and its commands: render, denoise, merge, report, fit, far-field, lobes, diff, info, convert, cache
-// info, verify, merge and prebake; each has its file. And the parser in other forms: manual pages and shell completion,
-// so that no option is missing in them.
+// The tress command and its commands: render, denoise, merge, report, diff, info, convert, farm, cache info, verify,
+// merge, prebake and prune; each has its file. And the parser in other forms: manual pages and shell
+// completion, so that no option is missing in them.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -20,9 +20,6 @@ struct Command {
 
 /// command: the words that the program was started with, for the header of the picture.
 Command add_render(CLI::App& tress, const std::vector<std::string>& command);
-Command add_fit(CLI::App& tress);
-Command add_far_field(CLI::App& tress);
-Command add_lobes(CLI::App& tress);
 Command add_diff(CLI::App& tress);
 Command add_info(CLI::App& tress);
 Command add_convert(CLI::App& tress);
@@ -35,14 +32,21 @@ Command add_cache_info(CLI::App& cache);
 Command add_cache_verify(CLI::App& cache);
 Command add_cache_merge(CLI::App& cache);
 Command add_cache_prebake(CLI::App& cache);
+Command add_cache_prune(CLI::App& cache);
 
 /// What the parser cannot see, thrown by run(): options that contradict each other. Exit status 2.
 struct WrongUsage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A program: its name, and the commands that it has beside those of tress.
+struct Program {
+  std::string name = "tress";
+  std::vector<Command (*)(CLI::App&)> commands;
+};
+
 /// The whole program. Exit status as above.
-int run(int argc, char** argv);
+int run(int argc, char** argv, const Program& program = {});
 
 /// A page in the man macros of the command, all commands below it included; `path`: "tress", "tress cache".
 std::string manual_page(const CLI::App& command, const std::string& path);

@@ -10,7 +10,7 @@
 namespace tress::cli {
 
 /// "1-240,250,300-340x2": single frames and ranges, of which the x takes every so many. In the order told, each once.
-/// Unset if the text is none, a frame is beyond 1,000,000, or there are more than so many.
+/// Unset if the text is no list of frames, a frame is beyond 1,000,000, or there are more than so many.
 std::optional<std::vector<int>> parse_frames(const std::string& text);
 
 }  // namespace tress::cli

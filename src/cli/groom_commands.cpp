@@ -25,6 +25,8 @@ struct GroomSettings {
   std::optional<std::uint32_t> points_per_strand = {};
   std::optional<double> cm_per_unit = {};
   std::optional<bool> y_up = {};
+  std::optional<double> frame = {}, frames_per_second = {};
+  bool strict = false;
 };
 
 scene::Box bounds_of(const scene::GroomFile& groom) {
@@ -56,26 +58,27 @@ std::string up_of(const scene::GroomFile& groom) {
   return *groom.y_up ? "y" : "z";
 }
 
-/// What a render makes of widths up to this one, in the unit of the file or the one that is taken for it.
-std::string use_of(double thickest, const scene::GroomFile& groom) {
+/// What a render makes of the widths, in the unit of the file or the one that is taken for it.
+std::string use_of(const scene::GroomFile& groom) {
   const double longest = bounds_of(groom).longest_side(),
-               cm_per_unit = groom.cm_per_unit ? *groom.cm_per_unit : scene::usual_longest_side_cm / longest,
-               radius = thickest / 2 * cm_per_unit;
+               cm_per_unit = groom.cm_per_unit ? *groom.cm_per_unit : scene::usual_longest_side_cm / longest;
   if (!(longest > 0)) return "";
-  const bool is_used = radius >= scene::smallest_radius_cm && radius <= scene::largest_radius_cm;
-  return is_used
-             ? fmt::format(": a radius of {:.3g} cm{}", radius, groom.width.empty() ? "" : " at most")
-             : fmt::format(": a radius of {:.3g} cm, taken for a wrong unit; {:g} cm is used unless the scene says one",
-                           radius, scene::usual_radius_cm);
+  const scene::WidthPlan plan = scene::plan_widths(groom, {}, cm_per_unit, groom.cm_per_unit.has_value());
+  return fmt::format(": a radius of {:.3g} cm{}{}", plan.typical_radius_cm, groom.width.empty() ? "" : " in the middle",
+                     plan.are_used
+                         ? ""
+                         : fmt::format(" in a unit that is guessed, {:g} cm is used; --widths file takes them "
+                                       "as they are",
+                                       scene::usual_radius_cm));
 }
 
 std::string widths_of(const scene::GroomFile& groom) {
   if (groom.width.empty())
-    return groom.default_width > 0
-               ? fmt::format("{:g} units across everywhere{}", groom.default_width, use_of(groom.default_width, groom))
-               : fmt::format("none (a radius of {:g} cm is taken)", scene::usual_radius_cm);
-  const auto [low, high] = std::ranges::minmax_element(groom.width);
-  return fmt::format("per point, {:g} to {:g} units across{}", *low, *high, use_of(*high, groom));
+    return groom.default_width > 0 ? fmt::format("{:g} units across everywhere{}", groom.default_width, use_of(groom))
+                                   : fmt::format("none (a radius of {:g} cm is taken)", scene::usual_radius_cm);
+  const auto said = [](float width) { return std::max(width, 0.0f); };
+  const auto [low, high] = std::ranges::minmax(groom.width, {}, said);
+  return fmt::format("per point, {:g} to {:g} units across{}", said(low), said(high), use_of(groom));
 }
 
 /// "4 to 16 a strand".
@@ -151,11 +154,22 @@ void print_json(const scene::GroomFile& groom) {
 /// Of a file of strands, or of all grooms of a scene.
 Result<scene::GroomFile> read_strands(const GroomSettings& settings) {
   const bool is_scene = settings.file.extension() == ".json" || std::filesystem::is_directory(settings.file);
-  if (!is_scene) return scene::read_groom_file(settings.file, settings.points_per_strand);
+  if (!is_scene) {
+    auto groom =
+        scene::read_groom_file(settings.file, settings.points_per_strand, settings.frame, settings.frames_per_second);
+    if (groom && settings.strict && !groom->ignored.empty())
+      return Error{settings.file.string(), "--strict", "a file of which everything is used",
+                   groom->ignored[0].name + " (" + groom->ignored[0].why + ")"};
+    return groom;
+  }
   if (settings.points_per_strand || settings.cm_per_unit || settings.y_up)
     return Error{settings.file.string(), "", "a file of strands for --points-per-strand, --cm-per-unit and --up",
                  "a scene, which says these itself"};
-  const auto scene = scene::load_scene(settings.file);
+  scene::Overrides overrides;
+  overrides.strict = settings.strict;
+  if (settings.frame) overrides.frame = static_cast<int>(*settings.frame);
+  overrides.frames_per_second = settings.frames_per_second;
+  const auto scene = scene::load_scene(settings.file, overrides);
   return scene ? scene::strands_of(*scene) : scene.error();
 }
 
@@ -188,6 +202,7 @@ int run_convert(const GroomSettings& settings) {
     notes.push_back(fmt::format("{} is written as up, by how the strands fall; --up {} if they lie on their side",
                                 *groom->y_up ? "y" : "z", *groom->y_up ? "z" : "y"));
   }
+  scene::say_widths(&*groom);
   const auto error = scene::write_groom_file(*groom, settings.output, &notes);
   for (const std::string& note : notes) log_note(note);
   if (error) log_error(error->message());
@@ -200,6 +215,11 @@ void add_input(CLI::App* command, GroomSettings* settings) {
       ->type_name("FILE");
   add_whole(command, "--points-per-strand",
             [settings](std::uint64_t points) { settings->points_per_strand = static_cast<std::uint32_t>(points); });
+  add_number(
+      command, "--frame", [settings](double frame) { settings->frame = frame; },
+      "frame of what is animated, in place of its first sample");
+  add_number(command, "--fps", [settings](double rate) { settings->frames_per_second = rate; });
+  add_flag(command, "--strict", [settings] { settings->strict = true; });
 }
 
 }  // namespace

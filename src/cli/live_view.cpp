@@ -9,7 +9,7 @@
 #include "cli/console.h"
 #include "cli/live_table.h"
 #include "cli/picture_files.h"
-#include "references/registry.h"
+#include "models/catalog.h"
 
 namespace tress::cli {
 namespace {
@@ -37,6 +37,8 @@ Json pass_told(const integrate::PassProgress& pass) {
           {"cpu_seconds", pass.cpu_seconds},
           {"noise", pass.noise},
           {"converged_query_share", table.queries > 0 ? double(table.converged_queries) / double(table.queries) : 0},
+          {"answered_query_share", table.queries > 0 ? double(table.answered_queries) / double(table.queries) : 0},
+          {"coarse", table.rows_coarse},
           {"g_evaluations", table.g_evaluations},
           {"learning_cpu_seconds", table.learning_cpu_seconds},
           {"converged", table.rows_converged},
@@ -85,7 +87,7 @@ void LiveView::begin(const scene::Scene& scene, const char* estimator, const ada
                  {"output", settings_.output.string()},
                  {"model", settings_.model},
                  {"estimator", estimator},
-                 {"epsilon", references::find_model(settings_.model)->epsilon(settings_.table)},
+                 {"epsilon", fiber::find_model(settings_.model)->epsilon(settings_.table)},
                  {"view", image::view_names()[static_cast<std::size_t>(scene.image.view)]},
                  {"exposure", scene.image.exposure_stops}}}});
 }

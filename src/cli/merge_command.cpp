@@ -140,7 +140,7 @@ void describe(const std::vector<Part>& parts, const integrate::Film& film, image
     picture->metadata["deep_light_bias"] = fmt::format("{:.4f} +- {:.4f}", bias->value, bias->error);
 }
 
-/// The sums of all parts, which are let go; null, and told, if those of one are none.
+/// The sums of all parts, which are let go; null, with an error logged, if the sums of one cannot be read.
 std::unique_ptr<integrate::Film> joined_film(std::vector<Part>& parts) {
   const PartHeader& first = parts.front().header;
   const integrate::Ground ground = first.opaque ? integrate::Ground::backdrop : integrate::Ground::nothing;

@@ -17,7 +17,7 @@
 
 #include "base/nearest_word.h"
 #include "cli/console.h"
-#include "references/registry.h"
+#include "models/catalog.h"
 #include "scene/model/parameters.h"
 
 namespace tress::cli {
@@ -58,6 +58,13 @@ std::optional<std::uint64_t> parse_unsigned(const std::string& text) {
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   if (error != std::errc() || stop != end) return std::nullopt;
   return value;
+}
+
+std::optional<std::int64_t> parse_signed(const std::string& text) {
+  const bool is_negative = text.starts_with('-');
+  const auto size = parse_unsigned(is_negative ? text.substr(1) : text);
+  if (!size || *size > std::uint64_t{INT64_MAX}) return std::nullopt;
+  return is_negative ? -static_cast<std::int64_t>(*size) : static_cast<std::int64_t>(*size);
 }
 
 std::optional<std::vector<double>> parse_numbers(const std::string& text) {
@@ -139,6 +146,19 @@ CLI::Option* add_whole(CLI::App* app, const std::string& name, std::function<voi
       ->type_name(placeholder(parameter));
 }
 
+CLI::Option* add_signed(CLI::App* app, const std::string& name, std::function<void(std::int64_t)> set) {
+  const scene::Parameter& parameter = scene::option_parameter(name);
+  return app
+      ->add_option_function<std::string>(
+          name, [set](const std::string& text) { set(*parse_signed(text)); }, help_of(parameter, ""))
+      ->check(expecting(scene::words(parameter),
+                        [&parameter](const std::string& text) {
+                          const std::optional<std::int64_t> value = parse_signed(text);
+                          return value && parameter.range.contains(double(*value));
+                        }))
+      ->type_name(placeholder(parameter));
+}
+
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,
                          std::function<void(const std::vector<double>&)> set, const std::string& sentence) {
   const scene::Parameter& parameter = scene::option_parameter(name);
@@ -160,12 +180,15 @@ CLI::Option* add_flag(CLI::App* app, const std::string& name, std::function<void
 }
 
 CLI::Option* add_choice(CLI::App* app, const std::string& name, const std::vector<std::string>& choices,
-                        std::function<void(const std::string&)> set, const std::string& help) {
+                        std::function<void(const std::string&)> set, const std::string& help,
+                        std::span<const std::string_view> elsewhere) {
   const std::string words = joined(choices, "|");
   return app->add_option_function<std::string>(name, set, help)
       ->check(CLI::Validator(
           [=](std::string& text) {
             if (std::ranges::find(choices, text) != choices.end()) return std::string();
+            if (std::ranges::find(elsewhere, text) != elsewhere.end())
+              return fmt::format("expected {}, found {}, which is in {}", words, text, laboratory_program);
             return fmt::format("expected {}, found {} (nearest: {})", words, text, nearest_word(text, choices));
           },
           ""))
@@ -192,24 +215,16 @@ void add_fiber_shape(CLI::App* app, scene::Overrides& overrides) {
 void add_learner(CLI::App* app, adaptive::Options& table) {
   std::vector<std::string> names;
   std::string help = "how rows are learned";
-  for (const adaptive::Learner* info : references::learners()) {
+  for (const adaptive::Learner* info : fiber::learners()) {
     help += std::string(names.empty() ? ": " : "; ") + info->name + ": " + info->summary;
     names.emplace_back(info->name);
   }
   add_choice(
-      app, "--learner", names, [&table](const std::string& name) { table.learner = references::find_learner(name); },
-      help);
+      app, "--learner", names, [&table](const std::string& name) { table.learner = fiber::find_learner(name); }, help,
+      fiber::laboratory_learners());
   add_whole(app, "--components", [&table](std::uint64_t n) { table.max_components = static_cast<std::uint32_t>(n); });
   add_number(app, "--epsilon", [&table](double x) { table.hold_all_to(x); });
   add_number(app, "--table-memory", [&table](double x) { table.memory_bytes = std::size_t(x * double(1 << 20)); });
-}
-
-std::string refused_of_samples(const CLI::App& app, const std::string& model) {
-  for (const char* option : {"--learner", "--components"}) {
-    if (app.count(option))
-      return fmt::format("{}: expected a model whose rows are fitted by mixtures, found --model {}", option, model);
-  }
-  return {};
 }
 
 void add_threads(CLI::App* app, std::optional<int>& threads) {

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "image/picture.h"
@@ -18,6 +20,8 @@ namespace tress::cli {
 /// The number that the whole text spells, finite; nothing else around it.
 std::optional<double> parse_number(const std::string& text);
 std::optional<std::uint64_t> parse_unsigned(const std::string& text);
+/// The same with a "-" before it or not.
+std::optional<std::int64_t> parse_signed(const std::string& text);
 /// Comma-separated numbers.
 std::optional<std::vector<double>> parse_numbers(const std::string& text);
 /// "640x480".
@@ -39,15 +43,21 @@ CLI::Validator expecting(const std::string& expected, std::function<bool(const s
 CLI::Option* add_number(CLI::App* app, const std::string& name, std::function<void(double)> set,
                         const std::string& sentence = "");
 CLI::Option* add_whole(CLI::App* app, const std::string& name, std::function<void(std::uint64_t)> set);
+CLI::Option* add_signed(CLI::App* app, const std::string& name, std::function<void(std::int64_t)> set);
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,
                          std::function<void(const std::vector<double>&)> set, const std::string& sentence);
 
 /// Without a value: given or not.
 CLI::Option* add_flag(CLI::App* app, const std::string& name, std::function<void()> set);
 
-/// One of the words; a wrong one is answered with the nearest.
+/// One of the words; a wrong one is answered with the nearest, or, where it is one of `elsewhere`, with the laboratory
+/// that has it.
 CLI::Option* add_choice(CLI::App* app, const std::string& name, const std::vector<std::string>& choices,
-                        std::function<void(const std::string&)> set, const std::string& help);
+                        std::function<void(const std::string&)> set, const std::string& help,
+                        std::span<const std::string_view> elsewhere = {});
+
+/// The program that has the models, learners and commands which are not in tress, and how to get it.
+inline constexpr const char* laboratory_program = "tress-lab (package tress-lab, or ./bootstrap bench builds it)";
 
 /// A path; `endings`, {".exr"}, are those of which the name must have one, in small letters or capitals; none: any
 /// name.
@@ -61,10 +71,6 @@ void add_fiber_shape(CLI::App* app, scene::Overrides& overrides);
 /// How rows are learned, of every command that learns: --learner, --components, --epsilon and --table-memory; parsing
 /// fills `table`, which must outlive it.
 void add_learner(CLI::App* app, adaptive::Options& table);
-
-/// Empty, or which of the options of add_learner() was given that has no meaning for this model, whose rows are learned
-/// from samples, as a message.
-std::string refused_of_samples(const CLI::App& app, const std::string& model);
 
 /// --threads; unset: one per hardware thread that the process may use.
 void add_threads(CLI::App* app, std::optional<int>& threads);

@@ -63,7 +63,7 @@ void describe_request(const RenderSettings& settings, const scene::Scene& scene,
   header["model"] = settings.model;
   if (settings.quadrature_points) header["quadrature_points"] = std::to_string(*settings.quadrature_points);
   header["estimator"] = fiber::estimator_name(estimator_of(settings));
-  header["epsilon"] = fmt::format("{}", references::find_model(settings.model)->epsilon(settings.table));
+  header["epsilon"] = fmt::format("{}", fiber::find_model(settings.model)->epsilon(settings.table));
 }
 
 void keep_asked_layers(const RenderSettings& settings, image::Picture* picture) {

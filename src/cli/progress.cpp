@@ -43,7 +43,6 @@ void Forecast::watch(const integrate::PassProgress& pass) {
 
 Outlook Forecast::after(const integrate::PassProgress& pass, double noise, double elapsed) {
   watch(pass);
-  const int samples = static_cast<int>(integrate::sample_of_pass(pass.pass)) + 1;
   Outlook result;
   result.reason = rule_.reason_to_end(pass, noise, elapsed);
   if (rule_.seconds) {
@@ -52,7 +51,7 @@ Outlook Forecast::after(const integrate::PassProgress& pass, double noise, doubl
   } else {
     const auto paths = static_cast<double>(pass.paths_so_far);
     result.share = ratio(paths, static_cast<double>(pass.paths_total));
-    const bool noise_is_known = samples >= StopRule::least_samples_noise;
+    const bool noise_is_known = StopRule::is_noise_known(pass);
     if (rule_.noise && noise_is_known) {
       const double wanted = noise / *rule_.noise;
       result.share = std::max(result.share, ratio(1, wanted * wanted));
@@ -101,8 +100,9 @@ void Progress::update(const integrate::PassProgress& pass, const Outlook& outloo
   const double share = outlook.share;
   std::string table;
   if (pass.table.queries > 0) {
-    table = fmt::format(", {:.1f} % of queries on converged rows",
-                        100.0 * double(pass.table.converged_queries) / double(pass.table.queries));
+    const auto percent = [&](std::uint64_t part) { return 100.0 * double(part) / double(pass.table.queries); };
+    table = fmt::format(", {:.1f} % of queries answered by rows, {:.1f} % by converged ones",
+                        percent(pass.table.answered_queries), percent(pass.table.converged_queries));
   }
   const std::string left =
       outlook.seconds_left ? duration(*outlook.seconds_left) + " left" : std::string("time left not known yet");

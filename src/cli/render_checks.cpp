@@ -53,7 +53,7 @@ std::optional<Error> check_outputs(const RenderSettings& settings) {
     if (auto error = check_output(*settings.part)) return error;
   }
   if (settings.warm_cache && settings.cache_mode != CacheMode::frozen) {
-    return check_output(*settings.warm_cache);
+    return is_default_cache(*settings.warm_cache) ? check_default_cache() : check_output(*settings.warm_cache);
   }
   return std::nullopt;
 }
@@ -85,7 +85,7 @@ std::array<int, 4> edges_of(const image::Window& window) {
   return {window.left, window.top, window.left + window.width, window.top + window.height};
 }
 
-int told_refusal(const RenderSettings& settings, const scene::Scene& scene) {
+int log_refusal(const RenderSettings& settings, const scene::Scene& scene) {
   for (const auto& check : {wrong_range, unknown_group, too_few_samples, answered_groups}) {
     if (const std::optional<Error> error = check(settings, scene)) {
       log_error(error->message());

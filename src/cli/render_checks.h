@@ -12,6 +12,6 @@ std::array<int, 4> edges_of(const image::Window& window);
 
 /// Tells what is wrong: a crop or samples beyond the scene's, a group of lights that it does not have, a file that
 /// cannot be written. Exit status: 0 if nothing is, 2 for options, 1 for files.
-int told_refusal(const RenderSettings& settings, const scene::Scene& scene);
+int log_refusal(const RenderSettings& settings, const scene::Scene& scene);
 
 }  // namespace tress::cli

@@ -21,11 +21,11 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/frame_list.h"
+#include "cli/model_choice.h"
 #include "cli/options.h"
 #include "cli/render_frames.h"
-#include "cli/unnamed_model.h"
 #include "integrate/path_sums.h"
-#include "references/registry.h"
+#include "models/catalog.h"
 #include "scene/model/parameters.h"
 
 namespace tress::cli {
@@ -33,7 +33,7 @@ namespace {
 
 std::vector<std::string> model_words() {
   std::vector<std::string> words;
-  for (const fiber::ModelInfo& model : references::models()) words.emplace_back(model.name);
+  for (const fiber::ModelInfo& model : fiber::models()) words.emplace_back(model.name);
   words.emplace_back("exact");
   return words;
 }
@@ -49,10 +49,9 @@ void add_learning(CLI::App* app, RenderSettings& s) {
           s.model = name;
         }
       },
-      "fiber model; exact is elliptical with --estimator exact. Default: elliptical with --epsilon, --learner, "
-      "--components or --estimator, which are of its rows; else chiang2016 where all hair is given by its lobes "
-      "(principled) and no option needs rows; else elliptical where a material shapes lobes; else that whose rows the "
-      "warm cache has; else rough");
+      "fiber model; exact is elliptical with --estimator exact. Default: by the scene's materials alone: chiang2016 "
+      "where all hair is given by its lobes (principled); else elliptical where a material shapes lobes; else rough",
+      fiber::laboratory_models());
   add_whole(app, "--quadrature-points", [&s](std::uint64_t n) { s.quadrature_points = int(n); });
   add_choice(
       app, "--estimator", {"fitted", "corrected", "exact"},
@@ -69,8 +68,14 @@ void add_learning(CLI::App* app, RenderSettings& s) {
     s.table.picture_error = x;
   })->excludes(app->get_option("--epsilon"));
   add_number(app, "--measure-bias", [&s](double x) { s.audited_share = float(x); });
+  add_number(app, "--near", [&s](double x) { s.render.near_pixels = float(x); });
   auto* cache = add_file(
-      app, "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; }, "table to start from and to save");
+      app, "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; },
+      "table to start from and to save; the word default: the folder $XDG_CACHE_HOME/tress, else ~/.cache/tress, with "
+      "a file for each kind of fiber");
+  add_number(app, "--cache-limit", [&s](double x) {
+    s.cache_limit = std::uint64_t(x * double(1 << 20));
+  })->needs(cache);
   const std::map<std::string, CacheMode> modes{{"append", CacheMode::append},
                                                {"frozen", CacheMode::frozen},
                                                {"scratch", CacheMode::scratch},
@@ -168,7 +173,7 @@ void add_shots(CLI::App* app, RenderSettings& s) {
          "--frames", [&s](const std::string& text) { s.frames = *parse_frames(text); },
          "frames one after the other, 1-240,250,300-340x2; #### in names of files is their number; finished ones are "
          "skipped")
-      ->check(expecting("frames and ranges, 1-240,250,300-340x2, each 0..1000000",
+      ->check(expecting("frames and ranges, 1-240,250,300-340x2, each -1000000..1000000",
                         [](const std::string& text) { return parse_frames(text).has_value(); }))
       ->type_name("LIST")
       ->excludes(app->get_option("--frame"));
@@ -217,6 +222,7 @@ std::map<std::string, std::string> told_options(const CLI::App& render) {
                                             "--threads",
                                             "--telemetry",
                                             "--telemetry-level",
+                                            "--cache-limit",
                                             "--quiet",
                                             "--frames",
                                             "--overwrite",
@@ -266,22 +272,12 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
       given("--estimator") != "exact") {
     return "--estimator: expected exact with --model exact, found " + given("--estimator");
   }
-  const fiber::ModelInfo& model = *references::find_model(s.model);
-  if (!model.has_rows()) {
-    for (const char* option : {"--estimator", "--learner", "--components", "--epsilon", "--picture-error",
-                               "--table-memory", "--warm-cache", "--measure-bias"}) {
-      if (render.count(option)) return fmt::format("{}: expected a model with rows, found --model {}", option, s.model);
-    }
+  if (const std::string message = s.model_of_scene ? refused_by_all(s.asked) : refused_option(s.asked, s.model, true);
+      !message.empty()) {
+    return message;
   }
-  if (model.learns_samples()) {
-    if (s.estimator == fiber::Estimator::corrected) {
-      return fmt::format(
-          "--estimator: expected fitted or exact with --model {}, whose scattering can be drawn but not evaluated: "
-          "what a "
-          "fit leaves out cannot be mended, found corrected",
-          s.model);
-    }
-    if (const std::string message = refused_of_samples(render, s.model); !message.empty()) return message;
+  if (render.count("--cache-limit") && !is_default_cache(*s.warm_cache)) {
+    return fmt::format("--cache-limit: expected --warm-cache default, found {}", s.warm_cache->string());
   }
   if (s.table.picture_error > 0 && s.table.learner == &adaptive::knot_learner) {
     return "--picture-error: expected a learner that fits mixtures, found --learner table";
@@ -298,9 +294,6 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
         "are rendered with --layers all,half, found --part {}",
         s.part->string());
   }
-  if (s.quadrature_points && !model.has_quadrature) {
-    return fmt::format("--quadrature-points: expected a model that integrates, found --model {}", s.model);
-  }
   if (!s.frames.empty() && !names_frames(s.output)) {
     return fmt::format("--output: expected a name with #### for the number of the frame with --frames, found {}",
                        s.output.string());
@@ -314,7 +307,7 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   }
   std::filesystem::path preview = s.output;
   std::vector<std::filesystem::path> files{s.scene, s.output, preview.replace_extension(".png")};
-  if (s.warm_cache) files.push_back(*s.warm_cache);
+  if (s.warm_cache && !is_default_cache(*s.warm_cache)) files.push_back(*s.warm_cache);
   if (s.telemetry) files.push_back(*s.telemetry);
   if (s.heatmap) files.push_back(*s.heatmap);
   if (s.part) files.push_back(*s.part);
@@ -364,7 +357,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       render, "--view", image::view_names(), [&s](const std::string& name) { s.overrides.view = image::view_of(name); },
       std::string(scene::option_parameter("--view").sentence));
   add_flag(render, "--transparent", [&s] { s.overrides.transparent = true; });
-  add_whole(render, "--frame", [&s](std::uint64_t n) { s.overrides.frame = int(n); });
+  add_signed(render, "--frame", [&s](std::int64_t n) { s.overrides.frame = int(n); });
   add_numbers(
       render, "--shutter", 2, 2, [&s](const auto& x) { s.overrides.shutter = {x[0], x[1]}; },
       "when the shutter opens and closes, in frames from that of the picture: 0,0.5 or -0.25,0.25");
@@ -415,20 +408,14 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       "lines on standard output that Open Job Description reads: openjd_progress, openjd_status, openjd_fail");
   add_quiet(render);
   return {render, [render, settings] {
-            if (!render->count("--model")) {
-              const bool reads = settings->warm_cache && settings->cache_mode != CacheMode::scratch;
-              UnnamedModel unnamed = model_of_command(*render, reads ? *settings->warm_cache : std::filesystem::path());
-              settings->model = std::move(unnamed.name);
-              settings->model_of_scene = unnamed.of_scene;
-              settings->needs_rows = unnamed.needs_rows;
-            }
+            settings->model_of_scene = render->count("--model") == 0;
+            settings->asked = model_options(*render, settings->estimator);
             if (const std::string message = contradiction(*render, *settings); !message.empty()) {
               throw WrongUsage(message);
             }
             // Frames of one grain would show it as a dirty pane before the hair.
             settings->told = told_options(*render);
             settings->render.halves = settings->keeps_halves || settings->denoise;
-            if (!settings->model_of_scene) settings->told.try_emplace("--model", settings->model);
             settings->seed_of_frame = !render->count("--seed");
             if (!render->count("--seed")) {
               settings->render.seed = static_cast<std::uint64_t>(settings->overrides.frame.value_or(0));

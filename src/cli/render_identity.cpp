@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <set>
 #include <system_error>
 
@@ -14,6 +15,7 @@
 #include "base/numbered_file.h"
 #include "cli/options.h"
 #include "cli/telemetry_lines.h"
+#include "scene/read/groom_files.h"
 #include "tress/version.h"
 
 namespace tress::cli {
@@ -22,17 +24,25 @@ namespace {
 constexpr std::size_t most_told = 8;
 constexpr std::uintmax_t most_scene_bytes = std::uintmax_t{1} << 28;
 
+/// The content of a file and of those that it includes; unset where it cannot be read.
+std::optional<std::string> content_of(const std::filesystem::path& file) {
+  std::optional<std::string> content = file_content_name(file);
+  for (const std::filesystem::path& other : scene::included_files(file))
+    if (content) *content += " including " + file_content_name(other).value_or("nothing");
+  return content;
+}
+
 /// The text, and the content of the file of that name if there is one.
 std::string with_content(const std::string& text, const std::filesystem::path& folder) {
   if (text.empty() || text.size() > 4096) return text;
-  const std::optional<std::string> content = file_content_name(folder / text);
+  const std::optional<std::string> content = content_of(folder / text);
   return content ? text + " with content " + *content : text;
 }
 
-/// Whether the value at this place of a scene names a file: keys that do are `file`, or end in `_file`.
+/// Whether the value at this place of a scene names a file: keys that do are `file` and `texture`, or end in `_file`.
 bool names_a_file(const std::string& place) {
   const std::string key = place.substr(place.rfind('/') + 1);
-  return key == "file" || key.ends_with("_file");
+  return key == "file" || key == "texture" || key.ends_with("_file");
 }
 
 /// Whole frames that are read for a picture: those around its open shutter.
@@ -61,7 +71,7 @@ std::string with_numbered_content(const std::string& text, const std::filesystem
   if (!names_frames(text) || text.size() > 4096) return with_content(text, folder);
   std::string all = with_content(text, folder);
   for (int frame = frames.first; frame <= frames.last; ++frame)
-    if (const auto content = file_content_name(of_frame(folder / text, frame)))
+    if (const auto content = content_of(of_frame(folder / text, frame)))
       all += fmt::format(" with content {} at frame {}", *content, frame);
   return all;
 }
@@ -94,16 +104,21 @@ Identity identity_of(const std::filesystem::path& scene, const std::map<std::str
   Identity identity;
   identity["version"] = version();
   for (const auto& [name, value] : options) identity[name] = name == "--environment" ? with_content(value, ".") : value;
+  if (scene == "-") {  // what is piped in once is no other picture's scene
+    std::random_device random;
+    identity["scene"] = fmt::format("standard input, {:08x}{:08x}", random(), random());
+    return identity;
+  }
   std::error_code error;
   const bool is_folder = std::filesystem::is_directory(scene, error);
   if (is_folder && !std::filesystem::exists(scene / "scene.json", error)) {
     for (std::filesystem::directory_iterator at(scene, error), end; !error && at != end; at.increment(error))
       if (at->is_regular_file())
-        identity["part " + at->path().filename().string()] = file_content_name(at->path()).value_or("unknown");
+        identity["part " + at->path().filename().string()] = content_of(at->path()).value_or("unknown");
     return identity;
   }
   if (!add_scene_values(is_folder ? scene / "scene.json" : scene, options, &identity))
-    identity["scene"] = "content " + file_content_name(scene).value_or("unknown");
+    identity["scene"] = "content " + content_of(scene).value_or("unknown");
   return identity;
 }
 

@@ -15,6 +15,7 @@
 #include "cli/console.h"
 #include "cli/live_look.h"
 #include "cli/live_view.h"
+#include "cli/model_choice.h"
 #include "cli/part_header.h"
 #include "cli/picture_files.h"
 #include "cli/process.h"
@@ -23,7 +24,6 @@
 #include "cli/render_result.h"
 #include "cli/render_telemetry.h"
 #include "cli/scene_model.h"
-#include "cli/unnamed_model.h"
 #include "geometry/fiber_scene.h"
 #include "integrate/filtered_noise.h"
 
@@ -64,6 +64,7 @@ class RenderJob {
         strands_(files.strands) {
     if (settings.warm_cache && service_) {
       cache_.emplace(*settings.warm_cache, settings.cache_mode, fibers_.target_name());
+      cache_->set_limit(settings.cache_limit);
     }
   }
 
@@ -106,7 +107,7 @@ class RenderJob {
                        !settings_.samples_from && !settings_.samples_to;
     options.mattes = counts_objects();
     options.audit = fibers_.audit();
-    if (!fibers_.model().evaluates()) {
+    if (!fibers_.model().evaluates() && !fibers_.model().estimates()) {
       options.light_samples = 0;
       log_note(fmt::format("model {} can only be sampled: light is met by chance, and small lights make noise",
                            settings_.model));
@@ -266,13 +267,15 @@ class RenderJob {
     } else if (service_ != nullptr && carried_ != nullptr && carried_->service) {
       refused = service_->load(*carried_->service->rows());
     } else if (settings_.warm_cache) {
-      log_warning(
-          fmt::format("warm cache {}: not used, the exact estimator has no rows", settings_.warm_cache->string()));
+      log_warning(fmt::format("warm cache {}: not used and left as it is, {}", settings_.warm_cache->string(),
+                              fiber::find_model(settings_.model)->has_rows()
+                                  ? "the exact estimator has no rows"
+                                  : fmt::format("model {} has no rows", settings_.model)));
     }
     telemetry_.header(scene_, threads_, service_, cache());
     telemetry_.listen(service_);
     if (!refused) return 0;
-    log_error(fmt::format("warm cache {} is required: {}", settings_.warm_cache->string(), refused->message()));
+    log_error(fmt::format("warm cache {} is required: {}", cache_->file().string(), refused->message()));
     telemetry_.summary("refused", {}, cache());
     return 1;
   }
@@ -380,8 +383,14 @@ int render_one(const RenderSettings& asked, TelemetryLines* shared, fiber::Model
   for (const std::string& text : scene->notes) log_note(text);
   for (const std::string& text : scene->warnings) log_warning(text);
   RenderSettings settings = asked;
-  if (asked.model_of_scene) settings.model = model_of_scene(*scene, asked.needs_rows);
-  if (const int status = told_refusal(settings, *scene); status != 0) return status;
+  if (asked.model_of_scene) settings.model = model_of_scene(*scene);
+  if (const std::string message = refused_option(asked.asked, settings.model, !asked.model_of_scene);
+      !message.empty()) {
+    log_error(message);
+    return 2;
+  }
+  tell_lost_medullas(*scene, settings.model);
+  if (const int status = log_refusal(settings, *scene); status != 0) return status;
   const Identity identity = identity_of(settings.scene, settings.told);
   std::optional<CheckpointSession> checkpoint;
   std::optional<SavedRender> saved;

@@ -1,6 +1,7 @@
 // What `tress render` was asked for: the only thing that the command line gives to the render.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -11,8 +12,9 @@
 #include "cli/progress.h"
 #include "cli/warm_cache_session.h"
 #include "integrate/renderer.h"
-#include "references/default_model.h"
-#include "references/registry.h"
+#include "models/catalog.h"
+#include "models/default_model.h"
+#include "models/model_options.h"
 #include "scene/read/load_scene.h"
 #include "tress/adaptive/options.h"
 #include "tress/fiber/elliptical_model.h"
@@ -33,20 +35,21 @@ struct RenderSettings {
   bool keeps_halves = false;                       ///< integrate::half_layers are written
   bool denoise = false;                            ///< filtered at the end; `render` has halves then
   scene::Overrides overrides;
-  integrate::RenderOptions render;               ///< samples come from the scene and its overrides, roulette from below
-  std::optional<integrate::Roulette> roulette;   ///< unset: learned where rows learn, else throughput
-  StopRule stop;                                 ///< instead of those samples
-  std::optional<bool> adaptive;                  ///< unset: where `stop` ends the render by noise or time
-  std::optional<int> threads;                    ///< unset: one per hardware thread that the process may use
-  std::string model{references::default_model};  ///< of references::models()
-  bool model_of_scene = false;                   ///< nothing has named one: the scene may (references::choose_model())
-  bool needs_rows = false;                       ///< to model_of_scene: an option needs a model that has them
-  std::optional<int> quadrature_points;          ///< of models that have them
+  integrate::RenderOptions render;              ///< samples come from the scene and its overrides, roulette from below
+  std::optional<integrate::Roulette> roulette;  ///< unset: learned where rows learn, else throughput
+  StopRule stop;                                ///< instead of those samples
+  std::optional<bool> adaptive;                 ///< unset: where `stop` ends the render by noise or time
+  std::optional<int> threads;                   ///< unset: one per hardware thread that the process may use
+  std::string model{fiber::usual_model};        ///< of fiber::models()
+  bool model_of_scene = false;                  ///< no --model: that of the scene's materials
+  std::vector<fiber::AskedOption> asked;        ///< options that the model must have
+  std::optional<int> quadrature_points;         ///< of models that have them
   fiber::Estimator estimator = fiber::Estimator::fitted;
   adaptive::Options table;
   std::optional<float> audited_share;  ///< of the samples, whose bias is measured
   std::optional<std::filesystem::path> warm_cache;
   CacheMode cache_mode = CacheMode::append;
+  std::uint64_t cache_limit = std::uint64_t{1} << 30;  ///< bytes, of default_cache
   std::optional<std::filesystem::path> telemetry;
   bool telemetry_rows = false;
   std::optional<std::filesystem::path> heatmap;     ///< ends in .exr
@@ -66,7 +69,7 @@ struct RenderSettings {
 
 /// A model without rows is what it is at every vertex.
 inline fiber::Estimator estimator_of(const RenderSettings& settings) {
-  return references::find_model(settings.model)->has_rows() ? settings.estimator : fiber::Estimator::exact;
+  return fiber::find_model(settings.model)->has_rows() ? settings.estimator : fiber::Estimator::exact;
 }
 
 /// Where the checkpoint is written. settings.checkpoint must be set.

@@ -1,5 +1,6 @@
 #include "cli/render_telemetry.h"
 
+#include <bit>
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -15,7 +16,7 @@ using Extra = RenderTelemetry::Extra;
 
 Extra cache_fields(const RenderSettings& settings, const WarmCacheSession* cache) {
   if (!settings.warm_cache) return {};
-  nlohmann::ordered_json told = {{"file", settings.warm_cache->string()},
+  nlohmann::ordered_json told = {{"file", (cache != nullptr ? cache->file() : *settings.warm_cache).string()},
                                  {"mode", cache_mode_name(settings.cache_mode)}};
   if (cache != nullptr)
     told.update(cache->telemetry());
@@ -28,7 +29,7 @@ Extra cache_fields(const RenderSettings& settings, const WarmCacheSession* cache
 
 void RenderTelemetry::header(const scene::Scene& scene, int threads, const adaptive::Service* service,
                              const WarmCacheSession* cache) {
-  const fiber::ModelInfo& info = *references::find_model(settings_.model);
+  const fiber::ModelInfo& info = *fiber::find_model(settings_.model);
   Extra fields{{"scene", json_text(scene.source)},
                {"model", json_text(info.name)},
                {"estimator", json_text(fiber::estimator_name(estimator_of(settings_)))},
@@ -57,6 +58,7 @@ void RenderTelemetry::add_frame(Extra& fields) const {
 }
 
 void RenderTelemetry::listen(adaptive::Service* service) {
+  service_ = service;
   if (!settings_.telemetry_rows || service == nullptr || !lines_.wanted()) return;
   std::map<adaptive::SliceKey, adaptive::SliceId> slices;
   for (adaptive::SliceId id = 0; id < service->slice_count(); ++id) slices.emplace(service->slice(id).key, id);
@@ -82,6 +84,9 @@ void RenderTelemetry::pass(const integrate::PassProgress& pass) {
                {"deeper_cpu_seconds", json_text(pass.deeper.cpu_seconds)},
                {"noise", json_text(pass.noise)}};
   if (pass.excess) fields.emplace("bias_estimate", brightening_text(*pass.excess));
+  const std::uint64_t heard = pass.table.heard_paths, heard_before = heard - pass.table.newly_heard;
+  if (service_ != nullptr && lines_.wanted() && std::bit_width(heard) != std::bit_width(heard_before))
+    fields.emplace("heard_test", heard_text(service_->test_by_heard()));
   if (pass.deep_light) fields.emplace("deep_light_bias", deep_light_text(*pass.deep_light));
   add_frame(fields);
   lines_.write([&](adaptive::TelemetryWriter& writer) { return writer.pass(pass.table, fields); });
@@ -90,6 +95,10 @@ void RenderTelemetry::pass(const integrate::PassProgress& pass) {
 
 void RenderTelemetry::summary(const char* status, Extra fields, const WarmCacheSession* cache) {
   fields.emplace("status", json_text(status));
+  if (service_ != nullptr && lines_.wanted()) {
+    if (const adaptive::HeardTest test = service_->test_by_heard(); test.paths > 0)
+      fields.emplace("heard_test", heard_text(test));
+  }
   add_frame(fields);
   fields.merge(cache_fields(settings_, cache));
   lines_.write([&](adaptive::TelemetryWriter& writer) { return writer.summary(fields); });
@@ -97,6 +106,14 @@ void RenderTelemetry::summary(const char* status, Extra fields, const WarmCacheS
 
 std::string deep_light_text(const integrate::DeepLightBias& bias) {
   return json_text(nlohmann::ordered_json{{"value", bias.value}, {"error", bias.error}, {"paths", bias.paths}});
+}
+
+std::string heard_text(const adaptive::HeardTest& test) {
+  return json_text(nlohmann::ordered_json{{"paths", test.paths},
+                                          {"chi2", test.chi2},
+                                          {"deviation", test.deviation},
+                                          {"common_chi2", test.common_chi2},
+                                          {"common_deviation", test.common_deviation}});
 }
 
 std::string brightening_text(const integrate::Brightening& excess) {

@@ -25,6 +25,7 @@ class RenderTelemetry {
   /// A line for each row that changes from now on, where the settings ask for them; every slice of the service is
   /// there. The service tells this object until its listener is replaced.
   void listen(adaptive::Service* service);
+  /// With how far the rows are from the picture's own paths, whenever their number has passed a power of 2.
   void pass(const integrate::PassProgress& pass);
   void summary(const char* status, Extra fields, const WarmCacheSession* cache);
   /// In place of header(), where a checkpoint had so many passes told.
@@ -38,9 +39,12 @@ class RenderTelemetry {
 
   const RenderSettings& settings_;
   TelemetryLines& lines_;
+  adaptive::Service* service_ = nullptr;  ///< that was listened to
   int passes_told_ = 0;
 };
 
+/// {"paths": ..., "chi2": ..., "deviation": ..., "common_chi2": ..., "common_deviation": ...}.
+std::string heard_text(const adaptive::HeardTest& test);
 /// {"value": ..., "error": ...}: of brightness, relative.
 std::string brightening_text(const integrate::Brightening& excess);
 /// {"value": ..., "error": ..., "paths": ...}.

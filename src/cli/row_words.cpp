@@ -28,9 +28,9 @@ adaptive::TelemetryWriter::Extra of_density(const adaptive::SliceKey& key, float
   const double eta = as_typed(key.parameters[0]), e = as_typed(key.parameters[1]), sigma = degrees(key.parameters[2]);
   return {{"fiber", json_text(Json{{"lobe", lobe}, {"eta", eta}, {"eccentricity", e}, {"sigma_deg", sigma}})},
           {"angles", json_text(Json{{"phi_r_deg", degrees(phi_r)}, {"theta_d_deg", degrees(theta_d)}})},
-          {"command",
-           json_text(fmt::format("tress fit --lobe {} --eta {} --e {} --sigma {} --phi {} --theta-d {} --epsilon {}",
-                                 lobe, eta, e, sigma, degrees(phi_r), std::min(degrees(theta_d), 89.9), epsilon))}};
+          {"command", json_text(fmt::format(
+                          "tress-lab fit --lobe {} --eta {} --e {} --sigma {} --phi {} --theta-d {} --epsilon {}", lobe,
+                          eta, e, sigma, degrees(phi_r), std::min(degrees(theta_d), 89.9), epsilon))}};
 }
 
 adaptive::TelemetryWriter::Extra of_samples(const adaptive::SliceKey& key, float theta_r, float phi_r) {
@@ -51,7 +51,7 @@ adaptive::TelemetryWriter::Extra of_samples(const adaptive::SliceKey& key, float
   if (!has_medulla) {
     words.emplace("command",
                   json_text(fmt::format(
-                      "tress far-field --model rough --eta {} --e {} --alpha {} --tilt {} --theta-r {} --phi-r {}",
+                      "tress-lab far-field --model rough --eta {} --e {} --alpha {} --tilt {} --theta-r {} --phi-r {}",
                       p[0], p[1], p[2], p[3], degrees(theta_r), degrees(phi_r))));
   }
   return words;

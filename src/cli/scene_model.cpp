@@ -15,7 +15,7 @@
 namespace tress::cli {
 
 SceneModel::SceneModel(const RenderSettings& settings)
-    : settings_(settings), info_(*references::find_model(settings.model)) {
+    : settings_(settings), info_(*fiber::find_model(settings.model)) {
   if (info_.has_rows() && settings.estimator != fiber::Estimator::exact) {
     adaptive::Options options = settings.table;
     options.seed = settings.render.seed;

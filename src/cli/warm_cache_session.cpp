@@ -37,9 +37,18 @@ const char* cache_mode_name(CacheMode mode) {
   return "append";
 }
 
+std::optional<Error> check_default_cache() {
+  const Result<std::filesystem::path> folder = adaptive::default_cache_folder();
+  if (!folder) return folder.error();
+  return adaptive::CacheFolder(*folder).check();
+}
+
 WarmCacheSession::WarmCacheSession(std::filesystem::path file, CacheMode mode, std::string model,
                                    Clock::duration interval)
-    : file_(std::move(file)), mode_(mode), model_(std::move(model)), interval_(interval), last_save_(Clock::now()) {}
+    : file_(std::move(file)), mode_(mode), model_(std::move(model)), interval_(interval), last_save_(Clock::now()) {
+  if (!is_default_cache(file_)) return;
+  if (const auto folder = adaptive::default_cache_folder()) folder_.emplace(file_ = *folder);
+}
 
 void WarmCacheSession::refuse(const std::string& reason) {
   loaded_ = "refused";
@@ -54,6 +63,7 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
     log_note(fmt::format("warm cache {}: scratch, starting cold; the file is replaced at the end", file_.string()));
     return std::nullopt;
   }
+  if (folder_) return open_folder(service);
   if (!is_there(file_)) {
     loaded_ = "absent";
     const Error error{file_.string(), "", "a warm cache", "no such file"};
@@ -84,6 +94,51 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
   count_known(service);
   log_note(fmt::format("warm cache {}: loaded {} rows, {} of them converged ({})", file_.string(), contents.rows(),
                        contents.converged_rows, cache_mode_name(mode_)));
+  return std::nullopt;
+}
+
+std::optional<Error> WarmCacheSession::open_folder(adaptive::Service& service) {
+  const adaptive::CacheFolder::Loaded found = folder_->load(service);
+  for (const Error& refused : found.refused) {
+    if (mode_ == CacheMode::require) {
+      refuse(refused.message());
+      return refused;
+    }
+    log_warning(fmt::format("warm cache {}: a file is refused, left as it is and not saved into: {}", file_.string(),
+                            refused.message()));
+  }
+  if (found.files == 0) {
+    loaded_ = "absent";
+    if (mode_ == CacheMode::require)
+      return Error{file_.string(), "", "what was learned of a fiber of this scene", "none"};
+    log_note(fmt::format("warm cache {}: has no fiber of this scene yet, starting cold", file_.string()));
+    return std::nullopt;
+  }
+  loaded_ = "loaded";
+  rows_loaded_ = found.contents.rows();
+  count_known(service);
+  log_note(fmt::format("warm cache {}: loaded {} rows, {} of them converged, from {} of {} pages ({})", file_.string(),
+                       found.contents.rows(), found.contents.converged_rows, found.files, service.slice_count(),
+                       cache_mode_name(mode_)));
+  return std::nullopt;
+}
+
+std::optional<Error> WarmCacheSession::save_folder(const adaptive::Service& service) {
+  if (std::optional<Error> error = folder_->check()) return error;
+  const auto saved = folder_->save(service, mode_ == CacheMode::scratch);
+  if (!saved) return saved.error();
+  tell_removed(file_, saved->removed);
+  for (const Error& refused : saved->refused)
+    log_warning(fmt::format("warm cache {}: not saved into a file that is refused and left as it is: {}",
+                            file_.string(), refused.message()));
+  tell_saved(mode_ == CacheMode::scratch ? "saved" : "merged",
+             mode_ == CacheMode::scratch ? "saved" : "merged and saved", saved->contents);
+  const auto pruned = folder_->prune(limit_);
+  if (!pruned) return pruned.error();
+  if (!pruned->removed.empty())
+    log_note(
+        fmt::format("warm cache {}: removed {} files that were used longest ago, {:.4g} MB are left (--cache-limit)",
+                    file_.string(), pruned->removed.size(), double(pruned->bytes_left) / double(1 << 20)));
   return std::nullopt;
 }
 
@@ -178,7 +233,9 @@ void WarmCacheSession::save_if_due(const adaptive::Service& service) {
 
 std::optional<Error> WarmCacheSession::save(const adaptive::Service& service) {
   if (mode_ == CacheMode::frozen || loaded_ == "refused") return std::nullopt;
-  const std::optional<Error> error = mode_ == CacheMode::scratch ? replace(service) : merge(service);
+  const std::optional<Error> error = folder_                       ? save_folder(service)
+                                     : mode_ == CacheMode::scratch ? replace(service)
+                                                                   : merge(service);
   last_save_ = Clock::now();
   if (error) {
     saved_ = "failed";

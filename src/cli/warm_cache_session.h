@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "tress/adaptive/cache_folder.h"
 #include "tress/adaptive/service.h"
 
 namespace tress::cli {
@@ -20,11 +21,18 @@ enum class CacheMode {
 };
 const char* cache_mode_name(CacheMode mode);
 
+/// Stands for adaptive::default_cache_folder() where a warm cache is named.
+inline constexpr const char* default_cache = "default";
+inline bool is_default_cache(const std::filesystem::path& file) { return file == default_cache; }
+/// Error where there can be no such folder, or nothing can be written into it.
+std::optional<Error> check_default_cache();
+
 /// Saves by adaptive::merge_into_cache, so other sessions may save into the file at the same time.
 /// One thread, between passes. Every step is a note on stderr; that a file is refused, which changes the result, is a
 /// warning.
-/// A file that is refused (truncated, flipped, of another model, of a later format) is never written over, but for
-/// scratch, which was asked to replace it.
+/// default_cache is a folder with a file for each slice (adaptive::CacheFolder), held to a limit after each save; to
+/// all modes those of the render's slices are the file. A file that is refused (truncated, flipped, of another model,
+/// of a later format) is never written over, but for scratch, which was asked to replace it.
 class WarmCacheSession {
  public:
   using Clock = std::chrono::steady_clock;
@@ -32,6 +40,8 @@ class WarmCacheSession {
 
   WarmCacheSession(std::filesystem::path file, CacheMode mode, std::string model,
                    Clock::duration interval = save_interval);
+  /// Bytes that default_cache may hold.
+  void set_limit(std::uint64_t bytes) { limit_ = bytes; }
 
   /// Loads into the service as the mode says, once its slices are known. Error only under `require`.
   std::optional<Error> open(adaptive::Service& service);
@@ -74,10 +84,14 @@ class WarmCacheSession {
   std::optional<Error> replace(const adaptive::Service& service);
   std::optional<Error> merge(const adaptive::Service& service);
   void tell_saved(const char* outcome, const char* words, const adaptive::CacheContents& contents);
+  std::optional<Error> open_folder(adaptive::Service& service);
+  std::optional<Error> save_folder(const adaptive::Service& service);
   void count_known(const adaptive::Service& service);
   void refuse(const std::string& reason);
 
   std::filesystem::path file_;
+  std::optional<adaptive::CacheFolder> folder_;  ///< of default_cache
+  std::uint64_t limit_ = std::uint64_t{1} << 30;
   CacheMode mode_;
   std::string model_;
   Clock::duration interval_;

@@ -16,6 +16,7 @@
 #include "geometry/fiber_scene.h"
 #include "integrate/renderer.h"
 #include "tress/adaptive/cache.h"
+#include "tress/adaptive/cache_folder.h"
 
 namespace tress::cli {
 namespace {
@@ -38,15 +39,13 @@ struct CachedStates {
   std::vector<SliceDescription> slices;
 };
 
-CachedStates read_states(adaptive::RowSource& source) {
-  CachedStates states;
+void read_states(adaptive::RowSource& source, CachedStates* states) {
   source.rewind();
   while (const SliceDescription* slice = source.next_slice()) {
-    states.slices.push_back(*slice);
-    CachedSlice& rows = states.rows[slice->key];
+    states->slices.push_back(*slice);
+    CachedSlice& rows = states->rows[slice->key];
     while (const adaptive::CachedRow* row = source.next_row()) rows[row->node] = {row->state, row->objective};
   }
-  return states;
 }
 
 void shrink(scene::Image& image) {
@@ -76,7 +75,8 @@ WarmSlice counted(const adaptive::Service& service, adaptive::SliceId id, const 
     if (queries == 0) continue;
     found.share.queries += queries;
     ++found.rows_asked;
-    if (service.peek(id, node / width, node % width).state == RowState::converged) {
+    const adaptive::RowView row = service.peek(id, node / width, node % width);
+    if (row.state == RowState::converged || row.ribbons != nullptr) {
       found.share.answered += queries;
       ++found.rows_answering;
     } else {
@@ -231,13 +231,26 @@ Result<WarmStart> measure_warm_start(const RenderSettings& asked, scene::Scene s
   SceneModel fibers(settings);
   fibers.add_fibers(scene);
   adaptive::Service& service = *fibers.service();
-  const Result<std::unique_ptr<adaptive::CacheFile>> file = adaptive::CacheFile::open(cache, "");
-  if (!file) return file.error();
-  std::optional<Error> refused = service.load(**file);
-  if (refused && refused->file.empty()) refused->file = cache.string();
-  if (refused) start.refused = refused->message();
+  CachedStates cached;
+  if (is_default_cache(cache)) {
+    const Result<std::filesystem::path> folder = adaptive::default_cache_folder();
+    if (!folder) return folder.error();
+    // Those that are refused are so in a render, one by one.
+    for (const adaptive::CacheFolder::File& one : adaptive::CacheFolder(*folder).files()) {
+      const auto file = adaptive::CacheFile::open(one.path, fibers.target_name());
+      if (file && !service.load(**file)) read_states(**file, &cached);
+    }
+  } else {
+    const Result<std::unique_ptr<adaptive::CacheFile>> file = adaptive::CacheFile::open(cache, "");
+    if (!file) return file.error();
+    std::optional<Error> refused = service.load(**file);
+    if (refused && refused->file.empty()) refused->file = cache.string();
+    if (refused)
+      start.refused = refused->message();
+    else
+      read_states(**file, &cached);
+  }
   service.set_learning(false);
-  const CachedStates cached = refused ? CachedStates() : read_states(**file);
 
   integrate::RenderOptions options;
   options.samples = scene.image.samples;
@@ -247,7 +260,7 @@ Result<WarmStart> measure_warm_start(const RenderSettings& asked, scene::Scene s
   (void)integrate::render(scene, strands, fibers.model(), fibers.fiber_ids(), &service, options, never,
                           [](const integrate::PassProgress&) { return true; });
 
-  const fiber::ModelInfo& info = *references::find_model(settings.model);
+  const fiber::ModelInfo& info = *fiber::find_model(settings.model);
   const std::set<adaptive::SliceKey> narrow = narrow_slices(info, scene);
   for (adaptive::SliceId id = 0; id < service.slice_count(); ++id) {
     WarmSlice slice = counted(service, id, cached);

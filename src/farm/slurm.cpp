@@ -27,6 +27,13 @@ std::vector<std::string> command_with(const SlurmOptions& options, const std::ve
   return words;
 }
 
+/// Slurm takes % in the name of a log for the start of a pattern, which that of a folder is not.
+std::string log_option(const std::filesystem::path& folder, const char* pattern) {
+  std::string logs = (folder / "logs").string();
+  for (std::size_t at = 0; (at = logs.find('%', at)) != std::string::npos; at += 2) logs.insert(at, 1, '%');
+  return "--output=" + logs + "/" + pattern;
+}
+
 }  // namespace
 
 std::string shell_word(const std::string& word) {
@@ -49,12 +56,12 @@ std::string shell_words(const std::vector<std::string>& words) {
 }
 
 std::string slurm_task_script(const Plan& plan, const std::filesystem::path& folder) {
-  return fmt::format(R"(#!/bin/bash
-# One task of a farm of tress, started by sbatch --array.
+  return fmt::format(R"sh(#!/bin/bash
+# One task of a farm of tress, started by sbatch --array; its number is that in the array and the first argument.
 near_limit= cancelled= child=
 trap 'near_limit=1; [ -z "$child" ] || kill -TERM $child' USR1
 trap 'cancelled=1; [ -z "$child" ] || kill -TERM $child' TERM INT
-{} --task "$SLURM_ARRAY_TASK_ID" &
+{} --task "$((SLURM_ARRAY_TASK_ID + ${{1:-0}}))" &
 child=$!
 [ -z "$near_limit$cancelled" ] || kill -TERM $child
 while kill -0 $child 2>/dev/null; do wait $child; done
@@ -69,7 +76,7 @@ if [ -n "$again" ] && [ -z "$cancelled" ]; then
   scontrol requeue "${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}" && sleep 60
 fi
 exit $status
-)",
+)sh",
                      command_of(plan, folder, "run"), plan.retries);
 }
 
@@ -81,21 +88,24 @@ std::string slurm_merge_script(const Plan& plan, const std::filesystem::path& fo
 
 std::vector<std::string> slurm_array_command(const std::filesystem::path& folder, const SlurmOptions& options,
                                              const std::vector<std::size_t>& tasks,
-                                             const std::vector<std::string>& after) {
+                                             const std::vector<std::string>& after, std::size_t offset) {
   std::vector<std::string> words = command_with(options, after);
-  std::string array = "--array=" + ranges_text(tasks);
+  std::vector<std::size_t> in_array;
+  for (const std::size_t task : tasks) in_array.push_back(task - offset);
+  std::string array = "--array=" + ranges_text(in_array);
   if (options.at_most > 0) array += fmt::format("%{}", options.at_most);
   // Two minutes before the limit of time: enough to end a pass and to write a checkpoint.
-  words.insert(words.end(), {array, "--signal=B:USR1@120", "--output=" + (folder / "logs" / "%A_%a.log").string()});
+  words.insert(words.end(), {array, "--signal=B:USR1@120", log_option(folder, "%A_%a.log")});
   words.insert(words.end(), options.extra.begin(), options.extra.end());
   words.push_back((folder / "slurm" / "task.sh").string());
+  if (offset > 0) words.push_back(fmt::format("{}", offset));
   return words;
 }
 
 std::vector<std::string> slurm_merge_command(const std::filesystem::path& folder, const SlurmOptions& options,
                                              const std::vector<std::string>& after) {
   std::vector<std::string> words = command_with(options, after);
-  words.push_back("--output=" + (folder / "logs" / "merge-%j.log").string());
+  words.push_back(log_option(folder, "merge-%j.log"));
   words.insert(words.end(), options.extra.begin(), options.extra.end());
   words.push_back((folder / "slurm" / "merge.sh").string());
   return words;

@@ -28,9 +28,11 @@ std::string slurm_task_script(const Plan& plan, const std::filesystem::path& fol
 std::string slurm_merge_script(const Plan& plan, const std::filesystem::path& folder);
 
 /// The command that submits such a script; prints the id of the job. after: ids of jobs that must have succeeded.
+/// offset: at most the first of the tasks; their numbers in the array are that much less, since Slurm numbers no
+/// further than MaxArraySize.
 std::vector<std::string> slurm_array_command(const std::filesystem::path& folder, const SlurmOptions& options,
                                              const std::vector<std::size_t>& tasks,
-                                             const std::vector<std::string>& after);
+                                             const std::vector<std::string>& after, std::size_t offset = 0);
 std::vector<std::string> slurm_merge_command(const std::filesystem::path& folder, const SlurmOptions& options,
                                              const std::vector<std::string>& after);
 

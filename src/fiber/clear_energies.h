@@ -16,7 +16,7 @@ namespace tress::fiber {
 /// On 24 x 65 nodes, phi_r uniform on [0, pi/2], theta_r uniform on [-pi/2, pi/2]. Every node has the moments of
 /// TracedEnergies; lobes other than R keep the Gauss rule of y = e^(-decay l) over their path lengths l. The residual
 /// is everything after TRRT and takes what the others leave of 1, less what a medulla absorbs. Standard error of an
-/// energy: .006 of all light (median over lobes and fibers; the error of its mean over directions .001). Immutable
+/// energy: 0.006 of all light (median over lobes and fibers; the error of its mean over directions 0.001). Immutable
 /// after construction; any thread.
 class ClearEnergies {
  public:

@@ -1,4 +1,4 @@
-// Rays through the elliptical cross-section: the target, traced exactly (design section 3, ESTIMATOR.md E2).
+// Rays through the elliptical cross-section: the target, traced exactly (ESTIMATOR.md E2).
 #pragma once
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 namespace tress::fiber {
 
 /// Traced rays of lobe p at (phi_r, |theta_d|): n midpoints in h, n = 128 max(1, 20 degrees / sigma) rounded up to a
-/// power of two, four times that where E_p < .05. Weights are A_p / n, so that they sum to E_p; azimuths are
+/// power of two, four times that where E_p < 0.05. Weights are A_p / n, so that they sum to E_p; azimuths are
 /// Phi_p - phi_r; the attribute is the internal path length in major semi-axes. The parts of TRT take their share of
 /// A_2, which depends on the slice's sigma (CrossSection::glint_share). Keys of slices are those of elliptical_slice():
 /// parameters {eta, e, sigma_rad}.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <new>
 #include <numbers>
 #include <type_traits>
@@ -11,10 +12,12 @@
 
 namespace tress::fiber {
 
-/// theta into [-pi/2, pi/2], phi into [-pi, pi), radians.
+/// theta into [-pi/2, pi/2], phi into [-pi, pi), radians. What is not a number is 0, as is a phi of no end.
 inline FiberDirection clamped(const FiberDirection& w) {
-  constexpr float half_pi = 0.5f * std::numbers::pi_v<float>;
-  return {std::clamp(w.theta, -half_pi, half_pi), adaptive::wrap_angle(w.phi)};
+  constexpr float half_pi = 0.5f * std::numbers::pi_v<float>, most = std::numeric_limits<float>::max();
+  const float theta = w.theta == w.theta ? w.theta : 0.0f;
+  const float phi = w.phi >= -most && w.phi <= most ? w.phi : 0.0f;
+  return {std::clamp(theta, -half_pi, half_pi), adaptive::wrap_angle(phi)};
 }
 
 /// Where a model's constants of an event lie: new (place_of<Constants>(event)) Constants{...}.

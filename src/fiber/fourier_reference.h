@@ -1,4 +1,4 @@
-// The reference evaluator of a lobe's azimuthal density: Fourier series of the traced exits (design section 3).
+// The reference evaluator of a lobe's azimuthal density: Fourier series of the traced exits.
 #pragma once
 
 #include <complex>

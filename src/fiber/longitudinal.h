@@ -13,7 +13,7 @@ namespace tress::fiber {
 
 /// The largest float below pi/2: the inclinations of directions are clamped to it, so that their cosine is positive.
 constexpr float half_pi = 0x1.921fb4p+0f;
-/// Smallest logistic scale in theta_h, radians: .25 degree.
+/// Smallest logistic scale in theta_h, radians: 0.25 degree.
 constexpr float smallest_lambda = 0.0043633231f;
 
 /// M(theta_i) = 1/2 l(theta_h; tilt, width) / (F(b) - F(a)), theta_h = (theta_i + theta_r)/2, a, b = (-+pi/2 +

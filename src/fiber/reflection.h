@@ -1,4 +1,4 @@
-// The R lobe: closed form for every eccentricity, sampled by the offset h (design section 3, R).
+// The R lobe: closed form for every eccentricity, sampled by the offset h.
 #pragma once
 
 #include <algorithm>

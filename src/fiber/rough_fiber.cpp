@@ -140,6 +140,7 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
       ++exit.order;
       const InnerWay way = cross(ray, random);
       outward = outward_normal(ray.point);
+      exit.way += way.cortex;
       throughput *= way.kept * glm::exp(-sigma_a_ * way.cortex);
     }  // else it meets another face of the cuticle on the same side
     const float kept = largest(throughput);

@@ -27,6 +27,7 @@ struct RoughExit {
   int order = 0;                  ///< how often it was inside before it left: 0 R, 1 TT, 2 TRT, ...
   glm::vec3 direction{0, 1, 0};   ///< unit, away from the fiber
   glm::vec3 throughput{0.0f};     ///< linear RGB, of unit flux; 0: absorbed or masked
+  float way = 0;                  ///< in the cortex, major semi-axes
   FiberDirection angles() const;  ///< of `direction`
 };
 
@@ -75,6 +76,9 @@ class RoughFiber {
 
   /// Reads eta, eccentricity, roughness (alpha of every event), tilt, sigma_a and the medulla.
   explicit RoughFiber(const FiberParameters& parameters, Masked masked = Masked::meets_others);
+
+  float tan_tilt() const { return tan_tilt_; }
+  float cos_tilt() const { return cos_tilt_; }
 
   /// wr: theta within +-pi/2. h in [-1, 1]: the offset over the projected half width, towards rising azimuth.
   RoughEntry entry(const FiberDirection& wr, float h) const;

@@ -7,10 +7,12 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "base/sobol.h"
-#include "fiber/rough_fiber.h"
+#include "fiber/rough_paths.h"
 #include "fiber/row_axes.h"
 #include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
@@ -23,6 +25,7 @@ constexpr float largest_height = 12;
 /// Between 0.2 and 0.4 a path takes 0.6 to 0.7 of the time that it takes at 0.02, and standard errors of energies are 0
 /// to 10 % larger; below an alpha of 0.1 up to 20 %.
 constexpr float roulette_below = 0.25f;
+constexpr std::uint32_t most_at_once = 4096;  // paths, of which a thread keeps the memory: 1 MB
 constexpr float to_the_end = std::numeric_limits<float>::infinity();
 
 float clamped(float height) { return std::clamp(height, -largest_height, largest_height); }
@@ -48,31 +51,55 @@ std::uint64_t key_of(const adaptive::SliceKey& slice, float a, float b, std::uin
   return key;
 }
 
+/// Where the exits of each stream go, of as many from the first one on.
+using Streams = std::span<std::vector<adaptive::SampledExit>* const>;
+
+/// All streams in one wavefront.
+void draw_streams(const adaptive::SliceKey& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
+                  std::uint32_t count, Streams to) {
+  const auto sets = static_cast<std::uint32_t>(to.size());
+  const float specular = specular_height(a), cos_b = std::cos(b), sin_b = std::sin(b);
+  RoughPaths traced(clear_fiber(slice), {roulette_below, to_the_end});
+  std::vector<float> azimuths, heights;
+  std::vector<std::size_t> counts(sets);
+  for (std::uint32_t done = 0; done < count;) {
+    const std::uint32_t paths = std::min(count - done, most_at_once / sets);
+    for (std::uint32_t set = 0; set < sets; ++set) {
+      traced.add_sobol({a, b}, key_of(slice, a, b, stream + set), first + done, paths, set);
+    }
+    done += paths;
+    const RoughPathExits& exits = traced.trace();
+    exits.places(cos_b, sin_b, largest_height, azimuths, heights);
+    std::ranges::fill(counts, 0);
+    for (std::size_t i = 0; i < exits.size(); ++i) ++counts[exits.set(i)];
+    for (std::uint32_t set = 0; set < sets; ++set) {
+      const std::size_t before = to[set]->size();
+      to[set]->resize(before + counts[set]);
+      counts[set] = before;
+    }
+    for (std::size_t i = 0; i < exits.size(); ++i) {
+      const std::uint32_t set = exits.set(i);
+      (*to[set])[counts[set]++] = {azimuths[i], clamped(heights[i] - specular), rough_part(exits.order(i)),
+                                   exits.weight(i), exits.way(i)};
+    }
+  }
+}
+
 class RoughTarget : public adaptive::SampledTarget {
  public:
   std::uint32_t parts(const adaptive::SliceDescription&) const override { return rough_parts; }
 
   void draw(const adaptive::SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
             std::uint32_t count, std::vector<adaptive::SampledExit>& out) const override {
-    const RoughFiber fiber(clear_fiber(slice.key));
-    const std::uint64_t key = key_of(slice.key, a, b, stream);
-    const ScrambledSobol points(key);
-    const float specular = specular_height(a), cos_b = std::cos(b), sin_b = std::sin(b);
-    std::vector<SplitExit> exits;
-    for (std::uint32_t i = first; i != first + count; ++i) {
-      const ScrambledSobol::Point u = points.point(i);
-      RandomStream random(key, i);
-      exits.clear();
-      fiber.trace_split(fiber.entry({a, b}, 2 * u[0] - 1), {{{u[1], u[2]}, {u[3], u[4]}, {u[5], u[6]}}}, random, exits,
-                        {roulette_below, to_the_end});
-      for (const SplitExit& exit : exits) {
-        const glm::vec3& w = exit.direction;
-        const float cosine = std::sqrt(w.y * w.y + w.z * w.z);
-        const float height = std::copysign(std::log((1 + std::abs(w.x)) / cosine), w.x);  // asinh(tan theta)
-        out.push_back({std::atan2(w.z * cos_b - w.y * sin_b, w.y * cos_b + w.z * sin_b),
-                       clamped(clamped(height) - specular), rough_part(exit.order), exit.weight, exit.path});
-      }
-    }
+    std::vector<adaptive::SampledExit>* to = &out;
+    draw_streams(slice.key, a, b, stream, first, count, {&to, 1});
+  }
+
+  void draw_sets(const adaptive::SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
+                 std::uint32_t count, std::array<std::vector<adaptive::SampledExit>, 4>& out) const override {
+    std::array<std::vector<adaptive::SampledExit>*, 4> to;
+    for (std::size_t set = 0; set < out.size(); ++set) to[set] = &out[set];
+    draw_streams(slice.key, a, b, stream, first, count, to);
   }
 
   std::string model_name() const override { return make_elliptical_target()->model_name(); }
@@ -105,6 +132,17 @@ adaptive::SliceDescription rough_slice(const FiberParameters& fiber) {
   for (const double theta : thetas) slice.axis_a.push_back(static_cast<float>(theta * degree));
   const int phis = fiber.eccentricity < 1 ? 12 : 0;
   for (int i = 0; i <= phis; ++i) slice.axis_b.push_back(static_cast<float>(7.5 * i * degree));
+  // Inclinations of the coarse grids: closer towards grazing, where lobes change fastest.
+  for (const auto& [of_theta, every] :
+       {std::pair{std::vector<double>{0, 30, 60, 75, 87.5}, 4}, {{0, 15, 30, 45, 60, 70, 80, 87.5}, 2}}) {
+    adaptive::CoarseAxes grid;
+    for (std::uint32_t i = 0; i < slice.axis_a.size(); ++i) {
+      const double theta = std::abs(static_cast<double>(slice.axis_a[i])) / degree;
+      if (std::ranges::any_of(of_theta, [theta](double one) { return std::abs(one - theta) < 1; })) grid.a.push_back(i);
+    }
+    for (int i = 0; i <= phis; i += every) grid.b.push_back(static_cast<std::uint32_t>(i));
+    slice.coarse.push_back(std::move(grid));
+  }
   return slice;
 }
 

@@ -14,8 +14,9 @@
 namespace tress::fiber {
 
 /// SliceKey::lobe of slices of the rough target; its parameters are {eta, eccentricity, roughness, tilt} and the
-/// medulla's radius, scattering, asymmetry and absorption, 0 where there is none. To be changed whenever the draws of a
-/// node change: rows of old caches are then left alone.
+/// medulla's radius, scattering, asymmetry and absorption, 0 where there is none. To be changed whenever what the draws
+/// of a node have in the mean changes: rows of old caches are then left alone. Other draws of the same light are no
+/// reason: a row is held to draws that it has not seen.
 constexpr std::uint32_t rough_slice_lobe = 16;
 
 /// Parts of a node: R, TT, TRT and all that leaves later.
@@ -32,13 +33,14 @@ inline float specular_height(float theta_r) { return height_of(-theta_r); }
 /// The inverse: theta in [-pi/2, pi/2].
 float theta_of(float height);
 
-/// RoughFiber::trace_split() without an end, at wr = (theta_r, phi_r) = (a, b), on scrambled Sobol points: h and the
-/// first three facets, the rest by a stream a path. Exits at
+/// Split paths without an end, at wr = (theta_r, phi_r) = (a, b), on scrambled Sobol points: h and the first three
+/// facets, the rest by a stream a path. Exits of RoughPaths at
 ///   azimuth = phi_i - phi_r,  height = height_of(theta_i) - specular_height(theta_r),
 /// the weight of clear light (less what a medulla absorbs), the way in the cortex in major semi-axes as attribute.
 /// Weights have the mean of what RoughFiber::trace() gives, which absorption takes exp(-sigma_a way) of. (a, b) need
-/// not be a node. Its model name is that of make_elliptical_target(), so that one service learns both. Stateless; any
-/// thread.
+/// not be a node. draw_sets() takes less time than draw() four times. The exits of a path are the same up to rounding
+/// on every instruction set, and the same bits on one, their order aside, whatever is drawn beside it. Its model name
+/// is that of make_elliptical_target(), so that one service learns both. Stateless; any thread.
 std::unique_ptr<adaptive::SampledTarget> make_rough_target();
 
 /// The nodes of a fiber. axis_a: theta_r, 0 to 85 degrees in steps of 5 and 87.5, of both signs where there is a tilt.

@@ -14,7 +14,7 @@
 
 namespace tress::fiber {
 
-/// phi_r folded into [0, pi/2] by the symmetries of the ellipse (design section 3): phi_r -> -phi_r changes the sign
+/// phi_r folded into [0, pi/2] by the symmetries of the ellipse: phi_r -> -phi_r changes the sign
 /// of the relative azimuth, phi_r -> phi_r + pi leaves it.
 struct FoldedAzimuth {
   float phi;   ///< radians in [0, pi/2]
@@ -50,7 +50,7 @@ constexpr bool is_below_grid(float sigma_rad) { return sigma_rad < smallest_grid
 
 /// axis_a: phi_r, uniform on [0, pi/2], both ends included, steps of at most sigma/3 (one node for e = 1, where the
 /// relative azimuth does not depend on phi_r). axis_b: |theta_d|, ascending: 26 nodes uniform in the cosine from 1 to
-/// .04, then the cosines .02, .01 and that of 89.9 degrees: 29 nodes. Radians.
+/// 0.04, then the cosines 0.02, 0.01 and that of 89.9 degrees: 29 nodes. Radians.
 std::vector<float> azimuth_axis(float eccentricity, float sigma_rad);
 std::vector<float> inclination_axis();
 

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <new>
+#include <optional>
+#include <string>
 
 #include "base/color.h"
 #include "fiber/event_constants.h"
@@ -12,6 +14,10 @@
 #include "tress/fiber/fiber_model.h"
 
 namespace tress::fiber {
+
+/// What a service that a model is to learn by is not; null: it is the right one.
+std::optional<Error> wrong_service(const adaptive::Service* service, const std::string& target,
+                                   adaptive::SliceKind kind);
 
 /// The rows that one direction asks. The only way of a model to its rows: what it looks up here is written down, and
 /// once the direction is drawn each row is credited with the light that it brings (ESTIMATOR.md, E8):
@@ -108,13 +114,13 @@ class RowModel : public FiberModel {
  public:
   /// service null: the model answers without rows.
   explicit RowModel(adaptive::Service* service) : service_(service) {}
-  FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const final {
+  FiberSample sample_event(const FiberEvent& event, const std::array<float, 4>& u) const final {
     DirectionRows rows(service_, event);
     FiberSample drawn = draw(event, u, rows);
     rows.credit(drawn.value);
     return drawn;
   }
-  FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const final {
+  FiberValue evaluate_event(const FiberEvent& event, const FiberDirection& wi) const final {
     DirectionRows rows(service_);
     return value(event, wi, rows);
   }
@@ -178,7 +184,7 @@ class EventRowModel : public FiberModel {
  public:
   /// service null: the model answers without rows.
   explicit EventRowModel(adaptive::Service* service) : service_(service) {}
-  FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const final {
+  FiberSample sample_event(const FiberEvent& event, const std::array<float, 4>& u) const final {
     FiberSample drawn = draw(event, u);
     const EventRow& row = constants_in<EventRow>(event);
     if (row.times != 0 && event.importance > 0) [[unlikely]]
@@ -196,15 +202,21 @@ class EventRowModel : public FiberModel {
  private:
   FiberEvent make_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const final {
     RowOfEvent row(service_, xi1);
-    FiberEvent event = start(fiber, wr, xi1, xi2, h, row);
+    FiberEvent event = start(fiber, wr, xi1, xi2, h, &row);
     new (place_of<EventRow>(event)) EventRow(row.row_);
+    return event;
+  }
+  FiberEvent make_near_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const final {
+    FiberEvent event = start(fiber, wr, xi1, xi2, h, nullptr);
+    new (place_of<EventRow>(event)) EventRow();
     return event;
   }
   void credit(const EventRow& row, float light) const;
 
-  /// As make_event(), with constants that begin with an EventRow, which is filled in afterwards.
+  /// Makes the event, with constants that begin with an EventRow, which is filled in afterwards. row: null where no row
+  /// may be asked, since the event is near (FiberModel::begin_near()).
   virtual FiberEvent start(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h,
-                           RowOfEvent& row) const = 0;
+                           RowOfEvent* row) const = 0;
   /// As sample().
   virtual FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u) const = 0;
 };

@@ -11,6 +11,7 @@
 
 #include "fiber/cross_section.h"
 #include "fiber/rough_fiber.h"
+#include "fiber/rough_paths.h"
 #include "tress/base/random.h"
 
 namespace tress::fiber {
@@ -93,6 +94,7 @@ TracedEnergies::Fields TracedEnergies::traced(const EnergyKey& key, std::size_t 
   const double phi = (static_cast<double>(node % azimuths_) + 0.5) * pi / 2 / static_cast<double>(azimuths_);
   const double theta =
       pi / 2 * std::cos((static_cast<double>(node / azimuths_) + 0.5) * pi / static_cast<double>(inclinations));
+  const FiberDirection wr{static_cast<float>(theta), static_cast<float>(phi)};
   const CrossSection section(static_cast<double>(key.eta), static_cast<double>(key.eccentricity), phi, theta);
   RandomStream random(seed_of(key), node);
   // Offsets by midpoints, facets by an additive recurrence (of the root of x^7 = x + 1), both shifted at random.
@@ -103,35 +105,35 @@ TracedEnergies::Fields TracedEnergies::traced(const EnergyKey& key, std::size_t 
     place[d] = static_cast<double>(random.next());
     step[d] = power /= root;
   }
-  Fields sum{};
-  std::vector<SplitExit> exits;
-  for (int i = 0; i < paths_; ++i) {
-    const double h = 2 * (i + place[6]) / paths_ - 1;
+  const auto offset = [&](std::uint32_t path) { return 2 * (path + place[6]) / paths_ - 1; };
+  RoughPaths traced(parameters);
+  for (std::uint32_t path = 0; path < static_cast<std::uint32_t>(paths_); ++path) {
     RoughFiber::FacetNumbers u;
     for (std::size_t d = 0; d < 6; ++d) {
       place[d] += step[d];
       place[d] -= std::floor(place[d]);
       u[d / 2][d % 2] = std::min(static_cast<float>(place[d]), 0.99999994f);
     }
-    exits.clear();
-    fiber.trace_split(fiber.entry({static_cast<float>(theta), static_cast<float>(phi)}, static_cast<float>(h)), u,
-                      random, exits);
-    const double glint = key.glint_sigma > 0 ? section.glint_share(h, static_cast<double>(key.glint_sigma)) : 0;
-    for (const SplitExit& exit : exits) {
-      const double weight = static_cast<double>(exit.weight) / paths_;
-      if (exit.order == 0) {
-        sum[0] += weight;
-        continue;
-      }
-      const auto add = [&](Lobe lobe, double w) {
-        const double y = std::exp(-length_decay(lobe) * static_cast<double>(exit.path));
-        for (std::size_t k = 0; k < 6; ++k, w *= y) sum[1 + static_cast<std::size_t>(lobe) * 6 + k] += w;
-      };
-      const bool is_trt = exit.order == 2;
-      add(static_cast<Lobe>(std::min(exit.order, static_cast<int>(Lobe::residual))),
-          is_trt ? weight * (1 - glint) : weight);
-      if (is_trt && glint > 0) add(Lobe::glint, weight * glint);
+    const auto seed = static_cast<std::uint32_t>(random.next_bits() >> 32);
+    traced.add(fiber.entry(wr, static_cast<float>(offset(path))), u, seed, path, 0);
+  }
+  const RoughPathExits& exits = traced.trace();
+  Fields sum{};
+  for (std::size_t i = 0; i < exits.size(); ++i) {
+    const double weight = static_cast<double>(exits.weight(i)) / paths_;
+    if (exits.order(i) == 0) {
+      sum[0] += weight;
+      continue;
     }
+    const auto add = [&](Lobe lobe, double w) {
+      const double y = std::exp(-length_decay(lobe) * static_cast<double>(exits.way(i)));
+      for (std::size_t k = 0; k < 6; ++k, w *= y) sum[1 + static_cast<std::size_t>(lobe) * 6 + k] += w;
+    };
+    const auto lobe = static_cast<Lobe>(std::min(exits.order(i), static_cast<int>(Lobe::residual)));
+    const bool splits = lobe == Lobe::trt && key.glint_sigma > 0;
+    const double glint = splits ? section.glint_share(offset(exits.path(i)), static_cast<double>(key.glint_sigma)) : 0;
+    add(lobe, weight * (1 - glint));
+    if (glint > 0) add(Lobe::glint, weight * glint);
   }
   return sum;
 }

@@ -35,10 +35,10 @@ struct LobeMoments {
   std::array<LengthMoments, lobe_count> later{};  ///< by lobe; R's unused
 };
 
-/// Paths through the rough, tilted fiber (RoughFiber::trace_split) at the nodes of a cosine series in phi_r and a
-/// Chebyshev series in theta_r, which then gives the moments anywhere: what is noise between nodes, or finer than the
-/// roughness leaves it, is filtered out. Traces in parallel in the calling oneTBB arena; the same bits on any number of
-/// threads. Immutable after construction; any thread.
+/// Paths through the rough, tilted fiber (RoughPaths) at the nodes of a cosine
+/// series in phi_r and a Chebyshev series in theta_r, which then gives the moments anywhere: what is noise between
+/// nodes, or finer than the roughness leaves it, is filtered out. Traces in parallel in the calling oneTBB arena; the
+/// same bits on any number of threads. Immutable after construction; any thread.
 class TracedEnergies {
  public:
   static constexpr std::size_t most_azimuths = 12, inclinations = 24;

@@ -173,6 +173,7 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
   hit.w = frame.w;
   hit.groom = curves.groom;
   hit.strand = curves.segments[found.primID].strand;
+  hit.place = static_cast<float>(curves.segments[found.primID].place) + found.u;
   hit.time = ray.time;
   hit.way = curves.way(found.primID, found.u);
   return hit;
@@ -256,7 +257,7 @@ RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   return geometry;
 }
 
-/// Of rays aimed at an edge that two triangles share, 3.5 % slip through a scene that is not robust, .007 % one that
+/// Of rays aimed at an edge that two triangles share, 3.5 % slip through a scene that is not robust, 0.007 % one that
 /// is.
 RTCSceneFlags scene_flags(const TreeOptions& tree, bool has_meshes) {
   using Robust = TreeOptions::Robust;

@@ -37,6 +37,7 @@ struct Hit {
   glm::vec3 u, v, w;
   std::uint32_t groom = no_index;  ///< index into Scene::grooms
   std::uint32_t strand = no_index;
+  float place = 0;      ///< on the strand, in segments from its root (scene::StrandSegments)
   float time = 0;       ///< of the ray
   glm::vec3 way{0.0f};  ///< of what was met, from the opening of the shutter to its closing, cm
   float lateral = 0;    ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)

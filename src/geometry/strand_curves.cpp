@@ -20,7 +20,7 @@ const std::vector<glm::vec3>& points_at(const scene::Groom& groom, std::size_t m
 
 /// Which points of a strand are drawn; none where it is not.
 std::vector<std::uint32_t> drawn_points(const scene::Groom& groom, std::uint32_t strand) {
-  const bool repeats_stay = groom.basis == StrandBasis::open_bspline || groom.basis == StrandBasis::bezier;
+  const bool repeats_stay = groom.basis != StrandBasis::linear;
   std::vector<std::uint32_t> drawn;
   for (std::uint32_t i = groom.first_point[strand]; i < groom.first_point[strand + 1]; ++i) {
     if (!std::isfinite(groom.radius_cm[i])) return {};
@@ -72,7 +72,7 @@ class StrandAdder {
     for (std::uint32_t i = 0; i + 1 < frames.size(); ++i) {
       const std::uint32_t first = base + stride * i;
       curves_.first_control.push_back(first);
-      StrandSegment segment{frames[i], frames[i + 1], {}, strand.index, strand.eccentricity};
+      StrandSegment segment{frames[i], frames[i + 1], {}, strand.index, i, strand.eccentricity};
       for (std::uint32_t c = 0; c < controls; ++c) segment.semi_axis[c] = curves_.control[first + c].w;
       curves_.segments.push_back(segment);
     }
@@ -226,7 +226,7 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   for (std::uint32_t strand = 0; strand < strands; ++strand) {
     const double hashed = 2 * std::numbers::pi * RandomStream(groom_index, strand).next();
     const double root_angle = material.root_angle_rad ? *material.root_angle_rad : hashed;
-    const float eccentricity = scene.fibers[groom.fiber[strand]].eccentricity;
+    const float eccentricity = scene.fibers[groom.fiber_at(strand, 0, 1)].eccentricity;
     const double curl_diameter =
         material.curl_diameter_cm ? *material.curl_diameter_cm : fiber::curl_diameter_cm(eccentricity);
     const double turn_rad_per_cm = material.twist && curl_diameter > 0 ? 2 / curl_diameter : 0;

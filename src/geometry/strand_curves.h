@@ -18,7 +18,7 @@ namespace tress::geometry {
 struct alignas(64) StrandSegment {
   KnotFrame from, to;              ///< frames at its knots
   std::array<float, 4> semi_axis;  ///< major, of its control points, cm; of linear strands the first two
-  std::uint32_t strand;
+  std::uint32_t strand, place;     ///< place: how many segments of the strand are before it
   float eccentricity;
 };
 

@@ -1,4 +1,4 @@
-// The major axis along a strand: a rotation-minimising frame, turned at the root and by the curl (design section 3).
+// The major axis along a strand: a rotation-minimising frame, turned at the root and by the curl.
 #pragma once
 
 #include <glm/ext/matrix_double3x3.hpp>

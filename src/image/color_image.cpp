@@ -1,11 +1,16 @@
 #include "image/color_image.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <glm/ext/matrix_double3x3.hpp>
+#include <glm/ext/vector_double3.hpp>
+#include <glm/matrix.hpp>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -128,17 +133,113 @@ Result<ColorImage> parse_png(std::span<const unsigned char> bytes, const std::st
   return image;
 }
 
-Result<ColorImage> read_exr_color(const std::filesystem::path& file) {
-  const auto picture = read_exr(file);
-  if (!picture) return picture.error();
-  ColorImage image{picture->width, picture->height, {}};
-  const char* const names[3] = {"R", "G", "B"};
-  for (int c = 0; c < 3; ++c) {
-    const Channel* channel = picture->find(names[c]);
-    if (!channel) return Error{file.string(), "channels", "R, G and B", std::string("no ") + names[c]};
-    image.pixels.resize(channel->pixels.size());
-    for (std::size_t i = 0; i < channel->pixels.size(); ++i) image.pixels[i][c] = channel->pixels[i];
+namespace {
+
+std::string in_small_letters(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// The three channels of the color, or the one of grey; none where it is not clear which.
+std::vector<std::string> color_channels(const std::vector<std::string>& names) {
+  using Triple = std::array<std::string, 3>;
+  std::vector<std::pair<std::string, Triple>> layers;  // by their names in small letters, that of the picture first
+  for (const std::string& name : names) {
+    const std::size_t dot = name.rfind('.');
+    const std::string layer = dot == name.npos ? "" : name.substr(0, dot + 1), last = name.substr(layer.size());
+    for (const auto& [red, green, blue] :
+         {Triple{"R", "G", "B"}, Triple{"r", "g", "b"}, Triple{"red", "green", "blue"}, Triple{"Red", "Green", "Blue"}})
+      if (last == red && std::ranges::count(names, layer + green) && std::ranges::count(names, layer + blue))
+        layers.push_back({in_small_letters(layer), {layer + red, layer + green, layer + blue}});
   }
+  const auto one = [&](const auto& is_it) -> const Triple* {
+    const auto found = std::ranges::find_if(layers, [&](const auto& layer) { return is_it(layer.first); });
+    return found == layers.end() ? nullptr : &found->second;
+  };
+  const Triple* best = one([](const std::string& layer) { return layer.empty(); });
+  for (const char* usual : {"combined", "beauty", "rgba"})
+    if (best == nullptr) best = one([&](const std::string& layer) { return layer.find(usual) != layer.npos; });
+  if (best == nullptr && layers.size() == 1) best = &layers.front().second;
+  if (best != nullptr) return {best->begin(), best->end()};
+  for (const char* grey : {"Y", "y", "L"})
+    if (std::ranges::count(names, grey) && !std::ranges::count(names, "RY") && layers.empty()) return {grey};
+  return {};
+}
+
+glm::dmat3 xyz_from(const std::array<float, 8>& c) {
+  const auto xyz = [&](std::size_t i) { return glm::dvec3(c[i] / c[i + 1], 1, (1 - c[i] - c[i + 1]) / c[i + 1]); };
+  const glm::dmat3 primaries(xyz(0), xyz(2), xyz(4));
+  const glm::dvec3 amounts = glm::inverse(primaries) * xyz(6);
+  return {primaries[0] * amounts.x, primaries[1] * amounts.y, primaries[2] * amounts.z};
+}
+
+constexpr std::array<float, 8> rec709{0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
+
+/// From colors of these chromaticities to Rec. 709; nothing where they are the same or no colors.
+std::optional<glm::dmat3> to_rec709(const std::array<float, 8>& c) {
+  constexpr float rounding = 1e-3f;
+  bool is_same = true;
+  for (std::size_t i = 0; i < c.size(); ++i) is_same = is_same && std::abs(c[i] - rec709[i]) <= rounding;
+  const glm::dmat3 from = xyz_from(c);
+  if (is_same || !(std::abs(glm::determinant(from)) > 1e-6) || !std::isfinite(glm::determinant(from)))
+    return std::nullopt;
+  const glm::dmat3 cones =
+      glm::transpose(glm::dmat3(0.8951, 0.2664, -0.1614, -0.7502, 1.7135, 0.0367, 0.0389, -0.0685, 1.0296));
+  const glm::dmat3 to = xyz_from(rec709);
+  const glm::dvec3 white(1.0), scale = (cones * (to * white)) / (cones * (from * white));
+  const glm::dmat3 adapt = glm::inverse(cones) * glm::dmat3(scale.x, 0, 0, 0, scale.y, 0, 0, 0, scale.z) * cones;
+  return glm::inverse(to) * adapt * from;
+}
+
+/// Infinite values become the largest finite one of their sign, NaN 0; how many.
+std::size_t mend(std::vector<glm::vec3>* pixels) {
+  float largest = 0;
+  for (const glm::vec3& pixel : *pixels)
+    for (int c = 0; c < 3; ++c)
+      if (std::isfinite(pixel[c])) largest = std::max(largest, std::abs(pixel[c]));
+  std::size_t mended = 0;
+  for (glm::vec3& pixel : *pixels)
+    for (int c = 0; c < 3; ++c) {
+      if (std::isfinite(pixel[c])) continue;
+      pixel[c] = std::isnan(pixel[c]) ? 0.0f : std::copysign(largest, pixel[c]);
+      ++mended;
+    }
+  return mended;
+}
+
+}  // namespace
+
+Result<ColorImage> read_exr_color(const std::filesystem::path& file) {
+  std::vector<std::string> chosen;
+  const auto picture =
+      read_exr_channels(file, [&](const std::vector<std::string>& names) { return chosen = color_channels(names); });
+  if (!picture) return picture.error();
+  const Window part = picture->window(), whole = picture->whole();
+  constexpr std::int64_t most = std::int64_t{1} << 28;
+  if (std::int64_t{whole.width} * whole.height > most)
+    return Error{file.string(), "header displayWindow", fmt::format("at most {} pixels", most),
+                 fmt::format("{} x {}", whole.width, whole.height)};
+  ColorImage image{whole.width, whole.height, {}};
+  image.pixels.assign(static_cast<std::size_t>(whole.width) * static_cast<std::size_t>(whole.height), glm::vec3(0.0f));
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::vector<float>& from = picture->find(chosen[std::min(c, chosen.size() - 1)])->pixels;
+    for (int y = std::max(part.top, 0); y < std::min(part.top + part.height, whole.height); ++y)
+      for (int x = std::max(part.left, 0); x < std::min(part.left + part.width, whole.width); ++x)
+        image.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(whole.width) + static_cast<std::size_t>(x)]
+                    [static_cast<int>(c)] =
+            from[static_cast<std::size_t>(y - part.top) * static_cast<std::size_t>(part.width) +
+                 static_cast<std::size_t>(x - part.left)];
+  }
+  if (chosen.front() != "R")
+    image.remarks.push_back(fmt::format("its color is taken from {}", fmt::join(chosen, ", ")));
+  if (const std::size_t mended = mend(&image.pixels))
+    image.remarks.push_back(fmt::format("{} of {} values are not finite and taken for the largest that is, NaN for 0",
+                                        mended, 3 * image.pixels.size()));
+  if (picture->chromaticities && chosen.size() == 3)
+    if (const auto convert = to_rec709(*picture->chromaticities)) {
+      for (glm::vec3& pixel : image.pixels) pixel = glm::vec3(*convert * glm::dvec3(pixel));
+      image.remarks.push_back("its colors are converted from the chromaticities of its header to Rec. 709");
+    }
   return image;
 }
 

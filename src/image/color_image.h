@@ -13,7 +13,8 @@ namespace tress::image {
 
 struct ColorImage {
   int width = 0, height = 0;
-  std::vector<glm::vec3> pixels;  ///< linear RGB, row-major, top row first; finite
+  std::vector<glm::vec3> pixels;          ///< linear RGB of Rec. 709, row-major, top row first; finite
+  std::vector<std::string> remarks = {};  ///< what was chosen, converted and mended
 };
 
 /// Whether the bytes begin as a PNG does.
@@ -24,7 +25,10 @@ bool is_png(std::span<const unsigned char> bytes);
 /// of bytes before memory is taken. `name` is the file named in errors. Thread-safe.
 Result<ColorImage> parse_png(std::span<const unsigned char> bytes, const std::string& name);
 
-/// R, G, B of a picture of the EXR.
+/// The color of an EXR: its R, G, B (or red, green, blue), those of its layer, of several the one called beauty,
+/// combined or rgba, or Y alone as grey. Of other channels nothing matters. The whole display window, black where it
+/// has no data. Colors of other chromaticities become those of Rec. 709 (white adapted by Bradford's cones); values
+/// that are not finite become the largest that is, NaN 0. All of this is remarked.
 Result<ColorImage> read_exr_color(const std::filesystem::path& file);
 
 /// sRGB to linear, both in [0, 1].

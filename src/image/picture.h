@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <glm/vec3.hpp>
 #include <map>
 #include <optional>
@@ -39,6 +40,8 @@ struct Picture {
   /// Of the display window at distance 1 from the camera; 1 of a picture without one (screenWindowWidth).
   float screen_width = 1;
   std::array<float, 2> screen_center{0, 0};  ///< of it there, right and up, from where the camera looks
+  /// x, y of red, green, blue and white of what R, G, B are, where the header says it; else those of Rec. 709.
+  std::optional<std::array<float, 8>> chromaticities = {};
   const Channel* find(const std::string& name) const;
   Window window() const { return {left, top, width, height}; }
   Window whole() const {
@@ -68,6 +71,11 @@ std::optional<Error> write_exr(const std::filesystem::path& file, const Picture&
 void round_as_written(Picture* picture, Precision precision);
 /// Any EXR of one or more float or half channels, at most 2^28 pixels. Rejects NaN, truncated and foreign files.
 Result<Picture> read_exr(const std::filesystem::path& file);
+
+/// Which channels of a file are read, of the names of all; fewer than all may be of any type.
+using ChooseChannels = std::function<std::vector<std::string>(const std::vector<std::string>&)>;
+/// The same of some channels, values that are not finite included. An error where none is chosen.
+Result<Picture> read_exr_channels(const std::filesystem::path& file, const ChooseChannels& choose);
 /// How a preview is made of a picture.
 struct Preview {
   bool alpha = false;         ///< of A, straight: what is covered in its own color; else opaque

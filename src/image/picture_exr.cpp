@@ -1,6 +1,7 @@
 // OpenEXR in and out.
 #include <ImfArray.h>
 #include <ImfChannelList.h>
+#include <ImfChromaticities.h>
 #include <ImfCompression.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -8,9 +9,11 @@
 #include <ImfInputFile.h>
 #include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <half.h>
 
 #include <algorithm>
@@ -87,10 +90,12 @@ std::optional<Error> check_layout(const std::filesystem::path& file, const Pictu
 std::set<std::string> layers_of_halves(const Picture& picture) {
   std::map<std::string, float> largest;
   for (const Channel& channel : picture.channels) {
+    if (channel.name == "A") continue;  // a share, which halves hold: it says nothing of how bright R, G, B are
     float& most = largest[layer_of(channel.name)];
     for (const float x : channel.pixels) most = std::max(most, std::abs(x));
   }
   std::set<std::string> layers;
+  if (!largest.contains(layer_of("A"))) layers.insert(layer_of("A"));  // alpha alone
   for (const auto& [layer, most] : largest) {
     const bool spans_more = layer == "Z" || layer.ends_with("variance") || layer == "forward" || layer == "samples" ||
                             layer.starts_with("Crypto");
@@ -184,7 +189,9 @@ void round_as_written(Picture* picture, Precision precision) {
   }
 }
 
-Result<Picture> read_exr(const std::filesystem::path& file) {
+namespace {
+
+Result<Picture> read_channels(const std::filesystem::path& file, const ChooseChannels& choose, bool must_be_finite) {
   const auto error = [&](std::string place, std::string expected, std::string found) {
     return Error{file.string(), std::move(place), std::move(expected), std::move(found)};
   };
@@ -226,7 +233,13 @@ Result<Picture> read_exr(const std::filesystem::path& file) {
       picture.whole_width = static_cast<int>(across);
       picture.whole_height = static_cast<int>(down);
     }
+    std::vector<std::string> names;
+    for (auto it = in.header().channels().begin(); it != in.header().channels().end(); ++it) names.push_back(it.name());
+    const std::vector<std::string> chosen = choose ? choose(names) : names;
+    if (chosen.empty() && !names.empty())
+      return error("channels", "R, G and B, a layer of them, or Y alone", fmt::format("{}", fmt::join(names, ", ")));
     for (auto it = in.header().channels().begin(); it != in.header().channels().end(); ++it) {
+      if (std::ranges::find(chosen, it.name()) == chosen.end()) continue;
       const std::string place = fmt::format("channel {}", it.name());
       if (it.channel().type != Imf::FLOAT && it.channel().type != Imf::HALF)
         return error(place, "float or half pixels", "unsigned integers");
@@ -243,6 +256,10 @@ Result<Picture> read_exr(const std::filesystem::path& file) {
     if (claimed > most)
       return error("header dataWindow", fmt::format("at most {} bytes of pixels in a file of this size", most),
                    fmt::format("{} x {} with {} channels", width, height, picture.channels.size()));
+    if (Imf::hasChromaticities(in.header())) {
+      const Imf::Chromaticities& c = Imf::chromaticities(in.header());
+      picture.chromaticities = {c.red.x, c.red.y, c.green.x, c.green.y, c.blue.x, c.blue.y, c.white.x, c.white.y};
+    }
     picture.screen_width = in.header().screenWindowWidth();
     picture.screen_center = {in.header().screenWindowCenter().x, in.header().screenWindowCenter().y};
     for (auto it = in.header().begin(); it != in.header().end(); ++it) {
@@ -270,13 +287,21 @@ Result<Picture> read_exr(const std::filesystem::path& file) {
         picture.channels[c].pixels.insert(picture.channels[c].pixels.end(), block[c].begin(), block[c].end());
     }
     for (const auto& channel : picture.channels)
-      if (const auto place = find_not_finite(channel, picture.width); !place.empty())
+      if (const auto place = find_not_finite(channel, picture.width); must_be_finite && !place.empty())
         return error(place, "a finite value", "NaN or infinity");
     return picture;
   } catch (const std::exception& exception) {
     return error(first_row_not_read > 0 ? fmt::format("row {}", first_row_not_read) : "", "a whole EXR picture",
                  exception.what());
   }
+}
+
+}  // namespace
+
+Result<Picture> read_exr(const std::filesystem::path& file) { return read_channels(file, {}, true); }
+
+Result<Picture> read_exr_channels(const std::filesystem::path& file, const ChooseChannels& choose) {
+  return read_channels(file, choose, false);
 }
 
 }  // namespace tress::image

@@ -31,6 +31,10 @@ class CameraRays {
   float pixel_rad(const glm::vec3& direction) const {
     return orthographic_ ? 0 : pixel_ * glm::dot(direction, forward_);
   }
+  /// How wide a pixel is, cm, where a ray of this direction has come so far.
+  float pixel_cm(const glm::vec3& direction, float distance_cm) const {
+    return orthographic_ ? pixel_ : pixel_rad(direction) * distance_cm;
+  }
 
  private:
   /// Inverse CDF of the tent 1 - |x| on [-1, 1].

@@ -1,7 +1,6 @@
 // What rows have too much at one direction of a vertex, asked where chance has it.
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <glm/vec3.hpp>
 
@@ -10,9 +9,7 @@
 
 namespace tress::integrate {
 
-inline std::uint64_t hash_of(float a, float b, std::uint64_t before) {
-  return mix_bits(before + ((std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b)));
-}
+inline std::uint64_t hash_of(float a, float b, std::uint64_t before) { return mix_bits(before + bits_of(a, b)); }
 
 /// What the rows have too much at one direction of a vertex: traced at most once, where chance has it, for each use
 /// that is made of it.

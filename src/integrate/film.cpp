@@ -165,6 +165,26 @@ double Film::relative_noise() const {
   return std::sqrt(variance * 3 * covered) / brightness;
 }
 
+Film::Seen Film::seen() const {
+  Seen seen;
+  glm::dvec3 means(0.0), sums(0.0), squares(0.0);
+  for (const PixelSums& pixel : pixels_) {
+    if (!(pixel.coverage > 0)) continue;
+    const glm::dvec3 sum = pixel.beauty(ground_), mean = sum / static_cast<double>(pixel.samples);
+    seen.pixels += 1;
+    seen.samples += pixel.samples;
+    seen.paths += pixel.coverage;
+    means += mean;
+    sums += sum;
+    squares += pixel.squared_deviations + sum * mean;
+  }
+  if (seen.pixels > 0) seen.mean = (means.x + means.y + means.z) / (3 * seen.pixels);
+  for (int c = 0; c < 3; ++c) {
+    if (squares[c] > 0) seen.light_paths = std::max(seen.light_paths, sums[c] * sums[c] / squares[c]);
+  }
+  return seen;
+}
+
 double Film::brightness() const {
   double light = 0;
   for (const PixelSums& pixel : pixels_) {

@@ -30,8 +30,8 @@ constexpr std::size_t beauty_layers(Ground ground) {
   return ground == Ground::backdrop ? layer_count : background_layer;
 }
 
-/// Sums over the paths of one pixel, as of PathSums. In double: a float sum of 131,072 radiances of .1 is .1 % off, and
-/// off to the same side in every pixel.
+/// Sums over the paths of one pixel, as of PathSums. In double: a float sum of 131,072 radiances of 0.1 is 0.1 % off,
+/// and off to the same side in every pixel.
 struct PixelSums {
   std::array<glm::dvec3, layer_count> layers{};
   glm::dvec3 albedo{0.0}, normal{0.0}, tangent{0.0};
@@ -135,7 +135,7 @@ class Film {
   std::vector<std::size_t> shown_pixels() const;
 
   /// All that the film is, by name, as the bytes that it takes in memory, good until it changes; and back. Of one
-  /// program on one kind of machine. False, and the film of no use, if they are none of a film of this window.
+  /// program on one kind of machine. False, and the film of no use, if they are not of a film of this window.
   std::vector<std::pair<std::string, std::string_view>> sections() const;
   bool set_sections(const std::map<std::string, std::string>& sections);
   /// Adds the sums of later samples, of a window within this one; both move or neither, and have the same groups and
@@ -153,6 +153,16 @@ class Film {
   /// samples. The variance is by halves, with that of independent paths as if of 32 pixels more: in a picture of
   /// few pixels halves alone would tell little.
   double relative_noise() const;
+  /// Of the pixels with a coverage above 0.
+  struct Seen {
+    double pixels = 0;
+    double samples = 0, paths = 0;  ///< of them, those that met something
+    double mean = 0;                ///< of the pixels' beauty, of its channels
+    /// As many paths of one brightness would tell as much of the mean over pixels: (sum of the beauty)^2 over the sum
+    /// of its squares, of the channel where it is largest.
+    double light_paths = 0;
+  };
+  Seen seen() const;
 
   /// Mean luminance of what the pixels show of hair and surfaces.
   double brightness() const;

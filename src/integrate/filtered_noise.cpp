@@ -30,7 +30,7 @@ double FilteredNoise::after(const PassProgress& pass) {
   describe_camera(scene_.camera, scene_.image, &picture);
   const Result<denoise::Denoised> found = denoise::denoise(picture, "");
   if (!found) return unfiltered;
-  last_ = found->noise();
+  last_ = std::hypot(found->noise(), pass.unmet_noise);
   return last_;
 }
 

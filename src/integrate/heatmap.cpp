@@ -9,7 +9,7 @@
 namespace tress::integrate {
 namespace {
 
-/// Black, purple, red, orange, yellow, white: linear RGB at heats 0, .2, ... 1, brighter from each to the next.
+/// Black, purple, red, orange, yellow, white: linear RGB at heats 0, 0.2, ... 1, brighter from each to the next.
 constexpr std::array<std::array<float, 3>, 6> heat_colors{
     {{0, 0, 0}, {0.06f, 0.005f, 0.13f}, {0.35f, 0.02f, 0.1f}, {0.8f, 0.15f, 0.01f}, {0.95f, 0.55f, 0.05f}, {1, 1, 1}}};
 

@@ -52,7 +52,7 @@ class ObjectCounts {
   /// In the order in which they were met first; free room at the end.
   std::span<const Count> of(std::size_t pixel) const { return std::span(counts_).subspan(pixel * room_, room_); }
 
-  /// All counts as they lie in memory, and back; false if they are none of so many pixels and objects.
+  /// All counts as they lie in memory, and back; false if they are not of so many pixels and objects.
   std::string_view bytes() const {
     return {reinterpret_cast<const char*>(counts_.data()), counts_.size() * sizeof(Count)};
   }

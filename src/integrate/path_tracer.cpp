@@ -41,6 +41,12 @@ glm::vec3 normal_towards(const geometry::Hit& hit, const glm::vec3& ray_directio
   return length > 1e-4f ? across / length : hit.w;
 }
 
+/// The share of paths that are near at a first hit (RenderOptions::near_pixels), where a pixel is so wide.
+float near_share(const geometry::Hit& hit, float pixel_cm, float near_pixels) {
+  if (!(near_pixels > 0) || hit.is_surface) return 0;
+  return std::clamp(2 * hit.semi_axis_cm / (pixel_cm * near_pixels) - 1, 0.0f, 1.0f);
+}
+
 }  // namespace
 
 PathTracer::PathTracer(const scene::Scene& scene, const geometry::FiberScene& fibers, const fiber::FiberModel& model,
@@ -177,8 +183,11 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
           scene::turned_to_environment(scene_, ray.direction, time), camera_.pixel_rad(ray.direction));
     return sums;
   }
+  constexpr std::uint64_t near_purpose = 0x6e656172ull;
+  const float share = near_share(*hit, camera_.pixel_cm(ray.direction, hit->distance_cm), options_.near_pixels);
+  const bool is_near = share > 0 && RandomStream(options_.seed ^ near_purpose, pixel, sample).next() < share;
   Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(in_half, grid_node),
-                                    1 / static_cast<float>(options_.bcsdf_samples));
+                                    1 / static_cast<float>(options_.bcsdf_samples), is_near);
   vertex.light_samples = vertex.evaluates ? options_.light_samples : 0;
   vertex.bcsdf_samples = options_.bcsdf_samples;
   sums.vertices = 1;

@@ -31,9 +31,9 @@ float largest_channel(const glm::vec3& color) {
   return std::max({std::abs(color.x), std::abs(color.y), std::abs(color.z)});
 }
 
-/// The root of the throughput, from early on: variance times time is .78 to .91 of that of the throughput itself from
-/// the sixth hit on (bench/README.md, chart 7). A path that has lost nothing goes on: at .95 a path of 60 hits in white
-/// hair would weigh 20 (bench/atlas/README.md, study 5).
+/// The root of the throughput, from early on: variance times time is 0.78 to 0.91 of that of the throughput itself from
+/// the sixth hit on (bench/README.md, chart 7). A path that has lost nothing goes on: at 0.95 a path of 60 hits in
+/// white hair would weigh 20 (bench/atlas/README.md, study 5).
 float survival(float throughput) { return std::clamp(std::sqrt(throughput), least_survival, 1.0f); }
 
 }  // namespace

@@ -18,7 +18,9 @@
 #include "integrate/heatmap.h"
 #include "integrate/pass_order.h"
 #include "integrate/path_tracer.h"
+#include "integrate/possible_light.h"
 #include "integrate/sample_plan.h"
+#include "integrate/spread_pixels.h"
 
 namespace tress::integrate {
 namespace {
@@ -105,12 +107,8 @@ Brightness measured_brightness(const PathTracer& tracer, const scene::Image& ima
   Brightness found;
   double sum = 0;
   for (std::uint64_t i = 0; i < rays && found.paths < enough && !stop; ++i) {
-    // Multiples of the two numbers that spread evenly over a square (Roberts 2018, the R2 sequence).
-    const double u = static_cast<double>(i) * 0.7548776662466927 + 0.5,
-                 v = static_cast<double>(i) * 0.5698402909980532 + 0.5;
-    const int x = std::min(image.width - 1, static_cast<int>((u - std::floor(u)) * image.width));
-    const int y = std::min(image.height - 1, static_cast<int>((v - std::floor(v)) * image.height));
-    const PathSums path = tracer.trace(x, y, own_sample);
+    const glm::ivec2 pixel = spread_pixel(i, image);
+    const PathSums path = tracer.trace(pixel.x, pixel.y, own_sample);
     if (!(path.coverage > 0) || !path.is_finite()) continue;
     const glm::vec3 light = path.beauty() - path.layers[background_layer];
     sum += static_cast<double>(light.x + light.y + light.z) / 3;
@@ -197,6 +195,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   std::optional<DeeperLight> deeper;
   if (options.roulette == Roulette::learned) deeper.emplace(scene, options.deep_light == DeepLight::learned);
   const double pilot_start = process_cpu_seconds();
+  if (service) service->prepare();
   const PathTracer plain(scene, fibers, model, fiber_ids, options, deeper ? &*deeper : nullptr);
   const Brightness brightness = options.resume != nullptr ? saved_brightness(*options.resume)
                                 : options.shadow_roulette && options.light_samples > 0
@@ -212,7 +211,8 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   assert(is_within(film.window(), whole));
   std::optional<BiasAuditor> auditor;
   if (options.audit != nullptr) auditor.emplace(*options.audit, scene, fibers, options, brightness.mean, film.window());
-  SamplePlan plan(film.window(), options.adaptive);
+  const PossibleLight possible = possible_light(scene, fibers, model, fiber_ids, options.light_samples);
+  SamplePlan plan(film.window(), options.adaptive, possible);
   RenderResult result;
   PassProgress progress;
   progress.film = &film;
@@ -257,7 +257,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     if (deeper) learn_deeper(film, *deeper, progress);
     progress.cpu_seconds = process_cpu_seconds() - cpu_start + (pass == 0 ? pilot_cpu_seconds : 0);
     progress.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    progress.noise = film.relative_noise();
+    tell_noise(film, possible, progress);
     tell_excess();
     result.passes = pass + 1;
     if (!stop) plan.pass_ended(pass);

@@ -77,6 +77,9 @@ struct RenderOptions {
   bool heatmap = false;  ///< time every path, for RenderResult::heatmap
   /// Measures the bias of the picture on some of its samples, for RenderResult::bias; null: not. Outlives the render.
   const BiasAudit* audit = nullptr;
+  /// First hits on fibers that are seen wider than this, in pixels, are traced from where the ray met the fiber, a
+  /// share of them that rises evenly to all at twice the width, so that no edge shows. 0: none.
+  float near_pixels = 0;
   /// Of a render with the same scene and options, whose service has been restored to the same pass; null: from the
   /// start. Outlives the call.
   const RenderState* resume = nullptr;
@@ -99,10 +102,14 @@ struct PassProgress {
   std::uint64_t paths_so_far = 0, paths_total = 0;
   std::optional<Brightening> excess;        ///< of the picture so far; unset where the model tells none
   std::optional<DeepLightBias> deep_light;  ///< of the picture so far; unset under DeepLight::traced
-  double noise = 0;                         ///< of the picture so far, relative (Film::relative_noise)
-  double seconds = 0;                       ///< wall time of the pass
-  double cpu_seconds = 0;                   ///< CPU time of the pass, all threads, learning included
-  adaptive::PassReport table;               ///< empty without a service
+  /// Of the picture so far, relative: Film::relative_noise() and `unmet_noise`. 0: there is no light, or no pixel has
+  /// two samples.
+  double noise = 0;
+  double unmet_noise = 0;      ///< of light that paths may not have met (PossibleLight)
+  double light_paths = 0;      ///< Film::Seen::light_paths
+  double seconds = 0;          ///< wall time of the pass
+  double cpu_seconds = 0;      ///< CPU time of the pass, all threads, learning included
+  adaptive::PassReport table;  ///< empty without a service
   DeeperProgress deeper;
   const Film* film = nullptr;  ///< what the paths have brought so far; valid during the call
   /// All that the render is beside its service, by name: good until the call ends.
@@ -118,7 +125,7 @@ struct RenderResult {
   int passes = 0;
   double samples_per_pixel = 0;
   bool interrupted = false;  ///< by `stop`; not by on_pass
-  bool unusable = false;     ///< RenderOptions::resume was none of this render: nothing was rendered
+  bool unusable = false;     ///< RenderOptions::resume is of another render: nothing was rendered
   std::uint64_t queries = 0, exact_queries = 0;
   std::uint64_t dropped_samples = 0;  ///< not finite and not in the picture (PICTURE.md)
 };

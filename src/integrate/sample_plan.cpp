@@ -36,8 +36,9 @@ double scale_of(const std::vector<float>& wanted) {
 
 }  // namespace
 
-SamplePlan::SamplePlan(const image::Window& window, bool adaptive)
+SamplePlan::SamplePlan(const image::Window& window, bool adaptive, const PossibleLight& possible)
     : window_(window),
+      possible_(possible),
       notes_(adaptive ? static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height) : 0),
       times_{first_samples, 0} {}
 
@@ -64,6 +65,9 @@ void SamplePlan::note_prefix(std::size_t pixel, const PixelSums& sums) {
 /// In proportion to the samples that a pixel should have; 0: nothing is noisy around it.
 std::vector<float> SamplePlan::wanted() const {
   std::vector<float> wanted(notes_.size(), 0.0f);
+  const auto has_hit = [](const Note& note) { return note.cost > 1; };
+  const auto hit = static_cast<double>(std::ranges::count_if(notes_, has_hit));
+  const double unmet = 3 * possible_.unmet_variance(hit * times_.noted_samples);
   for (int y = 0; y < window_.height; ++y) {
     for (int x = 0; x < window_.width; ++x) {
       double variance = 0, cost = 0;
@@ -71,7 +75,7 @@ std::vector<float> SamplePlan::wanted() const {
         for (int u = std::max(0, x - reach); u <= std::min(window_.width - 1, x + reach); ++u) {
           if (u == x && v == y) continue;
           const Note& note = notes_[index(window_.left + u, window_.top + v)];
-          variance += static_cast<double>(note.variance);
+          variance += static_cast<double>(note.variance) + (has_hit(note) ? unmet : 0);
           cost += static_cast<double>(note.cost);
         }
       }

@@ -11,6 +11,7 @@
 
 #include "image/picture.h"
 #include "integrate/film.h"
+#include "integrate/possible_light.h"
 
 namespace tress::integrate {
 
@@ -26,7 +27,9 @@ namespace tress::integrate {
 /// Thread-safety: note() of distinct pixels from distinct threads; the rest: one thread.
 class SamplePlan {
  public:
-  SamplePlan(const image::Window& window, bool adaptive);
+  /// possible: what a pixel's paths may not have met counts as noise, so that none has few samples because it is dark
+  /// by chance.
+  SamplePlan(const image::Window& window, bool adaptive, const PossibleLight& possible = {});
 
   /// Of pixel (x, y) of the image, after pass `pass`, at most one publish() behind: samples traced.
   std::uint32_t samples_after(int pass, int x, int y) const;
@@ -61,6 +64,7 @@ class SamplePlan {
   std::vector<float> wanted() const;
 
   image::Window window_;
+  PossibleLight possible_;
   std::vector<Note> notes_;    ///< empty unless adaptive
   std::vector<Share> shares_;  ///< empty until planned
   struct Times {

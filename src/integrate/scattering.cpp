@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "integrate/local_directions.h"
+#include "tress/base/random.h"
 
 namespace tress::integrate {
 namespace {
@@ -54,6 +55,13 @@ glm::vec3 diffuse_at(const scene::Mesh& mesh, const geometry::Hit& hit) {
 
 }  // namespace
 
+std::uint32_t fiber_of(const scene::Scene& scene, const geometry::Hit& hit) {
+  const scene::Groom& groom = scene.grooms[hit.groom];
+  if (groom.stations_a_segment == 0) return groom.fiber[hit.strand];
+  RandomStream of_hit(bits_of(hit.position.x, hit.position.y), bits_of(hit.position.z, hit.lateral));
+  return groom.fiber_at(hit.strand, hit.place, of_hit.next());
+}
+
 Scattering::Scattering(const scene::Scene& scene, const fiber::FiberModel& model,
                        const std::vector<fiber::FiberId>& fiber_ids)
     : scene_(scene),
@@ -72,7 +80,7 @@ SurfaceMaterial Scattering::surface_at(const geometry::Hit& hit, const glm::vec3
 }
 
 Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi,
-                         float importance) const {
+                         float importance, bool is_near) const {
   Vertex vertex;
   vertex.hit = hit;
   if (hit.is_surface) {
@@ -80,9 +88,10 @@ Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_directio
     vertex.albedo = vertex.surface.albedo();
     return vertex;
   }
-  const std::uint32_t fiber = scene_.grooms[hit.groom].fiber[hit.strand];
   const LocalDirection known = to_local(hit, -ray_direction);
-  vertex.event = model_.begin(fiber_ids_[fiber], known.direction, xi[0], xi[1], hit.share, importance);
+  const fiber::FiberId fiber = fiber_ids_[fiber_of(scene_, hit)];
+  vertex.event = is_near ? model_.begin_near(fiber, known.direction, xi[0], xi[1], hit.share, importance)
+                         : model_.begin(fiber, known.direction, xi[0], xi[1], hit.share, importance);
   vertex.evaluates = model_.evaluates(vertex.event) || model_.estimates(vertex.event);
   for (const glm::vec3& lobe : vertex.event.energy) vertex.albedo += lobe;
   return vertex;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <vector>
@@ -23,6 +24,10 @@ struct Vertex {
   bool evaluates = true;    ///< false: no light may be sampled (FiberModel::evaluates)
   int light_samples = 1, bcsdf_samples = 1;
 };
+
+/// Index into Scene::fibers. Where a strand varies the bits of the hit choose among the fibers around the place: the
+/// same hit is always of the same one, and the mean over hits is what lies between them.
+std::uint32_t fiber_of(const scene::Scene& scene, const geometry::Hit& hit);
 
 /// Layers that a vertex scatters into: lobes of a fiber, or the surface.
 using ScatteredLayers = std::array<glm::vec3, surface_layer + 1>;
@@ -47,8 +52,9 @@ class Scattering {
   Scattering(const scene::Scene& scene, const fiber::FiberModel& model, const std::vector<fiber::FiberId>& fiber_ids);
 
   /// ray_direction: of the ray that met the hit. xi: the grid node of a fiber's event. importance: FiberModel::begin().
+  /// is_near: a fiber's event begins by FiberModel::begin_near().
   Vertex begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi,
-               float importance) const;
+               float importance, bool is_near = false) const;
 
   /// direction: unit, world, away from the hit. Counts queries in `sums`.
   Scattered evaluate(const Vertex& vertex, const glm::vec3& direction, PathSums& sums) const;

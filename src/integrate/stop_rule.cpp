@@ -6,6 +6,11 @@
 
 namespace tress::integrate {
 
+bool StopRule::is_noise_known(const PassProgress& pass) {
+  const int samples = static_cast<int>(sample_of_pass(pass.pass)) + 1;
+  return samples >= enough_samples_noise || (samples >= least_samples_noise && pass.light_paths >= least_light_paths);
+}
+
 const char* StopRule::reason_to_end(const PassProgress& pass, double noise_now, double elapsed) const {
   if (seconds && pass.pass + 1 >= initial_passes) {  // every pixel has as many samples
     const int samples_at_most = pass.pass_count - initial_passes + 1;
@@ -13,8 +18,7 @@ const char* StopRule::reason_to_end(const PassProgress& pass, double noise_now, 
     const double next = pass.seconds * pixels / std::max(1.0, static_cast<double>(pass.pixels));
     if (elapsed + next > *seconds) return "time";
   }
-  const int samples = static_cast<int>(sample_of_pass(pass.pass)) + 1;
-  if (noise && samples >= least_samples_noise && noise_now <= *noise) return "noise";
+  if (noise && is_noise_known(pass) && noise_now <= *noise) return "noise";
   return pass.pass + 1 >= pass.pass_count ? "samples" : nullptr;
 }
 

@@ -63,11 +63,13 @@ class Run {
  private:
   void add_pass(const Json& line) {
     Json pass;
-    for (const char* name : {"pass", "samples", "seconds", "cpu_seconds", "noise", "converged_query_share", "queries",
-                             "g_evaluations", "learning_cpu_seconds", "bytes", "bias_bound", "at_ceiling"})
+    for (const char* name :
+         {"pass", "samples", "seconds", "cpu_seconds", "noise", "converged_query_share", "answered_query_share",
+          "queries", "g_evaluations", "learning_cpu_seconds", "bytes", "bias_bound", "at_ceiling"})
       pass[name] = field(line, name);
     const Json rows = field(line, "rows"), objective = field(line, "objective");
-    for (const char* name : {"touched", "open", "converged", "reopened", "refused"}) pass[name] = field(rows, name);
+    for (const char* name : {"touched", "coarse", "open", "converged", "reopened", "refused"})
+      pass[name] = field(rows, name);
     for (const char* name : {"p50", "p90", "p99", "max"}) pass[name] = field(objective, name);
     passes_.push_back(std::move(pass));
   }
@@ -75,13 +77,15 @@ class Run {
   Json verdict() const {
     if (passes_.empty()) return {{"good", false}, {"text", "no pass has ended"}};
     const Json& last = passes_.back();
-    const double share = number(last, "converged_query_share");
+    // Files of version 0.2 and before have the one share alone.
+    const bool has_answered = field(last, "answered_query_share").is_number();
+    const double share = number(last, has_answered ? "answered_query_share" : "converged_query_share");
     const bool any = std::ranges::any_of(passes_, [](const Json& pass) { return number(pass, "queries") > 0; });
     if (!any) return {{"good", true}, {"text", "no table was asked: nothing to converge"}};
     const bool good = share >= converged_share;
     std::string text = fmt::format(
-        "{}: fits answered {:.4g} % of the queries of the last pass ({} % are called converged); {} rows converged, {} "
-        "open, {} refused; their errors put the picture's brightness off by {:.2g} % at most",
+        "{}: rows answered {:.4g} % of the queries of the last pass ({} % are called converged); {} rows have passed "
+        "their test, {} are open, {} refused; their errors put the picture's brightness off by {:.2g} % at most",
         good ? "converged" : "not converged", 100 * share, 100 * converged_share, number(last, "converged"),
         number(last, "open"), number(last, "refused"), 100 * number(last, "bias_bound"));
     if (field(last, "at_ceiling") == true) text += "; a row had to wait for memory (--table-memory)";

@@ -17,7 +17,7 @@
 namespace tress::live {
 namespace {
 
-/// Host and port of HOST:PORT; both empty if it is none.
+/// Host and port of HOST:PORT; both empty for any other text.
 std::pair<std::string, std::string> parted(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos) return {};

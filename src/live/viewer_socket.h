@@ -24,7 +24,7 @@ struct Endpoint {
 };
 
 /// HOST:PORT, [IPV6]:PORT. Asks the system for the host's addresses, which may take as long as it wants. Error if the
-/// text is none, or the host is unknown.
+/// text is not HOST:PORT, or the host is unknown.
 Result<Endpoint> find_endpoint(const std::string& text);
 
 /// One thread, but for `stop`, which ends every wait at once.

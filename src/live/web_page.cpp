@@ -17,9 +17,12 @@ std::string script_text(const nlohmann::ordered_json& data) {
   return text;
 }
 
-std::string whole_page(const std::string& page, const nlohmann::ordered_json& data) {
-  const auto& assets = web_assets();
-  std::string_view rest = assets.at(page);
+std::string whole_page(const std::string& page, const nlohmann::ordered_json& data, const WebAssets& own) {
+  const auto asset = [&own](const std::string& name) {
+    const auto found = own.find(name);
+    return found != own.end() ? found->second : web_assets().at(name);
+  };
+  std::string_view rest = asset(page);
   std::string text;
   for (;;) {
     const std::size_t begin = rest.find("{{");
@@ -27,7 +30,7 @@ std::string whole_page(const std::string& page, const nlohmann::ordered_json& da
     if (end == std::string_view::npos) return text += rest;
     text += rest.substr(0, begin);
     const std::string name(rest.substr(begin + 2, end - begin - 2));
-    text += name == "data" ? script_text(data) : std::string(assets.at(name));
+    text += name == "data" ? script_text(data) : std::string(asset(name));
     rest.remove_prefix(end + 2);
   }
 }

@@ -21,7 +21,7 @@ class Fiber3d final : public FiberModel {
   bool evaluates() const override { return false; }
   std::size_t bytes() const override { return store_.bytes() + traced_.bytes(); }
 
-  FiberId add_fiber(const FiberParameters& parameters) override {
+  FiberId make_fiber(const FiberParameters& parameters) override {
     FiberParameters exact = parameters;
     exact.reflection_fresnel = ReflectionFresnel::exact;
     const FiberId id = store_.add(exact);
@@ -42,11 +42,11 @@ class Fiber3d final : public FiberModel {
     return event;
   }
 
-  FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
+  FiberSample sample_event(const FiberEvent& event, const std::array<float, 4>& u) const override {
     return traced_.sample(event.fiber, constants_in<TracedEvent>(event), store_[event.fiber].parameters, u);
   }
 
-  FiberValue evaluate(const FiberEvent&, const FiberDirection&) const override { return {}; }
+  FiberValue evaluate_event(const FiberEvent&, const FiberDirection&) const override { return {}; }
 
  private:
   FiberStore store_;

@@ -11,7 +11,7 @@ namespace tress::fiber {
 /// The path of fiber/rough_fiber.h at every sample, whose definition and limits it has: Beckmann facets on a cuticle of
 /// tilted scales, exact Fresnel, absorption along the way in three dimensions. Light that a facet sends against another
 /// one meets that one too, so that a clear fiber returns all light. (With one facet a hit, as ../shared/reference has
-/// it and ModelSettings::loses_masked_light asks for, up to 18 % of the light is lost at alpha .2.) It leaves out
+/// it and ModelSettings::loses_masked_light asks for, up to 18 % of the light is lost at alpha 0.2.) It leaves out
 /// diffraction, and polarisation between events.
 ///
 /// Near field: light enters at the offset h of begin(), and its mean over h is the far field that the other models

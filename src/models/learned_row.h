@@ -24,7 +24,7 @@ struct LearnedRow {
   float phi_r = 0, sign = 1;
 
   /// The row at an absolute azimuth under an absorption, 1/rad: each component weighed by the gamma law of its path
-  /// lengths (design section 3, color). sigma_a >= 0 per major semi-axis.
+  /// lengths. sigma_a >= 0 per major semi-axis.
   double density(double phi, double sigma_a) const;
   /// Of one component, or of the uniform part: `part` = fit.component_count. They add up to density().
   double density_of(std::size_t part, double phi, double sigma_a) const;

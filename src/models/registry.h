@@ -1,5 +1,5 @@
-// What a fiber model needs and how it is made, and those that ship: ours, in closed form and from samples, and the
-// traced truth.
+// What a fiber model needs and how it is made, and those that ship: ours, in closed form and from samples, that of
+// Principled Hair, and the traced truth.
 #pragma once
 
 #include <cstdint>
@@ -38,6 +38,8 @@ struct ModelInfo {
   /// generic tests hold it to that.
   bool conserves_energy = false;
   bool has_quadrature = false;  ///< reads ModelSettings::quadrature_points
+  bool has_corrected = false;   ///< the estimator of that name; else it has no other than fitted and exact
+  bool has_medulla = false;     ///< a fiber's medulla scatters; else it is left out
   /// What its rows are learned from where nobody can evaluate it; null for all other models.
   std::unique_ptr<adaptive::SampledTarget> (*make_sampled_target)() = nullptr;
 
@@ -67,6 +69,7 @@ ModelService make_service(const ModelInfo& info, const adaptive::Options& option
 
 extern const ModelInfo elliptical_info;
 extern const ModelInfo rough_info;
+extern const ModelInfo chiang2016_info;
 extern const ModelInfo fiber3d_info;
 
 }  // namespace tress::fiber

@@ -1,4 +1,4 @@
-// One row of the table beside its reference: what `tress fit` tells.
+// One row of the table beside its reference: what `tress-lab fit` tells.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +10,14 @@
 
 namespace tress::fiber {
 
-/// Angles in degrees. Ranges are those of the options of `tress fit` (scene/model/parameters.h); a precondition.
+/// Angles in degrees. Ranges are those of the options of `tress-lab fit` (scene/model/parameters.h); a precondition.
 struct RowFitRequest {
   Lobe lobe = Lobe::trt;       ///< any but the residual; trt is the whole of p = 2
   bool is_rest = false;        ///< of trt: what is left where GLINT is split off
   double eccentricity = 0.85;  ///< [0.5, 1]
   double theta_d = 30;         ///< [-89.9, 89.9]; its sign changes nothing
   double phi = 45;             ///< phi_r, absolute azimuth of the known direction from the major axis
-  double sigma = 10;           ///< blur, [.5, 45]
+  double sigma = 10;           ///< blur, [0.5, 45]
   double eta = 1.55;           ///< [1.05, 3]
   double sigma_a = 0;          ///< per major semi-axis, one channel
   double epsilon = 0.01;

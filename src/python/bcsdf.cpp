@@ -1,22 +1,29 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "models/catalog.h"
+#include "models/model_options.h"
 #include "models/registry.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/names.h"
 #include "python/raised.h"
-#include "references/registry.h"
 #include "scene/read/scene_file.h"
+#include "tress/adaptive/cache.h"
 #include "tress/base/random.h"
+#include "tress/fiber/parameter_ranges.h"
 
 namespace py = pybind11;
 
@@ -41,15 +48,21 @@ class Bcsdf {
       : info_(model_named(model)), seed_(seed) {
     const fiber::Estimator used = estimator_named(estimator);
     const fiber::FiberParameters parameters = fiber_of(material);
-    if (used == fiber::Estimator::corrected && info_.learns_samples())
-      throw Raised({"", "estimator", "fitted or exact with model " + model, "corrected"});
+    if (used == fiber::Estimator::corrected) {
+      const fiber::AskedOption asked{"estimator corrected", fiber::Asks::corrected};
+      if (const auto refused = fiber::refused(std::span(&asked, 1), info_))
+        throw Raised({"", refused->name, refused->expected, model});
+    }
     adaptive::Options options;
     options.seed = seed;
+    options.learns_to_epsilon = true;  // its rows are asked too seldom to learn by their events
     if (epsilon) options.hold_all_to(in_range("epsilon", *epsilon, "--epsilon"));
     if (info_.has_rows() && used != fiber::Estimator::exact) learned_ = fiber::make_service(info_, options);
     model_ = info_.make({used, learned_.service.get(), 0});
     const py::gil_scoped_release released;  // energies are traced
     fiber_ = model_->add_fiber(parameters);
+    if (fiber_ == fiber::no_fiber)
+      throw Raised({"", "material", "a fiber within its ranges", fiber::out_of_range(parameters)});
   }
 
   py::tuple evaluate(const py::array& theta_r, const py::array& phi_r, const py::array& theta_i, const py::array& phi_i,
@@ -93,6 +106,22 @@ class Bcsdf {
                           array_of<std::uint8_t>(std::move(lobe)));
   }
 
+  /// Joins what was learned with what the file holds by now.
+  void save(const std::filesystem::path& file) {
+    adaptive::Service& service = rows();
+    Worker worker;
+    std::optional<Result<adaptive::CacheUpdate>> update;
+    worker.run([&] { update = adaptive::merge_into_cache(file, *service.rows()); });
+    if (const adaptive::CacheUpdate& done = checked(std::move(*update)); done.refusal) throw Raised(*done.refusal);
+  }
+
+  /// Before the first sample().
+  void load(const std::filesystem::path& file) {
+    adaptive::Service& service = rows();
+    const auto cache = checked(adaptive::CacheFile::open(file, service.model_name()));
+    check(service.load(*cache));
+  }
+
   /// Ends a pass: what sample() has told is learned. Null without rows.
   py::object publish() {
     if (!learned_.service) return py::none();
@@ -106,6 +135,11 @@ class Bcsdf {
   struct Directions {
     std::span<const float> theta, phi;
   };
+
+  adaptive::Service& rows() const {
+    if (!learned_.service) throw Raised({"", "estimator", "one that learns (fitted, corrected)", "exact"});
+    return *learned_.service;
+  }
 
   Directions directions(const py::array& theta, const py::array& phi, const char* which) const {
     const Directions both{view<float>(theta, 0, std::string("theta_") + which),
@@ -152,6 +186,8 @@ void bind_bcsdf(py::module_& module) {
       .def("evaluate", &Bcsdf::evaluate, py::arg("theta_r"), py::arg("phi_r"), py::arg("theta_i"), py::arg("phi_i"),
            py::arg("stream"))
       .def("sample", &Bcsdf::sample, py::arg("theta_r"), py::arg("phi_r"), py::arg("stream"))
+      .def("save", &Bcsdf::save, py::arg("file"))
+      .def("load", &Bcsdf::load, py::arg("file"))
       .def("publish", &Bcsdf::publish);
 }
 

@@ -68,11 +68,12 @@ py::dict fit(const std::string& lobe, double eccentricity, double theta_d, doubl
 }  // namespace
 
 void bind_fit(py::module_& module) {
-  module.def("fit", &fit, py::arg("lobe"), py::kw_only(), py::arg("eccentricity") = 0.85, py::arg("theta_d") = 30.0,
-             py::arg("phi") = 45.0, py::arg("sigma") = 10.0, py::arg("eta") = 1.55, py::arg("sigma_a") = 0.0,
-             py::arg("epsilon") = 0.01, py::arg("samples") = 360,
-             "One row of the table, learned on its own, beside its reference, as tress fit tells it. Angles given in "
-             "degrees; `phi` of the result in radians from the major axis, densities in 1/rad.");
+  module.def(
+      "fit", &fit, py::arg("lobe"), py::kw_only(), py::arg("eccentricity") = 0.85, py::arg("theta_d") = 30.0,
+      py::arg("phi") = 45.0, py::arg("sigma") = 10.0, py::arg("eta") = 1.55, py::arg("sigma_a") = 0.0,
+      py::arg("epsilon") = 0.01, py::arg("samples") = 360,
+      "One row of the table, learned on its own, beside its reference, as tress-lab fit tells it. Angles given in "
+      "degrees; `phi` of the result in radians from the major axis, densities in 1/rad.");
 }
 
 }  // namespace tress::python

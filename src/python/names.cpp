@@ -1,11 +1,21 @@
 #include "python/names.h"
 
-#include "references/registry.h"
+#include <algorithm>
+#include <span>
+#include <string_view>
+
+#include "models/catalog.h"
 
 namespace tress::python {
 namespace {
 
 std::string comma(const std::string& names) { return names.empty() ? "" : ", "; }
+
+/// What was found, and that the laboratory has it where it does.
+std::string found(const std::string& name, std::span<const std::string_view> in_laboratory) {
+  const bool has = std::ranges::find(in_laboratory, name) != in_laboratory.end();
+  return "\"" + name + "\"" + (has ? ", which only tress-lab has" : "");
+}
 
 }  // namespace
 
@@ -16,17 +26,21 @@ fiber::Estimator estimator_named(const std::string& name) {
 }
 
 const fiber::ModelInfo& model_named(const std::string& name) {
-  if (const fiber::ModelInfo* model = references::find_model(name)) return *model;
+  if (const fiber::ModelInfo* model = fiber::find_model(name)) return *model;
+  throw Raised(unknown_model(name));
+}
+
+Error unknown_model(const std::string& name) {
   std::string names;
-  for (const fiber::ModelInfo& known : references::models()) names += comma(names) + known.name;
-  throw Raised({"", "model", "one of " + names, "\"" + name + "\""});
+  for (const fiber::ModelInfo& known : fiber::models()) names += comma(names) + known.name;
+  return {"", "model", "one of " + names, found(name, fiber::laboratory_models())};
 }
 
 const adaptive::Learner* learner_named(const std::string& name) {
-  if (const adaptive::Learner* learner = references::find_learner(name)) return learner;
+  if (const adaptive::Learner* learner = fiber::find_learner(name)) return learner;
   std::string names;
-  for (const adaptive::Learner* known : references::learners()) names += comma(names) + known->name;
-  throw Raised({"", "learner", "one of " + names, "\"" + name + "\""});
+  for (const adaptive::Learner* known : fiber::learners()) names += comma(names) + known->name;
+  throw Raised({"", "learner", "one of " + names, found(name, fiber::laboratory_learners())});
 }
 
 }  // namespace tress::python

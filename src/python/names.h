@@ -17,6 +17,8 @@ namespace tress::python {
 
 fiber::Estimator estimator_named(const std::string& name);
 const fiber::ModelInfo& model_named(const std::string& name);
+/// The error for a name that no model has.
+Error unknown_model(const std::string& name);
 const adaptive::Learner* learner_named(const std::string& name);
 
 /// The value, if the option of the command line of the same meaning takes it.

@@ -9,14 +9,13 @@
 #include <utility>
 #include <vector>
 
+#include "models/catalog.h"
 #include "python/arrays_in.h"
 #include "python/bindings.h"
 #include "python/names.h"
 #include "python/picture.h"
 #include "python/raised.h"
 #include "python/scene_render.h"
-#include "references/default_model.h"
-#include "references/registry.h"
 #include "scene/model/parameters.h"
 #include "scene/read/load_scene.h"
 #include "tress/version.h"
@@ -90,11 +89,15 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   request.threads = given.number<int>("threads", "--threads");
   request.warm_cache = given.value<std::filesystem::path>("warm_cache").value_or(std::filesystem::path());
   request.cache_mode = given.value<std::string>("cache_mode").value_or(request.cache_mode);
-  for (const char* name : {"epsilon", "learner"})
-    if (given.has(name)) request.hints.option = name;
-  if (request.estimator != fiber::Estimator::fitted) request.hints.option = "estimator";
-  if (request.cache_mode != "scratch") request.hints.warm_cache = request.warm_cache;
-  request.hints.needs_rows = !request.warm_cache.empty() || given.has("picture_error") || given.has("table_memory");
+  if (const auto mb = given.number<double>("cache_limit", "--cache-limit"))
+    request.cache_limit = static_cast<std::uint64_t>(*mb * double(1 << 20));
+  if (given.has("learner")) request.asked.push_back({"learner", fiber::Asks::mixtures});
+  render.near_pixels = given.number<float>("near", "--near").value_or(render.near_pixels);
+  if (given.has("near")) request.asked.push_back({"near", fiber::Asks::samples});
+  for (const char* name : {"epsilon", "picture_error", "table_memory"})
+    if (given.has(name)) request.asked.push_back({name, fiber::Asks::rows});
+  if (request.estimator == fiber::Estimator::corrected)
+    request.asked.push_back({"estimator corrected", fiber::Asks::corrected});
   request.model = given.value<std::string>("model");
   return request;
 }
@@ -184,7 +187,7 @@ std::shared_ptr<SharedPicture> render(const std::optional<std::filesystem::path>
 
 py::list models() {
   py::list names;
-  for (const fiber::ModelInfo& info : references::models()) names.append(info.name);
+  for (const fiber::ModelInfo& info : fiber::models()) names.append(info.name);
   return names;
 }
 

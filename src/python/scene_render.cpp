@@ -17,8 +17,11 @@
 #include "integrate/film.h"
 #include "integrate/filtered_noise.h"
 #include "integrate/stop_rule.h"
-#include "references/registry.h"
+#include "models/catalog.h"
+#include "models/default_model.h"
+#include "python/names.h"
 #include "tress/adaptive/cache.h"
+#include "tress/adaptive/cache_folder.h"
 
 namespace tress::python {
 namespace {
@@ -33,12 +36,16 @@ std::optional<Error> contradiction(const scene::Scene& scene, const RenderReques
     return Error{
         "", "crop", fmt::format("pixels within {} x {}", scene.image.width, scene.image.height),
         fmt::format("{}, {}, {}, {}", crop->left, crop->top, crop->left + crop->width, crop->top + crop->height)};
+  if (request.cache_limit && request.warm_cache != "default")
+    return Error{"", "cache_limit", "warm_cache \"default\"", "\"" + request.warm_cache.string() + "\""};
   if (request.noise && request.seconds) return Error{"", "noise", "one of noise, seconds", "both"};
   if (request.denoise && !request.noise && !request.seconds && scene.image.samples < denoise::least_samples)
     return Error{"", "denoise", fmt::format("{} samples a pixel at least", denoise::least_samples),
                  std::to_string(scene.image.samples)};
-  if (request.estimator == fiber::Estimator::corrected && info.learns_samples())
-    return Error{"", "estimator", "fitted or exact with model " + std::string(info.name), "corrected"};
+  if (const auto refused = fiber::refused(request.asked, info))
+    return Error{"", refused->name, refused->expected,
+                 fmt::format("{}{}: give model={}, or leave it away", info.name,
+                             request.model ? "" : ", the model of the scene's materials", refused->remedy)};
   if (request.render.deep_light == integrate::DeepLight::learned) {
     if (request.roulette == integrate::Roulette::throughput)
       return Error{"", "deep_light", "traced with roulette throughput, which learns no light", "learned"};
@@ -56,10 +63,20 @@ class CacheFileOf {
  public:
   CacheFileOf(const RenderRequest& request, std::string model) : request_(request), model_(std::move(model)) {}
 
+  /// Before the others. Error where the folder of warm_cache "default" cannot be.
+  std::optional<Error> find() {
+    if (request_.warm_cache != "default") return std::nullopt;
+    const auto folder = adaptive::default_cache_folder();
+    if (!folder) return folder.error();
+    folder_.emplace(*folder);
+    return request_.cache_mode == "frozen" ? std::nullopt : folder_->check();
+  }
+
   std::optional<Error> open(adaptive::Service& service, RenderOutcome* outcome) {
     if (request_.cache_mode == "scratch") return std::nullopt;
     std::error_code unknown;
     const bool must = request_.cache_mode == "require";
+    if (folder_) return open_folder(service, must, outcome);
     if (!std::filesystem::exists(request_.warm_cache, unknown)) {
       outcome->cache = "absent";
       if (must) return Error{request_.warm_cache.string(), "", "a warm cache", "no such file"};
@@ -83,6 +100,7 @@ class CacheFileOf {
 
   std::optional<Error> save(const adaptive::Service& service, RenderOutcome* outcome) {
     if (refused_ || request_.cache_mode == "frozen") return std::nullopt;
+    if (folder_) return save_folder(service, outcome);
     if (request_.cache_mode == "scratch") {
       const auto saved = adaptive::replace_cache(request_.warm_cache, *service.rows());
       if (!saved) return saved.error();
@@ -96,7 +114,31 @@ class CacheFileOf {
   }
 
  private:
+  std::optional<Error> open_folder(adaptive::Service& service, bool must, RenderOutcome* outcome) {
+    const adaptive::CacheFolder::Loaded found = folder_->load(service);
+    for (const Error& refused : found.refused) {
+      if (must) return refused;
+      outcome->warnings.push_back("warm cache, left as it is: " + refused.message());
+    }
+    if (found.files == 0 && must)
+      return Error{folder_->folder().string(), "", "what was learned of a fiber of this scene", "none"};
+    outcome->cache = found.files > 0 ? "loaded" : "absent";
+    if (found.files > 0 && request_.cache_mode == "frozen") service.set_learning(false);
+    return std::nullopt;
+  }
+
+  std::optional<Error> save_folder(const adaptive::Service& service, RenderOutcome* outcome) {
+    const auto saved = folder_->save(service, request_.cache_mode == "scratch");
+    if (!saved) return saved.error();
+    for (const Error& refused : saved->refused)
+      outcome->warnings.push_back("warm cache, not saved: " + refused.message());
+    outcome->cache = request_.cache_mode == "scratch" ? "saved" : "merged";
+    const auto pruned = folder_->prune(request_.cache_limit.value_or(std::uint64_t{1} << 30));
+    return pruned ? std::nullopt : std::optional<Error>(pruned.error());
+  }
+
   const RenderRequest& request_;
+  std::optional<adaptive::CacheFolder> folder_;
   std::string model_;
   bool refused_ = false;
 };
@@ -110,6 +152,12 @@ void filter(RenderOutcome* outcome) {
     outcome->denoised_noise = found->noise();
   else
     outcome->warnings.push_back("not denoised: " + found.error().message());
+}
+
+std::string model_of(const scene::Scene& scene) {
+  std::vector<fiber::FiberParameters> materials;
+  for (const scene::Material& material : scene.materials) materials.push_back(material.fiber);
+  return fiber::default_model(materials, scene.fibers).info->name;
 }
 
 Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& request, const fiber::ModelInfo& info,
@@ -131,12 +179,17 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
   std::optional<CacheFileOf> cache;
   if (has_rows && !request.warm_cache.empty()) {
     cache.emplace(request, learned.target->model_name());
+    if (auto error = cache->find()) return *error;
     if (auto error = cache->open(*learned.service, &outcome)) return *error;
+  } else if (!request.warm_cache.empty()) {
+    outcome.warnings.push_back(fmt::format(
+        "warm cache {}: not used and left as it is, {}", request.warm_cache.string(),
+        info.has_rows() ? "the exact estimator has no rows" : fmt::format("model {} has no rows", info.name)));
   }
   integrate::RenderOptions options = request.render;
   const integrate::StopRule rule{request.seconds, request.noise};
   options.samples = rule.samples(scene.image.samples);
-  if (!model->evaluates()) options.light_samples = 0;
+  if (!model->evaluates() && !model->estimates()) options.light_samples = 0;
   options.halves = request.denoise;
   options.roulette = integrate::roulette_or_usual(request.roulette, has_rows && !is_frozen, options.deep_light);
   const geometry::FiberScene strands(scene);
@@ -172,17 +225,9 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
 Result<RenderOutcome> render_scene(const scene::Scene& scene, const RenderRequest& request,
                                    const std::atomic<bool>& stop,
                                    const std::function<bool(const integrate::PassProgress&)>& on_pass) {
-  references::ModelHints hints = request.hints;
-  hints.shapes_lobes = std::ranges::any_of(scene.materials, references::shapes_lobes, &scene::Material::fiber);
-  hints.has_published_lobes = references::have_published_lobes(scene.fibers);
-  const std::string model = request.model ? *request.model : references::choose_model(hints).name;
-  const fiber::ModelInfo* info = references::find_model(model);
-  if (info == nullptr) {
-    std::string names;
-    for (const fiber::ModelInfo& known : references::models())
-      names += (names.empty() ? "" : ", ") + std::string(known.name);
-    return Error{"", "model", "one of " + names, "\"" + model + "\""};
-  }
+  const std::string model = request.model ? *request.model : model_of(scene);
+  const fiber::ModelInfo* info = fiber::find_model(model);
+  if (info == nullptr) return unknown_model(model);
   if (auto error = contradiction(scene, request, *info)) return *error;
   const int threads = request.threads.value_or(tbb::info::default_concurrency());
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));

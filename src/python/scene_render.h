@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -9,7 +10,7 @@
 #include <vector>
 
 #include "integrate/renderer.h"
-#include "references/default_model.h"
+#include "models/model_options.h"
 #include "scene/model/scene.h"
 #include "tress/adaptive/options.h"
 #include "tress/fiber/elliptical_model.h"
@@ -18,16 +19,18 @@ namespace tress::python {
 
 /// Of the options of tress render those of the same names; every default is that of the program.
 struct RenderRequest {
-  std::optional<std::string> model;  ///< unset: as choose_model() says of `hints` and the scene
-  references::ModelHints hints;
+  std::optional<std::string> model;       ///< unset: that of the scene's materials, fiber::default_model()
+  std::vector<fiber::AskedOption> asked;  ///< options that the model must have
   fiber::Estimator estimator = fiber::Estimator::fitted;
   integrate::RenderOptions render;              ///< samples come from the scene, roulette from below
   std::optional<integrate::Roulette> roulette;  ///< unset: learned where rows learn, else throughput
   adaptive::Options table;
-  std::optional<double> noise;        ///< ends once the picture has as little
-  std::optional<double> seconds;      ///< ends before the pass that would end later
-  std::optional<int> threads;         ///< unset: one per hardware thread that the process may use
-  std::filesystem::path warm_cache;   ///< empty: none
+  std::optional<double> noise;    ///< ends once the picture has as little
+  std::optional<double> seconds;  ///< ends before the pass that would end later
+  std::optional<int> threads;     ///< unset: one per hardware thread that the process may use
+  /// Empty: none; "default": adaptive::default_cache_folder(), which may hold cache_limit bytes, 2^30 unless told.
+  std::filesystem::path warm_cache;
+  std::optional<std::uint64_t> cache_limit;
   bool denoise = false;               ///< the picture has the layer `denoised`; `noise` is then what is left
   std::string cache_mode = "append";  ///< append, frozen, scratch, require
 };

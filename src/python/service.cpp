@@ -11,7 +11,9 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <shared_mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -71,6 +73,7 @@ class Learner {
   py::tuple draw(SliceId slice, const py::array& a, const py::array& b, const py::array& u) {
     const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
     const auto in_u = view<float>(u, 0, "u");
+    check_nodes(slice, adaptive::SliceKind::density, in_a, in_b);
     std::vector<float> x(in_u.size()), value(in_u.size()), q(in_u.size());
     ask(in_u.size(), [&](std::size_t i) {
       const RowView row = service_->look_up(slice, in_a[i], in_b[i]);
@@ -90,6 +93,7 @@ class Learner {
   py::array_t<float> evaluate(SliceId slice, const py::array& a, const py::array& b, const py::array& x) {
     const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
     const auto in_x = view<float>(x, 0, "x");
+    check_nodes(slice, adaptive::SliceKind::density, in_a, in_b);
     std::vector<float> value(in_x.size());
     ask(in_x.size(), [&](std::size_t i) {
       const RowView row = service_->look_up(slice, in_a[i], in_b[i]);
@@ -102,11 +106,56 @@ class Learner {
   /// Queries rows of samples: which have converged, as 0 or 1.
   py::array_t<std::uint8_t> look_up(SliceId slice, const py::array& a, const py::array& b) {
     const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
+    check_nodes(slice, adaptive::SliceKind::samples, in_a, in_b);
     std::vector<std::uint8_t> converged(in_a.size());
     ask(in_a.size(), [&](std::size_t i) {
       converged[i] = service_->look_up(slice, in_a[i], in_b[i]).state == adaptive::RowState::converged;
     });
     return array_of<std::uint8_t>(std::move(converged));
+  }
+
+  /// Queries rows of samples and draws from those that answer: azimuth, height, part, and the mass of the row, which is
+  /// the weight of the draw. Mass 0 where no row answers.
+  py::tuple sample(SliceId slice, const py::array& a, const py::array& b, const py::array& u_part,
+                   const py::array& u_azimuth, const py::array& u_height) {
+    const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
+    const auto of_part = view<float>(u_part, 0, "u"), of_azimuth = view<float>(u_azimuth, 0, "u"),
+               of_height = view<float>(u_height, 0, "u");
+    check_nodes(slice, adaptive::SliceKind::samples, in_a, in_b);
+    std::vector<float> azimuth(in_a.size()), height(in_a.size()), mass(in_a.size());
+    std::vector<std::uint32_t> parts(in_a.size());
+    ask(in_a.size(), [&](std::size_t i) {
+      const RowView row = service_->look_up(slice, in_a[i], in_b[i]);
+      if (row.ribbons == nullptr) return;
+      for (const float one : row.ribbons->masses()) mass[i] += one;
+      float below = of_part[i] * mass[i];
+      std::uint32_t part = 0;
+      while (part + 1 < row.ribbons->parts() && below >= row.ribbons->mass(part)) below -= row.ribbons->mass(part++);
+      const adaptive::Ribbon::Place place = row.ribbons->ribbon(part).sample(of_azimuth[i], of_height[i]);
+      azimuth[i] = place.azimuth;
+      height[i] = place.height;
+      parts[i] = part;
+    });
+    return py::make_tuple(array_of<float>(std::move(azimuth)), array_of<float>(std::move(height)),
+                          array_of<std::uint32_t>(std::move(parts)), array_of<float>(std::move(mass)));
+  }
+
+  /// Tells rows how much of the picture's light a query of each stood for, which is not counted again.
+  void credit(SliceId slice, const py::array& a, const py::array& b, const py::array& light) {
+    const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
+    const auto in_light = view<float>(light, 0, "light");
+    check_nodes(slice, std::nullopt, in_a, in_b);
+    ask(in_a.size(), [&](std::size_t i) { service_->credit(service_->peek(slice, in_a[i], in_b[i]), in_light[i]); });
+  }
+
+  py::bytes state() {
+    std::string bytes;
+    alone([&] { bytes = checked(service_->state()); });
+    return py::bytes(bytes);
+  }
+
+  void restore(const std::string& state) {
+    alone([&] { check(service_->restore(state)); });
   }
 
   adaptive::PassReport publish(std::uint64_t paths) {
@@ -205,6 +254,21 @@ class Learner {
                     fmt::format("({}, {})", a, b)});
   }
 
+  /// kind: that the slice must be of; unset: any.
+  void check_nodes(SliceId slice, std::optional<adaptive::SliceKind> kind, std::span<const std::uint32_t> a,
+                   std::span<const std::uint32_t> b) const {
+    if (Calls::is_inside()) return;  // which ask() tells
+    const py::gil_scoped_release released;
+    const std::shared_lock lock(mutex_);
+    check_node(slice, 0, 0);
+    if (kind && service_->slice(slice).kind != *kind) {
+      const bool samples = *kind == adaptive::SliceKind::samples;
+      throw Raised({"", "slice", samples ? "one of samples" : "one of densities",
+                    samples ? "one of densities: draw() and evaluate() ask it" : "one of samples: sample() asks it"});
+    }
+    for (std::size_t i = 0; i < a.size(); ++i) check_node(slice, a[i], b[i]);
+  }
+
   static void tell_mixture(const adaptive::Mixture& fit, py::dict& told) {
     py::list parts;
     for (const adaptive::Component& part : fit.parts()) {
@@ -270,7 +334,7 @@ class Learner {
   PythonSamples samples_;
   bool learns_samples_;
   std::vector<std::string> log_;
-  std::shared_mutex mutex_;
+  mutable std::shared_mutex mutex_;
   std::unique_ptr<adaptive::Service> service_;
 };
 
@@ -345,6 +409,11 @@ void bind_service(py::module_& module) {
       .def("draw", &Learner::draw, py::arg("slice"), py::arg("a"), py::arg("b"), py::arg("u"))
       .def("evaluate", &Learner::evaluate, py::arg("slice"), py::arg("a"), py::arg("b"), py::arg("x"))
       .def("look_up", &Learner::look_up, py::arg("slice"), py::arg("a"), py::arg("b"))
+      .def("sample", &Learner::sample, py::arg("slice"), py::arg("a"), py::arg("b"), py::arg("u_part"),
+           py::arg("u_azimuth"), py::arg("u_height"))
+      .def("credit", &Learner::credit, py::arg("slice"), py::arg("a"), py::arg("b"), py::arg("light"))
+      .def("state", &Learner::state)
+      .def("restore", &Learner::restore, py::arg("state"))
       .def("publish", &Learner::publish, py::arg("paths"))
       .def("row", &Learner::row, py::arg("slice"), py::arg("a"), py::arg("b"))
       .def("density", &Learner::density, py::arg("slice"), py::arg("a"), py::arg("b"), py::arg("part"), py::arg("x"),

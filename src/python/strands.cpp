@@ -11,11 +11,13 @@
 #include <glm/geometric.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "python/arrays.h"
 #include "python/arrays_in.h"
 #include "python/bindings.h"
+#include "scene/read/assembly.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/grooms/told_basis.h"
 
@@ -91,6 +93,15 @@ scene::GroomFile groom_of(const py::dict& from, const std::string& place) {
   fits("normal", groom.normal.size(), false);
   fits("width", groom.width.size(), false);
   fits("color", groom.color.size(), true);
+  groom.root_uv = numbers<glm::vec2>(from, "root_uv", place, -1e6f, 1e6f);
+  if (from.contains("id")) {
+    const auto ids = py::cast<py::array_t<std::int64_t, py::array::c_style>>(from["id"]);
+    groom.id.assign(ids.data(), ids.data() + ids.size());
+  }
+  for (const auto& [key, size] : {std::pair{"id", groom.id.size()}, std::pair{"root_uv", groom.root_uv.size()}})
+    if (size != 0 && size != counts.size())
+      throw Raised(
+          {"", place + "." + key, fmt::format("{} values, one a strand", counts.size()), fmt::format("{}", size)});
   if (auto error = scene::take_points_as(kind, place, &groom)) throw Raised(std::move(*error));
   groom.cm_per_unit = py::cast<double>(from["cm_per_unit"]);
   groom.y_up = std::string(py::str(from["up"])) == "y";
@@ -143,11 +154,13 @@ scene::HdrPicture environment_of(const py::dict& from, const std::string& place)
   return {static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)), {begin, begin + array.size() / 3}};
 }
 
-py::dict read_groom(const std::filesystem::path& file, std::optional<std::uint32_t> points_per_strand) {
+py::dict read_groom(const std::filesystem::path& file, std::optional<std::uint32_t> points_per_strand,
+                    std::optional<double> frame) {
   scene::GroomFile groom = [&] {
     const py::gil_scoped_release released;
-    return checked(scene::read_groom_file(file, points_per_strand));
+    return checked(scene::read_groom_file(file, points_per_strand, frame));
   }();
+  scene::say_widths(&groom);
   std::vector<std::uint32_t> counts(groom.strand_count());
   for (std::size_t s = 0; s < counts.size(); ++s) counts[s] = groom.first_point[s + 1] - groom.first_point[s];
   py::dict told;
@@ -190,6 +203,7 @@ scene::FilesInMemory files_of(const py::dict& arrays) {
 
 void bind_strands(py::module_& module) {
   module.def("read_groom", &read_groom, py::arg("file"), py::arg("points_per_strand") = py::none(),
+             py::arg("frame") = py::none(),
              "Strands of any format that is read, as the file has them, as arrays that own what was read.");
 }
 

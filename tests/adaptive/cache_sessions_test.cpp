@@ -229,7 +229,7 @@ TEST_F(CacheSessions, KilledAtAHundredMomentsOfSavingItIsTheOldCacheOrTheNew) {
     ::close(told[1]);
     std::uint32_t row = 0;
     ASSERT_EQ(::read(told[0], &row, sizeof row), static_cast<ssize_t>(sizeof row));  // it is in its loop of saves
-    // Saves take from .3 ms on a disk in memory to some 10 ms: uniform over several of them.
+    // Saves take from 0.3 ms on a disk in memory to some 10 ms: uniform over several of them.
     std::this_thread::sleep_for(std::chrono::microseconds(static_cast<int>(20'000 * random.next())));
     ::kill(child, SIGKILL);
     int status = 0;

@@ -117,8 +117,8 @@ double gamma_share(double sigma_a, double mean, double variance) {
 }
 
 // Light under absorption: each hat with the gamma law of its moments, against every ray with its own path. The law has
-// two moments right and misses sigma_a^3/6 of a third cumulant: at most .1 d^3 where the blur brings rays of two paths
-// d <= 2 apart to one knot, .13 sigma_a^3 in all; and few knots are such.
+// two moments right and misses sigma_a^3/6 of a third cumulant: at most 0.1 d^3 where the blur brings rays of two paths
+// d <= 2 apart to one knot, 0.13 sigma_a^3 in all; and few knots are such.
 TEST(FitKnots, PathMomentsGiveTheLightOfAColor) {
   for (const float blur : {0.08f, 0.2f, 0.4f}) {
     const TracedNodes nodes = nodes_of(blur);

@@ -3,12 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
+#include "fit/own_eigen.h"
 #include "tress/base/random.h"
 
 namespace tress::adaptive {

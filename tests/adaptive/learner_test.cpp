@@ -163,7 +163,7 @@ TEST(Attributes, FollowTheRaysOfEachComponent) {
   mixture.components[0] = {{-1.5f, 0.06f, 0.06f}, 0.4f};
   mixture.components[1] = {{1.5f, 0.06f, 0.06f}, 0.4f};
   assign_attributes(mixture, TracedNodes(rays, 0.1f));
-  // The components overlap by exp(-3/.06): far below the tolerance.
+  // The components overlap by exp(-3/0.06): far below the tolerance.
   EXPECT_NEAR(mixture.components[0].attribute_mean, 2, 1e-4);
   EXPECT_NEAR(mixture.components[0].attribute_variance, 1, 1e-3);
   EXPECT_NEAR(mixture.components[1].attribute_mean, 7, 1e-4);

@@ -52,7 +52,7 @@ TEST(SkewLogistic, HasMassOne) {
   for (const float left : {0.004f, 0.02f, 0.1f, 0.3f, 0.5f}) {
     for (const float right : {0.004f, 0.17f, 0.5f, 5.0f}) {
       const SkewLogistic shape{2.9f, left, right};
-      // Float density (1e-6) at float azimuths: at s = .004 a rounding of 2e-7 rad moves a value by 6e-5, at random.
+      // Float density (1e-6) at float azimuths: at s = 0.004 a rounding of 2e-7 rad moves a value by 6e-5, at random.
       EXPECT_NEAR(mass_between(shape, -pi, 0) + mass_between(shape, 0, pi), 1, 2e-5) << left << " " << right;
     }
   }
@@ -85,7 +85,7 @@ TEST(Mixture, ProposalHasMassOneAndTheUniformFloor) {
   const Mixture mixture = two_parts();
   EXPECT_FLOAT_EQ(mixture.energy(), 0.6f);
   const auto q = [&](double x) { return mixture.proposal_density(static_cast<float>(x), 0.02f); };
-  // Panels of .0016 rad against scales of .02: the kinks at the modes cost less than 1e-5.
+  // Panels of 0.0016 rad against scales of 0.02: the kinks at the modes cost less than 1e-5.
   EXPECT_NEAR(test::integrate(q, -pi, pi, 4000), 1, 2e-5);
   for (double x = -pi; x < pi; x += 0.01) EXPECT_GE(q(x), 0.02 / (2 * pi) * 0.999999);
 }

@@ -74,13 +74,10 @@ TEST(SampledLearner, KeepsTheMeanDirectionsOfItsDraws) {
   });
   const SampledRow learned = learn(target);
   ASSERT_EQ(learned.verdict, Verdict::converged);
-  ASSERT_GE(learned.paths, 2048u);
-  ASSERT_EQ(learned.paths % 256, 0u);
   std::vector<SampledExit> exits;
   const SliceDescription slice;
-  for (std::uint64_t stream = 0; stream < learned.paths / 256; ++stream) {  // those that it has learned from
-    target.draw(slice, 0, 0, stream, 0, 256, exits);
-  }
+  for (std::uint64_t stream = 0; stream < 4; ++stream)  // those that it has learned from
+    target.draw(slice, 0, 0, stream, 0, learned.paths / 4, exits);
   const Ribbon fit = learned.row.ribbon(0);
   for (const int order : {1, 2}) {
     double drawn_cosine = 0, drawn_sine = 0, cosine = 0, sine = 0;
@@ -94,9 +91,9 @@ TEST(SampledLearner, KeepsTheMeanDirectionsOfItsDraws) {
       cosine += std::cos(static_cast<double>(order) * static_cast<double>(at.azimuth)) / steps;
       sine += std::sin(static_cast<double>(order) * static_cast<double>(at.azimuth)) / steps;
     }
-    // Packing rounds 40 densities to 1/255 of the largest: some 0.001 of the mean.
-    EXPECT_NEAR(cosine, drawn_cosine, 0.002) << order;
-    EXPECT_NEAR(sine, drawn_sine, 0.002) << order;
+    // Packing rounds the densities of some six knots that hold the light by 1.4 %, root mean square: 0.0014 of a mean.
+    EXPECT_NEAR(cosine, drawn_cosine, 0.005) << order;
+    EXPECT_NEAR(sine, drawn_sine, 0.005) << order;
   }
 }
 
@@ -117,53 +114,6 @@ TEST(SampledLearner, LearnsTheAttributesOfTheLight) {
   }
 }
 
-/// Of a ribbon's light, what is left at a rate.
-double left_of(const Ribbon& ribbon, std::size_t rate) {
-  double all = 0, left = 0;
-  for (const std::span<const RibbonKnot> knots : {ribbon.main(), ribbon.broad()}) {
-    for (std::size_t k = 0; k < knots.size(); ++k) {
-      const RibbonKnot &one = knots[k], &next = knots[(k + 1) % knots.size()];
-      double width = double{next.azimuth} - double{one.azimuth};
-      if (width < 0) width += 2 * std::numbers::pi;
-      all += width * (double{one.density} + double{next.density});
-      left +=
-          width * (double{one.density} * double{one.decays[rate]} + double{next.density} * double{next.decays[rate]});
-    }
-  }
-  return left / all;
-}
-
-// Rows of 2,048 to 4,096 paths that know their energies by 65,536: a quarter to a fifth of the standard error. Over
-// eight nodes of fixed draws; without the further paths the ratio is 1.
-TEST(SampledLearner, TellsEnergiesByMorePathsThanShapes) {
-  const Ribbon truth = smooth_ribbon();
-  const PathTarget target(2, [&truth](RandomStream& random, std::vector<SampledExit>& out) {
-    const float u = random.next();
-    const auto [x, t] = truth.sample(u, random.next());
-    const std::uint32_t part = random.next() < 0.3f ? 1 : 0;
-    out.push_back({x, t, part, 1, -3 * std::log(1 - random.next())});
-  });
-  double squares[2] = {0, 0};
-  for (int with_more = 0; with_more < 2; ++with_more) {
-    SampledLimits limits;
-    limits.energy_paths_times_epsilon = with_more == 0 ? 0 : 1e6;
-    for (int node = 0; node < 8; ++node) {
-      const SampledRow learned = learn_samples(target, SliceDescription{}, 10 * static_cast<float>(node), 0, limits);
-      ASSERT_EQ(learned.verdict, Verdict::converged);
-      EXPECT_EQ(learned.energy_paths, with_more == 0 ? 0 : 65536 - learned.paths);
-      for (std::uint32_t p = 0; p < 2; ++p) {
-        const double mass = p == 0 ? 0.7 : 0.3;
-        squares[with_more] += std::pow(double{learned.row.mass(p)} - mass, 2);
-        for (std::size_t r = 0; r < 2; ++r) {
-          const double left = mass / (1 + 3 * double{Ribbon::decay_rates[r]});
-          squares[with_more] += std::pow(double{learned.row.mass(p)} * left_of(learned.row.ribbon(p), r) - left, 2);
-        }
-      }
-    }
-  }
-  EXPECT_LT(std::sqrt(squares[1] / squares[0]), 0.5);
-}
-
 TEST(SampledLearner, IsPure) {
   const PathTarget target = target_of(random_ribbon(2));
   const SampledRow one = learn(target), other = learn(target);
@@ -174,10 +124,10 @@ TEST(SampledLearner, IsPure) {
 TEST(SampledLearner, EndsAtTheMostPaths) {
   SampledLimits limits;
   limits.epsilon = 1e-6;
-  limits.most_paths = 4096;
+  limits.most_paths = 2048;
   const SampledRow learned = learn(target_of(random_ribbon(5)), limits);
   EXPECT_EQ(learned.verdict, Verdict::refused);
-  EXPECT_EQ(learned.paths, 4096u);
+  EXPECT_EQ(learned.paths, 2048u);
   EXPECT_GT(learned.objective, 1e-6f);
 }
 

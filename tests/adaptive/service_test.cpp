@@ -90,7 +90,7 @@ TEST(Service, TouchesAreCarriedFromPassToPassUntilARowIsBornCoveredAndFitted) {
   const PassReport report = service.publish();
   EXPECT_EQ(report.creations, 1u);
   EXPECT_EQ(report.refits, 1u);
-  EXPECT_EQ(report.g_evaluations, 13u);  // ceil(2 pi/(2.5 * .2))
+  EXPECT_EQ(report.g_evaluations, 13u);  // ceil(2 pi/(2.5 * 0.2))
   ASSERT_EQ(changes.size(), 1u);
   EXPECT_EQ(changes[0].node, 13u);
   EXPECT_EQ(changes[0].state, RowState::open);

@@ -34,7 +34,9 @@ struct Host {
     for (std::uint32_t p = 0; adds_slices && p < density_slices; ++p)
       slices.push_back(*service.add_slice(testing::toy_slice(p, 6, p == 2 ? 0.1f : 0.2f)));
     if (!adds_slices) return;
-    slices.push_back(*service.add_slice(testing::sampled_slice(9, 3)));
+    SliceDescription graded = testing::sampled_slice(9, 3);
+    graded.coarse = {{{0, 2}, {0, 2}}};
+    slices.push_back(*service.add_slice(graded));
     for (const SliceId slice : {slices[0], slices[3]})
       forms.push_back(*service.add_form(slice, std::make_shared<AtHalf>(), {0.3f}));
   }

@@ -125,7 +125,7 @@ TEST(KnotDensityStress, WhatItsPointsCannotSeeIsNotTakenForFitted) {
   EXPECT_TRUE(is_legal(fit.table, 1));
 }
 
-// s in [max(.004, floor), .5]: a side is no narrower than a quarter of the way to the second pair on it.
+// s in [max(0.004, floor), 0.5]: a side is no narrower than a quarter of the way to the second pair on it.
 TEST(FitFloor, NoSideIsNarrowerThanThePairsCanTell) {
   for (std::uint64_t seed = 0; seed < 150; ++seed) {
     RandomStream random(41, seed);
@@ -156,7 +156,7 @@ TEST(FitFloor, NoSideIsNarrowerThanThePairsCanTell) {
 }
 
 // A thousandth to a tenth of the light in one direction, the rest from everywhere: own draws hardly ever meet it, and
-// their scores alone let 41 % of such rows converge with errors up to .15.
+// their scores alone let 41 % of such rows converge with errors up to 0.15.
 TEST(StopTestStress, SeesASpikeThatNoScoreMet) {
   std::vector<TracedRay> rays{{0.4f, 0.01f, 1.0f}};
   for (int i = 0; i < 720; ++i) rays.push_back({static_cast<float>(2 * pi * (i / 720.0 - 0.5)), 0.99f / 720, 1.0f});

@@ -13,7 +13,7 @@
 namespace tress::adaptive {
 namespace {
 
-// Relative squared L2 error by a midpoint sum of 1024 points (spacing .006, a thirtieth of the narrowest blur).
+// Relative squared L2 error by a midpoint sum of 1024 points (spacing 0.006, a thirtieth of the narrowest blur).
 double true_objective(const Mixture& fit, const TracedNodes& nodes) {
   constexpr int points = 1024;
   double sum = 0;
@@ -34,9 +34,9 @@ struct Case {
 
 class ConvergedRows : public ::testing::TestWithParam<Case> {};
 
-// Fixed seed 77: the result is a number, not a draw. The design's prototypes converge falsely in .1 % (epsilon .01) and
-// .3 % (.001) of rows; of 1200 rows that is 1.2 and 3.6 expected, and more than 8 or 12 by chance less than once in
-// 10^4 (Poisson: 3e-5 and 2e-4).
+// Fixed seed 77: the result is a number, not a draw. The design's prototypes converge falsely in 0.1 % (epsilon 0.01)
+// and 0.3 % (0.001) of rows; of 1200 rows that is 1.2 and 3.6 expected, and more than 8 or 12 by chance less than once
+// in 10^4 (Poisson: 3e-5 and 2e-4).
 TEST_P(ConvergedRows, AreBelowEpsilonButForAFew) {
   const auto [epsilon, passes, converged_share, false_share] = GetParam();
   const testing::MovingPeaks target;

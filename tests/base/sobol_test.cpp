@@ -32,6 +32,23 @@ TEST(ScrambledSobol, EveryDimensionIsStratifiedInEveryPrefix) {
   }
 }
 
+TEST(ScrambledSobol, PointsInLanesAreTheSameBits) {
+  for (const std::uint64_t key : {1ull, 0xfedcba9876543210ull}) {
+    const ScrambledSobol points(key);
+    for (const std::uint32_t first : {0u, 5u, 16u, 4093u, 0xffffff00u}) {
+      for (const std::uint32_t count : {1u, 16u, 41u}) {
+        std::vector<std::vector<float>> all(ScrambledSobol::dimensions, std::vector<float>(count));
+        std::vector<float*> out;
+        for (std::vector<float>& dimension : all) out.push_back(dimension.data());
+        points.points(first, count, out);
+        for (std::uint32_t i = 0; i < count; ++i) {
+          for (std::size_t d = 0; d < all.size(); ++d) EXPECT_EQ(all[d][i], points.point(first + i)[d]) << first + i;
+        }
+      }
+    }
+  }
+}
+
 TEST(ScrambledSobol, TheFirstTwoDimensionsAreANet) {
   const ScrambledSobol points(7);
   for (std::uint32_t across = 1; across <= 256; across *= 2) {

@@ -12,11 +12,12 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from types import SimpleNamespace
 
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scenes" / "blender"))
-from tress_render import files, job, scene_keys  # noqa: E402
+from tress_render import files, job, nodes, scene_keys  # noqa: E402
 
 TRESS = sys.argv.pop(1)
 LOOKS_DOWN = np.eye(4)  # a lamp or camera without a turn looks along -z
@@ -36,6 +37,74 @@ class Folder(unittest.TestCase):
 
     def path(self, name):
         return os.path.join(self.folder, name)
+
+
+class Socket:
+    """An input of a node, linked to an output of another or to none."""
+
+    def __init__(self, name, value, behind=None, output=""):
+        self.name, self.default_value = name, value
+        self.is_linked = behind is not None
+        self.links = [SimpleNamespace(from_node=behind, from_socket=SimpleNamespace(name=output))] if behind else []
+
+
+def ramp_node(output, interpolation, stops):
+    info = SimpleNamespace(bl_idname="ShaderNodeHairInfo", bl_label="Hair Info", inputs={})
+    elements = [SimpleNamespace(position=place, color=(*color, 1.0)) for place, color in stops]
+    return SimpleNamespace(bl_idname="ShaderNodeValToRGB", bl_label="Color Ramp",
+                           inputs={"Fac": Socket("Fac", 0.5, info, output)},
+                           color_ramp=SimpleNamespace(interpolation=interpolation, elements=elements))
+
+
+class HairNodes(Folder):
+    """By stand-ins that have what nodes.py asks of Blender's nodes."""
+
+    def principled(self, way, **behind):
+        inputs = {name: Socket(name, value, behind.get(name)) for name, value in
+                  (("Color", [0.1, 0.1, 0.1, 1]), ("Melanin", 0.8), ("Random Color", 0.2), ("Roughness", 0.3))}
+        node = SimpleNamespace(bl_idname="ShaderNodeBsdfHairPrincipled", parametrization=way, inputs=inputs)
+        output = SimpleNamespace(inputs={"Surface": Socket("Surface", None, node)})
+        tree = SimpleNamespace(get_output_node=lambda target: output)
+        said = scene_keys.Warnings()
+        keys, attribute = nodes.hair_material(SimpleNamespace(name="m", use_nodes=True, node_tree=tree), "m", said)
+        self.assertIsNone(attribute)
+        return keys, said.said
+
+    def drawn(self, keys):
+        """Draws it: the program takes the keys."""
+        lengths, points, widths = strands()
+        files.write_hair(self.path("a.hair"), lengths, points, widths)
+        scene = {"image": {"width": 8, "height": 8, "samples": 1}, "materials": [keys],
+                 "grooms": [{"file": "a.hair", "cm_per_unit": 1, "up": "z", "radius_cm": 0.5}]}
+        pathlib.Path(self.path("s.json")).write_text(json.dumps(scene))
+        subprocess.run([TRESS, "render", self.path("s.json"), "-o", self.path("a.exr"), "--quiet"], check=True)
+
+    def test_a_ramp_over_the_intercept_is_a_ramp_along_the_strand(self):
+        stops = [(0.25, (0.1, 0.2, 0.3)), (1.0, (0.9, 0.8, 2.0))]
+        keys, said = self.principled("COLOR", Color=ramp_node("Intercept", "EASE", stops))
+        self.assertEqual(keys["principled"]["color"], {
+            "ramp": [[0.25, [0.1, 0.2, 0.3]], [1.0, [0.9, 0.8, 1.0]]], "along": "share", "interpolation": "smooth"})
+        self.assertEqual(said, [])
+        self.drawn(keys)
+        steps, _ = self.principled("COLOR", Color=ramp_node("Intercept", "CONSTANT", [(0, (0,) * 3), (0.5, (1,) * 3)]))
+        self.assertEqual(steps["principled"]["color"]["ramp"], [[0.0, [0.0] * 3], [0.4999, [0.0] * 3], [0.5, [1.0] * 3]])
+        self.drawn(steps)
+
+    def test_values_have_the_luminance_of_a_ramp(self):
+        keys, _ = self.principled("MELANIN", Melanin=ramp_node("Intercept", "LINEAR", [(0, (0.9,) * 3), (1, (0.2,) * 3)]))
+        ramp = keys["principled"]["melanin"]["ramp"]
+        self.assertAlmostEqual(ramp[0][1], 0.9)
+        self.assertAlmostEqual(ramp[1][1], 0.2)
+        self.drawn(keys)
+
+    def test_what_a_ramp_is_over_else_is_named(self):
+        random, said = self.principled("COLOR", Color=ramp_node("Random", "LINEAR", [(0, (0,) * 3), (1, (1,) * 3)]))
+        self.assertEqual(random["principled"]["color"], {"random": [[0.0] * 3, [1.0] * 3]})
+        self.assertEqual(said, [])
+        self.drawn(random)
+        length, said = self.principled("COLOR", Color=ramp_node("Length", "LINEAR", [(0, (0,) * 3), (1, (1,) * 3)]))
+        self.assertEqual(length["principled"]["color"], [0.1, 0.1, 0.1])
+        self.assertEqual(len(said), 1)
 
 
 class Files(Folder):
@@ -101,11 +170,6 @@ class Keys(unittest.TestCase):
         for _ in range(2):
             scene_keys.area(LOOKS_DOWN, 100, [1, 1, 1], 1.0, "DISK", 1.0, 1.0, warnings=warnings)
         self.assertEqual(len(warnings.said), 1)
-
-    def test_thick_hair_is_written_smaller(self):
-        self.assertEqual(scene_keys.groom_scale(np.array([0.02])), 1)
-        thick = scene_keys.groom_scale(np.array([1.0]))
-        self.assertTrue(0.0005 < 0.5 / thick < 0.05)
 
 
 class Render(Folder):

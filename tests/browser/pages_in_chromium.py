@@ -14,7 +14,7 @@ import urllib.request
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from chromium import Page  # noqa: E402
 
-tress, chromium, scene, folder = sys.argv[1:5]
+tress, laboratory, chromium, scene, folder = sys.argv[1:6]
 os.makedirs(folder, exist_ok=True)
 
 
@@ -162,7 +162,7 @@ def looks():
     """A picture whose look was changed is bit for bit the one that is rendered with it: without rows, and from a frozen cache."""
     small = ["--spp", "3", "--resolution", "48x48", "--quiet"]
     subprocess.run([tress, "render", scene, "-o", at("make.exr"), "--warm-cache", at("look.cache"), *small, *OPTIONS], check=True)
-    for name, words in (("exact", ["--estimator", "exact"]), ("frozen", ["--warm-cache", at("look.cache"), "--cache-mode", "frozen"])):
+    for name, words in (("exact", ["--model", "exact"]), ("frozen", ["--warm-cache", at("look.cache"), "--cache-mode", "frozen"])):
         subprocess.run([tress, "render", scene, "-o", at(name + "_fresh.exr"), *small, *OPTIONS, *words], check=True)
         render = subprocess.Popen([tress, "render", scene, "-o", at(name + ".exr"), *[w for w in small if w != "--quiet"], "--serve", *words],
                                   stderr=subprocess.PIPE, text=True)
@@ -249,7 +249,7 @@ def report():
 
 
 def lobes():
-    subprocess.run([tress, "lobes", "-o", at("lobes.html"), "--e", "0.75", "--sigma-a", "0.1,0.2,0.4", "--paths", "40000",
+    subprocess.run([laboratory, "lobes", "-o", at("lobes.html"), "--e", "0.75", "--sigma-a", "0.1,0.2,0.4", "--paths", "40000",
                     "--bins", "18x18", "--quiet"], check=True)
     page = Page(chromium, 1300, 1600)
     try:

@@ -10,7 +10,7 @@ import tempfile
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from chromium import Page  # noqa: E402
 
-tress, chromium, scene, folder = sys.argv[1:5]
+tress, laboratory, chromium, scene, folder = sys.argv[1:6]
 os.makedirs(folder, exist_ok=True)
 work = tempfile.TemporaryDirectory(prefix="tress_screenshots_")
 SET = "(id, x, event) => { const e = document.getElementById(id); e.value = x; e.dispatchEvent(new Event(event)); }"
@@ -81,7 +81,7 @@ def report():
 
 
 def lobes():
-    subprocess.run([tress, "lobes", "-o", at("lobes.html"), "--e", "0.75", "--quiet"], check=True)
+    subprocess.run([laboratory, "lobes", "-o", at("lobes.html"), "--e", "0.75", "--quiet"], check=True)
     page = opened(at("lobes.html"), 1100, "document.querySelectorAll('#rows .chart canvas').length > 0")
     try:
         page.value("document.querySelectorAll('.maps tr').forEach((row, i) => { if (i > 3) row.remove(); })")

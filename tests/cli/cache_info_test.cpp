@@ -49,6 +49,28 @@ TEST_F(CacheInfo, TellsTheTableThatIsInTheFile) {
   EXPECT_THAT(text.out, HasSubstr(info.at("hash").get<std::string>()));
 }
 
+/// By slice: how many paths taught the converged rows, and below what their errors are known to be.
+TEST_F(CacheInfo, TellsTheAccuracyOfEachSlice) {
+  adaptive::TableSnapshot table = adaptive::small_image();
+  adaptive::CachedSlice& slice = table.slices[0];
+  slice.rows.clear();
+  for (std::uint32_t node = 0; node < 6; ++node)
+    slice.rows.push_back(adaptive::converged_row(node, 0.001f * static_cast<float>(6 - node)));
+  write_text(path("a.cache"), encode_cache(table));
+  const nlohmann::json info = json("info", "a.cache", 0);
+  const nlohmann::json& told = info.at("pages")[0];
+  EXPECT_EQ(told.at("samples"), 6 * 64);
+  EXPECT_FLOAT_EQ(told.at("error").at("median").get<float>(), 0.003f);
+  EXPECT_FLOAT_EQ(told.at("error").at("q90").get<float>(), 0.005f);
+  EXPECT_FLOAT_EQ(told.at("error").at("q99").get<float>(), 0.005f);
+  EXPECT_FLOAT_EQ(told.at("error").at("max").get<float>(), 0.006f);
+  EXPECT_EQ(info.at("pages")[1].at("samples"), 0);
+  EXPECT_FALSE(info.at("pages")[1].contains("error")) << "none has converged";
+  const std::string text = run({"cache", "info", path("a.cache")}).out;
+  EXPECT_THAT(text, HasSubstr("accuracy of the converged rows"));
+  EXPECT_THAT(text, testing::ContainsRegex("TT +6 +384 +0.003 +0.005 +0.005 +0.006  eta"));
+}
+
 TEST_F(CacheInfo, TellsKnotDensitysFromMixtures) {
   write_text(path("k.cache"), adaptive::encode_cache(adaptive::knot_image()));
   const nlohmann::json info = json("info", "k.cache", 0);

@@ -120,12 +120,11 @@ TEST_F(Faults, ClosedStreamsDoNotWriteIntoFiles) {
 
 TEST_F(Faults, ResultsThatFindNoRoomAreAnError) {
   ASSERT_EQ(run(render(path("out/a.exr"), {"--warm-cache", path("out/t.cache")})).status, 0);
-  const std::vector<std::vector<std::string>> commands{
-      {"cache", "info", path("out/t.cache")},
-      {"cache", "verify", path("out/t.cache"), "--json"},
-      {"diff", path("out/a.exr"), path("out/a.exr")},
-      {"fit", "--lobe", "TT", "--e", ".85", "--theta-d", "30", "--phi", "45", "--sigma", "10", "--json"},
-      {"--version"}};
+  const std::vector<std::vector<std::string>> commands{{"cache", "info", path("out/t.cache")},
+                                                       {"cache", "verify", path("out/t.cache"), "--json"},
+                                                       {"diff", path("out/a.exr"), path("out/a.exr")},
+                                                       {"help", "render"},
+                                                       {"--version"}};
   for (const auto& command : commands) {
     for (const char* script : {"exec \"$@\" > /dev/full", "exec \"$@\" >&-"}) {
       const Outcome outcome = run_in_shell(script, command);

@@ -104,7 +104,8 @@ class Flicker : public CommandTest {
 /// are relative to another one by `exact`. That the test can see flicker is shown by frames of which every second one
 /// is 15 % brighter.
 TEST_F(Flicker, ALearnedTurntableDiffersFromATracedOneByNoiseOnly) {
-  const std::vector<std::string> exact{"--estimator", "exact"}, carried{"--warm-cache", "carried.cache"};
+  const std::vector<std::string> exact{"--model", "elliptical", "--estimator", "exact"},
+      carried{"--warm-cache", "carried.cache"};
   const std::vector<Blocks> reference = render(1, exact), traced = render(2, exact);
   ASSERT_EQ(reference.size() + traced.size(), 2u * frames);
   const Moves noise(traced, reference);

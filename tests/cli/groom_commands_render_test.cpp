@@ -1,8 +1,10 @@
 // tress info, tress convert, and the same picture of the same strands in every format.
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 
 #include "cli/run_tress.h"
 #include "image/picture.h"
@@ -17,6 +19,10 @@ class GroomCommands : public CommandTest {
  protected:
   static std::string fixture(const std::string& name) {
     return (fs::path(TRESS_SOURCE_DIR) / "tests" / "scene" / "grooms" / name).string();
+  }
+
+  static std::string fault(const std::string& name) {
+    return (fs::path(TRESS_SOURCE_DIR) / "tests" / "scene" / "faults" / name).string();
   }
 
   /// groom, material: more keys of the only one.
@@ -38,7 +44,7 @@ class GroomCommands : public CommandTest {
         "materials": [{"name": "hair")" +
                                        material + R"(}], "grooms": [{"name": "same", "file": ")" + file + "\"" + groom +
                                        "}]}");
-    const Outcome outcome = run({"render", path("scene.json"), "-o", path("a.exr"), "--estimator", "exact"});
+    const Outcome outcome = run({"render", path("scene.json"), "-o", path("a.exr"), "--model", "exact"});
     EXPECT_EQ(outcome.status, 0) << file << outcome.err;
     auto picture = image::read_exr(path("a.exr"));
     return picture ? std::move(*picture) : image::Picture{};
@@ -122,6 +128,40 @@ TEST_F(GroomCommands, TheSameColorsOfStrandsGiveTheSamePictureInEveryFormatThatH
   }
 }
 
+/// Strands from near black at the root to light at the tip, which all thirds of the picture had the mean of.
+TEST_F(GroomCommands, ColorsOfPointsShowAlongTheStrand) {
+  const auto scene = [&](const std::string& color) {
+    return R"({"image": {"width": 12, "height": 48, "samples": 64}, "environment": {"constant": [1, 1, 1]},
+        "camera": {"eye": [0, -10, 0], "look_at": [0, 0, 0], "orthographic_height_cm": 9},
+        "materials": [{"name": "m", "color": )" +
+           color + R"(}], "grooms": [{"file": ")" + fault("ombre.hair") + R"(", "up": "z", "cm_per_unit": 1}]})";
+  };
+  /// Red over blue in each third, from above.
+  const auto thirds_of = [&](const std::string& color, const char* model) {
+    write_text(path("ombre.json"), scene(color));
+    const Outcome outcome = run({"render", path("ombre.json"), "-o", path("a.exr"), "--model", model});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.err.find("places along the strands") != std::string::npos, color[0] != '[') << outcome.err;
+    const auto picture = image::read_exr(path("a.exr"));
+    std::vector<double> red(3), blue(3);
+    for (std::size_t i = 0; picture && i < 12 * 48; ++i) {
+      red[i / (12 * 16)] += picture->find("albedo.R")->pixels[i];
+      blue[i / (12 * 16)] += picture->find("albedo.B")->pixels[i];
+    }
+    for (std::size_t third = 0; third < 3; ++third) red[third] /= blue[third];
+    return red;
+  };
+  for (const char* model : {"chiang2016", "elliptical"}) {
+    const std::vector<double> file = thirds_of("\"file\"", model),
+                              ramp = thirds_of(R"({"ramp": [[0, [0.02, 0.01, 0.1]], [1, [0.95, 0.48, 0.1]]]})", model);
+    EXPECT_GT(file[2], 1.1 * file[0]) << model;  // one color: 1 within 0.02, below
+    EXPECT_TRUE(file[0] < file[1] && file[1] < file[2]) << model;
+    for (std::size_t third = 0; third < 3; ++third) EXPECT_NEAR(ramp[third], file[third], 0.02 * file[third]) << model;
+    const std::vector<double> root = thirds_of("[0.02, 0.01, 0.1]", model);
+    EXPECT_NEAR(root[2], root[0], 0.02 * root[0]) << model;
+  }
+}
+
 // Whoever has no groom yet takes the strands of a generated one.
 TEST_F(GroomCommands, TheStrandsOfASceneAreWrittenAsAGroom) {
   const std::string rest = R"("camera": {"eye": [0, -60, -8], "look_at": [0, 0, -8]},
@@ -132,7 +172,7 @@ TEST_F(GroomCommands, TheStrandsOfASceneAreWrittenAsAGroom) {
   ASSERT_EQ(converted.status, 0) << converted.err;
   EXPECT_THAT(run({"info", path("made.json")}).out, HasSubstr("strands   300\n"));
   for (const std::string name : {"made", "read"})
-    EXPECT_EQ(run({"render", path(name + ".json"), "-o", path(name + ".exr"), "--estimator", "exact"}).status, 0);
+    EXPECT_EQ(run({"render", path(name + ".json"), "-o", path(name + ".exr"), "--model", "exact"}).status, 0);
   const auto made = image::read_exr(path("made.exr")), read = image::read_exr(path("read.exr"));
   ASSERT_TRUE(made && read);
   const auto difference = image::compare(*made, *read, "made", "read");
@@ -157,6 +197,70 @@ TEST_F(GroomCommands, InfoSaysWhatIsInAFileAndWhatIsNotUsed) {
   EXPECT_EQ(json["cm_per_unit"], 1);
   EXPECT_EQ(json["up"], "z");
   EXPECT_EQ(json["parts"][0]["curve"], "cubic bspline, pinned");
+}
+
+TEST_F(GroomCommands, WhatIsNotUsedIsAnErrorUnderStrict) {
+  const std::string nan = fault("nan.usda");
+  const Outcome told = run({"info", nan});
+  EXPECT_EQ(told.status, 0);
+  EXPECT_THAT(told.out, HasSubstr("not used  /h: 1 of 2 strands"));
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"info", nan, "--strict"}, {"render", nan, "-o", path("a.exr"), "--strict"}}) {
+    const Outcome refused = run(command);
+    EXPECT_EQ(refused.status, 1) << command[0];
+    EXPECT_THAT(refused.err, HasSubstr("--strict: expected a file of which everything is used")) << command[0];
+  }
+  EXPECT_EQ(run({"info", fault("bound.usda"), "--strict"}).status, 0);
+}
+
+TEST_F(GroomCommands, InfoShowsTheFrameThatIsAskedFor) {
+  EXPECT_EQ(run({"info", fault("emptyfirst.abc")}).status, 1);
+  EXPECT_EQ(run({"info", fault("emptyfirst.abc"), "--frame", "2"}).status, 0);
+  EXPECT_THAT(run({"info", fault("vary.usda"), "--frame", "1"}).out, HasSubstr("strands   2"));
+  EXPECT_THAT(run({"info", fault("vary.usda"), "--frame", "2"}).out, HasSubstr("strands   1"));
+  EXPECT_THAT(run({"info", fault("vary.usda"), "--frame", "-1"}).out, HasSubstr("strands   2"));
+}
+
+TEST_F(GroomCommands, WidthsAreThoseOfTheFileOrOfTheOption) {
+  const auto covered = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{
+        "render", fault("quill.usda"), "-o",         path("w.exr"), "--resolution", "64x64", "--spp",
+        "64",     "--model",           "chiang2016", "--quiet",     "--transparent"};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(run(words).status, 0);
+    const auto picture = image::read_exr(path("w.exr"));
+    double sum = 0;
+    if (picture)
+      for (const float alpha : picture->find("A")->pixels) sum += alpha;
+    return sum / (64 * 64);
+  };
+  // 4096 pixels of 64 samples: the share of an edge pixel is off by 0.06 at most, of some 200 such pixels by 4e-4.
+  const double file = covered({});
+  EXPECT_GT(file, 0.05);
+  EXPECT_NEAR(covered({"--widths", "scale=0.5"}), file / 2, 0.02 * file);
+  EXPECT_NEAR(covered({"--radius", "0.05"}), file / 2, 0.02 * file);
+  EXPECT_NEAR(covered({"--widths", "clamp"}), file / 2, 0.02 * file);
+  EXPECT_EQ(run({"render", fault("quill.usda"), "-o", path("w.exr"), "--widths", "huge"}).status, 2);
+}
+
+/// A file that is cut while it is read: read already, or an error, never a signal.
+TEST_F(GroomCommands, AGroomThatIsCutMeanwhileEndsWithAnError) {
+  constexpr int points = 2'000'000;
+  std::string text = "#usda 1.0\ndef BasisCurves \"h\" { uniform token type = \"linear\" int[] curveVertexCounts = [" +
+                     std::to_string(points + 1) + "] point3f[] points = [";
+  for (int i = 0; i < points; ++i) text += "(0.125,0.25," + std::to_string(i) + "),";
+  write_text(path("big.usda"), text + "(0,0,0)] }\n");
+  for (const int milliseconds : {20, 60, 120}) {
+    fs::copy_file(path("big.usda"), path("cut.usda"), fs::copy_options::overwrite_existing);
+    const Process reading(folder_, {"info", path("cut.usda")});
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    fs::resize_file(path("cut.usda"), 0);
+    const Outcome outcome = reading.wait();
+    EXPECT_LE(outcome.status, 1) << outcome.err;
+    if (outcome.status == 1) {
+      EXPECT_THAT(outcome.err, HasSubstr("cut.usda"));
+    }
+  }
 }
 
 TEST_F(GroomCommands, ErrorsNameTheFileAndEndWithStatusOne) {

@@ -78,7 +78,7 @@ TEST_F(Render, AWarmStartConvergesEarlierThanAColdOne) {
   ASSERT_EQ(cold_passes.size(), 11u);  // four parts of sample 0, then seven whole samples
   ASSERT_EQ(warm_passes.size(), 11u);
   EXPECT_EQ(cold_passes[0].at("converged_query_share"), 0.0);
-  EXPECT_GT(warm_passes[0].at("converged_query_share"), 0.5);
+  EXPECT_GT(warm_passes[0].at("answered_query_share"), 0.5);
   for (std::size_t i = 0; i < cold_passes.size(); ++i) {
     EXPECT_EQ(cold_passes[i].at("pass"), i);
     for (const char* name : {"pixels", "samples", "seconds"}) EXPECT_TRUE(cold_passes[i].contains(name)) << name;
@@ -208,16 +208,16 @@ TEST_F(Render, GoesOnWithoutItsTerminalUnderNohup) {
 }
 
 TEST_F(Render, ExactNeedsNoTableAndAgreesWithFitted) {
-  render_well("exact.exr", {"--estimator", "exact", "--telemetry", path("exact.jsonl")});
+  render_well("exact.exr", {"--model", "elliptical", "--estimator", "exact", "--telemetry", path("exact.jsonl")});
   render_well("short.exr", {"--model", "exact"});
   expect_same_picture("exact.exr", "short.exr");
   EXPECT_EQ(telemetry_lines(path("exact.jsonl"), "header").at(0).at("estimator"), "exact");
-  render_well("fitted.exr");
+  render_well("fitted.exr", {"--model", "elliptical"});
   const Outcome outcome = run({"diff", path("exact.exr"), path("fitted.exr"), "--json"});
   const nlohmann::json difference = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(difference.at("identical"), false);
   // 40 x 40 x 8 paths under a constant light of 1: a path's standard deviation is below 1, so the mean of each picture
-  // has one below 1/sqrt(12800) = .009, the difference of two .0125; six of those never fail for chance.
+  // has one below 1/sqrt(12800) = 0.009, the difference of two 0.0125; six of those never fail for chance.
   for (const double bias : difference.at("bias")) EXPECT_LT(std::abs(bias), 0.075);
 }
 
@@ -227,7 +227,7 @@ TEST_F(Render, ACropOfExactOrOfAFrozenTableHasTheWholePicturesPixels) {
     more.insert(more.end(), crop.begin(), crop.end());
     return more;
   };
-  const std::vector<std::string> exact{"--estimator", "exact", "--spp", "3"};
+  const std::vector<std::string> exact{"--model", "elliptical", "--estimator", "exact", "--spp", "3"};
   render_well("exact.exr", exact);
   render_well("exact_crop.exr", with_crop(exact));
   expect_same_picture("exact.exr", "exact_crop.exr");
@@ -240,7 +240,8 @@ TEST_F(Render, ACropOfExactOrOfAFrozenTableHasTheWholePicturesPixels) {
   render_well("learn.exr", {"--warm-cache", path("t.cache"), "--spp", "3", "--model", "elliptical"});
   EXPECT_GT(rows("t.cache", "open"), 0u);
   EXPECT_GT(rows("t.cache", "converged"), 0u);
-  const std::vector<std::string> frozen{"--warm-cache", path("t.cache"), "--cache-mode", "frozen", "--seed", "5"};
+  const std::vector<std::string> frozen{"--warm-cache", path("t.cache"), "--cache-mode", "frozen", "--seed", "5",
+                                        "--model",      "elliptical"};
   render_well("frozen.exr", frozen);
   render_well("frozen_crop.exr", with_crop(frozen));
   expect_same_picture("frozen.exr", "frozen_crop.exr");
@@ -250,7 +251,8 @@ TEST_F(Render, ACropOfExactOrOfAFrozenTableHasTheWholePicturesPixels) {
   render_well("cold_crop.exr", with_crop({"--spp", "12"}));
   const auto json = nlohmann::json::parse(run({"diff", path("cold.exr"), path("cold_crop.exr"), "--json"}).out);
   EXPECT_EQ(json.at("identical"), false);
-  // 441 pixels of 12 paths each, a path's standard deviation below 1: .014 each way at most, .02 between; six of those.
+  // 441 pixels of 12 paths each, a path's standard deviation below 1: 0.014 each way at most, 0.02 between; six of
+  // those.
   for (const double bias : json.at("bias")) EXPECT_LT(std::abs(bias), 0.12);
 
   const Outcome outside = render("a.exr", {"--crop", "0,0,41,40"});
@@ -332,8 +334,9 @@ TEST_F(Render, LayersAndBitsAreChosenAndExposureIsOfThePreview) {
 }
 
 TEST_F(Render, AHeatMapTellsWhatPixelsCostAndLeavesThePictureAsItIs) {
-  render_well("plain.exr", {"--precision", "float"});
-  render_well("a.exr", {"--heatmap", path("heat.exr"), "--precision", "float"});
+  // Without rows, so that vertices are traced.
+  render_well("plain.exr", {"--precision", "float", "--table-memory", "0"});
+  render_well("a.exr", {"--heatmap", path("heat.exr"), "--precision", "float", "--table-memory", "0"});
   expect_same_picture("plain.exr", "a.exr");
   const auto picture = image::read_exr(path("a.exr")), heat = image::read_exr(path("heat.exr"));
   ASSERT_TRUE(picture);
@@ -399,7 +402,7 @@ TEST_F(Render, WhatCannotBeWrittenIsFoundBeforeRendering) {
 TEST_F(Render, TelemetryOfRowsTellsEachChangedRow) {
   render_well("a.exr", {"--telemetry", path("a.jsonl"), "--telemetry-level", "rows", "--spp", "4"});
   const auto lines = telemetry_lines(path("a.jsonl"), "row");
-  ASSERT_GT(lines.size(), 50u);
+  ASSERT_GT(lines.size(), 40u) << "coarse rows before the first pass, and what came of them";
   EXPECT_TRUE(lines[0].contains("state"));
 }
 

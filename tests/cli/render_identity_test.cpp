@@ -19,12 +19,14 @@ class RenderIdentity : public CommandTest {
 TEST_F(RenderIdentity, HasTheContentOfWhatTheSceneReads) {
   const std::string scene =
       R"({"environment": {"file": "city.exr"}, "meshes": [{"file": "m.obj", "albedo_file": "a.png"}],
-                                "grooms": [{"file": "g.hair"}]})";
-  for (const char* name : {"city.exr", "m.obj", "a.png", "g.hair"}) write_text(path(name), "first");
+          "materials": [{"name": "m", "color": {"mix": [[0.1, 0.1, 0.1], {"texture": "t.png"}], "share": 0.5}}],
+          "grooms": [{"file": "g.hair"}]})";
+  for (const char* name : {"city.exr", "m.obj", "a.png", "g.hair", "t.png"}) write_text(path(name), "first");
   const cli::Identity before = of_scene(scene);
-  for (const char* name : {"city.exr", "m.obj", "a.png", "g.hair"}) write_text(path(name), "second");
+  for (const char* name : {"city.exr", "m.obj", "a.png", "g.hair", "t.png"}) write_text(path(name), "second");
   const cli::Identity after = of_scene(scene);
-  for (const char* place : {"/environment/file", "/meshes/0/file", "/meshes/0/albedo_file", "/grooms/0/file"})
+  for (const char* place : {"/environment/file", "/meshes/0/file", "/meshes/0/albedo_file",
+                            "/materials/0/color/mix/1/texture", "/grooms/0/file"})
     EXPECT_NE(before.at(place), after.at(place)) << place;
 }
 

@@ -98,6 +98,14 @@ class CommandTest : public ::testing::Test {
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   Outcome run(const std::vector<std::string>& arguments) const { return Process(folder_, arguments).wait(); }
+  /// What it prints as JSON; an empty object, and a failure, where it ends otherwise.
+  nlohmann::json run_json(const std::vector<std::string>& arguments) const {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    nlohmann::json json = nlohmann::json::parse(outcome.out, nullptr, false);
+    EXPECT_FALSE(json.is_discarded()) << outcome.out;
+    return json.is_discarded() ? nlohmann::json::object() : json;
+  }
 
   fs::path folder_;
 };

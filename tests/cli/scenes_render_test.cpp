@@ -82,7 +82,8 @@ TEST_F(Scenes, RenderFiniteAndNotEmpty) {
 
 // The mean over the picture of each channel. Its standard error is that of the pixels, which are independent but for
 // the rows that they share; three channels at 5 standard errors fail one run in 600,000 for another seed, which is
-// fixed. What the fits and the end of paths may be off by is below the .004 granted (epsilon .01 biases by up to .002).
+// fixed. What the fits and the end of paths may be off by is below the 0.004 granted (epsilon 0.01 biases by up to
+// 0.002).
 TEST_F(Scenes, HaveTheRadianceTheyTell) {
   int told = 0;
   for (const fs::path& scene : scene_files()) {

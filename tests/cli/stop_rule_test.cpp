@@ -24,6 +24,7 @@ integrate::PassProgress after(int pass, double noise = 0) {
   for (int i = 0; i <= pass; ++i) progress.paths_so_far += i < 4 ? first[i] : 6400;
   progress.seconds = 2.0 * double(progress.pixels) / 6400;
   progress.noise = noise;
+  progress.light_paths = 1000;
   return progress;
 }
 

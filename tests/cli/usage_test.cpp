@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/run_tress.h"
+#include "models/catalog.h"
 #include "scene/model/parameters.h"
 #include "tress/adaptive/options.h"
 #include "tress/version.h"
@@ -34,9 +35,6 @@ class Usage : public CommandTest {
 
 const std::vector<std::vector<std::string>> commands{{},
                                                      {"render"},
-                                                     {"fit"},
-                                                     {"far-field"},
-                                                     {"lobes"},
                                                      {"diff"},
                                                      {"info"},
                                                      {"convert"},
@@ -48,6 +46,7 @@ const std::vector<std::vector<std::string>> commands{{},
                                                      {"farm", "merge"},
                                                      {"farm", "status"},
                                                      {"cache"},
+                                                     {"cache", "prune"},
                                                      {"cache", "info"},
                                                      {"cache", "verify"},
                                                      {"cache", "merge"},
@@ -156,30 +155,6 @@ TEST_F(Usage, CompletionOffersTheWordsOfAnOption) {
   EXPECT_EQ(Process(folder_, {"-c", ask}, "/bin/bash").wait().out, "frozen\n");
 }
 
-/// The default that the table of parameters tells of an option of tress fit is the one that it has.
-TEST_F(Usage, FitHasTheDefaultsThatItTells) {
-  const std::vector<std::string> plain{"fit", "--lobe", "TRT", "--json"};
-  std::vector<std::string> spelt = plain;
-  for (const char* name : {"--e", "--theta-d", "--phi", "--sigma", "--eta", "--epsilon", "--samples"}) {
-    spelt.emplace_back(name);
-    spelt.emplace_back(scene::option_parameter(name).usual);
-  }
-  EXPECT_EQ(run(plain).out, run(spelt).out);
-}
-
-TEST_F(Usage, FarFieldHasTheDefaultsThatItTells) {
-  const std::vector<std::string> plain{"far-field", "--json"};
-  std::vector<std::string> spelt = plain;
-  for (const char* name :
-       {"--e", "--alpha", "--tilt", "--eta", "--theta-r", "--phi-r", "--bins", "--paths", "--seed"}) {
-    spelt.emplace_back(name);
-    spelt.emplace_back(scene::option_parameter(name).usual);
-  }
-  for (const char* word : {"--model", "rough", "--sigma-a", "0", "--epsilon"}) spelt.emplace_back(word);
-  spelt.push_back(fmt::format("{:g}", adaptive::Options{}.sampled_epsilon));
-  EXPECT_EQ(run(plain).out, run(spelt).out);
-}
-
 TEST_F(Usage, EpsilonOfRowsOfSamplesIsTheLibrarys) {
   const std::string told = fmt::format("chi-square, and {:g} without the option", adaptive::Options{}.sampled_epsilon);
   EXPECT_THAT(std::string(scene::option_parameter("--epsilon").sentence), HasSubstr(told));
@@ -189,8 +164,6 @@ TEST_F(Usage, AWrongOptionNamesTheNearest) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--thread", "2"}, "nearest: --threads");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--warmcache", "x"}, "nearest: --warm-cache");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--warmcache=x"}, "nearest: --warm-cache");
-  expect_wrong({"fit", "--lobe", "TT", "--thetad", "3"}, "nearest: --theta-d");
-  expect_wrong({"far-field", "--thetar", "3"}, "nearest: --theta-r");
   expect_wrong({"diff", "a.exr", "b.exr", "--jsn"}, "nearest: --json");
   expect_wrong({"rendr", "a.json"}, "nearest: render");
   expect_wrong({"cache", "inof", "a"}, "nearest: info");
@@ -200,8 +173,17 @@ TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--estimator", "stepwise"},
                "expected fitted|corrected|exact, found stepwise");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--learner", "skech"}, "nearest: sketch");
-  expect_wrong({"fit", "--lobe", "GLNT"}, "expected TT|TRT|GLINT|TRT-REST|TRRT|R, found GLNT");
-  expect_wrong({"far-field", "--model", "eliptical"}, "nearest: elliptical");
+}
+
+TEST_F(Usage, WhatIsInTheLaboratoryIsAnsweredWithItsProgram) {
+  for (const char* command : {"fit", "far-field", "lobes"})
+    expect_wrong({command, "--json"}, "tress " + std::string(command) + ": this command is in tress-lab (");
+  for (const std::string_view model : fiber::laboratory_models())
+    expect_wrong({"render", "a.json", "-o", "a.exr", "--model", std::string(model)},
+                 "found " + std::string(model) + ", which is in tress-lab (");
+  for (const std::string_view learner : fiber::laboratory_learners())
+    expect_wrong({"cache", "prebake", "a.json", "-o", "a", "--learner", std::string(learner)},
+                 "found " + std::string(learner) + ", which is in tress-lab (");
 }
 
 TEST_F(Usage, LayersAreNamedOrTheNearestIsTold) {
@@ -225,15 +207,6 @@ TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
     expect_wrong({"render", "a.json", "-o", "a.exr", option, value}, option + ": expected ");
     expect_wrong({"render", "a.json", "-o", "a.exr", option, value}, "found " + value);
   }
-  expect_wrong({"fit", "--lobe", "TT", "--sigma", ".1"}, "--sigma: expected ");
-  const std::vector<std::pair<std::string, std::string>> wrong_of_fibers{
-      {"--e", "0.4"},        {"--alpha", "0"},    {"--tilt", "16"},   {"--eta", "1"},     {"--theta-r", "90"},
-      {"--phi-r", "361"},    {"--sigma-a", "-1"}, {"--bins", "36"},   {"--bins", "0x36"}, {"--bins", "36x721"},
-      {"--bins", "36x36x1"}, {"--paths", "0"},    {"--epsilon", "0"}, {"--seed", "-1"},   {"--sigma-a", "0,0,0,0"}};
-  for (const auto& [option, value] : wrong_of_fibers) {
-    expect_wrong({"far-field", option, value}, option + ": expected ");
-    expect_wrong({"far-field", option, value}, "found " + value);
-  }
 }
 
 TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
@@ -245,22 +218,20 @@ TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--rotate", "10"}, "--environment");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--model", "exact", "--estimator", "fitted"}, "--model exact");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--quadrature-points", "10"}, "--quadrature-points");
-  expect_wrong({"render", "a.json", "-o", "a.exr", "--model", "deon2011", "--quadrature-points", "0"}, "1..65536");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--quadrature-points", "0"}, "1..65536");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--telemetry", "a.exr"}, "different files");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "a.exr"}, "different files");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "heat.png"}, ".exr");
   expect_wrong({"render", "a.json", "-o", "a.png"}, ".exr");
   expect_wrong({"denoise", "a.exr", "-o", "a.png"}, ".exr");
-  expect_wrong({"far-field", "--sigma-a", "1,2"}, "expected 1 value or 3, found 2");
-  expect_wrong({"far-field", "--model", "elliptical", "--lose-masked"}, "expected --model fiber3d");
   expect_wrong({"render", "a.json"}, "--output is required");
-  expect_wrong({}, "render|fit|far-field|lobes|diff|info|convert|denoise|merge|report|farm|cache|help");
+  expect_wrong({}, "render|diff|info|convert|denoise|merge|report|farm|cache|help");
   expect_wrong({}, "Render a scene");
-  expect_wrong({"cache"}, "info|verify|merge|prebake");
+  expect_wrong({"cache"}, "info|verify|merge|prebake|prune");
   expect_wrong({"cache", "prebake", "a.json"}, "--output is required");
   expect_wrong({"cache", "prebake", "a.json", "-o", "a", "--learner", "sketchy"}, "nearest: sketch");
   expect_wrong({"cache", "prebake", "a.json", "-o", "a", "--telemetry", "a"}, "different files");
-  expect_wrong({"cache", "prebake", "a.json", "-o", "a", "--model", "deon2011"}, "expected a model with rows");
+  expect_wrong({"cache", "prebake", "a.json", "-o", "a", "--model", "chiang2016"}, "expected a model with rows");
   expect_wrong({"cache", "merge", "a", "b"}, "--output is required");
   expect_wrong({"cache", "merge", "-o", "a"}, "FILES is required");
 }

@@ -15,7 +15,7 @@ using namespace tress::fiber;
 int main() {
   const auto target = make_elliptical_target();
   adaptive::Service service(adaptive::Options{}, *target);
-  const auto model = make_elliptical_model(Estimator::fitted, &service);
+  const auto model = *make_elliptical_model(Estimator::fitted, &service);
   FiberParameters white;
   white.sigma_a = glm::vec3(0);  // absorbs nothing: in a furnace, light of 1 from everywhere, it must look like 1
   const FiberId id = model->add_fiber(white);
@@ -44,6 +44,7 @@ int main() {
     std::printf("pass %2d: converged share %.3f, furnace %.4f +- %.4f, towards the lamp %.4f\n", static_cast<int>(pass),
                 share, furnace, error, lit);
   }
-  // Five standard errors: one run in a million fails by chance, and the seed is fixed. .01 is for the fit and the grid.
+  // Five standard errors: one run in a million fails by chance, and the seed is fixed. 0.01 is for the fit and the
+  // grid.
   return share > 0.9 && std::abs(furnace - 1) < 5 * error + 0.01 && lit > 0 ? 0 : 1;
 }

@@ -55,7 +55,7 @@ TEST(CrossSection, EnergiesAgreeWithReference) {
 }
 
 TEST(CrossSection, TotalReflectionAtTheExitIsRealForEllipses) {
-  // The design's measure: at e = .85 it bars 3 % of TRT at theta_d 0, 28 % at 60 degrees, 75 % at 80. A circle never.
+  // The design's measure: at e = 0.85 it bars 3 % of TRT at theta_d 0, 28 % at 60 degrees, 75 % at 80. A circle never.
   const auto barred = [](double e, double theta_d) {
     int count = 0, total = 0;
     for (int k = 0; k < 90; ++k) {

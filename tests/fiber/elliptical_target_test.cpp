@@ -27,7 +27,7 @@ TEST(EllipticalTarget, NodeCountsFollowTheRule) {
 }
 
 TEST(EllipticalTarget, IsTheReferenceRelativeToTheKnownAzimuth) {
-  // Its own error must stay below a third of epsilon = .01: relative L2 against 32768 nodes, 7.1's measure.
+  // Its own error must stay below a third of epsilon = 0.01: relative L2 against 32768 nodes, 7.1's measure.
   const fiber::EllipticalTarget target;
   std::vector<adaptive::TracedRay> rays;
   for (int p : {1, 2, 3}) {
@@ -63,7 +63,7 @@ TEST(EllipticalTarget, IsTheReferenceRelativeToTheKnownAzimuth) {
 
 TEST(EllipticalTarget, GlintAndTheRestAreTrtPointByPoint) {
   // The parts keep A and Phi of the whole's rays: azimuths to the bit, weights to single precision. Each is also its
-  // own reference, as closely as the whole is (relative L2 below a third of epsilon = .01).
+  // own reference, as closely as the whole is (relative L2 below a third of epsilon = 0.01).
   const fiber::EllipticalTarget target;
   const float sigma = float(10 * degree);
   for (float e : {0.7f, 0.85f}) {

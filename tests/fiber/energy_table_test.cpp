@@ -75,10 +75,11 @@ fiber::EnergyTable make_table(const fiber::FiberParameters& fiber) {
 }
 
 // Over fibers from rough to nearly smooth, tilted or not, and 20 directions each, corners among them. The truth of 4000
-// paths has a standard error of at most .008, the table .012 (rms over lobes and directions; .0125 measured of TT at
-// roughness .5, .002 to .009 else). Bounds: on the rms, of 100 energies a fiber, .02 (hypot(.008, .012) = .0144); on
-// the largest, 5 times .0144 (a chance of 3e-4 of all 500 if both were normal); on the mean over 20 directions of any
-// lobe, 4 standard errors, 4 * .0144/sqrt(20) = .013. Colored: the same, since color only takes away.
+// paths has a standard error of at most 0.008, the table 0.012 (rms over lobes and directions; 0.0125 measured of TT at
+// roughness 0.5, 0.002 to 0.009 else). Bounds: on the rms, of 100 energies a fiber, 0.02 (hypot(0.008, 0.012) =
+// 0.0144); on the largest, 5 times 0.0144 (a chance of 3e-4 of all 500 if both were normal); on the mean over 20
+// directions of any lobe, 4 standard errors, 4 * 0.0144/sqrt(20) = 0.013. Colored: the same, since color only takes
+// away.
 TEST(EnergyTable, AgreesWithPathsOneByOne) {
   struct Case {
     float roughness, eccentricity, tilt;
@@ -116,9 +117,9 @@ TEST(EnergyTable, AgreesWithPathsOneByOne) {
   }
 }
 
-// Roughness .01 without a tilt is the smooth fiber but for 3 degrees at grazing and at the edges of total internal
-// reflection. Series of 12 x 24 orders do not follow its kinks: .02 rms over all lobes (.04 at e .5, where every lobe
-// ends somewhere).
+// Roughness 0.01 without a tilt is the smooth fiber but for 3 degrees at grazing and at the edges of total internal
+// reflection. Series of 12 x 24 orders do not follow its kinks: 0.02 rms over all lobes (0.04 at e 0.5, where every
+// lobe ends somewhere).
 TEST(EnergyTable, GoesOverIntoTheSmoothFiber) {
   for (const float e : {0.5f, 0.85f, 1.0f}) {
     fiber::FiberParameters fiber;
@@ -147,7 +148,8 @@ TEST(EnergyTable, GoesOverIntoTheSmoothFiber) {
 }
 
 TEST(EnergyTable, SmoothReflectionIsTheIntegralOfTheClosedForm) {
-  // Bilinear in what is let in, beside the quadrature: its second derivative is 1 at most, nodes are .05 and .07 apart.
+  // Bilinear in what is let in, beside the quadrature: its second derivative is 1 at most, nodes are 0.05 and 0.07
+  // apart.
   const fiber::EnergyTable& table = brown();
   RandomStream random(15);
   for (int i = 0; i < 500; ++i) {
@@ -249,7 +251,7 @@ TEST(EnergyTable, GlintAndTheRestShareTheEnergyOfTrt) {
       traced_glint += 0.01 * section.glint_share(h, fiber::azimuthal_sigmas(fiber)[1]);
     }
   }
-  // Some 2600 paths of TRT: a share's standard error is at most .01, that of the table's energies half of it; 4 of
+  // Some 2600 paths of TRT: a share's standard error is at most 0.01, that of the table's energies half of it; 4 of
   // them.
   EXPECT_NEAR(glint / trt, traced_glint / traced_trt, 0.045);
   RecordProperty("glint_share", std::to_string(glint / trt));
@@ -290,7 +292,7 @@ TEST(EnergyTable, AShareOfThePathsIsAsMuchNoisier) {
   EXPECT_EQ(fiber::energy_key(fiber).paths, 320);
   fiber.energy_path_share = 0.125f;
   EXPECT_EQ(fiber::energy_key(fiber).paths, 40);
-  // .007 of one direction times the root of 8 is .02; of 500 directions, correlated over some 30, the rms is within a
+  // 0.007 of one direction times the root of 8 is 0.02; of 500 directions, correlated over some 30, the rms is within a
   // factor of 1.5 of that and of its difference to all paths.
   const fiber::EnergyTable few = make_table(fiber);
   fiber.energy_path_share = 1;

@@ -35,7 +35,7 @@ TEST(Fresnel, IsTheSameInBothDirections) {
       double inside, outside;
       const double entering = fiber::fresnel_entering(1.55, eta_prime, c, &inside);
       EXPECT_NEAR(fiber::fresnel_leaving(1.55, eta_prime, inside, &outside), entering, 1e-10);
-      // cos 1.5 = .07: eta' = 16.8 magnifies the rounding of cos_t by eta'^2/c.
+      // cos 1.5 = 0.07: eta' = 16.8 magnifies the rounding of cos_t by eta'^2/c.
       EXPECT_NEAR(outside, c, 1e-11);
     }
   }

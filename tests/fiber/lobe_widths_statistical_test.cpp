@@ -21,7 +21,7 @@ constexpr float degree = std::numbers::pi_v<float> / 180;
 
 // Medians of theta_i. 20,000 paths leave 1,300 and more a lobe, of which half lie within 10 to 25 degrees: the traced
 // median is known to 1 degree. The lobes themselves are wider than the traced ones, and cut off at the pole, which
-// moves their median by a few degrees: 8 are claimed. Not of TT at alpha .2, which leaves 16 degrees nearer to the
+// moves their median by a few degrees: 8 are claimed. Not of TT at alpha 0.2, which leaves 16 degrees nearer to the
 // normal plane than what is traced, by three seeds: 18 are claimed there. Before widths and shifts were fitted to
 // traced fibers TT was 14 to 28 off, the orders from TRRT on 11 to 14.
 TEST(lobe_widths, lobes_of_rough_fibers_lie_where_traced_light_leaves_at_grazing_inclinations) {

@@ -282,7 +282,7 @@ TEST(medulla_statistics, another_tracer_finds_the_same) {
   std::printf("largest deviation: %.2f standard errors\n", largest);
 }
 
-// The tables of energies: what leaves is what whole paths keep, by lobe. Their standard error is .006 (ClearEnergies);
+// The tables of energies: what leaves is what whole paths keep, by lobe. Their standard error is 0.006 (ClearEnergies);
 // bound: five times that.
 TEST(medulla_statistics, tables_of_energies_have_it) {
   FiberParameters fiber = unbounded(0.7f, 4, 0.3f, 0.5f);

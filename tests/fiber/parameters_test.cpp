@@ -70,7 +70,7 @@ TEST(Widths, TiltsAreTowardsTheRootForReflection) {
   EXPECT_FLOAT_EQ(fiber::lobe_tilt(fiber, 3), 0.25f);
 }
 
-// TRRT and the residual of `elliptical`: .9 alpha for one bounce and the scales' tilt for those that follow, to
+// TRRT and the residual of `elliptical`: 0.9 alpha for one bounce and the scales' tilt for those that follow, to
 // float's precision; everything else is as published.
 TEST(Widths, ScalesSpreadWhatEllipticalReturnsAfterTrtAndDoNotTurnIt) {
   const int later = fiber::LobeWidths::lane_of(3);
@@ -119,7 +119,8 @@ TEST(Widths, RoughnessBringsTransmittedLobesNearerToTheNormalPlane) {
 
 TEST(Absorption, FromColorAndMelanin) {
   const glm::vec3 absorbed = fiber::sigma_a_from_color(glm::vec3(0.2f, 0.5f, 0.9f));
-  // Chiang et al. 2016, eq. 9 with beta_N = .3: the denominator is 5.969 - .0645 + .22788 - .28971 + .04515 + .0006.
+  // Chiang et al. 2016, eq. 9 with beta_N = 0.3: the denominator is 5.969 - 0.0645 + 0.22788 - 0.28971 + 0.04515 +
+  // 0.0006.
   for (int c = 0; c < 3; ++c) {
     const double color[3] = {0.2, 0.5, 0.9};
     EXPECT_NEAR(absorbed[c], std::pow(std::log(color[c]) / 5.8884149, 2), 1e-6);

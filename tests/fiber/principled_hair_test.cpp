@@ -44,8 +44,8 @@ TEST(PrincipledHair, WidthsRiseWithTheirRoughnessAndACoatNarrowsTheFirstReflecti
   EXPECT_EQ(usual.eccentricity, 1.0f);
 }
 
-/// v_R = (.726 b + .812 b^2)^2, v_TT = v_R/4, v_TRT = 4 v_R; s = sqrt(pi/8) (.265 b + 1.194 b^2), whose deviation is
-/// pi/sqrt 3 s, at b = .3, where the last terms of the publication (3.7 b^20, 5.372 b^22) are nothing. To the rounding
+/// v_R = (0.726 b + 0.812 b^2)^2, v_TT = v_R/4, v_TRT = 4 v_R; s = sqrt(pi/8) (0.265 b + 1.194 b^2), whose deviation is
+/// pi/sqrt 3 s, at b = 0.3, where the last terms of the publication (3.7 b^20, 5.372 b^22) are nothing. To the rounding
 /// of floats.
 TEST(PrincipledHair, PublishedWidthsAreThoseOfThePublication) {
   PrincipledHair hair;

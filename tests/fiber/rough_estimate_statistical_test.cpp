@@ -97,9 +97,9 @@ struct Sums {
 
 // Bins of 60 x 90 degrees by order and color, wi drawn about where light goes. Values have long tails: ways of light
 // that are rare and bright where they are. Compared are bins that 1,500 whole paths or more have met, of late orders
-// where alpha is .3 or more: some 320, half of them independent, within 5.5 standard errors of both (normal values:
-// 2e-5) and a mean square deviation, in standard errors, within .6 and 1.5 (5e-4). Six seeds, with 200,000 paths,
-// had 4.2 at most and .87 to 1.13: tails are taken into account by a rate of 1e-3 for all.
+// where alpha is 0.3 or more: some 320, half of them independent, within 5.5 standard errors of both (normal values:
+// 2e-5) and a mean square deviation, in standard errors, within 0.6 and 1.5 (5e-4). Six seeds, with 200,000 paths,
+// had 4.2 at most and 0.87 to 1.13: tails are taken into account by a rate of 1e-3 for all.
 TEST(rough_estimate_statistics, its_mean_is_what_whole_paths_give) {
   struct Cell {
     float eccentricity, alpha, tilt_deg, theta_deg;
@@ -180,8 +180,8 @@ TEST(rough_estimate_statistics, its_mean_is_what_whole_paths_give) {
 }
 
 // What one value is worth as a light sample: its variance over S^2, of brown fibers and at directions drawn by S. The
-// median of 200 directions: 13, 6 and 4 for alpha .1, .2 and .3. Bounds: with three quarters more, six standard errors
-// of such a median.
+// median of 200 directions: 13, 6 and 4 for alpha 0.1, 0.2 and 0.3. Bounds: with three quarters more, six standard
+// errors of such a median.
 TEST(rough_estimate_statistics, its_variance_is_small_where_fibers_are_rough) {
   constexpr std::size_t directions = 200;
   const int paths = test::scaled(1000);

@@ -69,7 +69,7 @@ TEST(rough_fiber_statistics, is_the_fiber_of_the_reference) {
 
 // As alpha goes to 0 the energies of the orders become those of the smooth fiber, traced through the cross-section:
 // within 5 standard errors (60 of them: 3e-5) and 2e-4 for what slopes of 1e-4 still change. (Late orders at grazing
-// angles are slow to: they are .0028 off at alpha .003, .0013 at .001 and .0002 at .0003.)
+// angles are slow to: they are 0.0028 off at alpha 0.003, 0.0013 at 0.001 and 0.0002 at 0.0003.)
 TEST(rough_fiber_statistics, becomes_the_smooth_fiber) {
   constexpr int offsets = 32768;
   const int paths = test::scaled(200000);
@@ -132,7 +132,7 @@ TEST(rough_fiber_statistics, furnace_is_one_but_for_masking) {
 
 // A tilted cuticle loses no light of its own: what its rising faces guide along the fiber leaves by the steps where
 // they end. With a tilted normal alone 69 % is lost at -60 degrees. Bound: five times the loss without a tilt, at alpha
-// .02.
+// 0.02.
 TEST(rough_fiber_statistics, tilted_furnace_is_one_but_for_masking) {
   for (const double theta : {-80.0, -60.0, 0.0, 60.0, 80.0}) {
     FiberParameters parameters = clear_fiber(0.85f, 0.02f);
@@ -168,7 +168,7 @@ TEST(rough_fiber_statistics, nothing_is_lost_where_masked_light_goes_on) {
 //   R: -2 tau cos_i,  TT: 2 tau (eta cos_t - cos_i),  TRT: 2 tau (2 eta cos_t - cos_i),
 // cos_i and cos_t of the smooth ray at h: entering adds tau (cos_t - cos_i/eta) to its axial direction, reflecting
 // 2 tau cos_t, leaving tau (eta cos_t - cos_i). The mean over h within 5 standard errors (2e-6 of all three) and 1 %,
-// which tau = 1 degree and alpha = .01 add in the second order. (The -2, 1 and 3 tau of Marschner et al. 2003 are of
+// which tau = 1 degree and alpha = 0.01 add in the second order. (The -2, 1 and 3 tau of Marschner et al. 2003 are of
 // one ray through the middle, rounded, for eta 1.5.)
 TEST(rough_fiber_statistics, tilt_turns_each_order_as_to_first_order) {
   FiberParameters parameters = clear_fiber(1, 0.01f);

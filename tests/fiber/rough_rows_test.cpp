@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
+#include "fiber/medulla.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace {
@@ -23,9 +26,14 @@ FiberParameters fiber_with(float eccentricity, float roughness, float tilt) {
   return fiber;
 }
 
-bool alike(const SampledExit& x, const SampledExit& y) {
-  return x.azimuth == y.azimuth && x.height == y.height && x.part == y.part && x.weight == y.weight &&
-         x.attribute == y.attribute;
+/// In an order that depends on what they are alone.
+std::vector<std::array<float, 5>> sorted(const std::vector<SampledExit>& exits) {
+  std::vector<std::array<float, 5>> all;
+  for (const SampledExit& x : exits) {
+    all.push_back({x.azimuth, x.height, static_cast<float>(x.part), x.weight, x.attribute});
+  }
+  std::sort(all.begin(), all.end());
+  return all;
 }
 
 TEST(RoughRows, NodesAreFoldedByTheSymmetriesThatThereAre) {
@@ -90,24 +98,61 @@ TEST(RoughRows, PlacesAndDirectionsAreInverse) {
   EXPECT_EQ(fiber::height_of(-2), -12);
 }
 
+FiberParameters with_medulla(FiberParameters fiber) {
+  fiber::Medulla{0.7f, 4, 0.4f, 0}.give_to(fiber);
+  return fiber;
+}
+
+// What becomes of a path does not depend on those beside it: any cut of a stream has the same exits.
 TEST(RoughRows, DrawsArePureAndCutAnywhere) {
   const auto target = fiber::make_rough_target();
   EXPECT_EQ(target->model_name(), fiber::make_elliptical_target()->model_name());
-  const auto slice = fiber::rough_slice(fiber_with(0.85f, 0.2f, 0.05f));
-  EXPECT_EQ(target->parts(slice), fiber::rough_parts);
-  std::vector<SampledExit> whole, halves, other;
-  target->draw(slice, 0.3f, 0.7f, 5, 0, 64, whole);
-  target->draw(slice, 0.3f, 0.7f, 5, 0, 13, halves);
-  target->draw(slice, 0.3f, 0.7f, 5, 13, 51, halves);
-  target->draw(slice, 0.3f, 0.7f, 6, 0, 64, other);
-  EXPECT_TRUE(std::equal(whole.begin(), whole.end(), halves.begin(), halves.end(), alike));
-  EXPECT_FALSE(std::equal(whole.begin(), whole.end(), other.begin(), other.end(), alike));
+  for (const FiberParameters& fiber :
+       {fiber_with(0.85f, 0.2f, 0.05f), fiber_with(1, 0.8f, 0), with_medulla(fiber_with(0.75f, 0.1f, 0.05f))}) {
+    const auto slice = fiber::rough_slice(fiber);
+    EXPECT_EQ(target->parts(slice), fiber::rough_parts);
+    std::vector<SampledExit> whole, again, parts, odd, other;
+    target->draw(slice, 0.3f, 0.7f, 5, 0, 512, whole);
+    target->draw(slice, 0.3f, 0.7f, 5, 0, 512, again);
+    target->draw(slice, 0.3f, 0.7f, 5, 0, 128, parts);
+    target->draw(slice, 0.3f, 0.7f, 5, 128, 384, parts);
+    target->draw(slice, 0.3f, 0.7f, 5, 0, 13, odd);
+    target->draw(slice, 0.3f, 0.7f, 5, 13, 499, odd);
+    target->draw(slice, 0.3f, 0.7f, 6, 0, 512, other);
+    EXPECT_TRUE(std::ranges::equal(whole, again, [](const SampledExit& x, const SampledExit& y) {
+      return x.azimuth == y.azimuth && x.height == y.height && x.weight == y.weight;
+    }));
+    EXPECT_EQ(sorted(whole), sorted(parts));
+    EXPECT_EQ(sorted(whole), sorted(odd));
+    EXPECT_NE(sorted(whole), sorted(other));
+  }
+}
+
+// More paths than are followed at once, too.
+TEST(RoughRows, SetsAreFourStreams) {
+  const auto target = fiber::make_rough_target();
+  for (const FiberParameters& fiber : {fiber_with(0.85f, 0.2f, 0.05f), with_medulla(fiber_with(0.75f, 0.1f, 0))}) {
+    const auto slice = fiber::rough_slice(fiber);
+    for (const std::uint32_t count : {1u, 100u, 1500u}) {
+      std::array<std::vector<SampledExit>, 4> sets, of_default;
+      for (std::vector<SampledExit>& set : sets) set.resize(3);  // to be kept
+      target->draw_sets(slice, -0.3f, 0.7f, 8, 7, count, sets);
+      target->SampledTarget::draw_sets(slice, -0.3f, 0.7f, 8, 7, count, of_default);
+      for (std::uint64_t set = 0; set < 4; ++set) {
+        std::vector<SampledExit> alone;
+        target->draw(slice, -0.3f, 0.7f, 8 + set, 7, count, alone);
+        EXPECT_GE(alone.size(), count / 2);
+        EXPECT_EQ(sorted(of_default[set]), sorted(alone));
+        EXPECT_EQ(sorted({sets[set].begin() + 3, sets[set].end()}), sorted(alone)) << count << ' ' << set;
+      }
+    }
+  }
 }
 
 TEST(RoughRows, DrawsAreFiniteInEveryCorner) {
   const auto target = fiber::make_rough_target();
   for (const float e : {0.5f, 1.0f}) {
-    for (const float alpha : {0.01f, 1.0f}) {
+    for (const float alpha : {1e-4f, 0.01f, 1.0f}) {
       for (const float tilt : {0.0f, 0.26f}) {
         const auto slice = fiber::rough_slice(fiber_with(e, alpha, tilt));
         for (const float theta : {0.0f, 87.5f * degree, 90 * degree}) {

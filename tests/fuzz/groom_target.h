@@ -31,7 +31,8 @@ inline int run_groom_reader(const std::uint8_t* data, std::size_t size,
   require(groom->id.empty() || groom->id.size() == groom->strand_count());
   require(groom->root_uv.empty() || groom->root_uv.size() == groom->strand_count());
   for (const glm::vec3& n : groom->normal) require(glm::dot(n, n) <= 1.001f);  // NaN fails
-  for (const float width : groom->width) require(width >= 0 && std::isfinite(width));
+  for (const float width : groom->width)
+    require(std::isfinite(width) && (width >= 0 || width < 0.9f * scene::width_not_said));
   scene::GroomPlacement placement;
   placement.guess_up = true;
   placement.colors = true;

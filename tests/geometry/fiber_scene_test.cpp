@@ -66,7 +66,7 @@ HitRate hit_rate(const FiberScene& fibers, float a, double phi, float z, float i
 
 TEST_P(FiberSceneTest, hit_rate_is_the_silhouette_of_the_ellipse) {
   constexpr int rays = 4000;
-  // A spacing of the offsets, and the float error of Embree's lateral coordinate seen from 2 cm: 2 * 6e-8 / .01.
+  // A spacing of the offsets, and the float error of Embree's lateral coordinate seen from 2 cm: 2 * 6e-8 / 0.01.
   constexpr double tolerance = 2.2 / rays + 1e-4;
   for (const float e : {1.0f, 0.85f, 0.6f}) {
     for (const bool twist : {false, true}) {
@@ -74,7 +74,7 @@ TEST_P(FiberSceneTest, hit_rate_is_the_silhouette_of_the_ellipse) {
       const scene::Scene scene = one_fiber(e, twist, curl, root_angle, GetParam());
       const FiberScene fibers(scene);
       const auto a = static_cast<float>(fiber::major_semi_axis(radius_cm, e));
-      // Not at quarters of a segment: rays aimed at the very seam of two of Embree's quads can slip through (.3 %).
+      // Not at quarters of a segment: rays aimed at the very seam of two of Embree's quads can slip through (0.3 %).
       for (const float z : {-4.95f, -0.43f, 3.3f}) {
         for (const float inclination : {0.0f, 0.5f}) {
           for (double phi = -3; phi < 3.2; phi += 0.47) {
@@ -115,7 +115,7 @@ TEST_P(FiberSceneTest, hit_carries_the_frame_that_the_root_angle_set) {
     EXPECT_NEAR(hit->distance_cm, 3, 1e-3);
     EXPECT_NEAR(glm::length(hit->u - glm::vec3(0, 0, 1)), 0, 1e-5);
     const double angle = root_angle + fiber::major_axis_rotation(z + 5, curl);
-    // Embree's curve parameter is good to some 1e-5 of a segment of 1 cm, .8 rad.
+    // Embree's curve parameter is good to some 1e-5 of a segment of 1 cm, 0.8 rad.
     EXPECT_NEAR(glm::length(hit->v - glm::vec3(std::cos(angle), std::sin(angle), 0)), 0, 2e-4);
     EXPECT_NEAR(glm::length(glm::cross(hit->u, hit->v) - hit->w), 0, 1e-5);
     // Seen along y, the offset to the right of the ray x tangent is +x.

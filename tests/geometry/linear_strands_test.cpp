@@ -26,7 +26,7 @@ scene::Scene bent_scene(const std::vector<glm::vec3>& points, float eccentricity
   return scene;
 }
 
-/// Eight segments of .2 to .5 cm that bend by up to 100 degrees.
+/// Eight segments of 0.2 to 0.5 cm that bend by up to 100 degrees.
 std::vector<glm::vec3> zigzag(std::uint64_t seed) {
   RandomStream random(51, seed);
   std::vector<glm::vec3> points{glm::vec3(0)};
@@ -110,7 +110,7 @@ TEST(LinearStrands, rays_meet_the_ribbons_and_their_joints) {
     for (int i = 0; i < 5000; ++i) {
       const Ray ray = ray_at(points, random);
       const Answer answer = exact_answer(points, ray);
-      // Rounding of coordinates below 4 cm in some ten operations, and the seam that is closed by .001 of the radius.
+      // Rounding of coordinates below 4 cm in some ten operations, and the seam that is closed by 0.001 of the radius.
       if (answer.margin < 2e-5 + 2e-6) continue;
       const std::optional<Hit> hit = fibers.intersect(ray);
       ++rays;
@@ -159,7 +159,7 @@ TEST(LinearStrands, hits_lie_on_the_polygon_and_have_the_frame_of_its_segment) {
   }
 }
 
-/// A right angle. The spline's knot at the corner is (p- + 4 p + p+)/6, here .236 cm inside.
+/// A right angle. The spline's knot at the corner is (p- + 4 p + p+)/6, here 0.236 cm inside.
 TEST(LinearStrands, a_corner_is_reached_where_a_spline_cuts_it) {
   const std::vector<glm::vec3> corner{{-2, 0, 0}, {-1, 0, 0}, {0, 0, 0}, {0, 0, 1}, {0, 0, 2}};
   const scene::Scene lines = bent_scene(corner, 1, true), splines = bent_scene(corner, 1, false);
@@ -172,7 +172,7 @@ TEST(LinearStrands, a_corner_is_reached_where_a_spline_cuts_it) {
   const Ray inside{{-1.0f / 6, -3, 1.0f / 6}, {0, 1, 0}};
   EXPECT_FALSE(linear.occluded(inside));
   EXPECT_TRUE(bspline.occluded(inside));
-  // The joint is round: a radius of .02 cm around the corner on the outside, no further.
+  // The joint is round: a radius of 0.02 cm around the corner on the outside, no further.
   EXPECT_TRUE(linear.occluded({{0.013f, -3, -0.013f}, {0, 1, 0}}));
   EXPECT_FALSE(linear.occluded({{0.016f, -3, -0.016f}, {0, 1, 0}}));
   // Root and tip are flat.

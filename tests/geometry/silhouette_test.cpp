@@ -191,10 +191,10 @@ TEST_P(Silhouette, a_segment_is_blocked_the_same_from_both_ends) {
     EXPECT_EQ(found.split, 0);
     EXPECT_EQ(found.wrong, 0);
   }
-  // Four edges, each uncertain by 1e-6 cm of the .08 cm that the segments are spread over: 5e-5 of 100,000, 5.
+  // Four edges, each uncertain by 1e-6 cm of the 0.08 cm that the segments are spread over: 5e-5 of 100,000, 5.
   EXPECT_LE(even.differ, 15);
-  // Linear strands have no such edges. Those of B-splines are off by up to taper_error, .3 * .0625 on average, in half
-  // a quad at most, so by some .005 of .015 cm: .4 % of the pairs.
+  // Linear strands have no such edges. Those of B-splines are off by up to taper_error, 0.3 * 0.0625 on average, in
+  // half a quad at most, so by some 0.005 of 0.015 cm: 0.4 % of the pairs.
   EXPECT_LE(tapered.differ, GetParam() ? 15 : 400);
 }
 

@@ -72,9 +72,9 @@ TEST(StrandFrames, turn_with_a_strand_that_turns_about_the_vertical) {
 }
 
 TEST(StrandFrames, do_not_turn_about_the_tangent_more_than_parallel_transport) {
-  // A helix of radius 1 and pitch .3 per radian: parallel transport turns against the Frenet frame by the torsion
-  // .3/(1 + .3^2) per unit of length, sqrt(1 + .3^2) of it per radian. The spline's knots lie on a helix of radius
-  // (4 + 2 cos .1)/6 and the same pitch; double reflection is of fourth order in the step of .1 rad.
+  // A helix of radius 1 and pitch 0.3 per radian: parallel transport turns against the Frenet frame by the torsion
+  // 0.3/(1 + 0.3^2) per unit of length, sqrt(1 + 0.3^2) of it per radian. The spline's knots lie on a helix of radius
+  // (4 + 2 cos 0.1)/6 and the same pitch; double reflection is of fourth order in the step of 0.1 rad.
   const std::vector<glm::vec3> points = helix(101);
   const std::vector<KnotFrame> frames = strand_frames(points, 0, 0);
   const double radius = (4 + 2 * std::cos(0.1)) / 6;
@@ -91,7 +91,7 @@ TEST(StrandFrames, do_not_turn_about_the_tangent_more_than_parallel_transport) {
     step -= 2 * M_PI * std::round(step / (2 * M_PI));
     turned += step;
   }
-  // 98 steps of .1 rad; the tangent p+ - p- of a sampled helix is steeper than the curve's by less than .2 %.
+  // 98 steps of 0.1 rad; the tangent p+ - p- of a sampled helix is steeper than the curve's by less than 0.2 %.
   EXPECT_NEAR(turned, -9.8 * rate, 0.002 * 9.8 * rate);
 }
 
@@ -115,7 +115,7 @@ TEST(StrandFrames, change_in_proportion_to_the_step) {
   const std::vector<glm::vec3> coarse = helix(50);
   const std::vector<KnotFrame> frames = strand_frames(coarse, 0, 0);
   for (std::size_t i = 1; i < frames.size(); ++i) {
-    // The tangent turns by at most .1 rad a step, the normal no faster.
+    // The tangent turns by at most 0.1 rad a step, the normal no faster.
     EXPECT_LT(glm::length(frames[i].normal - frames[i - 1].normal), 0.101f);
   }
 }

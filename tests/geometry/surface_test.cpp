@@ -57,7 +57,7 @@ scene::Scene only(const scene::Mesh& mesh) {
   return scene;
 }
 
-/// A fiber of radius .01 along x at z = 1, over a square at z = 0.
+/// A fiber of radius 0.01 along x at z = 1, over a square at z = 0.
 scene::Scene fiber_over_square() {
   scene::Scene scene = only(square(4, 0));
   scene.materials.resize(1);
@@ -135,7 +135,7 @@ TEST(Surface, a_fiber_that_stands_on_it_shades_it_down_to_the_root) {
 }
 
 /// From inside a closed sphere. Of rays aimed at its edges and corners, as well as floats can, 7e-5 get out of Embree's
-/// robust mode (28 of 409,600), .9 of the 12,288 here; more than 9 with a probability of 1e-7. Without it 394 do.
+/// robust mode (28 of 409,600), 0.9 of the 12,288 here; more than 9 with a probability of 1e-7. Without it 394 do.
 TEST(Surface, is_watertight) {
   const scene::Mesh mesh = sphere({3, -2, 5}, 9, 4);
   const scene::Scene scene = only(mesh);

@@ -84,6 +84,20 @@ TEST(Exr, HalvesHoldWhatTheyCanAndTheRestKeepsItsBits) {
   EXPECT_EQ(read->find("A")->pixels, (std::vector<float>{1, 0.300048828125f}));
 }
 
+// dark_beauty_half: alpha says nothing of how bright R, G, B are.
+TEST(Exr, DarkBeautyKeepsItsValues) {
+  const auto file = temporary("dark.exr");
+  Picture picture;
+  picture.width = 2;
+  picture.height = 1;
+  for (const char* name : {"R", "G", "B"}) picture.channels.push_back({name, {1.0007e-7f, 3e-8f}});
+  picture.channels.push_back({"A", {1, 0.5f}});
+  ASSERT_FALSE(write_exr(file, picture, Precision::half));
+  const auto read = read_exr(file);
+  ASSERT_TRUE(read) << read.error().message();
+  for (const char* name : {"R", "G", "B", "A"}) EXPECT_EQ(read->find(name)->pixels, picture.find(name)->pixels) << name;
+}
+
 TEST(Picture, KeepsBeautyAndTheLayersThatAreNamed) {
   Picture picture = gradient();
   EXPECT_EQ(layer_of("R"), "beauty");
@@ -213,8 +227,9 @@ std::vector<int> decoded(const std::filesystem::path& file, int* channels) {
   return bytes;
 }
 
-// sRGB of .5 is 188, of .25 137, of .18 118. Transparent, a pixel that is half covered by .5 (premultiplied .25) has
-// the color of what covers it; opaque it has what R, G, B have, or mid-grey behind where the picture has no backdrop.
+// sRGB of 0.5 is 188, of 0.25 137, of 0.18 118. Transparent, a pixel that is half covered by 0.5 (premultiplied 0.25)
+// has the color of what covers it; opaque it has what R, G, B have, or mid-grey behind where the picture has no
+// backdrop.
 TEST(Preview, HasStraightAlphaIfToldAndElseWhatIsBehind) {
   Picture picture;
   picture.width = 3;

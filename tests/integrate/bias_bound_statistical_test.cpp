@@ -47,7 +47,7 @@ Told render(const scene::Scene& scene, Estimator estimator, const adaptive::Opti
   const auto target = fiber::make_elliptical_target();
   adaptive::Service service(learning, *target);
   adaptive::Service* const rows = estimator == Estimator::exact ? nullptr : &service;
-  const auto model = fiber::make_elliptical_model(estimator, rows);
+  const auto model = *fiber::make_elliptical_model(estimator, rows);
   std::vector<fiber::FiberId> ids;
   for (const fiber::FiberParameters& fiber : scene.fibers) ids.push_back(model->add_fiber(fiber));
   RenderOptions options;

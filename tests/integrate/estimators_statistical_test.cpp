@@ -37,7 +37,7 @@ class Hair {
   /// Sums over samples [0, samples) of every pixel under `seed`. Goes on with the table as it is.
   std::vector<double> render(Estimator estimator, int samples, std::uint64_t seed, int threads = 2) {
     adaptive::Service* service = estimator == Estimator::exact ? nullptr : service_.get();
-    const std::unique_ptr<fiber::FiberModel> model = fiber::make_elliptical_model(estimator, service);
+    const std::unique_ptr<fiber::FiberModel> model = *fiber::make_elliptical_model(estimator, service);
     std::vector<fiber::FiberId> ids;
     for (const fiber::FiberParameters& fiber : scene_.fibers) ids.push_back(model->add_fiber(fiber));
     RenderOptions options;

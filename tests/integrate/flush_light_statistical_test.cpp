@@ -15,7 +15,7 @@ namespace tress::integrate {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double gap = 1e-4;  ///< .1 mm in a scene of a meter
+constexpr double gap = 1e-4;  ///< 0.1 mm in a scene of a meter
 
 /// Where a scene of unit size stands.
 struct Place {
@@ -117,7 +117,7 @@ void expect_radiance(const scene::Scene& scene, double expected, const std::stri
 }
 
 // 7 places x 5 bright scenes x 2 ways at |z| < 5: one false alarm in 24,000 runs; the seed is fixed. Shadow rays that
-// end at the light itself leave a flush panel a tenth to nine tenths of its light, a twentieth of the bound .96.
+// end at the light itself leave a flush panel a tenth to nine tenths of its light, a twentieth of the bound 0.96.
 TEST(FlushLight, a_mesh_in_its_surface_does_not_shade_it) {
   for (const Place& place : places()) {
     scene::Scene scene = floor_spot(place);

@@ -24,7 +24,7 @@ struct Place {
   scene::Scene scene;
 };
 
-/// Straight strands of radius .03 along y side by side, and the camera looking along them.
+/// Straight strands of radius 0.03 along y side by side, and the camera looking along them.
 scene::Scene end_on_bundle() {
   scene::Scene scene = tangle(0, 24, 24);
   scene.camera.eye = {0, -3, 0};
@@ -60,7 +60,7 @@ std::vector<Place> places() {
 
 TEST(Roulette, leaves_paths_alone_that_have_lost_nothing) {
   // Drawn in proportion to S, no light samples: every weight is 1, and so is what every path brings. With survival of
-  // .95 at most a path of 60 hits brought 20 or nothing.
+  // 0.95 at most a path of 60 hits brought 20 or nothing.
   WhiteFiber model;
   model.matched = 1;
   const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
@@ -115,8 +115,8 @@ TEST(Corrected, is_exact_where_a_lobe_is_traced_at_every_vertex) {
   fiber.roughness = 0.05f;  // TT is 1.4 degrees wide, below the narrowest grid; TRT and TRRT have rows that answer
   const std::unique_ptr<adaptive::Target> target = fiber::make_elliptical_target();
   adaptive::Service service(adaptive::Options{}, *target);
-  const auto corrected = fiber::make_elliptical_model(fiber::Estimator::corrected, &service);
-  const auto exact = fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
+  const auto corrected = *fiber::make_elliptical_model(fiber::Estimator::corrected, &service);
+  const auto exact = *fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
   const fiber::FiberId id = corrected->add_fiber(fiber), exact_id = exact->add_fiber(fiber);
   RandomStream random(test::seed(54));
   for (int i = 0; i < 300; ++i) {

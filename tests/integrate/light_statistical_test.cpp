@@ -56,7 +56,7 @@ scene::Mesh square(float size, float x, float z) {
   return mesh;
 }
 
-/// A matte floor in the dark, of which the camera sees a spot of less than .02 cm about the origin.
+/// A matte floor in the dark, of which the camera sees a spot of less than 0.02 cm about the origin.
 scene::Scene floor_spot() {
   scene::Scene scene;
   scene.environment = scene::Environment(glm::vec3(0.0f));
@@ -171,7 +171,7 @@ TEST(OneFiber, scatters_a_lights_share_of_the_sphere) {
     options.light_samples = lights;
     options.bcsdf_samples = bcsdfs;
     const Mean mean = mean_of(render_with(scene, model, fibers, options, 2), "R");
-    // 1e-3: the spot is .02 cm high, 5 cm from the sphere.
+    // 1e-3: the spot is 0.02 cm high, 5 cm from the sphere.
     EXPECT_LT(std::abs(mean.value - expected), z_limit * mean.error + 1e-3 * expected) << lights << " " << bcsdfs;
     EXPECT_LT(mean.error, 0.05 * expected * test::widened(128));
   }

@@ -140,8 +140,8 @@ TEST(Variance, is_what_pictures_of_many_seeds_show) {
   double found = 0;
   for (std::size_t i = 0; i < 256; ++i) found += (squares[i] - sum[i] * sum[i] / seeds) / (seeds - 1);
   found /= 256;
-  // The variance found over 256 pixels of 39 degrees of freedom each has a relative error of some sqrt(2/10000) = .014
-  // (more with heavy tails: .03; five of those are .15). Stratification makes it less than what is told, as that
+  // The variance found over 256 pixels of 39 degrees of freedom each has a relative error of some sqrt(2/10000) = 0.014
+  // (more with heavy tails: 0.03; five of those are 0.15). Stratification makes it less than what is told, as that
   // pretends independence; half is far more than it gains here.
   RecordProperty("found_over_told", std::to_string(found / told));
   EXPECT_LT(found, 1.15 * told);

@@ -511,7 +511,7 @@ TEST(Renderer, the_order_of_materials_changes_no_pixel) {
       }
     }
     scene::assign_fibers(&scene);
-    const auto model = fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
+    const auto model = *fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
     std::vector<fiber::FiberId> fibers;
     for (const fiber::FiberParameters& fiber : scene.fibers) fibers.push_back(model->add_fiber(fiber));
     return render_with(scene, *model, fibers, few_samples(1), 2);
@@ -581,7 +581,7 @@ TEST(Film, tells_the_variance_of_the_mean_and_the_noise) {
 }
 
 TEST(Film, a_long_render_of_a_constant_is_that_constant) {
-  // What `--time` brings over night: in float sums .1 was .0998964 by then, and queries had gone past 32 bits.
+  // What `--time` brings over night: in float sums 0.1 was 0.0998964 by then, and queries had gone past 32 bits.
   Film film({0, 0, 1, 1}, false);
   PathSums path;
   path.layers[background_layer] = glm::vec3(0.1f, 0.3f, 0.7f);

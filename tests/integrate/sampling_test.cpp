@@ -51,7 +51,7 @@ TEST(CameraRays, look_where_the_camera_looks) {
   image.width = 200;
   image.height = 100;
   const CameraRays rays(camera, image);
-  // The tent's centre: u = 1/2. Pixel (99.5, 49.5) would be the middle, half a pixel is .01 of the focal length.
+  // The tent's centre: u = 1/2. Pixel (99.5, 49.5) would be the middle, half a pixel is 0.01 of the focal length.
   const glm::vec3 middle = rays.ray(99, 49, {0.5f, 0.5f}).direction;
   EXPECT_NEAR(middle.x, -0.01, 1e-4);
   EXPECT_NEAR(middle.z, 0.01, 1e-4);

@@ -21,14 +21,16 @@ namespace tress::integrate {
 /// around. Drawn a `matched` part of the time in proportion to S / albedo, else uniformly in (theta, phi): at 1/2 the
 /// weights S/Q go from 0 to 1.22 albedo, at 1 all are the albedo. A fiber is given by its share of each lobe, per
 /// channel, which sum to the albedo. Two queries an evaluation, one of them exact,
-/// of objective .5 together.
+/// of objective 0.5 together.
 class WhiteFiber : public fiber::FiberModel {
  public:
   std::string name() const override { return "white"; }
-  fiber::FiberId add_fiber(const fiber::FiberParameters&) override { return 0; }
+  fiber::FiberId make_fiber(const fiber::FiberParameters&) override {
+    return static_cast<fiber::FiberId>(shares_.size() - 1);
+  }
   fiber::FiberId add_fiber(const fiber::LobeColors& shares) {
     shares_.push_back(shares);
-    return static_cast<fiber::FiberId>(shares_.size() - 1);
+    return FiberModel::add_fiber({});
   }
   fiber::FiberEvent make_event(fiber::FiberId fiber, const fiber::FiberDirection& wr, float xi1, float xi2,
                                float /*h*/) const override {
@@ -41,14 +43,14 @@ class WhiteFiber : public fiber::FiberModel {
     event.energy = shares_[fiber];
     return event;
   }
-  fiber::FiberSample sample(const fiber::FiberEvent& event, const std::array<float, 4>& u) const override {
+  fiber::FiberSample sample_event(const fiber::FiberEvent& event, const std::array<float, 4>& u) const override {
     fiber::FiberSample sample;
     const float theta = u[0] < matched ? std::asin(2 * u[1] - 1) : std::numbers::pi_v<float> * (u[1] - 0.5f);
     sample.wi = {theta, 2 * std::numbers::pi_v<float> * (u[2] - 0.5f)};
     sample.value = evaluate(event, sample.wi);
     return sample;
   }
-  fiber::FiberValue evaluate(const fiber::FiberEvent& event, const fiber::FiberDirection& wi) const override {
+  fiber::FiberValue evaluate_event(const fiber::FiberEvent& event, const fiber::FiberDirection& wi) const override {
     fiber::FiberValue value;
     const float s = std::max(0.0f, std::cos(wi.theta)) / (4 * std::numbers::pi_v<float>);
     for (int lobe = 0; lobe < fiber::lobe_count; ++lobe) value.s[lobe] = s * shares_[event.fiber][lobe];

@@ -79,9 +79,6 @@ const std::vector<std::string> folders_upwards{"include/tress",
                                                "src/models/elliptical",
                                                "src/models/rough",
                                                "src/models",
-                                               "src/references/models",
-                                               "src/references/learners",
-                                               "src/references",
                                                "src/image",
                                                "src/denoise",
                                                "src/scene/model",
@@ -95,7 +92,11 @@ const std::vector<std::string> folders_upwards{"include/tress",
                                                "src/cli",
                                                "src/cli/farm",
                                                "src/python",
-                                               "src"};
+                                               "src",
+                                               "bench/references/models",
+                                               "bench/references/learners",
+                                               "bench/references",
+                                               "bench/lab"};
 
 struct Apart {
   std::string folder;  // and all below it
@@ -108,17 +109,18 @@ const std::vector<Apart> apart{
     {"src/fiber", {"adaptive"}},
     {"src/models", {"adaptive"}},
     {"src/models/rough", {"src/models/elliptical"}},
-    {"src/references/models", {"adaptive"}},
-    {"src/image", {"adaptive", "include/tress/fiber", "src/fiber", "src/models", "src/references"}},
-    {"src/denoise",
-     {"adaptive", "include/tress/adaptive", "include/tress/fiber", "src/fiber", "src/models", "src/references"}},
-    {"src/scene", {"adaptive", "src/models", "src/references"}},
-    {"src/geometry", {"adaptive", "src/models", "src/references"}},
-    {"src/integrate", {"adaptive", "src/models", "src/references"}},
-    {"src/live", {"adaptive", "src/models", "src/references"}},
+    {"bench/references/models", {"adaptive"}},
+    {"bench/references", {"src/scene", "src/geometry", "src/integrate", "src/image", "src/live", "src/cli"}},
+    {"bench/lab", {"adaptive"}},
+    {"src/image", {"adaptive", "include/tress/fiber", "src/fiber", "src/models"}},
+    {"src/denoise", {"adaptive", "include/tress/adaptive", "include/tress/fiber", "src/fiber", "src/models"}},
+    {"src/scene", {"adaptive", "src/models"}},
+    {"src/geometry", {"adaptive", "src/models"}},
+    {"src/integrate", {"adaptive", "src/models"}},
+    {"src/live", {"adaptive", "src/models"}},
     {"src/farm",
-     {"adaptive", "include/tress/adaptive", "include/tress/fiber", "src/fiber", "src/models", "src/references",
-      "src/image", "src/scene", "src/geometry", "src/integrate"}},
+     {"adaptive", "include/tress/adaptive", "include/tress/fiber", "src/fiber", "src/models", "src/image", "src/scene",
+      "src/geometry", "src/integrate"}},
     {"src/cli", {"adaptive"}},
     {"src/python", {"adaptive", "src/cli"}}};
 
@@ -128,7 +130,7 @@ bool is_in(const std::string& folder, const std::string& parent) {
 
 /// The folder of a file of ours that an include names, empty for all others. Angle brackets or quotes alike.
 std::string folder_of(const std::string& name) {
-  for (const char* root : {"include", "adaptive", "src"}) {
+  for (const char* root : {"include", "adaptive", "src", "bench"}) {
     const fs::path file = fs::path(TRESS_SOURCE_DIR) / root / name;
     if (fs::is_regular_file(file)) return fs::relative(file.parent_path(), TRESS_SOURCE_DIR).string();
   }
@@ -138,7 +140,7 @@ std::string folder_of(const std::string& name) {
 /// Every (folder, folder that it includes), by the text of the files.
 std::set<std::pair<std::string, std::string>> folder_pairs() {
   std::set<std::pair<std::string, std::string>> pairs;
-  for (const char* root : {"include", "adaptive", "src"}) {
+  for (const char* root : {"include", "adaptive", "src", "bench/references", "bench/lab"}) {
     for (const Include& include : includes_under(root)) {
       const std::string from = fs::path(include.path).parent_path().string(), to = folder_of(include.name);
       if (!to.empty() && to != from) pairs.emplace(from, to);
@@ -162,7 +164,7 @@ TEST(Documents, TheArchitectureIsDrawnFromTheseIncludes) {
 
 TEST(IncludeRules, EveryPairOfFoldersPointsDownwards) {
   std::set<std::pair<std::string, std::string>> pairs;
-  for (const char* root : {"include", "adaptive", "src"}) {
+  for (const char* root : {"include", "adaptive", "src", "bench/references", "bench/lab"}) {
     for (const Include& include : includes_under(root)) {
       const std::string from = fs::path(include.path).parent_path().string(), to = folder_of(include.name);
       const auto place = [](const std::string& folder) { return std::ranges::find(folders_upwards, folder); };

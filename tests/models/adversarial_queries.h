@@ -44,6 +44,7 @@ class TaughtModel {
       options.queries_before_creation = 1;
       options.memory_bytes = std::size_t{2} << 30;
       options.sampled_epsilon = 0.5;
+      options.heard_share = 0;  // what is heard is drawn from the fiber, and evaluate() knows the row
       if (what.taught == Taught::converged) options.learner = &adaptive::eager_learner;
       if (what.taught == Taught::knots) options.learner = &adaptive::knot_learner;
       learned_ = fiber::make_service(info, options);

@@ -57,7 +57,7 @@ INSTANTIATE_TEST_SUITE_P(models, adversarial_queries, testing::ValuesIn(cases())
                          [](const testing::TestParamInfo<Case>& info) { return std::string(info.param.name); });
 
 // Seed 1. Corner fibers of a blur of 45 degrees, whose rows are few, fibers that are all but
-// black, and one of .5 degree, where every answer is
+// black, and one of 0.5 degree, where every answer is
 // traced.
 TEST_P(adversarial_queries, answers_nothing_that_is_not_owed) {
   std::vector<AdversarialFiber> fibers;
@@ -99,7 +99,7 @@ TEST_P(adversarial_queries, answers_nothing_that_is_not_owed) {
 TEST(black_fibers, are_drawn_by_a_finite_density) {
   for (std::uint32_t k = 0; k < test::dark_fibers; ++k) {
     const AdversarialFiber fiber = test::adversarial_fiber(1, test::first_dark_fiber + k);
-    const auto model = fiber::make_elliptical_model(Estimator::exact, nullptr);
+    const auto model = *fiber::make_elliptical_model(Estimator::exact, nullptr);
     const fiber::FiberId id = model->add_fiber(fiber.parameters);
     for (const float theta : {0.0f, 0.7f, -1.5707964f}) {
       const fiber::FiberEvent event = model->begin(id, {theta, 0.3f}, 0.4f, 0.6f, 0);

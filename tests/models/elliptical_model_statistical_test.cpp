@@ -132,7 +132,7 @@ TEST(elliptical_model_statistics, samples_of_each_lobe_follow_its_own_density) {
   }
 }
 
-// The mean weight of the sampler in clear hair is the energy: within .2 % (energy table) and 4.5 standard errors
+// The mean weight of the sampler in clear hair is the energy: within 0.2 % (energy table) and 4.5 standard errors
 // (false alarm 7e-6 each, 18 of them).
 TEST(elliptical_model_statistics, white_furnace_is_one_by_sampling) {
   for (const float e : {1.0f, 0.85f, 0.7f}) {

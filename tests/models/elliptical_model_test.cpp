@@ -211,7 +211,7 @@ TEST(elliptical_model, objective_is_one_a_query_before_the_first_test_and_below_
 }
 
 // One direction pair: the mean over a 16 x 16 grid of xi against the Fourier reference at the exact (phi_r, theta_d).
-// A grid of steps sigma/3 is good to .02 of L2 at 99 % (design section 5): tolerance .05 in L2.
+// A grid of steps sigma/3 is good to 0.02 of L2 at 99 %: tolerance 0.05 in L2.
 TEST(elliptical_model, mean_over_xi_is_the_reference_shape) {
   const FiberDirection known{0.35f, 0.63f};
   const float theta_i = 0.1f;
@@ -259,7 +259,7 @@ TEST(elliptical_model, mean_over_xi_is_the_reference_shape) {
 TEST(elliptical_model, equal_parameters_are_one_fiber_and_narrow_lobes_are_answered_exactly) {
   const auto target = fiber::make_elliptical_target();
   adaptive::Service service(adaptive::Options{}, *target);
-  const auto model = fiber::make_elliptical_model(fiber::Estimator::fitted, &service);
+  const auto model = *fiber::make_elliptical_model(fiber::Estimator::fitted, &service);
   FiberParameters narrow = clear_hair();
   narrow.azimuthal_sigma = {2 * degree, 10 * degree, 20 * degree};
   EXPECT_EQ(model->add_fiber(clear_hair()), model->add_fiber(clear_hair()));
@@ -267,7 +267,7 @@ TEST(elliptical_model, equal_parameters_are_one_fiber_and_narrow_lobes_are_answe
   EXPECT_NE(id, model->add_fiber(clear_hair()));
   EXPECT_EQ(service.slice_count(), 6u);
 
-  const auto exact = fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
+  const auto exact = *fiber::make_elliptical_model(fiber::Estimator::exact, nullptr);
   const fiber::FiberId exact_id = exact->add_fiber(narrow);
   const FiberDirection wr{0.2f, 0.5f};
   const FiberEvent event = model->begin(id, wr, 0.5f, 0.5f, 0), exact_event = exact->begin(exact_id, wr, 0.5f, 0.5f, 0);

@@ -63,7 +63,7 @@ FiberSample draw(const LearnedModel& model, const FiberEvent& event, RandomStrea
 }
 
 // Counts over 36 x 36 bins against the integral of pdf over each. The rule resolves the narrowest lobe (theta_i of
-// standard deviation .035, azimuth of 2 degrees): 12 points a bin of .087 rad in theta, 8 a bin of .17 rad in phi.
+// standard deviation 0.035, azimuth of 2 degrees): 12 points a bin of 0.087 rad in theta, 8 a bin of 0.17 rad in phi.
 double p_value_of(const LearnedModel& model, const FiberEvent& event, std::uint64_t seed) {
   constexpr int bins = 36, samples = 20000;
   std::vector<double> counts(bins * bins), expected(bins * bins);
@@ -177,7 +177,7 @@ TEST(evidence, density_of_corrected_is_that_of_fitted_to_rounding) {
 }
 
 // Clear hair: the mean weight is the sum of the energies, 1 by construction but for the table's interpolation, within
-// .2 % and 4.5 standard errors (false alarm 7e-6 each, 24 of them).
+// 0.2 % and 4.5 standard errors (false alarm 7e-6 each, 24 of them).
 TEST(evidence, furnace_is_white_for_every_inclination_ellipse_and_azimuth) {
   double largest = 0;
   RandomStream place(test::seed(29));

@@ -103,7 +103,7 @@ TEST(Fiber3d, DrawsThePathOfItsNumbers) {
 }
 
 // In the near field of a nearly smooth round fiber the reflection leaves in the mirrored direction of h, and R comes
-// with the frequency of Fresnel's law: .0465 at normal incidence, eta 1.55 (5 standard errors, alpha .01 adds 1e-4).
+// with the frequency of Fresnel's law: 0.0465 at normal incidence, eta 1.55 (5 standard errors, alpha 0.01 adds 1e-4).
 TEST(Fiber3d, EntersAtTheOffsetOfTheHit) {
   FiberParameters parameters;
   parameters.eccentricity = 1;

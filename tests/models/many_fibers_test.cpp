@@ -43,7 +43,7 @@ std::vector<FiberParameters> thousand_fibers() {
 TEST(many_fibers, share_slices_energies_and_colors) {
   const auto target = fiber::make_elliptical_target();
   adaptive::Service service(adaptive::Options{}, *target);
-  const auto model = fiber::make_elliptical_model(Estimator::fitted, &service);
+  const auto model = *fiber::make_elliptical_model(Estimator::fitted, &service);
   const std::vector<FiberParameters> fibers = thousand_fibers();
   std::vector<FiberId> ids;
   std::size_t of_ten_values = 0;
@@ -112,7 +112,7 @@ TEST(many_fibers, rows_that_cease_to_be_converged_are_asked_again) {
   }
   const auto target = fiber::make_elliptical_target();
   adaptive::Service service(adaptive::Options{}, *target);
-  const auto model = fiber::make_elliptical_model(Estimator::fitted, &service);
+  const auto model = *fiber::make_elliptical_model(Estimator::fitted, &service);
   const FiberId id = model->add_fiber(FiberParameters{});
   ASSERT_FALSE(service.load(std::move(image)).has_value());
   int reopened = 0, exact = 0;

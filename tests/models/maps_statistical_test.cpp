@@ -85,17 +85,17 @@ TEST(atlas_maps, density_energy_weights_and_samples_hold_at_the_ends_of_the_doma
 /// Another's samples, under a density that is a tenth too high on one side of the circle and too low on the other.
 class WronglyTold final : public fiber::FiberModel {
  public:
-  explicit WronglyTold(const fiber::FiberModel& of) : of_(of) {}
+  explicit WronglyTold(const fiber::FiberModel& of) : of_(of) { add_fiber({}); }
   std::string name() const override { return "wrongly told"; }
-  fiber::FiberId add_fiber(const fiber::FiberParameters&) override { return 0; }
+  fiber::FiberId make_fiber(const fiber::FiberParameters&) override { return 0; }
   fiber::FiberEvent make_event(fiber::FiberId id, const FiberDirection& wr, float xi1, float xi2,
                                float h) const override {
     return of_.begin(id, wr, xi1, xi2, h);
   }
-  fiber::FiberSample sample(const fiber::FiberEvent& event, const std::array<float, 4>& u) const override {
+  fiber::FiberSample sample_event(const fiber::FiberEvent& event, const std::array<float, 4>& u) const override {
     return of_.sample(event, u);
   }
-  fiber::FiberValue evaluate(const fiber::FiberEvent& event, const FiberDirection& wi) const override {
+  fiber::FiberValue evaluate_event(const fiber::FiberEvent& event, const FiberDirection& wi) const override {
     fiber::FiberValue value = of_.evaluate(event, wi);
     value.pdf *= wi.phi < 40 * degree ? 1.1f : 0.9f;
     return value;

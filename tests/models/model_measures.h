@@ -20,12 +20,17 @@
 namespace tress::test {
 
 /// One fiber of one model. A model with rows is traced at the vertex (`exact`), without a service; one that learns from
-/// samples, and could only be sampled there, has learned the row of each event of begin(wr, h) instead.
+/// samples, and could only be sampled there, has learned the row of each event of begin(wr, h) instead: until it passes
+/// its test at sampled_epsilon.
 class OneFiber {
  public:
-  OneFiber(const fiber::ModelInfo& info, const fiber::FiberParameters& parameters) {
+  OneFiber(const fiber::ModelInfo& info, const fiber::FiberParameters& parameters,
+           double sampled_epsilon = adaptive::Options{}.sampled_epsilon) {
     if (info.learns_samples()) {
-      learned_ = fiber::make_service(info, adaptive::Options{.queries_before_creation = 1});
+      learned_ = fiber::make_service(info, adaptive::Options{.sampled_epsilon = sampled_epsilon,
+                                                             .learns_to_epsilon = true,
+                                                             .queries_before_creation = 1,
+                                                             .heard_share = 0});
       model_ = info.make({.service = learned_.service.get()});
     } else {
       model_ = info.make({.estimator = fiber::Estimator::exact, .service = nullptr});
@@ -36,7 +41,8 @@ class OneFiber {
   const fiber::FiberModel& model() const { return *model_; }
   fiber::FiberEvent begin(const fiber::FiberDirection& wr, float h = 0.3f) const {
     const auto event = [&] { return model_->begin(id_, wr, 0.37f, 0.61f, h); };
-    if (learned_.service && !model_->evaluates(event())) (void)learned_.service->publish();
+    (void)event();
+    if (learned_.service) (void)learned_.service->publish();
     return event();
   }
   /// With xi and h at random, as a renderer does.

@@ -40,7 +40,7 @@ struct WeightBound {
 /// Times the luminance of all lobes. `elliptical`: rows that answer propose (1 - u) of what they answer, so 1/(1 - u);
 /// what answers by g and proposes by something else has u of a uniform density, so peak of g over u/2pi; `corrected`
 /// adds 16 times the difference of two such. R: F cos/(E ((1 - g) cos + g/2 sqrt(1 + |h|))), g = (1 - E)^2/2, at most
-/// 10 for a round fiber of eta 1.05 seen across, 17 for one of e = .5 on its broad side, and less for all else.
+/// 10 for a round fiber of eta 1.05 seen across, 17 for one of e = 0.5 on its broad side, and less for all else.
 inline WeightBound elliptical_bound(const AdversarialFiber& fiber, fiber::Estimator estimator,
                                     bool rows_have_converged) {
   constexpr double of_r = 20, u_converged = 0.02, u_open = 0.05;

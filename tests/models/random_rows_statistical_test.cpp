@@ -44,9 +44,9 @@ double relative_l2(const adaptive::Mixture& fit, const adaptive::SliceDescriptio
   return error / std::max(variation, 1e-3 / (2 * pi));
 }
 
-// 200 rows of sigma 5..25 degrees, e .7..1, all lobes and nodes with E_p above .001; 16 passes of 16 own and 16 foreign
-// azimuths each. Seed fixed. The design measured .1 % false at epsilon .01, worst .013: here at most 2 of 200 above
-// epsilon (false alarm 1.1e-3 at that rate), none above 2 epsilon.
+// 200 rows of sigma 5..25 degrees, e 0.7..1, all lobes and nodes with E_p above 0.001; 16 passes of 16 own and 16
+// foreign azimuths each. Seed fixed. The design measured 0.1 % false at epsilon 0.01, worst 0.013: here at most 2 of
+// 200 above epsilon (false alarm 1.1e-3 at that rate), none above 2 epsilon.
 TEST(random_rows, learned_from_render_like_samples_are_close_to_the_reference) {
   const auto target = fiber::make_elliptical_target();
   const adaptive::Options options;

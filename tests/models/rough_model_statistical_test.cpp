@@ -144,8 +144,9 @@ TEST(RoughModel, HasAFurnaceOfOneInEveryDirection) {
   }
 }
 
-// What the draws of a row say of its energies mends those of the table, under absorption: one node of each of 16
-// fibers, against 16,384 paths, whose own error is 0.002. Of 76 other nodes the ratio was 0.50 to 0.55.
+// What the draws of a row held to an epsilon of 0.02 say of its energies mends those of the table,
+// under absorption: one node of each of 16 fibers, against 16,384 other paths, whose own error is 0.003. Of 32 other
+// nodes the table errs by 0.011 and rows of 8,192 paths by 0.003.
 TEST(RoughModel, HasTheEnergiesOfItsPathsUnderAbsorption) {
   constexpr std::array<float, 4> eccentricities{0.5f, 0.75f, 0.85f, 1}, alphas{0.05f, 0.1f, 0.2f, 0.3f},
       thetas{0, 30, 60, 80};
@@ -161,7 +162,7 @@ TEST(RoughModel, HasTheEnergiesOfItsPathsUnderAbsorption) {
     parameters.tilt = i % 2 == 0 ? 0 : 3 * degree;
     parameters.sigma_a = {0.1f, 0.25f, 1};
     const FiberDirection wr{thetas[(i + i / 4) % thetas.size()] * degree, e < 1 ? phis[i % phis.size()] * degree : 0};
-    const test::OneFiber fiber(*references::find_model("rough"), parameters);
+    const test::OneFiber fiber(*references::find_model("rough"), parameters, 0.02);
     const fiber::EnergyTable table(std::make_shared<const fiber::ClearEnergies>(fiber::energy_key(parameters)),
                                    parameters);
     const FiberEvent event = fiber.begin(wr);
@@ -217,7 +218,8 @@ TEST(RoughModel, OpenRowsAnswerAlikeAcrossTheWidth) {
 }
 
 // At grazing light from the tip next to all light of a narrow tilted fiber is lost on a long way, and the table has 2.6
-// times what is kept. Of 16,384 paths the standard error is 0.02, of a row's own 0.03.
+// times what is kept: a row of few paths is believed. Of 16,384 paths the standard error is 0.02, of a row of 2,048,
+// which passes its test, 0.03.
 TEST(RoughModel, HasTheEnergiesOfItsPathsAtGrazingLight) {
   FiberParameters parameters;
   parameters.eccentricity = 1;

@@ -91,7 +91,7 @@ TRESS_DEAR_PROPERTY(Mixture, HasItsEnergyAsItsMass, 50) {
   const Mixture fit = *common_mixture();
   // Panels end where a density has a kink or a jump: at modes and antipodes; there are 4 panels a scale where it is
   // steep. Gauss-Legendre of 8 points errs by less than 1e-9 of such a panel, float azimuths and densities by
-  // `relative` and, 2.4e-7 rad against a scale of .004, 6e-5 at random, so 2e-5 of the mass of a component.
+  // `relative` and, 2.4e-7 rad against a scale of 0.004, 6e-5 at random, so 2e-5 of the mass of a component.
   std::vector<double> ends{-pi, pi};
   for (const Component& part : fit.parts()) {
     for (const double side : {-static_cast<double>(part.shape.s_left), static_cast<double>(part.shape.s_right)}) {

@@ -33,7 +33,8 @@ bool dominates(const CachedRow& row, const CachedRow& other) {
       return same != row.sketch.end() && same->bits <= bin.bits;
     });
   }
-  if (row.objective != other.objective) return row.objective < other.objective;
+  const bool is_sampled = row.ribbons != nullptr && other.ribbons != nullptr;  // whose objectives are noisy
+  if (!is_sampled && row.objective != other.objective) return row.objective < other.objective;
   if (row.count != other.count) return row.count > other.count;
   return encoded(row) >= encoded(other);
 }

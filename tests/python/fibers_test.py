@@ -6,14 +6,14 @@ import unittest
 
 import numpy as np
 import tress
-from support import BINARY
+from support import LABORATORY
 
 CLEAR = {"sigma_a": [0, 0, 0]}
 
 
 class Fit(unittest.TestCase):
     def test_is_what_the_program_prints(self):
-        command = [str(BINARY), "fit", "--lobe", "TRT", "--e", "0.75", "--theta-d", "20", "--samples", "24", "--json"]
+        command = [str(LABORATORY), "fit", "--lobe", "TRT", "--e", "0.75", "--theta-d", "20", "--samples", "24", "--json"]
         told = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
         ours = tress.fit("TRT", eccentricity=0.75, theta_d=20, samples=24)
         np.testing.assert_allclose(np.degrees(ours["phi"]), told["phi_deg"], atol=1e-12)

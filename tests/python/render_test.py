@@ -10,6 +10,7 @@ import tempfile
 import threading
 import time
 import unittest
+import unittest.mock
 
 import numpy as np
 import tress
@@ -81,6 +82,31 @@ class Bits(unittest.TestCase):
             self.assert_same(
                 tress.render(of_memory, samples=2, **SIZE), tress.render(os.path.join(folder, "scene.json"), samples=2, **SIZE)
             )
+
+    def test_colors_at_points_and_ramps_of_the_same_colors_are_the_same_picture(self):
+        shares = np.linspace(0, 1, 8, dtype=np.float32)[:, None]
+        colors = np.tile((1 - shares) * [0.05, 0.03, 0.02] + shares * [0.7, 0.5, 0.3], (300, 1))
+        ramp = {"ramp": [[0, [0.05, 0.03, 0.02]], [1, [0.7, 0.5, 0.3]]]}
+
+        def albedo(source, **of_strands):
+            groom = tress.Groom(strands=tress.Strands(lock(), width=0.05, basis="linear", **of_strands))
+            scene = tress.Scene(grooms=[groom], materials=[tress.Material(color=source)])
+            picture = tress.render(scene, samples=16, model="elliptical", **SIZE)
+            return np.nanmean(picture["albedo"][:, :, 0], axis=1)
+
+        at_points, along, named = albedo("file", color=colors), albedo(ramp), albedo({"attribute": "color"}, color=colors)
+        np.testing.assert_array_equal(at_points, named)
+        # Shares are of a length in float32: a few stations are rounded to the other side.
+        self.assertLess(np.abs(at_points - along).mean(), 0.02 * along.mean())
+        self.assertGreater(at_points[-8:].mean(), 1.05 * at_points[:8].mean())
+        with self.assertRaisesRegex(tress.Error, "/materials/0/color/ramp: expected one stop or more"):
+            albedo({"ramp": []})
+
+    def test_ids_and_root_uv_are_one_a_strand(self):
+        for key, value in (("id", [1, 2, 3]), ("root_uv", [[0, 0]] * 3)):
+            strands = tress.Strands(lock(), **{key: value})
+            with self.assertRaisesRegex(tress.Error, f"{key}: expected 300 values, one a strand, found 3"):
+                tress.render(tress.Scene(grooms=[strands]), samples=1, **SIZE)
 
     def test_of_a_mesh_and_a_sky_in_memory_are_those_of_files(self):
         corners = np.array([[-9, 2, -9], [9, 2, -9], [9, 2, 9], [-9, 2, 9]], np.float32)
@@ -155,6 +181,65 @@ class Layers(unittest.TestCase):
             self.picture.save("a.jpg")
 
 
+class Models(unittest.TestCase):
+    def model_of(self, material=None, **options):
+        keys = {} if material is None else {"materials": [material]}
+        return tress.render(scene_of_arrays(**keys), samples=1, width=16, height=16, **options).metadata["model"]
+
+    def test_are_those_of_the_materials_whatever_is_asked_of_accuracy(self):
+        with tempfile.TemporaryDirectory() as folder:
+            cache = os.path.join(folder, "a.cache")
+            tress.render(scene_of_arrays(), samples=1, model="elliptical", warm_cache=cache, width=16, height=16)
+            for options in (
+                {},
+                {"epsilon": 0.3},
+                {"estimator": "exact"},
+                {"picture_error": 0.3},
+                {"table_memory": 64},
+                {"warm_cache": cache},
+            ):
+                with self.subTest(options):
+                    self.assertEqual(self.model_of(**options), "rough")
+        principled = tress.Material(principled={"melanin": 0.5})
+        self.assertEqual(self.model_of(principled), "chiang2016")
+        self.assertEqual(self.model_of(tress.Material(azimuthal_sigma_deg={"TT": 12})), "elliptical")
+
+    def test_refuse_what_they_have_not_by_name(self):
+        with self.assertRaisesRegex(tress.Error, r"estimator corrected: expected .*\(elliptical\), found rough"):
+            self.model_of(estimator="corrected")
+        with self.assertRaisesRegex(tress.Error, "learner: expected a model whose rows a learner fits .*elliptical"):
+            self.model_of(learner="sketch")
+        with self.assertRaisesRegex(tress.Error, 'learner: expected one of sketch, found "eager", which only tress-lab has'):
+            self.model_of(learner="eager")
+        with self.assertRaisesRegex(tress.Error, 'found "ou2012", which only tress-lab has'):
+            self.model_of(model="ou2012")
+        with self.assertRaisesRegex(tress.Error, "epsilon: expected a model with rows .*found chiang2016"):
+            self.model_of(tress.Material(principled={"melanin": 0.5}), epsilon=0.1)
+
+    def test_without_rows_leave_a_cache_alone(self):
+        with tempfile.TemporaryDirectory() as folder:
+            cache = os.path.join(folder, "a.cache")
+            with self.assertWarnsRegex(UserWarning, "not used and left as it is, model chiang2016 has no rows"):
+                self.model_of(tress.Material(principled={"melanin": 0.5}), warm_cache=cache)
+            self.assertFalse(os.path.exists(cache))
+
+
+class DefaultCache(unittest.TestCase):
+    def test_is_a_folder_of_the_user_within_a_limit(self):
+        with tempfile.TemporaryDirectory() as folder, unittest.mock.patch.dict(os.environ, XDG_CACHE_HOME=folder):
+            caches = pathlib.Path(folder, "tress")
+            cold = tress.render(scene_of_arrays(), samples=4, warm_cache="default", **SIZE)
+            self.assertEqual(cold.stats["cache"], "merged")
+            self.assertEqual(len(list(caches.glob("*.cache"))), 1)
+            warm = tress.render(scene_of_arrays(), samples=1, warm_cache="default", cache_mode="frozen", **SIZE)
+            self.assertEqual(warm.stats["cache"], "loaded")
+            self.assertEqual(warm.stats["cache_hash"], cold.stats["cache_hash"])
+            tress.render(scene_of_arrays(), samples=1, warm_cache="default", cache_limit=0, **SIZE)
+            self.assertEqual(list(caches.glob("*.cache")), [])
+        with self.assertRaisesRegex(tress.Error, 'cache_limit: expected warm_cache "default"'):
+            tress.render(scene_of_arrays(), samples=1, cache_limit=10, **SIZE)
+
+
 class Ends(unittest.TestCase):
     def test_progress_is_told_on_the_calling_thread_and_may_end_it(self):
         seen = []
@@ -193,7 +278,9 @@ class Ends(unittest.TestCase):
             with self.assertRaises(KeyboardInterrupt):
                 tress.render(scene_of_arrays(), samples=100000, model="elliptical", warm_cache=cache, **SIZE)
             self.assertLess(time.monotonic() - start, 20)
-            warm = tress.render(scene_of_arrays(), samples=1, warm_cache=cache, cache_mode="frozen", **SIZE)
+            warm = tress.render(
+                scene_of_arrays(), samples=1, model="elliptical", warm_cache=cache, cache_mode="frozen", **SIZE
+            )
             self.assertEqual(warm.stats["cache"], "loaded")
             self.assertLess(warm.stats["exact_queries"], 0.1 * warm.stats["queries"])
 

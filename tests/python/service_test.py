@@ -166,8 +166,24 @@ class Densities(unittest.TestCase):
             made.add_slice(axis_a=[1, 0], axis_b=[0])
         with self.assertRaisesRegex(tress.Error, r"node: expected a below 3 and b below 2, found \(3, 0\)"):
             made.row(slice, 3, 0)
-        made.evaluate(slice, 7, 0, 0.5)
-        self.assertIsNotNone(made.publish().misuse)
+        for call in (made.evaluate, made.draw, made.credit):
+            with self.assertRaisesRegex(tress.Error, r"node: expected a below 3 and b below 2, found \(7, 0\)"):
+                call(slice, 7, 0, 0.5)
+            with self.assertRaisesRegex(tress.Error, "slice: expected one of 1, found 4"):
+                call(4, 0, 0, 0.5)
+        with self.assertRaisesRegex(tress.Error, "slice: expected one of samples"):
+            made.sample(slice, 0, 0, [0.5, 0.5, 0.5])
+        self.assertIsNone(made.publish().misuse)
+
+    def test_a_state_goes_on_where_it_was(self):
+        made, slice = service()
+        learn(made, slice, passes=2)
+        other, slice = service()
+        other.restore(made.state())
+        for one in (made, other):
+            one.credit(slice, [0, 1], 0, [0.5, 0.25])
+            learn(one, slice, passes=2)
+        self.assertEqual(made.hash, other.hash)
 
 
 class Samples(unittest.TestCase):
@@ -186,6 +202,16 @@ class Samples(unittest.TestCase):
         peak = 0.25 / (2 * np.pi * 0.3 * 0.4)
         self.assertAlmostEqual(float(made.density(slice, 0, 0, 1, 1.0, 0.5)) / peak, 1, delta=0.35)
         self.assertLess(float(made.density(slice, 0, 0, 1, -2.0, 0.5)), 0.05 * peak)
+        # Draws: parts by their masses, about the places of each.
+        drawn = made.sample(slice, 0, 0, np.random.default_rng(3).random((4000, 3), np.float32))
+        np.testing.assert_allclose(drawn.mass, 0.5, atol=0.02)
+        self.assertAlmostEqual(float(drawn.part.mean()), 0.5, delta=0.05)
+        for part in (0, 1):
+            of_part = drawn.azimuth[drawn.part == part]
+            self.assertAlmostEqual(float(np.median(of_part)), part, delta=0.06)
+        for call in (made.draw, made.evaluate):
+            with self.assertRaisesRegex(tress.Error, "slice: expected one of densities"):
+                call(slice, 0, 0, 0.5)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What tests of the module share. TRESS_SOURCE_DIR, TRESS_BINARY and TRESS_PACKAGE say where things are."""
+"""What tests of the module share. TRESS_SOURCE_DIR, TRESS_BINARY, TRESS_LAB and TRESS_PACKAGE say where things are."""
 
 import os
 import pathlib
@@ -7,6 +7,7 @@ import numpy as np
 
 SOURCE = pathlib.Path(os.environ["TRESS_SOURCE_DIR"])
 BINARY = pathlib.Path(os.environ["TRESS_BINARY"])
+LABORATORY = pathlib.Path(os.environ["TRESS_LAB"])
 PACKAGE = pathlib.Path(os.environ["TRESS_PACKAGE"])  # the folder that has tress/
 
 

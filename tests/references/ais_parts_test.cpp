@@ -56,7 +56,7 @@ class AisDerivatives : public ::testing::TestWithParam<Case> {};
 
 // Central differences: truncation h^2/6 O''' with O''' up to O/s^3, so h = 1e-5 leaves 1e-8, rounding 1e-16 O/h 1e-11
 // (the kernel's exp: 1e-11 O/h = 1e-6 at worst). p has a step in its second derivative at mu, which samples straddle:
-// 200 samples are .03 apart, and h moves none across.
+// 200 samples are 0.03 apart, and h moves none across.
 TEST_P(AisDerivatives, OfBAgreeWithFiniteDifferences) {
   const auto [distance, basis] = GetParam();
   const AisParts parts = some_parts();

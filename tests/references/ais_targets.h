@@ -27,7 +27,7 @@ inline adaptive::AisTarget target_of(std::function<double(float)> g) {
   return {std::move(g), mean * circle, std::max(variation, 1e-3 / circle)};
 }
 
-/// Integral of (g - f)^2 over the variation, by midpoints: 8192 of them leave under 1e-6 for scales above .01.
+/// Integral of (g - f)^2 over the variation, by midpoints: 8192 of them leave under 1e-6 for scales above 0.01.
 inline double relative_l2(const adaptive::AisTarget& target, const adaptive::Mixture& fit) {
   constexpr int points = 8192;
   double sum = 0;

@@ -36,7 +36,7 @@ void expect_constraints(const Mixture& fit) {
 }
 
 // A single component is in the family: L2 goes to the threshold, and the parameters with it. About the optimum
-// O = delta^T H delta: a relative L2 of 1e-6 leaves mu within .002 of a scale or two, and scales within 1 %.
+// O = delta^T H delta: a relative L2 of 1e-6 leaves mu within 0.002 of a scale or two, and scales within 1 %.
 TEST(Ais, RecoversASingleComponent) {
   const SkewLogistic truth{0.8f, 0.1f, 0.25f};
   const AisTarget target = target_of([&](float x) { return 0.7 * static_cast<double>(truth.density(x)); });
@@ -57,8 +57,8 @@ TEST(Ais, RecoversASingleComponent) {
   }
 }
 
-// Every combination of section 5's choices. Gaussian lobes: one skew logistic a lobe leaves .004 (design section 4:
-// D = 1 has .0042 in the median), so that three may leave .01 at most.
+// Every combination of section 5's choices. Gaussian lobes: one skew logistic a lobe leaves 0.0042 in the median (D =
+// 1), so that three may leave 0.01 at most.
 TEST(Ais, FitsTwoLobesByEveryChoice) {
   for (const float turn : {0.0f, 1.0f}) {
     const AisTarget target = two_lobes(turn);

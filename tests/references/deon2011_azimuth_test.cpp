@@ -99,7 +99,7 @@ TEST(deon2011_azimuth, energies_of_clear_circles_sum_to_1_with_any_number_of_poi
   }
 }
 
-// Shapes have mass 1 by construction: midpoints of .02 rad or less resolve a blur of .025 to e^-30.
+// Shapes have mass 1 by construction: midpoints of 0.02 rad or less resolve a blur of 0.025 to e^-30.
 TEST(deon2011_azimuth, shapes_have_mass_1) {
   AzimuthalTrace trace;
   for (const int points : {1, 10, 35}) {

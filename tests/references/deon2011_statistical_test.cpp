@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "fiber/longitudinal.h"
+#include "models/lobes/energy_conserving_lobe.h"
 #include "references/models/deon2011.h"
-#include "references/models/energy_conserving_lobe.h"
 #include "support/chi_square.h"
 #include "support/quadrature.h"
 #include "support/seed.h"
@@ -60,8 +60,8 @@ std::unique_ptr<FiberModel> model_of(int points) {
   return fiber::make_deon2011(settings);
 }
 
-// Counts over 36 x 36 bins against the integral of pdf over each: midpoints, 12 a bin of .087 rad in theta_i (lobes of
-// standard deviation .035 and more) and 16 of .011 rad in azimuth (blur of .025 and more).
+// Counts over 36 x 36 bins against the integral of pdf over each: midpoints, 12 a bin of 0.087 rad in theta_i (lobes of
+// standard deviation 0.035 and more) and 16 of 0.011 rad in azimuth (blur of 0.025 and more).
 double p_value_of(const FiberModel& model, const FiberEvent& event, std::uint64_t seed) {
   constexpr int bins = 36, samples = 30000, thetas = 12, azimuths = 16;
   std::vector<double> counts(bins * bins), expected(bins * bins);

@@ -16,8 +16,8 @@
 #include "base/color.h"
 #include "fiber/energy_table.h"
 #include "fiber/longitudinal.h"
+#include "models/lobes/energy_conserving_lobe.h"
 #include "references/models/deon2011_azimuth.h"
-#include "references/models/energy_conserving_lobe.h"
 #include "references/registry.h"
 #include "support/quadrature.h"
 #include "tress/base/random.h"
@@ -64,7 +64,7 @@ double integral(const FiberModel& model, const FiberEvent& event, Of of) {
   return test::integrate(over_azimuth, -edge, edge, 30);
 }
 
-// Eight-point panels of .1 rad on lobes of standard deviation .03 and more, and 256 azimuths on a blur of .025 and
+// Eight-point panels of 0.1 rad on lobes of standard deviation 0.03 and more, and 256 azimuths on a blur of 0.025 and
 // more, err by less than 1e-6; floats by some 1e-5.
 TEST(deon2011, furnace_of_clear_fibers_is_1) {
   double largest = 0;

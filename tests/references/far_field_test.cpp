@@ -29,16 +29,16 @@ class PartlySampled final : public fiber::FiberModel {
   PartlySampled(const char* name, bool evaluates, IsSampled is_sampled)
       : base_(find_model(name)->make({})), evaluates_(evaluates), is_sampled_(std::move(is_sampled)) {}
   std::string name() const override { return base_->name(); }
-  fiber::FiberId add_fiber(const FiberParameters& parameters) override { return base_->add_fiber(parameters); }
+  fiber::FiberId make_fiber(const FiberParameters& parameters) override { return base_->add_fiber(parameters); }
   bool evaluates() const override { return evaluates_; }
   bool evaluates(const FiberEvent& event) const override { return !is_sampled_(event); }
-  fiber::FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const override {
+  fiber::FiberSample sample_event(const FiberEvent& event, const std::array<float, 4>& u) const override {
     fiber::FiberSample sample = base_->sample(event, u);
     for (glm::vec3& s : sample.value.s) s = sample.value.pdf > 0 ? s / sample.value.pdf : glm::vec3(0.0f);
     sample.value.pdf = 1;
     return sample;
   }
-  fiber::FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
+  fiber::FiberValue evaluate_event(const FiberEvent& event, const FiberDirection& wi) const override {
     return is_sampled_(event) ? fiber::FiberValue{} : base_->evaluate(event, wi);
   }
 

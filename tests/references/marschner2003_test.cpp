@@ -103,7 +103,7 @@ TEST(marschner_cubic, density_is_that_of_offsets) {
 }
 
 // The smooth circular fiber, traced: TT and R have its energy but for the two-index Fresnel (exact in the normal plane)
-// and, at an inclination, the error of that. sigma_a 0 and .4 per radius.
+// and, at an inclination, the error of that. sigma_a 0 and 0.4 per radius.
 TEST(marschner_azimuth, energy_of_tt_is_that_of_the_traced_circle) {
   MarschnerShape shape;
   shape.eccentricity = 1;
@@ -148,8 +148,8 @@ TEST(marschner_caustic, stands_where_the_exact_one_stands) {
   }
 }
 
-// The fault that is kept, e = .85: with the known direction along the major axis the printed index puts the caustic at
-// 57 degrees, along the minor axis at .2. In the traced ellipse it is the other way round.
+// The fault that is kept, e = 0.85: with the known direction along the major axis the printed index puts the caustic at
+// 57 degrees, along the minor axis at 0.2. In the traced ellipse it is the other way round.
 TEST(marschner_caustic, is_that_of_the_other_axis) {
   const auto printed = [](double phi_r) {
     const MarschnerCircle circle = marschner_trt_circle(1.55, 0.85, phi_r, 0, 0);
@@ -245,9 +245,9 @@ Furnace furnace_of(float e, float theta) {
   return furnace;
 }
 
-// The white furnace is REPORTED, it is not 1: the figures that the header sums up, alpha = .2. Means over the azimuth
+// The white furnace is REPORTED, it is not 1: the figures that the header sums up, alpha = 0.2. Means over the azimuth
 // by midpoints, which resolve the narrowest lobe (TT, 4 degrees in theta_i) with 1 degree steps; samples agree
-// within 4.5 standard errors (false alarm 7e-6 each) and that error of .005.
+// within 4.5 standard errors (false alarm 7e-6 each) and that error of 0.005.
 TEST(marschner2003, furnace_is_what_the_documents_say) {
   struct Row {
     float e, theta;

@@ -192,7 +192,7 @@ double furnace_of(const FiberModel& model, FiberId fiber, float theta, bool roun
   return integral;
 }
 
-// The white furnace is REPORTED, it is not 1: what the header says, alpha = .2, and what the printed reading gives,
+// The white furnace is REPORTED, it is not 1: what the header says, alpha = 0.2, and what the printed reading gives,
 // whose factor of eq. 2 makes 41 of it at 85 degrees.
 TEST(pekelis2015, furnace_is_what_the_documents_say) {
   struct Row {
@@ -254,7 +254,7 @@ TEST(pekelis2015, converged_rows_answer_as_their_targets) {
         learner == &adaptive::knot_learner) {
       EXPECT_EQ(exact_queries, 0) << learner->name;
     }
-    // Two rows below epsilon .01 each, told at their bounds, and the blur.
+    // Two rows below epsilon 0.01 each, told at their bounds, and the blur.
     EXPECT_LT(difference / variation, 0.02) << learner->name;
   }
 }

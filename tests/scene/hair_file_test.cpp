@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <string>
 #include <tuple>
@@ -73,9 +74,9 @@ TEST(HairFile, ReadsColorsBehindThicknessAndTransparency) {
   std::vector<std::string> notes, warnings;
   const auto groom =
       assemble_groom(*hair, {.cm_per_unit = 1.0, .radius_cm = {}, .colors = true}, "x", &notes, &warnings);
-  ASSERT_EQ(groom->color.size(), 2u);  // the third strand has one point
-  EXPECT_FLOAT_EQ(groom->color[0].x, 0.3f);
-  EXPECT_FLOAT_EQ(groom->color[1].x, 0.95f);  // of .9 and 1.2, which is 1
+  ASSERT_EQ(groom->color.size(), 5u);  // at points; the third strand has one point
+  EXPECT_EQ(groom->color[2], hair->color[2]);
+  EXPECT_EQ(groom->color[4], hair->color[4]);
 }
 
 TEST(HairFile, RefusesEveryTruncation) {
@@ -103,12 +104,25 @@ TEST(HairFile, RefusesDamageByByteAndExpectation) {
   put<std::uint32_t>(&bytes, 12, 2);  // no segments array: the default must fit
   put<std::uint32_t>(&bytes, 16, 0xffffffffu);
   EXPECT_NE(message(bytes).find("byte 16"), std::string::npos);
-  bytes = small_file();
-  put<float>(&bytes, 134 + 16, std::numeric_limits<float>::quiet_NaN());
-  EXPECT_NE(message(bytes).find("byte 150: expected point 1 finite"), std::string::npos) << message(bytes);
-  bytes = small_file();
-  put<float>(&bytes, 134, std::numeric_limits<float>::infinity());
-  EXPECT_NE(message(bytes).find("byte 134"), std::string::npos);
+}
+
+TEST(HairFile, LeavesBrokenStrandsOut) {
+  for (const float wrong : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 2e9f}) {
+    auto bytes = small_file();
+    put<float>(&bytes, 134 + 16, wrong);
+    const auto hair = parse_hair_file(bytes, "x.hair");
+    ASSERT_TRUE(hair) << hair.error().message();
+    EXPECT_EQ(hair->broken, std::vector<std::uint32_t>{0});
+    ASSERT_EQ(hair->ignored.size(), 1u);
+    EXPECT_EQ(hair->ignored[0].name, "1 of 3 strands, the first 0");
+    std::vector<std::string> notes, warnings;
+    const auto groom = assemble_groom(*hair, {}, "x", &notes, &warnings);
+    EXPECT_EQ(groom->strand_count(), 1u);  // the third has one point
+    for (const glm::vec3& point : groom->points) EXPECT_LT(glm::length(point), 1e9f);
+  }
+  auto bytes = small_file();
+  for (std::size_t i = 0; i < 18; i += 3) put<float>(&bytes, 134 + 4 * i, std::numeric_limits<float>::quiet_NaN());
+  EXPECT_NE(message(bytes).find("none in any strand"), std::string::npos) << message(bytes);
 }
 
 TEST(GroomAssembly, WarnsOfDegenerateStrandsWithTheirNumber) {

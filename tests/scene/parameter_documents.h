@@ -12,7 +12,7 @@
 
 namespace tress::scene {
 
-inline std::string values_as_text(const Parameter& parameter) {
+inline std::string plain_values_as_text(const Parameter& parameter) {
   switch (parameter.kind) {
     case ValueKind::number:
     case ValueKind::whole:
@@ -35,6 +35,10 @@ inline std::string values_as_text(const Parameter& parameter) {
       return "true";
   }
   return {};
+}
+
+inline std::string values_as_text(const Parameter& parameter) {
+  return plain_values_as_text(parameter) + (parameter.varies ? ", or a source" : "");
 }
 
 /// Keys of a scene file; of keys in the same object the first has the whole path.
@@ -97,6 +101,11 @@ inline int describe_values(nlohmann::ordered_json* node, const std::string& plac
   if (node->contains("oneOf") && node->value("type", "") != "object") {
     for (auto& alternative : (*node)["oneOf"]) count = sum(count, describe_values(&alternative, place));
     return count;
+  }
+  if (node->value("type", "") == "object" && !node->contains("properties")) {
+    (*node)["description"] = "a source: ramp, random, mix or attribute (scenes/README.md)";
+    const Parameter* parameter = parameter_at(place);
+    return parameter != nullptr && parameter->varies ? 1 : -1;
   }
   if (node->value("type", "") == "object") {
     for (auto& [key, property] : (*node)["properties"].items())

@@ -149,10 +149,12 @@ struct Node {
   const json* schema;
 };
 
-/// Every property of every object, and the alternatives of its value.
+/// Every property of every object, and the alternatives of its value but sources, which only the parser knows
+/// (source_test.cpp).
 void collect(const json& node, const Path& path, std::vector<Node>* leaves, std::vector<Node>* objects) {
   const std::string type = node.value("type", "");
   Path below = path;
+  if (type == "object" && !node.contains("properties")) return;
   if (type == "object") {
     objects->push_back({path, &node});
     for (const auto& [key, property] : node["properties"].items()) {

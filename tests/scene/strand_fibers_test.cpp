@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <glm/common.hpp>
 #include <numbers>
 #include <set>
 #include <string>
@@ -261,9 +262,11 @@ TEST(StrandFibers, DependNeitherOnTheOrderOfGroomsNorOnPlaces) {
   EXPECT_GT(differ, 450u);
 }
 
+Pigment color_of_file() { return {{.kind = Source::Kind::attribute, .value = glm::vec3(1)}, fiber::sigma_a_of_lock}; }
+
 TEST(StrandFibers, TakeColorsOfTheFile) {
   Scene scene = varied_scene({}, 20000);
-  scene.materials[0].color_from_file = true;
+  scene.materials[0].pigment = color_of_file();
   const glm::vec3 color(0.9f, 0.5f, 0.999f);
   scene.grooms[0].color.assign(20000, color);
   ASSERT_FALSE(assign_fibers(&scene));
@@ -272,6 +275,98 @@ TEST(StrandFibers, TakeColorsOfTheFile) {
   for (int c = 0; c < 3;
        ++c)  // blue is almost clear: some 30 of the strands have the least absorption, the others none
     EXPECT_LT(std::abs(z_of_mean(scene, sigma_a[c], [&](const auto& f) { return f.sigma_a[c]; })), largest_z) << c;
+}
+
+/// Strands of 5 points, evenly along z from 0 to -4, of a color that the place and nothing else gives.
+Scene colored_along(StrandBasis basis, std::uint32_t count) {
+  Scene scene = varied_scene({}, 0);
+  scene.materials[0].pigment = color_of_file();
+  Groom& groom = scene.grooms[0];
+  groom.basis = basis;
+  const std::uint32_t points = basis == StrandBasis::bezier ? 13 : basis == StrandBasis::open_bspline ? 7 : 5;
+  for (std::uint32_t s = 0; s < count; ++s) {
+    for (std::uint32_t i = 0; i < points; ++i) {
+      const float place = basis == StrandBasis::bezier         ? float(i) / 3
+                          : basis == StrandBasis::open_bspline ? float(i) - 1
+                                                               : float(i);
+      groom.points.push_back({s, 0, -place});
+      groom.radius_cm.push_back(0.004f);
+      groom.color.push_back(glm::clamp(glm::vec3(0.1f + 0.2f * place, 0.5f, 0.9f - 0.2f * place), 0.0f, 1.0f));
+    }
+    groom.first_point.push_back(static_cast<std::uint32_t>(groom.points.size()));
+  }
+  return scene;
+}
+
+TEST(StrandFibers, HaveTheColorsOfTheirPointsInTheMeanAtEveryPlace) {
+  for (const auto basis : {StrandBasis::linear, StrandBasis::bspline, StrandBasis::open_bspline, StrandBasis::bezier}) {
+    Scene scene = colored_along(basis, 4000);
+    ASSERT_FALSE(assign_fibers(&scene));
+    const Groom& groom = scene.grooms[0];
+    EXPECT_EQ(groom.stations_a_segment, 8u);
+    EXPECT_EQ(groom.fiber.size(), 4000u * 33);
+    EXPECT_EQ(groom.first_station(4000), groom.fiber.size());
+    for (const float place : {0.0f, 1.0f, 2.125f, 3.5f, 4.0f}) {
+      const glm::vec3 expected =
+          fiber::sigma_a_of_lock({0.1f + 0.2f * place, 0.5f, 0.9f - 0.2f * place}, scene.materials[0].fiber);
+      for (int c = 0; c < 3; ++c) {
+        double sum = 0, squares = 0;
+        for (std::uint32_t s = 0; s < 4000; ++s) {
+          const double x = scene.fibers[groom.fiber_at(s, place, 0.5f)].sigma_a[c];
+          sum += x;
+          squares += x * x;
+        }
+        const double mean = sum / 4000, error = std::sqrt(std::max(squares / 4000 - mean * mean, 0.0) / 4000);
+        EXPECT_NEAR(mean, expected[c], largest_z * error + 1e-6) << place << " " << c;
+      }
+    }
+    // 4 bytes a station and 12 a color: 33 of those a strand, and one a point of these.
+    const char* told = basis == StrandBasis::bezier         ? "at 132000 places along the strands (1.1 MB)"
+                       : basis == StrandBasis::open_bspline ? "at 132000 places along the strands (0.8 MB)"
+                                                            : "at 132000 places along the strands (0.7 MB)";
+    EXPECT_NE(scene.notes.at(0).find(told), std::string::npos) << scene.notes[0];
+  }
+}
+
+TEST(StrandFibers, BetweenTwoStationsEachCountsByHowNearItIs) {
+  Groom groom = strands(2, 0);
+  groom.stations_a_segment = 2;
+  groom.fiber = {0, 1, 2, 3, 4, 5};
+  EXPECT_EQ(groom.fiber_at(0, 0.0f, 0.0f), 0u);
+  EXPECT_EQ(groom.fiber_at(0, 0.125f, 0.2f), 1u);
+  EXPECT_EQ(groom.fiber_at(0, 0.125f, 0.3f), 0u);
+  EXPECT_EQ(groom.fiber_at(0, 1.0f, 0.0f), 2u);
+  EXPECT_EQ(groom.fiber_at(1, 0.75f, 0.6f), 4u);
+  EXPECT_EQ(groom.fiber_at(1, 1.25f, 0.0f), 5u);  // past the tip by rounding
+}
+
+/// Whatever else the groom has: a strand that is of one color along its length is the strand of that color.
+TEST(StrandFibers, OneColorAtAllPointsIsThatOfTheStrand) {
+  Scene along = colored_along(StrandBasis::linear, 300), by_strand = along;
+  for (std::uint32_t s = 0; s < 300; s += 2)
+    std::fill_n(along.grooms[0].color.begin() + 5 * s, 5, glm::vec3(0.3f, 0.2f, 0.1f));
+  by_strand.grooms[0].color.assign(300, glm::vec3(0.3f, 0.2f, 0.1f));
+  ASSERT_FALSE(assign_fibers(&along));
+  ASSERT_FALSE(assign_fibers(&by_strand));
+  EXPECT_EQ(by_strand.grooms[0].stations_a_segment, 0u);
+  for (std::uint32_t s = 0; s < 300; s += 2)
+    for (const float place : {0.0f, 1.3f, 4.0f})
+      EXPECT_EQ(along.fibers[along.grooms[0].fiber_at(s, place, 0.4f)], fiber_of(by_strand, 0, s));
+}
+
+TEST(StrandFibers, VaryByTheIdOfTheStrandWhereTheFileHasOne) {
+  Scene all = varied_scene({}, 200);
+  all.materials[0].pigment = Pigment{
+      {.kind = Source::Kind::random, .parts = {{.value = glm::vec3(0.1f)}, {.value = glm::vec3(8)}}, .chance = 0.5f},
+      [](const glm::vec3& value, const fiber::FiberParameters&) { return value; }};
+  Scene culled = all;
+  culled.grooms[0] = strands(100, 0);
+  for (std::int64_t s = 0; s < 200; ++s) all.grooms[0].id.push_back(1000 + s);
+  for (std::int64_t s = 0; s < 100; ++s) culled.grooms[0].id.push_back(1001 + 2 * s);
+  ASSERT_FALSE(assign_fibers(&all));
+  ASSERT_FALSE(assign_fibers(&culled));
+  for (std::uint32_t s = 0; s < 100; ++s)
+    EXPECT_EQ(fiber_of(culled, 0, s).sigma_a.x > 1, fiber_of(all, 0, 1 + 2 * s).sigma_a.x > 1) << s;
 }
 
 TEST(StrandFibers, AreBoundedOrCoarsened) {
@@ -283,7 +378,7 @@ TEST(StrandFibers, AreBoundedOrCoarsened) {
       << error->message();
 
   scene = varied_scene({}, 5000);
-  scene.materials[0].color_from_file = true;
+  scene.materials[0].pigment = color_of_file();
   RandomStream random(3);
   for (int s = 0; s < 5000; ++s) {
     const float r = random.next(), g = random.next(), b = random.next();

@@ -98,7 +98,7 @@ class SnapshotRows final : public RowSource {
 /// idempotent. Both must outlive it and are used by it alone.
 class MergedRows final : public RowSource {
  public:
-  /// Of one model, a precondition.
+  /// Both must be of the same model.
   MergedRows(RowSource& a, RowSource& b);
   const std::string& model() const override { return a_.rows.model(); }
   void rewind() override;

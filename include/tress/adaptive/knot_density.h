@@ -36,7 +36,7 @@ class KnotDensity {
   std::span<const Knot> knots() const { return knots_; }
   /// Mass: h sum density_k, summed in double.
   float energy() const { return energy_; }
-  /// Of memory beyond the object itself.
+  /// Bytes of memory beyond the object itself.
   std::size_t bytes() const { return knots_.size() * (sizeof(Knot) + sizeof(float)); }
 
   /// f, 1/rad, radians in any turn.

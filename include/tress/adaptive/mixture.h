@@ -21,7 +21,7 @@ inline float wrap_angle(float x) {
 /// E = exp(-|x|/s):  p = E/(1+E)^2 / Z,  Z = (s_l T(s_l) + s_r T(s_r))/2,  T(s) = tanh(pi/(2s)). Mass 1 on the circle.
 struct SkewLogistic {
   float mu = 0;       ///< mode, radians in [-pi, pi)
-  float s_left = 1;   ///< scale for x < 0, radians, [.004, .5]
+  float s_left = 1;   ///< scale for x < 0, radians, [0.004, 0.5]
   float s_right = 1;  ///< scale for x >= 0
 
   /// 1/rad. Never negative.
@@ -65,7 +65,7 @@ struct Mixture {
 };
 
 /// A mixture in no more memory than its components take: what a table keeps of a row. Its densities are those of the
-/// mixture that it was made of, to the bit; attributes are rounded to 8 bits behind the point (by .2 % at most). Lives
+/// mixture that it was made of, to the bit; attributes are rounded to 8 bits behind the point (by 0.2 % at most). Lives
 /// where it was put, since the components follow it in memory.
 class PackedMixture {
  public:
@@ -84,7 +84,7 @@ class PackedMixture {
   float uniform_weight;
   std::uint32_t component_count;
 
-  // As of Mixture.
+  // The same as in Mixture.
   float energy() const;
   float density(float phi) const;
   float proposal_density(float phi, float u_share) const;

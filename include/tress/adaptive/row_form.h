@@ -29,7 +29,7 @@ class RowForm {
   /// Fills it. memory: aligned to 64, of bytes(row), not constructed. What is put there is never destroyed.
   virtual void write(const RowView& row, void* memory) const = 0;
   /// What answers a node for good in place of a row; such a node is never learned and not counted. Null where there is
-  /// a row. Aligned to 2; lives as long as the form.
+  /// a row. Aligned to 4; lives as long as the form.
   virtual const void* instead_of_row(std::uint32_t /*node*/) const { return nullptr; }
 };
 
@@ -37,13 +37,17 @@ class RowForm {
 class RowAnswer {
  public:
   RowAnswer() = default;
-  static RowAnswer of_row(const void* block) { return RowAnswer(reinterpret_cast<std::uintptr_t>(block)); }
+  static RowAnswer of_row(const void* block, bool has_converged) {
+    return RowAnswer(reinterpret_cast<std::uintptr_t>(block) | (has_converged ? 2 : 0));
+  }
   /// No row of the table's stands behind it.
   static RowAnswer without_row(const void* block) { return RowAnswer(reinterpret_cast<std::uintptr_t>(block) | 1); }
   explicit operator bool() const { return word_ != 0; }
   bool has_row() const { return (word_ & 1) == 0; }
+  /// Whether that row has converged; false without one.
+  bool has_converged() const { return (word_ & 3) == 2; }
   /// What RowForm wrote, or gave in place of the row.
-  const void* block() const { return reinterpret_cast<const void*>(word_ & ~std::uintptr_t{1}); }
+  const void* block() const { return reinterpret_cast<const void*>(word_ & ~std::uintptr_t{3}); }
 
  private:
   friend class RowEntry;
@@ -104,8 +108,10 @@ class FormedRows {
 /// A look-up in a form: the answer of a converged row, else the row to be answered by g and taught.
 struct FormedLookup {
   RowAnswer answer;
-  RowView row;                       ///< observe, score and credit it, whatever its state
-  std::shared_ptr<const void> kept;  ///< holds an answer that the table had no room for
+  RowView row;  ///< observe, score and credit it, whatever its state
+  /// Set where the table had no room for the answer: its block then lives as long as this, else until publish(). What
+  /// keeps a block keeps this beside it.
+  std::shared_ptr<const void> kept;
 };
 
 /// Reads answers that have been made, and counts the queries: all at once, when it goes. One thread; short-lived.
@@ -123,13 +129,14 @@ class AnswerReader {
   RowAnswer read(const RowRun& run, std::uint32_t b) {
     const RowAnswer answer = run.entries[b].get();
     queries_ += answer && answer.has_row() ? 1 : 0;
+    converged_ += answer.has_converged() ? 1 : 0;
     return answer;
   }
 
  private:
   void count() const;
   const Service* service_;
-  std::uint32_t queries_ = 0;
+  std::uint32_t queries_ = 0, converged_ = 0;
 };
 
 }  // namespace tress::adaptive

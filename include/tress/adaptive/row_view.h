@@ -24,8 +24,10 @@ struct RowView {
   /// The answer of a converged row that is a knot table; null for all others. A converged row has one of the two,
   /// whatever the learner of this session: a cache may bring both kinds.
   const KnotDensity* knots = nullptr;
-  /// The answer of a converged row of a slice of samples; null for all others.
+  /// In a slice of samples the answer of a row, whether it is open or has converged, or, where `state` is absent, of
+  /// coarser rows around the node; null for all others.
   const RibbonRow* ribbons = nullptr;
+  std::uint32_t paths = 0;  ///< that taught `ribbons`; of coarser rows around the node the fewest
   /// g, for every state but converged; null in a slice of samples, where the host draws from its target itself. Null
   /// for converged rows. Owned by the service, or by `kept` past the ceiling.
   const TracedNodes* nodes = nullptr;
@@ -38,8 +40,8 @@ struct RowView {
   /// How far the fit is known to be from g, relative squared L2: the bound of the row's last test, once converged the
   /// stored bound; 1 before the first test and for absent rows. Finite, >= 0; above 1 where a fit is worse than none.
   float objective = 1;
-  /// Holds nodes that no memo had room for.
-  std::shared_ptr<const TracedNodes> kept;
+  /// Holds nodes or ribbons that the table had no room for.
+  std::shared_ptr<const void> kept;
 
   static constexpr std::uint32_t no_row = ~0u;
 

@@ -17,6 +17,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "tress/adaptive/cache.h"
@@ -30,29 +31,34 @@
 
 namespace tress::adaptive {
 
-/// Thread-safety: look_up, fetch, observe, score, credit: any thread, wait-free but for what is made on first touch,
-/// the trace of an absent node and the form of a converged row. All else: one thread, while no reader is left. Same
-/// calls between two publishes, in any order and from any number of threads: the same table, to the bit. A host that
-/// breaks this is told by name with Options::check_passes, in PassReport::misuse.
+/// Thread-safety: look_up, fetch, observe, score, credit, hear: any thread, wait-free but for what is made on first
+/// touch, the trace of an absent node and the form of a converged row. All else: one thread, while no reader is left.
+/// Same calls between two publishes, in any order and from any number of threads: the same table, to the bit. A host
+/// that breaks this is told by name with Options::check_passes, in PassReport::misuse.
 class Service {
  public:
   /// `target` must outlive the service.
   Service(const Options& options, const Target& target);
   /// The same with slices of samples beside those of densities; both targets have one model name, a precondition.
   Service(const Options& options, const Target& target, const SampledTarget& samples);
-  /// With slices of samples alone.
+  /// A service whose slices are all of samples.
   Service(const Options& options, const SampledTarget& samples);
   ~Service();
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
 
   const Options& options() const;
+  /// The name of its targets.
+  std::string model_name() const;
+  bool has_target(SliceKind kind) const;
 
   /// Registers a slice, or finds the one with that key. Between passes. Error if a slice of that key is there on other
-  /// axes, with another blur or of the other kind, if it has no nodes, if the service has no target of its kind, and if
-  /// a slice of densities tells more than its parameters; nothing is then changed. See refusals() for a slice that
-  /// load() brought on other axes.
+  /// axes, with another blur or of the other kind, if it has no nodes, axes that do not ascend, a blur that is not
+  /// above 0 or a number that is not finite, if the service has no target of its kind, and if a slice of densities
+  /// tells more than its parameters; nothing is then changed. See refusals() for a slice that load() brought on other
+  /// axes.
   Result<SliceId> add_slice(const SliceDescription& description);
+  /// Without nodes if there is no such slice.
   const SliceDescription& slice(SliceId slice) const;
   std::uint32_t slice_count() const;
 
@@ -92,6 +98,10 @@ class Service {
   Result<const FormedRows*> add_form(SliceId slice, std::shared_ptr<const RowForm> form,
                                      const std::vector<float>& decay_rates = {});
 
+  /// Learns the coarsest rows of slices of samples, so that the first pass is answered. Between passes, after all
+  /// slices and caches are added; publish() does the same for slices that came later.
+  void prepare();
+
   /// The row at node (a, b): indices into the slice's axes. Counts a query. A slice or a node that is not there is
   /// answered by g = 0 in any build, and told in PassReport::misuse. In a slice of samples what has not converged
   /// brings nothing to answer by: the host draws from its target itself.
@@ -104,9 +114,15 @@ class Service {
   /// Tells how much of the picture's light a query of a row stood for: throughput of its path times the row's share of
   /// what is scattered there, >= 0, so that the sum over a pass, over the paths told to publish(), is the row's share
   /// of the picture. Any state. Rows are created in the order of it, and `picture_error` divides by it.
-  void credit(const RowView& row, float light) const;
+  /// events: how many queries this call stands for; rows of samples get paths by them.
+  void credit(const RowView& row, float light, std::uint32_t events = 1) const;
   /// Tells an open row its g at azimuth x, whatever drew x. No effect on other states, nor in slices of samples.
   void observe(const RowView& row, float x, float g) const;
+  /// Tells a node of samples one path that the host drew from the target itself, at a direction around the node, and
+  /// showed in its picture: the exit by which it left, of weight 0 if it did not. No row is taught by it, and nothing
+  /// that look_up() answers depends on it: it tells how far the rows are from the target. Any state. What is no exit
+  /// (SampledTarget) is left out.
+  void hear(const RowView& row, const SampledExit& exit) const;
   /// As observe, and scores the published fit: x must have been drawn from this row's own proposal, whose density
   /// there was q (1/rad).
   void score(const RowView& row, float x, float g, float q) const;
@@ -126,8 +142,12 @@ class Service {
   /// hits of a path. Between passes. 0 of one that is not there.
   double light(SliceId slice, std::uint32_t a, std::uint32_t b) const;
   /// How often a node was asked over all passes, modulo 2^32; without Options::check_passes but for the answers that
-  /// AnswerReader found. Between passes. 0 of one that is not there.
+  /// AnswerReader found, and in slices of samples but for all answers in a form after the first. Between passes. 0 of
+  /// one that is not there.
   std::uint32_t queries(SliceId slice, std::uint32_t a, std::uint32_t b) const;
+  /// How far the rows are from what was heard, all together. Between passes; takes some 0.1 us for each path that is
+  /// kept.
+  HeardTest test_by_heard() const;
   /// Called for each row whose fit or state changed, ascending (slice, node), at the end of publish(), when set
   /// (telemetry level rows). Between passes.
   void set_row_listener(std::function<void(const RowReport&)> listener);

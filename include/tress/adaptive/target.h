@@ -39,6 +39,12 @@ enum class SliceKind : std::uint8_t {
   samples = 1,  ///< SampledTarget::draw(): densities over a cylinder that can only be drawn from
 };
 
+/// A coarse grid of a slice: the nodes (a[i], b[j]), indices into the axes, ascending, the first and the last of either
+/// axis among them.
+struct CoarseAxes {
+  std::vector<std::uint32_t> a, b;
+};
+
 /// A slice is a grid of rows, one row per node (a, b).
 struct SliceDescription {
   SliceKey key;
@@ -48,6 +54,9 @@ struct SliceDescription {
   /// D: the most components that a fit of this slice may have; Options::max_components is a limit too. Not saved.
   std::uint32_t max_components = Mixture::max_components;
   SliceKind kind = SliceKind::density;  ///< blur and components are of densities only
+  /// Of a slice of samples: coarser grids, the coarsest first. Rows at their nodes answer for nodes that have no row
+  /// yet. None: such nodes are not answered. Not saved.
+  std::vector<CoarseAxes> coarse = {};
 
   std::uint32_t node_count() const { return static_cast<std::uint32_t>(axis_a.size() * axis_b.size()); }
 };

@@ -26,11 +26,23 @@ struct AbsorbedObjective {
   friend bool operator==(const AbsorbedObjective&, const AbsorbedObjective&) = default;
 };
 
+/// How far the rows of samples are from the host's own paths (Service::hear), which no row was taught by: the integral
+/// of (S - f)^2/f over the mass, at the resolution of the cells of adaptive/convergence/held_out_test.h.
+struct HeardTest {
+  std::uint64_t paths = 0;  ///< kept, at nodes with 64 of them or more
+  double chi2 = 0;          ///< mean over the nodes by their paths, unbiased; may be below 0
+  double deviation = 0;     ///< standard deviation of chi2
+  /// The same of all nodes together, each cell in all of them summed before it is squared: what all rows have wrong to
+  /// one side. Known ten times as well.
+  double common_chi2 = 0, common_deviation = 0;
+};
+
 /// What one publish() did. Counts are of this pass unless said otherwise.
 struct PassReport {
   std::uint64_t queries = 0;            ///< look_up() calls
   std::uint64_t converged_queries = 0;  ///< of them on converged rows
-  std::uint64_t g_evaluations = 0;      ///< observed, topped up and by coverage; paths of rows of samples
+  std::uint64_t answered_queries = 0;  ///< of them answered without g: by rows of samples, converged rows, coarser rows
+  std::uint64_t g_evaluations = 0;     ///< observed, topped up and by coverage; paths of rows of samples
   /// Nodes traced. All else here is the same for any number of threads; at the ceiling, where the memo of a pass has no
   /// room for all and some are traced at every query, this is not.
   std::uint64_t traces = 0;
@@ -42,6 +54,7 @@ struct PassReport {
   std::uint64_t validation_draws = 0;
   // totals of the table after the pass
   std::uint64_t rows_queried = 0;  ///< nodes ever asked for, created or not
+  std::uint64_t rows_coarse = 0;   ///< nodes of samples that were asked and are answered by coarser rows
   std::uint64_t rows_open = 0;
   std::uint64_t rows_converged = 0;
   std::uint64_t rows_reopened = 0;
@@ -56,11 +69,17 @@ struct PassReport {
   /// What the converged rows may do to the mean radiance of the picture, relative: E8 of ESTIMATOR.md has what it rests
   /// on. 0 without light told (Service::credit).
   double bias_bound = 0;
-  double learning_cpu_seconds = 0;  ///< CPU time inside publish()
-  std::uint64_t ribbons = 0;        ///< converged rows of slices of samples, in all
-  std::uint64_t unusable = 0;       ///< refused rows whose draws were none (SampledTarget), in all
-  /// The first call since the last publish() that the service could not make sense of: a node that is not there, with
-  /// Options::check_passes also calls outside of their time. None is a mistake of data: the host is to be mended.
+  std::uint64_t heard_paths = 0;         ///< told to Service::hear() so far, in all
+  std::uint64_t newly_heard = 0;         ///< of them, in this pass
+  double learning_cpu_seconds = 0;       ///< CPU time inside publish()
+  std::uint64_t ribbons = 0;             ///< rows of slices of samples that answer, in all
+  std::uint64_t rows_at_most_paths = 0;  ///< of them, those that have all the paths they may have and did not converge
+  std::uint64_t unusable = 0;            ///< refused rows whose draws were none (SampledTarget), in all
+  /// Answers in a form that were made and not kept, for want of room (Options::memory_bytes).
+  std::uint64_t forms_made_anew = 0;
+  /// The first call since the last publish() that the service could not make sense of: a node that is not there, a
+  /// target that threw or gave rays that TracedRay does not allow, with Options::check_passes also calls outside of
+  /// their time. None is a mistake of data: the host is to be mended.
   std::optional<Error> misuse;
 };
 
@@ -90,7 +109,7 @@ class TelemetryWriter {
   /// Goes on behind the first so many bytes of a file that is there; what follows them is cut off. Error if they are
   /// not there, or do not end a line.
   static Result<std::unique_ptr<TelemetryWriter>> resume(const std::filesystem::path& file, std::uint64_t bytes);
-  /// Of the file, in all.
+  /// Bytes written to the file so far.
   std::uint64_t bytes() const { return bytes_; }
   ~TelemetryWriter();
   TelemetryWriter(const TelemetryWriter&) = delete;

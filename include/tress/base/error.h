@@ -36,8 +36,9 @@ class Result {
   explicit operator bool() const { return has_value(); }
   T& value() { return std::get<0>(content_); }
   const T& value() const { return std::get<0>(content_); }
-  T& operator*() { return value(); }
-  const T& operator*() const { return value(); }
+  T& operator*() & { return value(); }
+  T&& operator*() && { return std::move(value()); }
+  const T& operator*() const& { return value(); }
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
   const Error& error() const { return std::get<1>(content_); }

@@ -1,6 +1,7 @@
 // Counter-based random numbers: the same key gives the same numbers on every thread.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 namespace tress {
@@ -10,6 +11,11 @@ constexpr std::uint64_t mix_bits(std::uint64_t x) {
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
   return x ^ (x >> 31);
+}
+
+/// The bits of both: a key made of numbers.
+constexpr std::uint64_t bits_of(float a, float b) {
+  return (std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b);
 }
 
 /// A stream keyed by up to three integers (seed, pixel, sample, ...). Copyable; one thread each.

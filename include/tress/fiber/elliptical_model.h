@@ -19,15 +19,16 @@ enum class Estimator {
   corrected,
 };
 
-/// As the command line, telemetry and pictures call it.
+/// The name that the command line, telemetry and pictures use.
 const char* estimator_name(Estimator estimator);
 
 /// The target that the service learns for this model: rays through the elliptical cross-section at a node
 /// (phi_r, |theta_d|) of clear hair, attribute = internal path length in major semi-axes. Lives as long as you like.
 std::unique_ptr<adaptive::Target> make_elliptical_target();
 
-/// `service` must have been built on make_elliptical_target() and outlive the model; null only for `exact`.
-std::unique_ptr<FiberModel> make_elliptical_model(Estimator estimator, adaptive::Service* service);
+/// `service` must have been built on make_elliptical_target() and outlive the model; it is not read by `exact`. Error
+/// where it was built on another target, or is null and not for `exact`.
+Result<std::unique_ptr<FiberModel>> make_elliptical_model(Estimator estimator, adaptive::Service* service);
 
 /// What SliceKey::lobe says beside 1 (TT), 2 (the whole of TRT) and 3 (TRRT): the two parts of TRT of fibers that split
 /// off the glint.

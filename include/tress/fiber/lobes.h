@@ -11,6 +11,11 @@ enum class Lobe { r = 0, tt = 1, trt = 2, trrt = 3, residual = 4, glint = 5 };
 constexpr int lobe_count = 6;
 constexpr std::array<const char*, lobe_count> lobe_names{"R", "TT", "TRT", "TRRT", "residual", "GLINT"};
 
+/// The library is compiled with glm's packed vectors: with GLM_FORCE_DEFAULT_ALIGNED_GENTYPES a host would read other
+/// bytes than were written.
+static_assert(sizeof(glm::vec3) == 3 * sizeof(float) && alignof(glm::vec3) == alignof(float),
+              "tress needs glm's packed types: include its headers without GLM_FORCE_DEFAULT_ALIGNED_GENTYPES");
+
 /// Linear RGB per lobe.
 using LobeColors = std::array<glm::vec3, lobe_count>;
 

@@ -39,16 +39,16 @@ struct FiberParameters {
   float roughness = 0.2f;
   float tilt = 0.0523599f;  ///< cuticle tilt tau >= 0, scales rise towards the tip; 3 degrees
   glm::vec3 sigma_a{1.3f * 0.419f, 1.3f * 0.697f, 1.3f * 1.37f};  ///< absorption per major semi-axis, >= 0, RGB
-  /// A concentric core, as of fur, an ellipse of this share, [0, 0.95], of the semi-axes: 0 is none. It has the
+  /// A concentric core, as of fur, an ellipse of this share, [0, 0.95], of the semi-axes; 0: no medulla. It has the
   /// cortex's index, so that light goes straight in, and no pigment: sigma_a is of the cortex alone. The models `rough`
   /// and `fiber3d` have it; the others are of fibers without one.
   float medulla_radius = 0;
   float medulla_scattering = 0;  ///< coefficient, per major semi-axis, [0, 100]
   float medulla_asymmetry = 0;   ///< g of Henyey and Greenstein's phase function, [-0.95, 0.95]; > 0: forwards
   float medulla_absorption = 0;  ///< coefficient, grey, per major semi-axis, [0, 100]
-  /// Overrides by lobe, TT, TRT, TRRT: blur of the exit azimuth (standard deviation), [.5, 45] degrees ...
+  /// Overrides by lobe, TT, TRT, TRRT: blur of the exit azimuth (standard deviation), [0.5, 45] degrees ...
   std::array<std::optional<float>, 3> azimuthal_sigma{};
-  /// ... and logistic scale in theta_h, R, TT, TRT, TRRT, [.25, 45] degrees.
+  /// ... and logistic scale in theta_h, R, TT, TRT, TRRT, [0.25, 45] degrees.
   std::array<std::optional<float>, 4> longitudinal_lambda{};
   /// Of a fiber that was given by the lobes of Chiang et al. 2016 (principled_hair.h): those lobes' own widths, which
   /// the model `chiang2016` draws. To all other models the widths above stand for them.
@@ -57,7 +57,7 @@ struct FiberParameters {
   LongitudinalShape longitudinal_shape = LongitudinalShape::logistic;
   ReflectionFresnel reflection_fresnel = ReflectionFresnel::exact;
   /// Artistic factor of E_p (the paper's A_p, open to the artist): gain kappa times tint, per lobe and channel, >= 0.
-  /// Where it exceeds 1 the fiber may return more than it receives.
+  /// A fiber with a gain above 1 may return more than it receives.
   LobeColors gain = [] {
     LobeColors ones;
     ones.fill(glm::vec3(1.0f));
@@ -72,12 +72,13 @@ struct FiberParameters {
   friend bool operator==(const FiberParameters&, const FiberParameters&) = default;
 };
 
-/// Azimuthal sigma of TT, TRT, TRRT, radians: as set, else from the roughness (design section 3: .5, 1.8, 3 alpha,
-/// at most 45 degrees).
+/// Azimuthal sigma of TT, TRT, TRRT, radians: as set, else from the roughness alpha: 0.5, 1.8 and
+/// 3 alpha, at most 45 degrees.
 std::array<float, 3> azimuthal_sigmas(const FiberParameters& fiber);
 
 /// Logistic scale lambda of lobe p = 0 (R), 1, 2, 3 for the known inclination theta_r, radians. R's is before the
-/// factor |cos(d/2)|. As set, else from the roughness: .390, .196/cos theta_r, .66, .9 alpha; in [.25, 45] degrees.
+/// factor |cos(d/2)|. As set, else from the roughness: 0.390, 0.196/cos theta_r, 0.66, 0.9 alpha; in [0.25, 45]
+/// degrees.
 float longitudinal_lambda(const FiberParameters& fiber, int p, float theta_r);
 
 /// Tilt of lobe p in theta_h: -tau, tau/2, 3 tau/2, 5 tau/2. The model `elliptical` has none for p = 3 and the residual
@@ -87,14 +88,14 @@ float lobe_tilt(const FiberParameters& fiber, int p);
 /// What roughness adds to the tilt of TT, TRT and TRRT, whose lobe the residual has (0 for R, and where the lobe's
 /// lambda is set): light that enters a rough fiber at an inclination leaves it nearer to the normal plane. With t =
 /// |theta_r|, radians, and of the sign of theta_r,
-///   x = .3 alpha^2 tan t / cos^2 t (TT), 3 alpha^2 tan t (others),  shift = x/(1 + k x/t), k = 10 (TT), 4 (others):
+///   x = 0.3 alpha^2 tan t / cos^2 t (TT), 3 alpha^2 tan t (others),  shift = x/(1 + k x/t), k = 10 (TT), 4 (others):
 /// at most t/k. Fitted to fibers traced in three dimensions (bench/README.md, fiber3d; bench/atlas/README.md, maps).
 float roughness_shift(const FiberParameters& fiber, int p, float theta_r);
 
 /// sigma_a that gives fibers of multiple scattering albedo `color` and azimuthal roughness beta_N (Chiang et al. 2016).
 /// color: linear RGB, clamped to [1e-6, 1].
 glm::vec3 sigma_a_from_color(const glm::vec3& color, double radial_roughness = 0.3);
-/// Concentrations >= 0; (.419, .697, 1.37) and (.187, .4, 1.05) per unit.
+/// Concentrations >= 0; (0.419, 0.697, 1.37) and (0.187, 0.4, 1.05) per unit.
 glm::vec3 sigma_a_from_melanin(float eumelanin, float pheomelanin);
 
 /// T(e) of the paper's section 9.2, a^-1 = 1/e, clamped to [1, 8].

@@ -16,16 +16,17 @@ namespace tress::fiber {
 std::unique_ptr<adaptive::SampledTarget> make_rough_target();
 
 /// One row answers all of an event: for R, TT, TRT and all that leaves later, a density over the sphere of its own,
-/// under the absorption of the fiber and of the energy that fiber3d has. Where the row of the event has not converged
-/// the event is one traced path, which can only be sampled (FiberModel::evaluates).
+/// under the absorption of the fiber and of the energy that fiber3d has. Where no row answers the event is one traced
+/// path, which is estimated (FiberModel::estimates).
 ///
-/// Estimator `fitted` does that; `exact` traces at every vertex and asks no row: it is fiber3d. There is no
-/// `corrected`, a precondition: a target that is known by samples only has no cheap correction.
-/// `service` must have been built on make_elliptical_target() and make_rough_target(), and outlive the model; null only
-/// for `exact`.
+/// Estimator `fitted` does that; `exact` traces at every vertex and asks no row: it is fiber3d, with light samples.
+/// There is no `corrected`: a target that is known by samples only has no cheap correction.
+/// `service` must have been built on make_rough_target(), with make_elliptical_target() or without, and outlive the
+/// model; it is not read by `exact`. Error for `corrected`, and where the service was built on other targets, or is
+/// null and not for `exact`.
 ///
 /// Of FiberParameters it reads what fiber3d reads (src/models/fiber3d.h): widths of lobes have no meaning for a traced
 /// fiber.
-std::unique_ptr<FiberModel> make_rough_model(Estimator estimator, adaptive::Service* service);
+Result<std::unique_ptr<FiberModel>> make_rough_model(Estimator estimator, adaptive::Service* service);
 
 }  // namespace tress::fiber

@@ -173,7 +173,8 @@ def cm_per_unit(scene):
 
 
 def options_of(scene, window, is_animation=False, has_only_nodes_own_lobes=False):
-    """Of the command line. By default the program learns no rows for hair that has only lobes of the node's own."""
+    """Of the command line. The program chooses the model by the materials alone, as for everybody; that of hair that has
+    only lobes of the node's own learns no rows, so that an animation has none to carry."""
     settings, render = scene.tress, scene.render
     options = ["--noise", repr(settings.noise)] if settings.stop == "NOISE" else ["--spp", str(settings.samples)]
     options = [*options, "--seed", str(settings.seed + (scene.frame_current if settings.seed_by_frame else 0)),
@@ -183,10 +184,9 @@ def options_of(scene, window, is_animation=False, has_only_nodes_own_lobes=False
     if settings.model != "default":
         options += ["--model", settings.model]
     learns = settings.model in ("default", "elliptical", "rough")
-    is_told = settings.model != "default" or settings.estimator != "fitted" or settings.own_epsilon
-    carries = learns and settings.estimator != "exact" and (is_told or not has_only_nodes_own_lobes)
+    carries = learns and settings.estimator != "exact" and not (settings.model == "default" and has_only_nodes_own_lobes)
     if learns:
-        if settings.estimator != "fitted":  # said without need, it would name the model
+        if settings.estimator != "fitted":  # said without need, it would be refused for models without rows
             options += ["--estimator", settings.estimator]
         if settings.own_epsilon:
             options += ["--epsilon", f"{settings.epsilon:g}"]

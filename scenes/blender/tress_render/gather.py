@@ -144,13 +144,10 @@ class Export:
         if not (widths.max() > 0):
             self.warnings(f"{name}: strands without any thickness, 0.08 mm are used")
             widths = np.full_like(widths, 0.008)
-        shrink = scene_keys.groom_scale(widths)
         path = self._file(name, "hair")
-        files.write_hair(path, lengths, points * (self.cm / shrink), widths / shrink, colors)
+        files.write_hair(path, lengths, points * self.cm, widths, colors)
         keys = {"name": self._free_name(name), "file": os.path.basename(path), "material": material, "up": "z",
-                "cm_per_unit": 1.0, "basis": "linear"}
-        if shrink != 1:
-            keys["scale"] = shrink
+                "cm_per_unit": 1.0, "basis": "catmull_rom"}  # as the viewport and Cycles draw it
         self.keys["grooms"].append(keys)
 
     def _curves(self, ob, matrix):

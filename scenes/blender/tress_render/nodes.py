@@ -72,6 +72,38 @@ def color_attribute(node, socket_name):
     return behind.attribute_name if behind.bl_idname == "ShaderNodeAttribute" else behind.layer_name
 
 
+def along_strand(node, socket_name, as_value):
+    """The source (scenes/README.md) of an input that is linked to a Color Ramp behind the Intercept of a Hair Info, or
+    behind its Random where the ramp has two linear stops at its ends; None if it is not. as_value: of a color."""
+    ramp = _behind(node.inputs[socket_name]) if socket_name in node.inputs else None
+    if ramp is None or ramp.bl_idname != "ShaderNodeValToRGB":
+        return None
+    info, place = _behind(ramp.inputs["Fac"]), _output_behind(ramp.inputs["Fac"])
+    stops = [[min(max(float(stop.position), 0.0), 1.0), as_value(clamp3(stop.color))] for stop in ramp.color_ramp.elements]
+    way = ramp.color_ramp.interpolation
+    if info is None or info.bl_idname != "ShaderNodeHairInfo" or way not in ("LINEAR", "EASE", "CONSTANT"):
+        return None
+    if place == "Random" and way == "LINEAR" and [stop[0] for stop in stops] == [0.0, 1.0]:
+        return {"random": [value for _, value in stops]}
+    if place != "Intercept":
+        return None
+    if way == "CONSTANT":  # each stop's value holds up to the next one
+        ends = [[next_place - 1e-4, value] for (_, value), (next_place, _) in zip(stops, stops[1:])]
+        stops = [stop for pair in zip(stops, ends) for stop in pair] + stops[-1:]
+    rising = [stop for stop, before in zip(stops, [[-1.0]] + stops) if stop[0] > before[0]]
+    return {"ramp": rising, "along": "share", "interpolation": "smooth" if way == "EASE" else "linear"}
+
+
+def _output_behind(socket):
+    """The name of the output that a socket is linked to, past reroutes."""
+    while socket.is_linked and socket.links:
+        link = socket.links[0]
+        if link.from_node.bl_idname != "NodeReroute":
+            return link.from_socket.name
+        socket = link.from_node.inputs[0]
+    return None
+
+
 def hair_material(material, name, warnings):
     """Keys of a tress material, and the name of the color attribute that its strands take their color from, or None."""
     who = f"material {material.name}" if material else "hair without a material"
@@ -92,14 +124,17 @@ def hair_material(material, name, warnings):
     if way == "ABSORPTION":
         principled["sigma_a"] = said("Absorption Coefficient", [0.245, 0.52, 1.365])
     elif way == "MELANIN":
-        principled["melanin"] = said("Melanin", 0.8)
+        # A color stands for a value by its luminance.
+        gray = lambda color: float(np.dot(color, (0.2126, 0.7152, 0.0722)))
+        principled["melanin"] = along_strand(node, "Melanin", gray) or said("Melanin", 0.8)
         principled["redness"] = said("Melanin Redness", 1.0)
         tint = said("Tint", [1.0, 1.0, 1.0])
         if tint != [1.0, 1.0, 1.0]:
             principled["tint"] = tint
     else:
         attribute = color_attribute(node, "Color")
-        principled["color"] = "file" if attribute is not None else said("Color", [0.018, 0.006, 0.002])
+        along = along_strand(node, "Color", list)
+        principled["color"] = along or ("file" if attribute is not None else said("Color", [0.018, 0.006, 0.002]))
     principled["roughness"] = said("Roughness", 0.3)
     principled["eta"] = said("IOR", 1.55)
     principled["offset_deg"] = math.degrees(said("Offset", math.radians(2)))

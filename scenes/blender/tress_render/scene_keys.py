@@ -144,12 +144,3 @@ def crop(border, width, height):
     x0, y0 = min(max(x0, 0), width - 1), min(max(y0, 0), height - 1)
     x1, y1 = min(max(x1, x0 + 1), width), min(max(y1, y0 + 1), height)
     return x0, height - y1, x1, height - y0
-
-
-def groom_scale(widths_cm):
-    """How much smaller a groom is written than it is, so that no thickness is taken for a wrong unit: the thickest
-    radius is then in 0.0005 to 0.05 cm."""
-    thickest = float(np.max(widths_cm)) / 2 if len(widths_cm) else 0.0
-    if thickest > 0.05:
-        return thickest / 0.04
-    return thickest / 0.001 if 0 < thickest < 0.0005 else 1.0

@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-MODELS = (("default", "Default", "Hair that is all Principled Hair by that node's own model; else Rough; Elliptical with an epsilon, another estimator, or a warm cache that has its rows"),
+MODELS = (("default", "Default", "By the materials alone: hair that is all Principled Hair by that node's own model; else Rough"),
           ("rough", "Rough", "Rough elliptical fibers, learned from traced paths: nearest to the truth"),
           ("elliptical", "Elliptical", "Lobes of one width each, learned tables: learns faster, less near to the truth"),
           ("chiang2016", "Chiang 2016", "Circular fibers, the model of Cycles' Principled Hair"),
@@ -14,11 +14,11 @@ class TressSettings(bpy.types.PropertyGroup):
     model: EnumProperty(name="Model", items=MODELS, default="default")
     estimator: EnumProperty(name="Estimator", default="fitted", items=(
         ("fitted", "Fitted", "Learned rows answer"),
-        ("corrected", "Corrected", "They do, and one vertex in 16 is traced to mend their bias"),
+        ("corrected", "Corrected", "They do, and one vertex in 16 is traced to mend their bias. Of the model Elliptical"),
         ("exact", "Exact", "Traced at every vertex, six to eight times slower")))
-    own_epsilon: BoolProperty(name="Epsilon", default=False, description="Set how well rows are learned")
+    own_epsilon: BoolProperty(name="Epsilon", default=False, description="Set how well rows are learned, of models that have rows: Rough and Elliptical")
     epsilon: FloatProperty(name="Epsilon", default=0.01, min=1e-6, max=1, precision=4,
-                           description="Relative squared error under which a row is learned")
+                           description="Error under which a row is learned: of Rough chi-square, of Elliptical the relative squared error")
     stop: EnumProperty(name="Until", default="SAMPLES", items=(
         ("SAMPLES", "Samples", "So many samples a pixel"), ("NOISE", "Noise", "Until the picture has so little noise")))
     samples: IntProperty(name="Samples", default=64, min=1, max=1000000)
@@ -30,7 +30,7 @@ class TressSettings(bpy.types.PropertyGroup):
     seed: IntProperty(name="Seed", default=0, min=0)
     seed_by_frame: BoolProperty(name="By Frame", default=True, description="Frames have different grain")
     warm_cache: StringProperty(name="Warm Cache", subtype="FILE_PATH",
-                               description="What was learned, for the next frame and the next shot")
+                               description="What was learned, for the next frame and the next shot. default: the cache folder of the user")
     cache_mode: EnumProperty(name="Cache Mode", default="append", items=(
         ("append", "Append", "Load, learn, save"), ("frozen", "Frozen", "Use it as it is, never save"),
         ("scratch", "Scratch", "Begin anew and replace it"), ("require", "Require", "Append; an error where it is missing")))

@@ -19,38 +19,25 @@ namespace {
 
 constexpr std::size_t usual_max_array_size = 1001;
 
-/// One after the other: tasks that wait for nothing, or the first one and those that wait for it.
-std::vector<std::vector<std::size_t>> arrays_of(const Farm& opened, const std::vector<std::size_t>& left) {
-  if (left.empty()) return {};
-  if (!opened.plan.calibrates || left.front() != 0 || left.size() == 1) return {left};
-  return {{0}, std::vector<std::size_t>(left.begin() + 1, left.end())};
-}
+/// Tasks of one array, by their numbers, the first of which is 0 in it.
+struct TaskArray {
+  std::vector<std::size_t> tasks;
+  std::size_t offset = 0;
+  bool is_first = false;  ///< all others wait for it
+};
 
-/// The same as a script, where ids are variables of the shell.
-std::string slurm_submit_script(const Farm& opened, const farm::SlurmOptions& options,
-                                const std::vector<std::size_t>& left) {
-  std::string text = "#!/bin/bash\n# Submits a farm of tress by hand; tress farm --submit slurm does it too.\nset -e\n";
-  std::vector<std::string> after;
-  const auto add = [&](const std::string& name, const std::vector<std::string>& words) {
-    std::string line = farm::shell_words(words);
-    for (std::size_t at = 0; (at = line.find(":@")) != std::string::npos;) line.replace(at, 2, ":$");
-    text += fmt::format("{}=$({})\necho \"{}: job ${}\"\n", name, line, name, name);
-  };
-  for (const std::vector<std::size_t>& tasks : arrays_of(opened, left)) {
-    const std::string name = after.empty() && opened.plan.calibrates ? "first" : "tasks";
-    add(name, farm::slurm_array_command(opened.folder, options, tasks, after));
-    after = {"@" + name};
+/// Arrays of fewer numbers than `most`: all tasks wait for nothing, or for the first one.
+std::vector<TaskArray> arrays_of(const Farm& opened, const std::vector<std::size_t>& left, std::size_t most) {
+  std::vector<TaskArray> arrays;
+  if (left.empty()) return arrays;
+  const bool has_first = opened.plan.calibrates && left.front() == 0 && left.size() > 1;
+  if (has_first) arrays.push_back({{0}, 0, true});
+  for (auto task = left.begin() + (has_first ? 1 : 0); task != left.end(); ++task) {
+    const std::size_t offset = *task / most * most;
+    if (arrays.empty() || arrays.back().is_first || arrays.back().offset != offset) arrays.push_back({{}, offset});
+    arrays.back().tasks.push_back(*task);
   }
-  add("merge", farm::slurm_merge_command(opened.folder, options, after));
-  return text;
-}
-
-std::string local_script(const Farm& opened, const std::vector<std::size_t>& left) {
-  const std::string program = farm::shell_word(opened.plan.program.string());
-  const std::string folder = farm::shell_word(opened.folder.string());
-  std::string text = "#!/bin/sh\n# The tasks one after the other on this machine.\nset -e\n";
-  for (const std::size_t task : left) text += fmt::format("{} farm run {} --task {}\n", program, folder, task);
-  return text + fmt::format("{} farm merge {}\n", program, folder);
+  return arrays;
 }
 
 /// Of the controller's configuration, which says how large an index may be.
@@ -62,6 +49,38 @@ std::size_t max_array_size() {
   const std::size_t end = shown.out.find_first_not_of("0123456789", begin);
   if (begin == std::string::npos) return usual_max_array_size;
   return std::size_t(parse_unsigned(shown.out.substr(begin, end - begin)).value_or(usual_max_array_size));
+}
+
+/// The same as a script, where ids are variables of the shell.
+std::string slurm_submit_script(const Farm& opened, const farm::SlurmOptions& options,
+                                const std::vector<std::size_t>& left) {
+  std::string text = "#!/bin/bash\n# Submits a farm of tress by hand; tress farm --submit slurm does it too.\nset -e\n";
+  std::vector<std::string> first, all;
+  const auto add = [&](const std::string& name, const std::vector<std::string>& words) {
+    std::string line = farm::shell_words(words);
+    for (std::size_t at = 0; (at = line.find(":@")) != std::string::npos;) line.replace(at, 2, ":$");
+    text += fmt::format("{}=$({})\necho \"{}: job ${}\"\n", name, line, name, name);
+  };
+  for (const TaskArray& array : arrays_of(opened, left, max_array_size())) {
+    const std::string name = array.is_first      ? "first"
+                             : array.offset == 0 ? "tasks"
+                                                 : fmt::format("tasks_{}", array.offset);
+    add(name, farm::slurm_array_command(opened.folder, options, array.tasks, first, array.offset));
+    if (array.is_first)
+      first = {"@" + name};
+    else
+      all.push_back("@" + name);
+  }
+  add("merge", farm::slurm_merge_command(opened.folder, options, all));
+  return text;
+}
+
+std::string local_script(const Farm& opened, const std::vector<std::size_t>& left) {
+  const std::string program = farm::shell_word(opened.plan.program.string());
+  const std::string folder = farm::shell_word(opened.folder.string());
+  std::string text = "#!/bin/sh\n# The tasks one after the other on this machine.\nset -e\n";
+  for (const std::size_t task : left) text += fmt::format("{} farm run {} --task {}\n", program, folder, task);
+  return text + fmt::format("{} farm merge {}\n", program, folder);
 }
 
 /// What sbatch --parsable prints, "12" or "12;cluster". Empty if the job was refused, which sbatch has told.
@@ -104,16 +123,7 @@ std::optional<Error> write_scripts(const Farm& opened, const farm::SlurmOptions&
 }
 
 int submit_to_slurm(const Farm& opened, const farm::SlurmOptions& options, const std::vector<std::size_t>& left) {
-  const std::size_t most = max_array_size();
-  if (!left.empty() && left.back() >= most) {
-    log_error(
-        fmt::format("--chunk: expected tasks that Slurm can number, below {} (MaxArraySize), found {} tasks; more "
-                    "frames a task, in another --folder",
-                    most, opened.tasks.size()));
-    return 1;
-  }
-  std::vector<std::string> jobs;
-  std::vector<std::string> after;
+  std::vector<std::string> jobs, first, all;
   const auto submit = [&](const std::vector<std::string>& command, const std::string& what) {
     const std::string id = submitted_id(command);
     if (id.empty()) {
@@ -122,17 +132,20 @@ int submit_to_slurm(const Farm& opened, const farm::SlurmOptions& options, const
       return false;
     }
     jobs.push_back(id);
-    after = {id};
     fmt::print("{} {}\n", what, id);
     // At once: a submission that is killed here is known to the next.
     const auto error = note_jobs(opened.folder, jobs);
     if (error) log_error(error->message());
     return !error;
   };
-  for (const std::vector<std::size_t>& tasks : arrays_of(opened, left)) {
-    if (!submit(farm::slurm_array_command(opened.folder, options, tasks, after), "tasks")) return 1;
+  for (const TaskArray& array : arrays_of(opened, left, max_array_size())) {
+    if (!submit(farm::slurm_array_command(opened.folder, options, array.tasks, first, array.offset), "tasks")) return 1;
+    if (array.is_first)
+      first = {jobs.back()};
+    else
+      all.push_back(jobs.back());
   }
-  return submit(farm::slurm_merge_command(opened.folder, options, after), "merge") ? 0 : 1;
+  return submit(farm::slurm_merge_command(opened.folder, options, all), "merge") ? 0 : 1;
 }
 
 std::string jobs_in_queue(const std::filesystem::path& folder) {

@@ -19,6 +19,7 @@
 #include "cli/farm/farm_scripts.h"
 #include "cli/frame_list.h"
 #include "cli/options.h"
+#include "cli/warm_cache_session.h"
 #include "scene/model/scene.h"
 
 namespace tress::cli {
@@ -196,7 +197,7 @@ void add_pictures(CLI::App* app, farm::Plan* plan) {
   app->add_option_function<std::string>(
          "--frames", [plan](const std::string& text) { plan->frames = *parse_frames(text); },
          "1-240,250,300-340x2; without it one still")
-      ->check(expecting("frames and ranges, 1-240,250,300-340x2, each 0..1000000",
+      ->check(expecting("frames and ranges, 1-240,250,300-340x2, each -1000000..1000000",
                         [](const std::string& text) { return parse_frames(text).has_value(); }))
       ->type_name("LIST");
 }
@@ -205,7 +206,9 @@ void add_tasks(CLI::App* app, SubmitSettings& s) {
   farm::Plan* plan = &s.plan;
   auto* cache = add_file(
       app, "--warm-cache", [plan](const std::string& file) { plan->warm_cache = file; },
-      "table that every task starts from; what they learn is merged into it");
+      "table that every task starts from; what they learn is merged into it; a file, not default");
+  cache->check(expecting("a file that all machines share, such as ./default",
+                         [](const std::string& file) { return !is_default_cache(file); }));
   add_choice(
       app, "--cache-mode", {"append", "frozen"}, [plan](const std::string& mode) { plan->frozen = mode == "frozen"; },
       "append (default): each task learns into a part of its own; frozen: the table is used as it is")

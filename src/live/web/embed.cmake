@@ -1,6 +1,7 @@
-# The files of the pages as bytes in a source file: cmake -DOUTPUT=assets.cpp -DFILES=a.js,b.css -P embed.cmake
+# The files of the pages as bytes in a source file: cmake -DOUTPUT=assets.cpp -DNAMESPACE=tress::live
+# -DHEADER=live/web_page.h -DFILES=a.js,b.css -P embed.cmake
 string(REPLACE "," ";" FILES "${FILES}")
-set(text "// Made by src/live/web/embed.cmake.\n#include \"live/web_page.h\"\n\nnamespace tress::live {\nnamespace {\n")
+set(text "// Made by src/live/web/embed.cmake.\n#include \"${HEADER}\"\n\nnamespace ${NAMESPACE} {\nnamespace {\n")
 set(table "")
 set(number 0)
 foreach(file ${FILES})
@@ -11,5 +12,5 @@ foreach(file ${FILES})
   string(APPEND table "    {\"${name}\", {reinterpret_cast<const char*>(asset_${number}), sizeof asset_${number}}},\n")
   math(EXPR number "${number} + 1")
 endforeach()
-string(APPEND text "}  // namespace\n\nconst std::map<std::string, std::string_view>& web_assets() {\n  static const std::map<std::string, std::string_view> assets{\n${table}  };\n  return assets;\n}\n\n}  // namespace tress::live\n")
+string(APPEND text "}  // namespace\n\nconst WebAssets& web_assets() {\n  static const WebAssets assets{\n${table}  };\n  return assets;\n}\n\n}  // namespace ${NAMESPACE}\n")
 file(WRITE ${OUTPUT} "${text}")

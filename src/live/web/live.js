@@ -65,10 +65,10 @@ function drawCharts() {
     lineChart(charts[name], {series: series.map(([label, field, dashed]) => ({
       name: label, dashed, points: passes.map((pass) => ({x: options.byPaths ? pass.samples : pass.pass + 1, y: typeof field === 'function' ? field(pass) : pass[field]}))})), ...options});
   };
-  line('share', 'Queries answered by fits', [['share', 'converged_query_share']], {x: 'pass', y: 'share', max: 1});
+  line('share', 'Queries answered by fits', [['answered', 'answered_query_share'], ['by rows that have converged', 'converged_query_share']], {x: 'pass', y: 'share', max: 1});
   line('noise', 'Noise of the picture', [['noise', 'noise']], {x: 'paths', y: 'relative', byPaths: true, logX: true, logY: true});
   line('error', 'Error of the fits', [['median', 'p50'], ['99 %', 'p99'], ['epsilon', () => shown.epsilon, true]], {x: 'pass', y: 'objective', logY: true});
-  line('rows', 'Rows by state', [['converged', 'converged'], ['open', 'open'], ['refused', 'refused']], {x: 'pass', y: 'rows'});
+  line('rows', 'Rows by state', [['converged', 'converged'], ['open', 'open'], ['nodes answered by coarser rows', 'coarse'], ['refused', 'refused']], {x: 'pass', y: 'rows'});
   line('rates', 'Rates', [['paths a second', (pass) => pass.pixels / pass.seconds], ['g evaluations a second', (pass) => pass.g_evaluations / pass.seconds]], {x: 'pass', y: '1/s', logY: true});
   line('memory', 'Memory', [['of the table, MB', (pass) => pass.bytes / 1e6], ['of the process, MB', (pass) => pass.process_bytes / 1e6]], {x: 'pass', y: 'MB'});
 }
@@ -218,7 +218,7 @@ function tell(status) {
   const left = status.progress && status.progress.seconds_left !== null ? `, about ${duration(status.progress.seconds_left)} left` : '';
   at('done').value = status.progress ? status.progress.share : 0;
   at('state').textContent = `${status.stopped ? 'stopping: ' : status.paused ? 'paused: ' : ''}${short(last.samples / last.image_pixels)} samples a pixel, noise ${short(last.noise)}${left}`;
-  at('learned').textContent = `${short(100 * last.converged_query_share)} % of the last pass's queries were answered by fits; ${last.converged} rows converged, ${last.open} open, ${last.refused} refused; ${short(last.g_evaluations)} evaluations of g in the last pass, learning took ${short(100 * last.learning_cpu_seconds / last.cpu_seconds)} % of its CPU time; the table has ${short(last.bytes / 1e6)} MB.`;
+  at('learned').textContent = `${short(100 * last.answered_query_share)} % of the last pass's queries were answered by rows, ${short(100 * last.converged_query_share)} % by rows that have converged; ${last.converged} rows converged, ${last.open} open, ${last.refused} refused; ${short(last.g_evaluations)} evaluations of g in the last pass, learning took ${short(100 * last.learning_cpu_seconds / last.cpu_seconds)} % of its CPU time; the table has ${short(last.bytes / 1e6)} MB.`;
 }
 
 async function turn() {

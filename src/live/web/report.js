@@ -29,7 +29,8 @@ const facts = [
   ['seconds (wall)', (run) => run.summary && run.summary.seconds],
   ['CPU seconds of the passes', (run) => run.cost.cpu_seconds],
   ['noise of the picture', (run) => last(run.passes) && last(run.passes).noise],
-  ['queries answered by fits, last pass', (run) => percent(last(run.passes) && last(run.passes).converged_query_share)],
+  ['queries answered by rows, last pass', (run) => percent(last(run.passes) && last(run.passes).answered_query_share)],
+  ['by rows that have converged', (run) => percent(last(run.passes) && last(run.passes).converged_query_share)],
   ['rows converged', (run) => rowsOf(run, 'converged')],
   ['rows open', (run) => rowsOf(run, 'open')],
   ['rows refused', (run) => rowsOf(run, 'refused')],
@@ -52,7 +53,9 @@ const grid = element('div', '', 'grid');
 main.append(grid);
 const compare = (title, field, options, note) => lineChart(
     chartPanel(grid, title, note), {series: runs.map((run) => ({name: run.name, points: of(run, field)})), x: 'pass', ...options});
-compare('Queries answered by fits', 'converged_query_share', {y: 'share', max: 1});
+compare('Queries answered by rows', 'answered_query_share', {y: 'share', max: 1});
+compare('Queries answered by rows that have converged', 'converged_query_share', {y: 'share', max: 1});
+compare('Nodes answered by coarser rows', 'coarse', {y: 'nodes'});
 lineChart(chartPanel(grid, 'Error of the fits', 'Relative squared L2 of clear rows; of rough, chi-square, and rows that carry little light may have more than epsilon, the dashed line.'), {
   series: [...runs.flatMap((run) => [
              {name: `${run.name} median`, points: of(run, 'p50')}, {name: `${run.name} 99 %`, points: of(run, 'p99')}]),

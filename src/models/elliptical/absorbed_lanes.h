@@ -96,7 +96,7 @@ inline Float4 components_behind(const AbsorbedRow& row, std::uint32_t line, floa
   Float4 sum = splat(0);
   for (const std::uint32_t behind = row.lines_behind(); line <= behind; line += 2) {
     const AbsorbedRow& a = *(&row + line);
-    const AbsorbedRow& b = line < behind ? *(&row + line + 1) : row_of_nothing;
+    const AbsorbedRow& b = line < behind ? *(&row + line + 1) : zero_density_row;
     const Float4 kernel = logistic_kernels(x, a, b);
     sum += components_of(a, kernel[0], kernel[1]) + components_of(b, kernel[2], kernel[3]);
   }

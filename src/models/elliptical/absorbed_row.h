@@ -62,8 +62,8 @@ static_assert(sizeof(AbsorbedRow) == 64 && sizeof(AbsorbedKnots) == 64);
 /// A row with this many lines behind it, all of them constructed as rows.
 AbsorbedRow* new_absorbed(void* memory, std::size_t lines_behind, float objective, std::uint32_t tags);
 
-/// A row of density 0 that is none of the service's.
-inline constexpr AbsorbedRow row_of_nothing{.tail = AbsorbedRow::has_no_row};
+/// A row of density 0 that the service does not have.
+inline constexpr AbsorbedRow zero_density_row{.tail = AbsorbedRow::has_no_row};
 
 /// A row's fit under one absorption, as lines of 64 bytes: how many bytes it takes, and the row put into as many, which
 /// are aligned to 64 and never destroyed. Pure.

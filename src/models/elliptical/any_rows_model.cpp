@@ -102,7 +102,7 @@ FiberValue AnyRowsModel::value_of_any(const FiberEvent& event, const VertexConst
   const float x = constants.fold.relative(wi.phi, event.wr.phi);
   const std::optional<float> correct = correction(constants, wi);
   // Where a lobe is traced at every vertex, one trace has the rays of all: `corrected` is then `exact`, and has none of
-  // the noise of correcting 1 direction of 16 (of a furnace of e .5, alpha .05: 17 means, now .36).
+  // the noise of correcting 1 direction of 16 (of a furnace of e 0.5, alpha 0.05: 17 means, now 0.36).
   const bool exact_anyway =
       estimator_ == Estimator::corrected &&
       std::any_of(fiber.proposes_only.begin(), fiber.proposes_only.end(), [](bool only) { return only; });

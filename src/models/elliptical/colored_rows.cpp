@@ -50,10 +50,10 @@ class AbsorbedForm final : public adaptive::RowForm {
 
 }  // namespace
 
-adaptive::RowRun rows_of_nothing() {
+adaptive::RowRun zero_density_rows() {
   struct Entries {
     Entries() {
-      for (adaptive::RowEntry& entry : all) entry.put(adaptive::RowAnswer::without_row(&row_of_nothing));
+      for (adaptive::RowEntry& entry : all) entry.put(adaptive::RowAnswer::without_row(&zero_density_row));
     }
     std::array<adaptive::RowEntry, most_inclinations> all;
   };
@@ -61,7 +61,7 @@ adaptive::RowRun rows_of_nothing() {
   return {entries.all.data(), 0, 0};
 }
 
-adaptive::RowRun no_rows() {
+adaptive::RowRun unanswered_rows() {
   static const std::array<adaptive::RowEntry, most_inclinations> entries{};
   return {entries.data(), 0, 0};
 }

@@ -51,8 +51,8 @@ class ColoredRows {
   std::unique_ptr<std::atomic<float>[]> mass_memo_;  ///< 3 per node, negative while unknown
 };
 
-/// Runs for every node in |theta_d|: of a row of density 0 that is none of the service's, and without answers.
-adaptive::RowRun rows_of_nothing();
-adaptive::RowRun no_rows();
+/// Runs for every node in |theta_d|: of a row of density 0 that the service does not have, and without answers.
+adaptive::RowRun zero_density_rows();
+adaptive::RowRun unanswered_rows();
 
 }  // namespace tress::fiber

@@ -22,6 +22,9 @@ std::array<std::optional<adaptive::SliceDescription>, 4> elliptical_slices(const
 }
 
 FiberId EllipticalFibers::add(const FiberParameters& parameters) {
+  const auto slices = elliptical_slices(parameters);
+  const auto is_refused = [this](const auto& slice) { return slice && !service_->add_slice(*slice); };
+  if (service_ != nullptr && std::ranges::any_of(slices, is_refused)) return no_fiber;
   const FiberId id = store_.add(parameters);
   if (id < fibers_.size()) return id;
 
@@ -32,7 +35,6 @@ FiberId EllipticalFibers::add(const FiberParameters& parameters) {
   fiber.sigma = {sigmas[0], sigmas[1], sigmas[2], sigmas[1]};
   fiber.energies = store_[id].energies;
   fiber.answers_by_rows = service_ != nullptr;
-  const auto slices = elliptical_slices(parameters);
   for (std::size_t i = 0; i < row_lobes.size(); ++i) {
     fiber.vertex_rays = std::max(fiber.vertex_rays, vertex_ray_count(fiber.sigma[i]));
     fiber.proposes_only[i] = is_below_grid(fiber.sigma[i]);

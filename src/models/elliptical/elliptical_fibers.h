@@ -27,7 +27,7 @@ class EllipticalFibers {
   /// service null: fibers have no rows.
   explicit EllipticalFibers(adaptive::Service* service) : service_(service) {}
 
-  /// Equal parameters give the same id.
+  /// Equal parameters give the same id; no_fiber if the service refuses a slice.
   FiberId add(const FiberParameters& parameters);
   const EllipticalFiber& operator[](FiberId id) const { return fibers_[id]; }
 

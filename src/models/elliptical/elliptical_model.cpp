@@ -66,11 +66,11 @@ class EllipticalModel final : public AnyRowsModel {
       const ColoredRows* rows = fiber.rows[i].get();
       constants->uniform_pdf[static_cast<int>(i)] = selection * uniform_share_ * inverse_two_pi;
       if (rows == nullptr || (fiber.answers_by_rows && !(selection > 0))) {
-        constants->runs[i] = fiber.answers_by_rows ? rows_of_nothing() : no_rows();
+        constants->runs[i] = fiber.answers_by_rows ? zero_density_rows() : unanswered_rows();
         continue;
       }
       constants->runs[i] = rows->formed().run(rows->slice().grid.choose_azimuth(fold.phi, xi1));
-      if (!fiber.answers_by_rows) constants->runs[i].entries = no_rows().entries;
+      if (!fiber.answers_by_rows) constants->runs[i].entries = unanswered_rows().entries;
     }
     return event;
   }
@@ -195,13 +195,13 @@ class EllipticalModel final : public AnyRowsModel {
   static void shapes_of_mixtures(const std::array<const AbsorbedRow*, 4>& row, float x, std::array<Float4, 4>& shape) {
     const std::uint32_t behind[4] = {row[0]->lines_behind(), row[1]->lines_behind(), row[2]->lines_behind(),
                                      row[3]->lines_behind()};
-    const AbsorbedRow& tt_behind = behind[0] > 0 ? *(row[0] + 1) : row_of_nothing;
+    const AbsorbedRow& tt_behind = behind[0] > 0 ? *(row[0] + 1) : zero_density_row;
     const Float4 tt = logistic_kernels(x, *row[0], tt_behind), others = logistic_kernels(x, *row[1], *row[2]);
     shape[0] = uniform_of(*row[0]) + (components_of(*row[0], tt[0], tt[1]) + components_of(tt_behind, tt[2], tt[3]));
     shape[1] = uniform_of(*row[1]) + components_of(*row[1], others[0], others[1]);
     shape[2] = uniform_of(*row[2]) + components_of(*row[2], others[2], others[3]);
     shape[3] = splat(0);
-    if (row[3] != &row_of_nothing) shape[3] = uniform_of(*row[3]) + components_behind(*row[3], 0, x);
+    if (row[3] != &zero_density_row) shape[3] = uniform_of(*row[3]) + components_behind(*row[3], 0, x);
     if (behind[0] > 1) shape[0] += components_behind(*row[0], 2, x);
     if (behind[1] > 0) shape[1] += components_behind(*row[1], 1, x);
     if (behind[2] > 0) shape[2] += components_behind(*row[2], 1, x);
@@ -221,7 +221,12 @@ namespace tress::fiber {
 
 HWY_EXPORT(Make);
 
-std::unique_ptr<FiberModel> make_elliptical_model(Estimator estimator, adaptive::Service* service) {
+Result<std::unique_ptr<FiberModel>> make_elliptical_model(Estimator estimator, adaptive::Service* service) {
+  if (estimator != Estimator::exact) {
+    if (std::optional<Error> wrong =
+            wrong_service(service, make_elliptical_target()->model_name(), adaptive::SliceKind::density))
+      return std::move(*wrong);
+  }
   return HWY_DYNAMIC_DISPATCH(Make)(estimator, service);
 }
 

@@ -54,7 +54,7 @@ glm::vec3 AnyRowsModel::interpolated_shape(const FiberEvent& event, const Vertex
 
 glm::vec3 AnyRowsModel::excess(const FiberEvent& event, const FiberDirection& wi, float place) const {
   glm::vec3 sum(0.0f);
-  if (!tells_excess()) return sum;
+  if (!tells_excess() || event.fiber == no_fiber) return sum;
   const VertexConstants& constants = constants_in<VertexConstants>(event);
   const EllipticalFiber& fiber = fibers_[event.fiber];
   const FiberDirection to = clamped(wi);

@@ -1,6 +1,7 @@
 #include "models/rough/rough_fibers.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 
 #include "models/rough/rough_row.h"
@@ -17,7 +18,8 @@ class ColoredForm final : public adaptive::RowForm {
   std::size_t bytes(const adaptive::RowView&) const override { return sizeof(RoughRow); }
   void write(const adaptive::RowView& row, void* memory) const override {
     const FiberDirection at = grid_->direction(row.node);
-    put_rough_row(*row.ribbons, row.objective, sigma_a_, energies_.at(*row.ribbons, at.theta, at.phi), memory);
+    const EnergyFactors energies = energies_.at(*row.ribbons, row.paths, at.theta, at.phi);
+    put_rough_row(*row.ribbons, row.objective, row.paths, sigma_a_, energies, memory);
   }
 
  private:
@@ -31,10 +33,12 @@ class ColoredForm final : public adaptive::RowForm {
 FiberId RoughFibers::add(const FiberParameters& parameters) {
   FiberParameters exact = parameters;
   exact.reflection_fresnel = ReflectionFresnel::exact;
+  if (service_ != nullptr && !service_->add_slice(rough_slice(exact))) return no_fiber;
   const FiberId id = store_.add(exact);
   if (id < rows_.size()) return id;
   traced_.add(exact);
   rows_.push_back(service_ != nullptr ? rows_of(exact, store_[id].energies) : RoughRows{});
+  rows_.back().balance = TracedFibers::balance(exact, *store_[id].energies, offset());
   return id;
 }
 
@@ -51,9 +55,12 @@ RoughRows RoughFibers::rows_of(const FiberParameters& parameters, const std::sha
             ->add_form(slice, std::make_shared<ColoredForm>(grid, energies, sigma_a), {sigma_a.x, sigma_a.y, sigma_a.z})
             .value();
   }
-  const bool gains =
-      std::ranges::any_of(parameters.gain, [](const glm::vec3& gain) { return gain != glm::vec3(1.0f); });
-  return {grid, formed, !gains};
+  RoughRows rows{grid, formed};
+  const auto inverse = [](float gain) { return gain > 0 ? 1 / gain : 0.0f; };
+  std::ranges::transform(parameters.gain, rows.inverse_gain.begin(), [&](const glm::vec3& gain) {
+    return Float4{inverse(gain.x), inverse(gain.y), inverse(gain.z), 1};
+  });
+  return rows;
 }
 
 }  // namespace tress::fiber

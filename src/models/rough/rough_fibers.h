@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/float4.h"
 #include "fiber/rough_rows.h"
 #include "models/lobes/fiber_store.h"
 #include "models/rough/traced_path.h"
@@ -21,7 +22,10 @@ namespace tress::fiber {
 struct RoughRows {
   std::shared_ptr<const RoughGrid> grid;
   const adaptive::FormedRows* formed = nullptr;  ///< null without a service
-  bool keeps_sum = false;                        ///< no gains: the sum over lobes is held to RoughRow::whole_energy
+  /// One over the gains of each lobe, so that energies without gains can be held to RoughRow::whole_energy; 0 where a
+  /// gain is 0.
+  std::array<Float4, lobe_count> inverse_gain{};
+  float balance = 0;  ///< TracedFibers::balance()
 };
 
 /// Shared: energies as FiberStore does, a slice and its grid by its key, forms by (slice, sigma_a). Thread-safety:
@@ -30,11 +34,15 @@ class RoughFibers {
  public:
   /// service null: fibers have no rows.
   explicit RoughFibers(adaptive::Service* service) : service_(service) {}
+  /// Where the light of events enters that no row answers.
+  Offset offset() const { return service_ != nullptr ? Offset::any : Offset::known; }
 
-  /// Equal parameters give the same id.
+  /// Equal parameters give the same id; no_fiber if the service refuses the slice.
   FiberId add(const FiberParameters& parameters);
   const FiberRecord& record(FiberId id) const { return store_[id]; }
   const RoughRows& rows(FiberId id) const { return rows_[id]; }
+  /// Of any id.
+  float balance(FiberId id) const { return id < rows_.size() ? rows_[id].balance : 0; }
   const TracedFibers& traced() const { return traced_; }
   std::size_t bytes() const { return store_.bytes() + traced_.bytes() + rows_.capacity() * sizeof(RoughRows); }
 

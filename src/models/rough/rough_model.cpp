@@ -25,6 +25,7 @@
 #include "models/rough/rough_fibers.h"
 #include "models/rough/rough_lanes.h"
 #include "models/rough/rough_row.h"
+#include "tress/base/random.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "models/rough/rough_model.cpp"
@@ -42,37 +43,41 @@ struct RoughConstants {
   RoughNode node;
   float specular_height;
   bool is_black;
-  TracedEvent traced;  ///< where the row has not converged
+  Offset offset;       ///< of what is traced
+  bool listens;        ///< what is drawn is a path of the fiber, which the service hears
+  TracedEvent traced;  ///< where the row has not converged, and where it listens
 };
 
 class RoughModel final : public EventRowModel {
  public:
   RoughModel(Estimator estimator, adaptive::Service* service)
-      : EventRowModel(estimator == Estimator::exact ? nullptr : service), fibers_(service_) {
+      : EventRowModel(estimator == Estimator::exact ? nullptr : service),
+        fibers_(service_),
+        heard_share_(service_ != nullptr ? service_->options().heard_share : 0) {
     assert(estimator != Estimator::corrected && (estimator == Estimator::exact || service != nullptr));
   }
 
   std::string name() const override { return "rough"; }
-  FiberId add_fiber(const FiberParameters& parameters) override { return fibers_.add(parameters); }
+  FiberId make_fiber(const FiberParameters& parameters) override { return fibers_.add(parameters); }
   std::size_t bytes() const override { return fibers_.bytes(); }
   bool evaluates() const override { return service_ != nullptr; }
   bool evaluates(const FiberEvent& event) const override { return constants_in<EventRow>(event).has_converged; }
 
-  bool estimates(const FiberEvent& event) const override {
-    return service_ != nullptr && !constants_in<EventRow>(event).has_converged;
-  }
+  bool estimates() const override { return true; }
+  bool estimates(const FiberEvent& event) const override { return !constants_in<EventRow>(event).has_converged; }
+  float balance(FiberId id) const override { return fibers_.balance(id); }
 
-  FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const override {
+  FiberValue evaluate_event(const FiberEvent& event, const FiberDirection& wi) const override {
     const auto& constants = constants_in<RoughConstants>(event);
+    if (!constants.row.has_converged) return estimated(event, constants, clamped(wi));
     FiberValue value;
-    if (!constants.row.has_converged) return service_ != nullptr ? estimated(event, constants, clamped(wi)) : value;
     value_at(event, constants, answer_of(constants.row), clamped(wi), value);
     return value;
   }
 
  private:
   FiberEvent start(FiberId id, const FiberDirection& wr, float xi1, float xi2, float h,
-                   RowOfEvent& row) const override {
+                   RowOfEvent* row) const override {
     const FiberRecord& fiber = fibers_.record(id);
     FiberEvent event;
     event.fiber = id;
@@ -83,22 +88,26 @@ class RoughModel final : public EventRowModel {
 
     auto* constants = new (place_of<RoughConstants>(event)) RoughConstants;
     const RoughRows& rows = fibers_.rows(id);
-    bool has_converged = false;
-    if (rows.formed != nullptr) {
+    const RoughRow* answer = nullptr;  // of a row that has converged
+    constants->offset = row == nullptr ? Offset::known : fibers_.offset();
+    if (row != nullptr && rows.formed != nullptr) {
       constants->node = rows.grid->choose(event.wr, xi1, xi2);
       const std::uint32_t node = constants->node.a * rows.formed->width() + constants->node.b;
-      const EventRow& asked = row.ask(*rows.formed, node);
-      has_converged = asked.has_converged;
-      if (has_converged) scale_energies(event, answer_of(asked), rows.keeps_sum);
+      const EventRow& asked = row->ask(*rows.formed, node);
+      if (asked.has_converged) answer = &answer_of(asked);
+      if (answer != nullptr) scale_energies(event, *answer, rows.inverse_gain);
     }
     const LobeShares shares = select_lobes(event);
-    if (!has_converged) {
-      const float offset = service_ != nullptr ? TracedFibers::any_offset(event) : h;
+    if (answer == nullptr) {
+      const float offset = constants->offset == Offset::any ? TracedFibers::any_offset(event) : h;
       constants->traced = fibers_.traced().begin(event, fiber.parameters, offset);
       return event;
     }
     constants->specular_height = specular_height(event.wr.theta);
     constants->is_black = shares.is_black;
+    constants->listens = listens(event, shares, *answer);
+    if (constants->listens) [[unlikely]]
+      constants->traced = fibers_.traced().begin(event, fiber.parameters, TracedFibers::any_offset(event));
     const glm::vec3 share = luminance_terms(glm::vec3(shares.inverse_luminance));
     const Float4 terms{share.r, share.g, share.b, 0};
     constants->proposal = {terms * load_energy(event, Lobe::r), terms * load_energy(event, Lobe::tt),
@@ -107,19 +116,36 @@ class RoughModel final : public EventRowModel {
     return event;
   }
 
-  /// The energies of the table by what the row knows of its parts. keeps_sum: all lobes together have the row's factor
-  /// of the whole, whatever moves between the node and wr: clear hair keeps all light.
-  static void scale_energies(FiberEvent& event, const RoughRow& row, bool keeps_sum) {
+  /// Whether this event, by its own numbers alone, draws a path of the fiber in place of its row: one in 64, of rows of
+  /// at most 512 paths one in 16, by the default. A path weighs up to 1 where a sample of the row weighs m, the albedo,
+  /// so that the variance of samples grows by at most share (1/m - 1), which is held below 0.03.
+  bool listens(const FiberEvent& event, const LobeShares& shares, const RoughRow& row) const {
+    constexpr std::uint32_t few_paths = 512;
+    constexpr float more_of_few = 4, most_variance = 0.03f;
+    if (!(heard_share_ > 0) || shares.is_black) return false;
+    const float albedo = std::min(1 / shares.inverse_luminance, 1.0f);
+    const float share = std::min(row.paths <= few_paths ? more_of_few * heard_share_ : heard_share_,
+                                 most_variance * albedo / (1.0001f - albedo));
+    constexpr std::uint64_t purpose = 0x6865617264ull;
+    const std::uint64_t hash =
+        mix_bits(mix_bits(bits_of(event.xi1, event.xi2) + purpose) + bits_of(event.wr.theta, event.wr.phi));
+    return static_cast<float>(hash >> 40) * 0x1p-24f < share;
+  }
+
+  /// The energies of the table by what the row knows of its parts. All lobes together, without gains, have the row's
+  /// factor of the whole, whatever moves between the node and wr: clear hair keeps all light.
+  static void scale_energies(FiberEvent& event, const RoughRow& row,
+                             const std::array<Float4, lobe_count>& inverse_gain) {
     std::array<Float4, lobe_count> energy;
     Float4 before = splat(0), after = splat(0);
     for (std::size_t lobe = 0; lobe < lobe_count; ++lobe) {
       const glm::vec3& known = event.energy[lobe];
       const Float4 of_table{known.x, known.y, known.z, 0};
       energy[lobe] = of_table * row.energy[part_of(lobe)];
-      before += of_table;
-      after += energy[lobe];
+      before += of_table * inverse_gain[lobe];
+      after += energy[lobe] * inverse_gain[lobe];
     }
-    const Float4 scale = keeps_sum ? before * row.whole_energy / (after + 1e-30f) : splat(1);
+    const Float4 scale = before * row.whole_energy / (after + 1e-30f);
     for (std::size_t lobe = 0; lobe < lobe_count; ++lobe) {
       const Float4 scaled = energy[lobe] * scale;
       event.energy[lobe] = {scaled[0], scaled[1], scaled[2]};
@@ -129,19 +155,42 @@ class RoughModel final : public EventRowModel {
   FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u) const override {
     const auto& constants = constants_in<RoughConstants>(event);
     if (!constants.row.has_converged) {
-      FiberSample sample =
-          fibers_.traced().sample(event.fiber, constants.traced, fibers_.record(event.fiber).parameters, u);
-      if (constants.row.formed != nullptr) {
-        sample.value.queries = sample.value.exact_queries = 1;
-        sample.value.objective = 1;
-      }
-      if (service_ != nullptr) {
-        sample.value.pdf = open_pdf(sample.wi);
-        for (glm::vec3& s : sample.value.s) s *= sample.value.pdf;
-      }
+      const FiberParameters& fiber = fibers_.record(event.fiber).parameters;
+      FiberSample sample = constants.row.formed != nullptr && !service_->options().own_paths
+                               ? heard(event, constants, u, 0).sample
+                               : fibers_.traced().sample(event.fiber, constants.traced, fiber, u);
+      tell_of_estimate(event, constants, sample.wi, sample.value);
+      for (glm::vec3& s : sample.value.s) s *= sample.value.pdf;
       return sample;
     }
-    return draw_from(event, constants, answer_of(constants.row), u);
+    const RoughRow& row = answer_of(constants.row);
+    return constants.listens ? listen(event, constants, row, u) : draw_from(event, constants, row, u);
+  }
+
+  /// One path of the fiber, over the density of the row.
+  FiberSample listen(const FiberEvent& event, const RoughConstants& constants, const RoughRow& row,
+                     const std::array<float, 4>& u) const {
+    FiberSample sample = heard(event, constants, u, row.paths).sample;
+    const FiberValue traced = sample.value;
+    value_at(event, constants, row, sample.wi, sample.value);
+    for (std::size_t lobe = 0; lobe < lobe_count; ++lobe) sample.value.s[lobe] = traced.s[lobe] * sample.value.pdf;
+    return sample;
+  }
+
+  /// One path of the fiber, told to the service.
+  HeardSample heard(const FiberEvent& event, const RoughConstants& constants, const std::array<float, 4>& u,
+                    std::uint64_t key) const {
+    const HeardSample heard =
+        fibers_.traced().listen(event.fiber, constants.traced, fibers_.record(event.fiber).parameters, u, key);
+    const FiberDirection& wi = heard.sample.wi;
+    const RoughNode& node = constants.node;
+    adaptive::RowView view;
+    view.slice = constants.row.formed->slice();
+    view.node = constants.row.node;
+    view.pass = constants.row.pass;
+    service_->hear(view, {node.azimuth(wi.phi, event.wr.phi), node.height(wi.theta, event.wr.theta),
+                          rough_part(heard.order), heard.clear_weight, heard.way});
+    return heard;
   }
 
   /// Of a row that has converged.
@@ -167,20 +216,20 @@ class RoughModel final : public EventRowModel {
     return sample;
   }
 
-  /// Of an open event: a value of a few paths, whose tails are long, and what balances it against sampled lights, which
-  /// may be any function. In units of a sphere's density: straight brown hair in a studio, all of it open, 16 samples,
-  /// has a noise of 1.22 at 1.5, 1.23 at 3, 1.30 at 6, and 3.0 without light samples; in a sunlit city 0.87, 0.83,
-  /// 0.82.
-  static constexpr float open_balance = 4;
+  /// Of an event that no row answers: a value of a few paths, whose tails are long.
   FiberValue estimated(const FiberEvent& event, const RoughConstants& constants, const FiberDirection& wi) const {
-    FiberValue value = fibers_.traced().estimate(event, constants.traced, fibers_.record(event.fiber).parameters, wi);
-    value.pdf = open_pdf(wi);
-    value.queries = value.exact_queries = 1;
-    value.objective = 1;
+    FiberValue value = fibers_.traced().estimate(event, constants.traced, fibers_.record(event.fiber).parameters, wi,
+                                                 constants.offset);
+    tell_of_estimate(event, constants, wi, value);
     return value;
   }
-  static float open_pdf(const FiberDirection& wi) {
-    return open_balance * std::max(std::cos(wi.theta), 1e-4f) / (4 * pi);
+  /// All but S: the density that balances it against sampled lights, which may be any function.
+  void tell_of_estimate(const FiberEvent& event, const RoughConstants& constants, const FiberDirection& wi,
+                        FiberValue& value) const {
+    value.pdf = fibers_.balance(event.fiber) * std::max(std::cos(wi.theta), 1e-4f);
+    if (constants.row.formed == nullptr) return;
+    value.queries = value.exact_queries = 1;
+    value.objective = 1;
   }
 
   static constexpr float pi = std::numbers::pi_v<float>;
@@ -218,6 +267,7 @@ class RoughModel final : public EventRowModel {
   }
 
   RoughFibers fibers_;
+  float heard_share_;  ///< adaptive::Options::heard_share; 0 without a service
 };
 
 std::unique_ptr<FiberModel> MakeRough(Estimator estimator, adaptive::Service* service) {
@@ -233,7 +283,13 @@ namespace tress::fiber {
 
 HWY_EXPORT(MakeRough);
 
-std::unique_ptr<FiberModel> make_rough_model(Estimator estimator, adaptive::Service* service) {
+Result<std::unique_ptr<FiberModel>> make_rough_model(Estimator estimator, adaptive::Service* service) {
+  if (estimator == Estimator::corrected) return Error{"", "estimator", "fitted or exact", estimator_name(estimator)};
+  if (estimator != Estimator::exact) {
+    if (std::optional<Error> wrong =
+            wrong_service(service, make_rough_target()->model_name(), adaptive::SliceKind::samples))
+      return std::move(*wrong);
+  }
   return HWY_DYNAMIC_DISPATCH(MakeRough)(estimator, service);
 }
 

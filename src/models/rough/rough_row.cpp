@@ -125,10 +125,11 @@ void put_part(const adaptive::Ribbon& ribbon, const glm::vec3& sigma_a, RoughPar
 
 }  // namespace
 
-const RoughRow* put_rough_row(const adaptive::RibbonRow& row, float objective, const glm::vec3& sigma_a,
-                              const EnergyFactors& energies, void* memory) {
+const RoughRow* put_rough_row(const adaptive::RibbonRow& row, float objective, std::uint32_t paths,
+                              const glm::vec3& sigma_a, const EnergyFactors& energies, void* memory) {
   auto* rough = new (memory) RoughRow;
   rough->objective = objective;
+  rough->paths = paths;
   const auto in_lanes = [](const glm::vec3& color) { return Float4{color.x, color.y, color.z, 1}; };
   std::ranges::transform(energies.part, rough->energy.begin(), in_lanes);
   rough->whole_energy = in_lanes(energies.whole);

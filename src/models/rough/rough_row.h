@@ -44,6 +44,7 @@ struct alignas(64) RoughRow {
   static constexpr std::size_t parts = 4;
   Int4 is_normal;  ///< by part: all bits where the law of its main layer is HeightLaw::normal
   float objective = 0;
+  std::uint32_t paths = 0;           ///< that taught it
   std::array<Float4, parts> energy;  ///< EnergyFactors, lane 3: 1
   Float4 whole_energy = splat(1);    ///< the same
   std::array<RoughPart, parts> part;
@@ -51,7 +52,7 @@ struct alignas(64) RoughRow {
 
 /// Colors a row: each knot's density times what `sigma_a` leaves there, by channel, then mass 1. Where no light is left
 /// in a channel of a part, it has the clear shape. memory: aligned to 64, of sizeof(RoughRow).
-const RoughRow* put_rough_row(const adaptive::RibbonRow& row, float objective, const glm::vec3& sigma_a,
-                              const EnergyFactors& energies, void* memory);
+const RoughRow* put_rough_row(const adaptive::RibbonRow& row, float objective, std::uint32_t paths,
+                              const glm::vec3& sigma_a, const EnergyFactors& energies, void* memory);
 
 }  // namespace tress::fiber

@@ -18,6 +18,22 @@ constexpr std::size_t rates = 3;  // at which a row is compared: 0 and Ribbon::d
 /// nodes are joined by cosines, may be off by more than 2 where a tilt lets little light in.
 constexpr double darkest = 1e-5, largest_ratio = 16;
 
+/// Paths of a row that knows its energies as well as the table does, and the power of paths by which the variance of
+/// what a row knows falls: its points are Sobol's. Of 32 nodes the row's whole differs from 2^18 paths by 0.020 (512
+/// paths), 0.007 (2,048) and 0.002 (8,192) at sigma_a 0.1, the table's by 0.009.
+constexpr double paths_of_table = 1400, power_of_paths = 1.5;
+/// A row's variance of the logarithm of a part of m of all light is at most about this (1/m - 1) / paths^1.5. Where the
+/// row differs from the table by more than three times the deviation, it is the table that is wrong.
+constexpr double variance_of_part = 6, deviations = 3;
+
+/// How much of `logarithm`, the row's energy over the table's, is believed. known: that energy, of all light.
+double trust(double logarithm, double known, std::uint64_t paths) {
+  const double n = std::pow(static_cast<double>(paths), power_of_paths);
+  const double variance = variance_of_part * (1 / std::min(known, 1.0) - 1) / n;
+  const double square = logarithm * logarithm, by_paths = n / (n + std::pow(paths_of_table, power_of_paths));
+  return square > 0 ? std::max(by_paths, 1 - deviations * deviations * variance / square) : by_paths;
+}
+
 using AtRates = std::array<double, rates>;
 
 /// What a layer keeps of its light at each rate: trapezoids between knots.
@@ -52,7 +68,7 @@ std::array<double, rough_parts> parts_of(const std::array<double, lobe_count>& l
 
 }  // namespace
 
-EnergyFactors RowEnergies::at(const adaptive::RibbonRow& row, float theta_r, float phi_r) const {
+EnergyFactors RowEnergies::at(const adaptive::RibbonRow& row, std::uint64_t paths, float theta_r, float phi_r) const {
   const auto table_at = [&](double sigma) {
     return parts_of(table_->without_gain(phi_r, theta_r, static_cast<float>(sigma)));
   };
@@ -76,7 +92,8 @@ EnergyFactors RowEnergies::at(const adaptive::RibbonRow& row, float theta_r, flo
       const double known = static_cast<double>(row.mass(p)) * (whole / mass) * kept[i] / kept[0];
       if (known > darkest && table[i][p] > darkest) {
         const double ratio = std::clamp(known / table[i][p], 1 / largest_ratio, largest_ratio);
-        logarithms[p][i] = std::log(ratio);
+        const double logarithm = std::log(ratio);
+        logarithms[p][i] = trust(logarithm, known, paths) * logarithm;
       }
     }
   }

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cstddef>
+#include <glm/exponential.hpp>
+#include <numbers>
 #include <optional>
 
+#include "base/color.h"
 #include "fiber/cross_section.h"
 #include "tress/base/random.h"
 
@@ -13,10 +16,6 @@ namespace {
 
 constexpr std::uint64_t estimate_purpose = 0x657374696d617465ull;
 constexpr std::uint64_t offset_purpose = 0x6f666673657473ull;
-
-std::uint64_t bits_of(float a, float b) {
-  return (std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b);
-}
 
 /// GLINT's share of what a fiber returns as TRT, by the offset where light enters; 0 where it is not told apart.
 class GlintShares {
@@ -55,13 +54,26 @@ FiberSample TracedFibers::sample(FiberId id, const TracedEvent& event, const Fib
                                  const std::array<float, 4>& u) const {
   RandomStream random(bits_of(u[0], u[1]), bits_of(u[2], u[3]), event.seed);
   const RoughExit exit = fibers_[id].trace(event.entry, u, random);
+  return sample_of(exit, exit.throughput, event, fiber);
+}
+
+HeardSample TracedFibers::listen(FiberId id, const TracedEvent& event, const FiberParameters& fiber,
+                                 const std::array<float, 4>& u, std::uint64_t key) const {
+  RandomStream random(bits_of(u[0], u[1]), bits_of(u[2], u[3]) + key, event.seed);
+  const RoughExit exit = clear_[id].trace(event.entry, u, random);
+  return {sample_of(exit, exit.throughput * glm::exp(-fiber.sigma_a * exit.way), event, fiber), exit.order,
+          exit.throughput.x, exit.way};
+}
+
+FiberSample TracedFibers::sample_of(const RoughExit& exit, const glm::vec3& throughput, const TracedEvent& event,
+                                    const FiberParameters& fiber) {
   FiberSample sample;
   sample.wi = exit.angles();
   sample.lobe = static_cast<Lobe>(std::min(exit.order, static_cast<int>(Lobe::residual)));
   sample.value.pdf = 1;
   const auto give = [&](Lobe lobe, float share) {
     const auto i = static_cast<std::size_t>(lobe);
-    sample.value.s[i] = fiber.gain[i] * (exit.throughput * share);
+    sample.value.s[i] = fiber.gain[i] * (throughput * share);
   };
   const float glint = sample.lobe == Lobe::trt ? event.glint_share : 0;
   give(sample.lobe, 1 - glint);
@@ -69,26 +81,49 @@ FiberSample TracedFibers::sample(FiberId id, const TracedEvent& event, const Fib
   return sample;
 }
 
+float TracedFibers::balance(const FiberParameters& fiber, const EnergyTable& energies, Offset offset) {
+  constexpr float usual_theta = 0.3f, usual_phi = 0.8f, share_of_second_moment = 0.2f;
+  float reflected = 0, all = 0;
+  const LobeColors energy = energies.at(usual_phi, usual_theta).colored;
+  for (std::size_t p = 0; p < lobe_count; ++p) {
+    const float luminous = luminance(energy[p]);
+    all += luminous;
+    if (p == static_cast<std::size_t>(Lobe::r)) reflected = luminous;
+  }
+  const float share = all > 0 ? reflected / all : 1, slopes = fiber.roughness * fiber.roughness;
+  const float of_reflection = 1 / (2 * slopes), of_exit = 2 / (slopes * (fiber.eta - 1) * (fiber.eta - 1));
+  const float of_one_path = share * of_reflection + (1 - share) * of_exit;
+  const float of_sphere = share_of_second_moment * of_one_path / (offset == Offset::any ? paths_of_estimate : 1);
+  return std::max(of_sphere, 1.0f) / (4 * std::numbers::pi_v<float>);
+}
+
 FiberValue TracedFibers::estimate(const FiberEvent& event, const TracedEvent& traced, const FiberParameters& fiber,
-                                  const FiberDirection& wi) const {
+                                  const FiberDirection& wi, Offset offset) const {
   RandomStream random(bits_of(wi.theta, wi.phi), traced.seed, estimate_purpose);
   const RoughFiber& rough = fibers_[event.fiber];
-  const GlintShares glints(fiber, event.wr);
   constexpr auto trt = static_cast<std::size_t>(Lobe::trt), glint = static_cast<std::size_t>(Lobe::glint);
-  constexpr float share = 1 / static_cast<float>(paths_of_estimate);
-  const float shift = random.next();
   FiberValue value;
-  for (int i = 0; i < paths_of_estimate; ++i) {
+  const auto add_path = [&](const RoughEntry& entry, float glint_share, float share) {
     RoughFiber::FacetNumbers u;
     for (std::array<float, 2>& pair : u) {
       for (float& number : pair) number = random.next();
     }
-    const float h = 2 * share * (static_cast<float>(i) + shift) - 1;
-    const LobeColors s = rough.estimate(rough.entry(event.wr, h), wi, u, random);
+    const LobeColors s = rough.estimate(entry, wi, u, random);
     for (std::size_t p = 0; p < lobe_count; ++p) value.s[p] += share * s[p];
-    const glm::vec3 of_glint = share * glints.at(h) * s[trt];
+    const glm::vec3 of_glint = share * glint_share * s[trt];
     value.s[trt] -= of_glint;
     value.s[glint] += of_glint;
+  };
+  if (offset == Offset::known) {
+    add_path(traced.entry, traced.glint_share, 1);
+  } else {
+    const GlintShares glints(fiber, event.wr);
+    constexpr float share = 1 / static_cast<float>(paths_of_estimate);
+    const float shift = random.next();
+    for (int i = 0; i < paths_of_estimate; ++i) {
+      const float h = 2 * share * (static_cast<float>(i) + shift) - 1;
+      add_path(rough.entry(event.wr, h), glints.at(h), share);
+    }
   }
   for (std::size_t p = 0; p < lobe_count; ++p) value.s[p] *= fiber.gain[p];
   return value;

@@ -10,7 +10,7 @@ from .fibers import LOBES, Bcsdf, Drawn, fit
 from .objects import Camera, Environment, Groom, Image, Light, Material, Mesh, Scene
 from .pictures import Picture, compare, read_exr
 from .rendering import Progress, render
-from .services import Draw, PassReport, SampledTarget, Service, Slice, Target
+from .services import Draw, PassReport, SampledDraw, SampledTarget, Service, Slice, Target
 
 __all__ = [
     "Bcsdf",
@@ -28,6 +28,7 @@ __all__ = [
     "PassReport",
     "Picture",
     "Progress",
+    "SampledDraw",
     "SampledTarget",
     "Scene",
     "Service",

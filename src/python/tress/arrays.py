@@ -19,6 +19,15 @@ def _rows(values: npt.ArrayLike, columns: int, place: str, dtype: Any = np.float
     return array.reshape(-1, columns)
 
 
+def _whole(values: npt.ArrayLike, place: str) -> np.ndarray:
+    """Whole numbers from 0 to 2^32 - 1, whatever type they came in."""
+    array = np.asarray(values).reshape(-1)
+    whole = array.astype(np.uint32)
+    if not np.array_equal(whole, array):
+        raise _tress.Error(f"{place}: expected whole numbers from 0 to 2^32 - 1, found {array[whole != array][0]}")
+    return np.ascontiguousarray(whole)
+
+
 class Strands:
     """Strands, root first.
 
@@ -27,11 +36,14 @@ class Strands:
     once more, into the scene, since units and axes change them there; and Embree, as every ray tracer, has a copy in
     its own layout.
     width: diameters in the unit of the points: one for all, one a strand, or one a point. Without it 0.008 cm.
-    color: linear RGB in [0, 1], (strand, 3) or one a point; used by a material with color="file".
+    color: linear RGB in [0, 1], (strand, 3) or one a point; used by a material with color="file" or a source that
+    names the attribute "color".
     basis: what the points are: "bspline" (the default; through root and tip), "linear", "catmull_rom", "open_bspline",
     "open_catmull_rom", "bezier", "hermite".
     normal: (strand, point, 3) or one a point, along the minor axes of the fibers' cross-sections, any length; 0 where
     there is none. Without it the axes are the material's.
+    id: a whole number a strand, which tells what is random of it; without it its index does. root_uv: (strand, 2),
+    where its root is on a material's textures.
     """
 
     __slots__ = ("points", "counts", "width", "color", "basis", "cm_per_unit", "up", "normal", "id", "root_uv", "remarks")
@@ -47,6 +59,8 @@ class Strands:
         basis: str = "bspline",
         cm_per_unit: float = 1.0,
         up: str = "z",
+        id: Optional[npt.ArrayLike] = None,
+        root_uv: Optional[npt.ArrayLike] = None,
     ) -> None:
         shape = np.shape(points)
         if counts is None and len(shape) != 3:
@@ -55,7 +69,7 @@ class Strands:
         self.counts: np.ndarray = (
             np.full(shape[0], shape[1], np.uint32)
             if counts is None
-            else np.ascontiguousarray(counts, dtype=np.uint32).reshape(-1)
+            else _whole(counts, "counts")
         )
         self.width: Optional[np.ndarray] = None if width is None else self._a_point(width)
         self.color: Optional[np.ndarray] = None if color is None else _rows(color, 3, "color")
@@ -63,8 +77,8 @@ class Strands:
         self.cm_per_unit = cm_per_unit
         self.up = up
         self.normal: Optional[np.ndarray] = None if normal is None else _rows(normal, 3, "normal")
-        self.id: Optional[np.ndarray] = None
-        self.root_uv: Optional[np.ndarray] = None
+        self.id: Optional[np.ndarray] = None if id is None else np.ascontiguousarray(id, dtype=np.int64)
+        self.root_uv: Optional[np.ndarray] = None if root_uv is None else _rows(root_uv, 2, "root_uv")
         self.remarks: list[str] = []
 
     def _a_point(self, width: npt.ArrayLike) -> np.ndarray:
@@ -94,6 +108,8 @@ class Strands:
             "width": self.width,
             "color": self.color,
             "normal": self.normal,
+            "id": self.id,
+            "root_uv": self.root_uv,
             "basis": self.basis,
             "cm_per_unit": float(self.cm_per_unit),
             "up": self.up,
@@ -125,11 +141,14 @@ class Triangles:
         return {key: value for key, value in told.items() if value is not None}
 
 
-def read_groom(file: Union[str, os.PathLike[str]], points_per_strand: Optional[int] = None) -> Strands:
+def read_groom(
+    file: Union[str, os.PathLike[str]], points_per_strand: Optional[int] = None, frame: Optional[float] = None
+) -> Strands:
     """Strands of a .hair, Alembic, USD text, pbrt, PLY or .data file, in the file's units and axes. Where it says none
-    a unit is 1 cm and z is up: set `cm_per_unit` and `up`. The arrays own what was read. `remarks` says what of the
+    a unit is 1 cm and z is up: set `cm_per_unit` and `up`. `frame` is that of an animated file, in place of its first
+    sample. The arrays own what was read. `remarks` says what of the
     file is not used."""
-    told = _tress.read_groom(os.fspath(file), points_per_strand)
+    told = _tress.read_groom(os.fspath(file), points_per_strand, frame)
     strands = Strands(
         told["points"],
         told["counts"],
@@ -138,7 +157,9 @@ def read_groom(file: Union[str, os.PathLike[str]], points_per_strand: Optional[i
         basis=told.get("basis", "bspline"),
         cm_per_unit=told.get("cm_per_unit", 1.0),
         up=told.get("up", "z"),
+        id=told.get("id"),
+        root_uv=told.get("root_uv"),
     )
-    for key in ("normal", "id", "root_uv", "remarks"):
+    for key in ("normal", "remarks"):
         setattr(strands, key, told.get(key))
     return strands

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import NamedTuple, Optional, Union
 
 import numpy as np
@@ -99,6 +100,14 @@ class Bcsdf:
         shape, flat = self._flat(theta_r, phi_r)
         theta, phi, weight, pdf, lobe = self._native.sample(*flat, stream)
         return Drawn(theta.reshape(shape), phi.reshape(shape), weight.reshape(*shape, 3), pdf.reshape(shape), lobe.reshape(shape))
+
+    def save(self, file: Union[str, os.PathLike[str]]) -> None:
+        """What fitted rows have learned, joined with what the cache file holds by now."""
+        self._native.save(os.fspath(file))
+
+    def load(self, file: Union[str, os.PathLike[str]]) -> None:
+        """Before the first sample()."""
+        self._native.load(os.fspath(file))
 
     def publish(self) -> Optional[PassReport]:
         """Ends a pass: what sample() met is learned. None where there are no rows."""

@@ -151,17 +151,19 @@ class Mesh(_Object):
 @dataclass(kw_only=True, slots=True)
 class Material(_Object):
     """A fiber and how strands of it differ. At most one of color, hair, melanin and sigma_a, or principled
-    or chiang_hair_bsdf alone in place of them."""
+    or chiang_hair_bsdf alone in place of them. Of colors and the roughness a dict says how they vary along a strand and
+    from strand to strand ("Sources" in scenes/README.md): `color={"ramp": [[0, [0.1, 0.05, 0.02]], [1, [0.7, 0.5,
+    0.3]]]}`."""
 
     name: Optional[str] = None
     eta: Optional[float] = None
     eccentricity: Optional[float] = None
-    roughness: Optional[float] = None
+    roughness: Union[float, Keys, None] = None
     tilt_deg: Optional[float] = None
-    color: Union[Triple, str, None] = None
-    hair: Optional[str] = None
+    color: Union[Triple, str, Keys, None] = None
+    hair: Union[str, Keys, None] = None
     melanin: Optional[Keys] = None
-    sigma_a: Optional[Triple] = None
+    sigma_a: Union[Triple, Keys, None] = None
     azimuthal_sigma_deg: Optional[Keys] = None
     longitudinal_lambda_deg: Optional[Keys] = None
     curl_diameter_cm: Optional[float] = None
@@ -198,6 +200,7 @@ class Groom(_Object):
     width_cm: Optional[float] = None
     ball_radius_cm: Optional[float] = None
     radius_cm: Optional[float] = None
+    widths: Optional[str] = None
     taper: Optional[Keys] = None
     basis: Optional[str] = None
     normals: Optional[bool] = None

@@ -35,8 +35,10 @@ def render(
     table_memory: Optional[int] = None,
     warm_cache: Optional[Path] = None,
     cache_mode: str = "append",
+    cache_limit: Optional[float] = None,
     light_samples: Optional[int] = None,
     bcsdf_samples: Optional[int] = None,
+    near: Optional[float] = None,
     max_depth: Optional[int] = None,
     roulette: Optional[str] = None,
     deep_light: Optional[str] = None,
@@ -51,9 +53,11 @@ def render(
 
     What is given is what the option of `tress render` of that name means (`tress render --help`), and None is its
     default; the same scene and options give the same bits as the program. seed: the frame, or 0.
-    model: None is `elliptical` with an epsilon, a learner or another estimator than fitted, which are of its rows; else
-    `chiang2016` where all hair is given by its lobes (principled) and nothing needs rows (warm_cache, picture_error,
-    table_memory); else `elliptical` where a material shapes lobes; else that whose rows the warm cache has; else `rough`.
+    model: None is by the scene's materials alone: `chiang2016` where all hair is given by its lobes (principled); else
+    `elliptical` where a material shapes lobes; else `rough`. An option that the model has not is an error: corrected and
+    a learner are of `elliptical`, an epsilon, picture_error and table_memory of models with rows.
+    warm_cache: a file, or "default" for $XDG_CACHE_HOME/tress, else ~/.cache/tress, with a file for each kind of fiber;
+    cache_limit: MB that this may take, 1024 unless told. The kinds that were used longest ago go.
     denoise: a layer `denoised` beside R, G, B, which a .png shows; stats["denoised_noise"] is the noise that is left, by
     which `noise` goes then.
     progress: called after each pass on the calling thread; it may return False to end the render there. What it raises
@@ -80,8 +84,10 @@ def render(
             "table_memory": table_memory,
             "warm_cache": None if warm_cache is None else os.fspath(warm_cache),
             "cache_mode": cache_mode,
+            "cache_limit": cache_limit,
             "light_samples": light_samples,
             "bcsdf_samples": bcsdf_samples,
+            "near": near,
             "max_depth": max_depth,
             "roulette": roulette,
             "deep_light": deep_light,

@@ -45,6 +45,13 @@ class Draw(NamedTuple):
     q: np.ndarray  #: density of the draw, 1/rad; value / q is its weight
 
 
+class SampledDraw(NamedTuple):
+    azimuth: np.ndarray  #: radians in [-pi, pi)
+    height: np.ndarray
+    part: np.ndarray  #: index of the part that was drawn
+    mass: np.ndarray  #: of the row, all parts: the weight of the draw; 0 where no row answers
+
+
 class Service:
     """Learns rows while it is asked. The same calls between two publishes, in any order, give the same table, to the bit.
 
@@ -107,6 +114,25 @@ class Service:
         """A query for each element, of a SampledTarget: whether the row has converged."""
         shape, (a, b, _) = self._nodes(a, b, 0)
         return self._native.look_up(slice, a, b).reshape(shape).astype(bool)
+
+    def sample(self, slice: int, a: npt.ArrayLike, b: npt.ArrayLike, u: npt.ArrayLike) -> SampledDraw:
+        """A query for each element, of a SampledTarget: a draw from the row by u[..., 3] in [0, 1); mass 0 where none is."""
+        u = np.asarray(u, np.float32)
+        shape, (a, b, part) = self._nodes(a, b, u[..., 0])
+        others = [np.ascontiguousarray(np.broadcast_to(u[..., i], shape)).reshape(-1) for i in (1, 2)]
+        return SampledDraw(*(array.reshape(shape) for array in self._native.sample(slice, a, b, part, *others)))
+
+    def credit(self, slice: int, a: npt.ArrayLike, b: npt.ArrayLike, light: npt.ArrayLike) -> None:
+        """Tells how much of the picture's light a query of each node stood for."""
+        self._native.credit(slice, *self._nodes(a, b, light)[1])
+
+    def state(self) -> bytes:
+        """All that the service is, after a publish(): for restore() of one with the same target, options and slices."""
+        return self._native.state()
+
+    def restore(self, state: bytes) -> None:
+        """Before the first pass."""
+        self._native.restore(state)
 
     def publish(self, paths: int = 0) -> PassReport:
         """Ends a pass: tests, fits, publication."""

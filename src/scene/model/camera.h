@@ -47,7 +47,7 @@ struct CameraDescription {
   std::vector<CameraKey> keys;  ///< by rising frame number
   std::optional<Turntable> turntable;
   Shutter shutter = {};
-  double frames_per_second = 24;  ///< of files that count in seconds
+  std::optional<double> frames_per_second = {};  ///< of files that count in seconds; unset: as they say
 };
 
 /// The eye, the point looked at, up and the angle of view are linear between keys and hold before and after them.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <limits>
 
 namespace tress::scene {
@@ -54,6 +55,51 @@ void append_framed_points(StrandBasis basis, std::span<const glm::vec3> p, std::
   } else {
     out->insert(out->end(), p.begin(), p.end());
   }
+}
+
+std::vector<std::uint32_t> stray_strands(std::span<const std::uint32_t> first_point,
+                                         std::span<const glm::vec3> points) {
+  constexpr double middle_share = 0.9;
+  constexpr float furthest = 10;
+  constexpr std::size_t fewest = 5, most_measured = 10'000;
+  const std::size_t strands = first_point.empty() ? 0 : first_point.size() - 1;
+  std::vector<std::uint32_t> stray;
+  if (strands < fewest) return stray;
+  const auto box_of = [&](std::size_t s) {
+    Box box{points[first_point[s]], points[first_point[s]]};
+    for (std::uint32_t i = first_point[s]; i < first_point[s + 1]; ++i) box.include(points[i]);
+    return box;
+  };
+  std::vector<Box> some;
+  for (std::size_t s = 0; s < strands; s += strands / most_measured + 1)
+    if (first_point[s] < first_point[s + 1]) some.push_back(box_of(s));
+  if (some.size() < fewest) return stray;
+  const auto last = static_cast<double>(some.size() - 1);
+  const auto high_rank = static_cast<std::size_t>(middle_share * last), low_rank = some.size() - 1 - high_rank;
+  Box middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<float> ends;
+    const auto ranked = [&](glm::vec3 Box::* end, std::size_t rank) {
+      ends.clear();
+      for (const Box& box : some) ends.push_back((box.*end)[axis]);
+      std::nth_element(ends.begin(), ends.begin() + static_cast<std::ptrdiff_t>(rank), ends.end());
+      return ends[rank];
+    };
+    middle.low[axis] = ranked(&Box::low, low_rank);
+    middle.high[axis] = ranked(&Box::high, high_rank);
+  }
+  const float extent = middle.longest_side();
+  if (!(extent > 0)) return stray;
+  const glm::vec3 low = middle.low - furthest * extent, high = middle.high + furthest * extent;
+  for (std::size_t s = 0; s < strands; ++s) {
+    const auto first = points.begin() + first_point[s], end = points.begin() + first_point[s + 1];
+    const bool is_out = std::any_of(first, end, [&](const glm::vec3& p) {
+      return glm::any(glm::lessThan(p, low)) || glm::any(glm::greaterThan(p, high));
+    });
+    if (is_out) stray.push_back(static_cast<std::uint32_t>(s));
+  }
+  if (stray.size() > std::max<std::size_t>(1, strands / 10)) stray.clear();
+  return stray;
 }
 
 void Box::include(const glm::vec3& point) {

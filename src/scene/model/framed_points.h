@@ -17,19 +17,28 @@ namespace tress::scene {
 /// for a segment: their points.
 void append_framed_points(StrandBasis basis, std::span<const glm::vec3> strand, std::vector<glm::vec3>* out);
 
-/// Calls visit(point) for the framed points of all strands. first_point: as in Groom.
+/// Strands that lie far from all others, by rising index: some point of theirs is further out of the middle four fifths
+/// of the strands, along an axis, than ten times the extent of these. None where they are more than a tenth of all, or
+/// where there are fewer than five strands. What a broken strand or two are must not decide how large a groom is.
+std::vector<std::uint32_t> stray_strands(std::span<const std::uint32_t> first_point, std::span<const glm::vec3> points);
+
+/// Calls visit(point) for the framed points of all strands but those that stray. first_point: as in Groom.
 template <class Visit>
 void for_each_framed_point(StrandBasis basis, std::span<const std::uint32_t> first_point,
                            std::span<const glm::vec3> points, Visit&& visit) {
-  if (basis == StrandBasis::linear || basis == StrandBasis::bspline) {
-    for (const glm::vec3& point : points) visit(point);
-    return;
-  }
+  const std::vector<std::uint32_t> stray = stray_strands(first_point, points);
+  auto next = stray.begin();
   std::vector<glm::vec3> framed;
   for (std::size_t s = 0; s + 1 < first_point.size(); ++s) {
+    if (next != stray.end() && *next == s) {
+      ++next;
+      continue;
+    }
+    const auto strand = points.subspan(first_point[s], first_point[s + 1] - first_point[s]);
+    const bool are_points = basis == StrandBasis::linear || basis == StrandBasis::bspline;
     framed.clear();
-    append_framed_points(basis, points.subspan(first_point[s], first_point[s + 1] - first_point[s]), &framed);
-    for (const glm::vec3& point : framed) visit(point);
+    if (!are_points) append_framed_points(basis, strand, &framed);
+    for (const glm::vec3& point : are_points ? strand : std::span<const glm::vec3>(framed)) visit(point);
   }
 }
 
@@ -40,7 +49,7 @@ struct Box {
   float longest_side() const;
 };
 
-/// Of the framed points; nothing where there are none.
+/// Of the framed points but those of strands that stray; nothing where there are none.
 std::optional<Box> box_of_strands(StrandBasis basis, std::span<const std::uint32_t> first_point,
                                   std::span<const glm::vec3> points);
 

@@ -7,8 +7,9 @@
 #include <cassert>
 #include <cctype>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <string>
-#include <unordered_map>
 
 #include "tress/fiber/parameter_ranges.h"
 
@@ -21,7 +22,7 @@ constexpr Range of(const fiber::ParameterRange& range) { return {range.least, ra
 
 constexpr Range none{0, 0}, share{0, 1}, factor{0, 1e6}, world{-world_cm, world_cm}, length{1e-3, world_cm};
 constexpr Range turn{-360, 360}, light{0, 1e9}, sky{0, 1e6}, radius{1e-4, 1}, per_unit{1e-6, 1e6};
-constexpr Range frames{0, 1e6}, pixels{1, 65536}, seeds{0, past_int64}, half_range{0, 0.9};
+constexpr Range frames{-1e6, 1e6}, pixels{1, 65536}, seeds{0, past_int64}, half_range{0, 0.9};
 constexpr Range accuracy{0, 1, true}, paths{1, 4096};
 constexpr std::string_view degrees = "degrees", cm = "cm";
 
@@ -133,7 +134,7 @@ constexpr std::array table{
               {0.001, 100000},
               "",
               "",
-              "24",
+              "as the file says, else 24",
               "of Alembic files, which count in seconds; frame 24 is at 1 s"},
     Parameter{"/image/width", "", whole, pixels, "", "", "512", "pixels; width times height is 2^26 at most"},
     Parameter{"/image/height", "", whole, pixels, "", "", "512", "pixels"},
@@ -270,21 +271,23 @@ constexpr std::array table{
     Parameter{"/materials/N/eccentricity", "--eccentricity", number, of(fiber::eccentricity_range), "", "", "0.85",
               "minor over major semi-axis of the cross-section"},
     Parameter{"/materials/N/roughness", "--roughness", number, of(fiber::roughness_range), "", "", "0.2",
-              "Beckmann roughness of the surface: the energies of the lobes, and the widths that are not given"},
+              "Beckmann roughness of the surface: the energies of the lobes, and the widths that are not given", true},
     Parameter{"/materials/N/tilt_deg", "--cuticle-tilt", number, of(fiber::tilt_range_deg), degrees, "", "3",
               "tilt of the cuticle scales"},
-    Parameter{"/materials/N/color",
-              "--color",
-              either,
-              {0.001, 0.999},
-              "",
-              "file",
-              "",
-              "color, linear RGB, that a dense lock shows in even light; \"file\": that of each strand of a "
-              ".hair file, the mean over its points; at most one of `color`, `hair`, `melanin`, `sigma_a`"},
+    Parameter{
+        "/materials/N/color",
+        "--color",
+        either,
+        {0.001, 0.999},
+        "",
+        "file",
+        "",
+        "color, linear RGB, that a dense lock shows in even light; \"file\": that of the file, by strand or along "
+        "it; at most one of `color`, `hair`, `melanin`, `sigma_a`",
+        true},
     Parameter{"/materials/N/hair", "--hair", choice, none, "",
               "black, dark brown, brown, light brown, auburn, red, blond, platinum, white, grey", "",
-              "natural color by name"},
+              "natural color by name", true},
     Parameter{"/materials/N/melanin",
               "--melanin",
               numbers_by_name,
@@ -292,9 +295,33 @@ constexpr std::array table{
               "",
               "eumelanin, pheomelanin",
               "0 each; without any color eumelanin 1.3",
-              "concentrations of eumelanin and pheomelanin"},
+              "concentrations of eumelanin and pheomelanin",
+              true},
     Parameter{"/materials/N/sigma_a", "--sigma-a", triple, of(fiber::sigma_a_range), "", "", "",
-              "absorption, RGB, per major semi-axis"},
+              "absorption, RGB, per major semi-axis", true},
+    Parameter{"/SOURCE/ramp",
+              "",
+              number,
+              {0, 1e6},
+              "",
+              "",
+              "",
+              "places of a [source](#sources): `[[place, value], ...]`, places rising"},
+    Parameter{"/SOURCE/along", "", choice, none, "", "share, root_cm, tip_cm", "share",
+              "what places of a ramp are: shares of the length from the root, or cm from the root or from the tip"},
+    Parameter{"/SOURCE/interpolation", "", choice, none, "", "linear, smooth", "linear",
+              "between the stops of a ramp; smooth: without corners at them"},
+    Parameter{
+        "/SOURCE/share", "", number, share, "", "", "of a mix needed",
+        "of the second of two values: of `mix`, in place of the first; of `random`, the share of the strands that "
+        "have it, and the others have the first",
+        true},
+    Parameter{"/SOURCE/seed", "", whole, seeds, "", "", "0", "of `random`: other strands for another number"},
+    Parameter{"/SOURCE/attribute", "", text, none, "", "", "", "name of an attribute of the groom's file"},
+    Parameter{"/SOURCE/texture", "", text, none, "", "", "",
+              "a path to a PNG or EXR over the root uv of the groom's file"},
+    Parameter{"/SOURCE/space", "", choice, none, "", "srgb, linear", "srgb",
+              "of a PNG: its numbers are colors as sRGB has them, or shares of the largest, as of a mask"},
     Parameter{"/materials/N/azimuthal_sigma_deg", "", numbers_by_name, of(fiber::azimuthal_sigma_range_deg), degrees,
               "TT, TRT, TRRT", "by the roughness", "blur of the exit azimuth: a standard deviation"},
     Parameter{"/materials/N/longitudinal_lambda_deg", "", numbers_by_name, of(fiber::longitudinal_lambda_range_deg),
@@ -339,15 +366,15 @@ constexpr std::array table{
     Parameter{"/materials/N/principled/aspect_ratio", "", number, of(fiber::eccentricity_range), "", "", "",
               "minor over major semi-axis: elliptical fibers (Huang), in place of round ones (Chiang)"},
     Parameter{"/materials/N/principled/melanin", "", number, share, "", "", "this, `color` or `sigma_a`",
-              "as the node has it"},
+              "as the node has it", true},
     Parameter{"/materials/N/principled/redness", "", number, share, "", "", "1",
               "share of pheomelanin; beside `melanin`"},
     Parameter{"/materials/N/principled/tint", "", triple, share, "", "", "[1, 1, 1]",
               "a dye over the melanin, linear RGB; beside `melanin`"},
     Parameter{"/materials/N/principled/color", "", either, share, "", "file", "",
-              "multiple scattering albedo, linear RGB; \"file\": that of each strand of a .hair file"},
+              "multiple scattering albedo, linear RGB; \"file\": that of the file, by strand or along it", true},
     Parameter{"/materials/N/principled/sigma_a", "", triple, of(fiber::sigma_a_range), "", "", "",
-              "absorption, RGB, per radius"},
+              "absorption, RGB, per radius", true},
     Parameter{"/materials/N/principled/random_color", "", number, share, "", "", "0",
               "strands differ in melanin by a factor of 1 - this to 1 + this"},
     Parameter{"/materials/N/principled/random_roughness", "", number, share, "", "", "0",
@@ -416,8 +443,12 @@ constexpr std::array table{
         "matte"},
     Parameter{"/grooms/N/strands", "", whole, {1, 1e6}, "", "", "by kind", "generated only; 10^8 points at most"},
     Parameter{"/grooms/N/seed", "", whole, seeds, "", "", "0", "generated only; another groom for another number"},
-    Parameter{"/grooms/N/radius_cm", "", number, radius, cm, "", "the file's, or 0.004",
+    Parameter{"/grooms/N/radius_cm", "--radius", number, radius, cm, "", "the file's, or 0.004",
               "of the circle with the same mean projected width"},
+    Parameter{
+        "/grooms/N/widths", "--widths", text, none, "", "", "as they are where a unit is said",
+        "files only: `file` takes its widths as they are, in a unit that is guessed too; `clamp` brings each to a "
+        "radius of 0.0005 to 0.05 cm; `scale=2` takes them twice as large; 0 hides"},
     Parameter{"/grooms/N/taper",
               "",
               numbers_by_name,
@@ -480,6 +511,8 @@ constexpr std::array table{
     Parameter{"", "--resolution", whole, pixels, "", "", "the scene's", "width and height in pixels, 2^26 in all"},
     Parameter{"", "--frame", whole, frames, "", "", "0, or the first keyframe",
               "frame of what moves: the camera, a turntable, grooms and meshes"},
+    Parameter{"", "--strict", flag, none, "", "", "",
+              "what a file of strands has and the picture does not show is an error, not a note"},
     Parameter{"", "--chunk", whole, {1, 1 << 20}, "", "", "1", "frames of a task"},
     Parameter{"",
               "--split-samples",
@@ -571,6 +604,16 @@ constexpr std::array table{
         "share of the samples that are traced a second time without rows, 0.01 say: how far the brightness of the "
         "picture is off is told with its standard error"},
     Parameter{"",
+              "--near",
+              number,
+              {0, 1e6, true},
+              "",
+              "",
+              "",
+              "first hits on fibers that are seen wider than this, in pixels, are traced from where the ray met the "
+              "fiber, from "
+              "twice the width on all: a close-up shows the pattern across a fiber; 2 is a good start"},
+    Parameter{"",
               "--components",
               whole,
               {1, 8},
@@ -579,10 +622,25 @@ constexpr std::array table{
               "8",
               "components of a row, at most or, for learners of a fixed number, exactly"},
     Parameter{"", "--epsilon", number, accuracy, "", "", "0.01",
-              "relative squared error under which a row of elliptical is converged, which it is taken for without "
-              "--model; with "
-              "--model rough chi-square, and 0.07 without the option, 0.25 at most where there is little light"},
+              "error under which a row is converged, of all rows alike: of elliptical the relative squared error; of "
+              "rough chi-square, and 0.07 without the option, 0.25 at most where there is little light"},
     Parameter{"", "--table-memory", number, {0, 1 << 20}, "MB of 2^20 bytes", "", "256", "ceiling of the table"},
+    Parameter{"",
+              "--cache-limit",
+              number,
+              {0, 1 << 24},
+              "MB of 2^20 bytes",
+              "",
+              "1024",
+              "what --warm-cache default may take of the disk: the kinds of fiber that were used longest ago go"},
+    Parameter{"",
+              "--limit",
+              number,
+              {0, 1 << 24},
+              "MB of 2^20 bytes",
+              "",
+              "1024",
+              "what is to be left at most: the kinds of fiber that were used longest ago go"},
     Parameter{"", "--light-scale", number, factor, "", "", "1",
               "factor of the light of the environment and every light"},
     Parameter{"", "--e", number, of(fiber::eccentricity_range), "", "", "0.85", "minor over major semi-axis"},
@@ -660,17 +718,27 @@ std::span<const Parameter> parameters() { return table; }
 
 const Parameter* parameter_at(std::string_view place) {
   static const auto by_key = [] {
-    std::unordered_map<std::string_view, const Parameter*> all;
+    std::map<std::string, const Parameter*, std::less<>> all;
     for (const Parameter& parameter : table)
       if (!parameter.key.empty()) all.emplace(parameter.key, &parameter);
     return all;
   }();
   const std::string key = general(place);
   if (const auto found = by_key.find(key); found != by_key.end()) return found->second;
+  // What a source is made of has the range of what it stands for; its own keys stand in any source.
+  for (const std::string_view part : {"/ramp/N/N", "/random/N", "/mix/N"}) {
+    if (!key.ends_with(part)) continue;
+    const Parameter* whole = parameter_at(key.substr(0, key.size() - part.size()));
+    if (whole == nullptr || !whole->varies) return nullptr;
+    return part.starts_with("/ramp") && place.ends_with("/0") ? by_key.at("/SOURCE/ramp") : whole;
+  }
   const std::size_t last = key.rfind('/');
-  if (last == std::string::npos) return nullptr;
-  const auto found = by_key.find(std::string_view(key).substr(0, last));
-  return found != by_key.end() && is_named(*found->second, key.substr(last + 1)) ? found->second : nullptr;
+  if (last == std::string::npos || last == 0) return nullptr;
+  const Parameter* holder = parameter_at(std::string_view(key).substr(0, last));
+  if (holder == nullptr) return nullptr;
+  if (is_named(*holder, key.substr(last + 1))) return holder;
+  const auto of_source = by_key.find("/SOURCE" + key.substr(last));
+  return holder->varies && of_source != by_key.end() ? of_source->second : nullptr;
 }
 
 const Parameter& option_parameter(std::string_view option) {

@@ -39,6 +39,7 @@ struct Parameter {
   std::string_view choices;  ///< "y, z"
   std::string_view usual;    ///< the default as it is said; "needed" where it must be there; empty: none
   std::string_view sentence;
+  bool varies = false;  ///< in its place a source may stand (source.h)
 };
 
 /// All of them; keys in the order of the documentation, then options without a key.

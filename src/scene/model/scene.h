@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <glm/ext/matrix_double3x3.hpp>
 #include <glm/ext/vector_double3.hpp>
 #include <glm/ext/vector_uint3.hpp>
@@ -15,6 +17,7 @@
 
 #include "image/view_transform.h"
 #include "scene/model/environment.h"
+#include "scene/model/source.h"
 #include "scene/model/texture.h"
 #include "tress/fiber/parameters.h"
 
@@ -74,6 +77,13 @@ struct StrandVariation {
   std::uint64_t seed = 0;
 };
 
+/// An absorption that varies.
+struct Pigment {
+  Source source;
+  /// What a value of the source makes of the fiber: its absorption, per major semi-axis.
+  std::function<glm::vec3(const glm::vec3& value, const fiber::FiberParameters& fiber)> sigma_a;
+};
+
 struct Material {
   std::string name = "brown";
   fiber::FiberParameters fiber;
@@ -81,15 +91,24 @@ struct Material {
   std::optional<double> curl_diameter_cm;
   bool twist = true;  ///< false: the major axis stays in the rotation-minimising frame
   StrandVariation variation;
-  std::optional<glm::vec3> color;  ///< that a lock should show, which fiber.sigma_a was chosen for; linear RGB
-  bool color_from_file = false;    ///< strands have Groom::color instead of the fiber's sigma_a
-  /// Where set, colors of a file are albedos as Principled Hair has them, at this radial roughness.
-  std::optional<float> principled_roughness;
+  std::optional<glm::vec3> color;   ///< that a lock should show, which fiber.sigma_a was chosen for; linear RGB
+  std::optional<Pigment> pigment;   ///< instead of the fiber's sigma_a
+  std::optional<Source> roughness;  ///< instead of the fiber's, which is its middle; widths that are given follow
   /// Widths are of a node's round fiber (`principled`, `chiang_hair_bsdf`), whose ranges are wider: those of strands
   /// that leave theirs are taken for the nearest. The roughness, all but smooth, has no part in how they vary.
   bool has_node_widths = false;
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: by a hash of the strand
 };
+
+/// Calls visit(source) for what varies of a material, const or not.
+template <class SomeMaterial, class Visit>
+void for_each_source(SomeMaterial& material, Visit&& visit) {
+  if (material.pigment) visit(material.pigment->source);
+  if (material.roughness) visit(*material.roughness);
+}
+
+/// The attributes that a material is made of, each once.
+std::vector<std::string> attributes_of(const Material& material);
 
 /// Where light beside the environment comes from, and how much.
 struct LightShape {
@@ -166,18 +185,38 @@ struct StrandMoment {
   std::vector<float> radius_cm = {};  ///< as Groom::radius_cm; empty: those of the groom
 };
 
+/// How the points of a strand make segments, one cubic or one straight piece each: (points - spare) / points_a_segment
+/// of them, the first of which begins at the point `first`. Places on a strand are counted in segments from its root.
+struct StrandSegments {
+  std::uint32_t first, points_a_segment, spare;
+
+  explicit constexpr StrandSegments(StrandBasis basis)
+      : first(basis == StrandBasis::open_bspline ? 1 : 0),
+        points_a_segment(basis == StrandBasis::bezier ? 3 : 1),
+        spare(basis == StrandBasis::open_bspline ? 3 : 1) {}
+  constexpr std::uint32_t count(std::uint32_t points) const { return (points - spare) / points_a_segment; }
+};
+
 /// Strands of one material. Strand s has the points [first_point[s], first_point[s+1]), root first, at least two
 /// distinct ones, as many as the basis needs.
 struct Groom {
   std::string name;
   std::string object;  ///< its name in mattes
   std::uint32_t material = 0;
-  std::vector<std::uint32_t> fiber;        ///< per strand: index into Scene::fibers
+  /// Per strand, or of strands that vary along their length per station: index into Scene::fibers. Look it up by
+  /// fiber_at().
+  std::vector<std::uint32_t> fiber;
+  /// Stations divide each segment of a strand into so many equal parts, and stand at the root and the tip too. 0:
+  /// strands do not vary along their length.
+  std::uint32_t stations_a_segment = 0;
   std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries
   std::vector<glm::vec3> points;           ///< cm
   std::vector<float> radius_cm;            ///< per point: of the circle with the same mean projected width
-  /// Per strand, the color of a lock of them, linear RGB in [0, 1]; empty unless its material takes colors of the file.
+  /// The attribute of the file that its material takes, in [0, 1], linear RGB where it is a color: per point where it
+  /// differs along a strand, else per strand; empty unless its material takes one.
   std::vector<glm::vec3> color;
+  std::vector<std::int64_t> id = {};    ///< per strand, as the file calls them; empty: by their index
+  std::vector<glm::vec2> root_uv = {};  ///< per strand, as the file has it, or empty
   /// Per point, unit, along the minor axis of the cross-section as the file says it, or 0 where it says none;
   /// interpolated as the points are. Empty: axes are the material's.
   std::vector<glm::vec3> minor_axis = {};
@@ -187,6 +226,20 @@ struct Groom {
   std::vector<StrandMoment> later = {};
   bool is_animated = false;  ///< its file has samples of other frames
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
+  /// Of a strand; for the strand after the last the number of all stations.
+  std::size_t first_station(std::uint32_t strand) const {
+    const StrandSegments segments(basis);
+    const std::size_t before = first_point[strand] - std::size_t{segments.spare} * strand;
+    return before / segments.points_a_segment * stations_a_segment + strand;
+  }
+  /// Index into Scene::fibers of a strand at a place, in segments from its root. u: in [0, 1]; where it is uniform,
+  /// each of the two stations around the place counts by how near it is.
+  std::uint32_t fiber_at(std::uint32_t strand, float place, float u) const {
+    if (stations_a_segment == 0) return fiber[strand];
+    const float along = place * static_cast<float>(stations_a_segment), whole = std::floor(along);
+    const std::size_t station = first_station(strand) + static_cast<std::size_t>(whole) + (u < along - whole ? 1 : 0);
+    return fiber[std::min(station, first_station(strand + 1) - 1)];
+  }
 };
 
 /// What turns on a turntable: grooms and meshes, about the vertical through `pivot`, counter-clockwise from above.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -16,18 +17,18 @@
 
 #include "scene/model/parameters.h"
 #include "tress/base/random.h"
-#include "tress/fiber/lock_color.h"
 #include "tress/fiber/parameter_ranges.h"
-#include "tress/fiber/principled_hair.h"
 
 namespace tress::scene {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-/// Absorptions of a file below it are 0 or this.
+/// Absorptions of a source below it are 0 or this.
 constexpr double least_absorption = 0.01;
-/// Steps of a file's colors become coarser, up to this, until the distinct fibers are few enough.
+/// Steps of a source's colors become coarser, up to this, until the distinct fibers are few enough.
 constexpr double largest_color_ratio = 5;
+/// A strand that varies along its length has some as many stations, or one a point.
+constexpr std::size_t usual_stations = 32;
 /// A node's widths vary by whole steps of this.
 constexpr double width_step = 0.05;
 constexpr int as_given = std::numeric_limits<int>::min(), clear = as_given + 1;
@@ -53,47 +54,86 @@ double varied(double x, double half_range, RandomStream& random) {
   return x * (1 + half_range * (2 * double{random.next()} - 1));
 }
 
+/// What a strand draws: its key without what its material has of a source, and what rounds that.
+struct StrandDraws {
+  FiberKey key;
+  double width, width_u, sigma_u;  ///< factor of the roughness and the widths, what rounds either
+  double factor, color_u;          ///< of the absorption
+};
+
+/// Gives a key a roughness, which the material's widths follow as they follow its own.
+void set_roughness(const fiber::FiberParameters& fiber, double roughness, const StrandDraws& draws, FiberKey* key) {
+  key->roughness_deg = static_cast<int>(round_stochastically(roughness / degree, draws.width_u));
+  fiber::FiberParameters rounded = fiber;
+  rounded.roughness = static_cast<float>(key->roughness_deg * degree);
+  const auto sigmas = fiber::azimuthal_sigmas(rounded);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double sigma =
+        fiber.azimuthal_sigma[i] ? *fiber.azimuthal_sigma[i] * (roughness / fiber.roughness) : double{sigmas[i]};
+    key->sigma_deg[i] = static_cast<int>(round_stochastically(std::round(1e4 * sigma / degree) / 1e4, draws.sigma_u));
+  }
+}
+
 /// The seven numbers of a strand are drawn whatever varies, so that one variation does not change another.
-FiberKey key_of(const Scene& scene, const Groom& groom, std::uint32_t strand, double ratio) {
+StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t strand, double ratio) {
   const Material& material = scene.materials[groom.material];
   const StrandVariation& variation = material.variation;
   const fiber::FiberParameters& fiber = material.fiber;
   RandomStream random(variation.seed, hash_of(material.name), strand);
-  FiberKey key;
+  StrandDraws draws;
+  FiberKey& key = draws.key;
   key.material = groom.material;
 
   const double eccentricity = fiber.eccentricity + variation.eccentricity * (2 * double{random.next()} - 1);
   const auto percent = static_cast<int>(round_stochastically(100 * eccentricity, random.next()));
   if (variation.eccentricity > 0) key.eccentricity_percent = percent;
 
-  const double width = varied(1, variation.width, random), width_u = random.next(), sigma_u = random.next();
-  if (variation.width > 0 && material.has_node_widths) {
-    key.width_steps = static_cast<int>(round_stochastically(width / width_step, width_u));
-  } else if (variation.width > 0) {
-    key.roughness_deg = static_cast<int>(round_stochastically(fiber.roughness * width / degree, width_u));
-    fiber::FiberParameters rounded = fiber;
-    rounded.roughness = static_cast<float>(key.roughness_deg * degree);
-    const auto sigmas = fiber::azimuthal_sigmas(rounded);
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double sigma = fiber.azimuthal_sigma[i] ? *fiber.azimuthal_sigma[i] * width : double{sigmas[i]};
-      key.sigma_deg[i] = static_cast<int>(round_stochastically(std::round(1e4 * sigma / degree) / 1e4, sigma_u));
-    }
-  }
+  draws.width = varied(1, variation.width, random);
+  draws.width_u = random.next();
+  draws.sigma_u = random.next();
+  if (variation.width > 0 && material.has_node_widths)
+    key.width_steps = static_cast<int>(round_stochastically(draws.width / width_step, draws.width_u));
+  else if (variation.width > 0)
+    set_roughness(fiber, fiber.roughness * draws.width, draws, &key);
 
-  const double factor = varied(1, variation.color, random), color_u = random.next();
-  if (material.color_from_file) {
-    if (groom.color.empty()) return key;
-    const glm::vec3 sigma_a = material.principled_roughness ? fiber::sigma_a_of_principled_color(
-                                                                  groom.color[strand], *material.principled_roughness)
-                                                            : fiber::sigma_a_of_lock(groom.color[strand], fiber);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double x = sigma_a[static_cast<int>(c)] * factor / least_absorption;
-      key.color_power[c] = x >= 1 ? static_cast<int>(round_to_power(x, ratio, color_u)) : color_u < x ? 0 : clear;
-    }
-  } else if (variation.color > 0) {
-    key.color_power.fill(static_cast<int>(round_to_power(factor, ratio, color_u)));
+  draws.factor = varied(1, variation.color, random);
+  draws.color_u = random.next();
+  if (variation.color > 0 && !material.pigment)
+    key.color_power.fill(static_cast<int>(round_to_power(draws.factor, ratio, draws.color_u)));
+  return draws;
+}
+
+/// Calls visit(place) for the stations of a strand, root first; once, without a place along it, of a groom whose
+/// strands do not vary along their length. Lengths are those of the polygon of its points.
+template <class Visit>
+void for_each_station(const Groom& groom, std::uint32_t strand, std::uint64_t salt, Visit&& visit) {
+  StrandPlace place;
+  if (!groom.root_uv.empty()) place.root_uv = groom.root_uv[strand];
+  place.strand = mix_bits(salt ^ (groom.id.empty() ? strand : static_cast<std::uint64_t>(groom.id[strand])));
+  if (groom.stations_a_segment == 0) {
+    if (!groom.color.empty()) place.attribute = groom.color[strand];
+    return visit(place);
   }
-  return key;
+  const StrandSegments segments(groom.basis);
+  const std::uint32_t begin = groom.first_point[strand] + segments.first;
+  const std::uint32_t steps = segments.count(groom.first_point[strand + 1] - groom.first_point[strand]);
+  std::vector<float> length{0};  // at the points from the root on
+  for (std::uint32_t i = 0; i < steps * segments.points_a_segment; ++i)
+    length.push_back(length.back() + glm::distance(groom.points[begin + i], groom.points[begin + i + 1]));
+  const std::uint32_t stations = steps * groom.stations_a_segment;
+  for (std::uint32_t station = 0; station <= stations; ++station) {
+    const std::uint32_t along = station * segments.points_a_segment;
+    const std::uint32_t i = std::min(along / groom.stations_a_segment, static_cast<std::uint32_t>(length.size() - 2));
+    const float share = static_cast<float>(along - i * groom.stations_a_segment) / float(groom.stations_a_segment);
+    place.root_cm = glm::mix(length[i], length[i + 1], share);
+    place.tip_cm = length.back() - place.root_cm;
+    place.share = length.back() > 0 ? place.root_cm / length.back() : float(station) / float(stations);
+    if (groom.color.size() == groom.points.size())
+      place.attribute = glm::mix(groom.color[begin + i], groom.color[begin + i + 1], share);
+    else if (!groom.color.empty())
+      place.attribute = groom.color[strand];
+    visit(place);
+  }
 }
 
 /// All widths of a node's fiber times the factor.
@@ -109,7 +149,8 @@ void widen(double factor, fiber::FiberParameters* fiber) {
   for (float& sigma : fiber->published_widths->azimuthal_sigma) scale(sigma, fiber::azimuthal_sigma_range_deg);
 }
 
-fiber::FiberParameters fiber_of(const Scene& scene, const FiberKey& key, bool from_file, double ratio) {
+fiber::FiberParameters fiber_of(const Scene& scene, const FiberKey& key, double ratio) {
+  const bool from_source = scene.materials[key.material].pigment.has_value();
   fiber::FiberParameters fiber = scene.materials[key.material].fiber;
   if (key.eccentricity_percent != as_given)
     fiber.eccentricity = std::clamp(static_cast<float>(key.eccentricity_percent) / 100, 0.5f, 1.0f);
@@ -127,7 +168,7 @@ fiber::FiberParameters fiber_of(const Scene& scene, const FiberKey& key, bool fr
     if (power == as_given) continue;
     float& sigma_a = fiber.sigma_a[static_cast<int>(c)];
     sigma_a =
-        power == clear ? 0.0f : static_cast<float>((from_file ? least_absorption : sigma_a) * std::pow(ratio, power));
+        power == clear ? 0.0f : static_cast<float>((from_source ? least_absorption : sigma_a) * std::pow(ratio, power));
   }
   return fiber;
 }
@@ -176,26 +217,93 @@ std::optional<Error> check(const Scene& scene, std::size_t index) {
 bool varies(const Scene& scene, const Groom& groom) {
   const Material& material = scene.materials[groom.material];
   const StrandVariation& variation = material.variation;
-  return variation.eccentricity > 0 || variation.width > 0 || variation.color > 0 || material.color_from_file;
+  return variation.eccentricity > 0 || variation.width > 0 || variation.color > 0 || material.pigment ||
+         material.roughness;
 }
 
-/// Calls visit(groom, strand, key) for the strands of all grooms; once, with strand 0, for a groom that does not vary.
+/// The absorption that varies of a groom's strands; null where the material's own counts.
+const Pigment* pigment_of(const Scene& scene, const Groom& groom) {
+  const Material& material = scene.materials[groom.material];
+  return material.pigment && (!groom.color.empty() || attributes_of(material).empty()) ? &*material.pigment : nullptr;
+}
+
+/// How many stations a segment of its strands has.
+std::uint32_t stations_of(const Scene& scene, const Groom& groom) {
+  const Pigment* pigment = pigment_of(scene, groom);
+  const std::optional<Source>& roughness = scene.materials[groom.material].roughness;
+  const bool by_point = !groom.color.empty() && groom.color.size() == groom.points.size();
+  if (!(pigment && pigment->source.varies_along(by_point)) && !(roughness && roughness->varies_along(by_point)))
+    return 0;
+  const StrandSegments segments(groom.basis);
+  std::size_t all = 0;
+  for (std::uint32_t s = 0; s < groom.strand_count(); ++s)
+    all += segments.count(groom.first_point[s + 1] - groom.first_point[s]);
+  return all == 0 ? 1 : static_cast<std::uint32_t>((usual_stations * groom.strand_count() + all - 1) / all);
+}
+
+/// Calls visit(groom, key) for the strands of all grooms, and for each station of those that vary along their length;
+/// once for a groom that does not vary. Ends where it returns false.
 template <class Visit>
 void for_each_key(const Scene& scene, double ratio, Visit&& visit) {
   for (std::size_t g = 0; g < scene.grooms.size(); ++g) {
     const Groom& groom = scene.grooms[g];
+    const Material& material = scene.materials[groom.material];
+    const Pigment* pigment = pigment_of(scene, groom);
+    const std::uint64_t salt = hash_of(material.name);
     const std::uint32_t count = varies(scene, groom) ? groom.strand_count() : std::min(groom.strand_count(), 1u);
-    for (std::uint32_t s = 0; s < count; ++s) visit(g, s, key_of(scene, groom, s, ratio));
+    for (std::uint32_t s = 0; s < count; ++s) {
+      StrandDraws draws = draws_of(scene, groom, s, ratio);
+      if (pigment == nullptr && !material.roughness) {
+        if (!visit(g, draws.key)) return;
+        continue;
+      }
+      bool goes_on = true;
+      fiber::FiberParameters fiber = material.fiber;
+      for_each_station(groom, s, salt, [&](const StrandPlace& place) {
+        if (material.roughness) {
+          const double roughness = std::clamp(material.roughness->at(place).x * draws.width, 0.01, 1.0);
+          set_roughness(material.fiber, roughness, draws, &draws.key);
+          fiber.roughness = static_cast<float>(roughness);
+        }
+        const glm::vec3 sigma_a = pigment ? pigment->sigma_a(pigment->source.at(place), fiber) : glm::vec3(0.0f);
+        for (std::size_t c = 0; pigment && c < 3; ++c) {
+          const double x = sigma_a[static_cast<int>(c)] * draws.factor / least_absorption;
+          draws.key.color_power[c] = x >= 1              ? static_cast<int>(round_to_power(x, ratio, draws.color_u))
+                                     : draws.color_u < x ? 0
+                                                         : clear;
+        }
+        goes_on = goes_on && visit(g, draws.key);
+      });
+      if (!goes_on) return;
+    }
   }
 }
 
-/// The fibers of all strands, in the order of their keys.
-std::map<FiberKey, std::uint32_t> distinct_keys(const Scene& scene, double ratio) {
+/// The fibers of a scene by their keys, and which of them each strand or station of a groom has, by their order.
+struct Assignment {
   std::map<FiberKey, std::uint32_t> keys;
-  for_each_key(scene, ratio, [&](std::size_t, std::uint32_t, const FiberKey& key) { keys.try_emplace(key, 0); });
+  std::vector<std::vector<std::uint32_t>> fibers;
+};
+
+/// Of more than `most` fibers some.
+Assignment assignment(const Scene& scene, double ratio, std::size_t most) {
+  Assignment all{.keys = {}, .fibers = std::vector<std::vector<std::uint32_t>>(scene.grooms.size())};
+  auto last = all.keys.end();
+  for_each_key(scene, ratio, [&](std::size_t groom, const FiberKey& key) {
+    if (last == all.keys.end() || key != last->first)
+      last = all.keys.try_emplace(key, static_cast<std::uint32_t>(all.keys.size())).first;
+    all.fibers[groom].push_back(last->second);
+    return all.keys.size() <= most;
+  });
+  std::vector<std::uint32_t> order(all.keys.size());
   std::uint32_t next = 0;
-  for (auto& [key, index] : keys) index = next++;
-  return keys;
+  for (auto& [key, index] : all.keys) {
+    order[index] = next;
+    index = next++;
+  }
+  for (auto& fibers : all.fibers)
+    for (std::uint32_t& fiber : fibers) fiber = order[fiber];
+  return all;
 }
 
 /// Each shape that the strands of a material take costs some .2 s of CPU. From eight on they share the paths of eight,
@@ -216,48 +324,64 @@ std::map<std::uint32_t, float> energy_path_shares(const Scene& scene, const std:
 
 }  // namespace
 
+std::vector<std::string> attributes_of(const Material& material) {
+  std::vector<std::string> names;
+  for_each_source(material, [&](const Source& source) { source.add_attributes(&names); });
+  return names;
+}
+
 std::optional<Error> assign_fibers(Scene* scene) {
   for (std::size_t m = 0; m < scene->materials.size(); ++m)
     if (auto error = check(*scene, m)) return error;
-  bool any_varies = false, any_file = false;
-  for (const Groom& groom : scene->grooms) {
+  bool any_varies = false, any_source = false;
+  std::size_t along = 0, bytes = 0;  // stations of strands that vary along their length, and what that takes
+  for (Groom& groom : scene->grooms) {
     any_varies = any_varies || varies(*scene, groom);
-    any_file = any_file || (scene->materials[groom.material].color_from_file && !groom.color.empty());
+    any_source = any_source || pigment_of(*scene, groom) != nullptr;
+    groom.stations_a_segment = stations_of(*scene, groom);
+    if (groom.stations_a_segment == 0) continue;
+    const std::size_t stations = groom.first_station(groom.strand_count());
+    along += stations;
+    bytes += stations * sizeof(std::uint32_t) + groom.color.size() * sizeof(glm::vec3);
   }
 
   double ratio = color_ratio;
-  auto keys = distinct_keys(*scene, ratio);
-  while (any_file && keys.size() > most_fibers && ratio * ratio <= largest_color_ratio) {
+  const auto is_coarsest = [&] { return !any_source || ratio * ratio > largest_color_ratio; };
+  const auto assigned_now = [&] { return assignment(*scene, ratio, is_coarsest() ? SIZE_MAX : most_fibers); };
+  Assignment assigned = assigned_now();
+  while (assigned.keys.size() > most_fibers && !is_coarsest()) {
     ratio *= ratio;
-    keys = distinct_keys(*scene, ratio);
+    assigned = assigned_now();
   }
+  const std::map<FiberKey, std::uint32_t>& keys = assigned.keys;
   if (keys.size() > most_fibers) {
     std::map<std::uint32_t, std::size_t> by_material;
     for (const auto& [key, index] : keys) ++by_material[key.material];
     const auto most = std::max_element(by_material.begin(), by_material.end(),
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
-    return Error{scene->source, fmt::format("/materials/{}/variation", most->first),
+    const char* place = scene->materials[most->first].roughness ? "roughness" : "variation";
+    return Error{scene->source, fmt::format("/materials/{}/{}", most->first, place),
                  fmt::format("at most {} distinct fibers in the scene", most_fibers),
                  fmt::format("{}, {} of them of this material", keys.size(), most->second)};
   }
   scene->fibers.clear();
   const std::map<std::uint32_t, float> shares = energy_path_shares(*scene, keys);
   for (const auto& [key, index] : keys) {
-    scene->fibers.push_back(fiber_of(*scene, key, scene->materials[key.material].color_from_file, ratio));
+    scene->fibers.push_back(fiber_of(*scene, key, ratio));
     scene->fibers.back().energy_path_share = shares.at(key.material);
   }
-  std::vector<std::vector<std::uint32_t>> fiber_of_strand(scene->grooms.size());
-  for_each_key(*scene, ratio, [&](std::size_t groom, std::uint32_t, const FiberKey& key) {
-    fiber_of_strand[groom].push_back(keys.at(key));
-  });
   for (std::size_t g = 0; g < scene->grooms.size(); ++g) {
     Groom& groom = scene->grooms[g];
-    groom.fiber = std::move(fiber_of_strand[g]);
-    if (!groom.fiber.empty()) groom.fiber.resize(groom.strand_count(), groom.fiber.front());
+    groom.fiber = std::move(assigned.fibers[g]);
+    if (!varies(*scene, groom) && !groom.fiber.empty()) groom.fiber.resize(groom.strand_count(), groom.fiber.front());
   }
-  if (any_varies) scene->notes.push_back(fmt::format("strands vary: {} distinct fibers", scene->fibers.size()));
+  if (any_varies)
+    scene->notes.push_back(fmt::format(
+        "strands vary: {} distinct fibers{}", scene->fibers.size(),
+        along == 0 ? ""
+                   : fmt::format(", at {} places along the strands ({:.1f} MB)", along, double(bytes) / (1 << 20))));
   if (ratio > color_ratio)
-    scene->notes.push_back(fmt::format("absorptions of the file rounded to steps of {:.0f} %", 100 * (ratio - 1)));
+    scene->notes.push_back(fmt::format("absorptions that vary are rounded to steps of {:.0f} %", 100 * (ratio - 1)));
   return std::nullopt;
 }
 

@@ -1,8 +1,10 @@
 #include "scene/read/assembly.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/ext/matrix_double4x4.hpp>
@@ -21,7 +23,6 @@ namespace tress::scene {
 namespace {
 
 constexpr CurveKind usual_basis{CurveBasis::bspline, CurveWrap::pinned};
-constexpr float thinnest_cm = 1e-4f;
 
 /// What a reader of the note can do about the axis that was taken for up.
 std::string up_note(const std::string& name, const GroomPlacement& placement, bool falls) {
@@ -48,6 +49,50 @@ bool falls_along_y(const GroomFile& hair) {
   }
   const auto strands = static_cast<double>(counted);
   return fall.y < -least_fall * strands && fall.y < 2 * fall.z;
+}
+
+std::optional<WidthUse> width_use_of(std::string_view text) {
+  if (text == "file") return WidthUse{WidthUse::Kind::file};
+  if (text == "clamp") return WidthUse{WidthUse::Kind::clamp};
+  constexpr std::string_view scale = "scale=";
+  if (!text.starts_with(scale)) return std::nullopt;
+  WidthUse use{WidthUse::Kind::file};
+  const auto [end, fault] = std::from_chars(text.data() + scale.size(), text.data() + text.size(), use.scale);
+  const bool is_number = fault == std::errc() && end == text.data() + text.size();
+  return is_number && use.scale > 0 && use.scale <= 1e6 ? std::optional(use) : std::nullopt;
+}
+
+float WidthPlan::radius_of(float width) const {
+  if (width < 0) return usual_radius_cm;  // not said
+  const double radius = double{width} / 2 * cm_per_unit;
+  return static_cast<float>(clamps && radius > 0 ? std::clamp(radius, smallest_radius_cm, largest_radius_cm) : radius);
+}
+
+WidthPlan plan_widths(const GroomFile& file, const WidthUse& use, double cm_per_unit, bool is_unit_said) {
+  constexpr std::size_t most_looked_at = 100'000;
+  WidthPlan plan{.cm_per_unit = use.scale * cm_per_unit, .clamps = use.kind == WidthUse::Kind::clamp};
+  std::vector<float> some;
+  const std::size_t step = file.width.size() / most_looked_at + 1;
+  for (std::size_t i = 0; i < file.width.size(); i += step)
+    if (file.width[i] > 0) some.push_back(file.width[i]);
+  if (file.width.empty() && file.default_width > 0) some.push_back(file.default_width);
+  if (some.empty()) {
+    plan.are_used = !file.width.empty();
+    return plan;
+  }
+  const auto middle = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
+  std::ranges::nth_element(some, middle);
+  plan.typical_radius_cm = double{*middle} / 2 * plan.cm_per_unit;
+  constexpr double rounding = 1e-6;
+  const bool is_of_hair = plan.typical_radius_cm >= smallest_radius_cm * (1 - rounding) &&
+                          plan.typical_radius_cm <= largest_radius_cm * (1 + rounding);
+  plan.are_used = is_unit_said || is_of_hair || use.kind != WidthUse::Kind::usual;
+  return plan;
+}
+
+void say_widths(GroomFile* file) {
+  const double usual = 2 * usual_radius_cm / file->cm_per_unit.value_or(1);
+  std::ranges::replace_if(file->width, [](float width) { return width < 0; }, to_float(usual));
 }
 
 namespace {
@@ -78,10 +123,15 @@ struct Scale {
 /// The unit that was given, that of the file, or one that makes the groom as large as grooms are. The file has its
 /// basis.
 Scale scale_of(const GroomFile& file, const GroomPlacement& placement, const std::string& name,
-               std::vector<std::string>* notes) {
+               std::vector<std::string>* notes, std::vector<std::string>* warnings) {
   const auto box = box_of_strands(*file.basis, file.first_point, file.points);
   const double longest = box ? box->longest_side() : 0;
   Scale scale;
+  if (const auto stray = stray_strands(file.first_point, file.points); !stray.empty())
+    warnings->push_back(fmt::format(
+        "{}: {} of {} strands lie far from all others (strand {} is the first): neither the unit nor the automatic "
+        "camera goes by them",
+        name, stray.size(), file.strand_count(), stray.front()));
   if (placement.cm_per_unit || file.cm_per_unit) {
     scale.cm_per_unit = placement.cm_per_unit ? *placement.cm_per_unit : *file.cm_per_unit;
   } else if (placement.usual_cm_per_unit) {
@@ -101,35 +151,39 @@ Scale scale_of(const GroomFile& file, const GroomPlacement& placement, const std
   return scale;
 }
 
-/// Radii at the points: one for all where it was given or the file has none that can be. Widths of later moments
+/// Radii at the points: one for all where it was given or the widths of the file are not used. Widths of later moments
 /// become radii, or none where those of the file are not used.
 std::vector<float> radii_of(GroomFile* file, const GroomPlacement& placement, double scale, const std::string& name,
                             std::vector<std::string>* notes) {
-  float thickest = file->width.empty() ? file->default_width : 0.0f;
-  for (float width : file->width) thickest = std::max(thickest, width);
-  const double file_radius = thickest / 2 * scale;
-  const bool use_file = !placement.radius_cm && file_radius >= smallest_radius_cm && file_radius <= largest_radius_cm;
+  const bool is_unit_said = placement.cm_per_unit || file->cm_per_unit;
+  const WidthPlan plan = plan_widths(*file, placement.widths, scale, is_unit_said);
+  const bool use_file = !placement.radius_cm && plan.are_used, has_widths = plan.typical_radius_cm > 0;
   if (!placement.radius_cm && !use_file)
-    notes->push_back(thickest > 0
-                         ? fmt::format("{}: thickness of the file gives a radius of {:g} cm, {:g} cm used", name,
-                                       file_radius, usual_radius_cm)
-                         : fmt::format("{}: no thickness in the file, radius {:g} cm used", name, usual_radius_cm));
-  const auto radius_of = [&](float width) { return std::max(static_cast<float>(width / 2 * scale), thinnest_cm); };
+    notes->push_back(
+        has_widths ? fmt::format("{}: widths of the file give a radius of {:g} cm in a unit that is guessed, {:g} cm "
+                                 "used; --widths file takes them as they are",
+                                 name, plan.typical_radius_cm, usual_radius_cm)
+                   : fmt::format("{}: no thickness in the file, radius {:g} cm used", name, usual_radius_cm));
   if (!use_file || file->width.empty()) {
     file->later_width.clear();
-    return std::vector<float>(
-        file->points.size(),
-        use_file ? radius_of(file->default_width) : static_cast<float>(placement.radius_cm.value_or(usual_radius_cm)));
+    return std::vector<float>(file->points.size(),
+                              use_file ? plan.radius_of(file->default_width)
+                                       : static_cast<float>(placement.radius_cm.value_or(usual_radius_cm)));
   }
-  for (float& width : file->width) width = radius_of(width);
+  for (float& width : file->width) width = plan.radius_of(width);
   for (std::vector<float>& widths : file->later_width)
-    for (float& width : widths) width = radius_of(width);
+    for (float& width : widths) width = plan.radius_of(width);
   return std::move(file->width);
 }
 
 /// Moves what is kept of the strands to the front, in place. Where the basis lets a point go, one that equals the one
-/// before at every moment goes. Strands of one place go; returns their number.
-std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* color) {
+/// before at every moment goes. Strands of one place go, and those that are 0 wide everywhere. Colors stay at points
+/// where they differ along a strand that is kept.
+struct LeftOut {
+  std::size_t degenerate = 0, hidden = 0;
+};
+LeftOut compact(bool repeats_stay, const std::vector<std::uint32_t>& broken, Groom* groom,
+                std::vector<glm::vec3>* color) {
   std::vector<std::vector<glm::vec3>*> moments{&groom->points};
   for (StrandMoment& moment : groom->later) moments.push_back(&moment.points);
   const auto differ = [&](std::size_t a, std::size_t b) {
@@ -141,36 +195,66 @@ std::size_t compact(bool repeats_stay, Groom* groom, std::vector<glm::vec3>* col
     if (!moment.radius_cm.empty()) radii.push_back(&moment.radius_cm);
   std::size_t kept_points = 0, kept_strands = 0, begin = 0;
   const std::size_t strands = groom->first_point.size() - 1;
+  LeftOut left_out;
   std::vector<glm::vec3> mean;
   if (!color->empty()) mean.reserve(strands);
+  bool color_varies = false;
   for (std::size_t s = 0; s < strands; ++s) {
     const std::size_t end = groom->first_point[s + 1], start = kept_points;
     glm::vec3 sum(0.0f);
-    bool has_length = false;
+    bool has_length = false, is_seen = false, has_colors = false;
     for (std::size_t i = begin; i < end; ++i) {
       const bool moves = kept_points > start && differ(i, kept_points - 1);
       has_length = has_length || moves;
       if (kept_points > start && !moves && !repeats_stay) continue;
       if (!color->empty()) sum += (*color)[color_a_point ? i : s];
+      if (color_a_point) {
+        (*color)[kept_points] = (*color)[i];
+        has_colors = has_colors || (*color)[kept_points] != (*color)[start];
+      }
       for (auto* points : moments) (*points)[kept_points] = (*points)[i];
       if (!groom->minor_axis.empty()) groom->minor_axis[kept_points] = groom->minor_axis[i];
-      for (auto* radius : radii) (*radius)[kept_points] = (*radius)[i];
+      for (auto* radius : radii) {
+        (*radius)[kept_points] = (*radius)[i];
+        is_seen = is_seen || (*radius)[i] > 0;
+      }
       ++kept_points;
     }
     begin = end;
-    if (!has_length) {
+    if (std::ranges::binary_search(broken, static_cast<std::uint32_t>(s))) has_length = false;
+    if (!has_length || !is_seen) {
+      ++(has_length ? left_out.hidden : left_out.degenerate);
       kept_points = start;
       continue;
     }
     if (!color->empty()) mean.push_back(sum / static_cast<float>(kept_points - start));
+    if (!groom->id.empty()) groom->id[kept_strands] = groom->id[s];
+    if (!groom->root_uv.empty()) groom->root_uv[kept_strands] = groom->root_uv[s];
+    color_varies = color_varies || has_colors;
     groom->first_point[++kept_strands] = static_cast<std::uint32_t>(kept_points);
   }
   for (auto* points : moments) points->resize(kept_points);
   for (auto* radius : radii) radius->resize(kept_points);
   if (!groom->minor_axis.empty()) groom->minor_axis.resize(kept_points);
   groom->first_point.resize(kept_strands + 1);
-  groom->color = std::move(mean);
-  return strands - kept_strands;
+  if (!groom->id.empty()) groom->id.resize(kept_strands);
+  if (!groom->root_uv.empty()) groom->root_uv.resize(kept_strands);
+  color->resize(color_varies ? kept_points : 0);
+  groom->color = color_varies ? std::move(*color) : std::move(mean);
+  return left_out;
+}
+
+/// Of an attribute that a material asks for by its name and the curves have not.
+std::optional<Error> fault_of_attribute(const GroomFile& file, const std::string& attribute, const std::string& name) {
+  constexpr std::size_t most_told = 12;
+  if (attribute.empty() || (file.has_color && file.attribute == attribute)) return std::nullopt;
+  std::vector<std::string> others;
+  if (file.has_color && file.attribute != attribute) others.push_back(file.attribute);
+  for (const IgnoredAttribute& ignored : file.ignored)
+    if (others.size() < most_told) others.push_back(ignored.name);
+  return Error{name, fmt::format("attribute \"{}\"", attribute), "one of the curves, of one or three numbers",
+               others.empty() ? "no other that is not used for something else"
+                              : fmt::format("beside what is used: {}", fmt::join(others, ", "))};
 }
 
 }  // namespace
@@ -180,7 +264,12 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
   const bool says_basis = file.basis.has_value();
   if (!says_basis)
     if (auto error = take_points_as(placement.basis.value_or(usual_basis), name, &file)) return *error;
-  const Scale scale = scale_of(file, placement, name, notes);
+  if (placement.strict && !file.ignored.empty())
+    return Error{name, "--strict", "a file of which everything is used",
+                 fmt::format("{} ({}){}", file.ignored[0].name, file.ignored[0].why,
+                             file.ignored.size() > 1 ? fmt::format(" and {} more", file.ignored.size() - 1) : "")};
+  if (auto error = fault_of_attribute(file, placement.attribute, name)) return *error;
+  const Scale scale = scale_of(file, placement, name, notes, warnings);
   if (scale.error) return *scale.error;
   const bool is_said = placement.y_up || file.y_up, falls = !is_said && falls_along_y(file),
              y_up = placement.y_up ? *placement.y_up : file.y_up.value_or(placement.guess_up && falls);
@@ -211,13 +300,19 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
     groom.minor_axis = std::move(file.normal);
     for (glm::vec3& axis : groom.minor_axis) axis = turned(axis);
   }
+  if (file.id.size() == groom.strand_count()) groom.id = std::move(file.id);
+  if (file.root_uv.size() == groom.strand_count()) groom.root_uv = std::move(file.root_uv);
   if (placement.colors && file.color.empty()) file.color.assign(groom.strand_count(), file.default_color);
   if (!placement.colors) file.color.clear();
   const std::size_t strands = groom.strand_count();
-  const bool repeats_stay = groom.basis != StrandBasis::bspline && groom.basis != StrandBasis::linear;
-  if (const std::size_t degenerate = compact(repeats_stay, &groom, &file.color))
-    warnings->push_back(fmt::format("{}: {} of {} strands are degenerate (one point or no length) and left out", name,
-                                    degenerate, strands));
+  const bool repeats_stay = groom.basis != StrandBasis::linear;  // a repeated control point is a corner
+  const LeftOut left_out = compact(repeats_stay, file.broken, &groom, &file.color);
+  if (left_out.degenerate > 0)
+    warnings->push_back(fmt::format(
+        "{}: {} of {} strands are degenerate (one point, no length or a point that is not finite) and left out", name,
+        left_out.degenerate, strands));
+  if (left_out.hidden > 0)
+    notes->push_back(fmt::format("{}: {} of {} strands are hidden, their width is 0", name, left_out.hidden, strands));
   return groom;
 }
 
@@ -297,9 +392,7 @@ std::vector<glm::vec3> placed_normals(const MeshAtMoment& moment, const MeshDesc
   return normals;
 }
 
-float scaled_radius(float radius, double factor) {
-  return std::max(static_cast<float>(factor * double{radius}), std::min(thinnest_cm, radius));
-}
+float scaled_radius(float radius, double factor) { return static_cast<float>(factor * double{radius}); }
 
 /// By the scale of each moment.
 void scale_radii(std::span<const ObjectTransform> moments, Groom* groom) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scene/model/scene.h"
@@ -18,8 +19,37 @@ namespace tress::scene {
 /// What is taken where neither a file nor a scene says it.
 constexpr float usual_radius_cm = 0.004f;
 constexpr double usual_longest_side_cm = 30;
-/// Radii of files outside are taken for a wrong unit; a human hair has .0008 to .009 cm.
+/// Where a unit is guessed, widths count whose middle gives a radius within; "clamp" brings every one of them in. A
+/// human hair has .0008 to .009 cm.
 constexpr double smallest_radius_cm = 5e-4, largest_radius_cm = 0.05;
+
+/// What becomes of the widths of a file. By themselves they are used as they are where the unit is said, of any size;
+/// where it is guessed, if they are those of hair.
+struct WidthUse {
+  enum class Kind { usual, file, clamp } kind = Kind::usual;  ///< file: used whatever the unit
+  double scale = 1;                                           ///< of file
+
+  friend bool operator==(const WidthUse&, const WidthUse&) = default;
+};
+
+/// "file", "clamp" or "scale=S" with 0 < S <= 10^6; nothing for another text.
+std::optional<WidthUse> width_use_of(std::string_view text);
+constexpr const char* width_use_words = "file, clamp or scale=S with S > 0 and at most 10^6";
+
+/// What a file's widths become in a unit.
+struct WidthPlan {
+  bool are_used = false;
+  double typical_radius_cm = 0;  ///< the middle of those that are not 0; 0: the file has none
+  double cm_per_unit = 1;        ///< of widths
+  bool clamps = false;
+
+  float radius_of(float width) const;
+};
+WidthPlan plan_widths(const GroomFile& file, const WidthUse& use, double cm_per_unit, bool is_unit_said);
+
+/// Gives strands whose widths the file does not say, beside others, the usual ones, for files that cannot leave them
+/// out.
+void say_widths(GroomFile* file);
 
 /// Where an object of the scene is.
 struct ObjectTransform {
@@ -55,10 +85,13 @@ struct GroomPlacement {
   bool guess_up = false;          ///< where y_up is unset: by how the strands fall
   std::optional<double> cm_per_unit = {};        ///< unset: the file's, else usual_cm_per_unit
   std::optional<double> usual_cm_per_unit = {};  ///< unset: the longest side of the bounding box is 30 cm
-  std::optional<double> radius_cm = {};          ///< unset: the file's, or .004 cm where it has none or an absurd one
-  std::optional<CurveKind> basis = {};           ///< of files that do not say; unset: B-splines through root and tip
-  bool normals = true;                           ///< those of the file give the minor axes of its fibers
-  bool colors = false;                           ///< strands have the mean of the colors of their points
+  std::optional<double> radius_cm = {};          ///< unset: the file's, or .004 cm where they are not used
+  WidthUse widths = {};
+  std::optional<CurveKind> basis = {};  ///< of files that do not say; unset: B-splines through root and tip
+  bool strict = false;                  ///< what the file has and the picture does not show is an error
+  bool normals = true;                  ///< those of the file give the minor axes of its fibers
+  bool colors = false;                  ///< strands have the colors of the file
+  std::string attribute = {};           ///< what of the file is taken for its color; empty: what the format has for it
 };
 
 /// Whether y of the file is up, by how its strands fall: from root to tip they go down on average, hair by its weight
@@ -71,9 +104,8 @@ bool falls_along_y(const GroomFile& hair);
 Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, const std::string& name,
                              std::vector<std::string>* notes, std::vector<std::string>* warnings);
 
-/// Scales, turns and moves a groom that stands in the world, at each of the moments of the shutter, at least one; no
-/// radius becomes less than 1e-4 cm, unless it was. A groom that rests moves where the
-/// transforms do. Fails where it leaves a world of 10^6 cm.
+/// Scales, turns and moves a groom that stands in the world, at each of the moments of the shutter, at least one. A
+/// groom that rests moves where the transforms do. Fails where it leaves a world of 10^6 cm.
 std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom* groom);
 
 /// Scales, turns and moves a light that stands in the world, at each of the moments of the shutter, at least one; where
@@ -87,7 +119,6 @@ struct Taper {
   double root = 1, tip = 1;
 };
 
-/// No radius becomes less than 1e-4 cm, unless it was.
 void apply_taper(const Taper& taper, Groom* groom);
 
 struct MeshDescription {

@@ -110,7 +110,7 @@ CameraDescription read_camera(const JsonReader& json) {
                     "turntable", "shutter", "motion_samples", "frames_per_second"}))
     return camera;
   if (json.has("shutter")) camera.shutter = read_shutter(json.child("shutter"));
-  camera.frames_per_second = json.number("frames_per_second").value_or(camera.frames_per_second);
+  camera.frames_per_second = json.number("frames_per_second");
   camera.shutter.samples = static_cast<int>(json.integer("motion_samples").value_or(camera.shutter.samples));
   const bool placed = json.has("eye") || json.has("look_at") || json.has("up");
   camera.camera = read_view(json, camera.camera);

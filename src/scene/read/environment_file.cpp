@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
-#include "image/picture.h"
+#include <utility>
+
+#include "image/color_image.h"
 #include "scene/read/input_files.h"
 
 namespace tress::scene {
@@ -17,20 +19,12 @@ Result<HdrPicture> read_hdr_map(const std::filesystem::path& file) {
 }
 
 Result<HdrPicture> read_exr_map(const std::filesystem::path& file) {
-  const auto picture = image::read_exr(file);
-  if (!picture) return picture.error();
-  HdrPicture map{picture->width, picture->height, {}};
-  const auto count = static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height);
-  if (count > most_pixels)
-    return Error{file.string(), "size", fmt::format("at most {} pixels", most_pixels), fmt::format("{}", count)};
-  map.pixels.resize(count);
-  const char* const names[3] = {"R", "G", "B"};
-  for (int c = 0; c < 3; ++c) {
-    const image::Channel* channel = picture->find(names[c]);
-    if (!channel) return Error{file.string(), "channels", "R, G and B", std::string("no ") + names[c]};
-    for (std::size_t i = 0; i < count; ++i) map.pixels[i][c] = channel->pixels[i];
-  }
-  return map;
+  auto image = image::read_exr_color(file);
+  if (!image) return image.error();
+  if (image->pixels.size() > most_pixels)
+    return Error{file.string(), "size", fmt::format("at most {} pixels", most_pixels),
+                 fmt::format("{}", image->pixels.size())};
+  return HdrPicture{image->width, image->height, std::move(image->pixels), std::move(image->remarks)};
 }
 
 }  // namespace
@@ -38,6 +32,7 @@ Result<HdrPicture> read_exr_map(const std::filesystem::path& file) {
 Result<Environment> make_environment(HdrPicture map, const std::string& name, double rotate_rad, float scale,
                                      std::vector<std::string>* warnings) {
   const auto width = static_cast<std::size_t>(map.width), count = map.pixels.size();
+  for (const std::string& remark : map.remarks) warnings->push_back(name + ": " + remark);
   std::size_t negative = 0;
   for (std::size_t i = 0; i < count; ++i)
     for (int c = 0; c < 3; ++c) {

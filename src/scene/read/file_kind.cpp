@@ -34,6 +34,8 @@ constexpr std::array marks{
          "7zXZ\0"sv,
          "data packed by xz"},
     Mark{"\x28\xb5\x2f\xfd"sv, "data packed by zstd"},
+    Mark{"\xff\xfe"sv, "a text in UTF-16, where UTF-8 is read"},
+    Mark{"\xfe\xff"sv, "a text in UTF-16, where UTF-8 is read"},
     Mark{"\x89PNG\r\n\x1a\n"sv, "a PNG picture"},
     Mark{"\xff\xd8\xff"sv, "a JPEG picture"},
     Mark{"\x76\x2f\x31\x01"sv, "an OpenEXR picture"},

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iostream>
 #include <string>
 #include <utility>
 
 #include "scene/read/grooms/groom_formats.h"
+#include "scene/read/grooms/text_cursor.h"
 #include "scene/read/input_files.h"
 #include "scene/read/mapped_file.h"
 
@@ -34,17 +36,34 @@ std::string wanted() { return "a groom (" + groom_endings() + ")"; }
 std::string remedy_of(const std::string& kind) {
   if (kind == "a binary USD file") return "a USD text (usdcat --flatten IN -o OUT.usda writes one)";
   if (kind.starts_with("an HDF5 file")) return "an Alembic archive of Ogawa (abcconvert -toOgawa IN OUT writes one)";
-  if (kind == "data packed by gzip") return "a groom that is not packed (gunzip IN)";
+  if (kind.starts_with("a text in UTF-16")) return "a text in UTF-8 (iconv -f UTF-16 -t UTF-8 IN > OUT writes one)";
   return {};
 }
 
 }  // namespace
 
-Result<GroomFile> read_groom_file(const std::filesystem::path& file, std::optional<std::uint32_t> points_per_strand,
-                                  std::optional<double> frame, double frames_per_second) {
-  const auto mapped = MappedFile::open(file, wanted(), most_groom_bytes);
-  if (!mapped) return mapped.error();
-  const auto bytes = mapped->bytes();
+namespace {
+
+/// The bytes of standard input, to its end.
+Result<std::vector<unsigned char>> standard_input() {
+  std::vector<unsigned char> bytes;
+  constexpr std::size_t block = std::size_t{1} << 20;
+  while (std::cin) {
+    const std::size_t before = bytes.size();
+    bytes.resize(before + block);
+    std::cin.read(reinterpret_cast<char*>(bytes.data() + before), static_cast<std::streamsize>(block));
+    bytes.resize(before + static_cast<std::size_t>(std::cin.gcount()));
+  }
+  if (bytes.empty()) return Error{"-", "", wanted(), "nothing on standard input"};
+  return bytes;
+}
+
+/// Of a groom by its bytes. done_with: as of GroomInput.
+Result<GroomFile> read_bytes(std::span<const unsigned char> bytes, const std::filesystem::path& file,
+                             const DoneWith& done_with, std::optional<std::uint32_t> points_per_strand,
+                             std::optional<double> frame, std::optional<double> frames_per_second,
+                             const std::string& attribute) {
+  bytes = without_byte_order_mark(bytes);
   const auto start = bytes.first(std::min(bytes.size(), bytes_of_kind));
   const GroomFormat* format = groom_format_of(bytes);
   if (!format) {
@@ -53,18 +72,65 @@ Result<GroomFile> read_groom_file(const std::filesystem::path& file, std::option
     if (!format) return Error{file.string(), "byte 0", remedy.empty() ? wanted() : remedy, kind};
     if (!format->mark.empty()) return Error{file.string(), "byte 0", std::string(format->mark), kind_of(start)};
   }
-  const auto other_file = [&](const std::string& path) {
-    return read_input_file(file.parent_path() / path, "a file that the groom includes", most_part_bytes);
+  const auto other_file = [&](const std::string& path) -> Result<std::vector<unsigned char>> {
+    const auto other = file.parent_path() / path;
+    auto read = read_input_file(other, "a file that the groom includes", most_part_bytes);
+    return read ? unpacked(std::move(*read), other.string(), most_part_bytes) : read;
   };
+  return format->read(
+      {bytes, file.string(), other_file, points_per_strand, attribute, done_with, frame, frames_per_second});
+}
+
+}  // namespace
+
+Result<GroomFile> read_groom_file(const std::filesystem::path& file, std::optional<std::uint32_t> points_per_strand,
+                                  std::optional<double> frame, std::optional<double> frames_per_second,
+                                  const std::string& attribute) {
+  const auto read_unpacked = [&](Result<std::vector<unsigned char>> packed,
+                                 const std::filesystem::path& name) -> Result<GroomFile> {
+    if (!packed) return packed.error();
+    const auto bytes = unpacked(std::move(*packed), name.string(), most_part_bytes);
+    if (!bytes) return bytes.error();
+    return read_bytes(*bytes, name, {}, points_per_strand, frame, frames_per_second, attribute);
+  };
+  if (file == "-") return read_unpacked(standard_input(), file);
+  const auto mapped = MappedFile::open(file, wanted(), most_groom_bytes);
+  if (!mapped) return mapped.error();
+  if (is_packed(mapped->bytes()))
+    return read_unpacked(read_input_file(file, wanted(), most_part_bytes),
+                         ending_of(file) == ".gz" ? file.parent_path() / file.stem() : file);
   const auto done_with = [&](std::span<const unsigned char> part) { mapped->let_go(part); };
-  return format->read({bytes, file.string(), other_file, points_per_strand, done_with, frame, frames_per_second});
+  return read_bytes(mapped->bytes(), file, done_with, points_per_strand, frame, frames_per_second, attribute);
+}
+
+std::vector<std::filesystem::path> included_files(const std::filesystem::path& file) {
+  constexpr std::size_t most = 4096;
+  std::vector<std::filesystem::path> files;
+  const auto add_those_of = [&](const std::filesystem::path& from) {
+    std::vector<unsigned char> packed;
+    std::vector<std::string> names;
+    if (const auto mapped = MappedFile::open(from, wanted(), most_groom_bytes); mapped && is_packed(mapped->bytes())) {
+      const auto bytes = unpacked({mapped->bytes().begin(), mapped->bytes().end()}, from.string(), most_part_bytes);
+      if (bytes) names = pbrt_includes(*bytes);
+    } else if (mapped) {
+      names = pbrt_includes(without_byte_order_mark(mapped->bytes()));
+    }
+    for (const std::string& name : names)
+      if (const auto path = file.parent_path() / name;
+          std::ranges::find(files, path) == files.end() && files.size() < most)
+        files.push_back(path);
+  };
+  add_those_of(file);
+  for (std::size_t i = 0; i < files.size(); ++i) add_those_of(std::filesystem::path(files[i]));
+  return files;
 }
 
 bool is_groom_file(const std::filesystem::path& file) {
-  if (ending_of(file) == ".hair") return true;
+  if (file == "-" || ending_of(file) == ".hair") return true;
   const auto mapped = MappedFile::open(file, wanted(), most_groom_bytes);
   if (!mapped) return false;
-  const auto bytes = mapped->bytes();
+  if (is_packed(mapped->bytes())) return true;
+  const auto bytes = without_byte_order_mark(mapped->bytes());
   const std::string known = known_kind_of(bytes.first(std::min(bytes.size(), bytes_of_kind)));
   return groom_format_of(bytes) || !remedy_of(known).empty() || (known.empty() && format_by_name(file));
 }

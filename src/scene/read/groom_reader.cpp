@@ -69,7 +69,7 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
   const auto shapes = shape_keys();
   std::vector<std::string> known{"name",  "file",       "generate",  "strands",     "seed",     "radius_cm",
                                  "taper", "basis",      "up",        "cm_per_unit", "material", "points_per_strand",
-                                 "scale", "rotate_deg", "translate", "frames",      "normals"};
+                                 "scale", "rotate_deg", "translate", "frames",      "normals",  "widths"};
   known.insert(known.end(), shapes.begin(), shapes.end());
   if (!json.object(known) || !json.at_most_one({"file", "generate"})) return groom;
   groom.name = json.text("name");
@@ -77,7 +77,7 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
   const auto kind = json.choice("generate", generated_groom_kinds());
   if (!json.has("file") && !json.has("generate")) json.fail("", "one of file, generate", "neither");
   if (kind) {
-    for (const char* key : {"up", "cm_per_unit", "points_per_strand", "normals"})
+    for (const char* key : {"up", "cm_per_unit", "points_per_strand", "normals", "widths"})
       if (json.has(key)) json.fail(key, "this key beside \"file\" only", "it beside \"generate\"");
     groom.recipe.kind = *kind;
     read_recipe(json, &groom.recipe);
@@ -93,6 +93,11 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
     if (const auto points = json.integer("points_per_strand"))
       groom.points_per_strand = static_cast<std::uint32_t>(*points);
     groom.placement.radius_cm = json.number("radius_cm");
+    if (const auto text = json.text("widths")) {
+      const auto use = width_use_of(*text);
+      if (!use) json.fail("widths", width_use_words, "\"" + text->substr(0, 64) + "\"");
+      groom.placement.widths = use.value_or(WidthUse{});
+    }
     groom.taper = read_taper(json, {});
   }
   if (const auto basis = json.choice("basis", basis_names())) {
@@ -102,9 +107,14 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
   }
   groom.path = read_path(json);
   groom.material = read_material_reference(json, materials);
-  groom.placement.colors = groom.material < materials.size() && materials[groom.material].color_from_file;
-  if (kind && groom.placement.colors)
-    json.fail("material", "a material with a color, beside \"generate\"", "one with \"color\": \"file\"");
+  if (groom.material < materials.size())
+    for (const std::string& name : attributes_of(materials[groom.material])) {
+      groom.placement.colors = true;
+      groom.placement.attribute = name;
+      if (!kind) continue;
+      json.fail("material", "a material with a color, beside \"generate\"",
+                name.empty() ? "one with \"color\": \"file\"" : "one with an attribute of a file");
+    }
   return groom;
 }
 

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <glm/common.hpp>
+#include <glm/ext/vector_double3.hpp>
+#include <limits>
 #include <optional>
 #include <string_view>
 
@@ -85,6 +88,30 @@ class HdrReader {
   std::size_t at_ = 0;
 };
 
+/// Takes out what the header has multiplied by; lines of other keys say nothing. False where one is no number or all of
+/// them together are absurd.
+bool divide_by(std::string_view line, glm::dvec3* scale) {
+  constexpr std::string_view exposure = "EXPOSURE=", correction = "COLORCORR=";
+  const bool is_exposure = line.starts_with(exposure);
+  if (!is_exposure && !line.starts_with(correction)) return true;
+  line.remove_prefix(is_exposure ? exposure.size() : correction.size());
+  for (int c = 0; c < (is_exposure ? 1 : 3); ++c) {
+    line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+    double by = 0;
+    const auto [end, code] = std::from_chars(line.data(), line.data() + line.size(), by);
+    if (code != std::errc() || !(by > 0)) return false;
+    line.remove_prefix(static_cast<std::size_t>(end - line.data()));
+    if (is_exposure)
+      *scale /= by;
+    else
+      (*scale)[c] /= by;
+  }
+  constexpr double most = 1e10;
+  for (int c = 0; c < 3; ++c)
+    if (!((*scale)[c] >= 1 / most && (*scale)[c] <= most)) return false;
+  return true;
+}
+
 /// "-Y 512 +X 1024"; nothing where it says anything else.
 bool read_size(std::string_view line, int* height, int* width) {
   const auto number = [&](std::string_view sign, int* value) {
@@ -108,10 +135,14 @@ bool is_hdr_file(std::span<const unsigned char> bytes) {
 Result<HdrPicture> parse_hdr_file(std::span<const unsigned char> bytes, const std::string& name,
                                   std::size_t most_pixels) {
   HdrReader reader(bytes, name);
+  glm::dvec3 scale(1.0);
   if (!is_hdr_file(bytes)) return reader.error("#?RADIANCE", "another start");
   for (auto line = reader.line();; line = reader.line()) {
     if (!line) return reader.error("a line of the header", "none");
     if (line->empty()) break;
+    if (!divide_by(*line, &scale))
+      return reader.error("EXPOSURE of a number and COLORCORR of three, 1e-10 to 1e10",
+                          std::string(line->substr(0, 60)));
     if (line->starts_with("FORMAT=") && *line != "FORMAT=32-bit_rle_rgbe")
       return reader.error("FORMAT=32-bit_rle_rgbe", std::string(line->substr(0, 60)));
   }
@@ -130,8 +161,12 @@ Result<HdrPicture> parse_hdr_file(std::span<const unsigned char> bytes, const st
   std::vector<Rgbe> row(width);
   for (std::size_t y = 0; y < height; ++y) {
     if (auto error = reader.scan_line(row)) return *error;
-    for (const Rgbe& pixel : row) picture.pixels.push_back(radiance(pixel));
+    for (const Rgbe& pixel : row) {
+      const glm::dvec3 scaled = scale * glm::dvec3(radiance(pixel));
+      picture.pixels.emplace_back(glm::min(scaled, glm::dvec3(std::numeric_limits<float>::max())));
+    }
   }
+  if (scale != glm::dvec3(1.0)) picture.remarks.push_back("EXPOSURE and COLORCORR of its header are taken out");
   return picture;
 }
 

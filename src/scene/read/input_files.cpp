@@ -1,6 +1,7 @@
 #include "scene/read/input_files.h"
 
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <fstream>
@@ -44,6 +45,43 @@ Result<std::vector<unsigned char>> read(const std::filesystem::path& file, const
 Result<std::vector<unsigned char>> read_input_file(const std::filesystem::path& file, const std::string& what,
                                                    std::uintmax_t most_bytes) {
   return read(file, what, UINTMAX_MAX, most_bytes);
+}
+
+bool is_packed(std::span<const unsigned char> bytes) {
+  return bytes.size() > 2 && bytes[0] == 0x1f && bytes[1] == 0x8b;
+}
+
+Result<std::vector<unsigned char>> unpacked(std::vector<unsigned char> bytes, const std::string& name,
+                                            std::uintmax_t most_bytes) {
+  if (!is_packed(bytes)) return bytes;
+  constexpr std::size_t block = std::size_t{1} << 20, most_at_once = std::size_t{1} << 30;
+  constexpr int window_of_gzip = 15 + 32;
+  z_stream stream{};
+  if (inflateInit2(&stream, window_of_gzip) != Z_OK) return Error{name, "", "memory to unpack it", "none"};
+  std::vector<unsigned char> out;
+  std::size_t at = 0;
+  int state = Z_OK;
+  bool goes_on = true;
+  while (goes_on) {
+    const std::size_t before = out.size();
+    out.resize(before + block);
+    stream.next_in = bytes.data() + at;
+    stream.avail_in = static_cast<uInt>(std::min(bytes.size() - at, most_at_once));
+    stream.next_out = out.data() + before;
+    stream.avail_out = static_cast<uInt>(block);
+    state = inflate(&stream, Z_NO_FLUSH);
+    at = static_cast<std::size_t>(stream.next_in - bytes.data());
+    out.resize(out.size() - stream.avail_out);
+    const bool is_next = state == Z_STREAM_END && is_packed(std::span(bytes).subspan(at));  // another member behind it
+    if (is_next) inflateReset(&stream);
+    goes_on = (is_next || (state == Z_OK && (out.size() > before || at < bytes.size()))) && out.size() <= most_bytes;
+  }
+  inflateEnd(&stream);
+  if (out.size() > most_bytes)
+    return Error{name, "", fmt::format("at most {} bytes once it is unpacked", most_bytes), "more"};
+  if (state != Z_STREAM_END)
+    return Error{name, fmt::format("byte {}", at), "data packed by gzip", "damaged ones, or the end of the file"};
+  return out;
 }
 
 Result<std::vector<unsigned char>> read_file_start(const std::filesystem::path& file, const std::string& what,

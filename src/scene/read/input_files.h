@@ -26,6 +26,14 @@ Result<std::uintmax_t> input_file_size(const std::filesystem::path& file, const 
 Result<std::vector<unsigned char>> read_input_file(const std::filesystem::path& file, const std::string& what,
                                                    std::uintmax_t most_bytes);
 
+/// What gzip packed, at most `most_bytes` of it; bytes of another kind as they are. Fails where they are damaged;
+/// `name` is the file of the message.
+Result<std::vector<unsigned char>> unpacked(std::vector<unsigned char> bytes, const std::string& name,
+                                            std::uintmax_t most_bytes);
+
+/// Whether bytes begin as what gzip packed.
+bool is_packed(std::span<const unsigned char> bytes);
+
 /// The first bytes of a regular file, at most `bytes` of them.
 Result<std::vector<unsigned char>> read_file_start(const std::filesystem::path& file, const std::string& what,
                                                    std::size_t bytes);
@@ -65,14 +73,16 @@ Result<ObjFile> parse_obj_file(std::span<const unsigned char> bytes, const std::
 
 struct HdrPicture {
   int width = 0, height = 0;
-  std::vector<glm::vec3> pixels;  ///< row-major, top row first; finite, >= 0
+  std::vector<glm::vec3> pixels;          ///< row-major, top row first; finite, >= 0
+  std::vector<std::string> remarks = {};  ///< what was converted and mended
 };
 
 /// Whether the bytes begin as such a file does.
 bool is_hdr_file(std::span<const unsigned char> bytes);
 
 /// Parses the bytes of an RGBE file whose scan lines run left to right from the top (-Y +X), run-length encoded by
-/// component or flat. A value is mantissa * 2^(exponent - 136); an EXPOSURE in the header is not applied. The size is
+/// component or flat. A value is mantissa * 2^(exponent - 136); values are
+/// divided by the EXPOSUREs and COLORCORRs of the header, as they are the radiance times these. The size is
 /// held against `most_pixels` and against the number of bytes before memory is taken; a file that ends early is an
 /// error. `name` is the file named in errors, which give the byte.
 Result<HdrPicture> parse_hdr_file(std::span<const unsigned char> bytes, const std::string& name,
@@ -93,6 +103,7 @@ Result<Environment> load_environment(const std::filesystem::path& file, double r
 
 /// A color picture: PNG, whose values are sRGB, or OpenEXR with linear R, G, B; which is told by its first
 /// bytes. At most 2^26 pixels. Values outside [0, 1] are clamped, which is a warning: an albedo is a share.
-Result<Texture> load_texture(const std::filesystem::path& file, std::vector<std::string>* warnings);
+Result<Texture> load_texture(const std::filesystem::path& file, std::vector<std::string>* warnings,
+                             bool is_encoded = true);
 
 }  // namespace tress::scene

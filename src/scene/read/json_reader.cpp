@@ -47,6 +47,8 @@ bool JsonReader::object(const std::vector<std::string>& known) const {
 }
 
 const nlohmann::json* JsonReader::find(const std::string& key) const {
+  for (std::size_t i = 0; i < size(); ++i)
+    if (key == std::to_string(i)) return &value_[i];
   if (!value_.is_object()) return nullptr;
   const auto it = value_.find(key);
   return it == value_.end() ? nullptr : &*it;

@@ -21,8 +21,8 @@ std::string nearest_name(const std::string& word, const std::vector<std::string>
 /// The keys that were asked for, by the path of their object.
 using KnownKeys = std::map<std::string, std::vector<std::string>>;
 
-/// One value of the document. Readers return nothing where the key is absent or wrong; a wrong one sets the error of
-/// the document, which only the first mistake does.
+/// One value of the document; those of an array have "0", "1" ... for keys. Readers return nothing where the key is
+/// absent or wrong; a wrong one sets the error of the document, which only the first mistake does.
 class JsonReader {
  public:
   /// `keys`, where given, gets those that every object() of the document knew.
@@ -32,8 +32,10 @@ class JsonReader {
 
   /// The value must be an object with no other keys than these.
   bool object(const std::vector<std::string>& known) const;
-  bool has(const std::string& key) const { return value_.is_object() && value_.contains(key); }
-  bool is_text(const std::string& key) const { return has(key) && value_[key].is_string(); }
+  bool has(const std::string& key) const { return find(key) != nullptr; }
+  bool is_text(const std::string& key) const { return has(key) && find(key)->is_string(); }
+  bool is_object(const std::string& key) const { return has(key) && find(key)->is_object(); }
+  std::size_t size() const { return value_.is_array() ? value_.size() : 0; }  ///< of an array
   JsonReader child(const std::string& key) const;
   std::vector<JsonReader> items(const std::string& key, std::size_t most) const;
 

@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <glm/ext/vector_double3.hpp>
+#include <glm/geometric.hpp>
+#include <memory>
 #include <numbers>
 #include <set>
 #include <span>
@@ -35,7 +39,7 @@ SceneDescription bare_groom(const std::filesystem::path& file) {
   SceneDescription scene;
   scene.materials.emplace_back();
   scene.grooms.emplace_back();
-  scene.grooms[0].file = std::filesystem::absolute(file).string();
+  scene.grooms[0].file = file == "-" ? "-" : std::filesystem::absolute(file).string();
   scene.grooms[0].placement.guess_up = true;
   return scene;
 }
@@ -55,7 +59,13 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   for (auto& groom : scene->grooms) {
     if (!groom.file) continue;
     if (overrides.y_up) groom.placement.y_up = *overrides.y_up;
+    groom.placement.strict = overrides.strict;
     if (overrides.cm_per_unit) groom.placement.cm_per_unit = *overrides.cm_per_unit;
+    if (overrides.radius_cm) groom.placement.radius_cm = *overrides.radius_cm;
+    if (overrides.widths) {
+      groom.placement.widths = *width_use_of(*overrides.widths);
+      groom.placement.radius_cm = overrides.radius_cm;
+    }
   }
   if (overrides.turn_deg) {
     if (!scene->camera.framed)
@@ -65,7 +75,7 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   Shutter& shutter = scene->camera.shutter;
   if (overrides.shutter) std::tie(shutter.open, shutter.close) = *overrides.shutter;
   shutter.samples = overrides.motion_samples.value_or(shutter.samples);
-  scene->camera.frames_per_second = overrides.frames_per_second.value_or(scene->camera.frames_per_second);
+  if (overrides.frames_per_second) scene->camera.frames_per_second = overrides.frames_per_second;
   if (shutter.close < shutter.open)
     return Error{"", overrides.shutter ? "--shutter" : "/camera/shutter", "a shutter that closes after it has opened",
                  fmt::format("one that opens at {:g} and closes at {:g}", shutter.open, shutter.close)};
@@ -104,6 +114,27 @@ std::vector<float> environment_turns(const EnvironmentDescription& description, 
     turns.push_back(static_cast<float>((description.turn_at(frame) - first) * std::numbers::pi / 180));
   if (std::ranges::all_of(turns, [](float turn) { return turn == 0; })) turns.clear();
   return turns;
+}
+
+/// Reads what a source has of textures.
+std::optional<Error> load_textures(const Sources& from, std::vector<std::string>* warnings, Source* source) {
+  if (source->kind == Source::Kind::texture) {
+    auto texture = load_texture(from.folder / source->file, warnings, source->is_encoded);
+    if (!texture) return texture.error();
+    source->texture = std::make_shared<const Texture>(std::move(*texture));
+  }
+  for (Source& part : source->parts)
+    if (auto error = load_textures(from, warnings, &part)) return error;
+  return std::nullopt;
+}
+
+/// Of a groom whose roots are nowhere on the textures of its material.
+std::optional<Error> fault_of_roots(const Groom& groom, const Material& material) {
+  bool has_texture = false;
+  for_each_source(material, [&](const Source& source) { has_texture = has_texture || source.has_texture(); });
+  if (!has_texture || !groom.root_uv.empty()) return std::nullopt;
+  return Error{groom.name, "root uv", fmt::format("those of its strands, for the texture of \"{}\"", material.name),
+               "none"};
 }
 
 /// The lights of the scene and the sun of its sky.
@@ -236,6 +267,7 @@ Result<SceneDescription> describe(const std::filesystem::path& file, const Overr
     return std::filesystem::exists(file / "scene.json", unknown) ? describe(file / "scene.json", overrides)
                                                                  : describe_parts(file, overrides);
 
+  if (file == "-") return bare_groom(file);  // standard input
   const std::string wanted = "a scene (JSON) or a groom (" + groom_endings() + ")";
   const auto start = read_file_start(file, wanted, bytes_of_kind);
   if (!start) return start.error();
@@ -259,6 +291,41 @@ bool moves(const SceneDescription& description) {
                              [&](const auto& mesh) { return has_keys(mesh) || names_frames(mesh.file); });
 }
 
+/// Hair that hardly shows, which a wrong unit or width mostly is: strands cover less than a pixel of 50,000 of the
+/// picture, or less than a hundredth of it and more than a tenth of them are thinner than a tenth of a pixel. By up to
+/// 2000 strands a groom.
+void warn_of_thin_strands(Scene* scene) {
+  constexpr std::uint32_t most_measured = 2000;
+  const Camera& camera = scene->camera;
+  const glm::dvec3 eye(camera.eye), along = glm::normalize(glm::dvec3(camera.look_at) - eye);
+  const double half = std::tan(camera.vertical_fov_deg / 2 * std::numbers::pi / 180);
+  double covered = 0, thin = 0, strands = 0;
+  for (const Groom& groom : scene->grooms) {
+    const std::uint32_t step = groom.strand_count() / most_measured + 1;
+    for (std::uint32_t s = 0; s < groom.strand_count(); s += step) {
+      const std::uint32_t begin = groom.first_point[s], end = groom.first_point[s + 1];
+      const double depth = glm::dot(glm::dvec3(groom.points[(begin + end) / 2]) - eye, along);
+      const double high = camera.orthographic_height_cm > 0 ? double{camera.orthographic_height_cm} : 2 * half * depth;
+      if (!(high > 0)) continue;
+      double length = 0, radius = 0;
+      for (std::uint32_t i = begin; i < end; ++i) {
+        if (i > begin) length += glm::distance(groom.points[i - 1], groom.points[i]);
+        radius = std::max(radius, double{groom.radius_cm[i]});
+      }
+      const double pixel = high / scene->image.height;
+      covered += step * std::min(length, high) / pixel * (2 * radius / pixel);
+      strands += step;
+      if (2 * radius < 0.1 * pixel) thin += step;
+    }
+  }
+  covered /= double(scene->image.width) * scene->image.height;
+  if (strands == 0 || !(covered < 2e-5 || (covered < 0.01 && thin > 0.1 * strands))) return;
+  scene->warnings.push_back(fmt::format(
+      "the picture is all but empty: strands cover some {:.2g} % of it, and {:.0f} of {:.0f} are thinner than "
+      "a tenth of a pixel; --cm-per-unit, --widths or --radius may be what is wrong",
+      100 * covered, thin, strands));
+}
+
 /// The scene of a description. `name`: what it was loaded from.
 Result<Scene> build(SceneDescription description, const std::string& name, Sources from, const Overrides& overrides,
                     Unstyled* unstyled) {
@@ -270,6 +337,12 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
   scene.environment_visible = description.environment_visible;
   scene.environment_group = description.environment.group;
   scene.materials = std::move(description.materials);
+  std::optional<Error> fault;
+  for (Material& material : scene.materials)
+    for_each_source(material, [&](Source& source) {
+      if (!fault) fault = load_textures(from, &scene.warnings, &source);
+    });
+  if (fault) return *fault;
   const Motion motion(description, overrides.frame, name);
   auto lights = make_lights(description, motion.moments(), name);
   if (!lights) return lights.error();
@@ -296,6 +369,7 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
     taken.insert(groom->object);
     apply_taper(groom_description.taper, &*groom);
     groom->material = groom_description.material;
+    if (auto error = fault_of_roots(*groom, scene.materials[groom->material])) return *error;
     if (groom->strand_count() == 0)
       scene.warnings.push_back(groom->name + ": no strand is left to draw");
     else
@@ -304,6 +378,7 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
   if (unstyled != nullptr) *unstyled = {scene.materials, scene.lights, scene.environment};
   if (auto error = apply_look(overrides, &scene)) return *error;
   if (auto error = motion.place_camera(&scene)) return *error;
+  warn_of_thin_strands(&scene);
   motion.look_ahead(&scene);
   motion.turn_objects(&scene);
   if (const std::size_t groups = light_groups(scene).size(); groups > most_light_groups)

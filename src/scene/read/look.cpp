@@ -12,9 +12,12 @@ namespace {
 void style(const Overrides& overrides, Material* material) {
   fiber::FiberParameters& fiber = material->fiber;
   const bool pigment = overrides.melanin || overrides.sigma_a || overrides.hair;
-  if (overrides.color || pigment) material->color_from_file = false;
+  if (overrides.color || pigment) material->pigment.reset();
   if (overrides.eccentricity) fiber.eccentricity = *overrides.eccentricity;
-  if (overrides.roughness) fiber.roughness = *overrides.roughness;
+  if (overrides.roughness) {
+    fiber.roughness = *overrides.roughness;
+    material->roughness.reset();
+  }
   if (overrides.tilt_deg) fiber.tilt = static_cast<float>(*overrides.tilt_deg * std::numbers::pi / 180);
   if (pigment) material->color.reset();
   if (overrides.color) material->color = overrides.color;

@@ -4,12 +4,56 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <atomic>
 #include <system_error>
 #include <utility>
 
 #include "scene/read/input_files.h"
 
 namespace tress::scene {
+namespace {
+
+/// What a signal handler may read: written while the place is not in use.
+struct Mapping {
+  std::atomic<bool> is_taken = false;
+  std::atomic<const unsigned char*> begin = nullptr;  ///< not null: the others are whole
+  std::size_t size = 0;
+  std::array<char, 1024> name{};
+};
+std::array<Mapping, 16> mappings;
+
+void note_mapping(const unsigned char* data, std::size_t size, const std::string& name) {
+  for (Mapping& mapping : mappings) {
+    if (mapping.is_taken.exchange(true)) continue;
+    mapping.size = size;
+    mapping.name.fill(0);
+    std::copy_n(name.begin(), std::min(name.size(), mapping.name.size() - 1), mapping.name.begin());
+    mapping.begin = data;
+    return;
+  }
+}
+
+void forget_mapping(const unsigned char* data) {
+  for (Mapping& mapping : mappings)
+    if (mapping.begin == data) {
+      mapping.begin = nullptr;
+      mapping.is_taken = false;
+      return;
+    }
+}
+
+}  // namespace
+
+const char* name_of_mapping(const void* address) {
+  for (const Mapping& mapping : mappings) {
+    const unsigned char* begin = mapping.begin;
+    const auto* at = static_cast<const unsigned char*>(address);
+    if (begin != nullptr && at >= begin && at < begin + mapping.size) return mapping.name.data();
+  }
+  return nullptr;
+}
 
 Result<MappedFile> MappedFile::open(const std::filesystem::path& file, const std::string& what,
                                     std::uintmax_t most_bytes) {
@@ -21,6 +65,7 @@ Result<MappedFile> MappedFile::open(const std::filesystem::path& file, const std
   ::close(descriptor);
   if (data == MAP_FAILED) return Error{file.string(), "", what, "a file that cannot be read"};
   ::madvise(data, *size, MADV_SEQUENTIAL);
+  note_mapping(static_cast<const unsigned char*>(data), *size, file.string());
   return MappedFile(static_cast<const unsigned char*>(data), *size);
 }
 
@@ -41,6 +86,7 @@ MappedFile& MappedFile::operator=(MappedFile&& other) noexcept {
 }
 
 MappedFile::~MappedFile() {
+  if (data_) forget_mapping(data_);
   if (data_) ::munmap(const_cast<unsigned char*>(data_), size_);
 }
 

@@ -11,8 +11,8 @@
 namespace tress::scene {
 
 /// A regular file of at least one byte, mapped for reading. Pages are read when they are looked at and belong to the
-/// file's cache, not to the memory of the process. A file that someone cuts meanwhile ends the process (SIGBUS), as
-/// with every mapping. Movable, one owner.
+/// file's cache, not to the memory of the process. A file that someone cuts meanwhile raises
+/// SIGBUS, as with every mapping; name_of_mapping() tells a handler which it was. Movable, one owner.
 class MappedFile {
  public:
   /// `what` completes "expected ...". Never waits on pipes or devices.
@@ -33,5 +33,9 @@ class MappedFile {
   const unsigned char* data_;
   std::size_t size_;
 };
+
+/// The name of the file that is mapped where this address is; null where none is. Safe in a signal handler: of the
+/// sixteen files that were mapped first.
+const char* name_of_mapping(const void* address);
 
 }  // namespace tress::scene

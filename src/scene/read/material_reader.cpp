@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 #include <cstddef>
@@ -7,11 +8,13 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scene/model/hair_colors.h"
 #include "scene/read/principled_reader.h"
 #include "scene/read/scene_file.h"
+#include "scene/read/source_reader.h"
 #include "tress/fiber/lock_color.h"
 #include "tress/fiber/parameters.h"
 
@@ -45,17 +48,33 @@ void read_lobe_angles(const JsonReader& json, const std::string& key, const std:
 void read_color(const JsonReader& json, Material* material) {
   fiber::FiberParameters* fiber = &material->fiber;
   if (!json.at_most_one({"color", "hair", "melanin", "sigma_a"})) return;
-  if (const auto sigma_a = json.triple("sigma_a")) fiber->sigma_a = *sigma_a;
-  if (json.is_text("color"))
-    material->color_from_file = json.choice("color", {"file"}).has_value();
-  else if ((material->color = json.triple("color")))
-    fiber->sigma_a = fiber::sigma_a_of_lock(*material->color, *fiber);
-  if (const auto name = json.choice("hair", hair_color_names())) fiber->sigma_a = *sigma_a_of_hair(*name);
+  const auto absorption = [](const glm::vec3& value, const fiber::FiberParameters&) { return value; };
+  const auto take = [&](const char* key, const ReadValue& read) {
+    if (!json.has(key)) return;
+    if (const auto x = take_pigment(read_source(json, key, read), absorption, material)) fiber->sigma_a = *x;
+  };
+  take("sigma_a", read_triple());
+  take("hair", [](const JsonReader& at, const std::string& key) -> std::optional<glm::vec3> {
+    const auto name = at.choice(key, hair_color_names());
+    return name ? sigma_a_of_hair(*name) : std::nullopt;
+  });
+  if (json.has("color")) {
+    material->color = take_pigment(read_color_source(json), fiber::sigma_a_of_lock, material);
+    if (material->color) fiber->sigma_a = fiber::sigma_a_of_lock(*material->color, *fiber);
+  }
   if (!json.has("melanin")) return;
   const auto melanin = json.child("melanin");
   if (!melanin.object({"eumelanin", "pheomelanin"})) return;
-  fiber->sigma_a = fiber::sigma_a_from_melanin(static_cast<float>(melanin.number("eumelanin").value_or(0)),
-                                               static_cast<float>(melanin.number("pheomelanin").value_or(0)));
+  Source both{.kind = Source::Kind::sum};
+  const auto add = [&](const char* key, const glm::vec3& unit) {
+    if (melanin.has(key)) both.parts.push_back(read_source(melanin, key, read_number(unit), unit));
+  };
+  add("eumelanin", {1, 0, 0});
+  add("pheomelanin", {0, 1, 0});
+  const auto sigma_a = [](const glm::vec3& value, const fiber::FiberParameters&) {
+    return fiber::sigma_a_from_melanin(value.x, value.y);
+  };
+  if (const auto x = take_pigment(simplified(std::move(both)), sigma_a, material)) fiber->sigma_a = sigma_a(*x, *fiber);
 }
 
 void read_medulla(const JsonReader& json, fiber::FiberParameters* fiber) {
@@ -139,7 +158,11 @@ Material read_material(const JsonReader& json, std::size_t index) {
   if (json.has("chiang_hair_bsdf")) read_chiang_hair_bsdf(json, &material);
   if (const auto x = json.number("eta")) fiber.eta = static_cast<float>(*x);
   if (const auto x = json.number("eccentricity")) fiber.eccentricity = static_cast<float>(*x);
-  if (const auto x = json.number("roughness")) fiber.roughness = static_cast<float>(*x);
+  if (json.has("roughness")) {
+    Source roughness = read_source(json, "roughness", read_number(glm::vec3(1.0f)));
+    fiber.roughness = middle_of(roughness);
+    if (roughness.kind != Source::Kind::constant) material.roughness = std::move(roughness);
+  }
   if (const auto x = json.number("tilt_deg")) fiber.tilt = static_cast<float>(*x * radians);
   if (json.has("medulla")) read_medulla(json.child("medulla"), &fiber);
   if (!json.has("principled") && !json.has("chiang_hair_bsdf")) read_color(json, &material);
@@ -150,6 +173,8 @@ Material read_material(const JsonReader& json, std::size_t index) {
   material.curl_diameter_cm = json.number("curl_diameter_cm");
   material.twist = json.boolean("twist").value_or(true);
   if (const auto x = json.number("root_angle_deg")) material.root_angle_rad = *x * radians;
+  if (const auto names = attributes_of(material); names.size() > 1)
+    json.fail("", "one attribute of the file in a material", fmt::format("{}", fmt::join(names, ", ")));
   return material;
 }
 

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "scene/model/scene.h"
+#include "scene/read/grooms/text_cursor.h"
 #include "scene/read/input_files.h"
 
 namespace tress::scene {
@@ -197,6 +198,7 @@ class ObjReader {
 }  // namespace
 
 Result<ObjFile> parse_obj_file(std::span<const unsigned char> bytes, const std::string& name) {
+  bytes = without_byte_order_mark(bytes);
   std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   ObjReader reader(name);
   std::string joined;  // of lines that end with a backslash

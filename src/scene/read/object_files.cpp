@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <unordered_map>
@@ -77,7 +78,10 @@ std::optional<Error> match_strands(const GroomFile& first, const std::string& fi
       sorted.points.clear();
       sorted.width.clear();
       sorted.first_point = {0};
+      sorted.broken.clear();
       for (const std::uint32_t s : *order) {
+        if (std::ranges::binary_search(other->broken, s))
+          sorted.broken.push_back(static_cast<std::uint32_t>(sorted.first_point.size() - 1));
         const auto begin = other->points.begin();
         sorted.points.insert(sorted.points.end(), begin + other->first_point[s], begin + other->first_point[s + 1]);
         if (!other->width.empty()) {
@@ -98,6 +102,13 @@ std::optional<Error> match_strands(const GroomFile& first, const std::string& fi
   return std::nullopt;
 }
 
+/// A strand that is broken at one moment is not drawn at any.
+void add_broken(const std::vector<std::uint32_t>& more, GroomFile* groom) {
+  std::vector<std::uint32_t> all;
+  std::ranges::set_union(groom->broken, more, std::back_inserter(all));
+  groom->broken = std::move(all);
+}
+
 /// Those of each moment, or none.
 void set_widths(std::vector<std::vector<float>> widths, GroomFile* groom) {
   if (widths.empty()) return;
@@ -109,8 +120,10 @@ void set_widths(std::vector<std::vector<float>> widths, GroomFile* groom) {
 
 Result<GroomFile> read_numbered_groom(const std::filesystem::path& pattern, const GroomDescription& description,
                                       const FrameMoments& moments) {
-  auto files = files_around<GroomFile>(
-      moments, [&](int frame) { return read_groom_file(of_frame(pattern, frame), description.points_per_strand); });
+  auto files = files_around<GroomFile>(moments, [&](int frame) {
+    return read_groom_file(of_frame(pattern, frame), description.points_per_strand, {}, {},
+                           description.placement.attribute);
+  });
   if (!files) return files.error();
   const int first = files->begin()->first;
   for (auto& [frame, file] : *files)
@@ -126,6 +139,7 @@ Result<GroomFile> read_numbered_groom(const std::filesystem::path& pattern, cons
   for (const double frame : moments.frames)
     if (has_widths) widths.push_back(values_between(*files, frame, &GroomFile::width));
   GroomFile groom = std::move(files->at(static_cast<int>(std::floor(moments.frames.front()))));
+  for (const auto& [frame, file] : *files) add_broken(file.broken, &groom);
   groom.points = std::move(points.front());
   for (std::size_t i = 1; i < points.size(); ++i) groom.later.push_back(std::move(points[i]));
   set_widths(std::move(widths), &groom);
@@ -136,7 +150,8 @@ Result<GroomFile> read_numbered_groom(const std::filesystem::path& pattern, cons
 Result<GroomFile> read_timed_groom(const std::filesystem::path& path, const GroomDescription& description,
                                    const FrameMoments& moments) {
   const auto read = [&](std::optional<double> frame) {
-    return read_groom_file(path, description.points_per_strand, frame, moments.frames_per_second);
+    return read_groom_file(path, description.points_per_strand, frame, moments.frames_per_second,
+                           description.placement.attribute);
   };
   auto groom = read(moments.is_asked ? std::optional(moments.frames.front()) : std::nullopt);
   if (!groom || !groom->is_animated) return groom;
@@ -145,8 +160,13 @@ Result<GroomFile> read_timed_groom(const std::filesystem::path& path, const Groo
   for (std::size_t i = 1; i < moments.frames.size(); ++i) {
     auto then = read(moments.frames[i]);
     if (!then) return then;
-    if (auto error = match_strands(*groom, name_at(moments.frames.front()), name_at(moments.frames[i]), &*then))
-      return *error;
+    if (auto error = match_strands(*groom, name_at(moments.frames.front()), name_at(moments.frames[i]), &*then)) {
+      groom->remarks.push_back(fmt::format("strands stand still while the shutter is open, since they are others at {}",
+                                           name_at(moments.frames[i])));
+      groom->later.clear();
+      return groom;
+    }
+    add_broken(then->broken, &*groom);
     groom->later.push_back(std::move(then->points));
     widths.push_back(std::move(then->width));
   }

@@ -23,7 +23,7 @@ struct FrameMoments {
   /// moments.
   std::vector<double> frames;
   bool is_asked = false;  ///< by a frame or an open shutter; else animated files give their first samples
-  double frames_per_second = 24;
+  std::optional<double> frames_per_second = {};
 };
 
 /// Where an object is at each of the moments.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "scene/model/parameters.h"
+#include "scene/read/assembly.h"
 
 namespace tress::scene {
 
@@ -34,6 +35,9 @@ std::optional<Error> fault_of(const Overrides& o) {
   check("--cuticle-tilt", o.tilt_deg);
   check("--light-scale", o.light_scale);
   check("--cm-per-unit", o.cm_per_unit);
+  check("--radius", o.radius_cm);
+  if (!error && o.widths && !width_use_of(*o.widths))
+    error = Error{"", "--widths", width_use_words, "\"" + o.widths->substr(0, 64) + "\""};
   check("--resolution", o.width);
   check("--resolution", o.height);
   check("--spp", o.samples);

@@ -24,6 +24,9 @@ struct Overrides {
   std::optional<double> light_scale = {};  ///< of the environment and every light
   std::optional<bool> y_up = {};
   std::optional<double> cm_per_unit = {};
+  std::optional<std::string> widths = {};  ///< width_use_of()
+  std::optional<double> radius_cm = {};
+  bool strict = false;  ///< what a file of strands has and no picture shows is an error
   std::optional<int> width = {}, height = {}, samples = {};
   std::optional<bool> transparent = {};
   std::optional<double> exposure_stops = {};

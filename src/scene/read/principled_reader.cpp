@@ -4,8 +4,10 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "scene/read/source_reader.h"
 #include "tress/fiber/principled_hair.h"
 
 namespace tress::scene {
@@ -26,23 +28,30 @@ double width_variation(double roughness, double half_range) {
 }
 
 void read_absorption(const JsonReader& json, float radial_roughness, fiber::PrincipledHair* hair, Material* material) {
-  if (const auto sigma_a = json.triple("sigma_a")) hair->sigma_a = *sigma_a;
-  if (json.is_text("color")) {
-    material->color_from_file = json.choice("color", {"file"}).has_value();
-    material->principled_roughness = radial_roughness;
-  } else if (const auto color = json.triple("color")) {
-    hair->sigma_a = fiber::sigma_a_of_principled_color(*color, radial_roughness);
-  }
+  using Absorption = decltype(Pigment::sigma_a);
+  const auto take = [&](Source source, const Absorption& sigma_a) {
+    if (const auto x = take_pigment(std::move(source), sigma_a, material)) hair->sigma_a = sigma_a(*x, {});
+  };
+  if (json.has("sigma_a"))
+    take(read_source(json, "sigma_a", read_triple()),
+         [](const glm::vec3& value, const fiber::FiberParameters&) { return value; });
+  if (json.has("color"))
+    take(read_color_source(json), [radial_roughness](const glm::vec3& value, const fiber::FiberParameters&) {
+      return fiber::sigma_a_of_principled_color(value, radial_roughness);
+    });
   for (const char* key : {"redness", "tint", "random_color"})
     if (json.has(key) && !json.has("melanin")) json.fail(key, "this key beside \"melanin\" only", "it without it");
-  if (const auto melanin = json.number("melanin")) {
-    hair->sigma_a = fiber::sigma_a_of_principled_melanin(static_cast<float>(*melanin),
-                                                         static_cast<float>(json.number("redness").value_or(1)));
-    if (const auto tint = json.triple("tint"))
-      hair->sigma_a += fiber::sigma_a_of_principled_color(*tint, radial_roughness);
-    if (const auto x = json.number("random_color"))
-      material->variation.color = static_cast<float>(color_variation(*melanin, *x));
-  }
+  if (!json.has("melanin")) return;
+  const auto redness = static_cast<float>(json.number("redness").value_or(1));
+  const auto tint = json.triple("tint");
+  const glm::vec3 dye = tint ? fiber::sigma_a_of_principled_color(*tint, radial_roughness) : glm::vec3(0.0f);
+  const glm::vec3 unit(1, 0, 0);
+  const Source melanin = read_source(json, "melanin", read_number(unit), unit);
+  take(melanin, [redness, dye](const glm::vec3& value, const fiber::FiberParameters&) {
+    return fiber::sigma_a_of_principled_melanin(value.x, redness) + dye;
+  });
+  if (const auto x = json.number("random_color"))
+    material->variation.color = static_cast<float>(color_variation(double{middle_of(melanin)}, *x));
 }
 
 /// Whether the material says by this key alone what its fiber is.

@@ -5,12 +5,18 @@
 namespace tress::scene {
 namespace {
 
-void append(const Groom& groom, bool with_color, GroomFile* all) {
+bool has_color_a_point(const Groom& groom) { return groom.color.size() == groom.points.size(); }
+
+/// color_a_point: else one a strand.
+void append(const Groom& groom, bool color_a_point, GroomFile* all) {
   const auto before = static_cast<std::uint32_t>(all->points.size());
   for (std::size_t s = 1; s < groom.first_point.size(); ++s) all->first_point.push_back(before + groom.first_point[s]);
   all->points.insert(all->points.end(), groom.points.begin(), groom.points.end());
   for (const float radius : groom.radius_cm) all->width.push_back(2 * radius);
-  if (with_color) all->color.insert(all->color.end(), groom.color.begin(), groom.color.end());
+  for (std::uint32_t s = 0; all->has_color && s < groom.strand_count(); ++s)
+    for (std::uint32_t i = groom.first_point[s];
+         i < (color_a_point ? groom.first_point[s + 1] : groom.first_point[s] + 1); ++i)
+      all->color.push_back(groom.color[has_color_a_point(groom) ? i : s]);
   all->parts.push_back({groom.name, groom.strand_count(), groom.points.size()});
 }
 
@@ -18,8 +24,8 @@ void append(const Groom& groom, bool with_color, GroomFile* all) {
 
 Result<GroomFile> strands_of(const Scene& scene) {
   GroomFile all{.format = "the strands of a scene", .first_point = {0}, .points = {}};
-  const auto has_color = [](const Groom& groom) { return groom.color.size() == groom.strand_count(); };
-  all.has_color = std::ranges::all_of(scene.grooms, has_color);
+  all.has_color = std::ranges::none_of(scene.grooms, [](const Groom& groom) { return groom.color.empty(); });
+  const bool color_a_point = std::ranges::any_of(scene.grooms, has_color_a_point);
   std::uint64_t points = 0;
   for (const Groom& groom : scene.grooms) {
     if (groom.basis != scene.grooms.front().basis)
@@ -28,7 +34,7 @@ Result<GroomFile> strands_of(const Scene& scene) {
   }
   if (points == 0) return Error{scene.source, "/grooms", "strands", "none"};
   if (points > most_groom_points) return Error{scene.source, "/grooms", "2^32 points at most", std::to_string(points)};
-  for (const Groom& groom : scene.grooms) append(groom, all.has_color, &all);
+  for (const Groom& groom : scene.grooms) append(groom, color_a_point, &all);
   all.basis = scene.grooms.front().basis;
   all.cm_per_unit = 1;
   all.y_up = false;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "image/color_image.h"
 #include "scene/read/input_files.h"
@@ -12,13 +13,20 @@ constexpr std::size_t most_pixels = std::size_t{1} << 26;
 constexpr std::uintmax_t most_bytes = std::uintmax_t{1} << 29;
 constexpr const char* wanted = "a PNG or EXR picture";
 
-Result<image::ColorImage> read(const std::filesystem::path& file) {
+/// The inverse of image::linear_from_srgb().
+float srgb_from_linear(float x) { return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f; }
+
+Result<image::ColorImage> read(const std::filesystem::path& file, bool is_encoded) {
   const auto start = read_file_start(file, wanted, bytes_of_kind);
   if (!start) return start.error();
   if (image::is_png(*start)) {
     const auto bytes = read_input_file(file, wanted, most_bytes);
     if (!bytes) return bytes.error();
-    return image::parse_png(*bytes, file.string());
+    auto png = image::parse_png(*bytes, file.string());
+    if (png && !is_encoded)
+      for (glm::vec3& pixel : png->pixels)
+        for (int c = 0; c < 3; ++c) pixel[c] = srgb_from_linear(pixel[c]);
+    return png;
   }
   if (known_kind_of(*start).find("OpenEXR") == std::string::npos)
     return Error{file.string(), "", wanted, kind_of(*start)};
@@ -27,12 +35,13 @@ Result<image::ColorImage> read(const std::filesystem::path& file) {
 
 }  // namespace
 
-Result<Texture> load_texture(const std::filesystem::path& file, std::vector<std::string>* warnings) {
-  auto image = read(file);
+Result<Texture> load_texture(const std::filesystem::path& file, std::vector<std::string>* warnings, bool is_encoded) {
+  auto image = read(file, is_encoded);
   if (!image) return image.error();
   if (image->pixels.size() > most_pixels)
     return Error{file.string(), "size", fmt::format("at most {} pixels", most_pixels),
                  fmt::format("{} x {}", image->width, image->height)};
+  for (const std::string& remark : image->remarks) warnings->push_back(file.string() + ": " + remark);
   std::size_t clamped = 0;
   for (glm::vec3& pixel : image->pixels)
     for (int c = 0; c < 3; ++c) {

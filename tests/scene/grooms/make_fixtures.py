@@ -380,7 +380,7 @@ def malformed():
     of("counts_none", "curves", counts=())
     of("basis_nine", "basis 9", kind=(0, 0, 9, 9))
     of("type_of_seven", "type 7", kind=(7, 0, 2, 2))
-    of("orders_differ", "several orders", kind=(2, 0, 2, 2), more=lambda a: [a.array(".orders", "i32", [4, 2])])
+    of("orders_differ", "orders for", kind=(2, 0, 2, 2), more=lambda a: [a.array(".orders", "i32", [4, 2])])
     of("order_of_nine", "order 9", kind=(2, 0, 2, 2), more=lambda a: [a.array(".orders", "i32", [9])])
     of("sampling_unknown", "time samplings", more=lambda a: [a.samples("width", "f32", [[1], [2]], sampling=200)])
     made("counts_missing", "curves", lambda a: [("c", part(a, whole(a)[0]), ogawa.CURVE)])

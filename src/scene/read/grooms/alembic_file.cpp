@@ -7,6 +7,7 @@
 #include <glm/ext/matrix_transform.hpp>
 #include <numbers>
 #include <set>
+#include <type_traits>
 #include <utility>
 
 #include "scene/read/grooms/groom_builder.h"
@@ -17,8 +18,46 @@ namespace tress::scene {
 namespace {
 
 constexpr int deepest_object = 200;
+constexpr double usual_frames_per_second = 24;
 /// Objects may share their data, but no honest archive has this many times its bytes.
 constexpr std::uint64_t most_sharing = 16;
+
+/// Properties of curves.
+constexpr FormatItem alembic_table[] = {
+    {"P", ""},
+    {"nVertices", ""},
+    {"curveBasisAndType", ""},
+    {"width", ""},
+    {"widths", ""},
+    {"N", ""},
+    {"uv", ""},
+    {".knots", ""},
+    {".orders", ""},
+    {".velocities", ""},
+    {".arbGeomParams", ""},
+    {"groom_guide", ""},
+    {"groom_width", ""},
+    {"groom_id", ""},
+    {"id", ""},
+    {"groom_root_uv", ""},
+    {"groom_color", ""},
+    {"displayColor", ""},
+    {"Cd", ""},
+    {"color", ""},
+    {".selfBnds", ""},  // bounds follow from points
+    {".childBnds", ""},
+    {".userProperties", ""},
+    {"groom_version_major", ""},
+    {"groom_version_minor", ""},
+    {"groom_tool", ""},
+    {"w", "curves are not rational: weights of points are not read"},
+    {"pscale", "no width but a factor of one"},
+    {"groom_group_id", "all groups are one groom"},
+    {"groom_group_name", "all groups are one groom"},
+    {"groom_roughness", "a scene's material says it"},
+    {"groom_closest_guides", "hair is not interpolated from guides"},
+    {"groom_guide_weights", "hair is not interpolated from guides"},
+};
 
 using Properties = std::vector<OgawaProperty>;
 
@@ -39,12 +78,18 @@ class AlembicReader {
       : name_(input.name),
         file_(input.bytes, input.name, input.done_with),
         done_with_(input.done_with),
-        seconds_(input.frame ? std::optional(*input.frame / input.frames_per_second) : std::nullopt),
+        attribute_(input.attribute),
         builder_(input.name, "an Alembic archive (Ogawa)"),
-        most_vertices_(most_sharing * input.bytes.size() / sizeof(glm::vec3)) {}
+        most_vertices_(most_sharing * input.bytes.size() / sizeof(glm::vec3)) {
+    if (!attribute_.empty()) builder_.file().attribute = attribute_;
+    const auto own = file_.frames_per_second();
+    if (input.frame) seconds_ = *input.frame / input.frames_per_second.value_or(own.value_or(usual_frames_per_second));
+    if (input.frame && own && !input.frames_per_second)
+      builder_.file().remarks.push_back(fmt::format("{:g} frames a second, as the archive has them", *own));
+  }
 
   Result<GroomFile> read() {
-    visit(file_.top(), "", glm::dmat4(1.0), 0);
+    visit(file_.top(), {"", glm::dmat4(1.0), true, 0});
     if (file_.error()) return *file_.error();
     if (error_) return *error_;
     return builder_.finish();
@@ -52,10 +97,21 @@ class AlembicReader {
 
  private:
   /// An attribute of a geometry: a property, or a compound of values and indices.
+  template <class T>
   struct Param {
-    std::vector<float> numbers;
-    std::optional<AttributeScope> scope;
+    std::vector<T> numbers = {};
+    std::optional<AttributeScope> scope = {};
     std::uint32_t extent = 1;
+    std::string name = {};
+    double most = 1;  ///< of whole numbers that stand for shares: the largest of their type
+  };
+
+  /// Where an object is, and whether it is seen.
+  struct Place {
+    std::string path;
+    glm::dmat4 to_file;
+    bool is_seen;
+    int depth;
   };
 
   bool failed() const { return error_ || file_.error(); }
@@ -83,31 +139,61 @@ class AlembicReader {
     return file_.integers(property, moment_of(property).before);
   }
 
-  void ignore(const std::string& name, const std::string& why) {
-    if (ignored_.size() < 200 && ignored_.insert(name).second) builder_.file().ignored.push_back({name, why});
+  void ignore(const std::string& name, const std::string& why) { builder_.ignore(name, why); }
+
+  /// The object at a path, "/a/b".
+  std::optional<OgawaObject> object_at(std::string_view path) {
+    OgawaObject here = file_.top();
+    while (!path.empty() && !failed()) {
+      path.remove_prefix(path[0] == '/' ? 1 : 0);
+      const std::string_view name = path.substr(0, path.find('/'));
+      path.remove_prefix(name.size());
+      const auto children = file_.children(here);
+      const auto found = std::ranges::find(children, name, &OgawaObject::name);
+      if (found == children.end()) return std::nullopt;
+      here = *found;
+    }
+    return here;
   }
 
-  void visit(const OgawaObject& object, const std::string& path, const glm::dmat4& to_file, int depth) {
+  void visit(const OgawaObject& object, Place here) {
     if (failed()) return;
-    if (depth > deepest_object) {
+    const std::string path = here.path;
+    if (here.depth > deepest_object) {
       error_ =
           Error{name_, path.substr(0, 256), fmt::format("at most {} objects in one another", deepest_object), "more"};
       return;
     }
-    glm::dmat4 here = to_file;
     const Properties properties = file_.properties(object);
+    if (const OgawaProperty* visible = find(properties, "visible")) {
+      const std::vector<std::int64_t> says = held(*visible);  // 0 hidden, 1 shown, whatever is above; -1 as above
+      const bool was_seen = here.is_seen;
+      if (!says.empty() && says[0] >= 0) here.is_seen = says[0] > 0;
+      if (was_seen && !here.is_seen) ignore(path, "it is hidden (visible)");
+    }
     const auto has_schema = [&](std::string_view schema) { return object.metadata.find(schema) != std::string::npos; };
     if (has_schema("AbcGeom_Xform_")) {
-      if (const OgawaProperty* xform = find(properties, ".xform")) here = transform(*xform, path, to_file);
+      if (const OgawaProperty* xform = find(properties, ".xform")) here.to_file = transform(*xform, path, here.to_file);
     } else if (has_schema("AbcGeom_Curve_")) {
-      if (const OgawaProperty* geometry = find(properties, ".geom")) add_curves(*geometry, path, here);
+      if (const OgawaProperty* geometry = find(properties, ".geom"); geometry && here.is_seen)
+        add_curves(*geometry, path, here.to_file);
     } else if (const std::size_t at = object.metadata.find("schema=AbcGeom_"); at != std::string::npos) {
       ignore(object.metadata.substr(at + 15, object.metadata.find('_', at + 15) - at - 15),
              "objects of this kind are not read");
     }
-    if (find(properties, ".instanceSource")) ignore(path, "instances are not made");
-    for (const OgawaObject& child : file_.children(object))
-      visit(child, path + "/" + child.name.substr(0, 128), here, depth + 1);
+    ++here.depth;
+    if (const OgawaProperty* source = find(properties, ".instanceSource")) {
+      const std::string from = file_.text(*source);
+      if (const auto original = object_at(from); original && !failed())
+        visit(*original, here);
+      else
+        ignore(path, "what it is an instance of is not there: " + printable(from.substr(0, 128)));
+      return;
+    }
+    for (const OgawaObject& child : file_.children(object)) {
+      here.path = path + "/" + child.name.substr(0, 128);
+      visit(child, here);
+    }
   }
 
   glm::dmat4 transform(const OgawaProperty& xform, const std::string& path, const glm::dmat4& parent) {
@@ -164,8 +250,23 @@ class AlembicReader {
     }
   }
 
-  Param param(const OgawaProperty* property) {
-    Param out;
+  /// The largest number of a type that stands for 1 in colors.
+  static double most_of(std::uint8_t pod) {
+    static constexpr double most[] = {1, 255, 127, 65535, 32767};
+    return pod < std::size(most) ? most[pod] : 1;
+  }
+
+  template <class T>
+  std::vector<T> numbers_of(const OgawaProperty& property) {
+    if constexpr (std::is_same_v<T, float>)
+      return between<float>(property, &OgawaFile::floats);
+    else
+      return held(property);
+  }
+
+  template <class T>
+  Param<T> param(const OgawaProperty* property) {
+    Param<T> out;
     if (!property) return out;
     const OgawaProperty* values = property;
     Properties inside;
@@ -173,13 +274,19 @@ class AlembicReader {
     if (property->kind == OgawaProperty::Kind::compound) {
       inside = file_.properties(*property);
       values = find(inside, ".vals");
-      if (const OgawaProperty* at = find(inside, ".indices")) indices = file_.integers(*at);
+      if (const OgawaProperty* at = find(inside, ".indices")) indices = held(*at);
       if (!values) return out;
     }
-    out.numbers = between<float>(*values, &OgawaFile::floats);
+    if (values->is_text()) {
+      ignore(property->name.substr(0, 64), "it is a text, where numbers are read");
+      return out;
+    }
+    out.name = property->name;
+    out.numbers = numbers_of<T>(*values);
     out.extent = values->extent;
+    out.most = most_of(values->pod);
     if (!indices.empty()) {
-      std::vector<float> all;
+      std::vector<T> all;
       all.reserve(indices.size() * out.extent);
       const std::uint64_t count = out.numbers.size() / out.extent;
       for (const std::int64_t index : indices) {
@@ -201,6 +308,39 @@ class AlembicReader {
     return out;
   }
 
+  /// Of the names the first that is there, in the parameters or, marked by a dot before it, in the geometry itself.
+  template <class T>
+  Param<T> first_of(const Properties& geometry, const Properties& params, std::initializer_list<const char*> names) {
+    for (const std::string_view name : names) {
+      const bool is_own = name[0] == '.';
+      if (Param<T> found = param<T>(is_own ? find(geometry, name.substr(1)) : find(params, name));
+          !found.numbers.empty())
+        return found;
+    }
+    return {};
+  }
+
+  /// One tuple a curve of an attribute that has one a curve or one a vertex, of which that of the root counts; empty,
+  /// and said, where it has neither.
+  template <class T>
+  std::vector<T> at_roots(const Param<T>& given, std::uint32_t extent, const CurveSet& set) {
+    const std::size_t curves = set.vertex_counts.size(), tuples = given.numbers.size() / given.extent;
+    const bool is_curve = tuples == curves, is_vertex = tuples == set.vertices.size();
+    std::vector<T> out;
+    if (given.numbers.empty()) return out;
+    if (given.extent != extent || !(is_curve || is_vertex)) {
+      ignore(given.name, fmt::format("it is not {} a curve", extent == 1 ? "one number" : "one pair"));
+      return out;
+    }
+    std::size_t first = 0;
+    for (std::size_t c = 0; c < curves; ++c) {
+      const std::size_t at = extent * (is_curve ? c : std::min(first, tuples - 1));
+      for (std::uint32_t k = 0; k < extent; ++k) out.push_back(given.numbers[at + k]);
+      first += set.vertex_counts[c];
+    }
+    return out;
+  }
+
   CurveKind kind_of(const Properties& geometry, const std::string& path) {
     const OgawaProperty* property = find(geometry, "curveBasisAndType");
     const std::vector<std::int64_t> kind = property ? file_.integers(*property) : std::vector<std::int64_t>();
@@ -210,18 +350,7 @@ class AlembicReader {
       error_ = Error{name_, path + ": curveBasisAndType", std::move(expected), std::move(found)};
     };
     if (kind[1] == 1) out.wrap = CurveWrap::periodic;
-    std::int64_t type = kind[0];
-    if (type == 2) {  // an order for each curve
-      const OgawaProperty* property_of_orders = find(geometry, ".orders");
-      const std::vector<std::int64_t> orders =
-          property_of_orders ? file_.integers(*property_of_orders) : std::vector<std::int64_t>();
-      const bool is_one = !orders.empty() && std::ranges::all_of(orders, [&](auto o) { return o == orders[0]; });
-      if (!is_one || (orders[0] != 2 && orders[0] != 4)) {
-        wrong("curves of one order, 2 or 4", is_one ? fmt::format("order {}", orders[0]) : "several orders");
-        return out;
-      }
-      type = orders[0] == 2 ? 1 : 0;
-    }
+    const std::int64_t type = kind[0] == 2 ? 0 : kind[0];  // an order for each curve: see add_by_orders()
     if (type == 1) return out;
     static constexpr CurveBasis bases[] = {CurveBasis::bspline, CurveBasis::bezier, CurveBasis::bspline,
                                            CurveBasis::catmull_rom, CurveBasis::hermite};
@@ -261,13 +390,42 @@ class AlembicReader {
     if (vertices_ > most_vertices_ && !failed())
       error_ = Error{name_, path, fmt::format("at most {} vertices, as the bytes allow", most_vertices_), "more"};
     if (failed()) return;
-    if (set.vertex_counts.empty()) return ignore(path, "it has no curves");
+    if (set.vertex_counts.empty())
+      return ignore(path, points->samples > 1
+                              ? fmt::format("no curves in the {} of {} samples; --frame asks for another",
+                                            seconds_ ? "one of that time" : "first", points->samples)
+                              : "it has no curves");
     if (!take_attributes(geometry, &set) || failed()) return;
-    if (auto error = builder_.add(std::move(set))) error_ = error;
+    add_by_orders(find(geometry, ".orders"), find(geometry, "curveBasisAndType"), std::move(set));
     if (is_animated_) {
       builder_.file().is_animated = true;
       if (!seconds_) builder_.file().remarks.push_back(path + ": it is animated, its first sample is used");
       is_animated_ = false;
+    }
+  }
+
+  /// Where every curve has an order of its own, those of 4 and those of 2 are sets of their own, the others are left
+  /// out.
+  void add_by_orders(const OgawaProperty* orders_of, const OgawaProperty* kind_of, CurveSet set) {
+    const std::vector<std::int64_t> kind = kind_of ? file_.integers(*kind_of) : std::vector<std::int64_t>();
+    const std::vector<std::int64_t> orders = orders_of ? held(*orders_of) : std::vector<std::int64_t>();
+    const auto add = [&](CurveSet&& one) {
+      if (auto error = builder_.add(std::move(one)); error && !error_) error_ = error;
+    };
+    if (kind.empty() || kind[0] != 2) return add(std::move(set));
+    if (orders.size() != set.vertex_counts.size())
+      return ignore(set.name, fmt::format("{} orders for {} curves", orders.size(), set.vertex_counts.size()));
+    const CurveKind cubic = set.kind;
+    for (const std::int64_t order : std::set<std::int64_t>(orders.begin(), orders.end())) {
+      if (order != 2 && order != 4) {
+        ignore(fmt::format("{}: curves of order {}", set.name, order), "those of 2 and 4 are read");
+        continue;
+      }
+      std::vector<unsigned char> keep;
+      for (const std::int64_t one : orders) keep.push_back(one == order ? 1 : 0);
+      CurveSet part = part_of(set, keep);
+      part.kind = order == 2 ? CurveKind{CurveBasis::linear, cubic.wrap} : cubic;
+      add(std::move(part));
     }
   }
 
@@ -325,10 +483,8 @@ class AlembicReader {
   bool take_attributes(const Properties& geometry, CurveSet* set) {
     const OgawaProperty* params_of = find(geometry, ".arbGeomParams");
     const Properties params = params_of ? file_.properties(*params_of) : Properties();
-    const auto is_vector = [](const Param& p) { return p.extent == 3 && !p.numbers.empty(); };
-    const std::size_t curves = set->vertex_counts.size();
     if (const OgawaProperty* guide = find(params, "groom_guide")) {
-      const Param flags = param(guide);
+      const Param<float> flags = param<float>(guide);
       const bool any = std::ranges::any_of(flags.numbers, [](float x) { return x != 0; });
       if (any && std::ranges::all_of(flags.numbers, [](float x) { return x != 0; })) {
         ignore(set->name, "its curves are guides (groom_guide)");
@@ -336,76 +492,72 @@ class AlembicReader {
       }
       if (any) ignore("groom_guide", "guides and hairs are in one object: all are drawn");
     }
-    const bool has_width = find(geometry, "width") != nullptr;
-    Param width = param(has_width ? find(geometry, "width") : find(params, "groom_width"));
-    set->width = {std::move(width.numbers), width.scope, has_width ? "width" : "groom_width"};
-    if (const Param normal = param(find(geometry, "N")); is_vector(normal))
-      set->normal = {triples(normal.numbers), normal.scope, "N"};
-    for (const char* name : {"groom_color", "displayColor", "Cd", "color"}) {
-      if (!set->color.values.empty()) break;
-      if (const Param color = param(find(params, name)); is_vector(color))
-        set->color = {triples(color.numbers), color.scope, name};
-    }
-    if (const OgawaProperty* id = find(params, "groom_id"); id && id->kind != OgawaProperty::Kind::compound) {
-      set->id = held(*id);
-      if (set->id.size() != curves) ignore("groom_id", "it is not one number a curve");
-    }
-    const bool has_root_uv = find(params, "groom_root_uv") != nullptr;
-    if (const Param uv = param(has_root_uv ? find(params, "groom_root_uv") : find(geometry, "uv"));
-        !uv.numbers.empty()) {
-      if (uv.extent == 2 && uv.numbers.size() == 2 * curves)
-        for (std::size_t i = 0; i < curves; ++i) set->root_uv.emplace_back(uv.numbers[2 * i], uv.numbers[2 * i + 1]);
-      else
-        ignore(has_root_uv ? "groom_root_uv" : "uv", "it is not one pair a curve");
-    }
+    if (Param<float> width = first_of<float>(geometry, params, {".width", "groom_width", "width", "widths"});
+        !width.numbers.empty())
+      set->width = {std::move(width.numbers), width.scope, width.name};
+    if (const Param<float> normal = first_of<float>(geometry, params, {".N", "N"});
+        normal.extent == 3 && !normal.numbers.empty())
+      set->normal = {triples(normal.numbers), normal.scope, normal.name};
+    if (const OgawaProperty* normals = find(geometry, "N"); normals && normals->samples > 1 && seconds_)
+      builder_.file().remarks.push_back(set->name +
+                                        ": normals change in time; while the shutter is open those of its "
+                                        "opening turn with the strands");
+    if (!attribute_.empty())
+      set->color = color_of(param<float>(find(params, attribute_)));
+    else
+      for (const char* name : {"groom_color", "displayColor", "Cd", "color"})
+        if (set->color.values.empty()) set->color = color_of(param<float>(find(params, name)));
+    set->id = at_roots(first_of<std::int64_t>(geometry, params, {"groom_id", "id"}), 1, *set);
+    const std::vector<float> uv = at_roots(first_of<float>(geometry, params, {"groom_root_uv", ".uv"}), 2, *set);
+    for (std::size_t i = 0; i + 1 < uv.size(); i += 2) set->root_uv.emplace_back(uv[i], uv[i + 1]);
+    if (const OgawaProperty* knots = find(geometry, ".knots"))
+      set->knots = file_.doubles(*knots, moment_of(*knots).before);
     name_what_is_left(geometry, params);
     return true;
   }
 
+  /// RGB or RGBA, floats or shares of the largest whole number of their type; of an attribute one number too.
+  CurveAttribute<glm::vec3> color_of(const Param<float>& given) {
+    CurveAttribute<glm::vec3> color{.scope = given.scope, .name = given.name};
+    if (given.numbers.empty()) return color;
+    const bool is_number = given.extent == 1 && !attribute_.empty();
+    if (given.extent != 3 && given.extent != 4 && !is_number) {
+      ignore(given.name, fmt::format("it has {} numbers, where colors have 3 or 4", given.extent));
+      return color;
+    }
+    const auto most = static_cast<float>(given.most);
+    bool is_opaque = true;
+    for (std::size_t i = 0; i + given.extent <= given.numbers.size(); i += given.extent) {
+      const float* c = given.numbers.data() + i;
+      color.values.push_back(is_number ? glm::vec3(c[0] / most) : glm::vec3(c[0] / most, c[1] / most, c[2] / most));
+      is_opaque = is_opaque && (given.extent != 4 || c[3] == most);
+    }
+    if (!is_opaque) ignore(given.name + ": alpha", "hair is not transparent by a color");
+    return color;
+  }
+
   void name_what_is_left(const Properties& geometry, const Properties& params) {
-    static constexpr std::string_view known[] = {"P",
-                                                 "nVertices",
-                                                 "curveBasisAndType",
-                                                 "width",
-                                                 "N",
-                                                 "uv",
-                                                 ".selfBnds",
-                                                 ".childBnds",
-                                                 ".arbGeomParams",
-                                                 ".userProperties",
-                                                 ".orders",
-                                                 ".velocities",
-                                                 "groom_guide",
-                                                 "groom_width",
-                                                 "groom_id",
-                                                 "groom_root_uv",
-                                                 "groom_color",
-                                                 "displayColor",
-                                                 "Cd",
-                                                 "color",
-                                                 "groom_version_major",
-                                                 "groom_version_minor",
-                                                 "groom_tool"};
     for (const Properties* properties : {&geometry, &params})
       for (const OgawaProperty& property : *properties) {
-        if (std::ranges::find(known, property.name) != std::end(known)) continue;
-        ignore(property.name.substr(0, 64),
-               property.name == ".knots" ? "curves are taken as uniform" : "nothing here has a use for it");
+        const char* why = why_not_used(alembic_items(), property.name);
+        if (*why != 0 && property.name != attribute_) ignore(property.name.substr(0, 64), why);
       }
   }
 
   std::string name_;
   OgawaFile file_;
   DoneWith done_with_;
+  std::string attribute_;          ///< in place of the color; empty: none
   std::optional<double> seconds_;  ///< unset: the first samples
   GroomBuilder builder_;
   std::uint64_t vertices_ = 0, most_vertices_;
   std::optional<Error> error_;
-  std::set<std::string> ignored_;
   bool is_animated_ = false;
 };
 
 }  // namespace
+
+std::span<const FormatItem> alembic_items() { return alembic_table; }
 
 Result<GroomFile> read_alembic(const GroomInput& input) { return AlembicReader(input).read(); }
 

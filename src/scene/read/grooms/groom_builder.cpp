@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/ext/matrix_double3x3.hpp>
 #include <glm/ext/vector_double4.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <type_traits>
 #include <utility>
 
 namespace tress::scene {
@@ -78,21 +80,176 @@ std::optional<Error> GroomBuilder::check(const CurveSet& set) const {
   const auto wrong = [&](std::string expected, std::string found) {
     return Error{name_, set.name, std::move(expected), std::move(found)};
   };
-  std::uint64_t vertices = 0, points = file_.points.size();
-  const StrandBasis drawn = file_.basis.value_or(drawn_as(set.kind));
+  std::uint64_t vertices = 0;
   for (std::size_t c = 0; c < set.vertex_counts.size(); ++c) {
     const std::uint64_t count = set.vertex_counts[c];
     if (const std::string fault = fault_of(set.kind, count); !fault.empty())
       return wrong(fmt::format("{} vertices in curve {} ({})", fault, c, words(set.kind)), fmt::format("{}", count));
     vertices += count;
-    points += drawn_points(set.kind, drawn == drawn_as(set.kind) ? drawn : StrandBasis::bezier, count);
   }
   if (vertices != set.vertices.size())
     return wrong(fmt::format("{} vertices, as {} curves have them", vertices, set.vertex_counts.size()),
                  fmt::format("{}", set.vertices.size()));
-  if (points > most_groom_points || file_.strand_count() + set.vertex_counts.size() > most_groom_points)
-    return wrong(fmt::format("at most {} points in a file", most_groom_points), fmt::format("{}", points));
   return std::nullopt;
+}
+
+std::optional<Error> GroomBuilder::check_size(const CurveSet& set) const {
+  std::uint64_t points = file_.points.size();
+  const StrandBasis drawn = file_.basis.value_or(drawn_as(set.kind));
+  for (const std::uint64_t count : set.vertex_counts)
+    points += drawn_points(set.kind, drawn == drawn_as(set.kind) ? drawn : StrandBasis::bezier, count);
+  if (points <= most_groom_points && file_.strand_count() + set.vertex_counts.size() <= most_groom_points)
+    return std::nullopt;
+  return Error{name_, set.name, fmt::format("at most {} points in a file", most_groom_points),
+               fmt::format("{}", points)};
+}
+
+void GroomBuilder::ignore(const std::string& name, const std::string& why) {
+  if (ignored_.size() < 200 && ignored_.insert(name).second) file_.ignored.push_back({name, why});
+}
+
+namespace {
+
+/// Of a cubic B-spline with these control points, whose span begins at knot 3: its value for three knots at once, from
+/// which the Bezier points of every span come.
+template <class T>
+T blossom(const T* control, const double* knots, const std::array<double, 3>& at) {
+  std::array<T, 4> p{control[0], control[1], control[2], control[3]};
+  for (std::size_t level = 1; level <= 3; ++level)
+    for (std::size_t i = 3; i >= level; --i) {
+      const double from = knots[i], to = knots[i + 4 - level];
+      const auto share = static_cast<float>(to > from ? (at[level - 1] - from) / (to - from) : 0);
+      p[i] = (1 - share) * p[i - 1] + share * p[i];
+    }
+  return p[3];
+}
+
+/// The Bezier points of one curve, span by span; spans without length have none.
+template <class T>
+void append_by_knots(std::span<const T> control, std::span<const double> knots, std::vector<T>* out) {
+  bool is_first = true;
+  for (std::size_t i = 3; i < control.size(); ++i) {
+    const double a = knots[i], b = knots[i + 1];
+    if (!(b > a)) continue;
+    const T* from = control.data() + i - 3;
+    const double* around = knots.data() + i - 3;
+    if (is_first) out->push_back(blossom(from, around, {a, a, a}));
+    is_first = false;
+    for (const auto& at : {std::array{a, a, b}, std::array{a, b, b}, std::array{b, b, b}})
+      out->push_back(blossom(from, around, at));
+  }
+}
+
+/// The knots of a curve with as many vertices, all of them; empty where they rise nowhere or fall somewhere.
+std::vector<double> whole_knots(std::span<const double> given, std::size_t vertices) {
+  std::vector<double> knots(given.begin(), given.end());
+  if (knots.size() == vertices + 2) {
+    knots.insert(knots.begin(), knots.front());
+    knots.push_back(knots.back());
+  }
+  const bool are_good =
+      std::ranges::is_sorted(knots) && std::ranges::all_of(knots, [](double k) { return std::abs(k) < 1e12; });
+  if (!are_good || !(knots[3] < knots[vertices])) knots.clear();
+  return knots;
+}
+
+bool is_uniform(std::span<const double> knots) {
+  const double step = knots[1] - knots[0];
+  for (std::size_t i = 1; i < knots.size(); ++i)
+    if (!(std::abs(knots[i] - knots[i - 1] - step) <= 1e-5 * step)) return false;
+  return step > 0;
+}
+
+}  // namespace
+
+/// Curves with knots that are not uniform become Bezier segments. False where the set has none or they do not fit,
+/// which is said.
+bool GroomBuilder::bend_by_knots(CurveSet* set) {
+  if (set->knots.empty() || set->kind.basis != CurveBasis::bspline) return false;
+  std::size_t vertices = 0;
+  for (const std::uint32_t count : set->vertex_counts) vertices += count;
+  const std::size_t curves = set->vertex_counts.size(), more = set->knots.size() == vertices + 2 * curves ? 2 : 4;
+  const auto refuse = [&](const char* why) {
+    ignore(set->name + ": knots", fmt::format("{}; curves are taken as uniform", why));
+    return false;
+  };
+  if (set->kind.wrap != CurveWrap::nonperiodic) return refuse("they are those of periodic curves");
+  if (set->knots.size() != vertices + more * curves || set->vertices.size() != vertices)
+    return refuse("their number is not that of the vertices and 4 more a curve");
+  std::vector<std::vector<double>> knots;
+  bool are_uniform = true;
+  std::size_t at = 0;
+  for (const std::uint32_t count : set->vertex_counts) {
+    if (count < 4) return refuse("a curve has fewer than 4 vertices");
+    knots.push_back(whole_knots(std::span(set->knots).subspan(at, count + more), count));
+    if (knots.back().empty()) return refuse("they do not rise");
+    are_uniform = are_uniform && is_uniform(std::span(knots.back()).subspan(more == 2 ? 1 : 0, count + more));
+    at += count + more;
+  }
+  if (are_uniform) return false;
+  const auto bend = [&](auto* values) {
+    using T = std::remove_cvref_t<decltype((*values)[0])>;
+    if (values->size() != vertices) return;
+    std::vector<T> out;
+    std::size_t first = 0;
+    for (std::size_t c = 0; c < curves; ++c) {
+      append_by_knots<T>(std::span<const T>(*values).subspan(first, set->vertex_counts[c]), knots[c], &out);
+      first += set->vertex_counts[c];
+    }
+    *values = std::move(out);
+  };
+  const auto bend_attribute = [&](auto* attribute) {
+    const bool is_vertex = attribute->scope.value_or(AttributeScope::vertex) == AttributeScope::vertex;
+    if (is_vertex) bend(&attribute->values);
+  };
+  bend_attribute(&set->width);
+  bend_attribute(&set->color);
+  bend_attribute(&set->normal);
+  bend(&set->vertices);
+  for (std::size_t c = 0; c < curves; ++c) {
+    std::uint32_t spans = 0;
+    for (std::size_t i = 3; i < set->vertex_counts[c]; ++i) spans += knots[c][i + 1] > knots[c][i] ? 1 : 0;
+    set->vertex_counts[c] = 3 * spans + 1;
+  }
+  set->kind = {CurveBasis::bezier, CurveWrap::nonperiodic};
+  set->knots.clear();
+  return true;
+}
+
+CurveSet part_of(const CurveSet& set, std::span<const unsigned char> keep) {
+  CurveSet part;
+  part.name = set.name;
+  part.kind = set.kind;
+  part.to_file = set.to_file;
+  std::size_t vertices = 0;
+  for (const std::uint32_t count : set.vertex_counts) vertices += count;
+  const auto take = [&](const auto& values, auto* out) {
+    const bool is_vertex = values.size() == vertices, is_curve = values.size() == set.vertex_counts.size();
+    std::size_t first = 0;
+    for (std::size_t c = 0; c < set.vertex_counts.size(); ++c) {
+      const std::size_t count = set.vertex_counts[c], begin = is_vertex ? first : c, size = is_vertex ? count : 1;
+      if (keep[c] && (is_vertex || is_curve))
+        out->insert(out->end(), values.begin() + static_cast<std::ptrdiff_t>(begin),
+                    values.begin() + static_cast<std::ptrdiff_t>(begin + size));
+      first += count;
+    }
+  };
+  const auto take_attribute = [&](const auto& attribute, auto* out) {
+    out->name = attribute.name;
+    out->scope = attribute.scope;
+    if (attribute.values.size() == 1)
+      out->values = attribute.values;
+    else
+      take(attribute.values, &out->values);
+  };
+  take(set.vertices, &part.vertices);
+  take(set.vertex_counts, &part.vertex_counts);
+  take_attribute(set.width, &part.width);
+  take_attribute(set.color, &part.color);
+  take_attribute(set.normal, &part.normal);
+  take(set.id, &part.id);
+  take(set.root_uv, &part.root_uv);
+  return part;
 }
 
 /// Where this set needs another basis than those before it, all become Bezier segments.
@@ -137,9 +294,9 @@ std::optional<AttributeScope> GroomBuilder::scope_of(const CurveSet& set, std::s
                                             attribute, words(*said), values, words(scope)));
       return scope;
     }
-  file_.ignored.push_back({fmt::format("{}: {}", set.name, attribute),
-                           fmt::format("{} values, which fit neither its {} vertices nor its {} curves", values,
-                                       vertices, set.vertex_counts.size())});
+  ignore(fmt::format("{}: {}", set.name, attribute),
+         fmt::format("{} values, which fit neither its {} vertices nor its {} curves", values, vertices,
+                     set.vertex_counts.size()));
   return std::nullopt;
 }
 
@@ -148,26 +305,34 @@ void GroomBuilder::add_widths(CurveSet* given, std::size_t old_points, bool as_g
   const CurveSet& set = *given;
   const auto scope = scope_of(set, set.width.values.size(), set.width.scope, set.width.name);
   const double size = std::cbrt(std::abs(glm::determinant(glm::dmat3(set.to_file))));
+  std::size_t wrong = 0;
   const auto placed = [&](float width) {
     const double x = width * size;
+    if (!(x >= 0)) ++wrong;
     return x >= 0 ? static_cast<float>(std::min(x, double{largest_coordinate})) : 0.0f;  // NaN too
   };
   const bool is_one = !scope || *scope == AttributeScope::constant;
-  const float one = scope && is_one ? placed(set.width.values[0]) : 0.0f;
+  const float one = !scope ? width_not_said : is_one ? placed(set.width.values[0]) : 0.0f;
   if (file_.points.size() == old_points) return;  // no segment in the set
-  if (is_one && file_.width.empty() && (old_points == 0 || one == file_.default_width)) {
-    file_.default_width = one;
+  const float before = file_.default_width > 0 ? file_.default_width : width_not_said;
+  if (is_one && one != 0 && file_.width.empty() && (old_points == 0 || one == before)) {
+    file_.default_width = std::max(one, 0.0f);
     return;
   }
   if (as_given && !is_one && *scope == AttributeScope::vertex) {
     file_.width = std::move(given->width.values);
   } else {
     make_room(&file_.width, file_.points.size() - file_.width.size());
-    pad(&file_.width, old_points, file_.default_width);
+    pad(&file_.width, old_points, before);
     if (is_one) return pad(&file_.width, file_.points.size(), one);
     append_attribute<float>(set, *file_.basis, *scope, set.width.values, &file_.width);
   }
+  const bool overshoots =
+      *scope == AttributeScope::vertex && !as_given;  // smooth widths may pass below 0 by themselves
   for (std::size_t i = old_points; i < file_.width.size(); ++i) file_.width[i] = placed(file_.width[i]);
+  if (wrong > 0 && !overshoots)
+    ignore(fmt::format("{}: {} of {} widths", set.name, wrong, file_.width.size() - old_points),
+           "they are negative or no numbers and taken for 0");
 }
 
 void GroomBuilder::add_vectors(const CurveSet& set, const CurveAttribute<glm::vec3>& attribute, std::size_t old_points,
@@ -201,26 +366,45 @@ void GroomBuilder::add_vectors(const CurveSet& set, const CurveAttribute<glm::ve
   if (is_color) file_.has_color = true;
 }
 
-std::optional<Error> GroomBuilder::place(const CurveSet& set, std::size_t old_points) {
-  const bool moves = set.to_file != glm::dmat4(1.0);
-  for (std::size_t i = old_points; i < file_.points.size(); ++i) {
-    glm::vec3& point = file_.points[i];
-    if (moves) {
-      const glm::dvec3 placed(set.to_file * glm::dvec4(glm::dvec3(point), 1.0));
-      for (int c = 0; c < 3; ++c)
-        point[c] = std::abs(placed[c]) <= largest_coordinate ? static_cast<float>(placed[c]) : NAN;
-    }
-    for (int c = 0; c < 3; ++c)
-      if (!(std::abs(point[c]) <= largest_coordinate))
-        return Error{
-            name_, set.name, fmt::format("point {} finite and within {:g}", i - old_points, largest_coordinate),
-            moves ? "one that is not, or is not once its transform is applied" : fmt::format("{:g}", point[c])};
+std::optional<IgnoredAttribute> leave_out_broken(const std::string& set, std::size_t from, GroomFile* file) {
+  const auto is_good = [](const glm::vec3& point) {
+    return std::abs(point.x) <= largest_coordinate && std::abs(point.y) <= largest_coordinate &&
+           std::abs(point.z) <= largest_coordinate;
+  };
+  const std::size_t before = file->broken.size();
+  for (std::size_t s = from; s < file->strand_count(); ++s) {
+    const auto begin = file->points.begin() + file->first_point[s],
+               end = file->points.begin() + file->first_point[s + 1];
+    if (std::all_of(begin, end, is_good)) continue;
+    const auto any = std::ranges::find_if(file->points, is_good);
+    std::fill(begin, end, any == file->points.end() ? glm::vec3(0.0f) : *any);
+    file->broken.push_back(static_cast<std::uint32_t>(s));
   }
-  return std::nullopt;
+  if (file->broken.size() == before) return std::nullopt;
+  return IgnoredAttribute{
+      fmt::format("{}{} of {} strands, the first {}", set.empty() ? "" : set + ": ", file->broken.size() - before,
+                  file->strand_count() - from, file->broken[before] - from),
+      fmt::format("they have points that are not finite and within {:g}", largest_coordinate)};
+}
+
+void GroomBuilder::place(const CurveSet& set, std::size_t old_points, std::size_t old_strands) {
+  const bool moves = set.to_file != glm::dmat4(1.0);
+  for (std::size_t i = old_points; moves && i < file_.points.size(); ++i) {
+    glm::vec3& point = file_.points[i];
+    const glm::dvec3 placed(set.to_file * glm::dvec4(glm::dvec3(point), 1.0));
+    for (int c = 0; c < 3; ++c) point[c] = to_float(placed[c]);
+  }
+  if (const auto broken = leave_out_broken(set.name, old_strands, &file_)) ignore(broken->name, broken->why);
 }
 
 std::optional<Error> GroomBuilder::add(CurveSet set) {
-  if (auto error = check(set)) return error;
+  bend_by_knots(&set);
+  if (auto fault = check(set)) {
+    ignore(set.name, fmt::format("expected {}, found {}", fault->expected, fault->found));
+    if (!fault_) fault_ = std::move(fault);
+    return std::nullopt;
+  }
+  if (auto error = check_size(set)) return error;
   choose_basis(set);
   const std::size_t old_points = file_.points.size(), old_strands = file_.strand_count(),
                     strands = set.vertex_counts.size();
@@ -239,7 +423,7 @@ std::optional<Error> GroomBuilder::add(CurveSet set) {
     make_room(&file_.points, points);
     append_attribute<glm::vec3>(set, *file_.basis, AttributeScope::vertex, set.vertices, &file_.points);
   }
-  if (auto error = place(set, old_points)) return error;
+  place(set, old_points, old_strands);
   add_widths(&set, old_points, as_given);
   add_vectors(set, set.color, old_points, true);
   add_vectors(set, set.normal, old_points, false);
@@ -258,8 +442,14 @@ std::optional<Error> GroomBuilder::add(CurveSet set) {
 }
 
 Result<GroomFile> GroomBuilder::finish() {
-  if (file_.strand_count() == 0) return Error{name_, "", "curves", "none"};
-  return std::move(file_);
+  constexpr std::size_t most_told = 5;
+  if (file_.strand_count() > 0 && file_.broken.size() < file_.strand_count()) return std::move(file_);
+  if (fault_) return *fault_;
+  std::string found = file_.strand_count() > 0 ? "none that can be drawn" : "none";
+  for (std::size_t i = 0; i < std::min(file_.ignored.size(), most_told); ++i)
+    found += fmt::format("{} {} ({})", i == 0 ? "; not used:" : ",", file_.ignored[i].name, file_.ignored[i].why);
+  if (file_.ignored.size() > most_told) found += fmt::format(" and {} more", file_.ignored.size() - most_told);
+  return Error{name_, "", "curves", found};
 }
 
 }  // namespace tress::scene

@@ -29,6 +29,9 @@ struct IgnoredAttribute {
   std::string name, why;
 };
 
+/// Of strands without widths beside others that have some; so is every width below 0, by the rounding of bases.
+constexpr float width_not_said = -1;
+
 /// Strands as the file has them, degenerate ones included, transforms of the file applied. Arrays a point follow
 /// `points`, arrays a strand the strands; an empty one was not in the file.
 struct GroomFile {
@@ -42,17 +45,21 @@ struct GroomFile {
   std::vector<std::vector<glm::vec3>> later = {};
   /// Widths at the later moments, as `width`, which has them then too; empty: they stay.
   std::vector<std::vector<float>> later_width = {};
-  bool is_animated = false;                 ///< the file has other samples for other times
-  std::vector<float> width = {};            ///< per point, a diameter, finite, >= 0; empty: default_width
-  float default_width = 0;                  ///< 0: the file has none
-  std::vector<glm::vec3> color = {};        ///< linear RGB in [0, 1], per point or, as many, per strand
-  glm::vec3 default_color{0.0f};            ///< where `color` is empty
-  bool has_color = false;                   ///< whether the file has any color
-  std::vector<glm::vec3> normal = {};       ///< per point: along the minor axis of the cross-section, any length
-  std::vector<std::int64_t> id = {};        ///< per strand
-  std::vector<glm::vec2> root_uv = {};      ///< per strand
-  std::optional<double> cm_per_unit = {};   ///< as the file says
-  std::optional<bool> y_up = {};            ///< y of the file is up, else z, as the file says
+  bool is_animated = false;  ///< the file has other samples for other times
+  /// Per point, a diameter, finite, >= 0, or width_not_said; empty: default_width. Where it is 0 nothing is seen.
+  std::vector<float> width = {};
+  float default_width = 0;                 ///< 0: the file has none
+  std::vector<glm::vec3> color = {};       ///< linear RGB in [0, 1], per point or, as many, per strand
+  glm::vec3 default_color{0.0f};           ///< where `color` is empty
+  bool has_color = false;                  ///< whether the file has any color
+  std::string attribute = "color";         ///< what of the file the color is, where another attribute was asked for
+  std::vector<glm::vec3> normal = {};      ///< per point: along the minor axis of the cross-section, any length
+  std::vector<std::int64_t> id = {};       ///< per strand
+  std::vector<glm::vec2> root_uv = {};     ///< per strand
+  std::optional<double> cm_per_unit = {};  ///< as the file says
+  std::optional<bool> y_up = {};           ///< y of the file is up, else z, as the file says
+  /// Strands with points that are not finite, by rising index: all their points are one, and they are not drawn.
+  std::vector<std::uint32_t> broken = {};
   std::vector<std::string> remarks = {};    ///< what was chosen, what was converted
   std::vector<std::string> materials = {};  ///< what it says of them, one text each
   std::vector<IgnoredAttribute> ignored = {};
@@ -94,10 +101,14 @@ struct GroomInput {
   /// The bytes of another file that this one names, relative to it; unset: other files may not be read.
   std::function<Result<std::vector<unsigned char>>(const std::string& path)> other_file = {};
   std::optional<std::uint32_t> points_per_strand = {};  ///< of formats that do not say
+  /// To be read in place of the color, by formats that have attributes with names: three numbers, or one, which counts
+  /// for all three. Empty: the color.
+  std::string attribute = {};
   DoneWith done_with = {};
   /// Of what is animated: linear between the samples around it, the first or last beyond them; unset: the first sample.
   std::optional<double> frame = {};
-  double frames_per_second = 24;  ///< of formats that count in seconds
+  /// Of formats that count in seconds; unset: the file's own, or 24 where it says none.
+  std::optional<double> frames_per_second = {};
 };
 
 }  // namespace tress::scene

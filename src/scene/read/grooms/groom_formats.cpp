@@ -30,6 +30,11 @@ constexpr std::array formats{
 
 }  // namespace
 
+const char* why_not_used(std::span<const FormatItem> items, std::string_view name) {
+  const auto found = std::ranges::find(items, name, &FormatItem::name);
+  return found == items.end() ? "nothing here has a use for it" : found->why;
+}
+
 std::span<const GroomFormat> groom_formats() { return formats; }
 
 const GroomFormat* groom_format_of(std::span<const unsigned char> bytes) {

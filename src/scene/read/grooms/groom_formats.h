@@ -2,11 +2,27 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "scene/read/grooms/groom_file.h"
 
 namespace tress::scene {
+
+/// Something that a file of a format can say of curves, time, state or color.
+struct FormatItem {
+  std::string_view name;
+  const char* why;  ///< it is not used; empty: it is, or says nothing of the picture
+};
+
+/// Why an item is not used, also one that no row has; empty: it is used.
+const char* why_not_used(std::span<const FormatItem> items, std::string_view name);
+
+std::span<const FormatItem> alembic_items();
+std::span<const FormatItem> usda_items();
+std::span<const FormatItem> pbrt_items();
+std::span<const FormatItem> ply_items();
 
 struct GroomFormat {
   std::string_view name;    ///< "an Alembic archive (Ogawa)"
@@ -37,6 +53,9 @@ Result<GroomFile> read_alembic(const GroomInput& input);
 Result<GroomFile> read_pbrt(const GroomInput& input);
 Result<GroomFile> read_usc_data(const GroomInput& input);
 Result<GroomFile> read_ply(const GroomInput& input);
+
+/// The names behind Include and Import in a scene of pbrt; none in another file.
+std::vector<std::string> pbrt_includes(std::span<const unsigned char> bytes);
 
 /// Whether a text begins as a scene of pbrt does.
 bool is_pbrt(std::span<const unsigned char> bytes);

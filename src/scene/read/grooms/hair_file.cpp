@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "scene/read/grooms/groom_builder.h"
 #include "scene/read/grooms/groom_formats.h"
 
 namespace tress::scene {
@@ -79,22 +80,26 @@ Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const st
       done_with(bytes.subspan(offset + 12 * (i - points_a_block), 12 * points_a_block));
     for (int c = 0; c < 3; ++c) {
       const std::size_t byte = offset + 12 * i + 4 * static_cast<std::size_t>(c);
-      const auto x = read<float>(bytes, byte);
-      if (!(std::abs(x) <= largest_coordinate))
-        return error(byte, fmt::format("point {} finite and within {:g}", i, largest_coordinate),
-                     fmt::format("{:g}", x));
-      hair.points[i][c] = x;
+      hair.points[i][c] = read<float>(bytes, byte);
     }
   }
+  if (auto broken = leave_out_broken("", 0, &hair)) hair.ignored.push_back(std::move(*broken));
+  if (hair.broken.size() == hair.strand_count())
+    return error(offset, fmt::format("points that are finite and within {:g}", largest_coordinate),
+                 "none in any strand");
   offset += 12 * points;
   if (bits & has_thickness) {
     hair.width.resize(points);
+    std::uint64_t wrong = 0;
     for (std::uint64_t i = 0; i < points; ++i) {
       const auto x = read<float>(bytes, offset + 4 * i);
-      if (!(x >= 0 && x <= largest_coordinate))
-        return error(offset + 4 * i, fmt::format("thickness {} finite and >= 0", i), fmt::format("{:g}", x));
-      hair.width[i] = x;
+      const bool is_good = x >= 0 && x <= largest_coordinate;
+      wrong += is_good ? 0 : 1;
+      hair.width[i] = is_good ? x : 0;
     }
+    if (wrong > 0)
+      hair.ignored.push_back(
+          {fmt::format("{} of {} widths", wrong, points), "they are negative or no numbers and taken for 0"});
     if (done_with) done_with(bytes.subspan(offset, 4 * points));
   }
   if (bits & has_thickness) offset += 4 * points;

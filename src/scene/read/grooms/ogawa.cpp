@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <type_traits>
@@ -85,8 +86,10 @@ struct HeaderBytes {
 
 }  // namespace
 
-std::string_view OgawaProperty::value_of(std::string_view key) const {
-  std::string_view rest = metadata;
+namespace {
+
+/// Of "key=value;key=value".
+std::string_view value_in(std::string_view rest, std::string_view key) {
   while (!rest.empty()) {
     const std::string_view pair = rest.substr(0, rest.find(';'));
     rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
@@ -95,6 +98,10 @@ std::string_view OgawaProperty::value_of(std::string_view key) const {
   }
   return {};
 }
+
+}  // namespace
+
+std::string_view OgawaProperty::value_of(std::string_view key) const { return value_in(metadata, key); }
 
 OgawaFile::OgawaFile(std::span<const unsigned char> bytes, std::string name, DoneWith done_with)
     : bytes_(bytes), name_(std::move(name)), done_with_(std::move(done_with)), left_(bytes.size() / 8) {
@@ -110,6 +117,8 @@ OgawaFile::OgawaFile(std::span<const unsigned char> bytes, std::string name, Don
     read_time_samplings(data(child(root, 4)));
     read_metadata(data(child(root, 5)));
     top_ = {"", "", child(root, 2)};
+    const auto metadata = data(child(root, 3));
+    archive_metadata_.assign(metadata.begin(), metadata.end());
   }
 }
 
@@ -201,6 +210,26 @@ double OgawaFile::TimeSampling::of(std::uint64_t sample) const {
   const std::uint64_t periods = sample / times.size();
   const double since = periods == 0 ? 0 : period * static_cast<double>(periods);
   return times[static_cast<std::size_t>(sample % times.size())] + since;
+}
+
+std::optional<double> OgawaFile::frames_per_second() const {
+  const std::string_view said = value_in(archive_metadata_, "_ai_DCC_FPS");
+  double rate = 0;
+  if (const auto [end, fault] = std::from_chars(said.data(), said.data() + said.size(), rate);
+      fault == std::errc() && rate > 0 && rate < 1e6)
+    return rate;
+  constexpr double usual = 24, rounding = 1e-3;
+  for (const TimeSampling& sampling : time_samplings_) {
+    const double step = usual * sampling.period, times = step < 1 ? 1 / step : step;
+    const bool is_uniform = sampling.times.size() == 1 && sampling.period > 1e-4 && sampling.period < 0.5;
+    if (is_uniform && std::abs(times - std::round(times)) > rounding * times) return 1 / sampling.period;
+  }
+  return std::nullopt;
+}
+
+std::string OgawaFile::text(const OgawaProperty& property) {
+  const auto bytes = property.is_text() ? sample(property) : std::span<const unsigned char>();
+  return {bytes.begin(), std::find(bytes.begin(), bytes.end(), 0)};
 }
 
 double OgawaFile::seconds_of(const OgawaProperty& property, std::uint64_t sample) const {

@@ -17,6 +17,7 @@ namespace tress::scene {
 struct OgawaProperty {
   enum class Kind : std::uint8_t { compound, scalar, array };
   std::string name, metadata;
+  bool is_text() const { return pod >= 12; }
   Kind kind = Kind::compound;
   std::uint8_t pod = 0;      ///< type of a number, as in the file (README.md)
   std::uint32_t extent = 1;  ///< numbers a value
@@ -53,6 +54,9 @@ class OgawaFile {
 
   /// The samples around a time, seconds; the first or the last beyond them.
   OgawaMoment around(const OgawaProperty& property, double seconds) const;
+  /// How many frames a second the archive was written at: as its metadata say, else by the distance of samples where
+  /// these do not fall on frames of 24 a second. Nothing where neither says.
+  std::optional<double> frames_per_second() const;
   /// When a sample is, seconds; 0 where nothing says.
   double seconds_of(const OgawaProperty& property, std::uint64_t sample) const;
   /// A sample, without its key; empty where there is none.
@@ -61,6 +65,9 @@ class OgawaFile {
   std::vector<float> floats(const OgawaProperty& property, std::uint64_t index = 0);
   std::vector<double> doubles(const OgawaProperty& property, std::uint64_t index = 0);
   std::vector<std::int64_t> integers(const OgawaProperty& property, std::uint64_t index = 0);
+
+  /// A text of a property, to its first 0 character; empty where it has none.
+  std::string text(const OgawaProperty& property);
 
   void fail(std::uint64_t byte, std::string expected, std::string found);
   const std::optional<Error>& error() const { return error_; }
@@ -92,6 +99,7 @@ class OgawaFile {
   };
   std::vector<TimeSampling> time_samplings_;
   OgawaObject top_;
+  std::string archive_metadata_;
   std::uint64_t left_;  ///< groups that may still be visited: no file has more than its bytes allow
   std::optional<Error> error_;
 };

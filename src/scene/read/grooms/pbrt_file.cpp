@@ -6,6 +6,7 @@
 #include <glm/ext/matrix_double3x3.hpp>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/ext/vector_double4.hpp>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <map>
 #include <numbers>
@@ -66,6 +67,20 @@ constexpr std::string_view directives[] = {"Accelerator",
 
 bool is_directive(std::string_view word) { return std::ranges::find(directives, word) != std::end(directives); }
 
+/// Directives beside transforms, curves and their materials.
+constexpr FormatItem pbrt_table[] = {
+    {"Shape", "only curves are read"},
+    {"LightSource", "only curves are read"},
+    {"AreaLightSource", "only curves are read"},
+    {"Attribute", "parameters for all shapes that follow are not read"},
+    {"TransformTimes", "strands stand still: they are where the shutter opens"},
+};
+
+const char* why_of(std::string_view directive) {
+  const auto found = std::ranges::find(pbrt_table, directive, &FormatItem::name);
+  return found == std::end(pbrt_table) ? "" : found->why;
+}
+
 /// The values of one parameter: "float width0" [ .01 ].
 struct Values {
   std::vector<double> numbers;
@@ -98,9 +113,7 @@ class PbrtReader {
   }
 
  private:
-  void ignore(const std::string& name, const std::string& why) {
-    if (ignored_.size() < 200 && ignored_.insert(name).second) builder_.file().ignored.push_back({name, why});
-  }
+  void ignore(const std::string& name, const std::string& why) { builder_.ignore(name, why); }
 
   void read_text(std::span<const unsigned char> bytes, const std::string& name, int depth) {
     TextCursor text(bytes, name);
@@ -128,7 +141,7 @@ class PbrtReader {
     if (!bytes)
       error_ = bytes.error();
     else
-      read_text(*bytes, path, depth + 1);
+      read_text(without_byte_order_mark(*bytes), path, depth + 1);
   }
 
   std::vector<double> numbers(TextCursor* text, std::size_t count) {
@@ -142,40 +155,105 @@ class PbrtReader {
   void obey(const std::string& directive, TextCursor* text) {
     if (directive == "AttributeBegin" || directive == "TransformBegin") {
       if (stack_.size() >= deepest_attributes) return text->fail("fewer blocks in one another", "more");
-      stack_.push_back({to_world_, directive == "AttributeBegin", material_});
+      stack_.push_back({to_world_, directive == "AttributeBegin", material_, at_start_});
     } else if (directive == "AttributeEnd" || directive == "TransformEnd") {
       if (stack_.empty()) return text->fail("a block that began", directive);
       to_world_ = stack_.back().to_world;
+      at_start_ = stack_.back().at_start;
       if (stack_.back().has_material) material_ = stack_.back().material;
       stack_.pop_back();
+    } else if (directive == "ActiveTransform") {
+      const std::string_view which = text->word();
+      at_start_ = which != "EndTime";
+      if (which != "All") ignore("ActiveTransform", "strands stand still: they are where the shutter opens");
+    } else if (directive == "CoordinateSystem") {
+      const std::string name(text->quoted());
+      if (named_systems_.size() < most_saved_words) named_systems_[name] = to_world_;
+    } else if (directive == "CoordSysTransform") {
+      const std::string name(text->quoted());
+      const auto found = named_systems_.find(name);
+      if (found != named_systems_.end())
+        transform(found->second, false);
+      else
+        ignore("CoordSysTransform \"" + printable(name.substr(0, 64)) + "\"", "no CoordinateSystem has the name");
     } else if (directive == "WorldBegin" || directive == "Identity") {
-      to_world_ = glm::dmat4(1.0);
+      if (directive == "WorldBegin") at_start_ = true;
+      transform(glm::dmat4(1.0), false);
+      if (directive == "WorldBegin") named_systems_["world"] = to_world_;
     } else if (directive == "Translate" || directive == "Scale") {
       const auto n = numbers(text, 3);
       if (text->error()) return;
       const glm::dvec3 by(n[0], n[1], n[2]);
-      to_world_ = directive == "Scale" ? glm::scale(to_world_, by) : glm::translate(to_world_, by);
+      transform(directive == "Scale" ? glm::scale(glm::dmat4(1.0), by) : glm::translate(glm::dmat4(1.0), by), true);
     } else if (directive == "Rotate") {
       const auto n = numbers(text, 4);
       const glm::dvec3 axis = text->error() ? glm::dvec3(0.0) : glm::dvec3(n[1], n[2], n[3]);
-      if (axis != glm::dvec3(0.0)) to_world_ = glm::rotate(to_world_, n[0] * std::numbers::pi / 180, axis);
+      if (axis != glm::dvec3(0.0)) transform(glm::rotate(glm::dmat4(1.0), n[0] * std::numbers::pi / 180, axis), true);
     } else if (directive == "LookAt") {
-      numbers(text, 9);  // of the camera
+      const auto n = numbers(text, 9);
+      if (!text->error()) look_at({n[0], n[1], n[2]}, {n[3], n[4], n[5]}, {n[6], n[7], n[8]});
     } else if (directive == "Transform" || directive == "ConcatTransform") {
       const auto n = numbers(text, 16);
       if (text->error()) return;
       glm::dmat4 matrix;
       for (int c = 0; c < 4; ++c)
         for (int r = 0; r < 4; ++r) matrix[c][r] = n[static_cast<std::size_t>(4 * c + r)];
-      to_world_ = directive == "Transform" ? matrix : to_world_ * matrix;
+      transform(matrix, directive == "ConcatTransform");
     } else if (directive == "ObjectBegin") {
-      text->quoted();
-      in_object_ = true;
+      object_ = std::string(text->quoted());
+      if (stack_.size() >= deepest_attributes) return text->fail("fewer blocks in one another", "more");
+      stack_.push_back({to_world_, true, material_, at_start_});
     } else if (directive == "ObjectEnd") {
-      in_object_ = false;
+      if (!object_ || stack_.empty()) return text->fail("an object that began", directive);
+      object_.reset();
+      to_world_ = stack_.back().to_world;
+      at_start_ = stack_.back().at_start;
+      material_ = stack_.back().material;
+      stack_.pop_back();
+    } else if (directive == "ObjectInstance") {
+      add_instance(std::string(text->quoted()), text);
+    } else if (directive == "Camera") {
+      if (glm::determinant(to_world_) != 0) named_systems_["camera"] = glm::inverse(to_world_);
+      with_parameters(directive, parameters(text), text);
     } else {
       with_parameters(directive, parameters(text), text);
     }
+  }
+
+  /// What a transform directive says; not where it is said of the end of a motion alone.
+  void transform(const glm::dmat4& by, bool concatenates) {
+    if (at_start_) to_world_ = concatenates ? to_world_ * by : by;
+  }
+
+  /// From the world to a camera that looks along its z; nothing where it looks nowhere.
+  void look_at(const glm::dvec3& eye, const glm::dvec3& at, const glm::dvec3& up) {
+    const glm::dvec3 along = at - eye, right = glm::cross(up, along);
+    if (!(glm::length(along) > 0) || !(glm::length(right) > 0)) return;
+    const glm::dvec3 z = glm::normalize(along), x = glm::normalize(right), y = glm::cross(z, x);
+    transform(glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(eye, 1))), true);
+  }
+
+  /// The curves of an object once more. Objects may be many times in a scene, but no honest one has this many times its
+  /// bytes.
+  void add_instance(const std::string& name, TextCursor* text) {
+    constexpr std::size_t most_sharing = 16;
+    const auto found = objects_.find(name);
+    if (found == objects_.end())
+      return ignore("ObjectInstance \"" + printable(name.substr(0, 64)) + "\"", "no object with curves has the name");
+    const glm::dmat4 here = to_world_;
+    const std::string material = material_;
+    for (const ObjectCurve& curve : found->second) {
+      const auto points = curve.parameters.by_name.find("P");
+      instanced_ += points == curve.parameters.by_name.end() ? 0 : points->second.numbers.size();
+      if (instanced_ > most_sharing * std::max<std::size_t>(input_.bytes.size(), 1 << 16))
+        return text->fail("fewer instances", "more than the bytes allow");
+      to_world_ = here * curve.to_world;
+      material_ = curve.material;
+      add_curve(curve.parameters, text);
+      if (text->error()) break;
+    }
+    to_world_ = here;
+    material_ = material;
   }
 
   Parameters parameters(TextCursor* text) {
@@ -219,12 +297,12 @@ class PbrtReader {
     if (text->error()) return;
     const std::string kind = p.first.empty() ? "" : printable(p.first[0]);
     if (directive == "Shape" && kind == "curve") {
-      if (in_object_) return ignore("ObjectBegin", "instances are not made");
-      add_curve(p, text);
-    } else if (directive == "Shape" || directive == "LightSource" || directive == "AreaLightSource") {
-      ignore(directive + " \"" + kind.substr(0, 32) + "\"", "only curves are read");
-    } else if (directive == "ObjectInstance") {
-      ignore(directive, "instances are not made");
+      if (!object_)
+        add_curve(p, text);
+      else
+        objects_[*object_].push_back({std::move(p), to_world_, material_});
+    } else if (const char* why = why_of(directive); *why != 0) {
+      ignore(directive + " \"" + kind.substr(0, 32) + "\"", why);
     } else if (directive == "Material") {
       material_ = hair_of(kind, p);
     } else if (directive == "MakeNamedMaterial" && named_.size() < most_saved_words) {
@@ -300,7 +378,7 @@ class PbrtReader {
     }
     const double size = std::cbrt(std::abs(glm::determinant(glm::dmat3(to_world_)))), width = p.number("width", 1);
     append(kind, points, size * p.number("width0", width), size * p.number("width1", width), normals_of(p));
-    if (!material_.empty() && ignored_.insert("material " + material_).second && materials_++ < 100)
+    if (!material_.empty() && told_materials_.insert(material_).second && materials_++ < 100)
       builder_.file().materials.push_back(material_);
   }
 
@@ -369,6 +447,13 @@ class PbrtReader {
     glm::dmat4 to_world;
     bool has_material;
     std::string material;
+    bool at_start;
+  };
+
+  struct ObjectCurve {
+    Parameters parameters;
+    glm::dmat4 to_world;
+    std::string material;
   };
 
   const GroomInput& input_;
@@ -378,15 +463,39 @@ class PbrtReader {
   std::vector<Block> stack_;
   std::string material_;
   std::map<std::string, std::string> named_;
-  std::set<std::string> ignored_;
+  std::set<std::string> told_materials_;
   std::optional<Error> error_;
   int includes_ = 0, materials_ = 0;
-  bool in_object_ = false;
+  std::map<std::string, glm::dmat4> named_systems_;
+  std::optional<std::string> object_;  ///< the one that is described
+  std::map<std::string, std::vector<ObjectCurve>> objects_;
+  std::size_t instanced_ = 0;
+  bool at_start_ = true;  ///< transforms are those of the opening of the shutter
 };
 
 }  // namespace
 
+std::vector<std::string> pbrt_includes(std::span<const unsigned char> bytes) {
+  std::vector<std::string> names;
+  const std::string_view all(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const bool may_have = all.find("Include") != all.npos || all.find("Import") != all.npos;
+  if (!may_have || !is_pbrt(bytes)) return names;
+  TextCursor text(bytes, "");
+  while (!text.at_end()) {
+    if (text.peek() == '"') {
+      text.quoted();
+      continue;
+    }
+    const std::string_view word = text.word();
+    if (word.empty() && !text.take(text.peek())) break;
+    if ((word == "Include" || word == "Import") && text.peek() == '"') names.emplace_back(text.quoted());
+  }
+  return names;
+}
+
 bool is_pbrt(std::span<const unsigned char> bytes) { return is_directive(TextCursor(bytes, "").peek_word()); }
+
+std::span<const FormatItem> pbrt_items() { return pbrt_table; }
 
 Result<GroomFile> read_pbrt(const GroomInput& input) { return PbrtReader(input).read(); }
 

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <optional>
 #include <string_view>
+#include <unordered_map>
+#include <utility>
 
 #include "scene/read/grooms/groom_builder.h"
 #include "scene/read/grooms/groom_formats.h"
@@ -19,6 +21,29 @@ namespace {
 constexpr std::uint32_t usual_points_per_strand = 100;
 
 enum class Number { i8, u8, i16, u16, i32, u32, f32, f64 };
+
+/// Properties of vertices.
+constexpr FormatItem ply_table[] = {
+    {"x", ""},
+    {"y", ""},
+    {"z", ""},
+    {"red", ""},
+    {"green", ""},
+    {"blue", ""},
+    {"r", ""},
+    {"g", ""},
+    {"b", ""},
+    {"width", ""},
+    {"diameter", ""},
+    {"radius", ""},
+    {"strand_id", ""},
+    {"strand", ""},
+    {"curve_id", ""},
+    {"alpha", "hair is not transparent by a color"},
+    {"nx", "normals of vertices are those of surfaces"},
+    {"ny", "normals of vertices are those of surfaces"},
+    {"nz", "normals of vertices are those of surfaces"},
+};
 
 struct Property {
   std::string name;
@@ -79,6 +104,7 @@ class PlyReader {
   Result<GroomFile> read() {
     read_header();
     if (!error_) read_vertices();
+    if (!error_) read_edges();
     if (!error_) cut_strands();
     if (error_) return *error_;
     if (auto error = builder_.add(std::move(set_))) return *error;
@@ -133,6 +159,12 @@ class PlyReader {
           fail("at most 256 properties", "more");
         else
           properties_.push_back({printable(std::string(words[2].substr(0, 64))), *type});
+      } else if (words[0] == "property" && element == "edge" && has_edges_) {
+        const auto type = words.size() >= 3 ? number_type(words[1]) : std::nullopt;
+        if (type && edge_properties_.size() < 256)
+          edge_properties_.push_back({printable(std::string(words[2].substr(0, 64))), *type});
+        else
+          fail("a property of one number an edge", words.size() >= 2 ? std::string(words[1].substr(0, 32)) : "none");
       } else if (words[0] != "property") {
         fail("a line of a PLY header", std::string(words[0].substr(0, 32)));
       }
@@ -152,9 +184,12 @@ class PlyReader {
       count_ = number;
     } else if (name == "face" && number > 0) {
       fail("strands: vertices alone", fmt::format("{} faces, a mesh", number));
+    } else if (name == "edge" && *element == "vertex") {
+      edge_count_ = number;
+      has_edges_ = number > 0;
     } else if (number > 0) {
       builder_.file().ignored.push_back(
-          {fmt::format("element {}", name.substr(0, 64)), "strands are cut by their number of points"});
+          {fmt::format("element {}", name.substr(0, 64)), "vertices, and edges right behind them, are read"});
     }
     *element = name.substr(0, 64);
   }
@@ -179,11 +214,16 @@ class PlyReader {
     TextCursor cursor(input_.bytes.subspan(at_), input_.name);
     std::vector<double> row(properties_.size());
     const auto x = *place_of({"x"}), y = *place_of({"y"}), z = *place_of({"z"});
-    const auto red = place_of({"red", "r"}), green = place_of({"green", "g"}), blue = place_of({"blue", "b"});
+    const std::string& attribute = input_.attribute;
+    const auto one = place_of({attribute});
+    const auto red = attribute.empty() ? place_of({"red", "r"}) : one,
+               green = attribute.empty() ? place_of({"green", "g"}) : one,
+               blue = attribute.empty() ? place_of({"blue", "b"}) : one;
     const auto width = place_of({"width", "diameter"}), radius = place_of({"radius"}),
                strand = place_of({"strand_id", "strand", "curve_id"});
     const bool has_color = red && green && blue;
-    const double most_color = has_color && bytes_of(properties_[*red].type) == 1 ? 255 : 1;
+    const std::size_t color_bytes = has_color ? bytes_of(properties_[*red].type) : 0;
+    const double most_color = color_bytes == 1 ? 255 : color_bytes == 2 ? 65535 : 1;
     set_.vertices.reserve(count_);
     for (std::uint64_t i = 0; i < count_; ++i) {
       for (std::size_t k = 0; k < row.size(); ++k)
@@ -196,32 +236,121 @@ class PlyReader {
       if (has_color)
         set_.color.values.emplace_back(to_float(row[*red] / most_color), to_float(row[*green] / most_color),
                                        to_float(row[*blue] / most_color));
-      if (strand) add_to_strand(row[*strand]);
+      if (strand) ids_.push_back(row[*strand]);
     }
+    at_ = is_ascii_ ? at_ + cursor.at() : at_ + static_cast<std::size_t>(count_) * stride;
     set_.width.name = "width";
-    set_.color.name = "red, green, blue";
+    set_.color.name = attribute.empty() ? "red, green, blue" : attribute;
+    if (!attribute.empty()) builder_.file().attribute = attribute;
     set_.width.scope = set_.color.scope = AttributeScope::vertex;
     for (const Property& property : properties_) name_what_is_left(property.name);
   }
 
-  void add_to_strand(double id) {
-    if (set_.vertex_counts.empty() || id != last_id_) {
-      set_.vertex_counts.push_back(0);
-      last_id_ = id;
+  /// Pairs of vertices, where they are told right behind the vertices.
+  void read_edges() {
+    if (!has_edges_) return;
+    std::optional<std::size_t> from, to;
+    std::size_t stride = 0;
+    std::vector<std::size_t> offsets;
+    for (std::size_t i = 0; i < edge_properties_.size(); ++i) {
+      const Property& property = edge_properties_[i];
+      if (property.name == "vertex1") from = i;
+      if (property.name == "vertex2") to = i;
+      offsets.push_back(stride);
+      stride += is_ascii_ ? 2 : bytes_of(property.type);
     }
-    ++set_.vertex_counts.back();
+    if (!from || !to) {
+      builder_.ignore("element edge", "it has no vertex1 and vertex2");
+      return;
+    }
+    const std::uint64_t left = text_.size() - std::min(at_, text_.size()) + (is_ascii_ ? 1 : 0);
+    if (edge_count_ > left / stride)
+      return fail(fmt::format("at most {} edges, as the bytes allow", left / stride), fmt::format("{}", edge_count_));
+    TextCursor cursor(input_.bytes.subspan(at_), input_.name);
+    std::vector<double> row(edge_properties_.size());
+    for (std::uint64_t i = 0; i < edge_count_; ++i) {
+      for (std::size_t k = 0; k < row.size(); ++k)
+        row[k] = is_ascii_
+                     ? cursor.number()
+                     : value_of(edge_properties_[k].type, input_.bytes.data() + at_ + i * stride + offsets[k], is_big_);
+      if (cursor.error()) return fail(fmt::format("{} edges", edge_count_), fmt::format("no number in edge {}", i));
+      const double most = static_cast<double>(count_) - 1;
+      if (!(row[*from] >= 0 && row[*from] <= most && row[*to] >= 0 && row[*to] <= most))
+        return fail(fmt::format("vertices up to {} in edge {}", count_ - 1, i),
+                    fmt::format("{:g} and {:g}", row[*from], row[*to]));
+      edges_.emplace_back(static_cast<std::uint32_t>(row[*from]), static_cast<std::uint32_t>(row[*to]));
+    }
+  }
+
+  /// Vertices strand by strand, as edges join them, root first: of the two ends that which comes first in the file.
+  /// Empty where edges branch.
+  std::vector<std::uint32_t> order_by_edges(std::vector<std::uint32_t>* counts) const {
+    constexpr std::uint32_t none = 0xffffffffu;
+    std::vector<std::array<std::uint32_t, 2>> beside(count_, {none, none});
+    for (const auto& [a, b] : edges_)
+      for (const auto& [here, there] : {std::pair{a, b}, std::pair{b, a}}) {
+        if (beside[here][1] != none || a == b) return {};
+        beside[here][beside[here][0] == none ? 0 : 1] = there;
+      }
+    std::vector<std::uint32_t> order;
+    std::vector<bool> is_placed(count_, false);
+    const auto follow = [&](std::uint32_t at) {
+      counts->push_back(0);
+      while (at != none && !is_placed[at]) {
+        is_placed[at] = true;
+        order.push_back(at);
+        ++counts->back();
+        const auto& next = beside[at];
+        at = next[0] != none && !is_placed[next[0]] ? next[0] : next[1];
+      }
+    };
+    for (const bool only_ends : {true, false})
+      for (std::uint32_t i = 0; i < count_; ++i)
+        if (!is_placed[i] && (!only_ends || beside[i][1] == none)) follow(i);
+    return order;
+  }
+
+  /// The same by the strand that each vertex names, in the order in which strands come first.
+  std::vector<std::uint32_t> order_by_ids(std::vector<std::uint32_t>* counts) const {
+    std::unordered_map<double, std::uint32_t> place;
+    std::vector<std::uint32_t> strand;
+    for (const double id : ids_) {
+      const auto [at, is_new] = place.emplace(id, static_cast<std::uint32_t>(counts->size()));
+      if (is_new) counts->push_back(0);
+      strand.push_back(at->second);
+      ++(*counts)[at->second];
+    }
+    std::vector<std::uint32_t> next(counts->size(), 0), order(ids_.size());
+    for (std::size_t s = 1; s < next.size(); ++s) next[s] = next[s - 1] + (*counts)[s - 1];
+    for (std::uint32_t i = 0; i < ids_.size(); ++i) order[next[strand[i]]++] = i;
+    return order;
   }
 
   void name_what_is_left(const std::string& name) {
-    static constexpr std::string_view known[] = {"x",        "y",      "z",         "red",    "green",
-                                                 "blue",     "r",      "g",         "b",      "width",
-                                                 "diameter", "radius", "strand_id", "strand", "curve_id"};
-    if (std::ranges::find(known, name) == std::end(known))
-      builder_.file().ignored.push_back({"property " + name, "nothing here has a use for it"});
+    if (const char* why = why_not_used(ply_table, name); *why != 0 && name != input_.attribute)
+      builder_.ignore("property " + name, why);
   }
 
   void cut_strands() {
-    if (!set_.vertex_counts.empty()) return;
+    std::vector<std::uint32_t> order;
+    if (!ids_.empty())
+      order = order_by_ids(&set_.vertex_counts);
+    else if (!edges_.empty())
+      order = order_by_edges(&set_.vertex_counts);
+    if (!order.empty()) {
+      const auto sort = [&](auto* values) {
+        auto sorted = *values;
+        for (std::size_t i = 0; i < values->size(); ++i) sorted[i] = (*values)[order[i]];
+        *values = std::move(sorted);
+      };
+      if (std::ranges::is_sorted(order)) return;
+      sort(&set_.vertices);
+      sort(&set_.width.values);
+      sort(&set_.color.values);
+      return;
+    }
+    set_.vertex_counts.clear();
+    if (!edges_.empty()) builder_.ignore("element edge", "edges branch: strands are cut by their number of points");
     const std::uint32_t points = input_.points_per_strand.value_or(usual_points_per_strand);
     if (count_ % points != 0)
       return fail(fmt::format("strands of {} points (\"points_per_strand\" says how many)", points),
@@ -237,14 +366,18 @@ class PlyReader {
   GroomBuilder builder_;
   CurveSet set_;
   std::vector<Property> properties_;
-  std::uint64_t count_ = 0;
+  std::vector<Property> edge_properties_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_;
+  std::vector<double> ids_;  ///< of the strand, one a vertex
+  std::uint64_t count_ = 0, edge_count_ = 0;
   std::size_t at_ = 0;
-  bool is_ascii_ = true, is_big_ = false;
-  double last_id_ = 0;
+  bool is_ascii_ = true, is_big_ = false, has_edges_ = false;
   std::optional<Error> error_;
 };
 
 }  // namespace
+
+std::span<const FormatItem> ply_items() { return ply_table; }
 
 Result<GroomFile> read_ply(const GroomInput& input) { return PlyReader(input).read(); }
 

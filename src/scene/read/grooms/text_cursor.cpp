@@ -8,11 +8,16 @@
 #include <system_error>
 
 namespace tress::scene {
+
+std::span<const unsigned char> without_byte_order_mark(std::span<const unsigned char> bytes) {
+  const bool has_mark = bytes.size() >= 3 && bytes[0] == 0xef && bytes[1] == 0xbb && bytes[2] == 0xbf;
+  return has_mark ? bytes.subspan(3) : bytes;
+}
 namespace {
 
 bool is_of_word(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == ':' ||
-         c == '.' || c == '!' || c == '-' || c == '+';
+         c == '.' || c == '!' || c == '-' || c == '+' || static_cast<unsigned char>(c) >= 0x80;  // UTF-8
 }
 
 char closing(char open) { return open == '(' ? ')' : open == '[' ? ']' : '}'; }
@@ -117,6 +122,41 @@ void TextCursor::tell_what_is_done() {
   done_ = at_;
 }
 
+std::string_view TextCursor::until(char c) {
+  const std::size_t begin = at_;
+  const bool is_there = skip_past(c);
+  return text_.substr(begin, at_ - begin - (is_there ? 1 : 0));
+}
+
+void TextCursor::go_to(std::size_t at) { at_ = error_ ? text_.size() : at, done_ = at_; }
+
+bool TextCursor::skip_numbers() {
+  int depth = 0;
+  std::size_t told = done_;
+  for (std::size_t at = at_; at < text_.size(); ++at) {
+    const char c = text_[at];
+    if (c == '[') {
+      if (++depth > 1) return false;
+    } else if (c == '(') {
+      if (++depth > 4) return false;
+    } else if (c == ')') {
+      if (--depth < 1) return false;
+    } else if (c == ']') {
+      if (depth != 1) return false;
+      at_ = at + 1;
+      return true;
+    } else if (!((c >= '0' && c <= '9') || c == ',' || c == ' ' || c == '.' || c == '-' || c == '\n' || c == 'e' ||
+                 c == '+' || c == '\r' || c == '\t' || c == 'E')) {
+      return false;
+    }
+    if (done_with_ && at - told >= done_block) {
+      done_with_(bytes_.subspan(told, at - told));
+      told = at;
+    }
+  }
+  return false;
+}
+
 bool TextCursor::skip_past(char c) {
   const std::size_t end = text_.find(c, at_);
   at_ = end == std::string_view::npos ? text_.size() : end + 1;
@@ -139,7 +179,9 @@ void TextCursor::skip_value() {
   do {
     const char c = peek();
     if (c == 0) return fail_here(open.empty() ? "a value" : fmt::format("\"{}\"", open.back()));
-    if (c == '(' || c == '[' || c == '{') {
+    if (c == '[' && skip_numbers()) {
+      continue;
+    } else if (c == '(' || c == '[' || c == '{') {
       ++at_;
       if (open.size() >= 64) return fail("at most 64 brackets in one another", "more");
       open += closing(c);

@@ -12,6 +12,9 @@
 
 namespace tress::scene {
 
+/// A text in UTF-8 without the mark that some programs begin it with; other bytes as they are.
+std::span<const unsigned char> without_byte_order_mark(std::span<const unsigned char> bytes);
+
 /// Reads on from its place, never behind the end. The first failure is kept; afterwards the text is at its end, so that
 /// every loop over it ends.
 class TextCursor {
@@ -43,10 +46,22 @@ class TextCursor {
   /// Whether a number may begin here.
   bool is_number();
 
+  /// The characters up to this one, which is taken too; all that are left where there is none.
+  std::string_view until(char c);
+  /// Where the cursor is, behind blanks, and back to such a place.
+  std::size_t at() {
+    skip_blanks();
+    return at_;
+  }
+  void go_to(std::size_t at);
+
   /// Passes over a value of any kind: a word, a number, a text, <a path>, @an asset@, or whatever is in brackets.
   void skip_value();
   /// Passes over the characters up to this one and it; false at the end.
   bool skip_past(char c);
+  /// Passes over what is in a bracket that opens here; false, and nothing is passed, where no line of it has more than
+  /// numbers, commas and blanks between brackets that close each other.
+  bool skip_numbers();
   /// How many there are from here to the next of this character, or to the end. Takes nothing.
   std::size_t commas_before(char c) const;
 

@@ -47,6 +47,8 @@ void read_items(TextCursor* text, UsdaNumbers kept_as, UsdaValue* value) {
       value->texts.emplace_back(text->quoted());
     } else if (c == '@' || c == '<' || c == '{') {
       text->skip_value();
+    } else if (depth == 0 && text->peek_word() == "None") {
+      text->word();
     } else if (c == 'N' || c == 't' || c == 'f' || c == 'T' || c == 'F') {  // None, true, false
       value->texts.emplace_back(text->word());
     } else {
@@ -100,21 +102,21 @@ bool operation(const std::string& kind, const std::vector<double>& n, glm::dmat4
   return true;
 }
 
-/// Adds to numbers a share of the way to those after them; says where there are others.
-void meet(const UsdaValue& after, float share, UsdaValue* value) {
+/// Adds to numbers a share of the way to those after them; false where there are more or fewer of these.
+bool meet(const UsdaValue& after, float share, UsdaValue* value) {
   const auto add = [&](auto& numbers, const auto& later) {
-    if (numbers.size() != later.size()) {
-      value->changed = std::to_string(numbers.size()) + " and " + std::to_string(later.size());
-      return;
-    }
     using Number = std::remove_cvref_t<decltype(numbers[0])>;
     constexpr bool is_double = std::is_same_v<Number, double>;
     for (std::size_t i = 0; i < numbers.size(); ++i)
       numbers[i] += static_cast<std::conditional_t<is_double, double, float>>(share) * (later[i] - numbers[i]);
   };
+  if (value->numbers.size() != after.numbers.size() || value->precise.size() != after.precise.size() ||
+      value->triples.size() != after.triples.size())
+    return false;
   add(value->numbers, after.numbers);
   add(value->precise, after.precise);
   add(value->triples, after.triples);
+  return true;
 }
 
 }  // namespace
@@ -146,7 +148,10 @@ UsdaValue read_usda_value(TextCursor* text, bool samples, UsdaNumbers kept_as, s
     if (text->at_end()) text->fail_here("\"}\" behind time samples");
   }
   if (!from && to) before = std::move(after);
-  if (from && to && !is_held) meet(after, static_cast<float>((*frame - *from) / (*to - *from)), &before);
+  const bool is_on_sample = from && frame && *from == *frame;
+  const bool is_met = is_on_sample || (from && to && !is_held &&
+                                       meet(after, static_cast<float>((*frame - *from) / (*to - *from)), &before));
+  if (from && frame && !is_met) before.held_since = from;
   before.is_animated = is_animated;
   return before;
 }

@@ -16,8 +16,8 @@
 namespace tress::scene {
 
 /// The numbers of a value, brackets taken off, or its words: "bspline", ["xformOp:translate"]. Of time samples the
-/// first, or those of a frame: numbers with a fraction linear between the samples around it, the rest of the one
-/// before.
+/// first, or those of a frame: numbers with a fraction linear between the samples around it, the rest, and
+/// those of which the next sample has another number, of the one before. None has no numbers.
 struct UsdaValue {
   std::vector<float> numbers;
   std::vector<double> precise;     ///< instead, where few numbers were asked for in full
@@ -25,7 +25,9 @@ struct UsdaValue {
   std::vector<std::string> texts;
   std::optional<AttributeScope> scope;  ///< its interpolation
   bool is_animated = false;             ///< there were more time samples
-  std::string changed = {};             ///< how many numbers two samples have that cannot be met in between
+  /// The time of the sample that these are alone, where a frame is behind it: the next has another number, or there is
+  /// none.
+  std::optional<double> held_since = {};
 };
 
 /// As what the numbers of a value are kept.

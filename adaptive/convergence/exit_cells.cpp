@@ -1,0 +1,172 @@
+#include "convergence/exit_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "convergence/exit_cells.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "density/law_lanes.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tress::adaptive {
+namespace HWY_NAMESPACE {
+
+using I = hn::Vec<Integers>;
+
+HWY_INLINE F Number(float x) { return hn::Set(Floats(), x); }
+HWY_INLINE F Clamped(F x) { return hn::Min(hn::Max(x, Number(0)), Number(1)); }
+
+// erfc(x), x >= 0, error 2e-7 (Abramowitz and Stegun 7.1.26).
+HWY_INLINE F Beyond(F x) {
+  const F t = hn::Div(Number(1), hn::MulAdd(Number(0.3275911f), x, Number(1)));
+  F p = Number(1.061405429f);
+  p = hn::MulAdd(p, t, Number(-1.453152027f));
+  p = hn::MulAdd(p, t, Number(1.421413741f));
+  p = hn::MulAdd(p, t, Number(-0.284496736f));
+  p = hn::MulAdd(p, t, Number(0.254829592f));
+  return hn::Mul(hn::Mul(p, t), ExpOf(hn::Neg(hn::Mul(x, x))));
+}
+
+// A layer at an exit: the mass of it below x, its density there, and of that the part below t.
+struct LayerShares {
+  F below_azimuth, density, below_height;
+};
+
+HWY_INLINE LayerShares At(const CellTables::Segment* segments, I segment, Mask normal, F x, F t) {
+  const Floats d;
+  const auto fields = hn::Mul(segment, hn::Set(Integers(), sizeof(CellTables::Segment) / sizeof(float)));
+  const auto field = [&](const float CellTables::Segment::* which)
+                         HWY_ATTR { return hn::GatherIndex(d, &(segments->*which), fields); };
+  using S = CellTables::Segment;
+  const F s = Clamped(hn::Mul(hn::Sub(x, field(&S::x0)), field(&S::inverse_width)));
+  const auto line = [&](const float S::* from, const float S::* more)
+                        HWY_ATTR { return hn::MulAdd(s, field(more), field(from)); };
+  LayerShares at;
+  const F density = field(&S::density), more = field(&S::more_density);
+  at.density = hn::MulAdd(s, more, density);
+  const F mean = hn::MulAdd(hn::Mul(Number(0.5f), s), more, density);
+  at.below_azimuth = hn::MulAdd(hn::Mul(field(&S::width), s), mean, field(&S::below));
+  const F scale_below = line(&S::scale_below, &S::more_below), scale_above = line(&S::scale_above, &S::more_above);
+  const F away = hn::Sub(t, line(&S::mode, &S::more_mode));
+  const Mask is_below = hn::Lt(away, hn::Zero(d));
+  const F side = hn::IfThenElse(is_below, scale_below, scale_above);
+  const F z = hn::Min(hn::Div(hn::Abs(away), side), Number(80));
+  const F e = ExpOf(hn::Neg(z)), logistic = hn::Div(hn::Add(e, e), hn::Add(Number(1), e));
+  const F beyond = hn::IfThenElse(
+      normal, Beyond(hn::Mul(hn::Min(z, Number(12)), Number(std::numbers::sqrt2_v<float> / 2))), logistic);
+  const F share = hn::Mul(beyond, hn::Div(side, hn::Add(scale_below, scale_above)));
+  at.below_height = hn::Mul(at.density, hn::IfThenElse(is_below, share, hn::Sub(Number(1), share)));
+  return at;
+}
+
+HWY_INLINE I Cell(F share, std::int32_t cells) {
+  const Integers i;
+  const I at = hn::ConvertTo(i, hn::Mul(share, Number(static_cast<float>(cells))));
+  return hn::Min(at, hn::Set(i, cells - 1));
+}
+
+void FindCells(const CellTables& tables, std::int32_t us, std::int32_t vs, std::size_t n, const float* xs,
+               const float* ts, const std::int32_t* parts, std::int32_t* cells) {
+  const Floats d;
+  const Integers i;
+  for (std::size_t at = 0; at < n; at += hn::Lanes(d)) {
+    const F x = hn::LoadU(d, xs + at), t = hn::LoadU(d, ts + at);
+    const I part = hn::LoadU(i, parts + at);
+    const I first = hn::ShiftLeft<5>(part);  // Ribbon::main_knots are 32
+    I knot = hn::Zero(i);
+    for (std::int32_t step = Ribbon::main_knots / 2; step > 0; step /= 2) {
+      const I further = hn::Add(knot, hn::Set(i, step));
+      const Mask is_there = hn::Ge(x, hn::GatherIndex(d, tables.azimuth.data(), hn::Add(first, further)));
+      knot = hn::IfThenElse(hn::RebindMask(i, is_there), further, knot);
+    }
+    const Mask before_first = hn::Lt(x, hn::GatherIndex(d, tables.azimuth.data(), first));
+    knot = hn::IfThenElse(hn::RebindMask(i, before_first), hn::Set(i, Ribbon::main_knots), knot);
+    const Mask normal = hn::Gt(hn::GatherIndex(d, tables.is_normal.data(), part), Number(0.5f));
+    const LayerShares main = At(tables.main.data(), hn::Add(hn::Add(first, part), knot), normal, x, t);
+    const F turn = hn::Mul(hn::Add(x, Number(std::numbers::pi_v<float>)),
+                           Number(Ribbon::broad_knots / (2 * std::numbers::pi_v<float>)));
+    const I broad_knot = hn::Min(hn::ConvertTo(i, turn), hn::Set(i, Ribbon::broad_knots - 1));
+    const LayerShares broad =
+        At(tables.broad.data(), hn::Add(hn::ShiftLeft<3>(part), broad_knot), hn::MaskFromVec(hn::Zero(d)), x, t);
+    const F u = Clamped(hn::Add(main.below_azimuth, broad.below_azimuth));
+    const F all = hn::Add(main.density, broad.density), below = hn::Add(main.below_height, broad.below_height);
+    const F v = hn::IfThenElse(hn::Gt(all, hn::Zero(d)), Clamped(hn::Div(below, all)), Number(0.5f));
+    const I of_part = hn::Mul(part, hn::Set(i, us * vs));
+    hn::StoreU(hn::Add(of_part, hn::Add(hn::Mul(Cell(u, us), hn::Set(i, vs)), Cell(v, vs))), i, cells + at);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tress::adaptive
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tress::adaptive {
+
+HWY_EXPORT(FindCells);
+
+static_assert(Ribbon::main_knots == 32 && Ribbon::broad_knots == 8);
+
+namespace {
+
+/// Segments of a layer by number of the knot before them; with room for one more, that from -pi to the first knot.
+void write_segments(std::span<const RibbonKnot> knots, std::span<CellTables::Segment> out) {
+  constexpr double pi = std::numbers::pi;
+  const std::size_t count = knots.size();
+  double below = 0, cut = 0;  // cut: what is between the first knot and -pi, on the way round
+  for (std::size_t k = 0; k < count; ++k) {
+    const RibbonKnot &a = knots[k], &b = knots[(k + 1) % count];
+    const double x0 = static_cast<double>(a.azimuth);
+    const double width = std::max(static_cast<double>(b.azimuth) - x0 + (k + 1 < count ? 0 : 2 * pi), 0.0);
+    out[k] = {a.azimuth,
+              width > 0 ? static_cast<float>(1 / width) : 0.0f,
+              static_cast<float>(below),
+              static_cast<float>(width),
+              a.density,
+              b.density - a.density,
+              a.mode,
+              b.mode - a.mode,
+              a.scale_below,
+              b.scale_below - a.scale_below,
+              a.scale_above,
+              b.scale_above - a.scale_above};
+    const double density = static_cast<double>(a.density), more = static_cast<double>(b.density) - density;
+    if (k + 1 == count) {
+      const double s = width > 0 ? std::clamp((pi - x0) / width, 0.0, 1.0) : 0;
+      cut = below + width * s * (density + 0.5 * s * more);
+    }
+    below += width * (density + 0.5 * more);
+  }
+  const double from_cut = below - cut;  // from -pi to the first knot
+  if (out.size() > count) {
+    out[count] = out[count - 1];
+    out[count].x0 -= static_cast<float>(2 * pi);
+    out[count].below -= static_cast<float>(cut);
+  }
+  for (std::size_t k = 0; k < count; ++k) out[k].below += static_cast<float>(from_cut);
+}
+
+}  // namespace
+
+void CellTables::set(std::size_t part, const Ribbon& ribbon) {
+  for (std::size_t k = 0; k < Ribbon::main_knots; ++k) {
+    azimuth[part * Ribbon::main_knots + k] = ribbon.main()[k].azimuth;
+  }
+  write_segments(ribbon.main(), std::span(main).subspan(part * main_segments, main_segments));
+  write_segments(ribbon.broad(), std::span(broad).subspan(part * Ribbon::broad_knots, Ribbon::broad_knots));
+  is_normal[part] = ribbon.main_law() == HeightLaw::normal ? 1.0f : 0.0f;
+}
+
+void find_cells(const CellTables& tables, std::int32_t us, std::int32_t vs, std::size_t n, const float* x,
+                const float* t, const std::int32_t* part, std::int32_t* cell) {
+  HWY_DYNAMIC_DISPATCH(FindCells)(tables, us, vs, n, x, t, part, cell);
+}
+
+}  // namespace tress::adaptive
+#endif

@@ -1,0 +1,34 @@
+// Finds the cells of distribution functions in which exits fall, many at once.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "tress/adaptive/ribbon.h"
+
+namespace tress::adaptive {
+
+/// The ribbons of a row as the search for cells reads them.
+struct CellTables {
+  static constexpr std::size_t parts = RibbonRow::most_parts;
+  static constexpr std::size_t main_segments = Ribbon::main_knots + 1;  ///< the last: from -pi to the first knot
+  /// All but width and below linear along the segment: at its begin, and how much more at its end.
+  struct Segment {
+    float x0, inverse_width, below, width;  ///< below: the mass of the layer from -pi to the segment
+    float density, more_density, mode, more_mode, scale_below, more_below, scale_above, more_above;
+  };
+  alignas(32) std::array<float, parts * Ribbon::main_knots> azimuth{};  ///< of the main knots
+  std::array<Segment, parts * main_segments> main{};
+  std::array<Segment, parts * Ribbon::broad_knots> broad{};
+  std::array<float, parts> is_normal{};  ///< 1: the main layer's law
+
+  void set(std::size_t part, const Ribbon& ribbon);
+};
+
+/// u times `us` and v times `vs`, rounded down, are the cell u vs + v, of a part after those of the parts before it:
+/// (u, v) as Ribbon::cdf() to 1e-6. x in [-pi, pi). Arrays of whole eights.
+void find_cells(const CellTables& tables, std::int32_t us, std::int32_t vs, std::size_t n, const float* x,
+                const float* t, const std::int32_t* part, std::int32_t* cell);
+
+}  // namespace tress::adaptive

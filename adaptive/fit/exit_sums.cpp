@@ -1,0 +1,314 @@
+#include "fit/exit_sums.h"
+
+#include <cstdint>
+
+// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "fit/exit_sums.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "density/law_lanes.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tress::adaptive {
+namespace HWY_NAMESPACE {
+
+HWY_INLINE F Line(const Lanes& from, const Lanes& to, std::size_t lane, F s) {
+  const Floats d;
+  return hn::MulAdd(s, hn::Set(d, to[lane] - from[lane]), hn::Set(d, from[lane]));
+}
+
+// How far along a segment; what is beyond its ends belongs to the next piece, and has no weight in this one.
+HWY_INLINE F Along(F x, float x0, float inverse_width) {
+  const Floats d;
+  const F s = hn::Mul(hn::Sub(x, hn::Set(d, x0)), hn::Set(d, inverse_width));
+  return hn::Min(hn::Max(s, hn::Zero(d)), hn::Set(d, 1.0f));
+}
+
+// A layer at an exit.
+struct AtExit {
+  F s, density, law;
+  F slope;            // of -ln law by the distance from the mode in scales
+  F distance;         // in scales of its side
+  F inverse_side;     // 1/s of that side
+  F inverse_both;     // 1/(s_below + s_above)
+  F inverse_product;  // 1/(s_below s_above)
+  Mask below;
+};
+
+template <HeightLaw law>
+HWY_INLINE AtExit LayerAt(const KnotLanes& from, const KnotLanes& to, std::size_t lane, float x0, float inverse_width,
+                          F x, F t) {
+  const Floats d;
+  AtExit at;
+  const F one = hn::Set(d, 1.0f);
+  at.s = Along(x, x0, inverse_width);
+  at.density = Line(from.density, to.density, lane, at.s);
+  const F scale_below = Line(from.scale_below, to.scale_below, lane, at.s);
+  const F scale_above = Line(from.scale_above, to.scale_above, lane, at.s);
+  const F both = hn::Add(scale_below, scale_above), product = hn::Mul(scale_below, scale_above);
+  const F inverse = hn::Div(one, hn::Mul(both, product));
+  at.inverse_both = hn::Mul(inverse, product);
+  at.inverse_product = hn::Mul(inverse, both);
+  const F away = hn::Sub(t, Line(from.mode, to.mode, lane, at.s));
+  at.below = hn::Lt(away, hn::Zero(d));
+  at.inverse_side = hn::Mul(at.inverse_product, hn::IfThenElse(at.below, scale_above, scale_below));
+  at.distance = hn::Mul(hn::Abs(away), at.inverse_side);
+  if (law == HeightLaw::normal) {
+    const F e = ExpOf(hn::Mul(hn::Set(d, -0.5f), hn::Mul(at.distance, at.distance)));
+    at.law = hn::Mul(hn::Mul(hn::Set(d, 0.797884561f), at.inverse_both), e);
+    at.slope = at.distance;
+  } else {
+    const F e = ExpOf(hn::Neg(at.distance)), inverse_one_e = hn::Div(one, hn::Add(one, e));
+    const F two_e = hn::Mul(hn::Add(e, e), hn::Mul(inverse_one_e, inverse_one_e));
+    at.law = hn::Mul(two_e, at.inverse_both);
+    at.slope = hn::Mul(hn::Sub(one, e), inverse_one_e);
+  }
+  return at;
+}
+
+// Adds the sums over all lanes of four vectors to out[0 .. 3].
+HWY_INLINE void AddFour(F a, F b, F c, F e, float* out) {
+#if HWY_TARGET == HWY_SCALAR
+  out[0] += hn::GetLane(a), out[1] += hn::GetLane(b), out[2] += hn::GetLane(c), out[3] += hn::GetLane(e);
+#else
+  const Floats d;
+  const F ac = hn::Add(hn::InterleaveLower(d, a, c), hn::InterleaveUpper(d, a, c));
+  const F be = hn::Add(hn::InterleaveLower(d, b, e), hn::InterleaveUpper(d, b, e));
+  const F all = hn::Add(hn::InterleaveLower(d, ac, be), hn::InterleaveUpper(d, ac, be));  // in blocks of four lanes
+  const Fours four;
+#if HWY_MAX_BYTES >= 32
+  const auto sum = hn::Add(hn::LowerHalf(four, all), hn::UpperHalf(four, all));
+#else
+  const auto sum = all;
+#endif
+  hn::StoreU(hn::Add(hn::LoadU(four, out), sum), four, out);
+#endif
+}
+
+// The sums of a layer while they run.
+struct Running {
+  F light, light_s, mode, mode_s, below, below_s, above, above_s, information, information_s, information_ss;
+
+  HWY_INLINE void Clear() {
+    const Floats d;
+    light = light_s = mode = mode_s = below = below_s = above = above_s = hn::Zero(d);
+    information = information_s = information_ss = hn::Zero(d);
+  }
+  // over_f: the weight over f.
+  HWY_INLINE void Add(const AtExit& at, F over_f) {
+    const F by_law = hn::Mul(over_f, at.law), share = hn::Mul(by_law, at.density);
+    light = hn::Add(light, by_law);
+    light_s = hn::MulAdd(by_law, at.s, light_s);
+    const F push = hn::Mul(hn::Mul(share, at.slope), at.inverse_side);
+    const F signed_push = hn::IfThenElse(at.below, hn::Neg(push), push);
+    mode = hn::Add(mode, signed_push);
+    mode_s = hn::MulAdd(signed_push, at.s, mode_s);
+    const F widening = hn::Mul(push, at.distance), shrinking = hn::Mul(share, at.inverse_both);
+    const F by_below = hn::Sub(hn::IfThenElseZero(at.below, widening), shrinking);
+    const F by_above = hn::Sub(hn::IfThenZeroElse(at.below, widening), shrinking);
+    below = hn::Add(below, by_below);
+    below_s = hn::MulAdd(by_below, at.s, below_s);
+    above = hn::Add(above, by_above);
+    above_s = hn::MulAdd(by_above, at.s, above_s);
+    const F known = hn::Mul(share, at.inverse_product), known_s = hn::Mul(known, at.s);
+    information = hn::Add(information, known);
+    information_s = hn::Add(information_s, known_s);
+    information_ss = hn::MulAdd(known_s, at.s, information_ss);
+  }
+  HWY_INLINE void To(SegmentSums& sums) const {
+    const Floats d;
+    float* out = &sums.light;
+    AddFour(light, light_s, mode, mode_s, out);
+    AddFour(below, below_s, above, above_s, out + 4);
+    AddFour(information, information_s, information_ss, hn::Zero(d), out + 8);
+  }
+};
+
+HWY_INLINE F DensityOf(const AtExit& main, const AtExit& broad) {
+  const Floats d;
+  const F f = hn::MulAdd(main.density, main.law, hn::Mul(broad.density, broad.law));
+  return hn::Max(f, hn::Set(d, 1e-30f));
+}
+
+// What both layers are at exits i .. of a piece.
+template <HeightLaw law>
+struct Both {
+  AtExit main, broad;
+  F w, f;
+  HWY_INLINE Both(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane, const RibbonPiece& piece,
+                  std::size_t i) {
+    const Floats d;
+    const F x = hn::LoadU(d, exits.x.data() + i), t = hn::LoadU(d, exits.t.data() + i);
+    w = hn::IfThenElseZero(hn::FirstN(d, piece.end - i), hn::LoadU(d, exits.w.data() + i));
+    main = LayerAt<law>(lanes.main.knots[piece.main], lanes.main.knots[MainLanes::after(piece.main)], lane,
+                        piece.main_x0, piece.main_inverse_width, x, t);
+    broad =
+        LayerAt<HeightLaw::logistic>(lanes.broad.knots[piece.broad], lanes.broad.knots[BroadLanes::after(piece.broad)],
+                                     lane, piece.broad_x0, piece.broad_inverse_width, x, t);
+    f = DensityOf(main, broad);
+  }
+};
+
+template <class Do>
+HWY_INLINE void ForPieces(const RibbonLanes& lanes, std::size_t part, Do&& what) {
+  for (std::size_t i = 0; i < lanes.piece_count[part]; ++i) what(lanes.pieces[part][i]);
+}
+
+template <HeightLaw law>
+void AddExitsBy(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane, RowSums& sums) {
+  const Floats d;
+  ForPieces(lanes, part_of_lane(lane), [&](const RibbonPiece& piece) HWY_ATTR {
+    Running of_main, of_broad;
+    of_main.Clear();
+    of_broad.Clear();
+    for (std::size_t i = piece.begin; i < piece.end; i += hn::Lanes(d)) {
+      const Both<law> at(exits, lanes, lane, piece, i);
+      const F over_f = hn::Div(at.w, at.f);
+      of_main.Add(at.main, over_f);
+      of_broad.Add(at.broad, over_f);
+    }
+    of_main.To(sums.main[lane][piece.main]);
+    of_broad.To(sums.broad[lane][piece.broad]);
+  });
+}
+
+void AddExits(const RowExits& exits, const RibbonLanes& lanes, RowSums& sums) {
+  for (std::size_t lane = 0; lane < fit_lanes; ++lane) {
+    if (!lanes.active[lane]) continue;
+    if (lanes.law[lane] == HeightLaw::normal) {
+      AddExitsBy<HeightLaw::normal>(exits, lanes, lane, sums);
+    } else {
+      AddExitsBy<HeightLaw::logistic>(exits, lanes, lane, sums);
+    }
+  }
+}
+
+void AddHeights(const RowExits& exits, const RibbonLanes& lanes, std::size_t part, PartHeights& sums) {
+  const Floats d;
+  ForPieces(lanes, part, [&](const RibbonPiece& piece) HWY_ATTR {
+    F w = hn::Zero(d), wt = w, wtt = w, main = w, main_t = w, main_tt = w, broad = w, broad_t = w, broad_tt = w;
+    for (std::size_t i = piece.begin; i < piece.end; i += hn::Lanes(d)) {
+      const F x = hn::LoadU(d, exits.x.data() + i), t = hn::LoadU(d, exits.t.data() + i);
+      const F weight = hn::IfThenElseZero(hn::FirstN(d, piece.end - i), hn::LoadU(d, exits.w.data() + i));
+      const F weight_t = hn::Mul(weight, t), weight_tt = hn::Mul(weight_t, t);
+      w = hn::Add(w, weight);
+      wt = hn::Add(wt, weight_t);
+      wtt = hn::Add(wtt, weight_tt);
+      const F s = Along(x, piece.main_x0, piece.main_inverse_width);
+      main = hn::MulAdd(weight, s, main);
+      main_t = hn::MulAdd(weight_t, s, main_t);
+      main_tt = hn::MulAdd(weight_tt, s, main_tt);
+      const F q = Along(x, piece.broad_x0, piece.broad_inverse_width);
+      broad = hn::MulAdd(weight, q, broad);
+      broad_t = hn::MulAdd(weight_t, q, broad_t);
+      broad_tt = hn::MulAdd(weight_tt, q, broad_tt);
+    }
+    const F zero = hn::Zero(d);
+    float *to_main = &sums.main[piece.main].light, *to_broad = &sums.broad[piece.broad].light;
+    AddFour(w, main, wt, main_t, to_main);
+    AddFour(wtt, main_tt, zero, zero, to_main + 4);
+    AddFour(w, broad, wt, broad_t, to_broad);
+    AddFour(wtt, broad_tt, zero, zero, to_broad + 4);
+  });
+}
+
+template <HeightLaw law>
+void AddDecaysBy(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane, LaneDecays& sums) {
+  const Floats d;
+  ForPieces(lanes, part_of_lane(lane), [&](const RibbonPiece& piece) HWY_ATTR {
+    const F zero = hn::Zero(d);
+    F main[6] = {zero, zero, zero, zero, zero, zero}, broad[6] = {zero, zero, zero, zero, zero, zero};
+    for (std::size_t i = piece.begin; i < piece.end; i += hn::Lanes(d)) {
+      const Both<law> at(exits, lanes, lane, piece, i);
+      const F first = hn::LoadU(d, exits.decay[0].data() + i), second = hn::LoadU(d, exits.decay[1].data() + i);
+      const F over_f = hn::Div(at.w, at.f);
+      const auto add = [&](F(&to)[6], const AtExit& layer) HWY_ATTR {
+        const F w = hn::Mul(over_f, hn::Mul(layer.density, layer.law)), ws = hn::Mul(w, layer.s);
+        to[0] = hn::Add(to[0], w);
+        to[1] = hn::Add(to[1], ws);
+        to[2] = hn::MulAdd(w, first, to[2]);
+        to[3] = hn::MulAdd(ws, first, to[3]);
+        to[4] = hn::MulAdd(w, second, to[4]);
+        to[5] = hn::MulAdd(ws, second, to[5]);
+      };
+      add(main, at.main);
+      add(broad, at.broad);
+    }
+    float *to_main = &sums.main[piece.main].clear, *to_broad = &sums.broad[piece.broad].clear;
+    AddFour(main[0], main[1], main[2], main[3], to_main);
+    AddFour(main[4], main[5], zero, zero, to_main + 4);
+    AddFour(broad[0], broad[1], broad[2], broad[3], to_broad);
+    AddFour(broad[4], broad[5], zero, zero, to_broad + 4);
+  });
+}
+
+void AddDecays(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane, LaneDecays& sums) {
+  if (lanes.law[lane] == HeightLaw::normal) {
+    AddDecaysBy<HeightLaw::normal>(exits, lanes, lane, sums);
+  } else {
+    AddDecaysBy<HeightLaw::logistic>(exits, lanes, lane, sums);
+  }
+}
+
+template <HeightLaw law>
+double LogLikelihoodBy(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane) {
+  const Floats d;
+  double sum = 0;
+  ForPieces(lanes, part_of_lane(lane), [&](const RibbonPiece& piece) HWY_ATTR {
+    F of_piece = hn::Zero(d);
+    for (std::size_t i = piece.begin; i < piece.end; i += hn::Lanes(d)) {
+      const Both<law> at(exits, lanes, lane, piece, i);
+      of_piece = hn::MulAdd(at.w, LogOf(at.f), of_piece);
+    }
+    sum += static_cast<double>(hn::GetLane(hn::SumOfLanes(d, of_piece)));
+  });
+  return sum;
+}
+
+double LogLikelihood(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane) {
+  return lanes.law[lane] == HeightLaw::normal ? LogLikelihoodBy<HeightLaw::normal>(exits, lanes, lane)
+                                              : LogLikelihoodBy<HeightLaw::logistic>(exits, lanes, lane);
+}
+
+void WriteDecays(const float* attributes, std::size_t n, float* first, float* second) {
+  const Floats d;
+  for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
+    const F attribute = hn::LoadU(d, attributes + i);
+    hn::StoreU(ExpOf(hn::Mul(hn::Set(d, -Ribbon::decay_rates[0]), attribute)), d, first + i);
+    hn::StoreU(ExpOf(hn::Mul(hn::Set(d, -Ribbon::decay_rates[1]), attribute)), d, second + i);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tress::adaptive
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tress::adaptive {
+
+HWY_EXPORT(AddExits);
+HWY_EXPORT(AddHeights);
+HWY_EXPORT(AddDecays);
+HWY_EXPORT(LogLikelihood);
+HWY_EXPORT(WriteDecays);
+
+void add_exits(const RowExits& exits, const RibbonLanes& lanes, RowSums& sums) {
+  HWY_DYNAMIC_DISPATCH(AddExits)(exits, lanes, sums);
+}
+void add_heights(const RowExits& exits, const RibbonLanes& lanes, std::size_t part, PartHeights& sums) {
+  HWY_DYNAMIC_DISPATCH(AddHeights)(exits, lanes, part, sums);
+}
+void add_decays(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane, LaneDecays& sums) {
+  HWY_DYNAMIC_DISPATCH(AddDecays)(exits, lanes, lane, sums);
+}
+double log_likelihood(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane) {
+  return HWY_DYNAMIC_DISPATCH(LogLikelihood)(exits, lanes, lane);
+}
+void write_decays(const float* attributes, std::size_t n, float* first, float* second) {
+  HWY_DYNAMIC_DISPATCH(WriteDecays)(attributes, n, first, second);
+}
+
+}  // namespace tress::adaptive
+#endif

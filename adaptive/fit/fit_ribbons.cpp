@@ -1,0 +1,303 @@
+#include "fit/fit_ribbons.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <numbers>
+#include <span>
+
+#include "fit/exit_sums.h"
+#include "fit/ribbon_lanes.h"
+#include "fit/ribbon_tilt.h"
+
+namespace tress::adaptive {
+namespace {
+
+constexpr double two_pi = 2 * std::numbers::pi;
+constexpr std::size_t main_knots = Ribbon::main_knots, broad_knots = Ribbon::broad_knots;
+constexpr std::size_t parts = RowExits::most_parts;
+constexpr std::uint32_t bins = RowExits::bins, bins_per_broad = bins / broad_knots;
+constexpr double quantile_share = 0.3;  // of the knots' places, the rest being spread evenly
+constexpr float first_broad_share = 0.2f;
+constexpr float logistic_over_normal = 0.6f;  // the scales of laws that look alike
+constexpr float least_broad_scale = 0.1f;
+
+class Fitter {
+ public:
+  Fitter(const RowExits& exits, const PartParents& parents, const RibbonFitRule& rule)
+      : exits_(exits), parents_(parents), rule_(rule) {
+    lanes_.main.least_scale = Ribbon::least_scale;
+    lanes_.broad.least_scale = least_broad_scale;
+    for (std::size_t p = 0; p < parts; ++p) {
+      place_knots(p);
+      cut_pieces(p);
+    }
+    set_widths(lanes_.main);
+    set_widths(lanes_.broad);
+    place_harmonics(lanes_, harmonics_);
+    for (std::size_t p = 0; p < parts; ++p) start(p);
+    scale_to_one(lanes_);
+    if (rule.from_parent) set_prior();
+  }
+
+  FittedRibbons fit() {
+    for (int i = 0; i < rule_.rounds; ++i) {
+      RowSums sums;
+      add_exits(exits_, lanes_, sums);
+      move_layers(lanes_, sums, rule_.prior);
+    }
+    match_directions(lanes_, harmonics_, wanted_directions());
+    FittedRibbons fitted;
+    for (std::size_t p = 0; p < parts; ++p) {
+      if (!has_light(p)) continue;
+      std::size_t best = p;
+      double most = 0;
+      for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
+        if (!lanes_.active[lane]) continue;
+        const double likelihood = log_likelihood(exits_, lanes_, lane);
+        if (lane > p && !(likelihood > most)) continue;
+        best = lane;
+        most = likelihood;
+      }
+      fitted.log_likelihood[p] = most / exits_.part[p].count;
+      fitted.ribbon[p] = ribbon_of(best);
+    }
+    return fitted;
+  }
+
+ private:
+  bool has_light(std::size_t p) const { return exits_.part[p].count > 0; }
+  bool starts_from_parent(std::size_t p) const { return rule_.from_parent && parents_[p] != nullptr; }
+
+  void place_knots(std::size_t p) {
+    const RowExits::Part& part = exits_.part[p];
+    std::array<double, bins + 1> below;
+    below[0] = 0;
+    const double per_weight = has_light(p) ? quantile_share / part.count : 0;
+    for (std::uint32_t bin = 0; bin < bins; ++bin) {
+      float light = 0;
+      if (has_light(p)) {
+        for (std::uint32_t i = part.begin[bin]; i < part.begin[bin + 1]; ++i) light += exits_.w[i];
+      }
+      below[bin + 1] = below[bin] + per_weight * static_cast<double>(light) + (1 - quantile_share) / bins;
+    }
+    auto& place = lanes_.main.bin[p];
+    std::uint32_t bin = 0;
+    for (std::size_t k = 0; k < main_knots; ++k) {
+      const double share = (static_cast<double>(k) + 0.5) / main_knots * below.back();
+      const std::uint32_t least = k > 0 ? place[k - 1] + 1 : 0;
+      const std::uint32_t most = bins - static_cast<std::uint32_t>(main_knots - k);
+      while (bin < bins && below[bin + 1] < share) ++bin;
+      place[k] = std::clamp(bin, least, most);
+    }
+    for (std::uint32_t k = 0; k < broad_knots; ++k) lanes_.broad.bin[p][k] = k * bins_per_broad;
+  }
+
+  void cut_pieces(std::size_t p) {
+    const auto& place = lanes_.main.bin[p];
+    const auto& begin = exits_.part[p].begin;
+    std::size_t& count = lanes_.piece_count[p];
+    count = 0;
+    if (!has_light(p)) return;
+    std::uint32_t main = main_knots - 1, next = 0;
+    for (std::uint32_t bin = 0; bin < bins;) {
+      const bool before_first = next == 0 && place[0] > bin;
+      if (next < main_knots && place[next] == bin) main = next++;
+      const std::uint32_t broad = bin / bins_per_broad;
+      std::uint32_t end = (broad + 1) * bins_per_broad;
+      if (next < main_knots) end = std::min(end, place[next]);
+      if (begin[end] > begin[bin]) {
+        const std::uint32_t after = main + 1 < main_knots ? place[main + 1] : place[0] + bins;
+        const double width = two_pi / bins * (after - place[main]);
+        lanes_.pieces[p][count++] = {begin[bin],
+                                     begin[end],
+                                     main,
+                                     broad,
+                                     static_cast<float>(RowExits::azimuth(place[main]) - (before_first ? two_pi : 0)),
+                                     static_cast<float>(1 / width),
+                                     static_cast<float>(RowExits::azimuth(broad * bins_per_broad)),
+                                     static_cast<float>(broad_knots / two_pi)};
+      }
+      bin = end;
+    }
+  }
+
+  template <std::size_t count>
+  static void set_widths(LayerLanes<count>& layer) {
+    for (std::size_t lane = 0; lane < fit_lanes; ++lane) {
+      const auto& bin = layer.bin[part_of_lane(lane)];
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::uint32_t width = k + 1 < count ? bin[k + 1] - bin[k] : bin[0] + bins - bin[k];
+        layer.knots[k].width[lane] = static_cast<float>(two_pi / bins * width);
+      }
+      for (std::size_t k = 0; k < count; ++k) {
+        layer.knots[k].hat[lane] = 0.5f * (layer.knots[k].width[lane] + layer.knots[layer.before(k)].width[lane]);
+      }
+    }
+  }
+
+  void start(std::size_t p) {
+    const bool one_law = parents_[p] != nullptr && rule_.parents_law;
+    for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
+      lanes_.count[lane] = has_light(p) ? static_cast<float>(exits_.part[p].count) : 1.0f;
+      lanes_.law[lane] = one_law ? parents_[p]->main_law() : lane < parts ? HeightLaw::normal : HeightLaw::logistic;
+      lanes_.active[lane] = has_light(p) && (lane < parts || !one_law);
+    }
+    if (starts_from_parent(p)) {
+      start_from(lanes_.main, parents_[p]->main(), p, 1e-4f);
+      start_from(lanes_.broad, parents_[p]->broad(), p, 1e-5f);
+      if (!one_law) widen(p, parents_[p]->main_law());
+      return;
+    }
+    PartHeights sums;
+    add_heights(exits_, lanes_, p, sums);
+    start_layer(lanes_.main, sums.main, p, 1 - first_broad_share, {0.7f, 0.4f});
+    start_layer(lanes_.broad, sums.broad, p, first_broad_share, {0.7f, 0.7f});
+  }
+
+  static void set_scales(KnotLanes& knot, std::size_t lane, float below, float above, float least) {
+    knot.scale_below[lane] = std::clamp(below, least, Ribbon::largest_scale);
+    knot.scale_above[lane] = std::clamp(above, least, Ribbon::largest_scale);
+    knot.log_below[lane] = std::log(knot.scale_below[lane]);
+    knot.log_above[lane] = std::log(knot.scale_above[lane]);
+  }
+
+  /// From masses, means and widths of the light of each hat. narrower: of the normal law and of the logistic one.
+  template <std::size_t count>
+  void start_layer(LayerLanes<count>& layer, const std::array<HeightSums, count>& sums, std::size_t p, float share,
+                   std::array<float, 2> narrower) {
+    constexpr float added = 1;  // exits of the mean of all
+    const float n = lanes_.count[p];
+    float all_t = 0, all_tt = 0;
+    for (const HeightSums& sum : sums) {
+      all_t += sum.height;
+      all_tt += sum.square;
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const HeightSums &from = sums[k], &to = sums[layer.before(k)];
+      const float light = from.light - from.light_s + to.light_s;
+      const float exits = light + added;
+      const float middle = (from.height - from.height_s + to.height_s + added * all_t / n) / exits;
+      const float square = (from.square - from.square_s + to.square_s + added * all_tt / n) / exits;
+      const float width = std::sqrt(std::max(square - middle * middle, 0.0f));
+      for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
+        KnotLanes& knot = layer.knots[k];
+        const float scale = width * narrower[lanes_.law[lane] == HeightLaw::normal ? 0 : 1];
+        knot.mode[lane] = std::clamp(middle, -Ribbon::largest_mode, Ribbon::largest_mode);
+        set_scales(knot, lane, scale, scale, layer.least_scale);
+        knot.density[lane] = share * (light + added / count * 0.1f) / (n + 0.1f * added) / knot.hat[lane];
+      }
+    }
+  }
+
+  /// From the parent's knots, along the lines between them.
+  template <std::size_t count>
+  static void start_from(LayerLanes<count>& layer, std::span<const RibbonKnot> knots, std::size_t p, float least) {
+    constexpr auto turn = static_cast<float>(two_pi);
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto x = static_cast<float>(RowExits::azimuth(layer.bin[p][k]));
+      while (next < knots.size() && knots[next].azimuth <= x) ++next;
+      const RibbonKnot &a = knots[next == 0 ? knots.size() - 1 : next - 1], &b = knots[next == knots.size() ? 0 : next];
+      const float from = a.azimuth - (next == 0 ? turn : 0), to = b.azimuth + (next == knots.size() ? turn : 0);
+      const float s = to > from ? std::clamp((x - from) / (to - from), 0.0f, 1.0f) : 0;
+      const auto line = [s](float here, float there) { return here + s * (there - here); };
+      for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
+        KnotLanes& knot = layer.knots[k];
+        knot.density[lane] = std::max(line(a.density, b.density), least);
+        knot.mode[lane] = line(a.mode, b.mode);
+        set_scales(knot, lane, line(a.scale_below, b.scale_below), line(a.scale_above, b.scale_above),
+                   layer.least_scale);
+      }
+    }
+  }
+
+  /// Scales of the law that the parent has not.
+  void widen(std::size_t p, HeightLaw law) {
+    for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
+      if (lanes_.law[lane] == law) continue;
+      const float by = law == HeightLaw::normal ? logistic_over_normal : 1 / logistic_over_normal;
+      for (KnotLanes& knot : lanes_.main.knots) {
+        set_scales(knot, lane, knot.scale_below[lane] * by, knot.scale_above[lane] * by, lanes_.main.least_scale);
+      }
+    }
+  }
+
+  void set_prior() {
+    parents_directions_ = mean_directions(lanes_, harmonics_);
+    const auto set = [this](KnotLanes& knot) {
+      knot.prior_mode = knot.mode;
+      knot.prior_log_below = knot.log_below;
+      knot.prior_log_above = knot.log_above;
+      for (std::size_t lane = 0; lane < fit_lanes; ++lane) {
+        const bool has_parent = parents_[part_of_lane(lane)] != nullptr;
+        knot.prior_light[lane] = has_parent ? rule_.kappa * knot.density[lane] * knot.hat[lane] : 0;
+      }
+    };
+    for (KnotLanes& knot : lanes_.main.knots) set(knot);
+    for (KnotLanes& knot : lanes_.broad.knots) set(knot);
+  }
+
+  /// Of the exits, and of those that the parent counts for.
+  MeanDirections wanted_directions() const {
+    MeanDirections wanted;
+    for (std::size_t lane = 0; lane < fit_lanes; ++lane) {
+      const std::size_t p = part_of_lane(lane);
+      const double own = exits_.part[p].count, more = starts_from_parent(p) ? double{rule_.kappa} : 0;
+      for (std::size_t j = 0; j < wanted.size(); ++j) {
+        const double parents = more > 0 ? more * parents_directions_[j][lane] : 0;
+        wanted[j][lane] = own > 0 ? (own * exits_.part[p].harmonics[j] + parents) / (own + more) : 0;
+      }
+    }
+    return wanted;
+  }
+
+  Ribbon ribbon_of(std::size_t lane) {
+    const RowExits::Part& part = exits_.part[part_of_lane(lane)];
+    LaneDecays decays;
+    add_decays(exits_, lanes_, lane, decays);
+    const std::array<double, 2> mean{part.left[0] / part.light, part.left[1] / part.light};
+    std::array<RibbonKnot, main_knots> main;
+    std::array<RibbonKnot, broad_knots> broad;
+    const auto write = [&](const auto& layer, const auto& sums, auto& knots) {
+      constexpr double prior = 2;  // exits of the mean of all
+      for (std::size_t k = 0; k < knots.size(); ++k) {
+        const KnotLanes& knot = layer.knots[k];
+        const DecaySums &here = sums[k], &before = sums[layer.before(k)];
+        const auto left = [&](float sum, float by_s, float before_by_s, double of_all) {
+          const double light = static_cast<double>(here.clear - here.clear_s + before.clear_s);
+          const double kept = static_cast<double>(sum - by_s + before_by_s);
+          return static_cast<float>(std::clamp((kept + prior * of_all) / (light + prior), 0.0, 1.0));
+        };
+        knots[k] = {static_cast<float>(RowExits::azimuth(layer.bin[part_of_lane(lane)][k])),
+                    knot.density[lane],
+                    knot.mode[lane],
+                    knot.scale_below[lane],
+                    knot.scale_above[lane],
+                    {left(here.first, here.first_s, before.first_s, mean[0]),
+                     left(here.second, here.second_s, before.second_s, mean[1])}};
+      }
+    };
+    write(lanes_.main, decays.main, main);
+    write(lanes_.broad, decays.broad, broad);
+    return Ribbon(main, lanes_.law[lane], broad);
+  }
+
+  const RowExits& exits_;
+  const PartParents& parents_;
+  RibbonFitRule rule_;
+  RibbonLanes lanes_;
+  RowHarmonics harmonics_;
+  MeanDirections parents_directions_{};
+};
+
+}  // namespace
+
+FittedRibbons fit_ribbons(const RowExits& exits, const PartParents& parents, const RibbonFitRule& rule) {
+  return Fitter(exits, parents, rule).fit();
+}
+
+}  // namespace tress::adaptive

@@ -1,0 +1,62 @@
+#include "fit/learn_stage.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "convergence/held_out_test.h"
+#include "fit/fitted_row.h"
+#include "fit/part_energies.h"
+#include "fit/row_exits.h"
+#include "fit/sampled_sets.h"
+
+namespace tress::adaptive {
+namespace {
+
+constexpr double worst_parent = 0.3;  ///< T + deviation of a prediction that is worth a start
+constexpr double kappa_times_bound = 50, most_kappa = 2048;
+
+}  // namespace
+
+StagedRow learn_stage(const SampledTarget& target, const SliceDescription& slice, float a, float b, std::uint32_t paths,
+                      std::uint32_t paths_before, const RibbonRow* before, const RibbonRow* parent) {
+  constexpr std::uint32_t sets = HeldOutTest::sets;
+  const std::uint32_t parts = target.parts(slice);
+  StagedRow staged;
+  if (parts < 1 || parts > SampledTarget::most_parts) return staged;
+  const SampledNode node{target, slice, a, b};
+  SampledSets drawn;
+  if (before != nullptr && paths_before > 0) {
+    drawn.draw(node, 0, 0, paths_before / sets);
+    drawn.mark();
+  } else {
+    paths_before = 0;
+  }
+  drawn.draw(node, 0, paths_before / sets, (paths - paths_before) / sets);
+  if (!drawn.are_exits(parts)) return staged;
+  const RibbonRow* tested = before != nullptr ? before : parent;
+  float kappa = 0;
+  if (tested != nullptr && tested->parts() == parts && paths > paths_before) {
+    staged.test = drawn.test(*tested, (paths - paths_before) / sets);
+    staged.tested = true;
+    const double bound = staged.test.chi2 + staged.test.deviation;
+    if (before == nullptr && bound < worst_parent) {
+      kappa = static_cast<float>(bound > kappa_times_bound / most_kappa ? kappa_times_bound / bound : most_kappa);
+    }
+  }
+  std::vector<SampledExit> all;
+  drawn.append_to(all);
+  const RowExits exits = sort_exits(all, parts);
+  PartEnergies energies;
+  energies.add(exits, paths);
+  if (!energies.has_mass()) return staged;
+  staged.row = fitted_row(exits, energies, kappa > 0 ? parent : nullptr, RibbonFitRule::of(paths, kappa > 0, kappa));
+  // A fit may end elsewhere than the one before. Where it is worse even on paths that it has learned from, what has
+  // been tested on them stays.
+  if (before != nullptr && staged.tested &&
+      drawn.test(staged.row, (paths - paths_before) / sets).chi2 > staged.test.chi2)
+    staged.row = with_energies(*before, energies);
+  staged.usable = true;
+  return staged;
+}
+
+}  // namespace tress::adaptive

@@ -1,0 +1,256 @@
+#include "fit/ribbon_tilt.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "fit/layer_step.h"
+
+// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "fit/ribbon_tilt.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "base/exp_lanes.h"
+#include "fit/tilt_sums.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tress::adaptive {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Doubles = hn::CappedTag<double, 8>;
+using D = hn::Vec<Doubles>;
+
+void AddTilted(const TiltedKnots& knots, const RowHarmonics& harmonics, const MeanDirections& lambda, TiltSums& sums) {
+  const Doubles d;
+  for (std::size_t g = 0; g < fit_lanes; g += hn::Lanes(d)) {
+    const auto load = [&](const std::array<double, fit_lanes>& from) HWY_ATTR { return hn::LoadU(d, from.data() + g); };
+    D mass = hn::Zero(d), of_hat[4], by_knot[4], slopes[4][4];
+    for (std::size_t j = 0; j < 4; ++j) {
+      of_hat[j] = by_knot[j] = hn::Zero(d);
+      for (D& slope : slopes[j]) slope = hn::Zero(d);
+    }
+    for (std::size_t k = 0; k < knots.size(); ++k) {
+      const KnotHarmonics& harmonic = harmonics.knots[k];
+      D exponent = hn::Zero(d);
+      for (std::size_t j = 0; j < 4; ++j) exponent = hn::MulAdd(load(lambda[j]), load(harmonic.at[j]), exponent);
+      const D density = hn::Mul(load(knots[k].density), tress::HWY_NAMESPACE::Exp(exponent));
+      const D light = hn::Mul(density, load(knots[k].hat));
+      mass = hn::Add(mass, light);
+      for (std::size_t j = 0; j < 4; ++j) {
+        const D moved = hn::Mul(density, load(harmonic.of_hat[j]));
+        of_hat[j] = hn::Add(of_hat[j], moved);
+        by_knot[j] = hn::MulAdd(light, load(harmonic.at[j]), by_knot[j]);
+        for (std::size_t i = 0; i < 4; ++i) slopes[j][i] = hn::MulAdd(moved, load(harmonic.at[i]), slopes[j][i]);
+      }
+    }
+    hn::StoreU(mass, d, sums.mass.data() + g);
+    for (std::size_t j = 0; j < 4; ++j) {
+      hn::StoreU(of_hat[j], d, sums.of_hat[j].data() + g);
+      hn::StoreU(by_knot[j], d, sums.by_knot[j].data() + g);
+      for (std::size_t i = 0; i < 4; ++i) hn::StoreU(slopes[j][i], d, sums.slopes[j][i].data() + g);
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tress::adaptive
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tress::adaptive {
+
+HWY_EXPORT(AddTilted);
+
+namespace {
+
+constexpr int most_tilt_steps = 6;
+constexpr double largest_tilt_step = 0.5, largest_tilt = 2;  // of the logarithm of a density
+constexpr double near_enough = 1e-6;                         // means of 1e12 exits are no better known
+
+using Four = std::array<double, 4>;
+using Matrix = std::array<Four, 4>;
+
+/// Of the integral over (1 - s/width) e^(i order s), s from 0 to a number of bins, by this number.
+struct HalfHats {
+  std::array<std::array<std::complex<double>, RowExits::bins + 1>, 2> of;
+  std::array<std::complex<double>, RowExits::bins> directions;
+  HalfHats() {
+    for (std::size_t order = 1; order <= 2; ++order) {
+      of[order - 1][0] = 0;
+      for (std::size_t bins = 1; bins <= RowExits::bins; ++bins) {
+        const double n = static_cast<double>(order);
+        const double width = 2 * std::numbers::pi * static_cast<double>(bins) / RowExits::bins;
+        of[order - 1][bins] =
+            std::complex<double>(0, 1 / n) + (1.0 - std::exp(std::complex<double>(0, n * width))) / (n * n * width);
+      }
+    }
+    for (std::uint32_t bin = 0; bin < RowExits::bins; ++bin) {
+      directions[bin] = std::exp(std::complex<double>(0, RowExits::azimuth(bin)));
+    }
+  }
+};
+
+template <std::size_t count>
+void place(const LayerLanes<count>& layer, const HalfHats& hats, KnotHarmonics* out) {
+  for (std::size_t p = 0; p < RowExits::most_parts; ++p) {
+    const auto& bin = layer.bin[p];
+    const auto bins_after = [&](std::size_t k) {
+      return k + 1 < count ? bin[k + 1] - bin[k] : bin[0] + RowExits::bins - bin[k];
+    };
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::complex<double> direction = hats.directions[bin[k]], twice = direction * direction;
+      const auto hat = [&](std::size_t order, const std::complex<double>& at) {
+        return at * (hats.of[order][bins_after(k)] + std::conj(hats.of[order][bins_after(layer.before(k))]));
+      };
+      const std::complex<double> first = hat(0, direction), second = hat(1, twice);
+      for (const std::size_t lane : {p, p + RowExits::most_parts}) {
+        out[k].at[0][lane] = direction.real(), out[k].at[1][lane] = direction.imag();
+        out[k].at[2][lane] = twice.real(), out[k].at[3][lane] = twice.imag();
+        out[k].of_hat[0][lane] = first.real(), out[k].of_hat[1][lane] = first.imag();
+        out[k].of_hat[2][lane] = second.real(), out[k].of_hat[3][lane] = second.imag();
+      }
+    }
+  }
+}
+
+/// Elimination with the largest pivot; what depends on others alone stays 0.
+Four solve(Matrix a, Four b) {
+  std::array<std::size_t, 4> column{0, 1, 2, 3};
+  double first = 0;
+  std::size_t rank = 0;
+  for (; rank < 4; ++rank) {
+    std::size_t row = rank, col = rank;
+    for (std::size_t i = rank; i < 4; ++i) {
+      for (std::size_t j = rank; j < 4; ++j) {
+        if (std::abs(a[i][j]) > std::abs(a[row][col])) row = i, col = j;
+      }
+    }
+    const double pivot = std::abs(a[row][col]);
+    if (rank == 0) first = pivot;
+    if (!(pivot > 4 * std::numeric_limits<double>::epsilon() * first)) break;
+    std::swap(a[rank], a[row]);
+    std::swap(b[rank], b[row]);
+    for (Four& of : a) std::swap(of[rank], of[col]);
+    std::swap(column[rank], column[col]);
+    for (std::size_t i = rank + 1; i < 4; ++i) {
+      const double factor = a[i][rank] / a[rank][rank];
+      for (std::size_t j = rank + 1; j < 4; ++j) a[i][j] -= factor * a[rank][j];
+      b[i] -= factor * b[rank];
+    }
+  }
+  Four x{};
+  for (std::size_t i = rank; i-- > 0;) {
+    double sum = b[i];
+    for (std::size_t j = i + 1; j < rank; ++j) sum -= a[i][j] * x[column[j]];
+    x[column[i]] = sum / a[i][i];
+  }
+  return x;
+}
+
+double norm(const Four& x) { return std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]); }
+
+/// Newton's method of one problem.
+struct Tilt {
+  Four lambda{}, best{};
+  double least_off = std::numeric_limits<double>::infinity();
+  bool ends = false;
+
+  void step(const TiltSums& sums, std::size_t lane, const MeanDirections& directions) {
+    const double mass = sums.mass[lane];
+    Four off;
+    for (std::size_t j = 0; j < 4; ++j) off[j] = directions[j][lane] - sums.of_hat[j][lane] / mass;
+    const double is_off = norm(off);
+    ends = !std::isfinite(is_off);
+    if (ends) return;
+    if (is_off < least_off) {
+      least_off = is_off;
+      best = lambda;
+    }
+    ends = is_off < near_enough;
+    if (ends) return;
+    Matrix jacobian;
+    for (std::size_t j = 0; j < 4; ++j) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        jacobian[j][i] = sums.slopes[j][i][lane] / mass - sums.of_hat[j][lane] * sums.by_knot[i][lane] / (mass * mass);
+      }
+    }
+    const Four by = solve(jacobian, off);
+    const double length = norm(by), shortened = std::min(1.0, largest_tilt_step / std::max(length, 1e-12));
+    ends = !std::isfinite(length);
+    if (ends) return;
+    for (std::size_t j = 0; j < 4; ++j) lambda[j] += shortened * by[j];
+    ends = norm(lambda) > largest_tilt;
+  }
+};
+
+TiltedKnots knots_of(const RibbonLanes& lanes) {
+  TiltedKnots knots;
+  const auto copy = [](const KnotLanes& knot, TiltedKnot& to) {
+    std::copy(knot.density.begin(), knot.density.end(), to.density.begin());
+    std::copy(knot.hat.begin(), knot.hat.end(), to.hat.begin());
+  };
+  for (std::size_t k = 0; k < Ribbon::main_knots; ++k) copy(lanes.main.knots[k], knots[k]);
+  for (std::size_t k = 0; k < Ribbon::broad_knots; ++k) copy(lanes.broad.knots[k], knots[Ribbon::main_knots + k]);
+  return knots;
+}
+
+}  // namespace
+
+void place_harmonics(const RibbonLanes& lanes, RowHarmonics& out) {
+  static const HalfHats hats;
+  place(lanes.main, hats, out.knots.data());
+  place(lanes.broad, hats, out.knots.data() + Ribbon::main_knots);
+}
+
+MeanDirections mean_directions(const RibbonLanes& lanes, const RowHarmonics& harmonics) {
+  TiltSums sums;
+  HWY_DYNAMIC_DISPATCH(AddTilted)(knots_of(lanes), harmonics, MeanDirections{}, sums);
+  MeanDirections directions;
+  for (std::size_t j = 0; j < 4; ++j) {
+    for (std::size_t lane = 0; lane < fit_lanes; ++lane) directions[j][lane] = sums.of_hat[j][lane] / sums.mass[lane];
+  }
+  return directions;
+}
+
+void match_directions(RibbonLanes& lanes, const RowHarmonics& harmonics, const MeanDirections& directions) {
+  const TiltedKnots knots = knots_of(lanes);
+  std::array<Tilt, fit_lanes> tilts;
+  for (std::size_t lane = 0; lane < fit_lanes; ++lane) tilts[lane].ends = !lanes.active[lane];
+  for (int step = 0; step < most_tilt_steps; ++step) {
+    MeanDirections lambda;
+    for (std::size_t j = 0; j < 4; ++j) {
+      for (std::size_t lane = 0; lane < fit_lanes; ++lane) lambda[j][lane] = tilts[lane].lambda[j];
+    }
+    TiltSums sums;
+    HWY_DYNAMIC_DISPATCH(AddTilted)(knots, harmonics, lambda, sums);
+    bool all_end = true;
+    for (std::size_t lane = 0; lane < fit_lanes; ++lane) {
+      if (!tilts[lane].ends) tilts[lane].step(sums, lane, directions);
+      all_end = all_end && tilts[lane].ends;
+    }
+    if (all_end) break;
+  }
+  const auto tilt = [&](KnotLanes& knot, const KnotHarmonics& harmonic) {
+    for (std::size_t lane = 0; lane < fit_lanes; ++lane) {
+      double exponent = 0;
+      for (std::size_t j = 0; j < 4; ++j) exponent += tilts[lane].best[j] * harmonic.at[j][lane];
+      knot.density[lane] *= std::exp(static_cast<float>(exponent));
+    }
+  };
+  for (std::size_t k = 0; k < Ribbon::main_knots; ++k) tilt(lanes.main.knots[k], harmonics.knots[k]);
+  for (std::size_t k = 0; k < Ribbon::broad_knots; ++k) {
+    tilt(lanes.broad.knots[k], harmonics.knots[Ribbon::main_knots + k]);
+  }
+  scale_to_one(lanes);
+}
+
+}  // namespace tress::adaptive
+#endif

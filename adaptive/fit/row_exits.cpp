@@ -1,0 +1,104 @@
+#include "fit/row_exits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "fit/exit_sums.h"
+#include "tress/adaptive/mixture.h"
+
+namespace tress::adaptive {
+namespace {
+
+constexpr float pi = std::numbers::pi_v<float>;
+constexpr float farthest = 2 * Ribbon::largest_mode;  // beyond, no knot follows
+
+std::uint32_t bin_of(float x) {
+  const float at = (x + pi) * (static_cast<float>(RowExits::bins) / (2 * pi));
+  return std::min(static_cast<std::uint32_t>(at), RowExits::bins - 1);
+}
+
+/// Cosine and sine where bins begin.
+struct BinDirections {
+  std::array<std::array<double, 2>, RowExits::bins> at;
+  BinDirections() {
+    for (std::uint32_t bin = 0; bin < RowExits::bins; ++bin) {
+      at[bin] = {std::cos(RowExits::azimuth(bin)), std::sin(RowExits::azimuth(bin))};
+    }
+  }
+};
+
+void add_harmonics(const RowExits& exits, RowExits::Part& part) {
+  static const BinDirections directions;
+  std::array<double, 4> sums{};
+  for (std::uint32_t bin = 0; bin < RowExits::bins; ++bin) {
+    const auto [c, s] = directions.at[bin];
+    const double from = RowExits::azimuth(bin);
+    for (std::uint32_t i = part.begin[bin]; i < part.begin[bin + 1]; ++i) {
+      // A bin is 0.006 wide: what follows the square is below 4e-8.
+      const double w = static_cast<double>(exits.w[i]), d = static_cast<double>(exits.x[i]) - from;
+      const double near = 1 - 0.5 * d * d, cosine = c * near - s * d, sine = s * near + c * d;
+      sums[0] += w * cosine;
+      sums[1] += w * sine;
+      sums[2] += w * (cosine * cosine - sine * sine);
+      sums[3] += w * 2 * cosine * sine;
+    }
+  }
+  for (std::size_t j = 0; j < sums.size(); ++j) part.harmonics[j] = sums[j] / part.count;
+}
+
+/// Sums of a part, and its weights scaled.
+void add_up(RowExits& exits, RowExits::Part& part) {
+  double squares = 0;
+  for (std::uint32_t i = part.begin.front(); i < part.begin.back(); ++i) {
+    const double w = static_cast<double>(exits.w[i]);
+    part.light += w;
+    squares += w * w;
+    for (std::size_t r = 0; r < RowExits::rates; ++r) part.left[r] += w * static_cast<double>(exits.decay[r][i]);
+  }
+  if (!(part.light > 0) || !(squares > 0)) return;
+  part.count = part.light * part.light / squares;
+  const double scale = part.count / part.light;
+  for (std::uint32_t i = part.begin.front(); i < part.begin.back(); ++i) {
+    exits.w[i] = static_cast<float>(scale * static_cast<double>(exits.w[i]));
+  }
+  add_harmonics(exits, part);
+}
+
+}  // namespace
+
+double RowExits::azimuth(std::uint32_t bin) { return std::numbers::pi * (2 * static_cast<double>(bin) / bins - 1); }
+
+RowExits sort_exits(std::span<const SampledExit> exits, std::uint32_t parts) {
+  RowExits row;
+  row.parts = parts;
+  std::vector<std::uint32_t> at(RowExits::most_parts * RowExits::bins, 0), place(exits.size());
+  row.x.resize(exits.size() + RowExits::padding);
+  for (std::size_t i = 0; i < exits.size(); ++i) {
+    place[i] = exits[i].part * RowExits::bins + bin_of(wrap_angle(exits[i].azimuth));
+    ++at[place[i]];
+  }
+  std::uint32_t before = 0;
+  for (std::uint32_t p = 0; p < RowExits::most_parts; ++p) {
+    for (std::uint32_t bin = 0; bin < RowExits::bins; ++bin) {
+      row.part[p].begin[bin] = before;
+      before += std::exchange(at[p * RowExits::bins + bin], before);
+    }
+    row.part[p].begin.back() = before;
+  }
+  for (auto* column : {&row.t, &row.w, &row.decay[0], &row.decay[1]}) column->resize(row.x.size());
+  for (std::size_t j = 0; j < exits.size(); ++j) {
+    const SampledExit& exit = exits[j];
+    const std::uint32_t i = at[place[j]]++;
+    row.x[i] = wrap_angle(exit.azimuth);
+    row.t[i] = std::clamp(exit.height, -farthest, farthest);
+    row.w[i] = exit.weight;
+    row.decay[1][i] = exit.attribute;
+  }
+  write_decays(row.decay[1].data(), exits.size(), row.decay[0].data(), row.decay[1].data());
+  for (RowExits::Part& part : row.part) add_up(row, part);
+  return row;
+}
+
+}  // namespace tress::adaptive

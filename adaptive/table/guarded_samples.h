@@ -1,0 +1,61 @@
+// A host's target of samples as the table asks it: what it throws becomes draws that no row is learned from.
+#pragma once
+
+#include <exception>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "tress/adaptive/sampled_target.h"
+#include "tress/base/error.h"
+
+namespace tress::adaptive {
+
+/// What is thrown is told, and nothing leaves. Any thread.
+template <class Call>
+bool calls_without_throwing(const char* what, const std::function<void(Error)>& tell, Call&& call) {
+  try {
+    call();
+    return true;
+  } catch (const std::exception& thrown) {
+    tell({"", what, "no exception", thrown.what()});
+  } catch (...) {
+    tell({"", what, "no exception", "one that is no std::exception"});
+  }
+  return false;
+}
+
+class GuardedSamples final : public SampledTarget {
+ public:
+  /// target: outlives it. tell: called from any thread.
+  GuardedSamples(const SampledTarget& target, std::function<void(Error)> tell)
+      : target_(target), tell_(std::move(tell)) {}
+  std::uint32_t parts(const SliceDescription& slice) const override {
+    std::uint32_t parts = 0;
+    calls_without_throwing("SampledTarget::parts", tell_, [&] { parts = target_.parts(slice); });
+    return parts;
+  }
+  void draw(const SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
+            std::uint32_t count, std::vector<SampledExit>& out) const override {
+    if (!calls_without_throwing("SampledTarget::draw", tell_,
+                                [&] { target_.draw(slice, a, b, stream, first, count, out); }))
+      out.assign(1, none);
+  }
+  void draw_sets(const SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
+                 std::uint32_t count, std::array<std::vector<SampledExit>, 4>& out) const override {
+    if (!calls_without_throwing("SampledTarget::draw_sets", tell_,
+                                [&] { target_.draw_sets(slice, a, b, stream, first, count, out); }))
+      out.fill({none});
+  }
+  std::string model_name() const override { return target_.model_name(); }
+
+ private:
+  /// An exit that SampledTarget does not allow.
+  static constexpr SampledExit none{0, 0, 0, std::numeric_limits<float>::quiet_NaN(), 0};
+
+  const SampledTarget& target_;
+  std::function<void(Error)> tell_;
+};
+
+}  // namespace tress::adaptive

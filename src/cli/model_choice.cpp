@@ -1,0 +1,85 @@
+#include "cli/model_choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "cli/console.h"
+#include "models/catalog.h"
+#include "models/default_model.h"
+
+namespace tress::cli {
+namespace {
+
+using fiber::AskedOption;
+using fiber::Asks;
+
+/// What is refused is an option, or a command, which has only the other way.
+std::string told(const fiber::RefusedOption& refused, const std::string& found, bool is_named) {
+  return fmt::format("{}: expected {}, found {}: {} --model {}{}", refused.name, refused.expected, found,
+                     is_named ? "give" : "add", refused.remedy,
+                     refused.name.starts_with("--") ? ", or leave the option away" : "");
+}
+
+}  // namespace
+
+std::string model_of_scene(const scene::Scene& scene) {
+  std::vector<fiber::FiberParameters> materials;
+  for (const scene::Material& material : scene.materials) materials.push_back(material.fiber);
+  const fiber::ChosenModel chosen = fiber::default_model(materials, scene.fibers);
+  if (!chosen.why.empty()) log_note(fmt::format("model {}: {}", chosen.info->name, chosen.why));
+  return chosen.info->name;
+}
+
+std::vector<AskedOption> model_options(const CLI::App& command, fiber::Estimator estimator) {
+  constexpr std::array<std::pair<const char*, Asks>, 9> options{{{"--learner", Asks::mixtures},
+                                                                 {"--components", Asks::mixtures},
+                                                                 {"--estimator", Asks::rows},
+                                                                 {"--epsilon", Asks::rows},
+                                                                 {"--picture-error", Asks::rows},
+                                                                 {"--table-memory", Asks::rows},
+                                                                 {"--measure-bias", Asks::rows},
+                                                                 {"--near", Asks::samples},
+                                                                 {"--quadrature-points", Asks::points}}};
+  std::vector<AskedOption> asked;
+  for (const auto& [name, what] : options) {
+    const CLI::Option* option = command.get_option_no_throw(name);
+    if (option != nullptr && option->count() > 0) asked.push_back({name, what});
+  }
+  if (estimator == fiber::Estimator::corrected) asked.push_back({"--estimator corrected", Asks::corrected});
+  return asked;
+}
+
+std::string refused_option(const std::vector<AskedOption>& asked, const std::string& model, bool is_named) {
+  const auto refused = fiber::refused(asked, *fiber::find_model(model));
+  if (!refused) return {};
+  return told(*refused, is_named ? "--model " + model : model + ", the model of the scene's materials", is_named);
+}
+
+std::string refused_by_all(const std::vector<AskedOption>& asked) {
+  const std::vector<const fiber::ModelInfo*> models = fiber::default_models();
+  for (const AskedOption& option : asked) {
+    if (std::ranges::any_of(models, [&](const fiber::ModelInfo* info) { return fiber::has(*info, option.what); }))
+      continue;
+    return told(*fiber::refused(std::array{option}, *models.front()), "no --model", false);
+  }
+  return {};
+}
+
+void tell_lost_medullas(const scene::Scene& scene, const std::string& model) {
+  if (fiber::find_model(model)->has_medulla) return;
+  std::string names;
+  for (const fiber::ModelInfo& info : fiber::models())
+    if (info.has_medulla) names += (names.empty() ? "" : ", ") + std::string(info.name);
+  for (const scene::Material& material : scene.materials) {
+    if (material.fiber.medulla_radius <= 0) continue;
+    log_warning(
+        fmt::format("material {}: medulla: left out by model {}, whose fibers have none; models that have it: {}",
+                    material.name, model, names));
+  }
+}
+
+}  // namespace tress::cli

@@ -1,0 +1,82 @@
+// Many split paths through a rough elliptical fiber side by side: RoughFiber::trace_split() in lanes of vectors.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <vector>
+
+#include "fiber/lane_stack.h"
+#include "fiber/rough_fiber.h"
+#include "tress/fiber/lobes.h"
+#include "tress/fiber/parameters.h"
+
+namespace tress::fiber {
+
+/// What left of the paths of a RoughPaths, in the order in which it was found.
+class RoughPathExits {
+ public:
+  enum Field : std::size_t { dx, dy, dz, weight_field, way_field, path_field, tag_field, fields };
+
+  std::size_t size() const { return records_.size(); }
+  float weight(std::size_t i) const { return records_.at(weight_field, i); }  ///< of unit flux, where sigma_a is 0
+  float way(std::size_t i) const { return records_.at(way_field, i); }        ///< in the cortex, major semi-axes
+  glm::vec3 direction(std::size_t i) const { return {records_.at(dx, i), records_.at(dy, i), records_.at(dz, i)}; }
+  std::uint32_t path(std::size_t i) const { return records_.word(path_field, i); }  ///< as it was added
+  std::uint32_t set(std::size_t i) const { return records_.word(tag_field, i) & 15; }
+  /// How often it was inside, but that 7 is that often or more.
+  int order(std::size_t i) const { return static_cast<int>(records_.word(tag_field, i) >> 9 & 7); }
+
+  /// Where all of them head, one after the other: azimuths from that of (cos_b, sin_b) on, in [-pi, pi], and
+  /// asinh(tan theta_i), within +-largest_height. Errors below 1e-6.
+  void places(float cos_b, float sin_b, float largest_height, std::vector<float>& azimuth,
+              std::vector<float>& height) const;
+
+ private:
+  friend class RoughPaths;
+  LaneStack records_{fields};
+};
+
+/// Follows paths as a wavefront of surface events, 16 at a time: the same facets, choices and weights in the mean as
+/// RoughFiber::trace_split() with Masked::meets_others, but that both lights which stay
+/// at a facet are followed, each with a roulette of its own. What becomes of a path depends on its own numbers alone,
+/// and on the instruction set by rounding: not on what is traced beside it. One thread.
+class RoughPaths {
+ public:
+  static constexpr std::uint32_t most_sets = 16;
+
+  /// Reads eta, eccentricity, roughness, tilt and the medulla.
+  explicit RoughPaths(const FiberParameters& parameters, const SplitRules& rules = {});
+  ~RoughPaths();
+  RoughPaths(const RoughPaths&) = delete;
+  RoughPaths& operator=(const RoughPaths&) = delete;
+
+  /// A path that enters at `entry`, on the first facets of `u`; further numbers are by (seed, path).
+  void add(const RoughEntry& entry, const RoughFiber::FacetNumbers& u, std::uint32_t seed, std::uint32_t path,
+           std::uint32_t set);
+  /// Paths [first, first + count) from one direction on the scrambled Sobol points of a key: h and the facets.
+  void add_sobol(const FiberDirection& wr, std::uint64_t key, std::uint32_t first, std::uint32_t count,
+                 std::uint32_t set);
+
+  /// What leaves of all that were added, which are then gone; good until the next call.
+  const RoughPathExits& trace();
+
+  /// The fiber and the rules, as the vectors read them.
+  struct Constants {
+    float eccentricity, alpha, eta, tan_tilt, cos_tilt, roulette_below, longest_way;
+    Medulla medulla;
+  };
+
+ private:
+  struct Memory;
+  /// What the last RoughPaths of this thread has left: new pages cost more than the paths on them.
+  static std::unique_ptr<Memory>& spare();
+
+  RoughFiber fiber_;
+  Constants constants_;
+  std::unique_ptr<Memory> memory_;
+};
+
+}  // namespace tress::fiber

@@ -1,0 +1,138 @@
+#include "scene/read/source_reader.h"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace tress::scene {
+namespace {
+
+constexpr std::size_t most_stops = 256;
+const std::vector<std::string> kinds{"ramp", "random", "mix", "attribute", "texture"};
+const std::vector<std::string> alongs{"share", "root_cm", "tip_cm"};  // in the order of the enumerators
+
+/// Sources are few levels deep: a document of nothing but braces must not end the program.
+constexpr int most_levels = 16;
+
+class SourceReader {
+ public:
+  SourceReader(const ReadValue& read, const glm::vec3& unit) : read_(read), unit_(unit) {}
+
+  Source read(const JsonReader& json, const std::string& key, int level = 0) const {
+    if (!json.is_object(key)) return {.value = read_(json, key).value_or(glm::vec3(0.0f))};
+    if (level == most_levels) json.fail(key, fmt::format("sources of at most {} levels", most_levels), "more");
+    const JsonReader source = json.child(key);
+    if (json.failed() ||
+        !source.object(
+            {"ramp", "along", "interpolation", "random", "seed", "mix", "share", "attribute", "texture", "space"}) ||
+        !source.exactly_one(kinds) || !goes_together(source))
+      return {};
+    if (source.has("ramp")) return ramp(source, level);
+    if (source.has("attribute"))
+      return {.kind = Source::Kind::attribute, .value = unit_, .attribute = source.text("attribute").value_or("")};
+    if (source.has("texture"))
+      return {.kind = Source::Kind::texture,
+              .value = unit_,
+              .file = source.text("texture").value_or(""),
+              .is_encoded = source.choice("space", {"srgb", "linear"}) != "linear"};
+    return of_two(source, level);
+  }
+
+ private:
+  static bool goes_together(const JsonReader& source) {
+    const auto beside = [&](const char* key, bool fits, const char* others) {
+      if (source.has(key) && !fits) source.fail(key, fmt::format("this key beside {} only", others), "it without");
+      return !source.failed();
+    };
+    return beside("along", source.has("ramp"), "\"ramp\"") && beside("interpolation", source.has("ramp"), "\"ramp\"") &&
+           beside("space", source.has("texture"), "\"texture\"") &&
+           beside("seed", source.has("random"), "\"random\"") &&
+           beside("share", source.has("random") || source.has("mix"), "\"random\" or \"mix\"");
+  }
+
+  Source ramp(const JsonReader& source, int level) const {
+    Source ramp{.kind = Source::Kind::ramp};
+    const std::string along = source.choice("along", alongs).value_or("share");
+    while (alongs[static_cast<std::size_t>(ramp.along)] != along)
+      ramp.along = static_cast<Source::Along>(static_cast<int>(ramp.along) + 1);
+    ramp.is_smooth = source.choice("interpolation", {"linear", "smooth"}) == "smooth";
+    const std::vector<JsonReader> stops = source.items("ramp", most_stops);
+    if (stops.empty()) source.fail("ramp", "one stop or more, [place, value] each", "none");
+    for (const JsonReader& stop : stops) {
+      if (stop.size() != 2) stop.fail("", "a stop, [place, value]", "something else");
+      if (stop.failed()) return {};
+      const auto place = static_cast<float>(stop.number("0").value_or(0));
+      if (ramp.along == Source::Along::share && place > 1)
+        stop.fail("0", "a share of the length, 0..1 (\"along\": \"root_cm\" takes centimetres)",
+                  fmt::format("{:g}", place));
+      if (!ramp.places.empty() && !(place > ramp.places.back()))
+        stop.fail("0", fmt::format("a place beyond that of the stop before, {:g}", ramp.places.back()),
+                  fmt::format("{:g}", place));
+      ramp.places.push_back(place);
+      ramp.parts.push_back(read(stop, "1", level + 1));
+    }
+    return simplified(std::move(ramp));
+  }
+
+  /// A random one, or a mix.
+  Source of_two(const JsonReader& source, int level) const {
+    const bool is_mix = source.has("mix");
+    const std::string key = is_mix ? "mix" : "random";
+    const JsonReader parts = source.child(key);
+    if (parts.size() != 2) source.fail(key, "two values, [A, B]", "something else");
+    if (is_mix && !source.need({"share"})) return {};
+    if (source.failed()) return {};
+    Source two{.kind = is_mix ? Source::Kind::mix : Source::Kind::random,
+               .parts = {read(parts, "0", level + 1), read(parts, "1", level + 1)}};
+    if (is_mix)
+      two.parts.push_back(SourceReader(read_number(glm::vec3(1.0f)), glm::vec3(1.0f)).read(source, "share", level + 1));
+    else if (const auto chance = source.number("share"))
+      two.chance = static_cast<float>(*chance);
+    two.seed = static_cast<std::uint64_t>(source.integer("seed").value_or(0));
+    return simplified(std::move(two));
+  }
+
+  const ReadValue& read_;
+  const glm::vec3 unit_;
+};
+
+}  // namespace
+
+ReadValue read_triple() {
+  return [](const JsonReader& json, const std::string& key) { return json.triple(key); };
+}
+
+ReadValue read_number(const glm::vec3& unit) {
+  return [unit](const JsonReader& json, const std::string& key) -> std::optional<glm::vec3> {
+    const auto x = json.number(key);
+    return x ? std::optional(static_cast<float>(*x) * unit) : std::nullopt;
+  };
+}
+
+Source read_source(const JsonReader& json, const std::string& key, const ReadValue& read, const glm::vec3& unit) {
+  return SourceReader(read, unit).read(json, key);
+}
+
+float middle_of(const Source& source) {
+  if (source.kind == Source::Kind::constant) return source.value.x;
+  if (source.parts.empty()) return source.value.x / 2;
+  const std::size_t count = source.kind == Source::Kind::mix ? 2 : source.parts.size();
+  float sum = 0;
+  for (std::size_t i = 0; i < count; ++i) sum += middle_of(source.parts[i]);
+  return sum / static_cast<float>(count);
+}
+
+Source read_color_source(const JsonReader& json) {
+  if (!json.is_text("color")) return read_source(json, "color", read_triple());
+  return json.choice("color", {"file"}) ? Source{.kind = Source::Kind::attribute, .value = glm::vec3(1.0f)} : Source{};
+}
+
+std::optional<glm::vec3> take_pigment(Source source, decltype(Pigment::sigma_a) sigma_a, Material* material) {
+  if (source.kind == Source::Kind::constant) return source.value;
+  material->pigment = {std::move(source), std::move(sigma_a)};
+  return std::nullopt;
+}
+
+}  // namespace tress::scene

@@ -1,0 +1,169 @@
+// What sources take of files: attributes by name, root uv, ids; and what is said where they are not there.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <string>
+
+#include "scene/read/input_files.h"
+#include "scene/read/load_scene.h"
+
+namespace tress::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SourceFiles : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(::testing::TempDir()) / ("tress_source_files_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    fs::copy_file(fs::path(TRESS_SOURCE_DIR) / "scenes" / "skin.png", folder_ / "skin.png",
+                  fs::copy_options::overwrite_existing);
+    write("hair.usda", R"(#usda 1.0
+(metersPerUnit = 0.01
+upAxis = "Z")
+def BasisCurves "hair" {
+  uniform token type = "linear"
+  int[] curveVertexCounts = [3, 3]
+  point3f[] points = [(0,0,0), (0,0,-1), (0,0,-2), (1,0,0), (1,0,-1), (1,0,-2)]
+  float[] widths = [0.01] (interpolation = "constant")
+  color3f[] primvars:displayColor = [(0.1,0.1,0.1)] (interpolation = "constant")
+  color3f[] primvars:dye = [(1,0,0), (0,1,0), (0,0,1), (1,0,0), (0,1,0), (0,0,1)] (interpolation = "vertex")
+  float[] primvars:mask = [0.25, 0.75] (interpolation = "uniform")
+  int[] primvars:id = [7, 9] (interpolation = "uniform")
+  texCoord2f[] primvars:st = [(0.25,0.5), (0.75,0.5)] (interpolation = "uniform")
+})");
+    write("hair.ply", R"(ply
+format ascii 1.0
+element vertex 4
+property float x
+property float y
+property float z
+property float strand_id
+property uchar red
+property uchar green
+property uchar blue
+property uchar mask
+end_header
+0 0 0 0 255 0 0 51
+0 0 -1 0 255 0 0 255
+1 0 0 1 255 0 0 51
+1 0 -1 1 255 0 0 255
+)");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+
+  Result<Scene> scene(const std::string& material, const std::string& file = "hair.usda") const {
+    write("s.json", R"({"camera": {"eye": [0, -10, 0]}, "materials": [{"name": "m", )" + material +
+                        R"(}], "grooms": [{"file": ")" + file +
+                        R"(", "cm_per_unit": 1, "up": "z", "material": "m"}]})");
+    return load_scene(folder_ / "s.json");
+  }
+  Groom groom(const std::string& material, const std::string& file = "hair.usda") const {
+    auto loaded = scene(material, file);
+    EXPECT_TRUE(loaded) << loaded.error().message();
+    return loaded && !loaded->grooms.empty() ? loaded->grooms[0] : Groom{};
+  }
+  std::string refusal(const std::string& material, const std::string& file = "hair.usda") const {
+    const auto loaded = scene(material, file);
+    return loaded ? "" : loaded.error().message();
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(SourceFiles, AttributesAreReadByName) {
+  const std::string dye = R"("color": {"attribute": "dye"})",
+                    mask = R"("melanin": {"eumelanin": {"attribute": "mask"}})";
+  const Groom by_point = groom(dye);
+  ASSERT_EQ(by_point.color.size(), 6u);
+  EXPECT_EQ(by_point.color[1], glm::vec3(0, 1, 0));
+  EXPECT_EQ(by_point.stations_a_segment, 16u);
+  const Groom by_strand = groom(mask);
+  ASSERT_EQ(by_strand.color.size(), 2u);
+  EXPECT_EQ(by_strand.color[1], glm::vec3(0.75f));
+  EXPECT_EQ(by_strand.stations_a_segment, 0u);
+  EXPECT_EQ(groom(R"("color": {"attribute": "displayColor"})").color.at(1), glm::vec3(0.1f));
+  EXPECT_EQ(groom(R"("color": "file")").color.at(1), glm::vec3(0.1f));
+  const Groom ply = groom(mask, "hair.ply");
+  ASSERT_EQ(ply.color.size(), 4u);
+  EXPECT_EQ(ply.color[0], glm::vec3(0.2f));
+  EXPECT_EQ(groom(R"("color": "file")", "hair.ply").color.at(1), glm::vec3(1, 0, 0));
+}
+
+TEST_F(SourceFiles, AttributesOfAlembicAreReadByName) {
+  for (const char* name : {"colored.abc", "same.abc"})
+    fs::copy_file(fs::path(TRESS_SOURCE_DIR) / "tests" / "scene" / "grooms" / name, folder_ / name);
+  const Groom file = groom(R"("color": "file")", "colored.abc"),
+              named = groom(R"("color": {"attribute": "groom_color"})", "colored.abc"),
+              number = groom(R"("melanin": {"eumelanin": {"attribute": "groom_id"}})", "same.abc");
+  EXPECT_FALSE(file.color.empty());
+  EXPECT_EQ(named.color, file.color);
+  EXPECT_EQ(named.fiber, file.fiber);
+  EXPECT_EQ(number.color.size(), number.strand_count());
+  EXPECT_NE(refusal(R"("color": {"attribute": "Cd"})", "colored.abc").find("colored.abc: attribute \"Cd\""),
+            std::string::npos);
+}
+
+TEST_F(SourceFiles, AttributesThatAreNotThereAreErrorsThatNameOthers) {
+  const std::string usda = refusal(R"("color": {"attribute": "dy"})");
+  EXPECT_NE(usda.find("hair.usda: attribute \"dy\": expected one of the curves, of one or three numbers"),
+            std::string::npos)
+      << usda;
+  EXPECT_NE(usda.find("primvars:dye"), std::string::npos) << usda;
+  EXPECT_NE(refusal(R"("color": {"attribute": "dye"})", "hair.ply").find("property mask"), std::string::npos);
+  write("generated.json", R"({"materials": [{"name": "m", "color": {"attribute": "Cd"}}],
+                              "grooms": [{"generate": "wavy", "material": "m"}]})");
+  const auto generated = load_scene(folder_ / "generated.json");
+  ASSERT_FALSE(generated);
+  EXPECT_NE(generated.error().message().find("found one with an attribute of a file"), std::string::npos);
+}
+
+TEST_F(SourceFiles, TexturesLieOverTheRoots) {
+  const auto loaded = scene(R"("sigma_a": {"texture": "skin.png"})");
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  std::vector<std::string> warnings;
+  const auto skin = load_texture(folder_ / "skin.png", &warnings),
+             raw = load_texture(folder_ / "skin.png", &warnings, false);
+  ASSERT_TRUE(skin && raw);
+  const Source& source = loaded->materials[0].pigment->source;
+  const Groom& groom = loaded->grooms[0];
+  ASSERT_EQ(groom.root_uv.size(), 2u);
+  for (std::uint32_t s = 0; s < 2; ++s) {
+    const glm::vec3 expected = skin->at(groom.root_uv[s]), found = source.at({.root_uv = groom.root_uv[s]});
+    EXPECT_EQ(found, expected);
+    // Rounded once to a power of 1.2.
+    const glm::vec3 sigma_a = loaded->fibers[groom.fiber_at(s, 0, 0)].sigma_a;
+    for (int c = 0; c < 3; ++c) EXPECT_LT(std::abs(std::log(sigma_a[c] / expected[c])), std::log(1.2) + 1e-6);
+  }
+  // A mask's 0.5 is coded as 0.5: sRGB would make 0.21 of it.
+  const glm::vec3 a = skin->at({0.3f, 0.3f}), b = raw->at({0.3f, 0.3f});
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(std::pow((b[c] + 0.055f) / 1.055f, 2.4f), a[c], 0.002f);
+  EXPECT_NE(refusal(R"("sigma_a": {"texture": "skin.png"})", "hair.ply")
+                .find("hair.ply: root uv: expected those of its strands"),
+            std::string::npos);
+  EXPECT_NE(refusal(R"("sigma_a": {"texture": "no.png"})").find("no.png"), std::string::npos);
+}
+
+TEST_F(SourceFiles, IdsAreKept) { EXPECT_EQ(groom(R"("hair": "brown")").id, (std::vector<std::int64_t>{7, 9})); }
+
+TEST_F(SourceFiles, RoughnessRampsAreWholeDegrees) {
+  const auto loaded = scene(R"("roughness": {"ramp": [[0, 0.1], [1, 0.3]]}, "melanin": {"eumelanin": 1})");
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  const Groom& groom = loaded->grooms[0];
+  ASSERT_EQ(groom.stations_a_segment, 16u);
+  const float step = 0.0174533f;
+  for (const float place : {0.0f, 0.5f, 1.0f, 2.0f})
+    EXPECT_NEAR(loaded->fibers[groom.fiber_at(0, place, 0)].roughness, 0.1f + 0.1f * place, step) << place;
+  for (const fiber::FiberParameters& fiber : loaded->fibers)
+    EXPECT_NEAR(fiber.roughness / step, std::round(fiber.roughness / step), 1e-3f);
+  EXPECT_LE(loaded->fibers.size(), 28u);  // 5 to 18 degrees, widths of lobes up or down
+}
+
+}  // namespace
+}  // namespace tress::scene

@@ -1,0 +1,177 @@
+// Values that vary: what the keys of a source mean, and what is refused.
+#include "scene/model/source.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "scene/read/scene_file.h"
+#include "tress/fiber/lock_color.h"
+
+namespace tress::scene {
+namespace {
+
+Result<SceneDescription> scene_of(const std::string& material) {
+  const std::string text = R"({"materials": [{"name": "m", )" + material + R"(}], "grooms": [{"file": "a.hair"}]})";
+  return parse_scene_file(std::vector<unsigned char>(text.begin(), text.end()), "s.json");
+}
+
+Material material_of(const std::string& text) {
+  auto scene = scene_of(text);
+  EXPECT_TRUE(scene) << text << ": " << scene.error().message();
+  return scene ? scene->materials[0] : Material{};
+}
+
+std::string refusal(const std::string& material) {
+  const auto scene = scene_of(material);
+  return scene ? "" : scene.error().message();
+}
+
+/// The absorption at a place.
+glm::vec3 absorption(const Material& material, const StrandPlace& place) {
+  if (!material.pigment) return material.fiber.sigma_a;
+  return material.pigment->sigma_a(material.pigment->source.at(place), material.fiber);
+}
+
+void expect_near(const glm::vec3& found, const glm::vec3& expected) {
+  EXPECT_LT(glm::distance(found, expected), 1e-5f * (1 + glm::length(expected)))
+      << found.x << " " << found.y << " " << found.z;
+}
+
+TEST(Sources, RampsGoByShareOrByCentimetresFromEitherEnd) {
+  const Material share = material_of(R"("sigma_a": {"ramp": [[0.2, [1, 0, 0]], [0.6, [0, 2, 0]], [1, [0, 0, 4]]]})");
+  expect_near(absorption(share, {.share = 0}), {1, 0, 0});
+  expect_near(absorption(share, {.share = 0.4f}), {0.5f, 1, 0});
+  expect_near(absorption(share, {.share = 0.6f}), {0, 2, 0});
+  expect_near(absorption(share, {.share = 0.7f}), {0, 1.5f, 1});
+  expect_near(absorption(share, {.share = 1}), {0, 0, 4});
+  const std::string ramp = R"("sigma_a": {"ramp": [[0, [0, 0, 0]], [2, [4, 4, 4]]], "along": )";
+  expect_near(absorption(material_of(ramp + R"("root_cm"})"), {.root_cm = 0.5f, .tip_cm = 1.5f}), glm::vec3(1));
+  expect_near(absorption(material_of(ramp + R"("tip_cm"})"), {.root_cm = 0.5f, .tip_cm = 1.5f}), glm::vec3(3));
+  expect_near(absorption(material_of(ramp + R"("root_cm", "interpolation": "smooth"})"), {.root_cm = 0.5f}),
+              glm::vec3(4 * (3 * 0.0625f - 2 * 0.015625f)));
+}
+
+TEST(Sources, StandForEveryColorThatAMaterialCanSay) {
+  const StrandPlace middle{.share = 0.5f};
+  const auto same = [&](const std::string& varied, const std::string& plain) {
+    SCOPED_TRACE(varied);
+    const Material material = material_of(varied);
+    EXPECT_TRUE(material.pigment);
+    expect_near(absorption(material, middle), absorption(material_of(plain), middle));
+  };
+  same(R"("color": {"ramp": [[0, [0.2, 0.1, 0.3]], [1, [0.6, 0.3, 0.1]]]})", R"("color": [0.4, 0.2, 0.2])");
+  same(R"("hair": {"ramp": [[0, "white"], [0.5, "blond"], [1, "black"]]})", R"("hair": "blond")");
+  same(R"("melanin": {"eumelanin": {"ramp": [[0, 3], [1, 1]]}, "pheomelanin": 0.5})",
+       R"("melanin": {"eumelanin": 2, "pheomelanin": 0.5})");
+  same(R"("principled": {"melanin": {"ramp": [[0, 0.8], [1, 0.2]]}, "redness": 0.3, "tint": [0.9, 0.5, 0.2]})",
+       R"("principled": {"melanin": 0.5, "redness": 0.3, "tint": [0.9, 0.5, 0.2]})");
+  same(R"("principled": {"color": {"ramp": [[0, [0, 0, 0]], [1, [1, 0.5, 0.5]]]}})",
+       R"("principled": {"color": [0.5, 0.25, 0.25]})");
+  same(R"("principled": {"sigma_a": {"ramp": [[0, [0, 0, 0]], [1, [1, 2, 3]]]}})",
+       R"("principled": {"sigma_a": [0.5, 1, 1.5]})");
+}
+
+TEST(Sources, AreNumbersWhereTheyDoNotVary) {
+  for (const char* constant :
+       {R"({"ramp": [[0, [0.4, 0.2, 0.1]], [1, [0.4, 0.2, 0.1]]]})", R"({"ramp": [[0.5, [0.4, 0.2, 0.1]]]})",
+        R"({"random": [[0.4, 0.2, 0.1], {"ramp": [[0, [0.4, 0.2, 0.1]]]}]})",
+        R"({"mix": [[0.4, 0.2, 0.1], [0.4, 0.2, 0.1]], "share": 0.3})"}) {
+    const Material varied = material_of(R"("color": )" + std::string(constant)),
+                   plain = material_of(R"("color": [0.4, 0.2, 0.1])");
+    EXPECT_FALSE(varied.pigment) << constant;
+    EXPECT_EQ(varied.color, plain.color) << constant;
+    EXPECT_EQ(varied.fiber, plain.fiber) << constant;
+  }
+  EXPECT_EQ(material_of(R"("melanin": {"eumelanin": {"ramp": [[0, 1.5]]}, "pheomelanin": 0.25})").fiber,
+            material_of(R"("melanin": {"eumelanin": 1.5, "pheomelanin": 0.25})").fiber);
+}
+
+TEST(Sources, RandomOnesStayWithTheStrand) {
+  const Material uniform = material_of(R"("sigma_a": {"random": [[0, 0, 0], [1, 1, 1]]})"),
+                 seeded = material_of(R"("sigma_a": {"random": [[0, 0, 0], [1, 1, 1]], "seed": 5})"),
+                 grey = material_of(R"("sigma_a": {"random": [[2, 2, 2], [0, 0, 0]], "share": 0.25})");
+  constexpr int n = 10000;
+  double sum = 0, squares = 0, greys = 0, product = 0;
+  for (std::uint64_t strand = 0; strand < n; ++strand) {
+    const double x = absorption(uniform, {.strand = strand}).x;
+    EXPECT_EQ(static_cast<float>(x), absorption(uniform, {.share = 0.7f, .strand = strand}).x);
+    sum += x;
+    squares += x * x;
+    product += (x - 0.5) * (double{absorption(seeded, {.strand = strand}).x} - 0.5);
+    const float sigma_a = absorption(grey, {.strand = strand}).x;
+    EXPECT_TRUE(sigma_a == 0 || sigma_a == 2);
+    greys += sigma_a == 0;
+  }
+  // 4 standard errors of the mean, the mean square, the correlation of independent ones, and the share
+  EXPECT_NEAR(sum / n, 0.5, 4 * std::sqrt(1.0 / 12 / n));
+  EXPECT_NEAR(squares / n, 1.0 / 3, 4 * std::sqrt(4.0 / 45 / n));
+  EXPECT_NEAR(product / n, 0, 4 / 12.0 / std::sqrt(n));
+  EXPECT_NEAR(greys / n, 0.25, 4 * std::sqrt(0.25 * 0.75 / n));
+}
+
+TEST(Sources, OfMelaninVaryByStrandAsThatOfTheirMiddle) {
+  const Material ramp =
+                     material_of(R"("principled": {"melanin": {"ramp": [[0, 0.2], [1, 0.6]]}, "random_color": 0.5})"),
+                 middle = material_of(R"("principled": {"melanin": 0.4, "random_color": 0.5})");
+  EXPECT_NEAR(ramp.variation.color, middle.variation.color, 1e-6f);
+  EXPECT_GT(ramp.variation.color, 0.1f);
+}
+
+TEST(Sources, MixAndNest) {
+  const Material material = material_of(
+      R"("sigma_a": {"mix": [[0, 0, 0], {"ramp": [[0, [0, 0, 0]], [1, [4, 4, 4]]]}], "share": {"ramp": [[0, 0], [2, 1]], "along": "tip_cm"}})");
+  expect_near(absorption(material, {.share = 0.5f, .tip_cm = 1}), glm::vec3(1));
+  expect_near(absorption(material, {.share = 1, .tip_cm = 0}), glm::vec3(0));
+  const Material file = material_of(R"("color": {"mix": [{"attribute": "Cd"}, [0.1, 0.1, 0.1]], "share": 0.5})");
+  EXPECT_EQ(attributes_of(file), std::vector<std::string>{"Cd"});
+  EXPECT_TRUE(file.pigment->source.varies_along(true));
+  EXPECT_FALSE(file.pigment->source.varies_along(false));
+  expect_near(absorption(file, {.attribute = glm::vec3(0.5f)}), fiber::sigma_a_of_lock(glm::vec3(0.3f), file.fiber));
+}
+
+TEST(Sources, WrongOnesAreRefusedByKeyAndPlace) {
+  const std::vector<std::pair<const char*, const char*>> wrong{
+      {R"("color": {"ramp": [[0.5, [1, 0.5, 0.5]]]})",
+       "s.json: /materials/0/color/ramp/0/1/0: expected 0.001..0.999, found 1"},
+      {R"("color": {"ramp": []})",
+       "/materials/0/color/ramp: expected one stop or more, [place, value] each, found none"},
+      {R"("color": {"ramp": [[0, [0.5, 0.5, 0.5]], [0, [0.1, 0.1, 0.1]]]})",
+       "/materials/0/color/ramp/1/0: expected a place beyond that of the stop before, 0, found 0"},
+      {R"("color": {"ramp": [[0, [0.5, 0.5, 0.5]], [3, [0.1, 0.1, 0.1]]]})",
+       "/materials/0/color/ramp/1/0: expected a share of the length"},
+      {R"("color": {"ramp": [[-1, [0.5, 0.5, 0.5]]]})", "/materials/0/color/ramp/0/0: expected 0..1000000, found -1"},
+      {R"("color": {"ramp": [[0]]})", "/materials/0/color/ramp/0: expected a stop, [place, value]"},
+      {R"("color": {"ramp": 3})", "/materials/0/color/ramp: expected an array of at most 256, found 3"},
+      {R"("color": {"ramp": [[0, "red"]]})",
+       "/materials/0/color/ramp/0/1: expected an array of 3 numbers, found \"red\""},
+      {R"("color": {})",
+       "/materials/0/color: expected one of ramp, random, mix, attribute, texture, found none of them"},
+      {R"("color": {"ramp": [[0, [0.5, 0.5, 0.5]]], "random": []})", "/materials/0/color: expected at most one of"},
+      {R"("color": {"rampe": []})", "/materials/0/color/rampe: expected a known key (the nearest is \"ramp\")"},
+      {R"("color": {"random": [[0.1, 0.1, 0.1]]})", "/materials/0/color/random: expected two values, [A, B]"},
+      {R"("color": {"random": [[0.1, 0.1, 0.1], [0.2, 0.2, 0.2]], "share": 2})",
+       "/materials/0/color/share: expected 0..1, found 2"},
+      {R"("color": {"random": [[0.1, 0.1, 0.1], [0.2, 0.2, 0.2]], "along": "share"})",
+       "/materials/0/color/along: expected this key beside \"ramp\" only"},
+      {R"("color": {"mix": [[0.1, 0.1, 0.1], [0.2, 0.2, 0.2]]})",
+       "/materials/0/color/share: expected this key, found none"},
+      {R"("color": {"mix": [[0.1, 0.1, 0.1], [0.2, 0.2, 0.2]], "share": {"ramp": [[0, 7]]}})",
+       "/materials/0/color/share/ramp/0/1: expected 0..1, found 7"},
+      {R"("color": {"attribute": ""})", "/materials/0/color/attribute: expected a text of 1..4096 characters"},
+      {R"("color": {"mix": [{"attribute": "a"}, {"attribute": "b"}], "share": 0.5})",
+       "/materials/0: expected one attribute of the file in a material, found a, b"},
+      {R"("hair": {"ramp": [[0, "blonde"]]})", "/materials/0/hair/ramp/0/1: expected one of black, dark brown"},
+      {R"("eta": {"ramp": [[0, 1.5]]})", "/materials/0/eta: expected 1.05..3, found an object"}};
+  for (const auto& [material, message] : wrong)
+    EXPECT_NE(refusal(material).find(message), std::string::npos) << material << "\n" << refusal(material);
+  std::string deep = "[0.1, 0.1, 0.1]";
+  for (int level = 0; level < 40; ++level) deep = R"({"ramp": [[0, )" + deep + "]]}";
+  EXPECT_NE(refusal(R"("color": )" + deep).find("expected sources of at most 16 levels"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tress::scene
