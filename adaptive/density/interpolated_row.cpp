@@ -103,13 +103,6 @@ Ribbon mixed(std::span<Parent> parents) {
 
 }  // namespace
 
-DecodedRow::DecodedRow(const RibbonRow& row) : parts(row.parts()) {
-  for (std::uint32_t p = 0; p < parts; ++p) {
-    mass[p] = row.mass(p);
-    if (mass[p] > 0) ribbon[p] = row.ribbon(p);
-  }
-}
-
 RibbonRow interpolate_rows(std::span<const WeightedRow> rows) {
   const std::uint32_t count = rows.front().row->parts;
   std::array<RibbonRow::Part, RibbonRow::most_parts> parts;

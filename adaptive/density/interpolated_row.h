@@ -1,23 +1,11 @@
 // A row between others: their lobes moved, not mixed.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <span>
 
 #include "tress/adaptive/ribbon.h"
 
 namespace tress::adaptive {
-
-/// A row, its parts decoded.
-struct DecodedRow {
-  DecodedRow() = default;
-  explicit DecodedRow(const RibbonRow& row);
-
-  std::uint32_t parts = 0;
-  std::array<float, RibbonRow::most_parts> mass{};
-  std::array<Ribbon, RibbonRow::most_parts> ribbon;
-};
 
 struct WeightedRow {
   const DecodedRow* row;

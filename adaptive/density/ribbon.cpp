@@ -151,7 +151,12 @@ float sample_height(HeightLaw law, float u, float mode, float scale_below, float
   return mode + (is_below ? -z : z) * side;
 }
 
-Ribbon::Ribbon() { set_uniform(); }
+Ribbon::Ribbon(Uniform) { set_uniform(); }
+
+Ribbon::Ribbon() {
+  static const Ribbon uniform{Uniform()};
+  *this = uniform;
+}
 
 void Ribbon::set_uniform() {
   main_law_ = HeightLaw::logistic;

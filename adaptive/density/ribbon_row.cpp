@@ -158,45 +158,16 @@ const Decoded& decoded() {
   return tables;
 }
 
-/// Numbers of up to 32 bits, lowest bit first, in bytes that are whole words of 32 bits.
-class BitWriter {
- public:
-  explicit BitWriter(std::byte* out) : out_(out) {}
-  void put(Code code, int bits) {
-    word_ |= static_cast<std::uint64_t>(code) << filled_;
-    filled_ += bits;
-    if (filled_ < 32) return;
-    for (int i = 0; i < 4; ++i) *out_++ = static_cast<std::byte>(word_ >> 8 * i & 0xff);
-    word_ >>= 32;
-    filled_ -= 32;
-  }
-
- private:
-  std::byte* out_;
-  std::uint64_t word_ = 0;
-  int filled_ = 0;
-};
-class BitReader {
- public:
-  explicit BitReader(const std::byte* in) : in_(in) {}
-  Code get(int bits) {
-    if (left_ < bits) {
-      std::uint32_t word = 0;
-      for (int i = 0; i < 4; ++i) word |= static_cast<std::uint32_t>(*in_++) << 8 * i;
-      word_ |= static_cast<std::uint64_t>(word) << left_;
-      left_ += 32;
-    }
-    const auto code = static_cast<Code>(word_ & largest_of(bits));
-    word_ >>= bits;
-    left_ -= bits;
-    return code;
-  }
-
- private:
-  const std::byte* in_;
-  std::uint64_t word_ = 0;
-  int left_ = 0;
-};
+/// The lowest `bytes` bytes of a number, the lowest first.
+void put(std::byte* out, std::uint64_t number, std::size_t bytes) {
+  for (std::size_t i = 0; i < bytes; ++i) out[i] = static_cast<std::byte>(number >> 8 * i & 0xff);
+}
+template <std::size_t bytes>
+std::uint64_t get(const std::byte* in) {
+  std::uint64_t number = 0;
+  for (std::size_t i = 0; i < bytes; ++i) number |= static_cast<std::uint64_t>(in[i]) << 8 * i;
+  return number;
+}
 
 constexpr double azimuth_steps = 65536;
 float azimuth_of(Code code) { return static_cast<float>(-pi + code * (2 * pi / azimuth_steps)); }
@@ -259,47 +230,44 @@ void clear_layer(std::span<PackedKnot> knots) {
   for (PackedKnot& knot : knots) knot = {knot.azimuth};
 }
 
+// Bits of a knot of the main layer, from the lowest: azimuth 16, density 8, mode 14, scales 8 and 8, attribute 10; and
+// the share of the decays in a byte of its own. A knot of the broad layer has a byte for each of its six codes.
 void write(const PackedPart& part, std::byte* out) {
-  BitWriter bits(out);
-  bits.put(part.law, 8);
-  bits.put(part.main_share, 16);
-  bits.put(0, 20);
-  bits.put(0, 20);
+  put(out, part.law | std::uint64_t{part.main_share} << 8, header_bytes);
+  out += header_bytes;
   for (const PackedKnot& knot : part.main) {
-    bits.put(knot.azimuth, 16);
-    bits.put(knot.density, 8);
-    bits.put(knot.mode, main_modes.bits);
-    bits.put(knot.scale_below, scales.bits);
-    bits.put(knot.scale_above, scales.bits);
-    bits.put(knot.decays.attribute, main_decays.bits);
-    bits.put(knot.decays.share, 8);
+    put(out,
+        knot.azimuth | std::uint64_t{knot.density} << 16 | std::uint64_t{knot.mode} << 24 |
+            std::uint64_t{knot.scale_below} << 38 | std::uint64_t{knot.scale_above} << 46 |
+            std::uint64_t{knot.decays.attribute} << 54,
+        8);
+    put(out + 8, knot.decays.share, 1);
+    out += main_bytes;
   }
   for (const PackedKnot& knot : part.broad) {
-    bits.put(knot.density, 8);
-    bits.put(knot.mode, broad_modes.bits);
-    bits.put(knot.scale_below, scales.bits);
-    bits.put(knot.scale_above, scales.bits);
-    bits.put(knot.decays.attribute, broad_decays.bits);
-    bits.put(knot.decays.share, 8);
+    const std::array<Code, broad_bytes> codes{
+        knot.density, knot.mode, knot.scale_below, knot.scale_above, knot.decays.attribute, knot.decays.share};
+    for (const Code code : codes) put(out++, code, 1);
   }
 }
 
 PackedPart read(const std::byte* in) {
   PackedPart part;
-  BitReader bits(in);
-  part.law = bits.get(8);
-  part.main_share = bits.get(16);
-  bits.get(20);
-  bits.get(20);
+  part.law = static_cast<Code>(get<1>(in));
+  part.main_share = static_cast<Code>(get<2>(in + 1));
+  in += header_bytes;
   for (PackedKnot& knot : part.main) {
-    knot = {bits.get(16), bits.get(8), bits.get(main_modes.bits), bits.get(scales.bits), bits.get(scales.bits), {}};
-    knot.decays = {bits.get(main_decays.bits), bits.get(8)};
+    const std::uint64_t all = get<8>(in);
+    const auto bits = [&](int from, int count) { return static_cast<Code>(all >> from) & largest_of(count); };
+    knot = {bits(0, 16),           bits(16, 8),           bits(24, main_modes.bits),
+            bits(38, scales.bits), bits(46, scales.bits), {bits(54, main_decays.bits), static_cast<Code>(in[8])}};
+    in += main_bytes;
   }
   for (std::size_t k = 0; k < Ribbon::broad_knots; ++k) {
-    const auto azimuth = static_cast<Code>(k * (65536 / Ribbon::broad_knots));
-    part.broad[k] = {azimuth, bits.get(8), bits.get(broad_modes.bits), bits.get(scales.bits), bits.get(scales.bits),
-                     {}};
-    part.broad[k].decays = {bits.get(broad_decays.bits), bits.get(8)};
+    const auto code = [&](int i) { return static_cast<Code>(in[i]); };
+    part.broad[k] = {
+        static_cast<Code>(k * (65536 / Ribbon::broad_knots)), code(0), code(1), code(2), code(3), {code(4), code(5)}};
+    in += broad_bytes;
   }
   return part;
 }
@@ -371,6 +339,13 @@ RibbonRow::RibbonRow(std::span<const Part> parts)
     if (!(parts[p].mass > 0)) continue;
     mass_[p] = parts[p].mass;
     write(encode(parts[p].ribbon), bytes_.data() + p * part_bytes);
+  }
+}
+
+DecodedRow::DecodedRow(const RibbonRow& row) : parts(row.parts()) {
+  for (std::uint32_t p = 0; p < parts; ++p) {
+    mass[p] = row.mass(p);
+    if (mass[p] > 0) ribbon[p] = row.ribbon(p);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,8 @@
 #include "fit/learn_stage.h"
 #include "fit/row_exits.h"
 #include "fit/sampled_learner.h"
+#include "models/rough/colored_decays.h"
+#include "models/rough/rough_row.h"
 #include "tress/base/random.h"
 
 namespace tress {
@@ -112,13 +115,18 @@ void interpolate(benchmark::State& state) {  // four rows, which are decoded onc
 }
 BENCHMARK(interpolate);
 
-void color_knot(benchmark::State& state) {
-  const Ribbon ribbon = learned_row().ribbon(2);
-  std::size_t k = 0;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(adaptive::GammaDecay::from(ribbon.main()[k++ % Ribbon::main_knots].decays));
+void color_row(benchmark::State& state) {
+  const adaptive::DecodedRow row(learned_row());
+  const fiber::ColoredDecays decays(glm::vec3(0.3f, 0.9f, 4));
+  const auto memory = std::make_unique<fiber::RoughRow>();
+  for (auto _ : state) benchmark::DoNotOptimize(fiber::put_rough_row(row, 0.01f, 512, decays, {}, memory.get()));
 }
-BENCHMARK(color_knot);
+BENCHMARK(color_row);
+
+void decode_row(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(adaptive::DecodedRow(learned_row()));
+}
+BENCHMARK(decode_row);
 
 void sort(benchmark::State& state) {
   const std::vector<adaptive::SampledExit> exits = exits_of(static_cast<std::uint32_t>(state.range(0)), 3);

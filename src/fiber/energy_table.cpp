@@ -115,9 +115,8 @@ std::array<double, lobe_count> EnergyTable::without_gain(float phi_r, float thet
     for (const Lobe lobe : {Lobe::tt, Lobe::trt, Lobe::trrt, Lobe::residual, Lobe::glint}) {
       if (lobe == Lobe::glint && !(clear_->key().glint_sigma > 0)) continue;
       for (int k = 0; k < path_points; ++k) {
-        const double way = static_cast<double>(sigma_a) * static_cast<double>(clear_->lengths(lobe, k)[node]);
-        energies[static_cast<std::size_t>(lobe)] +=
-            share * static_cast<double>(clear_->weights(lobe, k)[node]) * std::exp(-way);
+        const float kept = clear_->weights(lobe, k)[node] * exp_of_negative(-sigma_a * clear_->lengths(lobe, k)[node]);
+        energies[static_cast<std::size_t>(lobe)] += share * static_cast<double>(kept);
       }
     }
   };

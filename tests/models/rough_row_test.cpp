@@ -37,7 +37,7 @@ RibbonRow random_row(std::uint64_t seed, bool rough) {
 
 struct Colored {
   Colored(const RibbonRow& row, const glm::vec3& sigma_a) : memory(std::make_unique<RoughRow>()) {
-    put_rough_row(row, 0.01f, 512, sigma_a, {}, memory.get());
+    put_rough_row(adaptive::DecodedRow(row), 0.01f, 512, fiber::ColoredDecays(sigma_a), {}, memory.get());
   }
   const RoughRow& operator*() const { return *memory; }
   std::unique_ptr<RoughRow> memory;

@@ -66,6 +66,8 @@ class Ribbon {
   Place sample(float u_azimuth, float u_height) const;
 
  private:
+  struct Uniform {};
+  explicit Ribbon(Uniform);
   void set_uniform();
 
   std::array<RibbonKnot, main_knots> main_;
@@ -112,6 +114,16 @@ class RibbonRow {
   std::uint32_t parts_ = 0;
   std::array<float, most_parts> mass_{};
   std::array<std::byte, most_parts * part_bytes> bytes_{};
+};
+
+/// A row whose parts are decoded: for who reads several things of it. A part without mass is the uniform density.
+struct DecodedRow {
+  DecodedRow() = default;
+  explicit DecodedRow(const RibbonRow& row);
+
+  std::uint32_t parts = 0;
+  std::array<float, RibbonRow::most_parts> mass{};  ///< RibbonRow::mass()
+  std::array<Ribbon, RibbonRow::most_parts> ribbon;
 };
 
 /// What is left of light whose attribute has these two means of decay, at another rate >= 0: the Laplace transform

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "models/rough/colored_decays.h"
 #include "models/rough/rough_row.h"
 #include "models/rough/row_energies.h"
 
@@ -14,18 +15,19 @@ namespace {
 class ColoredForm final : public adaptive::RowForm {
  public:
   ColoredForm(std::shared_ptr<const RoughGrid> grid, std::shared_ptr<const EnergyTable> table, const glm::vec3& sigma_a)
-      : grid_(std::move(grid)), energies_(std::move(table), sigma_a), sigma_a_(sigma_a) {}
+      : grid_(std::move(grid)), energies_(std::move(table), sigma_a), decays_(sigma_a) {}
   std::size_t bytes(const adaptive::RowView&) const override { return sizeof(RoughRow); }
   void write(const adaptive::RowView& row, void* memory) const override {
     const FiberDirection at = grid_->direction(row.node);
-    const EnergyFactors energies = energies_.at(*row.ribbons, row.paths, at.theta, at.phi);
-    put_rough_row(*row.ribbons, row.objective, row.paths, sigma_a_, energies, memory);
+    const adaptive::DecodedRow decoded(*row.ribbons);
+    const EnergyFactors energies = energies_.at(decoded, row.paths, at.theta, at.phi);
+    put_rough_row(decoded, row.objective, row.paths, decays_, energies, memory);
   }
 
  private:
   std::shared_ptr<const RoughGrid> grid_;
   RowEnergies energies_;
-  glm::vec3 sigma_a_;
+  ColoredDecays decays_;
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include "base/float4.h"
+#include "models/rough/colored_decays.h"
 #include "models/rough/row_energies.h"
 #include "tress/adaptive/ribbon.h"
 
@@ -50,9 +51,9 @@ struct alignas(64) RoughRow {
   std::array<RoughPart, parts> part;
 };
 
-/// Colors a row: each knot's density times what `sigma_a` leaves there, by channel, then mass 1. Where no light is left
+/// Colors a row: each knot's density times what the color leaves there, by channel, then mass 1. Where no light is left
 /// in a channel of a part, it has the clear shape. memory: aligned to 64, of sizeof(RoughRow).
-const RoughRow* put_rough_row(const adaptive::RibbonRow& row, float objective, std::uint32_t paths,
-                              const glm::vec3& sigma_a, const EnergyFactors& energies, void* memory);
+const RoughRow* put_rough_row(const adaptive::DecodedRow& row, float objective, std::uint32_t paths,
+                              const ColoredDecays& decays, const EnergyFactors& energies, void* memory);
 
 }  // namespace tress::fiber

@@ -38,17 +38,16 @@ using AtRates = std::array<double, rates>;
 
 /// What a layer keeps of its light at each rate: trapezoids between knots.
 void add_kept(std::span<const RibbonKnot> knots, AtRates& kept) {
+  constexpr float two_pi = 2 * std::numbers::pi_v<float>;
+  float before = knots.front().azimuth + two_pi - knots.back().azimuth;
   for (std::size_t k = 0; k < knots.size(); ++k) {
-    const RibbonKnot &knot = knots[k], &next = knots[(k + 1) % knots.size()];
-    double width = static_cast<double>(next.azimuth) - static_cast<double>(knot.azimuth);
-    if (width < 0) width += 2 * std::numbers::pi;
-    const auto add = [&](const RibbonKnot& end) {
-      const double light = 0.5 * width * static_cast<double>(end.density);
-      kept[0] += light;
-      for (std::size_t i = 0; i < end.decays.size(); ++i) kept[i + 1] += light * static_cast<double>(end.decays[i]);
-    };
-    add(knot);
-    add(next);
+    const RibbonKnot& knot = knots[k];
+    const float after =
+        k + 1 < knots.size() ? knots[k + 1].azimuth - knot.azimuth : knots.front().azimuth + two_pi - knot.azimuth;
+    const float light = 0.5f * (before + after) * knot.density;
+    kept[0] += static_cast<double>(light);
+    for (std::size_t i = 0; i < knot.decays.size(); ++i) kept[i + 1] += static_cast<double>(light * knot.decays[i]);
+    before = after;
   }
 }
 
@@ -68,7 +67,7 @@ std::array<double, rough_parts> parts_of(const std::array<double, lobe_count>& l
 
 }  // namespace
 
-EnergyFactors RowEnergies::at(const adaptive::RibbonRow& row, std::uint64_t paths, float theta_r, float phi_r) const {
+EnergyFactors RowEnergies::at(const adaptive::DecodedRow& row, std::uint64_t paths, float theta_r, float phi_r) const {
   const auto table_at = [&](double sigma) {
     return parts_of(table_->without_gain(phi_r, theta_r, static_cast<float>(sigma)));
   };
@@ -78,18 +77,17 @@ EnergyFactors RowEnergies::at(const adaptive::RibbonRow& row, std::uint64_t path
   double whole = 0, mass = 0;
   for (std::uint32_t p = 0; p < rough_parts; ++p) {
     whole += table[0][p];
-    mass += p < row.parts() ? static_cast<double>(row.mass(p)) : 0.0;
+    mass += p < row.parts ? static_cast<double>(row.mass[p]) : 0.0;
   }
   EnergyFactors factors;
   if (!(mass > 0) || !(whole > 0)) return factors;
   std::array<AtRates, rough_parts> logarithms{};
-  for (std::uint32_t p = 0; p < std::min(row.parts(), rough_parts); ++p) {
-    const Ribbon ribbon = row.ribbon(p);
+  for (std::uint32_t p = 0; p < std::min(row.parts, rough_parts); ++p) {
     AtRates kept{};
-    add_kept(ribbon.main(), kept);
-    add_kept(ribbon.broad(), kept);
+    add_kept(row.ribbon[p].main(), kept);
+    add_kept(row.ribbon[p].broad(), kept);
     for (std::size_t i = 0; i < rates; ++i) {
-      const double known = static_cast<double>(row.mass(p)) * (whole / mass) * kept[i] / kept[0];
+      const double known = static_cast<double>(row.mass[p]) * (whole / mass) * kept[i] / kept[0];
       if (known > darkest && table[i][p] > darkest) {
         const double ratio = std::clamp(known / table[i][p], 1 / largest_ratio, largest_ratio);
         const double logarithm = std::log(ratio);

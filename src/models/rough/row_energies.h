@@ -31,7 +31,7 @@ class RowEnergies {
   RowEnergies(std::shared_ptr<const EnergyTable> table, const glm::vec3& sigma_a)
       : table_(std::move(table)), sigma_a_(sigma_a) {}
   /// Of a row at this node, radians, that so many paths have taught.
-  EnergyFactors at(const adaptive::RibbonRow& row, std::uint64_t paths, float theta_r, float phi_r) const;
+  EnergyFactors at(const adaptive::DecodedRow& row, std::uint64_t paths, float theta_r, float phi_r) const;
 
  private:
   std::shared_ptr<const EnergyTable> table_;
