@@ -15,7 +15,7 @@ class ByteSource {
  public:
   virtual ~ByteSource() = default;
   virtual std::size_t size() const = 0;
-  /// False if they could not be had: a file that shrank or cannot be read any more.
+  /// False if the bytes could not be read: the file shrank or has become unreadable.
   virtual bool read(std::size_t offset, char* to, std::size_t size) const = 0;
 };
 
@@ -47,7 +47,7 @@ class FileBytes final : public ByteSource {
 };
 
 /// Reads what ByteWriter wrote, from a range of the bytes, through a buffer of at most 32 KB. Past the end it returns
-/// zeros and remembers: check short_of_bytes() before believing.
+/// zeros and remembers it: check short_of_bytes() before you use the values.
 class ByteReader {
  public:
   static constexpr std::size_t largest_buffer = std::size_t{32} << 10;
@@ -76,7 +76,7 @@ class ByteReader {
   /// The offset of the next byte in the whole file.
   std::size_t position() const { return next_ - buffered(); }
   bool short_of_bytes() const { return short_; }
-  /// The bytes are there, but could not be read.
+  /// Whether bytes that are in the range could not be read.
   bool unreadable() const { return unreadable_; }
 
  private:
@@ -92,9 +92,9 @@ class ByteReader {
   bool fill(std::size_t size);
 
   const ByteSource* bytes_ = nullptr;
-  std::size_t next_ = 0, end_ = 0;  ///< of the range, what is not yet in the buffer
+  std::size_t next_ = 0, end_ = 0;  ///< the part of the range that is not yet in the buffer
   std::string buffer_;
-  std::size_t begin_ = 0;  ///< of what is not yet read, in the buffer
+  std::size_t begin_ = 0;  ///< first byte in the buffer that is not yet read
   bool short_ = false, unreadable_ = false;
 };
 

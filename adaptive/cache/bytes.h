@@ -1,4 +1,4 @@
-// Little-endian bytes, whatever the machine: explicit shifts, never a struct copied.
+// Little-endian bytes on every machine: made by shifts; no struct is ever copied.
 #pragma once
 
 #include <bit>
@@ -17,7 +17,7 @@ class ByteWriter {
   void u16(std::uint16_t value) { integer(value, 2); }
   void u32(std::uint32_t value) { integer(value, 4); }
   void u64(std::uint64_t value) { integer(value, 8); }
-  /// IEEE 754 binary32. A negative zero is written as zero, so that equal values are equal bytes.
+  /// Writes IEEE 754 binary32. A negative zero is written as zero, so that equal values have equal bytes.
   void f32(float value) { u32(value == 0 ? 0u : std::bit_cast<std::uint32_t>(value)); }
   void text(std::string_view value) { bytes_.append(value); }
 

@@ -1,4 +1,4 @@
-// XXH3, 64 bits, seed 0, of bytes that come piece by piece.
+// XXH3 (64 bits, seed 0) of bytes that come piece by piece.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Reads a cache from bytes that may hold anything: reader.h.
+// Reads a cache from bytes that may hold anything; reader.h describes it.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -44,13 +44,13 @@ bool is_known(std::uint32_t version) {
   return version >= format::version_of_mixtures && version <= format::version_of_samples;
 }
 
-/// What a file of the version has that those before it have not.
+/// What a file of this version has that earlier versions have not.
 const char* reason_of(std::uint32_t version) {
   if (version == format::version_of_samples) return " with slices of samples";
   return version == format::version_of_knots ? " with knot rows" : " without knot rows";
 }
 
-/// Bins of a sketch in the slice; its rows of samples have none.
+/// The number of bins of each sketch in the slice. A slice of samples has no sketches.
 std::uint32_t bins_of(const SliceDescription& slice) {
   return slice.kind == SliceKind::samples ? 0 : Sketch::bin_count(slice.blur_rad);
 }
@@ -132,7 +132,7 @@ bool CacheReader::checksum_of(std::size_t start, std::size_t size, std::uint64_t
   return true;
 }
 
-/// The header of a section, its length within the file, its checksum.
+/// Reads the header of a section: its length, which must be within the file, and its checksum.
 bool CacheReader::frame(ByteReader& in, Section section) {
   where_ = section;
   const std::size_t at = in.position();
@@ -284,7 +284,7 @@ const CachedRow* CacheReader::next_row() {
   return &row_;
 }
 
-/// A count of things of at least `size` bytes each, bounded by the bytes that remain.
+/// Reads a count of things of at least `size` bytes each; the bytes that remain bound it.
 bool CacheReader::count(ByteReader& in, std::size_t size, const char* what, std::uint32_t* number) {
   *number = in.u32();
   if (in.short_of_bytes()) return fail(here(in), std::string("the number of ") + what, "the end of the section");
@@ -297,7 +297,7 @@ bool CacheReader::count(ByteReader& in, std::size_t size, const char* what, std:
   return true;
 }
 
-/// A float in [least, largest]; a negative zero is refused, since the encoder writes none.
+/// Reads a float in [least, largest]. A negative zero is refused, because the encoder writes none.
 bool CacheReader::number(ByteReader& in, const char* what, float least, float largest, float* value) {
   *value = in.f32();
   if (in.short_of_bytes()) return fail(here(in), what, "the end of the section");

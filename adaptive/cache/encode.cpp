@@ -77,7 +77,7 @@ void write_sketch(ByteWriter& out, const CachedRow& row) {
 
 namespace {
 
-/// What is in the file before the rows that it counts.
+/// The counts that stand in the file before the rows.
 struct Counts {
   std::vector<std::uint32_t> rows;  ///< of each slice
   std::uint32_t version = version_of_mixtures;
@@ -104,7 +104,7 @@ class Payload {
   static constexpr std::size_t piece = std::size_t{32} << 10;
   virtual ~Payload() = default;
   ByteWriter& writer() { return writer_; }
-  /// To be called now and then, and at the end. False if there is no room.
+  /// Call it after each piece of work, and with 1 at the end. False if there is no room.
   bool flush(std::size_t at_least = piece) {
     if (writer_.bytes().size() < at_least) return true;
     const bool taken = take(writer_.bytes());
@@ -141,8 +141,8 @@ class Written final : public Payload {
   ByteSink& out_;
 };
 
-/// The payloads of the last three sections, those that are asked for. False if one has no room, or the rows are not
-/// those that were counted.
+/// Writes the payloads of the last three sections; a null one is left out. False if one has no room, or the rows are
+/// not those that were counted.
 bool write_payloads(RowSource& rows, const Counts& counts, Payload* slices, Payload* table, Payload* sketches) {
   rows.rewind();
   std::size_t at = 0;
@@ -206,7 +206,7 @@ bool write_cache(RowSource& rows, ByteSink& out) {
 
 namespace {
 
-// The rules of the service that fix what g and a sketch are. Those of the host are in the model's name.
+// The rules of the service that define g and a sketch. The host's rules are in the model's name.
 constexpr std::string_view rules =
     "node rule 1: g at the grid node; blur 1: wrapped Gaussian; axis rule 1: ascending coordinates, node = a * nb + b; "
     "sketch rule 1: max(128, ceil(12 pi / sigma)) bins, minimum of |offset| 31, sign 1, float g 32";
@@ -241,7 +241,7 @@ std::uint64_t model_hash(const std::string& model) {
 std::size_t cached_bytes(const SliceDescription& slice, std::uint32_t format) {
   ByteWriter out;
   format::write_description(out, slice, format);
-  return out.bytes().size() + sizeof(std::uint32_t);  // and the number of its rows
+  return out.bytes().size() + sizeof(std::uint32_t);  // plus the number of its rows
 }
 
 std::size_t cached_bytes(const CachedRow& row) {

@@ -1,4 +1,4 @@
-// Cache files: read row by row; replaced whole, under a lock.
+// Cache files: they are read row by row, and replaced as a whole under a lock.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -45,7 +45,7 @@ std::size_t size_of(int descriptor) {
   return ::fstat(descriptor, &status) == 0 ? static_cast<std::size_t>(status.st_size) : 0;
 }
 
-/// Puts the rows in the place of `target`, no link, under a lock that the caller holds. `file`: its name in errors.
+/// Replaces `target`, which is no link, by a file of the rows. The caller holds the lock. `file`: its name in errors.
 Result<CacheContents> replace(const fs::path& target, const fs::path& file, RowSource& rows) {
   ReplacementSink out;
   if (std::optional<Error> error = out.file.begin(target, file.string())) return *error;
@@ -54,7 +54,7 @@ Result<CacheContents> replace(const fs::path& target, const fs::path& file, RowS
     if (const std::optional<Error> error = rows.failure()) return *error;
     return Error{file.string(), "", "rows that stay as they are while they are saved", "others"};
   }
-  // What load_cache would refuse must not take the place of a good file.
+  // A file that load_cache would refuse must not replace a good one.
   const FileBytes written(out.file.descriptor(), size_of(out.file.descriptor()));
   CacheReader reader(written, file.string());
   if (!reader.check(rows.model())) return reader.error();

@@ -1,4 +1,4 @@
-// A folder of caches of one slice each.
+// A folder of caches with one slice each.
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
@@ -19,13 +19,13 @@ namespace fs = std::filesystem;
 constexpr std::string_view ending = ".cache";
 constexpr std::size_t name_digits = 16;
 
-/// 16 hexadecimal digits and the ending.
+/// Whether the name is 16 hexadecimal digits and the ending.
 bool is_ours(const std::string& name) {
   return name.size() == name_digits + ending.size() && name.ends_with(ending) &&
          name.find_first_not_of("0123456789abcdef") == name_digits;
 }
 
-/// A failure here costs nothing but the order in which files go.
+/// Marks the file as used now. If this fails, only the order in which files are removed changes.
 void tell_used(const fs::path& file) {
   std::error_code ignored;
   fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
@@ -153,7 +153,7 @@ Result<CacheFolder::Pruned> CacheFolder::prune(std::uint64_t most_bytes) const {
       ++pruned.files_left;
       continue;
     }
-    // Whoever saves into it meanwhile has the lock, or waits for it and then writes the file anew.
+    // Another process that saves this file meanwhile holds the lock, or waits for it and then writes the file anew.
     SaveLock lock;
     if (std::optional<Error> error = lock.acquire(file.path, file.path.string())) return *error;
     std::error_code gone;

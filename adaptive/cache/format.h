@@ -1,4 +1,4 @@
-// What encoder and decoder share: CACHE_FORMAT.md has the meaning of every byte.
+// What encoder and decoder share. CACHE_FORMAT.md defines every byte.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace tress::adaptive::format {
 
-constexpr std::string_view magic{"\x89TRESS\r\n", 8};  // as PNG's: text-mode transfers break it
-/// A file is of the first version that can hold it: 1 without knot rows, 2 with them, 3 with slices of samples.
+constexpr std::string_view magic{"\x89TRESS\r\n", 8};  // as in PNG: text-mode transfers break it
+/// A file has the lowest version that can hold it: 1 without knot rows, 2 with them, 3 with slices of samples.
 constexpr std::uint32_t version_of_mixtures = 1, version_of_knots = 2, version_of_samples = 3;
 static_assert(version_of_samples == cache_format_version);
 constexpr std::size_t header_bytes = 24;
@@ -21,7 +21,7 @@ constexpr std::size_t section_header_bytes = 24;
 enum class Section : std::uint32_t { model = 1, slices = 2, rows = 3, sketches = 4 };
 constexpr std::uint32_t section_count = 4;
 
-// Smallest encodings: what a count is bounded by before anything is allocated for it.
+// Smallest sizes of encoded things: they bound a count before memory is allocated for it.
 constexpr std::size_t slice_bytes = 28;
 constexpr std::size_t row_bytes = 28;
 constexpr std::size_t mixture_bytes = 12;
@@ -32,19 +32,19 @@ constexpr std::size_t bin_bytes = 12;
 constexpr std::size_t longest_model_name = 256;
 constexpr std::uint64_t most_nodes_of_slice = std::uint64_t{1} << 20;
 constexpr float least_blur_rad = 1e-4f, largest_blur_rad = 3.1415927f;
-// Scales are kept in [0.004, 0.5]; the slack is for the last bits of a float.
+// Scales are kept in [0.004, 0.5]; the slack covers rounding of a float's last bits.
 constexpr float least_scale = 0.004f * 0.9999f, largest_scale = 0.5f * 1.0001f;
-// The knots of a row have its energy as their mass; the slack is for the last bits of their densities.
+// The mass of a row's knots is the row's energy; the slack covers rounding of their densities.
 constexpr float energy_slack = 1e-4f;
 
-/// What a converged row is: byte 6 of a row.
+/// The representation of a converged row: byte 6 of a row.
 enum class Kind : std::uint8_t { mixture = 0, knots = 1, ribbons = 2 };
 inline Kind kind_of(const CachedRow& row) {
   if (row.state != RowState::converged) return Kind::mixture;
   return row.ribbons ? Kind::ribbons : !row.knots.empty() ? Kind::knots : Kind::mixture;
 }
 
-/// XXH3, 64 bits, seed 0.
+/// XXH3 (64 bits, seed 0) of the bytes.
 std::uint64_t checksum(std::string_view bytes);
 /// 16 lower-case hexadecimal digits.
 std::string hexadecimal(std::uint64_t value);
@@ -53,18 +53,18 @@ std::string hexadecimal(std::uint64_t value);
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
-  /// False if there is no room: no more is then told.
+  /// False if there is no room; append() is then not called again.
   virtual bool append(std::string_view bytes) = 0;
 };
-/// The whole file, in pieces of some 32 KB. False if the sink has no room, or the rows have a failure() or were not the
-/// same in every round. Goes through the rows five times.
+/// Writes the whole file, in pieces of some 32 KB. False if the sink has no room, or the rows have a failure() or were
+/// not the same in every round. It goes through the rows five times.
 bool write_cache(RowSource& rows, ByteSink& out);
 
-/// The row as it stands in section rows; what is not stored in its state is left out.
+/// Writes the row as it stands in section rows, without what its state does not store.
 void write_row(ByteWriter& out, const CachedRow& row);
-/// The sketch of an open row as it stands in section sketches.
+/// Writes the sketch of an open row as it stands in section sketches.
 void write_sketch(ByteWriter& out, const CachedRow& row);
-/// The slice's description as it stands in section slices of a file of that version.
+/// Writes the slice's description as it stands in section slices of a file of that version.
 void write_description(ByteWriter& out, const SliceDescription& slice, std::uint32_t version);
 
 }  // namespace tress::adaptive::format

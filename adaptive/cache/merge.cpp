@@ -19,12 +19,13 @@ std::string encoded(const SliceDescription& slice) {
   return out.take();
 }
 
-/// Unsigned bytes, as std::string compares them.
+/// Compares as unsigned bytes, as std::string does.
 bool below(const CachedRow& a, const CachedRow& b) {
   const bool a_converged = a.state == RowState::converged, b_converged = b.state == RowState::converged;
   if (a.generation != b.generation) return a.generation < b.generation;
   if (a_converged != b_converged) return b_converged;
-  // The objective of a row of samples is a noisy test: to keep the lowest of many would be convergence by selection.
+  // The objective of a row of samples is a noisy test result: to keep the lowest of many would be convergence by
+  // selection.
   const bool is_sampled = a.ribbons != nullptr && b.ribbons != nullptr;
   if (!is_sampled && a.objective != b.objective) return a.objective > b.objective;
   if (a.count != b.count) return a.count < b.count;
@@ -65,7 +66,7 @@ void MergedRows::rewind() {
   }
 }
 
-/// The next slice, if the last one has been told.
+/// Reads the next slice of the side, if the last one has been returned.
 void MergedRows::read_slice(Side& side) {
   if (side.has_slice) side.slice = side.rows.next_slice();
   side.has_slice = side.tells = false;
@@ -76,7 +77,8 @@ void MergedRows::read_row(Side& side) {
   side.has_row = false;
 }
 
-/// One key, one description in one model; should two differ, the larger bytes win with all their rows.
+/// Two slices of one key have the same description in one model. Should they differ, the one with the larger bytes is
+/// kept with all its rows.
 const SliceDescription* MergedRows::next_slice() {
   read_slice(a_);
   read_slice(b_);

@@ -11,7 +11,8 @@ void GrowingBytes::append(std::string_view bytes) {
     std::string& last = pieces_.back();
     const std::string_view taken = bytes.substr(0, piece - last.size());
     const std::size_t wanted = last.size() + taken.size();
-    // Slices of few rows take little. A string at least doubles what it has, so it is not let come near a piece.
+    // A slice of few rows takes little memory. A growing string at least doubles its capacity, so the whole piece is
+    // reserved well before the string would exceed it.
     if (wanted > piece / 4) last.reserve(piece);
     last.append(taken);
     bytes.remove_prefix(taken.size());

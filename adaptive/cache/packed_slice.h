@@ -1,5 +1,5 @@
-// The rows of a slice in the bytes that they take in a cache file, a quarter of a CachedRow: what a session keeps of a
-// cache without using it.
+// The rows of a slice, packed as in a cache file, which takes a quarter of the memory of CachedRow. A session keeps the
+// rows of a cache that it does not use yet in this form.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@
 
 namespace tress::adaptive {
 
-/// Bytes that grow without being copied: in pieces of 8 KB.
+/// Bytes that grow without being copied, in pieces of 8 KB.
 class GrowingBytes final : public ByteSource {
  public:
   void append(std::string_view bytes);
@@ -40,7 +40,8 @@ class PackedSlice {
   const SliceDescription& description() const { return description_; }
   std::uint32_t rows() const { return rows_; }
 
-  /// The rows as bytes, and back: false if there are not as many bytes. What they tell is checked when they are read.
+  /// Write the rows as bytes and read them back; false if there are not enough bytes. Their values are checked when the
+  /// rows are read.
   void write(ByteWriter& out) const;
   bool read(ByteReader& in);
 
@@ -51,7 +52,7 @@ class PackedSlice {
   GrowingBytes table_, sketches_;
 };
 
-/// A packed slice as a table of one. The slice must outlive it and stay as it is.
+/// A packed slice as a table of one slice. The slice must outlive it and must not change.
 class PackedSliceRows final : public RowSource {
  public:
   PackedSliceRows(const PackedSlice& slice, std::string model) : slice_(slice), model_(std::move(model)) {}
@@ -59,7 +60,7 @@ class PackedSliceRows final : public RowSource {
   void rewind() override { reader_.reset(); }
   const SliceDescription* next_slice() override;
   const CachedRow* next_row() override { return reader_ ? reader_->next_row() : nullptr; }
-  /// Of values that no file may have: rows that a host made and that cannot be read back.
+  /// Reports values that no file may have: the host made rows that cannot be read back.
   std::optional<Error> failure() const override { return reader_ ? reader_->failure() : std::nullopt; }
 
  private:

@@ -1,5 +1,5 @@
-// A cache as a source of rows, from bytes that may hold anything. Nothing is believed before it is checked: each
-// section against its checksum, each count against the bytes that remain, each value against its range.
+// A cache as a source of rows, from bytes that may hold anything. Everything is checked before it is used: each section
+// against its checksum, each count against the bytes that remain, each value against its range.
 #pragma once
 
 #include <array>
@@ -16,21 +16,21 @@
 
 namespace tress::adaptive {
 
-/// The first fault ends it: error() tells it, and there are no more slices or rows until rewind().
+/// Stops at the first fault: error() reports it, and no more slices or rows follow until rewind().
 class CacheReader final : public RowSource {
  public:
   /// `bytes` must outlive it; `name` stands for the file in errors.
   CacheReader(const ByteSource& bytes, std::string name) : bytes_(bytes), name_(std::move(name)) {}
 
-  /// Reads the whole. To be called before anything else, and what follows only where it holds.
+  /// Reads and checks the whole file. Call it first; use the other functions only if it returns true.
   bool check(const std::string& wanted_model);
-  /// Counted by check().
+  /// Set by check().
   const CacheContents& contents() const { return contents_; }
   const Error& error() const { return *error_; }
 
   const std::string& model() const override { return model_; }
   void rewind() override { begin(format::Section::sketches); }
-  /// In place of all else: so many rows of a slice, as they stand in sections rows and sketches.
+  /// Reads, in place of a file, so many rows of a slice, as they stand in sections rows and sketches.
   void begin_rows(const SliceDescription& slice, std::uint32_t rows, const ByteSource& table,
                   const ByteSource& sketches);
   const SliceDescription* next_slice() override;
@@ -42,16 +42,16 @@ class CacheReader final : public RowSource {
     std::size_t start = 0, size = 0;  ///< of the payload
   };
 
-  // What one section holds.
+  // Each reads one section.
   bool header(ByteReader& in, std::uint64_t* hash);
   bool frame(ByteReader& in, format::Section section);
   bool read_model();
   bool same_model(const std::string& wanted, std::uint64_t hash);
-  /// Goes through all that lies in the sections up to this one.
+  /// Reads to the end of all sections up to this one.
   bool read_to_the_end(format::Section deepest);
   bool checksum_of(std::size_t start, std::size_t size, std::uint64_t* sum);
 
-  // What read_to_the_end() and the rounds of a user are made of: only what lies in sections up to `deepest`.
+  // The steps of read_to_the_end() and of a user's rounds; they read only sections up to `deepest`.
   void begin(format::Section deepest);
   bool reads(format::Section section) const { return section <= deepest_; }
   bool end_of(format::Section section);
@@ -89,8 +89,8 @@ class CacheReader final : public RowSource {
   bool has_slice_ = false;  ///< slice_ has been read in this round
   SliceDescription slice_;
   CachedRow row_;
-  std::uint32_t bins_ = 0;                                      ///< of a sketch of the slice
-  std::uint32_t needed_version_ = format::version_of_mixtures;  ///< by what was read
+  std::uint32_t bins_ = 0;                                      ///< bins of each sketch of the slice
+  std::uint32_t needed_version_ = format::version_of_mixtures;  ///< the lowest version that can hold what was read
 };
 
 }  // namespace tress::adaptive
