@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+// foreach_target compiles this once for every instruction set; the first call chooses the machine's.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "density/blurred_sum.cpp"
 #include <hwy/foreach_target.h>
@@ -17,7 +17,7 @@ using Floats = hn::CappedTag<float, 16>;
 using Integers = hn::Repartition<std::int32_t, Floats>;
 using V = hn::Vec<Floats>;
 
-// As exp_of_negative.
+// Same method as exp_of_negative.
 HWY_INLINE V Exp(V x) {
   const Floats d;
   const Integers i;

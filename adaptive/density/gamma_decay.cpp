@@ -11,14 +11,14 @@ namespace {
 constexpr double largest_scale = 1e12;
 constexpr float least_decay = 1e-30f;
 constexpr double first_rate = Ribbon::decay_rates[0], second_rate = Ribbon::decay_rates[1];
-constexpr double most_ratio = second_rate / first_rate;  ///< at scale 0
+constexpr double most_ratio = second_rate / first_rate;  ///< the ratio at scale 0
 
-/// ln of the second decay over ln of the first, for the gamma law where l = ln(1 + first_rate scale): it falls from
-/// most_ratio at 0 towards 1.
+/// ln of the second decay over ln of the first, for the gamma law, where l = ln(1 + first_rate scale). It falls from
+/// most_ratio at l = 0 towards 1.
 double ratio_of(double l) { return std::log1p(most_ratio * std::expm1(l)) / l; }
 
-/// l by the ratio: a cubic in v = ln((most_ratio - 1)/(ratio - 1)) between equal steps of it, in which l rises like
-/// e^v. Error 1e-8 of l.
+/// Gives l for a ratio, by cubics on equal steps of v = ln((most_ratio - 1)/(ratio - 1)); l rises like e^v. The error
+/// is 1e-8 of l.
 class LogarithmOfRatio {
  public:
   LogarithmOfRatio() {
@@ -52,10 +52,10 @@ class LogarithmOfRatio {
  private:
   static constexpr std::size_t steps = 256;
   struct Point {
-    double l, slope;  ///< by a step of v
+    double l, slope;  ///< slope: change of l in one step of v
   };
   static double v_of(double ratio) { return std::log((most_ratio - 1) / (ratio - 1)); }
-  /// dl/dv = -(ratio - 1)/(d ratio/dl).
+  /// Returns dl/dv = -(ratio - 1)/(d ratio/dl).
   static double slope_at(double l) {
     const double ratio = ratio_of(l), grown = most_ratio * std::expm1(l);
     const double of_log = most_ratio * std::exp(l) / (1 + grown);

@@ -14,23 +14,23 @@ namespace {
 constexpr std::size_t main_knots = Ribbon::main_knots, broad_knots = Ribbon::broad_knots;
 constexpr std::size_t most_rows = 4;
 
-/// A ribbon of a part, with its share of the shape.
+/// A ribbon of a part, with its weight in the interpolated shape.
 struct Parent {
   const Ribbon* ribbon;
   float weight;
-  double widen;           ///< ln of the ratio of scales that makes its law look like the row's
-  std::size_t shift = 0;  ///< its main knot k + shift goes with the row's knot k
+  double widen;           ///< ln of the factor on its scales that makes its law look like the row's
+  std::size_t shift = 0;  ///< its main knot k + shift is paired with the row's knot k
 };
 
-/// The way round from one knot's place to another's, the shorter one.
+/// The signed angle from one knot's azimuth to another's, the shorter way round.
 float apart(const RibbonKnot& from, const RibbonKnot& to) { return wrap_angle(to.azimuth - from.azimuth); }
 
-/// Where light has moved over the cut at -pi, knots have changed their numbers: the shift that moves them least, if it
-/// is far less than without one, which chance does not do.
+/// Where light has moved over the cut at -pi, the knots are numbered differently. Returns the shift that moves them
+/// least, if it moves them far less than no shift, which does not happen by chance.
 std::size_t best_shift(std::span<const RibbonKnot> of, std::span<const RibbonKnot> to) {
   constexpr std::size_t farthest = 4;
   constexpr float far_less = 0.5f;
-  constexpr float near_enough = 0.3f;  // of a whole: knots are 0.2 apart
+  constexpr float near_enough = 0.3f;  // radians squared, over all knots, which are 0.2 apart
   float least = 0;
   std::size_t best = 0;
   for (std::size_t i = 0; i <= 2 * farthest; ++i) {
@@ -49,7 +49,7 @@ std::size_t best_shift(std::span<const RibbonKnot> of, std::span<const RibbonKno
   return best;
 }
 
-/// Everything but the place.
+/// Mixes everything but the azimuth.
 RibbonKnot mixed_knot(std::span<const Parent> parents, bool of_main, std::size_t k) {
   RibbonKnot knot{0, 0, 0, 0, 0, {0, 0}};
   double below = 0, above = 0;
@@ -76,7 +76,8 @@ RibbonKnot mixed_knot(std::span<const Parent> parents, bool of_main, std::size_t
 
 Ribbon mixed(std::span<Parent> parents) {
   const Parent& first = *std::ranges::max_element(parents, {}, &Parent::weight);
-  constexpr double logistic_over_normal = -0.510825624;  // ln 0.6: the scales of laws that look alike
+  constexpr double logistic_over_normal = -0.510825624;  // ln 0.6: a logistic law looks like a normal law of 1/0.6
+                                                         // times its scale
   for (Parent& parent : parents) {
     parent.widen = parent.ribbon->main_law() == first.ribbon->main_law() ? 0
                    : first.ribbon->main_law() == HeightLaw::normal       ? -logistic_over_normal

@@ -1,4 +1,4 @@
-// A row between others: their lobes moved, not mixed.
+// A row interpolated between others: their lobes are moved, not mixed.
 #pragma once
 
 #include <span>
@@ -12,10 +12,10 @@ struct WeightedRow {
   float weight;  ///< >= 0; those of all rows add up to 1
 };
 
-/// Knot by knot: places by the shorter way round, densities, modes and decays linearly, scales by their logarithms,
-/// masses linearly. Of parts that only some rows have the shape is theirs. The law is that of the largest weight;
-/// scales of another law are taken at the ratio at which both look alike. A row of weight 1 is returned to the bit.
-/// Pure. One to four rows of equally many parts.
+/// Interpolates knot by knot: azimuths by the shorter way round; densities, modes, decays and masses linearly; scales
+/// by their logarithms. A part that only some rows have takes its shape from those. The law is that of the row of
+/// largest weight; scales of another law are converted by the ratio at which both look alike. A row of weight 1 is
+/// returned to the bit. Pure. Takes one to four rows of equally many parts.
 RibbonRow interpolate_rows(std::span<const WeightedRow> rows);
 
 }  // namespace tress::adaptive

@@ -1,5 +1,6 @@
-// exp and ln of floats side by side, for kernels that foreach_target compiles once for every instruction set: no
-// #pragma once, it is read once a target. Eight lanes at most, so that AVX2 and AVX-512 add up in one order.
+// exp and ln of several floats at once, for kernels that foreach_target compiles once for every instruction set. There
+// is no #pragma once, because it is read once for every target. At most eight lanes are used, so that AVX2 and AVX-512
+// add up in one order.
 #if defined(TRESS_DENSITY_LAW_LANES_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef TRESS_DENSITY_LAW_LANES_H
 #undef TRESS_DENSITY_LAW_LANES_H
@@ -22,7 +23,8 @@ using Integers = hn::RebindToSigned<Floats>;
 using F = hn::Vec<Floats>;
 using Mask = hn::Mask<Floats>;
 
-// exp(x), x <= 87, relative error 2e-7; stays at exp(-87) below. As Exp of base/exp_lanes.h, in floats.
+// exp(x) for x <= 87, relative error 2e-7; below -87 it returns exp(-87). Same method as Exp of base/exp_lanes.h, in
+// floats.
 HWY_INLINE F ExpOf(F x) {
   const Floats d;
   const hn::Repartition<std::uint32_t, Floats> words;
@@ -43,8 +45,8 @@ HWY_INLINE F ExpOf(F x) {
   return hn::BitCast(d, hn::Add(hn::BitCast(words, p), exponent));
 }
 
-// ln(x), x > 0 and no denormal, error 2e-7 of the larger of it and 1: x = 2^k (1 + y), the logarithm of 1 + y by
-// z = y/(2 + y) as 2 atanh z.
+// ln(x) for x > 0 and not denormal; the error is 2e-7 of the larger of the result and 1. x = 2^k (1 + y), and the
+// logarithm of 1 + y is 2 atanh z, z = y/(2 + y).
 HWY_INLINE F LogOf(F x) {
   const Floats d;
   const Integers i;

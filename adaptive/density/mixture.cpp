@@ -22,8 +22,8 @@ float truncation(float s) {
   return (1.0f - e) / (1.0f + e);
 }
 
-// x >= 0 with mass fraction v of the side's [0, pi] below it: 2 s atanh(v T), from 1 - v so that the tail keeps its
-// bits.
+// Returns x >= 0 with mass fraction v of the side's [0, pi] below it: 2 s atanh(v T), computed from 1 - v so that the
+// tail keeps its bits.
 double side_quantile(double v, double s) {
   const double e = std::exp(-std::numbers::pi / s);
   const double t = (1.0 - e) / (1.0 + e);
@@ -31,7 +31,7 @@ double side_quantile(double v, double s) {
   return std::min(s * std::log((1.0 + v * t) / below_one), std::numbers::pi);
 }
 
-// As SkewLogistic::sample, for a u that has more bits than a float.
+// Does the same as SkewLogistic::sample, for a u that has more bits than a float.
 float sample_shape(const SkewLogistic& shape, double u) {
   const double left = static_cast<double>(shape.s_left) * std::tanh(0.5 * std::numbers::pi / shape.s_left);
   const double right = static_cast<double>(shape.s_right) * std::tanh(0.5 * std::numbers::pi / shape.s_right);
@@ -70,18 +70,18 @@ float sample_of(const Parts& parts, float uniform_weight, float u, float u_share
   const double mass = energy_of(parts, uniform_weight);
   if (!(mass > 0.0)) return uniform_angle(u);
   if (u < share) return uniform_angle(u / share);
-  double left = (u - share) / (1.0 - share) * mass;  // of the mass that is still to be passed over
+  double left = (u - share) / (1.0 - share) * mass;  // the mass that is still to be passed over
   for (const auto& part : parts) {
     const double weight = part.weight;
     if (left < weight) return sample_shape(part.shape, left / weight);
     left -= weight;
   }
   if (uniform_weight > 0.0f) return uniform_angle(std::min(left / uniform_weight, 1.0));
-  // Rounding of the sum passed over the last component: its end.
+  // Rounding of the sum passed over the last component: return its end.
   return parts.empty() ? uniform_angle(u) : sample_shape(parts.back().shape, 1.0);
 }
 
-// A float >= 0 to the nearest of those of 8 bits behind the point: what is left of it without the sign and the last 15.
+// Rounds a float >= 0 to the nearest one with 8 bits behind the point: drops its sign and its last 15 bits.
 std::uint16_t upper_bits(float x) {
   const auto bits = std::bit_cast<std::uint32_t>(x > 0 ? x : 0.0f);
   return static_cast<std::uint16_t>(std::min((bits + 0x4000u) >> 15, 0xfeffu));  // the largest finite one

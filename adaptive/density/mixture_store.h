@@ -11,14 +11,14 @@
 
 namespace tress::adaptive {
 
-/// Owns all that it has put, to its end. One thread.
+/// Owns all mixtures that were put into it, for its whole life. One thread.
 class MixtureStore {
  public:
   const PackedMixture* put(const Mixture& fit, float objective) {
     return PackedMixture::put(block(fit.component_count), fit, objective);
   }
 
-  /// The memory is used again by the next mixture of as many components.
+  /// Frees the memory for the next mixture of as many components.
   void give_back(const PackedMixture* fit) {
     if (fit != nullptr) free_[fit->component_count].push_back(const_cast<PackedMixture*>(fit));
   }

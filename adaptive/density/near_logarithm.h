@@ -1,4 +1,4 @@
-// A logarithm for codes, several times as fast as that of the library.
+// A logarithm for codes, several times as fast as the library's.
 #pragma once
 
 #include <array>
@@ -10,7 +10,8 @@
 
 namespace tress::adaptive {
 
-/// ln x, x > 0 and no denormal, to 1e-13: by the logarithm of the middle of the 256th of an octave that x is in.
+/// ln x for x > 0 and not denormal, with an error of 1e-13. Each octave is cut into 256 intervals, and the logarithm of
+/// an interval's middle is tabulated.
 class NearLogarithm {
  public:
   NearLogarithm() {

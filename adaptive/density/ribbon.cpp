@@ -13,9 +13,10 @@ namespace {
 
 constexpr float pi = std::numbers::pi_v<float>, two_pi = 2 * pi;
 constexpr float below_one = 0.99999994f;
-constexpr float least_share = 0x1p-25f;  // of the mass of a side, beyond which no height is drawn
+constexpr float least_share = 0x1p-25f;  // of the mass of a side; no height is drawn beyond it
 
-/// What z the mass beyond of a half normal law is: sqrt(2) erfc^-1(q), q in (0, 1] (Giles 2010, in single precision).
+/// The z that a half normal law exceeds with probability q in (0, 1]: sqrt(2) erfc^-1(q) (Giles 2010, in single
+/// precision).
 float half_normal_beyond(float q) {
   const float x = 1 - q;
   float w = -std::log(q * (2 - q)), p;
@@ -35,7 +36,7 @@ float half_normal_beyond(float q) {
   return std::numbers::sqrt2_v<float> * p * x;
 }
 
-/// What is between two knots, at an azimuth.
+/// A layer's values at an azimuth between two knots.
 struct Between {
   float density, mode, scale_below, scale_above;
 };
@@ -49,7 +50,7 @@ struct Layer {
     return k + 1 < knots.size() ? knots[k + 1].azimuth - knots[k].azimuth
                                 : knots[0].azimuth + two_pi - knots[k].azimuth;
   }
-  /// The segment that x in [-pi, pi) is in, and how far along.
+  /// The segment that contains x in [-pi, pi), and the fraction of it before x.
   std::pair<std::size_t, float> find(float x) const {
     const auto above = std::upper_bound(knots.begin(), knots.end(), x,
                                         [](float at, const RibbonKnot& knot) { return at < knot.azimuth; });
@@ -82,7 +83,7 @@ struct Layer {
     const float cut = from_first(last, at_cut);
     return x < knots[0].azimuth ? to - cut : to + (below.back() - cut);
   }
-  /// Where the share u of the layer's mass is before it, and what is there.
+  /// The azimuth that has the share u of the layer's mass before it, and the values there.
   std::pair<float, Between> sample(float u) const {
     const float v = u * below.back();
     const auto above = std::upper_bound(below.begin() + 1, below.end() - 1, v);

@@ -1,5 +1,5 @@
-// The packed form of a ribbon (ESTIMATOR.md, E9): every number is a code on a scale that is fixed, so that packing what
-// was unpacked finds the same codes.
+// The packed form of a ribbon (ESTIMATOR.md, E9). Every number is a code on a fixed scale, so that packing an unpacked
+// ribbon gives the same codes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -25,7 +25,8 @@ Code round_to_code(double x, Code largest) {
   return static_cast<Code>(std::lround(std::clamp(x, 0.0, static_cast<double>(largest))));
 }
 
-/// round_to_code(exact()), of which `near` is within 1e-7: the exact value is asked only where it may round elsewhere.
+/// Returns round_to_code(exact()). `near` is within 1e-7 of exact(), which is evaluated only where it may round
+/// differently.
 template <class Exact>
 Code round_near(double near, Code largest, Exact&& exact) {
   constexpr double doubt = 1e-6;
@@ -36,7 +37,7 @@ Code round_near(double near, Code largest, Exact&& exact) {
   return below + (rest > 0.5 ? 1 : 0);
 }
 
-/// Equal steps of the logarithm from `least` to `largest`.
+/// Codes equal steps of the logarithm from `least` to `largest`.
 struct Logarithmic {
   double least, largest;
   int bits;
@@ -49,7 +50,7 @@ struct Logarithmic {
 };
 constexpr Logarithmic scales{Ribbon::least_scale, Ribbon::largest_scale, 8};
 
-/// Density over the largest of its layer.
+/// Codes the density relative to the largest of its layer.
 struct Densities {
   static constexpr double step = 0.05;
   static constexpr Code largest = 255;
@@ -63,7 +64,7 @@ struct Densities {
   }
 };
 
-/// Modes by equal steps of asinh: fine near 0, where narrow lobes are.
+/// Codes modes by equal steps of asinh: fine near 0, where narrow lobes are.
 struct Modes {
   static constexpr double bend = 0.5;
   int bits;
@@ -82,8 +83,9 @@ struct Modes {
 };
 constexpr Modes main_modes{14}, broad_modes{8};
 
-/// Two means of decay, as the attribute that each alone would tell, -ln(decay)/rate: the first of them by steps of its
-/// logarithm, 0 being none, and the second by its share of the first, which is between the ratio of the rates and 1.
+/// Codes the mean decays at two rates. Each is converted to the attribute that would give it alone, -ln(decay)/rate.
+/// The first attribute is coded by steps of its logarithm, with code 0 for none; the second by its share of the first,
+/// which is between the ratio of the rates and 1.
 struct Decays {
   static constexpr double least = 0.02, largest = 100;
   static constexpr double first_rate = Ribbon::decay_rates[0], second_rate = Ribbon::decay_rates[1];
@@ -109,7 +111,7 @@ struct Decays {
                            [&] { return from_least(first(), exact_log); }),
             round_near(share(near_first, near_second), largest_share, [&] { return share(first(), second()); })};
   }
-  /// The attribute that the first decay alone tells; codes above 0.
+  /// The attribute that the first decay alone implies, for codes above 0.
   double first(Code attribute) const { return least * std::exp((attribute - 1) * step()); }
   static float first_decay(double first) { return static_cast<float>(std::exp(-first * first_rate)); }
   static float second_decay(double first, Code share) {
@@ -124,7 +126,7 @@ struct Decays {
 };
 constexpr Decays main_decays{10}, broad_decays{8};
 
-/// What all codes say.
+/// The decoded values of all codes.
 struct Decoded {
   template <int bits>
   struct OfDecays {
@@ -175,9 +177,9 @@ Code code_of_azimuth(float x) {
   return round_to_code((static_cast<double>(x) + pi) * (azimuth_steps / (2 * pi)), largest_of(16));
 }
 
-constexpr Code largest_share = 65535;  // of the main layer's mass in the whole
+constexpr Code largest_share = 65535;  // the main layer's share of the whole mass
 
-/// A part, as codes.
+/// A knot of a part, as codes.
 struct PackedKnot {
   Code azimuth = 0, density = 0, mode = 0, scale_below = 0, scale_above = 0;
   Decays::Codes decays{0, 0};
@@ -225,7 +227,7 @@ double mass_of(std::span<const RibbonKnot> knots) {
   return mass;
 }
 
-/// The code of a layer without mass: no density, and nothing else that would differ.
+/// Sets the codes of a layer without mass: zero density, and fixed values for all else.
 void clear_layer(std::span<PackedKnot> knots) {
   for (PackedKnot& knot : knots) knot = {knot.azimuth};
 }
@@ -287,7 +289,8 @@ Ribbon decode(const PackedPart& part) {
   return Ribbon(main, part.law == 0 ? HeightLaw::normal : HeightLaw::logistic, broad);
 }
 
-/// Largest density a code of its own, as packing leaves it; or no light and no codes.
+/// Whether the codes are as packing leaves them: the largest density has the largest code, or a layer without light has
+/// no codes.
 bool is_layer(std::span<const PackedKnot> knots, bool has_mass) {
   Code largest = 0, any = 0;
   for (const PackedKnot& knot : knots) {
@@ -303,7 +306,7 @@ PackedPart encode(const Ribbon& ribbon) {
   encode_layer(ribbon.main(), main_modes, main_decays, part.main);
   encode_layer(ribbon.broad(), broad_modes, broad_decays, part.broad);
   part.main_share = round_to_code(static_cast<double>(ribbon.main_mass()) * largest_share, largest_share);
-  // Steps of the azimuth may have left nothing of a layer that stands on one alone.
+  // Coarse steps of the azimuth may have removed all mass of a layer that has only one knot with light.
   std::array<RibbonKnot, Ribbon::main_knots> main;
   for (std::size_t k = 0; k < main.size(); ++k) {
     main[k].azimuth = azimuth_of(part.main[k].azimuth);
@@ -318,7 +321,7 @@ PackedPart encode(const Ribbon& ribbon) {
   return part;
 }
 
-/// Whether these bytes are those that packing makes of what they say.
+/// Whether these bytes are those that packing makes of their decoded values.
 bool is_part(const std::byte* bytes) {
   const PackedPart part = read(bytes);
   if (part.law > 1) return false;

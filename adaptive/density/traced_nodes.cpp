@@ -18,11 +18,11 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr float two_pi = 2 * std::numbers::pi_v<float>;
-constexpr float reach = 5.5f;       // in sigma: what lies beyond is under 4e-8 of the mass
+constexpr float reach = 5.5f;       // in sigma: less than 4e-8 of the mass lies beyond
 constexpr float narrowest = 1e-5f;  // radians
 constexpr float most_buckets = 1024;
 
-// 32 bits that order as the float does.
+// Returns 32 bits that sort as the float does.
 std::uint64_t ascending_bits(float x) {
   const auto bits = std::bit_cast<std::uint32_t>(x + 0.0f);
   return (bits & 0x80000000u) != 0 ? static_cast<std::uint32_t>(~bits) : bits | 0x80000000u;
@@ -34,7 +34,7 @@ TracedNodes::TracedNodes(std::span<const TracedRay> rays, float blur_rad)
     : blur_rad_(std::max(blur_rad, narrowest)),
       precision_(0.5f / (blur_rad_ * blur_rad_)),
       peak_(0.398942280f / blur_rad_) {
-  std::vector<std::uint64_t> order;  // ascending azimuth, then ascending index
+  std::vector<std::uint64_t> order;  // by ascending azimuth, then by ascending index
   order.reserve(rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (rays[i].weight > 0) order.push_back(ascending_bits(wrap_angle(rays[i].azimuth)) << 32 | i);
@@ -59,8 +59,8 @@ TracedNodes::TracedNodes(std::span<const TracedRay> rays, float blur_rad)
   for (const float azimuth : this->azimuth()) ++starts_[bucket_of(azimuth) + 1];
   std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
 
-  // Trapezoid on a circle: errs by the harmonics of g^2 from K = `points` on, and those are under exp(-(K sigma)^2/4)
-  // of its mass, 3e-5.
+  // The trapezoidal rule on a circle errs by the harmonics of g^2 from K = `points` on. Those are below exp(-(K
+  // sigma)^2/4) of its mass, 3e-5.
   const auto points = std::max(32, static_cast<int>(std::ceil(6.5 / blur_rad_)));
   grid_.assign(static_cast<std::size_t>(points), 0.0f);
   const double mean = mass / (2 * pi);
@@ -82,7 +82,8 @@ std::size_t TracedNodes::bytes() const {
          sizeof(std::uint32_t) * starts_.size();
 }
 
-// Rays from the first bucket that the reach queries to the end of the last one: a few more than needed, none searched.
+// Sums the rays from the first bucket within reach to the end of the last one: a few more than needed, but none has to
+// be searched for.
 float TracedNodes::density(float x) const {
   x = wrap_angle(x);
   const float width = reach * blur_rad_;
