@@ -8,7 +8,7 @@
 
 namespace tress::adaptive {
 
-/// Plain values of FixedMoments. variance is the unbiased one, 0 for fewer than two.
+/// The values of FixedMoments as doubles. variance is the unbiased one, 0 for fewer than two values.
 struct Moments {
   std::uint64_t count = 0;
   double mean = 0;
@@ -20,8 +20,9 @@ struct Moments {
   }
 };
 
-/// Moments of values in [0, 2^MaximumBits] as integers in units of 2^(MaximumBits - 40): integer sums associate, float
-/// sums do not. Squares are exact, in two words. Holds 2^23 values, whatever they are. add(): any thread.
+/// Moments of values in [0, 2^MaximumBits] as integers in units of 2^(MaximumBits - 40), because integer sums are
+/// associative and float sums are not. Squares are exact, in two words. It holds at least 2^23 values. add() may be
+/// called by any thread.
 template <int MaximumBits>
 class FixedMoments {
  public:
@@ -52,7 +53,7 @@ class FixedMoments {
     return result;
   }
 
-  /// All that it holds, and back. Not beside add().
+  /// All words of the state, to save and to restore it. Must not run at the same time as add().
   using Words = std::array<std::uint64_t, 4>;
   Words words() const {
     return {count(), sum_.load(std::memory_order_relaxed), square_high_.load(std::memory_order_relaxed),
@@ -65,7 +66,7 @@ class FixedMoments {
     square_low_.store(words[3], std::memory_order_relaxed);
   }
 
-  /// Not beside add().
+  /// Must not run at the same time as add().
   void clear() {
     for (std::atomic<std::uint64_t>* word : {&count_, &sum_, &square_high_, &square_low_}) {
       word->store(0, std::memory_order_relaxed);

@@ -24,7 +24,7 @@ bool is_exit(const SampledExit& exit, std::uint32_t parts) {
 
 void HeardExits::add(std::uint32_t node, const SampledExit& exit) const {
   if (!is_exit(exit, SampledTarget::most_parts)) return;
-  // No negative zero, so that what compares equal has the same bits.
+  // Adding 0 removes negative zeros, so that what compares equal has the same bits.
   added_.local().push_back(
       {node,
        {wrap_angle(exit.azimuth) + 0.0f, exit.height + 0.0f, exit.part, exit.weight + 0.0f, exit.attribute + 0.0f}});
@@ -39,7 +39,7 @@ std::size_t HeardExits::take_in(std::uint32_t nodes, std::size_t room) {
   std::erase_if(all, [&](const AddedExit& one) { return one.node >= nodes; });
   if (all.empty()) return 0;
   std::ranges::sort(
-      all, {}, [](const AddedExit& one) {  // at random within a node, so that every fourth one is a fair set
+      all, {}, [](const AddedExit& one) {  // random order within a node, so that every fourth exit makes a fair set
         const SampledExit& exit = one.exit;
         return std::tuple(one.node, hash_of(exit), exit.azimuth, exit.height, exit.part, exit.weight, exit.attribute);
       });

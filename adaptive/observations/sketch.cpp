@@ -95,7 +95,7 @@ std::vector<float> gap_fill_azimuths(const std::vector<ObservedPair>& pairs, flo
       result.push_back(wrap_angle(static_cast<float>(start + gap * i / pieces)));
     }
   };
-  // Nothing observed: the gap has no end points, so its start is asked too.
+  // Nothing is observed, so the gap has no end points, and its start must be evaluated too.
   if (pairs.empty()) fill(-std::numbers::pi, two_pi, true);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double next = i + 1 < pairs.size() ? pairs[i + 1].azimuth : pairs[0].azimuth + two_pi;

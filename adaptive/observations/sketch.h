@@ -15,8 +15,8 @@ struct ObservedPair {
   float g;        ///< 1/rad
 };
 
-/// Each bin is 64 bits, |offset| from the centre (31 bits, fixed point), its sign (1), float g (32): the minimum is
-/// the nearest pair, so merging is commutative, associative and idempotent. All ones: empty.
+/// Each bin is 64 bits: |offset| from the centre (31 bits, fixed point), its sign (1 bit), g (32 bits, float). The
+/// minimum is the nearest pair, so merging is commutative, associative and idempotent. An empty bin has all bits set.
 class Sketch {
  public:
   /// K = max(128, ceil(12 pi / sigma)).
@@ -24,16 +24,17 @@ class Sketch {
 
   explicit Sketch(std::uint32_t bins);
 
-  /// Atomic; any thread, any order gives the same sketch. x in radians, any turn; g finite, >= 0.
-  /// The azimuth is quantised first, and g belongs to the quantised one to 2^-31 of a bin width.
+  /// Offers a pair; it is kept if it is the nearest to its bin's centre. Atomic: any thread, and any order gives the
+  /// same sketch. x in radians, any turn; g finite, >= 0. The azimuth is quantised first, and g belongs to the
+  /// quantised one to 2^-31 of a bin width.
   void offer(float x, float g);
-  /// Minimum per bin. Ignores bins out of range.
+  /// Takes the minimum of each bin. Bins out of range are ignored.
   void merge(const std::vector<SketchBin>& bins);
   std::vector<SketchBin> bins() const;
-  /// Sorted by azimuth. Not beside offer().
+  /// The pairs, sorted by azimuth. Must not run at the same time as offer().
   std::vector<ObservedPair> pairs() const;
   std::uint32_t occupied() const;
-  /// Not beside offer().
+  /// Empties all bins. Must not run at the same time as offer().
   void clear();
   std::size_t bytes() const { return sizeof(*this) + sizeof(std::uint64_t) * bin_count_; }
 
