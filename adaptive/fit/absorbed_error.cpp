@@ -18,11 +18,11 @@ constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::size_t most_rates = 4;
 constexpr std::uint64_t rows_a_measured = 8;
 constexpr double darkest = 69;         // exp(-69) = 1e-30
-constexpr double flattest = 1e-6;      // of E^2/(2 pi): floats err by 1e-10 of it
-constexpr std::size_t cell_steps = 4;  // Boole's rule is exact for the square of a parabola less a line
+constexpr double flattest = 1e-6;      // in E^2/(2 pi), of which rounding of floats is 1e-10
+constexpr std::size_t cell_steps = 4;  // Boole's rule is exact for the square of a parabola minus a line
 
-/// What is left of the light, over what is left of the ray that loses least: the relative error does not depend on
-/// that scale, and floats hold it at any rate.
+/// What absorption leaves of the light, relative to what it leaves of the least absorbed ray. The relative error does
+/// not depend on that scale, and the values fit into floats at any rate.
 struct Absorption {
   double rate, least;
   float of_ray(float weight, float attribute) const {
@@ -49,7 +49,7 @@ TracedNodes absorbed(const TracedNodes& nodes, const Absorption& absorption) {
   return TracedNodes(rays, nodes.blur_rad());
 }
 
-/// As TracedNodes::variation(), whose floor is of rows that have lost nothing.
+/// The same as TracedNodes::variation(), whose lower bound is for rows without absorption.
 double own_variation(const TracedNodes& nodes) {
   const double energy = nodes.energy(), mean = energy / two_pi;
   double sum = 0;
@@ -97,7 +97,8 @@ std::optional<double> absorbed_error(const KnotDensity& table, const TracedNodes
   const KnotDensity colored(std::move(knots));
   const TracedNodes target = absorbed(nodes, *absorption);
   const std::size_t points = cell_steps * colored.knots().size();
-  constexpr std::array<double, cell_steps> boole{14.0 / 90, 32.0 / 90, 12.0 / 90, 32.0 / 90};  // ends of cells meet
+  constexpr std::array<double, cell_steps> boole{14.0 / 90, 32.0 / 90, 12.0 / 90, 32.0 / 90};  // neighbouring cells
+                                                                                               // share their end points
   double sum = 0;
   for (std::size_t i = 0; i < points; ++i) {
     const auto x = static_cast<float>((static_cast<double>(i) / static_cast<double>(points) - 0.5) * two_pi);

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+// foreach_target compiles this once for every instruction set; the first call chooses the machine's.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/exit_sums.cpp"
 #include <hwy/foreach_target.h>
@@ -19,18 +19,19 @@ HWY_INLINE F Line(const Lanes& from, const Lanes& to, std::size_t lane, F s) {
   return hn::MulAdd(s, hn::Set(d, to[lane] - from[lane]), hn::Set(d, from[lane]));
 }
 
-// How far along a segment; what is beyond its ends belongs to the next piece, and has no weight in this one.
+// Returns the position along a segment, 0 to 1. An exit beyond its ends belongs to the next piece and has no weight
+// here.
 HWY_INLINE F Along(F x, float x0, float inverse_width) {
   const Floats d;
   const F s = hn::Mul(hn::Sub(x, hn::Set(d, x0)), hn::Set(d, inverse_width));
   return hn::Min(hn::Max(s, hn::Zero(d)), hn::Set(d, 1.0f));
 }
 
-// A layer at an exit.
+// The values of a layer at an exit.
 struct AtExit {
   F s, density, law;
-  F slope;            // of -ln law by the distance from the mode in scales
-  F distance;         // in scales of its side
+  F slope;            // derivative of -ln law by the distance from the mode in scales
+  F distance;         // from the mode, in scales of its side
   F inverse_side;     // 1/s of that side
   F inverse_both;     // 1/(s_below + s_above)
   F inverse_product;  // 1/(s_below s_above)
@@ -76,7 +77,8 @@ HWY_INLINE void AddFour(F a, F b, F c, F e, float* out) {
   const Floats d;
   const F ac = hn::Add(hn::InterleaveLower(d, a, c), hn::InterleaveUpper(d, a, c));
   const F be = hn::Add(hn::InterleaveLower(d, b, e), hn::InterleaveUpper(d, b, e));
-  const F all = hn::Add(hn::InterleaveLower(d, ac, be), hn::InterleaveUpper(d, ac, be));  // in blocks of four lanes
+  const F all =
+      hn::Add(hn::InterleaveLower(d, ac, be), hn::InterleaveUpper(d, ac, be));  // added in blocks of four lanes
   const Fours four;
 #if HWY_MAX_BYTES >= 32
   const auto sum = hn::Add(hn::LowerHalf(four, all), hn::UpperHalf(four, all));
@@ -87,7 +89,7 @@ HWY_INLINE void AddFour(F a, F b, F c, F e, float* out) {
 #endif
 }
 
-// The sums of a layer while they run.
+// The running sums of a layer.
 struct Running {
   F light, light_s, mode, mode_s, below, below_s, above, above_s, information, information_s, information_ss;
 
@@ -96,7 +98,7 @@ struct Running {
     light = light_s = mode = mode_s = below = below_s = above = above_s = hn::Zero(d);
     information = information_s = information_ss = hn::Zero(d);
   }
-  // over_f: the weight over f.
+  // over_f: the weight divided by f.
   HWY_INLINE void Add(const AtExit& at, F over_f) {
     const F by_law = hn::Mul(over_f, at.law), share = hn::Mul(by_law, at.density);
     light = hn::Add(light, by_law);
@@ -132,7 +134,7 @@ HWY_INLINE F DensityOf(const AtExit& main, const AtExit& broad) {
   return hn::Max(f, hn::Set(d, 1e-30f));
 }
 
-// What both layers are at exits i .. of a piece.
+// Evaluates both layers at exits i .. of a piece.
 template <HeightLaw law>
 struct Both {
   AtExit main, broad;

@@ -1,4 +1,4 @@
-// The loops over exits that a fit of ribbons spends its time in, for the widest instruction set that the machine has.
+// The loops over exits in which a fit of ribbons spends its time, for the widest instruction set that the machine has.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace tress::adaptive {
 
-/// exp(-rate attribute) at both Ribbon::decay_rates; attributes >= 0. In place is allowed. Reads and writes up to
-/// RowExits::padding past the end.
+/// Writes exp(-rate attribute) at both Ribbon::decay_rates; attributes >= 0. The output may be the input. Reads and
+/// writes up to RowExits::padding elements past the end.
 void write_decays(const float* attributes, std::size_t n, float* first, float* second);
 
 /// Adds up the exits of the active problems.
@@ -20,14 +20,14 @@ void add_exits(const RowExits& exits, const RibbonLanes& lanes, RowSums& sums);
 struct alignas(16) HeightSums {
   float light = 0, light_s = 0, height = 0, height_s = 0, square = 0, square_s = 0, nothing[2]{};
 };
-/// The same for the light of the segments of a part, which knows no law.
+/// The same for the segments of a part; it does not depend on the law.
 struct PartHeights {
   std::array<HeightSums, Ribbon::main_knots> main{};
   std::array<HeightSums, Ribbon::broad_knots> broad{};
 };
 void add_heights(const RowExits& exits, const RibbonLanes& lanes, std::size_t part, PartHeights& sums);
 
-/// The light of a segment by the layer that it is of, clear and as absorption leaves it.
+/// The light of a segment in its layer, clear and after absorption.
 struct alignas(16) DecaySums {
   float clear = 0, clear_s = 0, first = 0, first_s = 0, second = 0, second_s = 0, nothing[2]{};
 };
@@ -37,7 +37,7 @@ struct LaneDecays {
 };
 void add_decays(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane, LaneDecays& sums);
 
-/// Sum of w ln f over the exits of a problem.
+/// Returns the sum of w ln f over the exits of a problem.
 double log_likelihood(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane);
 
 }  // namespace tress::adaptive

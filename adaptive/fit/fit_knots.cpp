@@ -14,11 +14,11 @@ namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::size_t points_a_cell = 4;
-// Boole's rule over a cell of length 1, ends and the three points between: exact for polynomials up to degree 5, so for
-// the square of what a parabola and a line differ by.
+// Boole's rule over a cell of length 1: both ends and the three points between. It is exact for polynomials up to
+// degree 5, and so for the squared difference of a parabola and a line.
 constexpr std::array boole{7.0 / 90, 32.0 / 90, 12.0 / 90, 32.0 / 90, 7.0 / 90};
 
-/// What is fitted to: g at four points a cell, beginning at -pi.
+/// The samples that are fitted to: g at four points a cell, beginning at -pi.
 class Samples {
  public:
   explicit Samples(const TracedNodes& nodes) : nodes_(nodes) {}
@@ -50,8 +50,8 @@ class Samples {
   std::uint32_t evaluations_ = 0;
 };
 
-/// The densities f that minimise the integral of (g - f)^2: (f_(k-1) + 4 f_k + f_(k+1))/6 = 1/h integral of g hat_k.
-/// The matrix is circulant and its inverse the recursive filter of pole z = sqrt 3 - 2, once each way round.
+/// Returns the densities f that minimise the integral of (g - f)^2: (f_(k-1) + 4 f_k + f_(k+1))/6 = 1/h integral of g
+/// hat_k. The matrix is circulant; its inverse is the recursive filter of pole z = sqrt 3 - 2, run once each way round.
 std::vector<double> project(const Samples& samples) {
   const std::size_t n = samples.cells();
   std::vector<double> f(n, 0.0);
@@ -64,7 +64,7 @@ std::vector<double> project(const Samples& samples) {
     }
   }
   const double z = std::numbers::sqrt3 - 2;
-  double first = 0;  // of the filter that has gone round for ever
+  double first = 0;  // value of the filter after endless rounds
   for (std::size_t j = 0; j < n; ++j) first = first * z + f[(j + 1) % n];
   first /= 1 - std::pow(z, static_cast<double>(n));
   f[0] = first;
@@ -78,7 +78,7 @@ std::vector<double> project(const Samples& samples) {
   return f;
 }
 
-/// Never negative, of the mass that is wanted.
+/// Makes all densities >= 0 and scales them to the mass `energy`.
 void scale_to(double energy, std::vector<double>& f) {
   double sum = 0;
   for (double& value : f) sum += value = std::max(value, 0.0);
@@ -86,7 +86,7 @@ void scale_to(double energy, std::vector<double>& f) {
   for (double& value : f) value = sum > 0 ? value * (wanted / sum) : energy / two_pi;
 }
 
-/// Integral of (g - f)^2.
+/// Returns the integral of (g - f)^2.
 double squared_error(const Samples& samples, const std::vector<double>& f) {
   const std::size_t n = samples.cells();
   double sum = 0;
@@ -104,12 +104,12 @@ double squared_error(const Samples& samples, const std::vector<double>& f) {
 
 KnotFit fit_knots(const TracedNodes& nodes, double epsilon) {
   KnotFit fit;
-  // Boole's rule cannot see what is narrower than its points are apart.
+  // Boole's rule cannot resolve features narrower than the distance of its points.
   constexpr double finest = two_pi / (points_a_cell * KnotDensity::most);
   if (nodes.blur_rad() < finest) {
     const Knot flat{.density = nodes.energy() / static_cast<float>(two_pi)};
     fit.table = KnotDensity(std::vector<Knot>(KnotDensity::fewest, flat));
-    fit.objective = 1;  // or less: integral (g - mean)^2 / L
+    fit.objective = 1;  // an upper bound: integral (g - mean)^2 / L
     return fit;
   }
   Samples samples(nodes);

@@ -1,4 +1,4 @@
-// A knot table for traced nodes: the rival without mixtures (ESTIMATOR.md, E7).
+// A knot table for traced nodes: the alternative to mixtures (ESTIMATOR.md, E7).
 #pragma once
 
 #include <cstdint>
@@ -9,17 +9,17 @@
 namespace tress::adaptive {
 
 struct KnotFit {
-  KnotDensity table;              ///< of mass nodes.energy(), without attributes
+  KnotDensity table;              ///< its mass is nodes.energy(); it has no attributes
   double objective = 0;           ///< relative squared L2 against g, by Boole's rule on four points a cell
-  std::uint32_t evaluations = 0;  ///< of g: 128, 256 or 512
+  std::uint32_t evaluations = 0;  ///< number of evaluations of g: 128, 256 or 512
 };
 
-/// 32 knots, doubled up to 128 while the objective is above epsilon/4: what growth of a mixture aims at too.
+/// Fits 32 knots, doubled up to 128 while the objective is above epsilon/4, which is also the aim of growing a mixture.
 /// The caller compares the objective with epsilon. Pure and deterministic; never fails.
 KnotFit fit_knots(const TracedNodes& nodes, double epsilon);
 
-/// Gives each knot the mean and variance of the attribute over the traced rays, each in proportion to
-/// weight (G * density_k hat_k / f)(azimuth), G the blur: the share of the knot's hat in what the ray brings.
+/// Gives each knot the mean and variance of the attribute over the traced rays. A ray is weighted by weight (G *
+/// density_k hat_k / f)(azimuth), G being the blur: the share of the knot's hat in the ray's light.
 KnotDensity with_attributes(const KnotDensity& table, const TracedNodes& nodes);
 
 }  // namespace tress::adaptive

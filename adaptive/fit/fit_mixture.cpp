@@ -14,8 +14,8 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr int warm_iterations = 8;
 constexpr int grown_iterations = 12;
-constexpr double least_weight = 2e-4;     // components of less go
-constexpr double growth_must_pay = 0.85;  // factor of o/(N-4D-1)^2 for a new component
+constexpr double least_weight = 2e-4;     // components of less weight are removed
+constexpr double growth_must_pay = 0.85;  // factor on o/(N-4D-1)^2 that a new component must reach
 constexpr double split_must_pay = 0.95;
 constexpr int most_splits = 2;
 constexpr int candidates = 6;
@@ -42,7 +42,7 @@ Mixture to_mixture(const Vector& v) {
   return mixture_from(v, [](double a) { return static_cast<float>(std::clamp(a, 0.0, 1e30)); });
 }
 
-// A fit on its way: the parameters and their objective o.
+// The current state of a fit: its parameters and their objective o.
 struct State {
   Vector parameters;
   double o = 0;
@@ -71,7 +71,7 @@ class MixtureFitter {
     return state;
   }
 
-  // R: the objective as it would be on fresh samples (generalised cross validation), relative to the variation.
+  // Returns R: the objective expected on fresh samples (generalised cross validation), relative to the variation.
   double relative(const State& state) const {
     if (problem_.size() == 0) return std::numeric_limits<double>::infinity();
     return criterion(state) * problem_.size() * problem_.size() / variation_;
@@ -79,7 +79,7 @@ class MixtureFitter {
 
   bool reached(const State& state) const { return relative(state) <= settings_.epsilon / 4; }
 
-  // Weights scaled to the known energy; too small components leave.
+  // Scales the weights to the known energy and removes components that are too small.
   void finish(State& state) {
     const double sum = weight_sum(state.parameters);
     if (sum > 0 && std::isfinite(sum)) {
@@ -93,7 +93,7 @@ class MixtureFitter {
   }
 
  private:
-  // a_0 sits at a multiple of per_component too.
+  // The index of a_0 is a multiple of per_component too, so the sum includes it.
   static double weight_sum(const Vector& v) {
     double sum = 0;
     for (Eigen::Index at = 0; at < v.size(); at += per_component) sum += v[at];
@@ -152,8 +152,8 @@ class MixtureFitter {
     return false;
   }
 
-  // Matching pursuit: the symmetric component at one of the largest positive residuals that explains most. Empty if
-  // none.
+  // Matching pursuit: adds the symmetric component that explains most, at one of the largest positive residuals. Empty
+  // if there is none.
   State pursue(const State& state) {
     problem_.objective(state.parameters, f_);
     const auto n = static_cast<std::size_t>(problem_.size());
@@ -178,7 +178,7 @@ class MixtureFitter {
     return best;
   }
 
-  // Splits the component that answers for most of the squared error. Empty if there is none.
+  // Splits the component that contributes most of the squared error. Empty if there is none.
   State split(const State& state) {
     problem_.objective(state.parameters, f_);
     double worst_error = 0;

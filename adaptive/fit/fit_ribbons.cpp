@@ -20,9 +20,10 @@ constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::size_t main_knots = Ribbon::main_knots, broad_knots = Ribbon::broad_knots;
 constexpr std::size_t parts = RowExits::most_parts;
 constexpr std::uint32_t bins = RowExits::bins, bins_per_broad = bins / broad_knots;
-constexpr double quantile_share = 0.3;  // of the knots' places, the rest being spread evenly
+constexpr double quantile_share = 0.3;  // share of the knots' azimuths that follow the light; the rest are spread
+                                        // evenly
 constexpr float first_broad_share = 0.2f;
-constexpr float logistic_over_normal = 0.6f;  // the scales of laws that look alike
+constexpr float logistic_over_normal = 0.6f;  // ratio of the scales of laws that look alike
 constexpr float least_broad_scale = 0.1f;
 
 class Fitter {
@@ -165,11 +166,12 @@ class Fitter {
     knot.log_above[lane] = std::log(knot.scale_above[lane]);
   }
 
-  /// From masses, means and widths of the light of each hat. narrower: of the normal law and of the logistic one.
+  /// Starts from the masses, means and widths of the light of each hat. narrower: the ratios of the scales of the
+  /// normal and of the logistic law to a width.
   template <std::size_t count>
   void start_layer(LayerLanes<count>& layer, const std::array<HeightSums, count>& sums, std::size_t p, float share,
                    std::array<float, 2> narrower) {
-    constexpr float added = 1;  // exits of the mean of all
+    constexpr float added = 1;  // in exits of the mean of all
     const float n = lanes_.count[p];
     float all_t = 0, all_tt = 0;
     for (const HeightSums& sum : sums) {
@@ -193,7 +195,7 @@ class Fitter {
     }
   }
 
-  /// From the parent's knots, along the lines between them.
+  /// Starts from the parent's knots, interpolated linearly.
   template <std::size_t count>
   static void start_from(LayerLanes<count>& layer, std::span<const RibbonKnot> knots, std::size_t p, float least) {
     constexpr auto turn = static_cast<float>(two_pi);
@@ -215,7 +217,7 @@ class Fitter {
     }
   }
 
-  /// Scales of the law that the parent has not.
+  /// Converts the scales to the law that the parent does not have.
   void widen(std::size_t p, HeightLaw law) {
     for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
       if (lanes_.law[lane] == law) continue;
@@ -241,7 +243,7 @@ class Fitter {
     for (KnotLanes& knot : lanes_.broad.knots) set(knot);
   }
 
-  /// Of the exits, and of those that the parent counts for.
+  /// The mean directions of the exits, together with the exits that the parent counts for.
   MeanDirections wanted_directions() const {
     MeanDirections wanted;
     for (std::size_t lane = 0; lane < fit_lanes; ++lane) {
@@ -263,7 +265,7 @@ class Fitter {
     std::array<RibbonKnot, main_knots> main;
     std::array<RibbonKnot, broad_knots> broad;
     const auto write = [&](const auto& layer, const auto& sums, auto& knots) {
-      constexpr double prior = 2;  // exits of the mean of all
+      constexpr double prior = 2;  // in exits of the mean of all
       for (std::size_t k = 0; k < knots.size(); ++k) {
         const KnotLanes& knot = layer.knots[k];
         const DecaySums &here = sums[k], &before = sums[layer.before(k)];

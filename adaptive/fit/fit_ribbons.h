@@ -1,4 +1,4 @@
-// The ribbons of largest likelihood for the weighted exits of a row (ESTIMATOR.md, E9).
+// Fits the ribbons of largest likelihood to the weighted exits of a row (ESTIMATOR.md, E9).
 #pragma once
 
 #include <array>
@@ -13,13 +13,15 @@ namespace tress::adaptive {
 /// How the ribbons of a row are fitted.
 struct RibbonFitRule {
   int rounds = 4;
-  bool from_parent = false;  ///< starts from the parent of a part that has one, else from the moments of its exits
-  bool parents_law = false;  ///< of a part that has a parent; else the likelier law
-  float kappa = 0;           ///< exits that a parent counts for; of fits from a parent
+  bool from_parent = false;  ///< whether a part that has a parent starts from it; others start from the moments of
+                             ///< their exits
+  bool parents_law = false;  ///< whether a part that has a parent keeps its law; others take the likelier law
+  float kappa = 0;           ///< number of exits that a parent counts for, in fits from a parent
   RibbonPrior prior;
 
-  /// From so few paths that the start is seen in the result: from the parent and held to it, or, without one, from
-  /// moments. With more paths a start would only be a place to get stuck in.
+  /// The rule for so many paths. A fit to few paths depends on its start: it starts from the parent and is held to it,
+  /// or, without a parent, starts from moments. With more paths, such a start would only trap the fit in a poor
+  /// optimum.
   static RibbonFitRule of(std::uint64_t paths, bool has_parent, float kappa) {
     constexpr std::uint64_t many = 2048;
     if (paths >= many) return {12, false, false, 0, {}};
@@ -28,12 +30,12 @@ struct RibbonFitRule {
 };
 
 struct FittedRibbons {
-  /// The ribbons have decays. A part without light has the uniform density.
+  /// The ribbons have decays. A part without light has uniform density.
   std::array<Ribbon, RowExits::most_parts> ribbon;
-  std::array<double, RowExits::most_parts> log_likelihood{};  ///< mean of ln f over the exits' weights
+  std::array<double, RowExits::most_parts> log_likelihood{};  ///< mean of ln f, weighted as the exits are
 };
 
-/// A parent may be null. Of each knot's light the means of the decays are told, by its share of the exits.
+/// A parent may be null. The decays of each knot are means over its share of the exits.
 using PartParents = std::array<const Ribbon*, RowExits::most_parts>;
 FittedRibbons fit_ribbons(const RowExits& exits, const PartParents& parents, const RibbonFitRule& rule);
 

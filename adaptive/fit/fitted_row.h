@@ -8,12 +8,11 @@
 
 namespace tress::adaptive {
 
-/// Masses, and what absorption leaves of the parts, are those of `energies`, which know some light. parent: may be
-/// null.
+/// The masses, and the decays of the parts, are those of `energies`, which must have some light. parent: may be null.
 RibbonRow fitted_row(const RowExits& exits, const PartEnergies& energies, const RibbonRow* parent,
                      const RibbonFitRule& rule);
 
-/// The shapes of a row with the masses and decays of `energies`.
+/// Returns the row's shapes with the masses and decays of `energies`.
 RibbonRow with_energies(const RibbonRow& row, const PartEnergies& energies);
 
 }  // namespace tress::adaptive

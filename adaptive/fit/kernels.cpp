@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+// foreach_target compiles this once for every instruction set; the first call chooses the machine's.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -108,7 +108,7 @@ void NormalEquations(const double* columns, std::size_t stride, std::size_t coun
     double* out = normal + j * leading;
     out[j] = Total(diagonal);
     std::size_t k = j + 1;
-    for (; k + 4 <= count; k += 4) {  // four columns at once: the scaled one is read once for them
+    for (; k + 4 <= count; k += 4) {  // four columns at once, so that the scaled one is read once for all of them
       const double* c = columns + k * stride;
       V s0 = hn::Zero(d), s1 = hn::Zero(d), s2 = hn::Zero(d), s3 = hn::Zero(d);
       for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
@@ -148,8 +148,8 @@ Projection Project(const Shape& shape, const double* azimuth, const double* cell
   return {Total(explained), Total(power)};
 }
 
-// Column by column, each in registers while all before it are taken off. Whole vectors are updated, so that what stands
-// above the diagonal is overwritten; it is never used.
+// Works column by column, each in registers while all earlier ones are subtracted. Whole vectors are updated, which
+// overwrites what is above the diagonal; that part is never used.
 void SolveInPlace(double* matrix, std::size_t leading, std::size_t count, double* x) {
   const Doubles d;
   const std::size_t lanes = hn::Lanes(d);
@@ -159,7 +159,7 @@ void SolveInPlace(double* matrix, std::size_t leading, std::size_t count, double
     double rest = x[k];
     for (std::size_t j = 0; j < k; ++j) {
       const double* column = matrix + j * leading;
-      factors[j] = column[k] * column[j];  // on the diagonal stands the inverse
+      factors[j] = column[k] * column[j];  // the diagonal holds the inverse
       rest -= column[k] * known[j];
     }
     std::size_t i = k / lanes * lanes;

@@ -1,4 +1,4 @@
-// Which traced rays a knot answers for: the adjoint of blurring its share of f, on a grid that both fit.
+// Computes which traced rays a knot accounts for: the adjoint of blurring its share of f, on a grid that suits both.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,8 +14,8 @@ namespace tress::adaptive {
 namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
-constexpr double reach = 4;             // of the blur in sigma: 6e-5 of it lies beyond
-constexpr double points_per_sigma = 4;  // as for the components of a mixture
+constexpr double reach = 4;             // of the blur, in sigma: 6e-5 of it lies beyond
+constexpr double points_per_sigma = 4;  // the same as for the components of a mixture
 
 /// Mass and first two moments of the attribute at one point of the grid.
 using Moments = std::array<double, 3>;
@@ -87,7 +87,7 @@ KnotDensity with_attributes(const KnotDensity& table, const TracedNodes& nodes) 
       moments[next][m] += to * moment;
     }
   }
-  // The kernel was left unscaled: a mass that means something is far above what rounding leaves.
+  // The kernel was not normalised, so any real mass is far above rounding error.
   for (std::size_t k = 0; k < count; ++k) {
     const Moments& told = moments[k][0] > 1e-9 * all[0] ? moments[k] : all;
     const double mean = told[1] / told[0];

@@ -1,4 +1,4 @@
-// The rival without mixtures: a knot table, made when the row is created (ESTIMATOR.md, E7).
+// The alternative to mixtures: a knot table, made when the row is created (ESTIMATOR.md, E7).
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace tress::adaptive {
 
-/// begin() fits and closes the row: nothing that a render brings could teach it more.
+/// begin() fits and closes the row, because no path of a render could improve it.
 class KnotLearner final : public RowLearner {
  public:
   void begin(FitContext& context) override;

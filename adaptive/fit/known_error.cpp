@@ -22,7 +22,7 @@ double narrowest_scale(const Mixture& fit) {
   return narrowest;
 }
 
-/// f at -pi + (i + shift) 2 pi/n, i < n. The result is padded for the kernels.
+/// Returns f at -pi + (i + shift) 2 pi/n, i < n. The result is padded for the kernels.
 std::vector<double> densities(const Mixture& fit, std::size_t n, double shift, std::vector<double>& azimuth) {
   azimuth.assign(padded_size(n), 0.0);
   for (std::size_t i = 0; i < n; ++i)
@@ -35,7 +35,7 @@ std::vector<double> densities(const Mixture& fit, std::size_t n, double shift, s
   return f;
 }
 
-/// The trigonometric polynomial through n values at equal steps, anywhere between them.
+/// The trigonometric polynomial through n values at equal steps, evaluated between them.
 class Interpolation {
  public:
   explicit Interpolation(std::span<const float> values)
@@ -43,10 +43,11 @@ class Interpolation {
     for (std::size_t i = 0; i < twice_.size(); ++i) twice_[i] = values[i % n_];
   }
 
-  /// At every step plus `shift` of one, 0 < shift < 1.
+  /// Evaluates at every step plus the fraction `shift` of one, 0 < shift < 1.
   std::vector<double> at(double shift) {
     const auto n = static_cast<double>(n_);
-    // Value i counts with D(i + shift - j) of value j; D(t) = sin(pi t)/(n tan(pi t/n)), or sin for tan where n is odd.
+    // Value i is the sum over j of D(i + shift - j) times value j; D(t) = sin(pi t)/(n tan(pi t/n)), or with sin for
+    // tan where n is odd.
     for (std::size_t k = 0; k < n_; ++k) {
       const double t = shift - static_cast<double>(k);
       const double x = pi * t / n;
@@ -62,8 +63,8 @@ class Interpolation {
   std::vector<double> twice_, kernel_;
 };
 
-/// Of the norm of g, what lies between n values at equal steps at most, squared: frequencies from n/2 on, there and
-/// where they are folded to.
+/// Bounds the squared norm of the part of g that n values at equal steps do not show: frequencies from n/2 on, both
+/// where they are and where they are aliased to.
 double unseen(const TracedNodes& nodes, double n) {
   const double blur = nodes.blur_rad(), energy = nodes.energy();
   return 3 / pi * energy * energy * std::exp(-n * n * blur * blur / 4) * (1 + 1 / (n * blur * blur));

@@ -1,4 +1,4 @@
-// How far a fit is from its target, by a bound instead of draws (ESTIMATOR.md, E3).
+// The error of a fit by a bound instead of draws (ESTIMATOR.md, E3).
 #pragma once
 
 #include <span>
@@ -10,13 +10,13 @@ namespace tress::adaptive {
 
 /// Relative squared L2 error of a fit. Finite, >= 0.
 struct KnownError {
-  double seen = 0;  ///< from g as it is interpolated
-  double most = 0;  ///< whatever the interpolation hides
+  double seen = 0;  ///< against g as interpolated
+  double most = 0;  ///< upper bound, whatever the interpolation misses
 };
 
-/// Of `fit`, from `grid`, g of `nodes` at equal steps from -pi on, at least 6/blur of them. Between the steps g is
-/// known by interpolation to within what a sum of Gaussians of that blur and mass can hide from them; the fit is known
-/// everywhere, and compared no further apart than half of its narrowest scale. Any thread.
+/// Bounds the error of `fit`. `grid`: g of `nodes` at equal steps from -pi on, at least 6/blur of them. Between the
+/// steps g is interpolated; the error of that is bounded, because g is a sum of Gaussians of known blur and mass. The
+/// fit is known everywhere, and is compared at steps of at most half its narrowest scale. Any thread.
 KnownError known_error(const Mixture& fit, const TracedNodes& nodes, std::span<const float> grid);
 
 }  // namespace tress::adaptive

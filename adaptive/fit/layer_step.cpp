@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <numbers>
 
-// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+// foreach_target compiles this once for every instruction set; the first call chooses the machine's.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/layer_step.cpp"
 #include <hwy/foreach_target.h>
@@ -17,11 +17,11 @@ HWY_BEFORE_NAMESPACE();
 namespace tress::adaptive {
 namespace HWY_NAMESPACE {
 
-constexpr float largest_mode_step = 1, largest_scale_step = 0.7f;  // in scales, of ln scale
-constexpr float no_light = 1e-12f;  // of the layer's largest density: kept so that light may return
+constexpr float largest_mode_step = 1, largest_scale_step = 0.7f;  // of the mode in scales, and of ln scale
+constexpr float no_light = 1e-12f;  // times the layer's largest density: a positive floor, so that light can return
 constexpr float least_mass = 1e-30f;
 
-// Lanes g .. of all problems.
+// Lanes from g on, of all problems.
 struct Group {
   std::size_t g;
   HWY_INLINE F Load(const Lanes& from) const { return hn::LoadU(Floats(), from.data() + g); }
@@ -31,7 +31,7 @@ struct Group {
 HWY_INLINE F Number(float x) { return hn::Set(Floats(), x); }
 HWY_INLINE F Within(F x, float least, float most) { return hn::Min(hn::Max(x, Number(least)), Number(most)); }
 
-// Numbers that describe a law (E9): what a Fisher information is made of.
+// The numbers of a law from which its Fisher information is made (E9).
 struct LawInformation {
   float mode, cross, scale;
 };
@@ -44,7 +44,7 @@ struct InformationLanes {
   Lanes mode, cross, scale;
 };
 
-// The information of one exit times the product of the scales, of mode and scales each in units.
+// The information of one exit times the product of the scales; mode and scales are each in their units.
 struct Fisher {
   F of[3][3];
   HWY_INLINE Fisher(F mode, F cross, F scale, F below, F above) {
@@ -58,13 +58,13 @@ struct Fisher {
   }
 };
 
-// Positive definite band matrices side by side, by their lower halves, five off the diagonal: knots of three numbers,
-// neighbours coupled. Solved in place by L D L^T; on the diagonal stand the inverses of D then. A pivot that is none
-// leaves its entry 0.
+// Positive definite band matrices side by side, as lower halves with five entries off the diagonal: each knot has three
+// numbers and is coupled to its neighbours. Solved in place by L D L^T; the diagonal then holds the inverses of D.
+// Where a pivot is not positive, the entry of the solution is 0.
 template <std::size_t size>
 struct Bands {
   static constexpr std::size_t reach = 6;
-  F rows[size][reach];  // rows[i][d] stands at (i, i - d)
+  F rows[size][reach];  // rows[i][d] is the entry (i, i - d)
   F right[size];
 
   HWY_INLINE F& At(std::size_t i, std::size_t j) { return rows[i][i - j]; }
@@ -77,7 +77,7 @@ struct Bands {
   HWY_INLINE void Solve() {
     for (std::size_t i = 0; i < size; ++i) {
       const std::size_t first = i + 1 > reach ? i + 1 - reach : 0;
-      for (std::size_t j = first; j < i; ++j) {  // the row of L D first, then of L
+      for (std::size_t j = first; j < i; ++j) {  // first the row of L D, then that of L
         F sum = At(i, j);
         for (std::size_t k = first; k < j; ++k) sum = hn::NegMulAdd(At(i, k), At(j, k), sum);
         At(i, j) = sum;
@@ -101,7 +101,7 @@ struct Bands {
   }
 };
 
-// The sums of a segment, problem by problem.
+// The sums of a segment, transposed: one lane for each problem.
 struct SumLanes {
   alignas(32) float of[segment_sums][fit_lanes];
 };
@@ -115,7 +115,7 @@ HWY_INLINE void Turn(const std::array<std::array<SegmentSums, count>, fit_lanes>
   }
 }
 
-// The prior strength/2 (apart/unit)^2 of two neighbours whose numbers move by a and b units.
+// Adds the prior strength/2 (apart/unit)^2 of two neighbours whose numbers move by a and b units.
 template <class Matrix>
 HWY_INLINE void Couple(Matrix& matrix, std::size_t i, std::size_t j, bool wraps, float strength, F apart, F a, F b) {
   const F pull = hn::Mul(Number(strength), apart), twice = Number(wraps ? 2 * strength : strength);
@@ -126,7 +126,7 @@ HWY_INLINE void Couple(Matrix& matrix, std::size_t i, std::size_t j, bool wraps,
   if (!wraps) matrix.At(j, i) = hn::NegMulAdd(hn::Mul(Number(strength), a), b, matrix.At(j, i));
 }
 
-// A step of Fisher scoring for modes and scales: knots in units of their scales, neighbours coupled by the hats.
+// Makes a step of Fisher scoring for modes and scales. Knots are in units of their scales; the hats couple neighbours.
 template <std::size_t count>
 void MoveShapes(const Group& group, LayerLanes<count>& layer, const SumLanes (&sums)[count],
                 const InformationLanes& known, const RibbonPrior& prior) {
@@ -177,7 +177,7 @@ void MoveShapes(const Group& group, LayerLanes<count>& layer, const SumLanes (&s
            hn::Sub(group.Load(here.log_below), group.Load(there.log_below)), one, one);
     Couple(matrix, 3 * k + 2, 3 * next + 2, wraps, prior.scale,
            hn::Sub(group.Load(here.log_above), group.Load(there.log_above)), one, one);
-    // The exits that the parent stands for, by the information of the shape that it has here.
+    // The exits that the parent counts for, with the information of the current shape.
     const Fisher own(known_mode, known_cross, known_scale, unit[k][1], unit[k][2]);
     const F exits = group.Load(here.prior_light), per_product = hn::Div(one, hn::Mul(unit[k][1], unit[k][2]));
     const F off[3] = {hn::Div(hn::Sub(group.Load(here.prior_mode), group.Load(here.mode)), unit[k][0]),
@@ -213,7 +213,7 @@ void MoveShapes(const Group& group, LayerLanes<count>& layer, const SumLanes (&s
   }
 }
 
-// The light of each knot's hat, with the prior that its density is the mean of its neighbours'.
+// Computes the light of each knot's hat, with the prior that its density is the mean of its neighbours'.
 template <std::size_t count>
 void MoveDensities(const Group& group, F exits, LayerLanes<count>& layer, const SumLanes (&sums)[count], float prior) {
   F next[count], largest = hn::Zero(Floats());
@@ -230,7 +230,7 @@ void MoveDensities(const Group& group, F exits, LayerLanes<count>& layer, const 
         hn::Add(to_before, to_after));
     const F per_density = hn::Mul(exits, group.Load(knot.hat));
     const F expected = hn::Mul(per_density, between);
-    const F known = hn::Mul(Number(0.5f), hn::Add(light, expected));  // exits that tell it
+    const F known = hn::Mul(Number(0.5f), hn::Add(light, expected));  // number of exits that determine it
     const F told = hn::MulAdd(known, light, hn::Mul(Number(prior), expected));
     next[k] = hn::Div(told, hn::Mul(hn::Add(known, Number(prior)), per_density));
     largest = hn::Max(largest, next[k]);

@@ -1,11 +1,11 @@
-// One step of the fits of a row's ribbons towards the largest likelihood, all problems at once.
+// One step of the fits of a row's ribbons towards the largest likelihood, for all problems at once.
 #pragma once
 
 #include "fit/ribbon_lanes.h"
 
 namespace tress::adaptive {
 
-/// Strengths of the prior, in exits of equal weight.
+/// The strengths of the prior, in exits of equal weight.
 struct RibbonPrior {
   float density = 8, mode = 30, scale = 100;
 };

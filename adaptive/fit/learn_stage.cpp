@@ -12,7 +12,7 @@
 namespace tress::adaptive {
 namespace {
 
-constexpr double worst_parent = 0.3;  ///< T + deviation of a prediction that is worth a start
+constexpr double worst_parent = 0.3;  ///< largest T + deviation at which a prediction is used as a start
 constexpr double kappa_times_bound = 50, most_kappa = 2048;
 
 }  // namespace
@@ -50,8 +50,8 @@ StagedRow learn_stage(const SampledTarget& target, const SliceDescription& slice
   energies.add(exits, paths);
   if (!energies.has_mass()) return staged;
   staged.row = fitted_row(exits, energies, kappa > 0 ? parent : nullptr, RibbonFitRule::of(paths, kappa > 0, kappa));
-  // A fit may end elsewhere than the one before. Where it is worse even on paths that it has learned from, what has
-  // been tested on them stays.
+  // The new fit may have found another optimum. If it is worse even on the paths that it was fitted to, the earlier
+  // row, which was tested on them, is kept.
   if (before != nullptr && staged.tested &&
       drawn.test(staged.row, (paths - paths_before) / sets).chi2 > staged.test.chi2)
     staged.row = with_energies(*before, energies);

@@ -12,16 +12,17 @@ constexpr double lambda_start = 1e-3;
 constexpr double lambda_success = 0.2;
 constexpr double lambda_failure = 6;
 constexpr double lambda_hopeless = 1e7;
-constexpr double largest_turn = 0.6;      // of mu in one step, radians
-constexpr double largest_widening = 0.7;  // of ln s in one step
-constexpr double enough = 3e-3;           // relative decrease below which a step counts as the last
-constexpr int most_rounds = 3;            // of solving a step again where bounds hold it
-constexpr double at_bound = 1e-9;         // from a bound, in any parameter: it stands there
+constexpr double largest_turn = 0.6;      // change of mu in one step, radians
+constexpr double largest_widening = 0.7;  // change of ln s in one step
+constexpr double enough = 3e-3;           // relative decrease below which a step is the last
+constexpr int most_rounds = 3;            // how often a step is solved again where it meets bounds
+constexpr double at_bound = 1e-9;         // distance below which a parameter counts as at its bound
 
-// Logarithms of the least scales, by side and component, as settle() leaves them.
+// Logarithms of the least scales, by side and component, as settle() sets them.
 using Floors = std::array<double, 2 * Mixture::max_components>;
 
-// Bounds of one step from `at`: weights stay >= 0, scales above their floors, and no step is too bold.
+// Sets the bounds of one step from `at`: weights stay >= 0, scales stay above their floors, and the step is not too
+// large.
 void step_bounds(const Vector& at, const Floors& floors, Vector& low, Vector& high) {
   const auto last = at.size() - 1;
   low.resize(at.size());
@@ -41,23 +42,23 @@ void step_bounds(const Vector& at, const Floors& floors, Vector& low, Vector& hi
   high[last] = HUGE_VAL;
 }
 
-/// Parameters by their index, ascending.
+/// Indices of parameters, ascending.
 struct Chosen {
   std::array<Eigen::Index, max_parameters> at;
   std::size_t count = 0;
   void add(Eigen::Index i) { at[count++] = i; }
 };
 
-// What the damped system says of the free parameters, where the step of all others is known.
+// Solves the damped system for the free parameters, given the step of all others.
 Vector solved(const Square& normal, const Vector& gradient, double lambda, const Chosen& free, const Vector& known) {
   constexpr std::size_t leading = padded_size(max_parameters);
-  // Never more than that; said here, since g++ 14 warns of what the loops would do with any number.
+  // The count is never larger; the bound is here because g++ 14 warns of what the loops would do otherwise.
   const std::size_t count = std::min<std::size_t>(free.count, max_parameters);
   alignas(64) std::array<double, leading * max_parameters> columns;
   alignas(64) std::array<double, leading> x{};
   const double least = 1e-12 * normal.diagonal().maxCoeff() + 1e-300;
   for (std::size_t j = 0; j < count; ++j) {
-    // The lower half; what is past the end in the padding must be 0, what is above the diagonal finite.
+    // Copies the lower half. The padding past the end must be 0, and what is above the diagonal finite.
     double* column = columns.data() + leading * j;
     const double* from = normal.data() + normal.rows() * free.at[j];
     for (std::size_t i = j / kernel_lanes * kernel_lanes; i < j; ++i) column[i] = 0;
@@ -76,8 +77,8 @@ Vector solved(const Square& normal, const Vector& gradient, double lambda, const
   return Eigen::Map<const Vector>(x.data(), static_cast<Eigen::Index>(count));
 }
 
-// Minimises the damped quadratic within the bounds: what stands at a bound and would leave it stays, what leaves them
-// is held there and the rest solved again.
+// Minimises the damped quadratic within the bounds. A parameter at a bound that would leave it stays; one that crosses
+// a bound is held there, and the rest is solved again.
 Vector bounded_step(const Square& normal, const Vector& gradient, double lambda, const Vector& low,
                     const Vector& high) {
   Vector step = Vector::Zero(gradient.size());
@@ -112,14 +113,14 @@ Vector bounded_step(const Square& normal, const Vector& gradient, double lambda,
   return step;
 }
 
-static_assert(per_component == 4);  // floors of component c begin at c / 2
+static_assert(per_component == 4);  // the floors of component c begin at c / 2
 void set_floors(const Problem& problem, const Vector& at, Eigen::Index c, Floors& floors) {
   const auto [left, right] = problem.scale_floors(at[c + offset_mu]);
   floors[static_cast<std::size_t>(c / 2)] = std::log(left);
   floors[static_cast<std::size_t>(c / 2 + 1)] = std::log(right);
 }
 
-// Mu back into the circle, scales above the floors of the new place.
+// Wraps mu into the circle and raises scales to the floors at the new mu.
 void settle(const Problem& problem, Vector& at, Floors& floors) {
   for (Eigen::Index c = 0; c + 1 < at.size(); c += per_component) {
     at[c + offset_mu] = wrap_near(at[c + offset_mu]);
@@ -137,7 +138,7 @@ double levenberg_marquardt(const Problem& problem, Vector& parameters, int itera
   Square normal;
   Vector gradient, low, high;
   Floors floors{}, trial_floors{};
-  settle(problem, parameters, floors);  // a start may be narrower than these pairs can tell
+  settle(problem, parameters, floors);  // a start may be narrower than these pairs can resolve
   double best = problem.linearise(parameters, work);
   double lambda = lambda_start;
   for (int i = 0; i < iterations; ++i) {
@@ -147,11 +148,12 @@ double levenberg_marquardt(const Problem& problem, Vector& parameters, int itera
     Vector trial;
     while (lambda < lambda_hopeless) {
       const Vector step = bounded_step(normal, gradient, lambda, low, high);
-      // To first order, and a damped step gains less: nothing is left that is worth a try.
+      // This is the gain to first order, and a damped step gains less: no further step is worth a try.
       if (-2 * gradient.dot(step) < enough * best) return best;
       trial = parameters + step;
       settle(problem, trial, trial_floors);
-      reached = problem.linearise(trial, work);  // most trials are taken, and then this is the next point's
+      reached = problem.linearise(trial, work);  // most trials are accepted, and the linearisation is then that of the
+                                                 // next point
       if (reached < best) break;
       lambda *= lambda_failure;
     }

@@ -12,10 +12,11 @@ namespace tress::adaptive {
 namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
-constexpr double reach = 4;             // of the blur in sigma: 6e-5 of it lies beyond
-constexpr double points_per_sigma = 4;  // linear interpolation between them errs by under 0.004 of a responsibility
+constexpr double reach = 4;             // of the blur, in sigma: 6e-5 of it lies beyond
+constexpr double points_per_sigma = 4;  // linear interpolation between the points errs by less than 0.004 of a
+                                        // responsibility
 
-/// Functions at equally spaced azimuths from -pi on, one part after the other.
+/// Functions at equally spaced azimuths from -pi on, one function after the other.
 struct Curves {
   std::size_t points = 0, parts = 0;
   std::vector<double> values;
@@ -23,7 +24,7 @@ struct Curves {
   const double* of(std::size_t part) const { return values.data() + part * points; }
 };
 
-/// Shares of each component, then of the uniform part. points: a multiple of kernel_lanes.
+/// Returns the shares of each component, then of the uniform part. points: a multiple of kernel_lanes.
 Curves responsibilities(const Mixture& mixture, std::size_t points) {
   Curves shares{points, mixture.component_count + std::size_t{1}, {}};
   shares.values.resize(shares.parts * points);
@@ -49,7 +50,7 @@ Curves responsibilities(const Mixture& mixture, std::size_t points) {
   return shares;
 }
 
-/// The same blurred by the wrapped Gaussian of standard deviation `blur`.
+/// Returns the curves blurred by the wrapped Gaussian of standard deviation `blur`.
 Curves blurred(const Curves& sharp, double blur) {
   const double spacing = two_pi / static_cast<double>(sharp.points);
   const auto taps = static_cast<std::size_t>(std::ceil(reach * blur / spacing));
@@ -61,7 +62,7 @@ Curves blurred(const Curves& sharp, double blur) {
   }
   for (double& tap : kernel) tap /= sum;
   Curves smooth{sharp.points, sharp.parts, std::vector<double>(sharp.values.size())};
-  std::vector<double> unrolled(sharp.points + 2 * taps);  // one part, with what lies beyond -pi and pi
+  std::vector<double> unrolled(sharp.points + 2 * taps);  // one curve, continued beyond -pi and pi
   for (std::size_t part = 0; part < sharp.parts; ++part) {
     for (std::size_t i = 0; i < unrolled.size(); ++i) {
       unrolled[i] = sharp.of(part)[(i + sharp.points * (1 + taps / sharp.points) - taps) % sharp.points];
@@ -87,7 +88,7 @@ struct Moments {
 void assign_attributes(Mixture& mixture, const TracedNodes& nodes) {
   const auto points =
       padded_size(static_cast<std::size_t>(std::ceil(std::max(32.0, points_per_sigma * two_pi / nodes.blur_rad()))));
-  // The sum over rays of a blurred share is the share's with the blurred rays: of those there are only three curves,
+  // Summing a blurred share over rays is the same as summing the share over blurred rays. That takes only three curves:
   // the sums of weight, weight x attribute and weight x attribute^2 at each azimuth.
   Curves rays{points, 3, std::vector<double>(3 * points)};
   Moments all;

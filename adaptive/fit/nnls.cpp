@@ -9,8 +9,8 @@
 namespace tress::adaptive {
 namespace {
 
-// Solves for the free unknowns alone; the others stay 0. Scaled to a unit diagonal, with a ridge that keeps columns
-// that are all but equal apart.
+// Solves for the free unknowns alone; the others stay 0. The matrix is scaled to a unit diagonal; a ridge keeps nearly
+// equal columns apart.
 Eigen::VectorXd solve_free(const Eigen::MatrixXd& gram, const Eigen::VectorXd& right, const std::vector<bool>& free) {
   std::vector<Eigen::Index> at;
   for (std::size_t i = 0; i < free.size(); ++i) {
@@ -39,7 +39,7 @@ Eigen::VectorXd non_negative_least_squares(const Eigen::MatrixXd& gram, const Ei
   std::vector<bool> free(static_cast<std::size_t>(n), false);
   const auto is_free = [&](Eigen::Index i) { return free[static_cast<std::size_t>(i)]; };
   const double least = 1e-12 * std::max(right.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
-  // Each round frees the unknown that gains most; three rounds an unknown are far more than are ever needed.
+  // Each round frees the unknown that gains most. Three rounds for each unknown are far more than are ever needed.
   for (Eigen::Index round = 0; round < 3 * n; ++round) {
     const Eigen::VectorXd gain = right - gram * x;
     Eigen::Index next = -1;

@@ -1,5 +1,6 @@
-// Eigen under a name of our own, to be included in place of its own headers. Its functions are weak symbols: the linker
-// takes those of a host for ours, and of a host that is compiled for wider vectors they lay matrices out otherwise.
+// Eigen in a namespace of our own; include it instead of Eigen's headers. Eigen's functions are weak symbols: the
+// linker would use those of a host for ours, and a host that is compiled for wider vectors lays out its matrices
+// differently.
 #pragma once
 
 #define Eigen tress_eigen

@@ -10,12 +10,12 @@ namespace tress::adaptive {
 namespace {
 
 constexpr float darkest = 1e-37f;
-constexpr double least_decay = 1e-6, most_decay = 1 - 1e-6;  ///< between them an exponent is looked for
+constexpr double least_decay = 1e-6, most_decay = 1 - 1e-6;  ///< an exponent is searched for between them
 constexpr double largest_exponent = 16, near_enough = 1e-6;
 constexpr int most_steps = 24;
 constexpr std::size_t all_knots = Ribbon::main_knots + Ribbon::broad_knots;
 
-/// A knot's share of the ribbon's light, and the logarithm of what is left of it.
+/// A knot's share of the ribbon's light, and the logarithm of its decay.
 struct Share {
   double light, log_decay;
 };
@@ -41,8 +41,8 @@ void raise(std::span<RibbonKnot> knots, std::size_t rate, std::span<const Share>
   }
 }
 
-/// c such that sum light e^(c log_decay) is `left` of all light. The logarithm of the sum falls with c and is convex:
-/// Newton's method, kept within a bracket.
+/// Finds c such that the sum of light e^(c log_decay) is `left` of all light. The logarithm of the sum falls with c and
+/// is convex, so this uses Newton's method, kept within a bracket.
 double exponent_for(std::span<const Share> shares, double left) {
   double all = 0;
   for (const Share& share : shares) all += share.light;

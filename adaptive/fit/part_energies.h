@@ -1,4 +1,4 @@
-// How much light the parts of a sampled target have, clear and under absorption, by all paths that were drawn.
+// The light of the parts of a sampled target, clear and under absorption, from all paths that were drawn.
 #pragma once
 
 #include <array>
@@ -14,21 +14,21 @@ namespace tress::adaptive {
 /// Sums over exits by part. Plain data; one thread.
 class PartEnergies {
  public:
-  /// The exits of this many paths: parts below SampledTarget::most_parts.
+  /// Adds the exits of this many paths. Parts must be below SampledTarget::most_parts.
   void add(std::span<const SampledExit> exits, std::uint64_t paths);
 
-  /// The same exits, sorted.
+  /// Adds sorted exits of this many paths.
   void add(const RowExits& exits, std::uint64_t paths);
 
   std::uint64_t paths() const { return paths_; }
-  /// Mean over paths of the weights of a part.
+  /// The mean over paths of the weights of a part.
   double mass(std::uint32_t part) const;
   double total_mass() const;
-  /// Whether there is light, and no more than a float holds.
+  /// Whether there is light, and not more than a float holds.
   bool has_mass() const;
 
-  /// The same ribbon where what absorption leaves of all its light, at Ribbon::decay_rates, is what it leaves of the
-  /// part: of every knot the logarithms are multiplied alike. For a part of some mass.
+  /// Returns the ribbon with decays whose mean over its light, at Ribbon::decay_rates, is that of the part. The
+  /// logarithms of all knots are multiplied by one factor. The part must have mass.
   Ribbon mended(const Ribbon& ribbon, std::uint32_t part) const;
 
  private:

@@ -82,7 +82,8 @@ void Problem::normal_equations(Linearisation& at, Eigen::Index count, Square& no
   adaptive::normal_equations(at.columns.data(), padded(), static_cast<std::size_t>(count), cell_.data(), at.f.data(),
                              g_.data(), padded(), at.scratch.data(), normal.data(), static_cast<std::size_t>(count),
                              gradient.data());
-  // The known energy: one more residual, sum a - E, of weight 1/2 pi. a_0 is at a multiple of per_component too.
+  // The known energy is one more residual, sum a - E, of weight 1/2 pi. The index of a_0 is a multiple of per_component
+  // too.
   for (Eigen::Index j = 0; j < count; j += per_component) {
     gradient[j] -= at.missing / (2 * pi);
     for (Eigen::Index i = j; i < count; i += per_component) normal(i, j) += 1 / (2 * pi);

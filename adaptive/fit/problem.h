@@ -15,7 +15,7 @@
 
 namespace tress::adaptive {
 
-/// Row of the parameter vector of component d; the last entry of all is a_0.
+/// The places of component d's numbers within its part of the parameter vector; the last entry of the vector is a_0.
 enum ParameterOffset { offset_weight = 0, offset_mu = 1, offset_log_left = 2, offset_log_right = 3, per_component = 4 };
 
 constexpr int max_parameters = per_component * Mixture::max_components + 1;
@@ -25,13 +25,14 @@ using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, max_para
 constexpr double scale_min = 0.004;  // radians
 constexpr double scale_max = 0.5;
 
-/// x in (-3 pi, 3 pi) into [-pi, pi].
+/// Wraps x in (-3 pi, 3 pi) into [-pi, pi].
 double wrap_near(double x);
 
 /// The component whose parameters start at `at`.
 Shape shape_at(const Vector& parameters, Eigen::Index at);
 
-/// The mixture of these parameters, its scales within bounds; weight(a): the mass that is published for a parameter a.
+/// Returns the mixture of these parameters, with its scales within bounds. weight(a): the mass to publish for a
+/// parameter a.
 template <class Weight>
 Mixture mixture_from(const Vector& parameters, const Weight& weight) {
   const auto scale = [](double log_s) {
@@ -49,40 +50,40 @@ Mixture mixture_from(const Vector& parameters, const Weight& weight) {
   return mixture;
 }
 
-/// The pairs with their cell weights, half the distance between their neighbours on the circle, and the known energy.
+/// The pairs with their cell weights (half the distance between their neighbours on the circle) and the known energy.
 class Problem {
  public:
-  /// Drops what is not finite or negative and sorts what is not sorted.
+  /// Drops values that are negative or not finite, and sorts the pairs if they are not sorted.
   Problem(std::span<const ObservedPair> pairs, double energy);
 
   int size() const { return static_cast<int>(size_); }
   double energy() const { return energy_; }
-  /// Ascending.
+  /// The azimuths, ascending.
   std::span<const double> azimuth() const { return {azimuth_.data(), size_}; }
   std::span<const double> g() const { return {g_.data(), size_}; }
   std::span<const double> cell() const { return {cell_.data(), size_}; }
 
-  /// What the kernels want; arrays of Linearisation are as long.
+  /// The padded length for the kernels; arrays of Linearisation are as long.
   std::size_t padded() const { return azimuth_.size(); }
 
-  /// o = sum w (f - g)^2 + (E - sum a)^2/2 pi. Fills f at the pairs (padded() long).
+  /// Returns o = sum w (f - g)^2 + (E - sum a)^2/2 pi. Fills f at the pairs (padded() long).
   double objective(const Vector& parameters, std::vector<double>& f) const;
 
-  /// f and its derivatives at the pairs. Keeps its memory from one use to the next.
+  /// f and its derivatives at the pairs. It keeps its memory from one use to the next.
   struct Linearisation {
     std::vector<double> f, columns, scratch;
     double missing = 0;  ///< E - sum a
   };
-  /// The objective, and what the normal equations need.
+  /// Returns the objective, and fills `at` for the normal equations.
   double linearise(const Vector& parameters, Linearisation& at) const;
-  /// The normal matrix J^T W J (lower half) and the gradient J^T W r there, of parameters.size() parameters.
+  /// Computes the normal matrix J^T W J (lower half) and the gradient J^T W r at `at`, of `count` parameters.
   void normal_equations(Linearisation& at, Eigen::Index count, Square& normal, Vector& gradient) const;
 
-  /// What a component of this shape would explain of the residual g - f. f: padded() long.
+  /// Projects the residual g - f on a component of this shape. f: padded() long.
   Projection project(const Shape& shape, const std::vector<double>& f) const;
 
-  /// Least scale of the sides of a component at mu: a quarter of the distance to the second sample on that side,
-  /// within [scale_min, scale_max].
+  /// The least scales of the two sides of a component at mu: a quarter of the distance to the second sample on that
+  /// side, within [scale_min, scale_max].
   std::array<double, 2> scale_floors(double mu) const;
 
  private:
@@ -91,8 +92,8 @@ class Problem {
   std::vector<double> azimuth_, g_, cell_;
 };
 
-/// Moves `parameters` to a local minimum of the objective within the bounds, at most `iterations` steps.
-/// Returns the objective there; never above the one at the start, its scales raised to their floors. `work` is scratch
+/// Moves `parameters` to a local minimum of the objective within the bounds, in at most `iterations` steps. Returns the
+/// objective there, which is never above that of the start with its scales raised to their floors. `work` is scratch
 /// memory.
 double levenberg_marquardt(const Problem& problem, Vector& parameters, int iterations, Problem::Linearisation& work);
 

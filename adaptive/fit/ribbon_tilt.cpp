@@ -11,7 +11,7 @@
 
 #include "fit/layer_step.h"
 
-// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+// foreach_target compiles this once for every instruction set; the first call chooses the machine's.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/ribbon_tilt.cpp"
 #include <hwy/foreach_target.h>
@@ -72,13 +72,13 @@ HWY_EXPORT(AddTilted);
 namespace {
 
 constexpr int most_tilt_steps = 6;
-constexpr double largest_tilt_step = 0.5, largest_tilt = 2;  // of the logarithm of a density
-constexpr double near_enough = 1e-6;                         // means of 1e12 exits are no better known
+constexpr double largest_tilt_step = 0.5, largest_tilt = 2;  // change of the logarithm of a density
+constexpr double near_enough = 1e-6;                         // the mean of 1e12 exits is known no better
 
 using Four = std::array<double, 4>;
 using Matrix = std::array<Four, 4>;
 
-/// Of the integral over (1 - s/width) e^(i order s), s from 0 to a number of bins, by this number.
+/// The integrals of (1 - s/width) e^(i order s) over s from 0 to `width`, by order and by width in bins.
 struct HalfHats {
   std::array<std::array<std::complex<double>, RowExits::bins + 1>, 2> of;
   std::array<std::complex<double>, RowExits::bins> directions;
@@ -121,7 +121,7 @@ void place(const LayerLanes<count>& layer, const HalfHats& hats, KnotHarmonics* 
   }
 }
 
-/// Elimination with the largest pivot; what depends on others alone stays 0.
+/// Gaussian elimination with full pivoting; an unknown that depends on others alone is 0.
 Four solve(Matrix a, Four b) {
   std::array<std::size_t, 4> column{0, 1, 2, 3};
   double first = 0;
@@ -157,7 +157,7 @@ Four solve(Matrix a, Four b) {
 
 double norm(const Four& x) { return std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]); }
 
-/// Newton's method of one problem.
+/// Newton's method for one problem.
 struct Tilt {
   Four lambda{}, best{};
   double least_off = std::numeric_limits<double>::infinity();

@@ -12,14 +12,14 @@ namespace tress::adaptive {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
-constexpr float farthest = 2 * Ribbon::largest_mode;  // beyond, no knot follows
+constexpr float farthest = 2 * Ribbon::largest_mode;  // knots do not follow an exit beyond it
 
 std::uint32_t bin_of(float x) {
   const float at = (x + pi) * (static_cast<float>(RowExits::bins) / (2 * pi));
   return std::min(static_cast<std::uint32_t>(at), RowExits::bins - 1);
 }
 
-/// Cosine and sine where bins begin.
+/// Cosine and sine at the beginning of each bin.
 struct BinDirections {
   std::array<std::array<double, 2>, RowExits::bins> at;
   BinDirections() {
@@ -36,7 +36,7 @@ void add_harmonics(const RowExits& exits, RowExits::Part& part) {
     const auto [c, s] = directions.at[bin];
     const double from = RowExits::azimuth(bin);
     for (std::uint32_t i = part.begin[bin]; i < part.begin[bin + 1]; ++i) {
-      // A bin is 0.006 wide: what follows the square is below 4e-8.
+      // A bin is 0.006 wide: terms beyond the square are below 4e-8.
       const double w = static_cast<double>(exits.w[i]), d = static_cast<double>(exits.x[i]) - from;
       const double near = 1 - 0.5 * d * d, cosine = c * near - s * d, sine = s * near + c * d;
       sums[0] += w * cosine;
@@ -48,7 +48,7 @@ void add_harmonics(const RowExits& exits, RowExits::Part& part) {
   for (std::size_t j = 0; j < sums.size(); ++j) part.harmonics[j] = sums[j] / part.count;
 }
 
-/// Sums of a part, and its weights scaled.
+/// Adds up a part and scales its weights.
 void add_up(RowExits& exits, RowExits::Part& part) {
   double squares = 0;
   for (std::uint32_t i = part.begin.front(); i < part.begin.back(); ++i) {

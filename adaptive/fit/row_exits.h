@@ -1,4 +1,4 @@
-// The exits of a row, side by side: part by part, and sorted by azimuth within a part.
+// The exits of a row as columns: part by part, and sorted by azimuth within a part.
 #pragma once
 
 #include <array>
@@ -12,34 +12,35 @@
 
 namespace tress::adaptive {
 
-/// Sorted into equal bins of azimuth, in the order of drawing within a bin.
+/// Exits sorted into equal bins of azimuth; within a bin they keep the order of drawing.
 struct RowExits {
   static constexpr std::uint32_t bins = 1024;
   static constexpr std::size_t most_parts = SampledTarget::most_parts, rates = Ribbon::decay_rates.size();
-  /// Columns are readable and writable this many floats past their end, and finite there.
+  /// Columns can be read and written this many floats past their end, and are finite there.
   static constexpr std::size_t padding = 16;
 
   struct Part {
     double light = 0;                             ///< sum of the weights as drawn
-    std::array<double, rates> left{};             ///< the same of what absorption leaves, at Ribbon::decay_rates
-    double count = 0;                             ///< as many exits of equal weight tell as much; 0: there is no light
+    std::array<double, rates> left{};             ///< the same after absorption, at Ribbon::decay_rates
+    double count = 0;                             ///< effective number of exits: as many of equal weight are as
+                                                  ///< informative; 0 if there is no light
     std::array<double, 4> harmonics{};            ///< means of cos x, sin x, cos 2x, sin 2x
-    std::array<std::uint32_t, bins + 1> begin{};  ///< of each bin, and the end
+    std::array<std::uint32_t, bins + 1> begin{};  ///< first exit of each bin, then the end
   };
 
   std::uint32_t parts = 0;
   std::array<Part, most_parts> part;
   std::vector<float> x;                         ///< azimuth, radians in [-pi, pi)
   std::vector<float> t;                         ///< height, within two Ribbon::largest_mode of 0
-  std::vector<float> w;                         ///< weight, scaled: those of a part add up to its count
+  std::vector<float> w;                         ///< weight, scaled: the weights of a part add up to its count
   std::array<std::vector<float>, rates> decay;  ///< exp(-rate attribute)
 
   std::size_t size() const { return x.size() - padding; }
-  /// The azimuth where a bin begins; of `bins`, pi.
+  /// The azimuth where a bin begins; pi for `bins`.
   static double azimuth(std::uint32_t bin);
 };
 
-/// Exits that are some (SampledTarget), of parts below `parts`.
+/// Sorts valid exits (SampledTarget) of parts below `parts`.
 RowExits sort_exits(std::span<const SampledExit> exits, std::uint32_t parts);
 
 }  // namespace tress::adaptive

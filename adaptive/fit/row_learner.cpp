@@ -17,7 +17,7 @@
 namespace tress::adaptive {
 namespace {
 
-/// Of nine floats that were scaled to the energy and added up, with room to spare.
+/// Whether the mass is the energy, up to rounding of nine floats that were scaled and added up, with room to spare.
 bool is_mass(double mass, double energy) { return std::abs(mass - energy) <= 1e-4 * energy + 1e-30; }
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace tress::adaptive {
 namespace {
 
-constexpr std::uint64_t test_streams = std::uint64_t{1} << 48;  // from here on no learning draws
+constexpr std::uint64_t test_streams = std::uint64_t{1} << 48;  // learning never draws from these streams
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// A row of a sampled target from its first path to the stage that passes its test (ESTIMATOR.md, E9).
+// Learns a row of a sampled target, from its first path to the stage that passes its test (ESTIMATOR.md, E9).
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@ namespace tress::adaptive {
 
 struct SampledRow {
   RibbonRow row;            ///< fitted to all paths
-  float objective = 1;      ///< bound() of the last test, of the row of the stage before; >= 0
+  float objective = 1;      ///< bound() of the last test, which was of the row of the stage before; >= 0
   std::uint32_t paths = 0;  ///< of the last stage
   enum class Verdict : std::uint8_t {
     converged,  ///< bound() <= epsilon
-    refused,    ///< not within most_paths
-    unusable,   ///< the target draws what SampledTarget does not allow
+    refused,    ///< not converged within most_paths
+    unusable,   ///< the target draws exits that SampledTarget does not allow
   };
   Verdict verdict = Verdict::refused;
 };
@@ -29,11 +29,11 @@ struct SampledLimits {
 };
 
 /// Learns the row at (a, b) alone, stage by stage, as a table does with Options::learns_to_epsilon. Pure: it depends on
-/// its arguments alone. Any thread; takes some 50 bytes an exit of memory meanwhile.
+/// its arguments alone. Any thread; needs some 50 bytes of memory for each exit.
 SampledRow learn_samples(const SampledTarget& target, const SliceDescription& slice, float a, float b,
                          const SampledLimits& limits);
 
-/// Tests a row on fresh draws: `round` chooses streams that no learning has. count: a multiple of 4.
+/// Tests a row on fresh draws: `round` chooses streams that learning never uses. count: a multiple of 4.
 SampledTest test_samples(const SampledTarget& target, const SliceDescription& slice, float a, float b,
                          const RibbonRow& row, std::uint64_t round, std::uint32_t count);
 

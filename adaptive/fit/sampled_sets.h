@@ -1,4 +1,4 @@
-// Draws of a sampled target in four independent sets, as rows are taught and tested by them.
+// Draws of a sampled target in four independent sets, from which rows are learned and tested.
 #pragma once
 
 #include <array>
@@ -21,17 +21,17 @@ struct SampledNode {
 
 class SampledSets {
  public:
-  /// Appends paths [first, first + count) of each of the four streams from `stream` on.
+  /// Appends paths [first, first + count) of each of the four streams that begin at `stream`.
   void draw(const SampledNode& node, std::uint64_t stream, std::uint32_t first, std::uint32_t count);
-  /// What is drawn from now on is fresh.
+  /// Marks everything drawn from now on as fresh.
   void mark();
 
-  /// Whether all exits are some (SampledTarget), of parts below `parts`.
+  /// Whether all exits are valid (SampledTarget) and of parts below `parts`.
   bool are_exits(std::uint32_t parts) const;
-  /// Tests a row by the exits since mark(), or by all exits without one: `paths` of each set. Parts are below those of
-  /// the row.
+  /// Tests a row by the exits since mark(), or by all exits if mark() was not called. `paths`: their number in each
+  /// set. Their parts must be below those of the row.
   SampledTest test(const RibbonRow& row, std::uint32_t paths) const;
-  /// Appends all, set by set.
+  /// Appends all exits, set by set.
   void append_to(std::vector<SampledExit>& exits) const;
 
  private:

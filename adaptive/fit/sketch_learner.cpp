@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t count_before_restart = 64;
 constexpr std::size_t most_refined = 12;  // azimuths after a failed test
-constexpr double refined_gap = 0.5;       // in blurs: closer pairs say the same
+constexpr double refined_gap = 0.5;       // in blurs: closer pairs carry the same information
 
 }  // namespace
 
@@ -22,7 +22,7 @@ void SketchLearner::refine(FitContext& context) {
   constexpr double two_pi = 2 * std::numbers::pi;
   const std::vector<ObservedPair> pairs = context.sketch.pairs();
   const std::size_t n = pairs.size();
-  std::vector<double> missed(n), gap(n);  // gap[i]: from pair i to the next
+  std::vector<double> missed(n), gap(n);  // gap[i] is the distance from pair i to the next
   for (std::size_t i = 0; i < n; ++i) {
     const double next = i + 1 < n ? pairs[i + 1].azimuth : pairs[0].azimuth + two_pi;
     gap[i] = next - pairs[i].azimuth;

@@ -1,11 +1,11 @@
-// Ours: Levenberg-Marquardt on the sketch, refitted when the sketch has grown (ESTIMATOR.md, E3 and E6).
+// The default method: Levenberg-Marquardt on the sketch, refitted when the sketch has grown (ESTIMATOR.md, E3 and E6).
 #pragma once
 
 #include "fit/row_learner.h"
 
 namespace tress::adaptive {
 
-/// After each pass, on the pairs that the render left and those of the coverage rule.
+/// Learns after each pass, from the pairs of the render and those of the coverage rule.
 class SketchLearner : public RowLearner {
  public:
   void begin(FitContext& context) override;
@@ -18,7 +18,7 @@ class SketchLearner : public RowLearner {
   std::size_t bytes() const override { return sizeof(*this); }
 
  protected:
-  /// Asks g between the pairs that the fit misses most.
+  /// Evaluates g between the pairs that the fit misses most.
   static void refine(FitContext& context);
   /// Fits anew if the sketch has grown enough since the last fit.
   void refit(FitContext& context);
@@ -30,8 +30,9 @@ class SketchLearner : public RowLearner {
   std::uint64_t count_at_fit_ = 0;
 };
 
-/// The same run to the end when a row opens: cover, fit, draw as many of its own azimuths as a test wants, test,
-/// repeat. The honest rival wherever g is closed form: a render then teaches nothing that asking does not.
+/// The same method, run to the end when a row opens: cover, fit, draw as many of its own azimuths as a test needs,
+/// test, repeat. It is the fair alternative wherever g is in closed form: the paths of a render then add nothing that
+/// evaluating g does not.
 class EagerLearner final : public SketchLearner {
  public:
   void begin(FitContext& context) override;

@@ -1,4 +1,4 @@
-// What ribbon_tilt.cpp adds up for every instruction set.
+// The sums of ribbon_tilt.cpp, for every instruction set.
 #pragma once
 
 #include "fit/ribbon_tilt.h"
