@@ -6,20 +6,20 @@
 #define TRESS_VERSION_MINOR 2
 #define TRESS_VERSION_PATCH 0
 
-/// Comparable: TRESS_VERSION >= TRESS_VERSION_NUMBER(0, 2, 0).
+/// The version as one number: TRESS_VERSION >= TRESS_VERSION_NUMBER(0, 2, 0).
 #define TRESS_VERSION_NUMBER(major, minor, patch) ((major) * 1000000 + (minor) * 1000 + (patch))
 #define TRESS_VERSION TRESS_VERSION_NUMBER(TRESS_VERSION_MAJOR, TRESS_VERSION_MINOR, TRESS_VERSION_PATCH)
 
 namespace tress {
 
-/// Formats have versions of their own, which rise when an older release can no longer read what is written.
-/// The newest format of a warm cache (adaptive/cache/CACHE_FORMAT.md); older ones are read.
+/// Formats have versions of their own, which rise when an older release can no longer read what is written. This is the
+/// newest format of a warm cache (adaptive/cache/CACHE_FORMAT.md); older ones can be read.
 inline constexpr unsigned cache_format_version = 3;
 /// The `schema` of telemetry headers (adaptive/telemetry/schema.json).
 inline constexpr unsigned telemetry_schema_version = 1;
 
-/// The version that was compiled, "0.2.0": where it is not that of the macros, headers and library are not of one
-/// release. Static storage; any thread.
+/// The compiled version, "0.2.0". If it differs from the macros, headers and library are of different releases. Static
+/// storage; any thread.
 const char* version();
 
 }  // namespace tress

@@ -1,4 +1,4 @@
-// The table as a file: CACHE_FORMAT.md has it byte by byte.
+// The table as a file. CACHE_FORMAT.md defines every byte.
 #pragma once
 
 #include <cstdint>
@@ -18,13 +18,13 @@
 namespace tress::adaptive {
 
 enum class RowState : std::uint8_t {
-  absent = 0,     ///< only counted; answered by tracing the node
-  open = 1,       ///< being learned; answered by g at the node
-  converged = 2,  ///< answered by its fit, a mixture or a knot table
-  refused = 3,    ///< failed too many tests; answered by g at the node for good
+  absent = 0,     ///< only counted; queries are answered by tracing the node
+  open = 1,       ///< being learned; queries are answered by g at the node
+  converged = 2,  ///< queries are answered by its fit, a mixture or a knot table
+  refused = 3,    ///< failed too many tests; queries are answered by g at the node for good
 };
 
-/// One observed pair of a sketch: raw bits, see sketch/sketch.h. Merging is the minimum.
+/// One observed pair of a sketch as raw bits (adaptive/observations/sketch.h). Merging takes the minimum.
 struct SketchBin {
   std::uint32_t index;
   std::uint64_t bits;
@@ -35,42 +35,44 @@ struct CachedRow {
   std::uint32_t node = 0;           ///< a * axis_b.size() + b
   RowState state = RowState::open;  ///< open or converged
   std::uint32_t generation = 0;     ///< raised each time the row is reopened
-  Mixture fit;                      ///< converged rows that are neither of the next two; empty for open ones
-  KnotDensity knots;                ///< converged rows that are a knot table, of mass `energy`; empty for all others
-  /// Converged rows of slices of samples, of mass `energy`; null for all others. Shared: it does not change.
+  Mixture fit;                      ///< of a converged row that has neither of the next two; otherwise empty
+  KnotDensity knots;                ///< of a converged row that is a knot table of mass `energy`; otherwise empty
+  /// The ribbons of a converged row of a slice of samples, of mass `energy`; null for all others. Shared, since they do
+  /// not change.
   std::shared_ptr<const RibbonRow> ribbons;
   float energy = 0;
-  float objective = 0;            ///< bound that passed the test, relative squared L2; 0 for open rows
-  std::uint64_t count = 0;        ///< g evaluations that taught it, or paths
-  std::vector<SketchBin> sketch;  ///< open rows of slices of densities, ascending index
+  float objective = 0;            ///< the bound that passed the test, relative squared L2; 0 for open rows
+  std::uint64_t count = 0;        ///< number of g evaluations, or of paths, that taught it
+  std::vector<SketchBin> sketch;  ///< of an open row in a slice of densities, in ascending order of index
 };
 
 struct CachedSlice {
   SliceDescription description;
-  std::vector<CachedRow> rows;  ///< ascending node
+  std::vector<CachedRow> rows;  ///< in ascending order of node
 };
 
-/// A whole table as plain data: slices in order of their keys. For tables that are small: it takes ten times the memory
-/// of the table that it was made of. What may be large goes row by row, as a RowSource.
+/// A whole table as plain data, with slices in the order of their keys. It takes ten times the memory of the table
+/// itself, so use it for small tables only. Pass a table that may be large row by row, as a RowSource.
 struct TableSnapshot {
   std::string model;  ///< Target::model_name()
   std::vector<CachedSlice> slices;
 };
 
-/// A table as its rows, one after the other: slices in ascending order of their keys, the rows of each in ascending
-/// order of node. Takes the memory of one row, however many there are. One thread; begins before the first slice.
+/// A table as a sequence of rows: slices in ascending order of their keys, the rows of each in ascending order of node.
+/// It takes the memory of one row, however many there are. One thread; it starts before the first slice.
 class RowSource {
  public:
   virtual ~RowSource() = default;
   /// Target::model_name()
   virtual const std::string& model() const = 0;
-  /// Goes back to before the first slice. Every round gives the same, as long as what is read stays as it is.
+  /// Goes back to before the first slice. Every round gives the same rows as long as the source does not change.
   virtual void rewind() = 0;
-  /// The next slice; what is left of the one before is passed over. Null after the last. Good until the next call.
+  /// Returns the next slice and skips the remaining rows of the one before; null after the last. Valid until the next
+  /// call.
   virtual const SliceDescription* next_slice() = 0;
-  /// The next row of that slice, null after its last. Good until the next call.
+  /// Returns the next row of that slice, or null after its last. Valid until the next call.
   virtual const CachedRow* next_row() = 0;
-  /// Why the rows ended early, if they did: the file that they come from could not be read to its end.
+  /// The reason why the rows ended early, if they did: their file could not be read to its end.
   virtual std::optional<Error> failure() const { return std::nullopt; }
 };
 
@@ -94,11 +96,11 @@ class SnapshotRows final : public RowSource {
   std::size_t slice_ = 0, row_ = 0;  ///< the next ones
 };
 
-/// Two tables of one model as one: the row-wise maximum in a total order (CACHE_FORMAT.md); commutative, associative,
-/// idempotent. Both must outlive it and are used by it alone.
+/// Two tables of one model merged: the row-wise maximum in a total order (CACHE_FORMAT.md). Commutative, associative,
+/// idempotent. Both tables must outlive it, and only it may use them.
 class MergedRows final : public RowSource {
  public:
-  /// Both must be of the same model.
+  /// Merges a and b, which must be of the same model.
   MergedRows(RowSource& a, RowSource& b);
   const std::string& model() const override { return a_.rows.model(); }
   void rewind() override;
@@ -109,10 +111,11 @@ class MergedRows final : public RowSource {
  private:
   struct Side {
     RowSource& rows;
-    const SliceDescription* slice = nullptr;  ///< the next one that is not yet told
-    const CachedRow* row = nullptr;           ///< likewise
-    bool tells = false;                       ///< its slice is the running one
-    bool has_slice = false, has_row = false;  ///< what these point to has been told: the next is to be read
+    const SliceDescription* slice = nullptr;  ///< the next slice that is not yet returned
+    const CachedRow* row = nullptr;           ///< the next row that is not yet returned
+    bool tells = false;                       ///< whether its slice is the current one
+    bool has_slice = false, has_row = false;  ///< whether `slice` and `row` have been returned, so that the next must
+                                              ///< be read
   };
   static void read_slice(Side& side);
   static void read_row(Side& side);
@@ -121,33 +124,34 @@ class MergedRows final : public RowSource {
   CachedRow joined_;
 };
 
-/// All of it in memory.
+/// Reads all rows into memory.
 TableSnapshot collect(RowSource& rows);
 
-/// xxHash3 of the model's name and of the rules that fix what g and a sketch are.
+/// xxHash3 of the model's name and of the rules that define g and a sketch.
 std::uint64_t model_hash(const std::string& model);
 
-/// What a cache holds, counted.
+/// Counts of what a cache contains.
 struct CacheContents {
-  std::uint32_t format = 0;  ///< version
-  std::uint64_t bytes = 0;   ///< of the file
+  std::uint32_t format = 0;  ///< format version
+  std::uint64_t bytes = 0;   ///< size of the file
   std::uint64_t slices = 0, open_rows = 0, converged_rows = 0;
-  std::uint64_t knot_rows = 0;    ///< of the converged ones, those that are knot tables
-  std::uint64_t ribbon_rows = 0;  ///< likewise, those of slices of samples
-  std::string hash;               ///< as cache_hash()
+  std::uint64_t knot_rows = 0;    ///< converged rows that are knot tables
+  std::uint64_t ribbon_rows = 0;  ///< converged rows of slices of samples
+  std::string hash;               ///< the result of cache_hash()
   std::uint64_t rows() const { return open_rows + converged_rows; }
 };
 
-/// Bytes that a slice without its rows, or a row with its sketch, takes in a cache. format: CacheContents::format.
+/// The bytes that a slice without its rows, or a row with its sketch, takes in a cache. format: CacheContents::format.
 std::size_t cached_bytes(const SliceDescription& slice, std::uint32_t format);
 std::size_t cached_bytes(const CachedRow& row);
 
-/// A cache file as a source of rows, in about 100 KB of memory. It is the file as it was opened, whatever takes its
-/// place meanwhile. Should somebody write into it meanwhile, failure() says so, or what is made of it is refused.
+/// A cache file as a source of rows, in about 100 KB of memory. It stays the file that was opened, even if another
+/// replaces it meanwhile. If somebody writes into the file meanwhile, failure() reports it, or a reader refuses the
+/// rows.
 class CacheFile final : public RowSource {
  public:
-  /// Checks everything before it returns: each section against its checksum, each count against the bytes that remain,
-  /// each value against its range. `model`: refused if the file is of another; empty accepts any.
+  /// Opens the file and checks everything before it returns: each section against its checksum, each count against the
+  /// bytes that remain, each value against its range. `model`: a file of another model is refused; empty accepts any.
   static Result<std::unique_ptr<CacheFile>> open(const std::filesystem::path& file, const std::string& model);
   ~CacheFile() override;
 
@@ -165,49 +169,50 @@ class CacheFile final : public RowSource {
   std::unique_ptr<Opened> opened_;
 };
 
-/// CacheFile::open() and all of it in memory.
+/// Opens a file as CacheFile::open() does and reads all of it into memory.
 Result<TableSnapshot> load_cache(const std::filesystem::path& file, const std::string& model);
 
-/// What a save did.
+/// The result of a save.
 struct CacheSave {
-  CacheContents contents;                      ///< what the file now holds
-  std::vector<std::filesystem::path> removed;  ///< temporary files that killed saves had left
+  CacheContents contents;                      ///< what the file now contains
+  std::vector<std::filesystem::path> removed;  ///< temporary files left by saves that were killed
 };
 
-/// Puts the rows in the place of the file, whatever it holds. Temporary file beside it, flushed, renamed, folder
-/// flushed: the old file is there until the new one is whole. Links stay links. Under the lock of merge_into_cache.
-/// Goes through the rows five times, in about 100 KB of memory.
+/// Replaces the file by the rows, whatever the file contains. It writes a temporary file beside it, flushes it, renames
+/// it and flushes the folder, so the old file is there until the new one is whole. Links stay links. Takes the lock of
+/// merge_into_cache. It goes through the rows five times, in about 100 KB of memory.
 Result<CacheSave> replace_cache(const std::filesystem::path& file, RowSource& rows);
-/// Of a snapshot.
+/// Saves a snapshot as replace_cache does.
 std::optional<Error> save_cache(const std::filesystem::path& file, const TableSnapshot& image);
 
-/// What merge_into_cache found and did.
+/// The result of merge_into_cache.
 struct CacheUpdate : CacheSave {
   enum class Outcome {
-    created,  ///< no file was there
-    merged,   ///< joined with what the file held
-    refused,  ///< what is there is no cache of this model: left as it is, nothing is saved
+    created,  ///< there was no file
+    merged,   ///< the rows were merged with those of the file
+    refused,  ///< the existing file is no cache of this model; it is left as it is and nothing is saved
   };
   Outcome outcome = Outcome::created;
-  std::optional<Error> refusal;  ///< why, if refused
+  std::optional<Error> refusal;  ///< the reason, if refused
 };
 
-/// Saves the rows joined with what the file holds by now, so that no session's rows are lost, however many save into
-/// one file. Any thread or process, on any machine that shares the folder: they take turns by a lock on `FILE.lock`
-/// (where the file system has no locks, each save is still whole, but may miss another of the same moment). Blocks
-/// meanwhile. Error if the file could not be written; it is then as it was. As replace_cache in time and memory.
+/// Merges the rows with those that the file has by now and saves the result, so that no session's rows are lost,
+/// however many save into one file. Any thread or process, on any machine that shares the folder: they take turns by a
+/// lock on `FILE.lock`, and a call waits for it. Where the file system has no locks, each save is still whole, but may
+/// miss another save of the same moment. Error if the file could not be written; it is then unchanged. Takes the time
+/// and memory of replace_cache.
 Result<CacheUpdate> merge_into_cache(const std::filesystem::path& file, RowSource& rows);
 Result<CacheUpdate> merge_into_cache(const std::filesystem::path& file, const TableSnapshot& image);
 
 /// The bytes that save_cache writes.
 std::string encode_cache(const TableSnapshot& image);
-/// `name` stands for the file in errors.
+/// Decodes the bytes of a cache. `name` stands for the file in errors.
 Result<TableSnapshot> decode_cache(const std::string& bytes, const std::string& model, const std::string& name);
 
-/// MergedRows of two snapshots of one model (asserted).
+/// Merges two snapshots as MergedRows does; they must be of one model (asserted).
 TableSnapshot merge_caches(const TableSnapshot& a, const TableSnapshot& b);
 
-/// Hash of the encoded table, 16 hexadecimal digits: what a picture's header carries.
+/// Hash of the encoded table, 16 hexadecimal digits, as stored in a picture's header.
 std::string cache_hash(RowSource& rows);
 std::string cache_hash(const TableSnapshot& image);
 

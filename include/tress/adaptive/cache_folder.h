@@ -1,5 +1,5 @@
-// One place for all that was ever learned: a folder of caches, each of one slice, of which those that were used longest
-// ago make room for others.
+// A folder of caches of one slice each, which keeps everything that was learned. The caches that were used longest ago
+// are removed to make room for others.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@
 
 namespace tress::adaptive {
 
-/// $XDG_CACHE_HOME/tress, else $HOME/.cache/tress. Error where neither is an absolute path.
+/// $XDG_CACHE_HOME/tress, else $HOME/.cache/tress. Error if neither is an absolute path.
 Result<std::filesystem::path> default_cache_folder();
 
-/// A session's dealings with the folder. Each file is a whole cache (CACHE_FORMAT.md) of one slice; its name is a hash
-/// of the model's name, the rules of g and the slice, so that a service reads and writes the slices that it has and no
-/// others. When a file was used is its time of modification. Any number of sessions, on any number of machines that
-/// share the folder, may use it at once: files are joined as merge_into_cache() does, and one that was removed
+/// A session's access to the folder. Each file is a whole cache (CACHE_FORMAT.md) of one slice. Its name is a hash of
+/// the model's name, the rules of g and the slice, so a service reads and writes only the slices that it has. The
+/// modification time of a file is the time when it was last used. Any number of sessions, on any number of machines
+/// that share the folder, may use it at once: files are merged as merge_into_cache() does, and one that was removed
 /// meanwhile is written anew. One thread, between passes.
 class CacheFolder {
  public:
@@ -34,45 +34,47 @@ class CacheFolder {
   explicit CacheFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
   const std::filesystem::path& folder() const { return folder_; }
 
-  /// Makes the folder. Error if nothing can be written there.
+  /// Makes the folder. Error if it cannot be written to.
   std::optional<Error> check() const;
 
-  /// What was read: counts of all of it. refused: files that are not caches, which stay as they are and are never
+  /// Counts of everything that was read. refused: files that are not caches; they stay as they are and are never
   /// written over.
   struct Loaded {
     CacheContents contents;
     std::uint64_t files = 0;
     std::vector<Error> refused;
   };
-  /// The rows of the slices that the service has.
+  /// Loads the rows of the slices that the service has.
   Loaded load(Service& service);
 
-  /// What the files of the service's slices hold now. removed: temporary files that killed saves had left.
+  /// Counts of what the files of the service's slices contain now. removed: temporary files left by saves that were
+  /// killed.
   struct Saved {
     CacheContents contents;
     std::uint64_t files = 0;
     std::vector<Error> refused;
     std::vector<std::filesystem::path> removed;
   };
-  /// The service's rows joined with what is there, or in its place. What has not changed since load() is not written.
-  /// Error if a file could not be written.
+  /// Merges the service's rows with those in the folder, or replaces those. Files that have not changed since load()
+  /// are not written. Error if a file could not be written.
   Result<Saved> save(const Service& service, bool replaces);
 
-  /// All of them, that which was used last first.
+  /// All files, the last used first.
   std::vector<File> files() const;
 
   struct Pruned {
     std::vector<File> removed;
     std::uint64_t files_left = 0, bytes_left = 0;
   };
-  /// Removes those that were used longest ago, until the others have no more bytes than this.
+  /// Removes the files that were used longest ago, until the others have at most this many bytes.
   Result<Pruned> prune(std::uint64_t most_bytes) const;
 
  private:
   std::filesystem::path file_of(const std::string& model, const SliceDescription& slice) const;
 
   std::filesystem::path folder_;
-  std::map<std::filesystem::path, CacheContents> known_;  ///< of files that are as they were read or written
+  std::map<std::filesystem::path, CacheContents> known_;  ///< of files that have not changed since they were read or
+                                                          ///< written
 };
 
 }  // namespace tress::adaptive

@@ -1,4 +1,4 @@
-// Mixture of circular skew logistics plus a uniform part: what a row is fitted with.
+// Mixture of circular skew logistics and a uniform part: the fit of a row.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace tress::adaptive {
 
-/// wrap_angle() of an angle that is out of range.
+/// Does what wrap_angle() does for an angle that is out of range.
 float wrap_turns(float x);
 /// Wraps an angle into [-pi, pi).
 inline float wrap_angle(float x) {
@@ -24,7 +24,7 @@ struct SkewLogistic {
   float s_left = 1;   ///< scale for x < 0, radians, [0.004, 0.5]
   float s_right = 1;  ///< scale for x >= 0
 
-  /// 1/rad. Never negative.
+  /// The density in 1/rad, never negative.
   float density(float phi) const;
   /// Inverse CDF of u in [0, 1). Radians in [-pi, pi).
   float sample(float u) const;
@@ -34,13 +34,13 @@ struct SkewLogistic {
 struct Component {
   SkewLogistic shape;
   float weight = 0;
-  float attribute_mean = 0;      ///< of the traced rays it is responsible for (known once converged)
-  float attribute_variance = 0;  ///< likewise
+  float attribute_mean = 0;      ///< over the traced rays it is responsible for (known once converged)
+  float attribute_variance = 0;  ///< over the same rays
 };
 
-/// Share of a weight that is left where the attribute takes exp(-rate attribute) of it: the gamma law of its moments,
-/// (1 + rate v/l)^(-l^2/v), exp(-rate l) for v -> 0 (ESTIMATOR.md, E1). rate >= 0, in 1/unit of the attribute (hair:
-/// the absorption). In [0, 1].
+/// The share of a weight that remains where each ray loses the factor exp(-rate attribute): the gamma law of the
+/// attribute's moments, (1 + rate v/l)^(-l^2/v), or exp(-rate l) for v -> 0 (ESTIMATOR.md, E1). rate >= 0, in 1/unit of
+/// the attribute (hair: the absorption). In [0, 1].
 double decayed_share(double rate, double attribute_mean, double attribute_variance);
 
 /// f(x) = sum_d weight_d p_d(x) + uniform_weight / 2 pi. Plain data; at most 8 components.
@@ -55,25 +55,25 @@ struct Mixture {
   std::span<const Component> parts() const { return {components.data(), component_count}; }
   /// Total mass, a_0 included.
   float energy() const;
-  /// f, 1/rad, radians in any turn.
+  /// f in 1/rad; phi in radians, any turn.
   float density(float phi) const;
-  /// Density of what sample() draws: (1 - u_share) f/energy + u_share/2 pi. Uniform if energy is 0. 1/rad, > 0 for
-  /// u_share > 0.
+  /// The density from which sample() draws: (1 - u_share) f/energy + u_share/2 pi, in 1/rad. Uniform if energy is 0; >
+  /// 0 for u_share > 0.
   float proposal_density(float phi, float u_share) const;
-  /// Draws from proposal_density(., u_share). u in [0,1) is used up whole. Radians in [-pi, pi). Cannot fail.
+  /// Draws from proposal_density(., u_share). u in [0, 1); all its bits are used. Radians in [-pi, pi). Cannot fail.
   float sample(float u, float u_share) const;
 };
 
-/// A mixture in no more memory than its components take: what a table keeps of a row. Its densities are those of the
-/// mixture that it was made of, to the bit; attributes are rounded to 8 bits behind the point (by 0.2 % at most). Lives
-/// where it was put, since the components follow it in memory.
+/// A mixture in as little memory as its components need, as a table keeps it. Its densities are those of the original
+/// mixture to the bit; attributes are rounded to 8 bits behind the point (by 0.2 % at most). It cannot be moved,
+/// because its components follow it in memory.
 class PackedMixture {
  public:
   static constexpr std::size_t bytes_of(std::uint32_t components) {
     return sizeof(PackedMixture) + components * sizeof(Part);
   }
-  /// memory: bytes_of(fit.component_count) bytes, aligned as a float is. Attributes finite, >= 0.
-  /// objective: how far the fit is known to be from its target, as RowView::objective.
+  /// Places a mixture in `memory`, which must have bytes_of(fit.component_count) bytes and the alignment of a float.
+  /// Attributes finite, >= 0. objective: the known error of the fit, as in RowView::objective.
   static PackedMixture* put(void* memory, const Mixture& fit, float objective);
   PackedMixture(const PackedMixture&) = delete;
   PackedMixture& operator=(const PackedMixture&) = delete;
@@ -84,7 +84,7 @@ class PackedMixture {
   float uniform_weight;
   std::uint32_t component_count;
 
-  // The same as in Mixture.
+  // These do the same as in Mixture.
   float energy() const;
   float density(float phi) const;
   float proposal_density(float phi, float u_share) const;
@@ -93,7 +93,7 @@ class PackedMixture {
   std::size_t bytes() const { return bytes_of(component_count); }
 
  private:
-  /// The attribute's mean and variance as the upper 16 bits of a float without its sign.
+  /// The attribute's mean and variance, each as the upper 16 bits of a float without its sign.
   struct Attribute {
     std::uint16_t mean, variance;
   };

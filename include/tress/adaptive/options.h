@@ -12,64 +12,69 @@
 namespace tress::adaptive {
 
 struct Options {
-  /// Relative squared L2 error below which a row counts as converged: the objective
-  /// integral (g - f)^2 / max(integral (g - mean g)^2, 1e-3 / 2 pi).
+  /// The relative squared L2 error below which a row has converged: the objective integral (g - f)^2 / max(integral (g
+  /// - mean g)^2, 1e-3 / 2 pi).
   double epsilon = 0.01;
-  /// The same for rows of slices of samples, of another quantity: chi^2 = integral (S - f)^2/f of all parts, masses
-  /// included, over the mass of the row, at the resolution of the test's cells (adaptive/convergence/held_out_test.h).
+  /// The same for rows of slices of samples, where the error is another quantity: chi^2 = integral (S - f)^2/f of all
+  /// parts, masses included, divided by the mass of the row, at the resolution of the test's cells
+  /// (adaptive/convergence/held_out_test.h).
   double sampled_epsilon = 0.07;
-  /// Rows of samples learn until they pass their test at sampled_epsilon, whatever they are asked. Off: their paths go
-  /// by their events, and a row that has passed is refined further where events are.
+  /// Whether rows of samples learn until they pass their test at sampled_epsilon, however often they are queried. If
+  /// off, the number of their events decides how many paths they get, and a row that has passed is refined further
+  /// where events are.
   bool learns_to_epsilon = false;
-  /// In place of an epsilon for all rows alike: the relative error that the fits may make in the light of the picture,
-  /// under light as of a sky; PassReport::bias_bound is at most ten times it. Each row then has an epsilon of its own
-  /// by the light that it carries (Service::credit), and one that carries next to none is never fitted; epsilon is what
-  /// rows of a cache are taken at before their light is known. 0: off. For learners that fit mixtures, and for rows of
-  /// samples, of which each has an epsilon within [0.005, 0.5].
+  /// Replaces one epsilon for all rows: the relative error that the fits may cause in the light of the picture, under
+  /// light like that of a sky. PassReport::bias_bound is at most ten times it. Each row then has its own epsilon by the
+  /// light that it carries (Service::credit), and one that carries almost none is never fitted. Until the light of a
+  /// cached row is known, `epsilon` decides whether it is used. 0: off. For learners that fit mixtures, and for rows of
+  /// samples, whose epsilons are within [0.005, 0.5].
   double picture_error = 0;
-  /// Ceiling for rows, sketches, traced nodes and their memo, and forms of rows, bytes. Past it no row is created and
-  /// what is made of rows is not kept; forms make room for rows at a publish(). The index of the
-  /// slices, 32 bytes a node, may take as much again, or 16 MB if that is more; a slice that has no room for one is
-  /// answered by tracing whenever it is asked, and told as `at_ceiling`.
+  /// Limit in bytes for rows, sketches, traced nodes and their memo, and forms of rows. Beyond it no row is created,
+  /// and forms of rows are not kept; forms make room for rows at a publish(). The index of the slices, 32 bytes a node,
+  /// may take as much again, or 16 MB if that is more. A slice that has no room for an index is traced at every query,
+  /// and `at_ceiling` reports it.
   std::size_t memory_bytes = std::size_t{256} << 20;
-  /// Queries of an absent row, over all passes, before it is created: at the end of the pass of the last of them, since
-  /// the published table does not change during one. For learners that wait for them: see queries_to_creation().
+  /// Number of queries of an absent row, over all passes, before it is created. It is created at the end of the pass of
+  /// the last of them, because the published table does not change during a pass. For learners that wait for queries:
+  /// see queries_to_creation().
   std::uint32_t queries_before_creation = 8;
-  /// Share of the queries of rows of samples at which a host is to draw from its target instead of the row, and to tell
-  /// Service::hear() what it drew; four times as often of rows of few paths, and less often where that would make the
-  /// picture noisier. In [0, 1]; 0: never. To be kept the same from the first pass on.
+  /// Share of the queries of rows of samples at which a host should draw from its target instead of the row, and pass
+  /// what it drew to Service::hear(). It is four times as large for rows of few paths, and smaller where it would make
+  /// the picture noisier. In [0, 1]; 0: never. Keep it the same from the first pass on.
   float heard_share = 1 / 64.0f;
-  /// Rows of samples are taught by paths that the service draws for itself. Off: by those alone that Service::hear()
-  /// was told, at most 1,024 a row, without coarser rows; what has no row yet is drawn from the target and heard. To
-  /// see what the host's own paths teach.
+  /// Whether the service draws paths of its own to teach rows of samples. If off, only paths that were passed to
+  /// Service::hear() teach them, at most 1,024 a row, and there are no coarser rows; for nodes without a row, the host
+  /// draws from the target and passes the paths on. This shows what the host's own paths teach.
   bool own_paths = true;
-  /// Share of the proposal that stays uniform for ever, converged and open rows (bounds the weight by 1/(1-u)).
+  /// Share of the proposal that always stays uniform, for converged and open rows (it bounds the weight by 1/(1-u)).
   float uniform_share_converged = 0.02f;
   float uniform_share_open = 0.05f;
-  /// Tests a row may fail before it is refused and answered at the node for good. Rows of samples are refused by their
-  /// paths.
+  /// Number of tests that a row may fail before it is refused and answered at the node for good. Rows of samples are
+  /// refused by their number of paths instead.
   std::uint32_t tests_before_refusal = 32;
-  /// How rows are fitted.
+  /// The method that fits rows.
   const Learner* learner = &sketch_learner;
-  /// D: the most components of a fit, at most Mixture::max_components. Methods of a fixed number have this many.
+  /// D: the largest number of components of a fit, at most Mixture::max_components. Methods with a fixed number have
+  /// this many.
   std::uint32_t max_components = 8;
   std::uint64_t seed = 0;
-  /// Tells calls outside of their time in PassReport::misuse, by name: readers while publish() runs, a view of an
-  /// earlier pass, a slice or form added during a pass. For the development of a host: answers are then all looked up
-  /// one by one.
+  /// Whether calls at a wrong time are reported by name in PassReport::misuse: readers while publish() runs, a view of
+  /// an earlier pass, a slice or form added during a pass. For the development of a host: all answers are then looked
+  /// up one by one.
   bool check_passes = false;
-  /// Told in a sentence what a host may want to know or log and is no error: the first time that the ceiling holds rows
-  /// back, a slice that has no room for an index, cached rows that no longer fit their target, a target of samples
-  /// that draws what it must not, misuse. Called between
-  /// passes only, inside add_slice(), load() and publish(), by the thread that called those. May be empty.
+  /// Called with a sentence for anything that a host may want to log and that is no error: the first time that the
+  /// memory limit holds rows back; a slice that has no room for an index; cached rows that no longer fit their target;
+  /// invalid draws of a target of samples; misuse. Called between passes only, inside add_slice(), load() and
+  /// publish(), by the thread that called those. May be empty.
   std::function<void(const std::string& sentence)> log = nullptr;
 
-  /// Holds rows of every kind to one epsilon.
+  /// Sets one epsilon for rows of every kind.
   void hold_all_to(double all) {
     epsilon = sampled_epsilon = all;
     learns_to_epsilon = true;
   }
-  /// For a table that is used as it is and learns nothing: rows answer whose epsilon would go by their light.
+  /// Sets the options for a table that is used but learns nothing: rows whose epsilon would depend on their light are
+  /// used too.
   void take_rows_as_they_are() {
     if (picture_error > 0) epsilon = sampled_epsilon = 1;
   }
@@ -79,7 +84,7 @@ struct Options {
     return learner->on_first_query && queries_before_creation > 1 ? 1 : queries_before_creation;
   }
 
-  /// Scores needed for a test, and tests in a row that must pass (more below epsilon 0.01).
+  /// The number of scores needed for a test, and of tests that must pass one after the other (more below epsilon 0.01).
   std::uint32_t scores_per_test() const { return epsilon < 0.01 ? 24 : 16; }
   std::uint32_t tests_to_converge() const { return epsilon < 0.01 ? 3 : 2; }
 };

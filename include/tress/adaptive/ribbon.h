@@ -1,4 +1,4 @@
-// Density over a cylinder in two layers of knots: what a row of a sampled target is answered by (ESTIMATOR.md, E9).
+// Density over a cylinder in two layers of knots: the fit of a row of a sampled target (ESTIMATOR.md, E9).
 #pragma once
 
 #include <array>
@@ -19,22 +19,22 @@ struct RibbonKnot {
   friend bool operator==(const RibbonKnot&, const RibbonKnot&) = default;
 };
 
-/// The law of the height at an azimuth, of either side of its mode m, with d = |t - m| and s the scale of that side:
-///   normal:   sqrt(2/pi)/(s_below + s_above) exp(-d^2/2 s^2);
-///   logistic: 2/(s_below + s_above) E/(1 + E)^2, E = exp(-d/s).
-/// Mass 1 on the line, continuous at the mode.
+/// The law of the height t at an azimuth, on either side of its mode m, with d = |t - m| and s the scale of that side:
+///  normal:   sqrt(2/pi)/(s_below + s_above) exp(-d^2/2 s^2);
+///  logistic: 2/(s_below + s_above) E/(1 + E)^2, E = exp(-d/s).
+/// Its mass on the line is 1, and it is continuous at the mode.
 enum class HeightLaw : std::uint8_t { normal = 0, logistic = 1 };
 
-/// Of the law with this mode and these scales (> 0): the density at t, the mass below t, and the height that has the
-/// mass u in [0, 1] below it; finite, within 19 scales of the mode.
+/// For the law with this mode and these scales (> 0): the density at t, the mass below t, and the height with the mass
+/// u in [0, 1] below it, which is finite and within 19 scales of the mode.
 float height_density(HeightLaw law, float t, float mode, float scale_below, float scale_above);
 float height_share_below(HeightLaw law, float t, float mode, float scale_below, float scale_above);
 float sample_height(HeightLaw law, float u, float mode, float scale_below, float scale_above);
 
-/// f(x, t) = sum over the two layers of density(x) law(t; mode(x), scales(x)), of mass 1 over both. The main layer has
-/// knots where its light is, the broad one equidistant ones (the first at -pi) and the logistic law. From the last knot
-/// a layer goes on to its first.
-/// Immutable but for assignment; any thread may read. x in radians, any turn; t any finite number.
+/// f(x, t) = sum over the two layers of density(x) law(t; mode(x), scales(x)), with mass 1 over both. The main layer
+/// has its knots where its light is. The broad layer has equidistant knots (the first at -pi) and the logistic law.
+/// Each layer continues from its last knot to its first. Immutable except for assignment; any thread may read. x in
+/// radians, any turn; t any finite number.
 class Ribbon {
  public:
   static constexpr std::size_t main_knots = 32, broad_knots = 8;
@@ -43,8 +43,8 @@ class Ribbon {
 
   /// The uniform density over the sphere: heights by the logistic law of scale 1/2 about 0.
   Ribbon();
-  /// Knots as above, finite and within the bounds: a precondition. Densities are scaled to mass 1; if they have none,
-  /// it is the uniform density.
+  /// Preconditions: knots as above, finite and within the bounds. Densities are scaled to mass 1; if they are all 0,
+  /// the result is the uniform density.
   Ribbon(std::span<const RibbonKnot, main_knots> main, HeightLaw main_law,
          std::span<const RibbonKnot, broad_knots> broad);
 
@@ -56,10 +56,11 @@ class Ribbon {
 
   /// f, per radian and unit of height.
   float density(float x, float t) const;
-  /// The Rosenblatt transform: the mass below x from -pi on, and at x the share of it below t. Uniform in the unit
-  /// square if (x, t) was drawn from f.
+  /// The Rosenblatt transform: the mass from -pi to x, and the share of the mass at x that is below t. It is uniform in
+  /// the unit square if (x, t) was drawn from f.
   std::array<float, 2> cdf(float x, float t) const;
-  /// Draws from f: u in [0, 1), used up whole. x in [-pi, pi). u_azimuth chooses the layer, then the place in it.
+  /// Draws from f. u in [0, 1); all its bits are used. x in [-pi, pi). u_azimuth chooses the layer, then the place in
+  /// it.
   struct Place {
     float azimuth, height;
   };
@@ -72,15 +73,15 @@ class Ribbon {
 
   std::array<RibbonKnot, main_knots> main_;
   std::array<RibbonKnot, broad_knots> broad_;
-  /// The layer's mass from its first knot to each; to itself, once round, at the end.
+  /// The layer's mass from its first knot to each knot; the last entry is once round, to the first knot again.
   std::array<float, main_knots + 1> main_below_;
   std::array<float, broad_knots + 1> broad_below_;
   HeightLaw main_law_ = HeightLaw::logistic;
 };
 
-/// What a converged row of a sampled target is answered by: a ribbon and a mass for each part, as it is kept and
-/// stored, quantised (ESTIMATOR.md, E9). What is packed once is packed again without change, and unpack() takes no
-/// other bytes than packing makes. Immutable but for assignment; any thread may read.
+/// The answer of a converged row of a sampled target: a ribbon and a mass for each part, quantised as it is kept and
+/// stored (ESTIMATOR.md, E9). Packing an unpacked row gives the same bytes, and unpack() accepts no bytes other than
+/// those that packing makes. Immutable except for assignment; any thread may read.
 class RibbonRow {
  public:
   static constexpr std::uint32_t most_parts = 4;
@@ -88,20 +89,20 @@ class RibbonRow {
   RibbonRow() = default;
   struct Part {
     Ribbon ribbon;
-    float mass = 0;  ///< of unit flux where no attribute takes light, >= 0
+    float mass = 0;  ///< for unit flux without absorption, >= 0
   };
-  /// 1 to most_parts parts.
+  /// Takes 1 to most_parts parts.
   explicit RibbonRow(std::span<const Part> parts);
 
   std::uint32_t parts() const { return parts_; }
   float mass(std::uint32_t part) const { return mass_[part]; }
-  /// Decodes a part; a part without mass is the uniform density.
+  /// Decodes a part; a part without mass gives the uniform density.
   Ribbon ribbon(std::uint32_t part) const;
   float total_mass() const;
 
-  /// The bytes that a cache stores, parts() times part_bytes, and back. False, and nothing changed, if they are no row:
-  /// masses that are negative, not finite or 0 in all, a wrong size, knots out of order, bytes that packing never
-  /// writes.
+  /// The bytes that a cache stores, parts() times part_bytes, and the way back. unpack() returns false and changes
+  /// nothing if the bytes are no valid row: masses that are negative, not finite or 0 in all, a wrong size, knots out
+  /// of order, or bytes that packing never writes.
   static constexpr std::size_t part_bytes = 344;
   std::span<const std::byte> packed() const { return {bytes_.data(), parts_ * part_bytes}; }
   std::span<const float> masses() const { return {mass_.data(), parts_}; }
@@ -132,8 +133,8 @@ struct DecodedRow {
 struct GammaDecay {
   static constexpr float least_scale = 1e-3f;
   float shape = 0, scale = least_scale;
-  /// decays: at Ribbon::decay_rates, in [0, 1]. What no law has, a second mean above the first or below its 6th power,
-  /// is taken as the nearest that one has.
+  /// decays: at Ribbon::decay_rates, in [0, 1]. A pair that no law has (the second above the first or below its 6th
+  /// power) is replaced by the nearest that one has.
   static GammaDecay from(const std::array<float, 2>& decays);
   float at(float rate) const;
 };

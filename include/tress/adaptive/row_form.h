@@ -1,4 +1,5 @@
-// Rows in the form that a host reads: what the table makes of them, keeps beside them, and drops when they change.
+// Rows in the form that a host reads. The table makes them from its rows, keeps them, and drops them when the rows
+// change.
 //
 //   struct Halved final : RowForm { ... };                                    // what a converged row becomes
 //   const FormedRows* rows = *service.add_form(slice, std::make_shared<Halved>());
@@ -19,34 +20,35 @@ namespace tress::adaptive {
 
 class Service;
 
-/// How a converged row becomes what a host reads of it. Pure: the same row gives the same bytes, on whatever thread.
-/// Called by readers during a pass; any thread.
+/// Converts a converged row into the block that a host reads. Pure: the same row gives the same bytes on every thread.
+/// Readers call it during a pass; any thread.
 class RowForm {
  public:
   virtual ~RowForm() = default;
-  /// Size of the block, > 0; rounded up to lines of 64 bytes.
+  /// The size of the block, > 0; it is rounded up to lines of 64 bytes.
   virtual std::size_t bytes(const RowView& row) const = 0;
-  /// Fills it. memory: aligned to 64, of bytes(row), not constructed. What is put there is never destroyed.
+  /// Fills the block. memory: aligned to 64 bytes, of bytes(row), not constructed. The object that is put there is
+  /// never destroyed.
   virtual void write(const RowView& row, void* memory) const = 0;
-  /// What answers a node for good in place of a row; such a node is never learned and not counted. Null where there is
-  /// a row. Aligned to 4; lives as long as the form.
+  /// The block that answers a node for good instead of a row; such a node is never learned or counted. Null for a node
+  /// that has a row. Aligned to 4 bytes; it lives as long as the form.
   virtual const void* instead_of_row(std::uint32_t /*node*/) const { return nullptr; }
 };
 
-/// What a node is answered by in some form; false: by nothing of it yet. A value of eight bytes.
+/// The answer of a node in some form; false if there is none yet. A value of eight bytes.
 class RowAnswer {
  public:
   RowAnswer() = default;
   static RowAnswer of_row(const void* block, bool has_converged) {
     return RowAnswer(reinterpret_cast<std::uintptr_t>(block) | (has_converged ? 2 : 0));
   }
-  /// No row of the table's stands behind it.
+  /// Makes an answer without a row of the table.
   static RowAnswer without_row(const void* block) { return RowAnswer(reinterpret_cast<std::uintptr_t>(block) | 1); }
   explicit operator bool() const { return word_ != 0; }
   bool has_row() const { return (word_ & 1) == 0; }
   /// Whether that row has converged; false without one.
   bool has_converged() const { return (word_ & 3) == 2; }
-  /// What RowForm wrote, or gave in place of the row.
+  /// The block that RowForm wrote, or gave instead of a row.
   const void* block() const { return reinterpret_cast<const void*>(word_ & ~std::uintptr_t{3}); }
 
  private:
@@ -55,13 +57,13 @@ class RowAnswer {
   std::uintptr_t word_ = 0;
 };
 
-/// Where an answer is put when it has been made.
+/// The place of an answer once it has been made.
 class RowEntry {
  public:
   RowEntry() = default;
   explicit RowEntry(RowAnswer answer) : word_(answer.word_) {}
   void put(RowAnswer answer) { word_.store(answer.word_, std::memory_order_release); }
-  /// Puts the answer unless one is there. What then is there.
+  /// Puts the answer unless there is one already. Returns the answer that is then there.
   RowAnswer put_first(RowAnswer answer) {
     std::uintptr_t seen = 0;
     const bool is_first =
@@ -86,10 +88,10 @@ struct RowRun {
 /// The rows of a slice in one form: a handle that the service owns. Reading it: any thread.
 class FormedRows {
  public:
-  /// a: an index into axis_a. Past the end of it: a run without answers.
+  /// a: an index into axis_a. Beyond its end, the run has no answers.
   RowRun run(std::uint32_t a) const { return {entries_ + (a < height_ ? a * stride_ : 0), slice_, a * width_}; }
   SliceId slice() const { return slice_; }
-  std::uint32_t width() const { return width_; }  ///< nodes of axis_b
+  std::uint32_t width() const { return width_; }  ///< number of nodes of axis_b
   const RowForm& form() const { return *form_; }
   FormedRows(const FormedRows&) = delete;
   FormedRows& operator=(const FormedRows&) = delete;
@@ -99,25 +101,26 @@ class FormedRows {
   FormedRows() = default;
   SliceId slice_ = 0;
   std::uint32_t width_ = 0, height_ = 0;
-  std::uint32_t stride_ = 0;  ///< width_, or 0 where there was no room for entries: all runs are then one empty one
+  std::uint32_t stride_ = 0;  ///< width_, or 0 if there was no room for entries: all runs then share one empty entry
   RowEntry* entries_ = nullptr;
   std::shared_ptr<const RowForm> form_;
   std::unique_ptr<RowEntry[]> owned_;
 };
 
-/// A look-up in a form: the answer of a converged row, else the row to be answered by g and taught.
+/// The result of a look-up in a form: the answer of a converged row, or else the row, to be answered by g and taught.
 struct FormedLookup {
   RowAnswer answer;
-  RowView row;  ///< observe, score and credit it, whatever its state
-  /// Set where the table had no room for the answer: its block then lives as long as this, else until publish(). What
-  /// keeps a block keeps this beside it.
+  RowView row;  ///< observe, score and credit it in any state
+  /// Set if the table had no room for the answer: its block then lives as long as this, and otherwise until publish().
+  /// Whoever keeps the block must keep this too.
   std::shared_ptr<const void> kept;
 };
 
-/// Reads answers that have been made, and counts the queries: all at once, when it goes. One thread; short-lived.
+/// Reads answers that have already been made. It counts the queries and adds them all at once when it is destroyed. One
+/// thread; short-lived.
 class AnswerReader {
  public:
-  /// service null: there is nothing to count.
+  /// service: if null, nothing is counted.
   explicit AnswerReader(const Service* service) : service_(service) {}
   ~AnswerReader() {
     if (queries_ != 0) count();
@@ -125,7 +128,7 @@ class AnswerReader {
   AnswerReader(const AnswerReader&) = delete;
   AnswerReader& operator=(const AnswerReader&) = delete;
 
-  /// b: index into axis_b, in range.
+  /// b: an index into axis_b, in range.
   RowAnswer read(const RowRun& run, std::uint32_t b) {
     const RowAnswer answer = run.entries[b].get();
     queries_ += answer && answer.has_row() ? 1 : 0;

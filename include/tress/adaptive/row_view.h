@@ -1,4 +1,4 @@
-// What a look-up returns: the answer of one row, and by whom it is counted, taught and credited.
+// The result of a look-up: the answer of one row, and the row's identity for counting, teaching and crediting.
 #pragma once
 
 #include <cstdint>
@@ -17,36 +17,37 @@ using SliceId = std::uint32_t;
 /// What a reader sees of a row during one pass. Cheap to copy; valid until publish().
 struct RowView {
   RowState state = RowState::absent;
-  /// The published fit: for converged rows the answer, for open rows the proposal; null before the first fit, for
-  /// converged rows that are answered by knots, and for rows that were asked in a form (row_form.h). Converts to
+  /// The published fit: the answer of a converged row, the proposal of an open one. Null before the first fit, for
+  /// converged rows that are answered by knots, and for rows that were looked up in a form (row_form.h). Converts to
   /// Mixture.
   const PackedMixture* fit = nullptr;
   /// The answer of a converged row that is a knot table; null for all others. A converged row has one of the two,
-  /// whatever the learner of this session: a cache may bring both kinds.
+  /// whatever the learner of this session, because a cache may contain both kinds.
   const KnotDensity* knots = nullptr;
-  /// In a slice of samples the answer of a row, whether it is open or has converged, or, where `state` is absent, of
-  /// coarser rows around the node; null for all others.
+  /// In a slice of samples, the answer of a row, open or converged, or, if `state` is absent, of coarser rows around
+  /// the node. Null for all others.
   const RibbonRow* ribbons = nullptr;
-  std::uint32_t paths = 0;  ///< that taught `ribbons`; of coarser rows around the node the fewest
-  /// g, for every state but converged; null in a slice of samples, where the host draws from its target itself. Null
-  /// for converged rows. Owned by the service, or by `kept` past the ceiling.
+  std::uint32_t paths = 0;  ///< number that taught `ribbons`; for coarser rows around the node, the smallest
+  /// g, for every state except converged. Null for converged rows, and in a slice of samples, where the host draws from
+  /// its target itself. Owned by the service, or by `kept` beyond the memory limit.
   const TracedNodes* nodes = nullptr;
-  /// Which row: Service::observe(), score() and credit() read these. no_row: it is absent.
+  /// The row's identity, which Service::observe(), score() and credit() read. no_row: it is absent.
   SliceId slice = 0;
   std::uint32_t node = 0;  ///< a * axis_b.size() + b
   std::uint32_t row = no_row;
-  /// The pass that it was asked in, by number of publish().
+  /// The pass in which it was looked up, by number of publish().
   std::uint32_t pass = 0;
-  /// How far the fit is known to be from g, relative squared L2: the bound of the row's last test, once converged the
-  /// stored bound; 1 before the first test and for absent rows. Finite, >= 0; above 1 where a fit is worse than none.
+  /// The known error of the fit against g, relative squared L2: the bound of the row's last test, or, once converged,
+  /// the stored bound; 1 before the first test and for absent rows. Finite, >= 0; above 1 if a fit is worse than a
+  /// uniform one.
   float objective = 1;
-  /// Holds nodes or ribbons that the table had no room for.
+  /// Owns nodes or ribbons that the table had no room for.
   std::shared_ptr<const void> kept;
 
   static constexpr std::uint32_t no_row = ~0u;
 
-  /// What is published, of either kind: the answer of a converged row, the proposal of an open one; uniform if there is
-  /// nothing yet. As Mixture::density() and so on.
+  /// The functions of Mixture for the published fit of either kind: the answer of a converged row, the proposal of an
+  /// open one. Uniform if nothing is published yet.
   float density(float x) const { return knots ? knots->density(x) : fit ? fit->density(x) : 0; }
   float proposal_density(float x, float u_share) const {
     if (knots) return knots->proposal_density(x, u_share);

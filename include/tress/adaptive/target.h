@@ -1,4 +1,4 @@
-// What the service learns: a circular density that the host can trace exactly at the nodes of a grid.
+// The target of the service: a circular density that the host can trace exactly at the nodes of a grid.
 #pragma once
 
 #include <array>
@@ -13,16 +13,16 @@
 
 namespace tress::adaptive {
 
-/// Names a slice: which lobe, and the parameters that the target at its nodes depends on.
-/// The meaning is the host's; the service compares, orders (by value) and stores it. Finite values only; -0 is 0.
+/// Names a slice: its lobe, and the parameters on which the target at its nodes depends. The host defines their
+/// meaning; the service compares, orders (by value) and stores them. Finite values only; -0 is 0.
 struct SliceKey {
-  /// How many parameters a slice of densities has.
+  /// The number of parameters of a slice of densities.
   static constexpr std::size_t density_parameters = 3;
   std::uint32_t lobe = 0;
   /// Slices of densities use the first density_parameters; their others are 0.
   std::array<float, 8> parameters{};
 
-  /// The parameters without the zeros at the end, at least density_parameters.
+  /// The parameters without trailing zeros, but at least density_parameters of them.
   std::span<const float> told_parameters() const {
     std::size_t count = parameters.size();
     while (count > density_parameters && parameters[count - 1] == 0) --count;
@@ -33,14 +33,14 @@ struct SliceKey {
   friend auto operator<=>(const SliceKey& a, const SliceKey& b) = default;
 };
 
-/// What the rows of a slice are learned from.
+/// The kind of target from which the rows of a slice are learned.
 enum class SliceKind : std::uint8_t {
   density = 0,  ///< Target::trace(): circular densities that can be evaluated
   samples = 1,  ///< SampledTarget::draw(): densities over a cylinder that can only be drawn from
 };
 
-/// A coarse grid of a slice: the nodes (a[i], b[j]), indices into the axes, ascending, the first and the last of either
-/// axis among them.
+/// A coarse grid of a slice: the nodes (a[i], b[j]), as ascending indices into the axes, which include the first and
+/// the last of either axis.
 struct CoarseAxes {
   std::vector<std::uint32_t> a, b;
 };
@@ -51,11 +51,11 @@ struct SliceDescription {
   std::vector<float> axis_a;  ///< node coordinates, ascending, at least one
   std::vector<float> axis_b;
   float blur_rad = 0.2f;  ///< standard deviation of the wrapped Gaussian kernel, radians, > 0
-  /// D: the most components that a fit of this slice may have; Options::max_components is a limit too. Not saved.
+  /// D: the largest number of components of a fit in this slice; Options::max_components is a limit too. Not saved.
   std::uint32_t max_components = Mixture::max_components;
-  SliceKind kind = SliceKind::density;  ///< blur and components are of densities only
-  /// Of a slice of samples: coarser grids, the coarsest first. Rows at their nodes answer for nodes that have no row
-  /// yet. None: such nodes are not answered. Not saved.
+  SliceKind kind = SliceKind::density;  ///< blur and components apply to densities only
+  /// In a slice of samples: coarser grids, the coarsest first. Rows at their nodes answer for nodes that have no row
+  /// yet; without such grids, these nodes are not answered. Not saved.
   std::vector<CoarseAxes> coarse = {};
 
   std::uint32_t node_count() const { return static_cast<std::uint32_t>(axis_a.size() * axis_b.size()); }
@@ -65,20 +65,20 @@ struct SliceDescription {
 struct TracedRay {
   float azimuth;    ///< radians, any turn
   float weight;     ///< mass, >= 0
-  float attribute;  ///< what the host wants averaged per component, >= 0 (hair: internal path length)
+  float attribute;  ///< a value to be averaged for each component, >= 0 (hair: internal path length)
 };
 
 /// The target g of the row at node (a, b) of a slice is
-///   g(x) = sum_j weight_j G(x - azimuth_j),  G the wrapped Gaussian of the slice's blur,
-/// over the rays that trace() gives. x in radians, g in 1/rad, the mass of g is the sum of the weights.
+///  g(x) = sum_j weight_j G(x - azimuth_j),  G the wrapped Gaussian of the slice's blur,
+/// over the rays that trace() gives. x in radians, g in 1/rad; the mass of g is the sum of the weights.
 class Target {
  public:
   virtual ~Target() = default;
 
-  /// Appends the rays of a node. Pure: the same node gives the same rays for ever. Any thread.
+  /// Appends the rays of a node. Pure: the same node always gives the same rays. Any thread.
   virtual void trace(const SliceDescription& slice, float a, float b, std::vector<TracedRay>& out) const = 0;
 
-  /// Name of what trace() computes and of the axes, e.g. "elliptical-1": caches of other models are refused.
+  /// The name of what trace() computes and of the axes, e.g. "elliptical-1". Caches of other models are refused.
   virtual std::string model_name() const = 0;
 };
 

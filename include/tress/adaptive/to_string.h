@@ -1,4 +1,4 @@
-// The public values of the service as text, for logs and test failures. Not a format: nothing reads it back.
+// The public values of the service as text, for logs and test failures. It is not a format: nothing reads it back.
 #pragma once
 
 #include <string>
@@ -10,12 +10,12 @@
 
 namespace tress::adaptive {
 
-/// "absent", "open", "converged" or "refused": as telemetry calls it. Static storage.
+/// "absent", "open", "converged" or "refused", as in telemetry. Static storage.
 const char* state_name(RowState state);
 
-/// "lobe 2 (1.55, 0.85, 0.2)".
+/// Text such as "lobe 2 (1.55, 0.85, 0.2)".
 std::string to_string(const SliceKey& key);
-/// Key, nodes and blur.
+/// The key, the nodes and the blur.
 std::string to_string(const SliceDescription& slice);
 /// Every setting by its name, with its unit, on one line.
 std::string to_string(const Options& options);

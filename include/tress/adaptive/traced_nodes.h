@@ -10,7 +10,7 @@
 
 namespace tress::adaptive {
 
-/// Immutable after construction; any thread may read.
+/// The rays of one row. Immutable after construction; any thread may read.
 class TracedNodes {
  public:
   /// Keeps rays of positive weight, sorted by azimuth wrapped into [-pi, pi).
@@ -23,11 +23,11 @@ class TracedNodes {
   float blur_rad() const { return blur_rad_; }
   /// Mass of g: the sum of the weights.
   float energy() const { return energy_; }
-  /// max(integral (g - mean)^2 dx, 1e-3 / 2 pi): what the objective is relative to. 1/rad.
+  /// max(integral (g - mean)^2 dx, 1e-3 / 2 pi), the denominator of the objective. 1/rad.
   float variation() const { return variation_; }
-  /// g at equal steps from -pi on, 6.5/blur of them or more: what variation() was made of. 1/rad.
+  /// g at 6.5/blur or more equal steps from -pi on, from which variation() was computed. 1/rad.
   std::span<const float> grid() const { return grid_; }
-  /// The same on every machine of one word size: sizes, not capacities.
+  /// The memory by sizes, not capacities, so that it is the same on every machine of one word size.
   std::size_t bytes() const;
 
   /// g(x), 1/rad. x in radians, any turn. Never negative, never NaN.
@@ -36,9 +36,9 @@ class TracedNodes {
  private:
   std::uint32_t bucket_of(float azimuth) const;
 
-  std::vector<float> azimuth_, weight_, attribute_;  ///< the first two padded with rays of no weight
+  std::vector<float> azimuth_, weight_, attribute_;  ///< the first two are padded with rays of weight 0
   std::vector<float> grid_;
-  std::vector<std::uint32_t> starts_;  ///< per bucket about a blur wide, its first ray; then size()
+  std::vector<std::uint32_t> starts_;  ///< the first ray of each bucket, which is about a blur wide; then size()
   float blur_rad_ = 0, energy_ = 0, variation_ = 0;
   float buckets_per_rad_ = 0, precision_ = 0, peak_ = 0;  ///< precision 1/(2 blur^2), peak of the Gaussian
 };

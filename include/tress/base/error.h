@@ -1,4 +1,4 @@
-// What went wrong, in the four parts that every message of tress names, and a value-or-error.
+// An error in the four parts of every message of tress, and a value-or-error.
 #pragma once
 
 #include <string>
@@ -7,14 +7,14 @@
 
 namespace tress {
 
-/// A failure that the user can act on. Never thrown by libraries; returned.
+/// A failure that the user can correct. Libraries return it and never throw it.
 struct Error {
-  std::string file;      ///< path of the file concerned; empty if none
-  std::string place;     ///< where in it: "byte 128", "/fibers/0/e", "section rows"; may be empty
+  std::string file;      ///< path of the file; empty if there is none
+  std::string place;     ///< the place in it: "byte 128", "/fibers/0/e", "section rows"; may be empty
   std::string expected;  ///< what should have been there
   std::string found;     ///< what was there
 
-  /// "file: place: expected X, found Y", leaving out what is empty.
+  /// "file: place: expected X, found Y", without the parts that are empty.
   std::string message() const {
     std::string text = file;
     if (!place.empty()) text += (text.empty() ? "" : ": ") + place;
@@ -25,7 +25,7 @@ struct Error {
   }
 };
 
-/// A T, or the Error that prevented it. Asking the wrong one is a programmer mistake (throws).
+/// A T, or the Error that prevented it. To read the wrong one is a programming mistake (throws).
 template <class T>
 class Result {
  public:

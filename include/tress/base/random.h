@@ -13,12 +13,12 @@ constexpr std::uint64_t mix_bits(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// The bits of both: a key made of numbers.
+/// The bits of both numbers, as a key.
 constexpr std::uint64_t bits_of(float a, float b) {
   return (std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32) | std::bit_cast<std::uint32_t>(b);
 }
 
-/// A stream keyed by up to three integers (seed, pixel, sample, ...). Copyable; one thread each.
+/// A stream keyed by up to three integers (seed, pixel, sample, ...). Copyable; each copy is for one thread.
 class RandomStream {
  public:
   explicit constexpr RandomStream(std::uint64_t key, std::uint64_t second = 0, std::uint64_t third = 0)
@@ -27,7 +27,7 @@ class RandomStream {
 
   constexpr std::uint64_t next_bits() { return mix_bits(state_ += 0x9e3779b97f4a7c15ull); }
 
-  /// Uniform in [0, 1), 24 bits.
+  /// Returns a number uniform in [0, 1), with 24 bits.
   constexpr float next() { return static_cast<float>(next_bits() >> 40) * 0x1p-24f; }
 
  private:

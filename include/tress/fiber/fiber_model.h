@@ -19,10 +19,10 @@
 namespace tress::fiber {
 
 using FiberId = std::uint32_t;
-/// What add_fiber() gives where it refuses, an id that no fiber has: black, drawn nowhere, pdf 0.
+/// The id that add_fiber() returns when it refuses. No fiber has it: it is black, is drawn nowhere and has pdf 0.
 inline constexpr FiberId no_fiber = std::numeric_limits<FiberId>::max();
 
-/// Room for what a model keeps with an event. Opaque: only models read it (src/fiber/event_constants.h).
+/// Room for the data that a model keeps with an event. Opaque: only models read it (src/fiber/event_constants.h).
 class alignas(16) EventConstants {
   template <class Constants>
   friend void* place_of(struct FiberEvent& event);
@@ -31,26 +31,27 @@ class alignas(16) EventConstants {
   std::array<std::byte, 320> bytes_;
 };
 
-/// One shading event. xi1, xi2 choose the grid node of every direction of this event, light samples included:
-/// sample, eval and pdf then agree, and the mean is the interpolated density. Plain data, made by begin().
+/// One shading event. xi1 and xi2 choose the grid node for every direction of this event, light samples included, so
+/// sample, eval and pdf agree, and their mean is the interpolated density. Plain data, made by begin().
 struct FiberEvent {
   FiberId fiber = 0;
   FiberDirection wr;
   float xi1 = 0, xi2 = 0;                     ///< uniform in [0, 1)
-  float importance = 0;                       ///< as begin() was told
+  float importance = 0;                       ///< as passed to begin()
   LobeColors energy{};                        ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
   std::array<float, lobe_count> selection{};  ///< probability of each lobe, sums to 1
-  EventConstants constants;                   ///< of the model that began the event: of its lobes, for wr
+  EventConstants constants;                   ///< written by the model that began the event: constants of its lobes for
+                                              ///< wr
 };
 
 /// S per lobe and the density of the sampler, at one direction.
 struct FiberValue {
   LobeColors s{};                   ///< 1/rad^2, per lobe and channel
-  float pdf = 0;                    ///< Q, 1/rad^2, whichever lobe was drawn
+  float pdf = 0;                    ///< Q, 1/rad^2, of all lobes together
   std::uint16_t queries = 0;        ///< row lookups made
-  std::uint16_t exact_queries = 0;  ///< of them answered by tracing (at the node or at the vertex)
-  float objective = 0;              ///< sum over the queries of how far their rows' fits are known to be from g, >= 0:
-                                    ///< adaptive::RowView::objective; 0 for `exact`, which asks no row
+  std::uint16_t exact_queries = 0;  ///< those answered by tracing (at the node or at the vertex)
+  float objective = 0;              ///< sum over the queries of the known errors of their rows
+                                    ///< (adaptive::RowView::objective), >= 0; 0 for `exact`, which uses no rows
   glm::vec3 total() const {
     glm::vec3 sum(0.0f);
     for (const glm::vec3& lobe : s) sum += lobe;
@@ -60,35 +61,37 @@ struct FiberValue {
 
 struct FiberSample {
   FiberDirection wi;
-  Lobe lobe = Lobe::r;  ///< that drew it
-  /// At wi; total()/pdf is the weight of the sample. It is evaluate() at wi but where the event of a row draws a path
-  /// of the fiber instead (adaptive::Options::heard_share): the pdf is the row's, and the weight that of the path.
+  Lobe lobe = Lobe::r;  ///< the lobe that drew it
+  /// The value at wi; total()/pdf is the weight of the sample. It equals evaluate() at wi, except where an event of a
+  /// row draws a path of the fiber instead (adaptive::Options::heard_share): the pdf is then the row's, and the weight
+  /// the path's.
   FiberValue value;
 };
 
-/// Thread-safety: begin, sample, evaluate: any thread, during a pass. The rest: one thread, between passes.
+/// Thread-safety: any thread may call begin, sample and evaluate during a pass. All other functions: one thread,
+/// between passes.
 class FiberModel {
  public:
   virtual ~FiberModel() = default;
   virtual std::string name() const = 0;
-  /// Makes a fiber usable; equal parameters give the same id. no_fiber where parameters are out of their ranges
-  /// (out_of_range() names which) and where the service refuses its slices, as during a pass that it checks.
+  /// Makes a fiber usable; equal parameters give the same id. Returns no_fiber if parameters are out of their ranges
+  /// (out_of_range() names one) or the service refuses its slices, for instance during a pass that it checks.
   FiberId add_fiber(const FiberParameters& parameters) {
     if (out_of_range(parameters) != nullptr) return no_fiber;
     const FiberId id = make_fiber(parameters);
     if (id != no_fiber && id >= fiber_count_) fiber_count_ = id + 1;
     return id;
   }
-  /// h in [-1, 1]: where the ray of wr meets the fiber, over its projected half width, towards rising azimuth. Uniform
-  /// over all rays; near-field models (chiang2016, fiber3d) depend on it, far-field ones have the mean over it.
-  /// importance: luminance of what a unit of light scattered here is worth to the picture, over the number of
-  /// directions that will be drawn: the throughput of the path so far, 1 at its first hit. Rows are credited with it.
-  /// What is out of its range is brought into it, and what is not a number is 0; an id that was not given is black.
+  /// h in [-1, 1]: where the ray of wr meets the fiber, over its projected half width, towards rising azimuth. It is
+  /// uniform over all rays. Near-field models (chiang2016, fiber3d) depend on it; far-field ones have the mean over it.
+  /// importance: luminance of the value of a unit of light scattered here for the picture, divided by the number of
+  /// directions that will be drawn. It is the throughput of the path so far, 1 at its first hit; rows are credited with
+  /// it. Values out of range are clamped, NaN counts as 0, and an unknown id gives black.
   FiberEvent begin(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h, float importance = 1) const {
     return begun(&FiberModel::make_event, fiber, wr, xi1, xi2, h, importance);
   }
-  /// The same where the picture sees across the fiber: a model whose rows are the mean over h traces the fiber from h,
-  /// without asking a row, if it can. All other models answer as after begin().
+  /// The same for a fiber that the picture resolves across its width: a model whose rows are the mean over h traces the
+  /// fiber from h if it can, without using a row. All other models do the same as begin().
   FiberEvent begin_near(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h,
                         float importance = 1) const {
     return begun(&FiberModel::make_near_event, fiber, wr, xi1, xi2, h, importance);
@@ -98,39 +101,38 @@ class FiberModel {
     if (event.fiber >= fiber_count_) return {};
     return sample_event(event, {uniform(u[0]), uniform(u[1]), uniform(u[2]), uniform(u[3])});
   }
-  /// Brings its arguments into range as sample() does.
+  /// Clamps its arguments as sample() does.
   FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const {
     if (event.fiber >= fiber_count_) return {};
     return evaluate_event(event, wi);
   }
-  /// False: the model can only be sampled, or estimated (estimates()). Where it can only be sampled sample() gives its
-  /// weight as total() over a pdf of 1, evaluate() gives 0, and no light may be sampled: light is met by sampled
-  /// directions alone.
+  /// False if the model can only be sampled, or estimated (estimates()). If it can only be sampled, sample() gives its
+  /// weight as total() over a pdf of 1, evaluate() gives 0, and no light may be sampled: only sampled directions find
+  /// lights.
   virtual bool evaluates() const { return true; }
-  /// The same of one event: false where this event can only be sampled.
+  /// The same for one event: false if this event can only be sampled.
   virtual bool evaluates(const FiberEvent& /*event*/) const { return evaluates(); }
-  /// True where an event cannot be evaluated but estimated: evaluate() gives a random value whose mean over events is
-  /// S, beside a pdf that is any positive function of the direction, the same that sample() tells. Balanced by those,
-  /// lights that are sampled and lights that are met add up to an unbiased picture.
+  /// True if an event cannot be evaluated but can be estimated. evaluate() then gives a random value whose mean over
+  /// events is S, with a pdf that is any positive function of the direction, the same that sample() gives. Weighted by
+  /// those pdfs, sampled lights and lights that directions find add up to an unbiased picture.
   virtual bool estimates(const FiberEvent& /*event*/) const { return estimates(); }
-  /// True where all events that cannot be evaluated are estimated.
+  /// True if all events that cannot be evaluated can be estimated.
   virtual bool estimates() const { return false; }
   /// How closely sampled directions follow the fiber's lobes, 1/sr: the density that balances them against lights at an
-  /// event that is estimated, at least that of any other; infinity where the model can only be sampled. Of an event
-  /// that is evaluated it is the evenly spread one, since its own is known.
+  /// event that is estimated, at least that of any other. Infinity if the model can only be sampled. For an event that
+  /// is evaluated it is the uniform density, since the event's own is known.
   virtual float balance(FiberId /*fiber*/) const {
     return evaluates() ? 1 / (4 * std::numbers::pi_v<float>) : std::numeric_limits<float>::infinity();
   }
-  /// True where excess() tells something.
+  /// True if the model implements excess().
   virtual bool tells_excess() const { return false; }
-  /// How much more the model answers at wi than it would without its rows, 1/rad^2 by channel, of either sign: the sum
-  /// over lobes of the mean of S over the nodes that xi1 and xi2 may choose, minus the S that neither grid nor fit is
-  /// in. The latter in the mean over `place`, uniform in [0, 1). Costs a trace, some 20 times an evaluation, and tells
-  /// the service nothing.
+  /// The error of the model at wi that is due to its rows, 1/rad^2 by channel, of either sign: the sum over lobes of
+  /// the mean of S over the nodes that xi1 and xi2 may choose, minus S without grid and fit. The latter is the mean
+  /// over `place`, uniform in [0, 1). It costs a trace, some 20 times an evaluation, and teaches the service nothing.
   virtual glm::vec3 excess(const FiberEvent& /*event*/, const FiberDirection& /*wi*/, float /*place*/) const {
     return glm::vec3(0.0f);
   }
-  /// Memory of fibers and energies, without what the service keeps of rows; 0 if not known.
+  /// Memory of fibers and energies, without the rows of the service; 0 if unknown.
   virtual std::size_t bytes() const { return 0; }
 
  private:
@@ -149,17 +151,17 @@ class FiberModel {
     event.fiber = no_fiber;
     return event;
   }
-  /// Into [0, 1); what is not a number is 0.
+  /// Clamps into [0, 1); NaN becomes 0.
   static float uniform(float u) { return u >= 0 ? (u < 1 ? u : 0x1.fffffep-1f) : 0.0f; }
 
-  /// As the public ones, of parameters in their ranges and of fibers that were added. Of directions any number: what is
-  /// not one is 0 (clamped() in src/fiber/event_constants.h).
+  /// These do the same as the public functions, for parameters in their ranges and fibers that were added. Directions
+  /// may be any numbers: NaN becomes 0 (clamped() in src/fiber/event_constants.h).
   virtual FiberId make_fiber(const FiberParameters& parameters) = 0;
   virtual FiberSample sample_event(const FiberEvent& event, const std::array<float, 4>& u) const = 0;
   virtual FiberValue evaluate_event(const FiberEvent& event, const FiberDirection& wi) const = 0;
-  /// begin(), but for the importance.
+  /// Does what begin() does, without the importance.
   virtual FiberEvent make_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const = 0;
-  /// begin_near(), but for the importance.
+  /// Does what begin_near() does, without the importance.
   virtual FiberEvent make_near_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const {
     return make_event(fiber, wr, xi1, xi2, h);
   }

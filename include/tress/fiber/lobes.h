@@ -1,4 +1,4 @@
-// The lobes of a fiber and the values that come per lobe.
+// The lobes of a fiber and the values that each lobe has.
 #pragma once
 
 #include <array>
@@ -6,12 +6,12 @@
 
 namespace tress::fiber {
 
-/// glint is the part of TRT about its caustics, 0 unless the fiber splits it off; TRT is then the rest.
+/// glint is the part of TRT about its caustics; it is 0 unless the fiber splits it off, and TRT is then the rest.
 enum class Lobe { r = 0, tt = 1, trt = 2, trrt = 3, residual = 4, glint = 5 };
 constexpr int lobe_count = 6;
 constexpr std::array<const char*, lobe_count> lobe_names{"R", "TT", "TRT", "TRRT", "residual", "GLINT"};
 
-/// The library is compiled with glm's packed vectors: with GLM_FORCE_DEFAULT_ALIGNED_GENTYPES a host would read other
+/// The library is compiled without glm's aligned types: with GLM_FORCE_DEFAULT_ALIGNED_GENTYPES a host would read other
 /// bytes than were written.
 static_assert(sizeof(glm::vec3) == 3 * sizeof(float) && alignof(glm::vec3) == alignof(float),
               "tress needs glm's packed types: include its headers without GLM_FORCE_DEFAULT_ALIGNED_GENTYPES");

@@ -1,4 +1,4 @@
-// The absorption that gives a lock of hair the color that was asked for.
+// The absorption that gives a lock of hair a given color.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -7,13 +7,13 @@
 
 namespace tress::fiber {
 
-/// sigma_a, per major semi-axis, with which a lock of these fibers shows `color` in even light: parallel fibers, turned
-/// at random about their axes, in a slab ten mean free paths deep, under a radiance of 1 from everywhere. Reads eta,
-/// eccentricity, roughness and tilt of `fiber`; a medulla, gains and widths of lobes are not looked at.
+/// Returns sigma_a, per major semi-axis, with which a lock of these fibers has `color` in even light: parallel fibers,
+/// turned at random about their axes, in a slab ten mean free paths deep, under a radiance of 1 from everywhere. Uses
+/// eta, eccentricity, roughness and tilt of `fiber`; ignores a medulla, gains and widths of lobes.
 ///
-/// A fit to paths of light through such locks (bench/references/lock_ways.h): off by at most 0.02 for colors from 0.05
-/// to 0.95, eta 1.35 to 1.8 and tilts to 8 degrees; parameters beyond are taken for the nearest of these, colors for
-/// the nearest in [0.001, 0.999]. A color that is darker than the surface reflects by itself cannot be had: the
+/// It is a fit to paths of light through such locks (bench/references/lock_ways.h). It is off by at most 0.02 for
+/// colors from 0.05 to 0.95, eta from 1.35 to 1.8 and tilts up to 8 degrees. Parameters out of these ranges, and colors
+/// out of [0.001, 0.999], are clamped. A color darker than what the surface alone reflects is impossible: the
 /// absorption is then that of a lock which is nearly as dark as it can be. Falls with the color; pure; any thread.
 glm::vec3 sigma_a_of_lock(const glm::vec3& color, const FiberParameters& fiber);
 

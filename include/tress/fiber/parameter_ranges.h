@@ -1,11 +1,11 @@
-// The ranges of FiberParameters: stated here and nowhere else.
+// The ranges of FiberParameters, defined here only.
 #pragma once
 
 #include "tress/fiber/parameters.h"
 
 namespace tress::fiber {
 
-/// Both ends belong to it.
+/// A range that includes both ends.
 struct ParameterRange {
   double least, most;
 };
@@ -15,7 +15,7 @@ inline constexpr ParameterRange roughness_range{0.01, 1};
 inline constexpr ParameterRange azimuthal_sigma_range_deg{0.5, 45};
 inline constexpr ParameterRange longitudinal_lambda_range_deg{0.25, 45};
 inline constexpr ParameterRange energy_path_share_range{0.01, 1};
-/// What is sensible of hair; every finite number >= 0 is a fiber.
+/// The sensible range for hair; every finite number >= 0 is valid.
 inline constexpr ParameterRange tilt_range_deg{0, 15};
 inline constexpr ParameterRange sigma_a_range{0, 1e4};
 inline constexpr ParameterRange medulla_radius_range{0, 0.95};
@@ -24,9 +24,9 @@ inline constexpr ParameterRange medulla_asymmetry_range{-0.95, 0.95};
 inline constexpr ParameterRange medulla_absorption_range{0, 100};
 inline constexpr ParameterRange gain_range{0, 100};
 
-/// Null if the parameters are a fiber that every model takes; else the name of a member of FiberParameters that is out
-/// of its range or not finite. Ends of ranges may be off by 1e-5 of themselves, as degrees turned into radians are. Any
-/// thread.
+/// Null if the parameters are valid for every model, else the name of a member of FiberParameters that is out of its
+/// range or not finite. Ends of ranges have a relative tolerance of 1e-5, for degrees that were converted to radians.
+/// Any thread.
 const char* out_of_range(const FiberParameters& parameters);
 
 }  // namespace tress::fiber

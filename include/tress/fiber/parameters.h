@@ -1,4 +1,4 @@
-// What describes a fiber. Defaults live here and nowhere else.
+// The parameters of a fiber. Their defaults are defined here only.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace tress::fiber {
 
-/// Shape of the longitudinal lobes M in theta_h. All are truncated to the hemisphere and normalised there; lambda is
-/// the logistic scale, of which the others take their own width so that the half widths at half maximum agree.
+/// Shape of the longitudinal lobes M in theta_h. All are truncated to the hemisphere and normalised there. lambda is
+/// the logistic scale; the other shapes convert it to a width with the same half width at half maximum.
 enum class LongitudinalShape { logistic, gaussian, cauchy };
 
 /// Fresnel reflectance of R (the paper's figure 5). The other lobes always have the exact one, so that only `exact`
@@ -19,10 +19,10 @@ enum class ReflectionFresnel {
   exact,         ///< by the angle of incidence in three dimensions: azimuth and inclination
   longitudinal,  ///< by the inclination only, as at azimuthally normal incidence
   bravais,       ///< Marschner et al. 2003: eta' and eta'' by the azimuthal angle of incidence
-  none,          ///< 1
+  none,          ///< reflectance 1
 };
 
-/// Widths of all lobes, radians, as those of FiberParameters.
+/// Widths of all lobes, radians, as in FiberParameters.
 struct LobeWidthsGiven {
   std::array<float, 3> azimuthal_sigma;      ///< TT, TRT, TRRT
   std::array<float, 4> longitudinal_lambda;  ///< R, TT, TRT, TRRT
@@ -34,68 +34,70 @@ struct LobeWidthsGiven {
 struct FiberParameters {
   float eta = 1.55f;           ///< index of refraction, [1.05, 3]
   float eccentricity = 0.85f;  ///< minor over major semi-axis, [0.5, 1]
-  /// alpha, Beckmann slope parameter, [0.01, 1]. Gives the energies of the lobes, whatever their widths, and the widths
-  /// that are not set below.
+  /// alpha, Beckmann slope parameter, [0.01, 1]. It determines the energies of the lobes, whatever their widths, and
+  /// those widths that are not set below.
   float roughness = 0.2f;
   float tilt = 0.0523599f;  ///< cuticle tilt tau >= 0, scales rise towards the tip; 3 degrees
   glm::vec3 sigma_a{1.3f * 0.419f, 1.3f * 0.697f, 1.3f * 1.37f};  ///< absorption per major semi-axis, >= 0, RGB
-  /// A concentric core, as of fur, an ellipse of this share, [0, 0.95], of the semi-axes; 0: no medulla. It has the
-  /// cortex's index, so that light goes straight in, and no pigment: sigma_a is of the cortex alone. The models `rough`
-  /// and `fiber3d` have it; the others are of fibers without one.
+  /// A concentric core, as in fur: an ellipse of this share, [0, 0.95], of the semi-axes; 0: no medulla. It has the
+  /// cortex's index, so light enters it straight, and no pigment: sigma_a applies to the cortex alone. Only the models
+  /// `rough` and `fiber3d` have a medulla.
   float medulla_radius = 0;
   float medulla_scattering = 0;  ///< coefficient, per major semi-axis, [0, 100]
-  float medulla_asymmetry = 0;   ///< g of Henyey and Greenstein's phase function, [-0.95, 0.95]; > 0: forwards
+  float medulla_asymmetry = 0;   ///< g of Henyey and Greenstein's phase function, [-0.95, 0.95]; > 0: forward
   float medulla_absorption = 0;  ///< coefficient, grey, per major semi-axis, [0, 100]
   /// Overrides by lobe, TT, TRT, TRRT: blur of the exit azimuth (standard deviation), [0.5, 45] degrees ...
   std::array<std::optional<float>, 3> azimuthal_sigma{};
   /// ... and logistic scale in theta_h, R, TT, TRT, TRRT, [0.25, 45] degrees.
   std::array<std::optional<float>, 4> longitudinal_lambda{};
-  /// Of a fiber that was given by the lobes of Chiang et al. 2016 (principled_hair.h): those lobes' own widths, which
-  /// the model `chiang2016` draws. To all other models the widths above stand for them.
+  /// For a fiber that is given by the lobes of Chiang et al. 2016 (principled_hair.h): those lobes' own widths, which
+  /// the model `chiang2016` uses. All other models use the widths above instead.
   std::optional<LobeWidthsGiven> published_widths{};
 
   LongitudinalShape longitudinal_shape = LongitudinalShape::logistic;
   ReflectionFresnel reflection_fresnel = ReflectionFresnel::exact;
-  /// Artistic factor of E_p (the paper's A_p, open to the artist): gain kappa times tint, per lobe and channel, >= 0.
-  /// A fiber with a gain above 1 may return more than it receives.
+  /// Artistic factor on E_p (the paper's A_p): gain kappa times tint, per lobe and channel, >= 0. A fiber with a gain
+  /// above 1 may return more light than it receives.
   LobeColors gain = [] {
     LobeColors ones;
     ones.fill(glm::vec3(1.0f));
     return ones;
   }();
-  bool split_glint = false;  ///< GLINT is a lobe of its own, beside the rest of TRT; else it is part of TRT
-  /// Share, [0.01, 1], of the usual number of paths that trace the energies, whose noise grows by its root; start-up
-  /// shrinks by it. For a host whose many fibers are variations of one and are seen together: their noise is
-  /// independent. tress gives a material whose strands take n shapes 8/n, 1/8 at least.
+  bool split_glint = false;  ///< whether GLINT is a separate lobe beside the rest of TRT; else it is part of TRT
+  /// Share, [0.01, 1], of the usual number of paths that trace the energies. Their noise grows by the root of it, and
+  /// start-up time shrinks by it. For a host with many fibers that are variations of one and are seen together: their
+  /// noise is independent. tress gives a material whose strands have n shapes 8/n, but at least 1/8.
   float energy_path_share = 1;
 
   friend bool operator==(const FiberParameters&, const FiberParameters&) = default;
 };
 
-/// Azimuthal sigma of TT, TRT, TRRT, radians: as set, else from the roughness alpha: 0.5, 1.8 and
-/// 3 alpha, at most 45 degrees.
+/// Azimuthal sigma of TT, TRT, TRRT, radians: as set, else from the roughness alpha: 0.5, 1.8 and 3 alpha, at most 45
+/// degrees.
 std::array<float, 3> azimuthal_sigmas(const FiberParameters& fiber);
 
-/// Logistic scale lambda of lobe p = 0 (R), 1, 2, 3 for the known inclination theta_r, radians. R's is before the
+/// Logistic scale lambda of lobe p = 0 (R), 1, 2, 3 for the known inclination theta_r, radians; R's is without the
 /// factor |cos(d/2)|. As set, else from the roughness: 0.390, 0.196/cos theta_r, 0.66, 0.9 alpha; in [0.25, 45]
 /// degrees.
 float longitudinal_lambda(const FiberParameters& fiber, int p, float theta_r);
 
-/// Tilt of lobe p in theta_h: -tau, tau/2, 3 tau/2, 5 tau/2. The model `elliptical` has none for p = 3 and the residual
-/// where their lambda follows the roughness, and lambda is larger by tau there.
+/// Tilt of lobe p in theta_h: -tau, tau/2, 3 tau/2, 5 tau/2. The model `elliptical` has no tilt for p = 3 and the
+/// residual if their lambda follows the roughness; lambda is larger by tau there.
 float lobe_tilt(const FiberParameters& fiber, int p);
 
-/// What roughness adds to the tilt of TT, TRT and TRRT, whose lobe the residual has (0 for R, and where the lobe's
-/// lambda is set): light that enters a rough fiber at an inclination leaves it nearer to the normal plane. With t =
-/// |theta_r|, radians, and of the sign of theta_r,
-///   x = 0.3 alpha^2 tan t / cos^2 t (TT), 3 alpha^2 tan t (others),  shift = x/(1 + k x/t), k = 10 (TT), 4 (others):
-/// at most t/k. Fitted to fibers traced in three dimensions (bench/README.md, fiber3d; bench/atlas/README.md, maps).
+/// The tilt that roughness adds to TT, TRT and TRRT, whose lobe the residual has (0 for R, and if the lobe's lambda is
+/// set): light that enters a rough fiber at an inclination leaves it nearer to the normal plane. With t = |theta_r|,
+/// radians, and of the sign of theta_r,
+///  x = 0.3 alpha^2 tan t / cos^2 t (TT), 3 alpha^2 tan t (others),  shift = x/(1 + k x/t), k = 10 (TT), 4 (others): at
+///  most t/k.
+/// Fitted to fibers traced in three dimensions (bench/README.md, fiber3d; bench/atlas/README.md, maps).
 float roughness_shift(const FiberParameters& fiber, int p, float theta_r);
 
 /// sigma_a that gives fibers of multiple scattering albedo `color` and azimuthal roughness beta_N (Chiang et al. 2016).
 /// color: linear RGB, clamped to [1e-6, 1].
 glm::vec3 sigma_a_from_color(const glm::vec3& color, double radial_roughness = 0.3);
-/// Concentrations >= 0; (0.419, 0.697, 1.37) and (0.187, 0.4, 1.05) per unit.
+/// sigma_a of melanin concentrations >= 0: (0.419, 0.697, 1.37) per unit of eumelanin and (0.187, 0.4, 1.05) per unit
+/// of pheomelanin.
 glm::vec3 sigma_a_from_melanin(float eumelanin, float pheomelanin);
 
 /// T(e) of the paper's section 9.2, a^-1 = 1/e, clamped to [1, 8].
