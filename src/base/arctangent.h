@@ -1,4 +1,4 @@
-// The angle of a vector without libm and without branches, of one vector or of four in lanes.
+// The angle of a vector without libm and without branches, for one vector or for four in lanes.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace tress {
 
-/// atan2(y, x) of finite lanes, in [-pi, pi], error below 3e-7; 0 where both are 0. Within an eighth of a turn of an
-/// axis the ratio is that of its legs or, beyond tan(pi/8), that of the legs turned by pi/4 (Cephes, atanf).
+/// Returns atan2(y, x) of finite lanes, in [-pi, pi], with an error below 3e-7; 0 where both are 0. The series is in
+/// the ratio of the legs, or, where that exceeds tan(pi/8), in the ratio after a turn by pi/4 (Cephes, atanf).
 inline Float4 angle_of(Float4 y, Float4 x) {
   const Float4 ax = abs4(x), ay = abs4(y), longer = max4(ax, ay), shorter = min4(ax, ay);
   const Int4 turned = shorter > 0.414213562f * longer;

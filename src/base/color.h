@@ -5,7 +5,7 @@
 
 namespace tress {
 
-/// Relative luminance, and what each channel adds to it.
+/// Returns the relative luminance, and the share of each channel in it.
 inline glm::vec3 luminance_terms(const glm::vec3& color) { return color * glm::vec3(0.2126f, 0.7152f, 0.0722f); }
 inline float luminance(const glm::vec3& color) {
   const glm::vec3 terms = luminance_terms(color);

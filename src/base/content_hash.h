@@ -1,4 +1,5 @@
-// What a text or a file holds, as sixteen digits: equal contents are equal, others differ but for an accident.
+// Hashes of the contents of texts and files, as sixteen digits: equal contents have equal hashes; others almost never
+// have.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +10,11 @@
 
 namespace tress {
 
-/// XXH3, 64 bits, seed 0. No protection against those who want two contents to look alike.
+/// XXH3 (64 bits, seed 0). It does not protect against contents that were made to collide.
 std::uint64_t content_hash(std::string_view bytes);
-/// As 16 lower-case hexadecimal digits.
+/// The hash as 16 lower-case hexadecimal digits.
 std::string content_name(std::string_view bytes);
-/// Of a regular file, read in pieces of 1 MB. Unset where it cannot be read.
+/// The hash of a regular file, which is read in pieces of 1 MB. Empty if the file cannot be read.
 std::optional<std::string> file_content_name(const std::filesystem::path& file);
 
 }  // namespace tress

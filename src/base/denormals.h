@@ -1,4 +1,4 @@
-// Denormal floats as zero while a task runs: they cost a hundred cycles each, and every task must agree on them.
+// Treats denormal floats as zero while a task runs: each costs a hundred cycles, and every task must treat them alike.
 #pragma once
 
 #if defined(__SSE2__)
@@ -8,8 +8,8 @@
 
 namespace tress {
 
-/// Flushes denormals to zero on this thread from here to the end of the scope. To be put into every task, never once
-/// per thread: which thread runs a task is chance, the pixels must not be. Does nothing but on x86.
+/// Flushes denormals to zero on this thread until the end of the scope. Put it into every task, never once per thread:
+/// the thread of a task is random, and the pixels must not depend on it. Does nothing except on x86.
 class FlushDenormals {
  public:
 #if defined(__SSE2__)

@@ -17,7 +17,7 @@ class Descriptor {
   int number() const { return number_; }
   bool is_open() const { return number_ >= 0; }
   bool close() { return number_ < 0 || ::close(std::exchange(number_, -1)) == 0; }
-  /// Closes what it had.
+  /// Closes the descriptor that it had and takes over another.
   void reset(int number) {
     close();
     number_ = number;

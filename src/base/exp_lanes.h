@@ -1,5 +1,5 @@
-// exp of a vector of doubles, for kernels that foreach_target compiles once for every instruction set: no #pragma once,
-// it is read once a target.
+// exp of a vector of doubles, for kernels that foreach_target compiles once for every instruction set. There is no
+// #pragma once, because it is read once for every target.
 #if defined(TRESS_BASE_EXP_LANES_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef TRESS_BASE_EXP_LANES_H
 #undef TRESS_BASE_EXP_LANES_H
@@ -21,8 +21,8 @@ using Doubles = hn::CappedTag<double, 8>;
 using Words = hn::Repartition<std::uint64_t, Doubles>;
 using V = hn::Vec<Doubles>;
 
-// exp(x), x <= 0, relative error 1e-11; stays at exp(-700) below. The sum with 1.5 2^52 rounds to an integer and leaves
-// it in the low bits, from where it is shifted into the exponent.
+// exp(x) for x <= 0, relative error 1e-11; below -700 it returns exp(-700). Adding 1.5 2^52 rounds to an integer in the
+// low bits, which are then shifted into the exponent.
 HWY_INLINE V Exp(V x) {
   const Doubles d;
   const Words w;
@@ -30,7 +30,8 @@ HWY_INLINE V Exp(V x) {
   const V magic = hn::Set(d, 6755399441055744.0);
   const V shifted = hn::MulAdd(x, hn::Set(d, std::numbers::log2e), magic);
   const V k = hn::Sub(shifted, magic);
-  V r = hn::NegMulAdd(k, hn::Set(d, 0.693147180369123816490), x);  // ln 2, the bits that k leaves exact
+  V r = hn::NegMulAdd(k, hn::Set(d, 0.693147180369123816490), x);  // ln 2, without the low bits, so that k times it is
+                                                                   // exact
   r = hn::NegMulAdd(k, hn::Set(d, 1.90821492927058770002e-10), r);
   V p = hn::Set(d, 1. / 362880);
   p = hn::MulAdd(p, r, hn::Set(d, 1. / 40320));

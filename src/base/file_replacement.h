@@ -1,4 +1,4 @@
-// A file that is replaced piece by piece: replace_file() for what is never whole in memory.
+// Replaces a file piece by piece, for contents that are never whole in memory; otherwise as replace_file().
 #pragma once
 
 #include <filesystem>
@@ -11,8 +11,8 @@
 
 namespace tress {
 
-/// begin(), any number of write(), finish(); what replace_file() promises holds. Without a finish() that succeeds the
-/// old file is as it was and nothing is left beside it. One thread.
+/// Call begin(), any number of write(), then finish(); the guarantees of replace_file() hold. Unless finish() succeeds,
+/// the old file is unchanged and nothing is left beside it. One thread.
 class FileReplacement {
  public:
   FileReplacement() = default;
@@ -20,13 +20,13 @@ class FileReplacement {
   FileReplacement(const FileReplacement&) = delete;
   FileReplacement& operator=(const FileReplacement&) = delete;
 
-  /// Makes the temporary file. `name`: what errors call the file, if not by `file`.
+  /// Makes the temporary file. `name`: the name in errors, if not `file`.
   std::optional<Error> begin(const std::filesystem::path& file, const std::string& name = {});
-  /// Appends. Error if there is no room.
+  /// Appends the bytes. Error if there is no room.
   std::optional<Error> write(std::string_view bytes);
-  /// Of the temporary file, to read what was written.
+  /// The descriptor of the temporary file, for reading what was written.
   int descriptor() const { return opened_.number(); }
-  /// Flushes the temporary file, puts it in the place of the old one and flushes the folder.
+  /// Flushes the temporary file, replaces the old one by it and flushes the folder.
   std::optional<Error> finish();
 
  private:
@@ -34,7 +34,7 @@ class FileReplacement {
   void abandon();
 
   std::string name_;
-  std::filesystem::path target_, temporary_;  ///< temporary_ is empty when there is none to remove
+  std::filesystem::path target_, temporary_;  ///< temporary_ is empty if there is no file to remove
   Descriptor opened_;
 };
 

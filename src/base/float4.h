@@ -1,5 +1,5 @@
-// Four floats at once by the compilers' vector extension (g++ and clang++, any machine): what the lobes of a vertex
-// have in common is computed in lanes.
+// Four floats at once by the compilers' vector extension (g++ and clang++, any machine). The lobes of a vertex are
+// computed together in these lanes.
 #pragma once
 
 #ifdef __SSE2__
@@ -18,7 +18,7 @@ using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 
 inline Float4 splat(float x) { return Float4{x, x, x, x}; }
-/// Floats first to first + 3 of an object that is nothing but floats.
+/// Returns floats first to first + 3 of an object that consists of floats only.
 template <class Floats>
 Float4 load4(const Floats& from, std::size_t first) {
   Float4 x;
@@ -29,7 +29,7 @@ template <class Floats>
 void store4(Floats& to, std::size_t first, Float4 x) {
   std::memcpy(reinterpret_cast<std::byte*>(&to) + first * sizeof(float), &x, sizeof(x));
 }
-/// {a[0], a[1], b[0], b[1]}.
+/// Returns {a[0], a[1], b[0], b[1]}.
 inline Float4 pairs4(const float* a, const float* b) {
   using Pairs = double __attribute__((vector_size(16)));
   Pairs x;
@@ -39,7 +39,7 @@ inline Float4 pairs4(const float* a, const float* b) {
 }
 inline Float4 max4(Float4 a, Float4 b) {
 #ifdef __SSE2__
-  return _mm_max_ps(a, b);  // the same; g++ makes four instructions of the line below
+  return _mm_max_ps(a, b);  // does the same; g++ makes four instructions of the line below
 #else
   return a > b ? a : b;
 #endif
@@ -61,7 +61,7 @@ inline Float4 sqrt4(Float4 x) {
 inline Float4 abs4(Float4 x) { return std::bit_cast<Float4>(std::bit_cast<Int4>(x) & 0x7fffffff); }
 inline float sum4(Float4 x) { return (x[0] + x[2]) + (x[1] + x[3]); }
 
-/// {sum of a, sum of b, sum of c, 0}.
+/// Returns {sum of a, sum of b, sum of c, 0}.
 inline Float4 sums4(Float4 a, Float4 b, Float4 c) {
 #ifdef __SSE2__
   __m128 x = a, y = b, z = c, w = _mm_setzero_ps();
@@ -72,7 +72,7 @@ inline Float4 sums4(Float4 a, Float4 b, Float4 c) {
 #endif
 }
 
-/// exp_of_negative() of each lane: the same steps.
+/// Computes exp_of_negative() of each lane by the same steps.
 inline Float4 exp_of_negative(Float4 x) {
   x = max4(x, splat(-87.0f));
   const Int4 n = __builtin_convertvector(x * 1.44269504f - 0.5f, Int4);

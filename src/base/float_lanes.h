@@ -1,5 +1,5 @@
-// Elementary functions of floats in lanes, for kernels that foreach_target compiles once for every instruction set: no
-// #pragma once, it is read once a target.
+// Elementary functions of floats in lanes, for kernels that foreach_target compiles once for every instruction set.
+// There is no #pragma once, because it is read once for every target.
 #if defined(TRESS_BASE_FLOAT_LANES_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef TRESS_BASE_FLOAT_LANES_H
 #undef TRESS_BASE_FLOAT_LANES_H
@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE {
 namespace lanes16 {
 
 namespace hn = hwy::HWY_NAMESPACE;
-// Sixteen floats are one vector, or two, or four: whoever works in blocks of 16 does the same on every machine.
+// Sixteen floats are one vector, or two, or four: code that works in blocks of 16 does the same on every machine.
 using Floats = hn::CappedTag<float, 16>;
 using Words = hn::Repartition<std::uint32_t, Floats>;
 using F = hn::Vec<Floats>;
@@ -29,8 +29,8 @@ HWY_INLINE W SplatWord(std::uint32_t x) { return hn::Set(Words(), x); }
 HWY_INLINE W WordsOf(F x) { return hn::BitCast(Words(), x); }
 HWY_INLINE F FloatsOf(W x) { return hn::BitCast(Floats(), x); }
 
-// exp(x), x <= 0, relative error 2e-7; stays at exp(-87) below. The sum with 1.5 2^23 rounds to an integer and leaves
-// it in the low bits, from where it is shifted into the exponent.
+// exp(x) for x <= 0, relative error 2e-7; below -87 it returns exp(-87). Adding 1.5 2^23 rounds to an integer in the
+// low bits, which are then shifted into the exponent.
 HWY_INLINE F Exp(F x) {
   x = hn::Max(x, Splat(-87.0f));
   const F magic = Splat(12582912.0f), shifted = hn::MulAdd(x, Splat(1.44269504f), magic);
@@ -46,7 +46,7 @@ HWY_INLINE F Exp(F x) {
   return FloatsOf(hn::Add(WordsOf(p), hn::ShiftLeft<23>(WordsOf(shifted))));
 }
 
-// ln x of a normal x > 0, as natural_log() of base/logarithm.h: relative error 2e-7, about 1 too.
+// ln x for a normal x > 0, by the method of natural_log() in base/logarithm.h: relative error 2e-7, also near x = 1.
 HWY_INLINE F Log(F x) {
   const hn::RebindToSigned<Words> i;
   const auto bits = hn::Sub(hn::BitCast(i, x), hn::Set(i, 0x3f3504f3));
@@ -65,7 +65,7 @@ HWY_INLINE F Log(F x) {
   return hn::MulAdd(k, Splat(0.693359375f), hn::Add(hn::NegMulAdd(Splat(0.5f), z, tail), r));
 }
 
-// Sine and cosine of a part of a turn in [0, 1], error 1e-7 (Cephes).
+// Sine and cosine of a fraction of a turn in [0, 1], error 1e-7 (Cephes).
 HWY_INLINE void SineAndCosineOfTurns(F turns, F& sine, F& cosine) {
   const F magic = Splat(12582912.0f), shifted = hn::MulAdd(turns, Splat(4), magic);
   const F r = hn::Mul(hn::MulSub(turns, Splat(4), hn::Sub(shifted, magic)), Splat(1.57079633f)), z = hn::Mul(r, r);
@@ -82,7 +82,8 @@ HWY_INLINE void SineAndCosineOfTurns(F turns, F& sine, F& cosine) {
   cosine = hn::Xor(hn::IfThenElse(odd, s, c), FloatsOf(cosine_sign));
 }
 
-// The angle of (x, y) in [-pi, pi], error 3e-7, as angle_of() of base/arctangent.h; 0 or pi where both are 0.
+// The angle of (x, y) in [-pi, pi], error 3e-7, by the method of angle_of() in base/arctangent.h; 0 or pi where both
+// are 0.
 HWY_INLINE F AngleOf(F y, F x) {
   const F ax = hn::Abs(x), ay = hn::Abs(y), longer = hn::Max(ax, ay), shorter = hn::Min(ax, ay);
   const Mask turned = hn::Gt(shorter, hn::Mul(Splat(0.414213562f), longer));

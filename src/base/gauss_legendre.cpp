@@ -10,7 +10,7 @@ GaussLegendre gauss_legendre(int points) {
   const auto n = static_cast<std::size_t>(points);
   GaussLegendre rule{std::vector<double>(n), std::vector<double>(n)};
   for (std::size_t i = 0; i < (n + 1) / 2; ++i) {
-    // Tricomi's estimate of the i-th root from above, off by O(n^-4).
+    // Tricomi's estimate of the i-th root from above, with an error of O(n^-4).
     const double count = points, angle = std::numbers::pi * (static_cast<double>(i) + 0.75) / (count + 0.5);
     double x = (1 - (count - 1) / (8 * count * count * count)) * std::cos(angle);
     double slope = 1;

@@ -1,6 +1,6 @@
-// Of the instruction sets of x86-64, what is dispatched is compiled for two: its own and AVX2 with FMA. What comes
-// after that has nothing for lanes of four. To be included before <hwy/foreach_target.h>; all other headers come before
-// it, so that their functions are inlined, or of the first.
+// Limits dynamic dispatch on x86-64 to two instruction sets: the baseline and AVX2 with FMA. Later sets bring nothing
+// for lanes of four. Include it before <hwy/foreach_target.h>, and all other headers before it, so that their functions
+// are inlined or compiled for the baseline.
 #pragma once
 
 #undef HWY_DISABLED_TARGETS

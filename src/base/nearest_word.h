@@ -1,4 +1,4 @@
-// The word that the user may have meant.
+// Finds the word that the user may have meant.
 #pragma once
 
 #include <string>
@@ -6,9 +6,9 @@
 
 namespace tress {
 
-/// Insertions, deletions, replacements and swaps of neighbours that turn a into b.
+/// The number of insertions, deletions, replacements and swaps of neighbours that turn a into b.
 int edit_distance(const std::string& a, const std::string& b);
-/// Of the candidates, the one at the smallest edit distance; the first of equals; empty if there are none.
+/// Returns the candidate at the smallest edit distance; the first of equals; empty if there are no candidates.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& candidates);
 
 }  // namespace tress

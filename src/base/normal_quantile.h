@@ -3,7 +3,7 @@
 
 namespace tress {
 
-/// Giles 2012, single precision; finite for u in [0, 1].
+/// Uses Giles 2012 in single precision; finite for u in [0, 1].
 float normal_quantile(float u);
 
 }  // namespace tress

@@ -23,9 +23,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view temporary_mark = ".tmp-";  // then the process, "-" and a serial number
+constexpr std::string_view temporary_mark = ".tmp-";  // followed by the process id, "-" and a serial number
 
-/// A name beside `file` that no other thread or process takes: created exclusively. -1 on failure.
+/// Makes a file beside `file` under a name that no other thread or process has, since it is created exclusively.
+/// Returns -1 on failure.
 int create_beside(const fs::path& file, fs::path* temporary) {
   static std::atomic<std::uint32_t> serial{0};
   for (int attempt = 0; attempt < 100; ++attempt) {
@@ -54,11 +55,11 @@ fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.
 bool flush_folder(const fs::path& file) {
   const Descriptor opened(::open(folder_of(file).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!opened.is_open()) return false;
-  // Some file systems cannot flush a folder and say EINVAL: the rename is then as durable as they make it.
+  // Some file systems cannot flush a folder and return EINVAL: the rename is then as durable as they make it.
   return ::fsync(opened.number()) == 0 || errno == EINVAL;
 }
 
-/// Where the group cannot be kept, the new one may do no more than everybody.
+/// Sets mode and owner as they were. If the group cannot be kept, the new group gets no more rights than everybody.
 void keep_permissions(int descriptor, const struct stat& old) {
   mode_t mode = old.st_mode & 0777;
   const bool kept = ::fchown(descriptor, old.st_uid, old.st_gid) == 0 ||
@@ -67,7 +68,7 @@ void keep_permissions(int descriptor, const struct stat& old) {
   (void)!::fchmod(descriptor, mode);
 }
 
-/// Whether `name` is that of a temporary file of `file`.
+/// Whether `name` is the name of a temporary file of `file`.
 bool is_temporary_of(const std::string& name, const std::string& file) {
   if (!name.starts_with(file) || !std::string_view(name).substr(file.size()).starts_with(temporary_mark)) return false;
   const std::string numbers = name.substr(file.size() + temporary_mark.size());
@@ -79,13 +80,13 @@ bool is_temporary_of(const std::string& name, const std::string& file) {
          digits(std::string_view(numbers).substr(dash + 1));
 }
 
-/// A temporary file is locked while it is written; the kernel frees the lock of one who is killed.
+/// A temporary file is locked while it is written; the kernel frees the lock of a killed process.
 bool is_being_written(const fs::path& temporary) {
   const Descriptor opened(::open(temporary.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   return opened.is_open() && ::flock(opened.number(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
-/// The error of a target that is there and no regular file; its status if there is one to keep.
+/// Returns an error if the target exists and is no regular file; otherwise its status, if there is one to keep.
 std::optional<Error> check_kind(const fs::path& target, const std::string& name, std::optional<struct stat>* old) {
   struct stat status{};
   if (::stat(target.c_str(), &status) != 0) return std::nullopt;
@@ -99,7 +100,7 @@ std::optional<Error> check_kind(const fs::path& target, const std::string& name,
 }  // namespace
 
 fs::path behind_links(const fs::path& file) {
-  constexpr int most_links = 40;  // as the kernel
+  constexpr int most_links = 40;  // the kernel's limit
   fs::path path = file;
   for (int i = 0; i < most_links; ++i) {
     std::error_code error;
@@ -184,7 +185,7 @@ std::vector<fs::path> remove_leftovers(const fs::path& file) {
     if (!is_temporary_of(entry->path().filename().string(), target.filename().string())) continue;
     if (entry->symlink_status(gone).type() != fs::file_type::regular || gone) continue;
     const fs::file_time_type written = entry->last_write_time(gone);
-    // A minute either way: clocks are set back, and what is from the future is then no younger.
+    // A minute either way: a clock may have been set back, and a time in the future does not make a file younger.
     if (gone || (now - written < std::chrono::minutes(1) && written - now < std::chrono::minutes(1))) continue;
     if (is_being_written(entry->path())) continue;
     if (fs::remove(entry->path(), gone)) removed.push_back(entry->path());

@@ -11,7 +11,8 @@
 namespace tress {
 namespace {
 
-/// For writing where that is allowed, since NFS asks for it; else (another user's lock file) for reading.
+/// Opens the lock for writing if that is allowed, because NFS requires it; otherwise (another user's lock file) for
+/// reading.
 int open_lock(const std::filesystem::path& path) {
   constexpr int flags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
   const int number = ::open(path.c_str(), O_RDWR | O_CREAT | flags, 0666);
@@ -34,13 +35,13 @@ std::optional<Error> SaveLock::acquire(const std::filesystem::path& file, const 
     while ((failed = ::flock(opened_.number(), LOCK_EX)) != 0 && errno == EINTR) {
     }
     held_ = failed == 0;
-    // The one who had it before removed it: what is locked now is a file without a name.
+    // The previous holder removed the file before it released the lock, so this is the lock of a file without a name.
   } while (held_ && !is_still_there());
   return std::nullopt;
 }
 
 SaveLock::~SaveLock() {
-  // While it is held, so that nobody can lock what is about to lose its name and take it for the lock.
+  // Removes the file while the lock is held, so that nobody can lock a file that is about to lose its name.
   if (opened_.is_open() && is_still_there()) ::unlink(path_.c_str());
 }
 

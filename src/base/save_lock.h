@@ -1,4 +1,4 @@
-// One saver at a time for a cache file: among threads, processes and the machines of a shared folder.
+// A lock for one saver at a time of a cache file, among threads, processes and the machines of a shared folder.
 #pragma once
 
 #include <filesystem>
@@ -10,13 +10,13 @@
 
 namespace tress {
 
-/// Holds an exclusive flock on `FILE.lock`, made for it and removed with it. Not on the cache, which each save
-/// replaces; not on its folder, which NFS cannot lock and others lock for reasons of their own. The kernel frees it
-/// however a session ends: a lock file that a killed session left locks nobody out.
+/// Holds an exclusive flock on `FILE.lock`, which is made and removed with it. The lock is not on the cache, which each
+/// save replaces, and not on its folder, which NFS cannot lock and others lock for reasons of their own. The kernel
+/// frees it however a session ends, so the lock file of a killed session blocks nobody.
 class SaveLock {
  public:
-  /// `file`: the real one, no link; `name`: what errors call it. Waits as long as another holds it.
-  /// Error if the lock file cannot be opened. On a file system without locks there is none, and held() is false.
+  /// `file`: the real one, no link; `name`: its name in errors. Waits while another holds the lock. Error if the lock
+  /// file cannot be opened. On a file system without locks it succeeds without one, and held() is false.
   std::optional<Error> acquire(const std::filesystem::path& file, const std::string& name);
   bool held() const { return held_; }
 

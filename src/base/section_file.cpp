@@ -23,9 +23,9 @@ namespace {
 constexpr std::string_view magic{"\x89TRESSK\n", 8};
 constexpr std::uint32_t version = 2, most_sections = 64, longest_name = 64;
 constexpr std::size_t header_bytes = 16;
-/// Pieces are packed, hashed and written while they are in the cache of the processor.
+/// Pieces are packed, hashed and written while they are in the processor's cache.
 constexpr std::size_t piece_bytes = std::size_t{1} << 18;
-constexpr std::uint64_t most_of_a_byte = 64;  ///< bytes that unpack_words() makes of one
+constexpr std::uint64_t most_of_a_byte = 64;  ///< the most bytes that unpack_words() makes of one
 
 std::string integer(std::uint64_t value, int size) {
   std::string bytes;
@@ -33,7 +33,7 @@ std::string integer(std::uint64_t value, int size) {
   return bytes;
 }
 
-/// Reads a regular file from its beginning, knowing how much is left.
+/// Reads a regular file from its beginning, with a count of the bytes that are left.
 class Input {
  public:
   explicit Input(const std::filesystem::path& file)

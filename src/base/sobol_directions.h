@@ -14,7 +14,7 @@ namespace sobol_detail {
 constexpr std::size_t bits = 32;
 using Directions = std::array<std::uint32_t, bits>;  // by bit of the index
 
-/// A primitive polynomial of a degree, its inner coefficients, and the first numbers m of its recurrence.
+/// A primitive polynomial: its degree, its inner coefficients, and the first numbers m of its recurrence.
 struct Polynomial {
   std::uint32_t degree, coefficients;
   std::array<std::uint32_t, 5> first;
@@ -55,8 +55,8 @@ inline constexpr auto directions = [] {
 
 }  // namespace sobol_detail
 
-/// The binary digits of the point of an index, the first one as the highest bit. Those of i ^ j are those of i ^ those
-/// of j.
+/// The binary digits of the point with an index, the first digit as the highest bit. Those of i ^ j are those of i ^
+/// those of j.
 constexpr std::array<std::uint32_t, ScrambledSobol::dimensions> sobol_bits(std::uint32_t index) {
   std::array<std::uint32_t, ScrambledSobol::dimensions> x{};
   for (; index != 0; index &= index - 1) {

@@ -1,4 +1,4 @@
-// ScrambledSobol::points().
+// Implements ScrambledSobol::points().
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -6,7 +6,7 @@
 #include "base/sobol.h"
 #include "base/sobol_directions.h"
 
-// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+// foreach_target compiles this once for every instruction set; the first call chooses the machine's.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "base/sobol_lanes.cpp"
 #include <hwy/foreach_target.h>
@@ -35,7 +35,7 @@ HWY_INLINE W Reversed(W x) {
   return hn::Or(hn::ShiftRight<16>(x), hn::ShiftLeft<16>(x));
 }
 
-// As ScrambledSobol::point() scrambles, of bits that are reversed already.
+// Scrambles as ScrambledSobol::point() does; the bits are already reversed.
 HWY_INLINE hn::Vec<Floats> Scrambled(W x, std::uint32_t seed) {
   const Words w;
   x = hn::Xor(x, hn::Mul(x, hn::Set(w, 0x3d20adeau)));
@@ -47,7 +47,7 @@ HWY_INLINE hn::Vec<Floats> Scrambled(W x, std::uint32_t seed) {
   return hn::Mul(hn::ConvertTo(Floats(), whole), hn::Set(Floats(), 0x1p-24f));
 }
 
-// The points of a block of 16 whose first index is a multiple of 16; out[d][lane].
+// Computes the points of a block of 16 whose first index is a multiple of 16; out[d][lane].
 void BlockOfPoints(const std::uint32_t* seeds, std::uint32_t block, std::size_t wanted, float (*out)[16]) {
   static constexpr auto within = [] {
     std::array<std::array<std::uint32_t, 16>, ScrambledSobol::dimensions> bits{};

@@ -11,7 +11,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t word_bytes = 8, block_words = 64;
-constexpr unsigned from_the_top = 8;  ///< of a code: zero bytes are left out there, not at the bottom
+constexpr unsigned from_the_top = 8;  ///< added to a code if the zero bytes that are left out are at the top, not at
+                                      ///< the bottom
 
 std::uint64_t word_at(const char* from) {
   std::uint64_t word = 0;
@@ -19,10 +20,10 @@ std::uint64_t word_at(const char* from) {
   return word;
 }
 
-/// How many bytes a word of this code has.
+/// The number of bytes that a word of this code keeps.
 constexpr unsigned kept_bytes(unsigned code) { return word_bytes - code % from_the_top; }
 
-/// A bit for each of up to 64 words that is not zero.
+/// A mask with a bit for each of up to 64 words, set if the word is not zero.
 std::uint64_t words_set(const char* from, std::size_t count) {
   std::uint64_t set = 0;
   for (std::size_t i = 0; i < count; ++i) set |= std::uint64_t{word_at(from + word_bytes * i) != 0} << i;
@@ -31,7 +32,7 @@ std::uint64_t words_set(const char* from, std::size_t count) {
 
 std::size_t code_bytes(std::uint64_t set) { return (static_cast<std::size_t>(std::popcount(set)) + 1) / 2; }
 
-/// Writes one block; returns where it ends. There is room for a word more.
+/// Writes one block and returns its end. There must be room for one word more.
 char* pack_block(const char* from, std::size_t count, char* to) {
   const std::uint64_t set = words_set(from, count);
   std::memcpy(to, &set, word_bytes);
@@ -52,7 +53,7 @@ char* pack_block(const char* from, std::size_t count, char* to) {
   return out;
 }
 
-/// Reads one block of `count` words and moves `from` past it. False where it is cut or none.
+/// Reads one block of `count` words and moves `from` past it. False if the block is cut or invalid.
 bool unpack_block(std::string_view* from, std::size_t count, char* to) {
   if (from->size() < word_bytes) return false;
   const std::uint64_t set = word_at(from->data());

@@ -1,4 +1,4 @@
-// Numbers in fewer bytes, without loss and fast: for sums that are written often and read hardly ever.
+// Packs numbers into fewer bytes, fast and without loss, for sums that are written often and hardly ever read.
 #pragma once
 
 #include <cstddef>
@@ -7,16 +7,16 @@
 
 namespace tress {
 
-/// At most so many bytes come of so many.
+/// The largest packed size of so many bytes.
 constexpr std::size_t most_packed_bytes(std::size_t bytes) { return bytes + (bytes / 8 + 64) / 64 * 40 + 16; }
 
-/// The 64-bit words of `bytes` without their zero bytes at one end: words that are zero take a bit, doubles that are
-/// sums of floats 5 or 6 bytes, small integers 1 or 2 (src/cli/CHECKPOINT.md has it byte by byte). Replaces `packed`,
-/// whose memory is kept. One to two seconds a gigabyte.
+/// Packs the 64-bit words of `bytes` without their zero bytes at one end. A word that is zero takes a bit, a double
+/// that is a sum of floats 5 or 6 bytes, a small integer 1 or 2 (src/cli/CHECKPOINT.md defines every byte). Replaces
+/// `packed`, whose memory is kept. Takes one to two seconds a gigabyte.
 void pack_words(std::string_view bytes, std::string* packed);
 
-/// What pack_words() had, of so many bytes. False if `packed` is nothing that it writes for so many; `bytes` is then
-/// of no use. Takes no more than 64 times the memory of `packed`.
+/// Unpacks the output of pack_words() for so many bytes. False if `packed` is no such output for this size; `bytes`
+/// must then not be used. Takes no more than 64 times the memory of `packed`.
 bool unpack_words(std::string_view packed, std::size_t size, std::string* bytes);
 
 }  // namespace tress
