@@ -1,4 +1,4 @@
-// A filtered picture beside the one that was rendered, in one file.
+// Adds a filtered picture beside the rendered one, in one file.
 #pragma once
 
 #include <string>
@@ -8,17 +8,17 @@
 
 namespace tress::denoise {
 
-/// The layer of the filtered R, G, B; what previews show (image::Preview::layer).
+/// The layer of the filtered R, G, B, which previews show (image::Preview::layer).
 inline constexpr const char* denoised_layer = "denoised";
 
-/// Fewest samples a pixel: two of each half, to know the variance of both.
+/// Smallest number of samples a pixel: two in each half, so that both have a variance.
 inline constexpr int least_samples = 4;
 
-/// Its error, and what it changes.
+/// A text with its error and the change of brightness.
 std::string denoised_words(const Denoised& filtered);
 
-/// Filters the picture, which must have halves: adds the layer to it, and to its header what it is. Error: as of
-/// denoise(); nothing is added then. name: of the picture, for errors.
+/// Filters the picture, which must have halves. Adds the layer, and its description to the header. Error as from
+/// denoise(); nothing is then added. name: of the picture, for errors.
 Result<Denoised> add_denoised(const std::string& name, image::Picture* picture);
 
 }  // namespace tress::denoise

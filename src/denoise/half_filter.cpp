@@ -22,23 +22,25 @@
 namespace tress::denoise {
 namespace {
 
-// Chosen on straight and curly locks of 16 and 64 samples a pixel, judged on others (bench/README.md, Denoising).
+// These were chosen on straight and curly locks of 16 and 64 samples a pixel, and tested on others (bench/README.md,
+// Denoising).
 constexpr double along = 3, across = 0.5;  ///< pixels, standard deviations of the Gaussian where all hair runs one way
-constexpr int reach = 6;                   ///< pixels to each side that a mean is over
-constexpr double farthest = 9;             ///< exponent beyond which a weight counts as 0
-constexpr int trust_reach = 8;             ///< pixels to each side over which filter and picture are held together
-constexpr int trust_hole = 2;        ///< of them, those this near the pixel do not choose its share: they would take
-                                     ///< their own luck for a gain
-constexpr double guide_step = 0.25;  ///< standard deviations by which halves are shaken to see what they weigh
+constexpr int reach = 6;                   ///< pixels to each side over which a mean is taken
+constexpr double farthest = 9;             ///< exponent beyond which a weight is 0
+constexpr int trust_reach = 8;             ///< pixels to each side over which filter and picture are compared
+constexpr int trust_hole = 2;        ///< pixels this near are left out of the comparison, because their own noise would
+                                     ///< look like a gain
+constexpr double guide_step = 0.25;  ///< standard deviations by which halves are perturbed to find the noise's
+                                     ///< influence on the weights
 constexpr double largest = std::numeric_limits<float>::max();
-constexpr double least_variance = 1e-7;  ///< of the squared mean of the picture: what differs by less is alike
+constexpr double least_variance = 1e-7;  ///< in the squared mean of the picture: smaller differences count as none
 
-/// One half picture and its variance, which neighbours have smoothed: that of few paths is itself noise.
+/// One half picture and its variance, smoothed over neighbours because the variance of few paths is itself noisy.
 struct Half {
   Colors color, variance;
 };
 
-/// Direction in the picture, right and down; shorter than 1 where strands differ, or run towards the camera.
+/// Directions in the picture, right and down; shorter than 1 where strands differ or run towards the camera.
 using Directions = std::vector<glm::dvec2>;
 
 std::optional<Colors> colors_of(const image::Picture& picture, const std::string& prefix, const char* suffixes) {
@@ -51,7 +53,7 @@ std::optional<Colors> colors_of(const image::Picture& picture, const std::string
   return colors;
 }
 
-/// The tangents as the camera shows them: a step along one, moved to the picture's plane at distance 1.
+/// Projects the tangents as the camera sees them: a step along one, moved to the picture's plane at distance 1.
 Directions directions_of(const image::Picture& picture, const Colors& tangents, const std::array<float, 16>& camera) {
   const Grid grid{picture.width, picture.height};
   const image::Window whole = picture.whole();
@@ -79,8 +81,8 @@ Directions directions_of(const image::Picture& picture, const Colors& tangents, 
   return directions;
 }
 
-/// How unlike the neighbourhoods of two pixels are, 3 x 3 about each: squared differences in units of their variance,
-/// less what noise alone makes. At least 0.
+/// The difference of the neighbourhoods of two pixels, 3 x 3 about each: squared differences in units of their
+/// variance, minus what noise alone makes. At least 0.
 double unlikeness(const Grid& grid, const Half& half, int x, int y, int dx, int dy, double tiny) {
   double sum = 0;
   for (int v = -1; v <= 1; ++v) {
@@ -95,7 +97,7 @@ double unlikeness(const Grid& grid, const Half& half, int x, int y, int dx, int 
   return std::max(sum / 27, 0.0);
 }
 
-/// Sums of weighted neighbours, of one half.
+/// Sums of the weighted neighbours of one half.
 struct Mean {
   glm::dvec3 sum{0.0};
   double weight = 0;
@@ -111,7 +113,7 @@ struct Filtered {
   Colors a, b;
 };
 
-/// Half a weighed by guide b, and the other way round.
+/// Filters half a with weights from guide b, and half b with weights from guide a.
 Filtered filtered(const Grid& grid, const Half& a, const Half& b, const Half& guide_a, const Half& guide_b,
                   const Directions& directions, double tiny) {
   Filtered out{Colors(grid.size()), Colors(grid.size())};
@@ -136,11 +138,11 @@ Filtered filtered(const Grid& grid, const Half& a, const Half& b, const Half& gu
   return out;
 }
 
-/// 1 or -1, by the number.
+/// Returns 1 or -1, depending on the number.
 double sign_of(std::uint64_t number) { return (mix_bits(number + 1) & 1) != 0 ? 1 : -1; }
 
-/// Random colors of the covariance that the noise of a half has around each pixel: what the halves are apart there,
-/// with random signs. Not that of the pixel itself, whose own noise decides how it is weighed.
+/// Random colors with the covariance of the noise of a half around each pixel: the difference of the halves there, with
+/// random signs. The pixel itself is left out, because its own noise decides its weight.
 Colors made_noise(const Grid& grid, const Half& a, const Half& b) {
   constexpr int near = 2;
   Colors noise(grid.size(), glm::dvec3(0.0));
@@ -166,9 +168,9 @@ Half shaken(const Half& half, const Colors& noise) {
   return out;
 }
 
-/// How much of the filter's answer is taken, 0 to 1: what makes the least squared error of picture + share (filter -
-/// picture) over the pixels around, but for the nearest. gain: of the noise of the picture times its way to the
-/// filter's answer, by halves.
+/// The share of the filter's result that is used, 0 to 1: the one with the least squared error of picture + share
+/// (filter - picture) over the pixels around, without the nearest. gain: the noise of the picture times its difference
+/// from the filter's result, by halves.
 struct Trust {
   Numbers share, gain, way;
 };
@@ -193,8 +195,9 @@ Trust trust_of(const Grid& grid, const Colors& beauty, const Half& a, const Half
   return trust;
 }
 
-/// By how much the gain is too large: the noise of a half times the answer of the other, whose weights it has chosen
-/// (Stein's lemma: its covariance times how the answer changes with it; by a random shake, Ramani, Blu and Unser 2008).
+/// The bias of the gain: the noise of a half times the result of the other half, whose weights it has chosen. By
+/// Stein's lemma this is its covariance times the derivative of the result, found by a random perturbation (Ramani, Blu
+/// and Unser 2008).
 Numbers luck_of_weights(const Grid& grid, const Half& a, const Half& b, const Filtered& filter,
                         const Directions& directions, double tiny) {
   const Colors noise = made_noise(grid, a, b);
@@ -213,7 +216,7 @@ Error missing(const std::string& name, const std::string& found) {
           found};
 }
 
-/// Which pixels the errors are told of: 1 where something is seen, in pictures that say where.
+/// The pixels over which errors are reported: 1 where something is seen, if the picture has that layer.
 Numbers counted_pixels(const Grid& grid, const image::Picture& picture) {
   const image::Channel* coverage = picture.find("coverage");
   Numbers counts(grid.size(), 1.0);
@@ -222,8 +225,8 @@ Numbers counted_pixels(const Grid& grid, const image::Picture& picture) {
   return counts;
 }
 
-/// Standard error of the sum of values that are weighted alike, from squares of pixels that err apart, or nearly: a
-/// filter reaches about as far. counts: 1 or 0, pixels: their sum.
+/// Standard error of a sum of values of equal weight, from squares of pixels whose errors are nearly independent: a
+/// square is about as large as the filter's reach. counts: 1 or 0; pixels: their sum.
 double deviation_of_sum(const Grid& grid, const Numbers& values, const Numbers& counts, double pixels) {
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / pixels;
   double squares = 0, total = 0;

@@ -1,4 +1,4 @@
-// A filter of pictures of hair by their two half pictures (tress render --layers half).
+// Filters pictures of hair by their two half pictures (tress render --layers half).
 #pragma once
 
 #include <algorithm>
@@ -12,36 +12,40 @@
 
 namespace tress::denoise {
 
-/// Of R, G, B; the numbers are means over the pixels in which something is seen (layer `coverage`; all, of a picture
-/// without it). Errors are estimated from the halves alone, within 7 % in pictures of 10,000 pixels and more
-/// (bench/README.md, Denoising).
+/// The filtered R, G, B. Its numbers are means over the pixels in which something is seen (layer `coverage`; all pixels
+/// of a picture without it). Errors are estimated from the halves alone, within 7 % in pictures of 10,000 pixels and
+/// more (bench/README.md, Denoising).
 struct Denoised {
   std::array<std::vector<float>, 3> colors;  ///< filtered
-  double error_before = 0;                   ///< mean squared error
-  double error_after = 0;                    ///< of what is left, blur included; noise of its own may make it negative
-  double error_after_deviation = 0;          ///< standard error of error_after, by how squares of pixels differ
-  double mean = 0;                           ///< as they were
-  double brightness = 0;                     ///< filtered over as they were, minus 1
-  double filtered_share = 0;                 ///< 1 all of the filter's, 0 as they were
+  double error_before = 0;                   ///< mean squared error before filtering
+  double error_after = 0;                    ///< mean squared error after filtering, blur included; its own noise may
+                                             ///< make it negative
+  double error_after_deviation = 0;          ///< standard error of error_after, from the differences between squares of
+                                             ///< pixels
+  double mean = 0;                           ///< of the picture before filtering
+  double brightness = 0;                     ///< mean after filtering over mean before, minus 1
+  double filtered_share = 0;                 ///< 1: the filter's result; 0: the picture before filtering
 
-  /// Root mean square error over the mean, as Film::relative_noise() is of a picture that is not filtered. Never told
-  /// smaller than what it can be told from: few pixels may seem to have no error at all.
+  /// Root mean square error over the mean, comparable to Film::relative_noise() of an unfiltered picture. Its standard
+  /// error bounds it from below, because in a few pixels the error may seem to be zero.
   double noise() const {
     return mean != 0 ? std::sqrt(std::max(error_after, error_after_deviation)) / std::abs(mean) : 0;
   }
   double noise_before() const { return mean != 0 ? std::sqrt(error_before) / std::abs(mean) : 0; }
 };
 
-/// Every pixel becomes a mean of those around it: a Gaussian, long along the tangent of the hair as the picture shows
-/// it and narrow across, times how alike their neighbourhoods are in noise's own measure (non-local means; Buades, Coll
-/// and Morel 2005, variances and two buffers by Rousselle, Knaus and Zwicker 2012). One half is weighed by the other,
-/// so that weights and values err apart. Where the halves tell that the picture as it was is nearer to the truth, it is
-/// given back in part or in whole. Deterministic for any number of threads of the calling oneTBB arena.
-/// Any finite picture of tress; error: a layer or matrix that it needs is missing, or too few samples to have
-/// variances. name: of the file, for errors.
+/// Replaces every pixel by a weighted mean of those around it. The weight is a Gaussian, long along the tangent of the
+/// hair as the picture shows it and narrow across, times the likeness of their neighbourhoods in units of the noise
+/// (non-local means; Buades, Coll and Morel 2005; variances and two buffers by Rousselle, Knaus and Zwicker 2012). One
+/// half gets its weights from the other, so that the errors of weights and values are independent. Where the halves
+/// show that the unfiltered picture is nearer to the truth, it is returned in part or in whole.
+/// Deterministic for any number of threads of the calling oneTBB arena. Works on any finite picture of tress. Error if
+/// a layer or matrix that it needs is missing, or if there are too few samples for variances. name: of the file, for
+/// errors.
 Result<Denoised> denoise(const image::Picture& picture, const std::string& name);
 
-/// The picture with these for its R, G, B, and without the halves and variances, which are of noise that is gone.
+/// The picture with these colors as R, G, B, without the halves and variances, which describe the noise before
+/// filtering.
 image::Picture with_filtered(image::Picture picture, const Denoised& filtered);
 
 }  // namespace tress::denoise

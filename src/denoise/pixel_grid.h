@@ -16,14 +16,14 @@ struct Grid {
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
   }
-  /// The nearest pixel that is there.
+  /// The index of the nearest pixel within the picture.
   std::size_t nearest(int x, int y) const { return index(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1)); }
 };
 
 using Colors = std::vector<glm::dvec3>;
 using Numbers = std::vector<double>;
 
-/// For every row, in parallel.
+/// Calls the work for every row, in parallel.
 template <class Work>
 void for_rows(const Grid& grid, const Work& work) {
   tbb::parallel_for(0, grid.height, [&](int y) {
@@ -31,7 +31,7 @@ void for_rows(const Grid& grid, const Work& work) {
   });
 }
 
-/// Mean over the square of pixels around each; beyond the border the nearest pixel counts.
+/// The mean over the square of pixels around each; beyond the border the nearest pixel counts.
 template <class Value>
 std::vector<Value> smoothed(const Grid& grid, const std::vector<Value>& values, int to_each_side) {
   std::vector<Value> rows(values.size()), all(values.size());
@@ -49,7 +49,7 @@ std::vector<Value> smoothed(const Grid& grid, const std::vector<Value>& values, 
   return all;
 }
 
-/// Sums over the square of pixels around each, of those that are there.
+/// The sums over the square of pixels around each, without those beyond the border.
 inline Numbers sums_around(const Grid& grid, const Numbers& values, int to_each_side) {
   Numbers rows(values.size()), all(values.size());
   for_rows(grid, [&](int x, int y, std::size_t here) {
