@@ -9,14 +9,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t longest_name = 128;  // of an OpenJD job
-constexpr int notice_seconds = 60;         // between the request to end and the kill
+constexpr std::size_t longest_name = 128;  // longest name of an OpenJD job
+constexpr int notice_seconds = 60;         // between the request to stop and the kill
 
 std::string text_of(const Json& json) {
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-/// Without control characters, which neither scheduler takes.
+/// Removes control characters, which neither scheduler accepts.
 std::string plain_name(std::string name) {
   for (char& c : name) c = static_cast<unsigned char>(c) < 32 || c == 127 ? ' ' : c;
   return name.empty() ? "tress" : name.substr(0, longest_name);

@@ -1,4 +1,4 @@
-// A farm as a job of OpenJD and of Flamenco: the files that those take.
+// Writes a farm as a job of OpenJD or of Flamenco, in their file formats.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,13 @@
 
 namespace tress::farm {
 
-/// A job template of Open Job Description 2023-09, as JSON: a step of tasks and a merge that depends on it; where the
-/// first frame calibrates, a step before them. Source: the specification's "Template Schemas".
+/// A job template of Open Job Description 2023-09, as JSON: a step of tasks, and a merge that depends on it; if the
+/// first frame calibrates, it is a step before them. Source: the specification's "Template Schemas".
 std::string openjd_template(const Plan& plan, const std::filesystem::path& folder, const std::string& name);
 
-/// Flamenco 3's job type, for `scripts/` of its Manager: JavaScript, the same for every farm.
+/// The job type for Flamenco 3, to be put into `scripts/` of its Manager: JavaScript, the same for every farm.
 std::string flamenco_job_type();
-/// The job of that type, for POST /api/v3/jobs, as JSON.
+/// The job of that type, as JSON for POST /api/v3/jobs.
 std::string flamenco_job(const Plan& plan, const std::filesystem::path& folder, const std::string& name);
 
 }  // namespace tress::farm

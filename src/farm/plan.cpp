@@ -135,7 +135,7 @@ std::string differences(const Plan& expected, const Plan& found) {
     return name == "frames" ? frames_text(json[name].get<std::vector<int>>()) : text_of(json[name]);
   };
   std::string text;
-  // What may change without another result: how often a task is tried, and where the program is.
+  // These may change without changing the result: how often a task is tried, and where the program is.
   for (const char* name : {"directory", "scene", "output", "frames", "warm_cache", "frozen", "calibrates", "chunk",
                            "split", "samples", "options"}) {
     const std::string wanted = shown(a, name), there = shown(b, name);

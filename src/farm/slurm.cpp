@@ -22,12 +22,12 @@ std::string after_text(const std::vector<std::string>& jobs) {
 std::vector<std::string> command_with(const SlurmOptions& options, const std::vector<std::string>& after) {
   std::vector<std::string> words{"sbatch", "--parsable", "--job-name=" + options.name, "--requeue",
                                  "--open-mode=append"};
-  // A merge whose tasks have failed for good shall not wait for ever.
+  // A merge whose tasks have failed for good must not wait for ever.
   if (!after.empty()) words.insert(words.end(), {after_text(after), "--kill-on-invalid-dep=yes"});
   return words;
 }
 
-/// Slurm takes % in the name of a log for the start of a pattern, which that of a folder is not.
+/// Slurm takes % in the name of a log as the start of a pattern, so one in the folder's name is escaped.
 std::string log_option(const std::filesystem::path& folder, const char* pattern) {
   std::string logs = (folder / "logs").string();
   for (std::size_t at = 0; (at = logs.find('%', at)) != std::string::npos; at += 2) logs.insert(at, 1, '%');
@@ -94,7 +94,7 @@ std::vector<std::string> slurm_array_command(const std::filesystem::path& folder
   for (const std::size_t task : tasks) in_array.push_back(task - offset);
   std::string array = "--array=" + ranges_text(in_array);
   if (options.at_most > 0) array += fmt::format("%{}", options.at_most);
-  // Two minutes before the limit of time: enough to end a pass and to write a checkpoint.
+  // Sent two minutes before the time limit: enough to end a pass and to write a checkpoint.
   words.insert(words.end(), {array, "--signal=B:USR1@120", log_option(folder, "%A_%a.log")});
   words.insert(words.end(), options.extra.begin(), options.extra.end());
   words.push_back((folder / "slurm" / "task.sh").string());
