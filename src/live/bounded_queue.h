@@ -1,4 +1,4 @@
-// Threads that answer connections, and no more connections than they have room for.
+// Threads that answer connections, with a limit on the number of waiting connections.
 #pragma once
 
 #include <httplib.h>
@@ -16,14 +16,16 @@
 
 namespace tress::live {
 
-/// Where the queue is full the thread that accepts connections waits: further ones stay in the system's own short
-/// queue, and take no file of this program.
+/// If the queue is full, the thread that accepts connections waits: further ones stay in the system's own short queue
+/// and take no file descriptor of this program.
 class BoundedQueue final : public httplib::TaskQueue {
  public:
   using Task = std::function<void()>;
-  using Enqueued = decltype(std::declval<httplib::TaskQueue&>().enqueue(Task()));  // void or bool, by version
+  using Enqueued = decltype(std::declval<httplib::TaskQueue&>().enqueue(Task()));  // void or bool, depending on the
+                                                                                   // version
 
-  /// closing: once it is set nobody waits for room: what comes then is closed at once by the server. Outlives it.
+  /// closing: once it is set, nobody waits for room, and the server closes new connections at once. It must outlive the
+  /// queue.
   BoundedQueue(std::size_t threads, std::size_t room, const std::atomic<bool>& closing)
       : room_(room), closing_(closing) {
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });

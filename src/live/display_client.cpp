@@ -54,7 +54,8 @@ bool DisplayClient::finish(std::shared_ptr<const image::Picture> picture) {
   return last_arrived_;
 }
 
-/// A viewer that was not there, or that has stalled, is looked for again later, with the picture of then.
+/// Sends pictures until it is stopped. If the viewer is missing or stalled, it is tried again later with the picture of
+/// that time.
 void DisplayClient::talk(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!stop.stop_requested()) {
@@ -94,7 +95,7 @@ DisplayClient::Outcome DisplayClient::bring(const image::Picture& picture, bool 
     const bool arrived = send_changes(picture, is_last ? patience_at_the_end() : options_.patience, stop);
     has_stalled_ = !arrived;
     if (arrived) {
-      // Bytes that are on their way when a socket is closed in good order arrive.
+      // Bytes in transit still arrive if the socket is closed in good order.
       if (is_last) socket_.close();
       return Outcome::arrived;
     }
@@ -106,7 +107,7 @@ DisplayClient::Outcome DisplayClient::bring(const image::Picture& picture, bool 
   return Outcome::stalled;
 }
 
-/// One that has stalled before is not waited for longer than a hundredth of the time so far.
+/// A viewer that has stalled before gets at most a hundredth of the time so far.
 std::chrono::milliseconds DisplayClient::patience_at_the_end() const {
   if (!has_stalled_) return options_.patience;
   const auto hundredth = std::chrono::duration_cast<std::chrono::milliseconds>(TimeShare::Clock::now() - start_) / 100;
@@ -127,7 +128,7 @@ bool DisplayClient::create(const image::Picture& picture, std::chrono::milliseco
   return true;
 }
 
-/// One packet for each layer and tile. A picture that waits does not stop it: the viewer shall have a whole one.
+/// Sends one packet for each layer and tile. A newer picture does not interrupt it, so that the viewer has a whole one.
 bool DisplayClient::send_changes(const image::Picture& picture, std::chrono::milliseconds patience,
                                  const std::stop_token& stop) {
   if (!create(picture, patience, stop)) return false;

@@ -18,29 +18,29 @@
 
 namespace tress::live {
 
-/// A thread of its own talks to the viewer: no call here waits for one but finish(). It connects when the viewer is
-/// there, however late, and again when it has been gone; only tiles that have changed since are sent. A viewer that
-/// takes nothing for `patience` is left alone for a while. Beside the picture that is shown it keeps 8 bytes a tile and
-/// layer, and one packet.
+/// A thread of its own talks to the viewer; only finish() waits for it. It connects as soon as the viewer is there, and
+/// again after it was gone; only tiles that have changed are sent. A viewer that takes nothing for `patience` is left
+/// alone for a while. Besides the shown picture it keeps 8 bytes for each tile and layer, and one packet.
 class DisplayClient {
  public:
   struct Options {
-    double cpu_share = 0.003;                  ///< of the time since construction, for the thread of its own
+    double cpu_share = 0.003;                  ///< of the time since construction, for its thread
     std::chrono::milliseconds patience{3000};  ///< with a viewer that takes nothing
-    std::chrono::milliseconds retry{500};      ///< between two attempts to reach one
+    std::chrono::milliseconds retry{500};      ///< between two attempts to connect
   };
-  /// name: what the viewer calls the picture.
+  /// name: the picture's name in the viewer.
   DisplayClient(Endpoint viewer, std::string name) : DisplayClient(std::move(viewer), std::move(name), Options{}) {}
   DisplayClient(Endpoint viewer, std::string name, const Options& options);
-  /// Gives up at once.
+  /// Stops at once.
   ~DisplayClient() = default;
 
-  /// Whether a picture shown now would go out: the one before has, and the share of time allows it. Any thread.
+  /// Whether a picture shown now would be sent: the previous one has been, and the share of time allows it. Any thread.
   bool wants_picture() const;
-  /// Takes the place of one that waits. All pictures have the same size and channels, or the viewer begins anew.
+  /// Replaces a picture that still waits. If a picture has another size or other channels, the viewer starts with a new
+  /// image.
   void show(std::shared_ptr<const image::Picture> picture);
-  /// The last one, whatever its time; waits until the viewer has it. True if it has all of it; false if there is none,
-  /// or it has stalled.
+  /// Sends the last picture, whatever its time, and waits until the viewer has it. True if it has all of it; false if
+  /// there is no viewer, or it has stalled.
   bool finish(std::shared_ptr<const image::Picture> picture);
 
   /// CPU time of the thread so far, seconds. Any thread.
@@ -59,19 +59,19 @@ class DisplayClient {
   const std::string name_;
   const Options options_;
   const TimeShare::Clock::time_point start_ = TimeShare::Clock::now();
-  mutable std::mutex mutex_;  ///< of the next six
+  mutable std::mutex mutex_;  ///< guards the next six
   std::condition_variable_any changed_;
   std::shared_ptr<const image::Picture> picture_;  ///< the latest
-  std::uint64_t given_ = 0, done_ = 0;             ///< pictures: shown here, and sent or given up
+  std::uint64_t given_ = 0, done_ = 0;             ///< numbers of pictures: shown here, and sent or dropped
   bool is_last_ = false, last_arrived_ = false;
   TimeShare time_;
-  ViewerSocket socket_;                             ///< of the thread, as the rest
-  std::vector<std::optional<std::uint64_t>> sent_;  ///< hash of what the viewer has, by layer, then tile
-  std::vector<std::string> channels_;               ///< of the image that the viewer has; none: it has none
+  ViewerSocket socket_;                             ///< used by the thread only, as the rest
+  std::vector<std::optional<std::uint64_t>> sent_;  ///< hash of what the viewer has, by layer, then by tile
+  std::vector<std::string> channels_;               ///< of the viewer's image; empty if it has none
   int width_ = 0, height_ = 0;
-  bool has_stalled_ = false;  ///< when something was last sent
+  bool has_stalled_ = false;  ///< at the last attempt to send
   TimeShare::Clock::time_point next_attempt_{};
-  std::jthread thread_;  ///< last: it ends before all it uses
+  std::jthread thread_;  ///< declared last, so that it ends before everything that it uses
 };
 
 }  // namespace tress::live

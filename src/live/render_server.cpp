@@ -32,7 +32,7 @@ constexpr std::size_t threads = 3, connections_waiting = 8;
 constexpr std::size_t most_rows_asked = 8, most_rows_answered = 16;
 constexpr double cpu_share = 0.002;
 constexpr auto watched_for = 5s, patience_at_the_end = 3s;
-/// Answers may take so much before the share is looked at: a page that is just opened.
+/// Answers may take this much time before the limit applies, for a page that was just opened.
 constexpr auto allowance = 60s;
 
 double thread_cpu_seconds() {
@@ -49,7 +49,7 @@ std::optional<std::uint64_t> number_of(const httplib::Request& request, const ch
   return value;
 }
 
-/// Three channels as floats, one after the other; a layer of one channel three times.
+/// Three channels as floats, one after the other; a layer of one channel is repeated three times.
 std::optional<std::string> layer_bytes(const image::Picture& picture, const std::string& layer) {
   std::vector<const image::Channel*> found;
   for (const image::Channel& channel : picture.channels) {
@@ -87,7 +87,7 @@ struct RenderServer::State {
   int port = 0;
   bool is_loopback = true;
 
-  mutable std::mutex mutex;  ///< of the rest
+  mutable std::mutex mutex;  ///< guards the members below
   std::condition_variable asked_something;
   Clock::time_point last_asked{};
   Json facts = Json::object();
@@ -97,7 +97,7 @@ struct RenderServer::State {
   std::shared_ptr<const image::Picture> reference;
   std::shared_ptr<const std::string> table = std::make_shared<const std::string>("{\"slices\":[]}");
   std::uint64_t table_version = 0;
-  std::uint64_t fetched = 0;  ///< version of the latest picture that went out
+  std::uint64_t fetched = 0;  ///< version of the latest picture that was sent
   Asked asked;
   std::map<std::uint64_t, Json> rows;
   std::uint64_t last_request = 0;
@@ -105,13 +105,13 @@ struct RenderServer::State {
   std::vector<Slider> sliders;
   Look look;
   std::uint64_t looks_asked = 0, looks_taken = 0;
-  std::uint64_t first_of_look = 0;  ///< version of the first picture of the look
+  std::uint64_t first_of_look = 0;  ///< version of the first picture after the last change of the sliders
   std::atomic<bool> is_look_asked{false};
   std::atomic<bool> over{false};
-  bool has_ended = false;  ///< no thread of the server is left
+  bool has_ended = false;  ///< whether all threads of the server have ended
   TimeShare time{cpu_share, Clock::now() - allowance};
 
-  /// Of the Host of a request: this server and no name that merely leads here (DNS rebinding).
+  /// Whether the Host header names this server, rather than another name that resolves to it (DNS rebinding).
   bool is_own_host(const std::string& host) const {
     const std::string suffix = fmt::format(":{}", port);
     if (!host.ends_with(suffix)) return false;
@@ -218,7 +218,7 @@ struct RenderServer::State {
       response.set_content(found->second.dump(), "application/json");
   }
 
-  /// Of words: a change of sliders. What is wrong with it; empty: it waits to be taken.
+  /// Takes a change of sliders as JSON. Returns what is wrong with it; if empty, the change waits for take_look().
   std::string ask_look(const Json& words) {
     if (sliders.empty()) return "look: expected a render that offers sliders, found none";
     if (!words.contains("values") || !words["values"].is_object() || words["values"].size() > sliders.size())
@@ -293,7 +293,7 @@ void RenderServer::State::set_routes() {
   server.set_pre_routing_handler([this](const Request& request, Response& response) {
     const bool is_post = request.method == "POST";
     int refused = 0;
-    // A form of another page can post, but not as JSON without asking first.
+    // A form of another page can post here, but it cannot send JSON without a preflight request.
     if (is_foreign(request) || (is_post && request.get_header_value("Content-Type") != "application/json"))
       refused = 403;
     else if (const std::scoped_lock lock(mutex); over || (!is_post && !time.is_due()))
@@ -323,7 +323,8 @@ void RenderServer::State::set_routes() {
 
 RenderServer::RenderServer() : state_(std::make_shared<State>()) {}
 
-/// A client that sends its request byte by byte can hold a thread for hours: it is then left to the end of the process.
+/// A client that sends its request byte by byte can hold a thread for hours; such a thread is left to the end of the
+/// process.
 RenderServer::~RenderServer() {
   state_->over = true;
   state_->server.stop();
@@ -361,7 +362,7 @@ Result<std::unique_ptr<RenderServer>> RenderServer::start(const std::string& add
     shared->has_ended = true;
     shared->asked_something.notify_all();
   });
-  // stop() before it runs would be lost.
+  // A stop() before the server runs would be lost.
   while (!state.server.is_running()) std::this_thread::sleep_for(1ms);
   return server;
 }

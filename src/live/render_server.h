@@ -1,4 +1,4 @@
-// The live page: serves what a render tells it, and takes what the page asks of the render.
+// The live page: serves the state of a render, and passes the page's requests to it.
 #pragma once
 
 #include <chrono>
@@ -15,60 +15,60 @@
 
 namespace tress::live {
 
-/// Threads of its own answer; they see copies alone, so that no client is waited for. Memory: four pictures, the last
+/// Its own threads answer; they use copies only, so a render never waits for a client. Memory: four pictures, the last
 /// most_passes passes, one table, a few requests. Connections beyond a few wait outside the program, and clients that
-/// ask too often, or are stalled, are refused and dropped. Requests that name another host, or come from a page of
-/// another origin, are refused. Thread-safety: all calls from one thread.
+/// ask too often or stall are refused and dropped. Requests that name another host, or come from a page of another
+/// origin, are refused. Thread-safety: all calls from one thread.
 class RenderServer {
  public:
   using Json = nlohmann::ordered_json;
 
   static constexpr std::size_t most_passes = 4096;
 
-  /// address: "ADDRESS:PORT", "ADDRESS", ":PORT" or empty; 127.0.0.1 unless told, port 0 or none: a free one.
-  /// Error if it cannot listen there.
+  /// address: "ADDRESS:PORT", "ADDRESS", ":PORT" or empty; the default address is 127.0.0.1, and port 0 or none means a
+  /// free one. Error if it cannot listen there.
   static Result<std::unique_ptr<RenderServer>> start(const std::string& address);
   ~RenderServer();
 
-  /// "http://127.0.0.1:40123/".
+  /// The address as "http://127.0.0.1:40123/".
   std::string url() const;
-  /// Whether a page has asked within some seconds: without one nothing needs to be copied.
+  /// Whether a page has sent a request within the last seconds: without one nothing needs to be copied.
   bool is_watched() const;
 
-  /// What the page has besides the passes, by key: laid over what was told before.
+  /// Sets facts of the page besides the passes, by key; earlier facts of the same key are replaced.
   void tell(const Json& facts);
   void add_pass(Json pass);
   void show(std::shared_ptr<const image::Picture> picture);
-  /// A picture that the page can lay beside, "reference": once.
+  /// A picture for comparison on the page, "reference". Call it once.
   void set_reference(std::shared_ptr<const image::Picture> picture);
   void set_table(Json table);
-  /// Answer to a row that was asked.
+  /// Answers the request for a row.
   void answer_row(std::uint64_t request, Json row);
 
   struct RowAsked {
     std::uint64_t request = 0;
     std::uint32_t slice = 0, node = 0;
   };
-  /// What the page has asked for since the last call.
+  /// The requests of the page since the last call.
   struct Asked {
     bool save = false;
     std::vector<RowAsked> rows;
   };
   Asked take_asked();
 
-  /// What the page can change of the picture, which then begins anew.
+  /// A parameter of the picture that the page can change; the picture then starts anew.
   struct Slider {
     std::string name, label;
     double least = 0, most = 1, step = 0.01;
-    double value = 0;  ///< where it stands before it is moved
+    double value = 0;  ///< initial position
   };
-  /// Once; without it no change is taken.
+  /// Call it once; without sliders, no change is accepted.
   void offer_sliders(std::vector<Slider> sliders);
-  using Look = std::map<std::string, double>;  ///< by the names of those that were moved
-  /// Whether a change waits. Any thread.
+  using Look = std::map<std::string, double>;  ///< values by the names of the sliders that were moved
+  /// Whether a change waits to be taken. Any thread.
   bool is_look_asked() const;
-  /// The last change, every value in the range of its slider. The passes of the page begin anew, and the picture is
-  /// kept for it as that of the look before.
+  /// Returns the last change; every value is in the range of its slider. The passes of the page start anew, and the
+  /// picture is kept as the one before the change.
   Look take_look();
 
   bool is_paused() const;
@@ -76,16 +76,16 @@ class RenderServer {
   /// Returns at the next request of a page, or after that time.
   void wait_for_request(std::chrono::milliseconds patience);
 
-  /// Returns when a page has fetched the last picture, no page asks, or after that time.
+  /// Returns when a page has fetched the last picture, when no page sends requests, or after that time.
   void wait_until_seen(std::chrono::milliseconds patience);
 
-  /// CPU time that answers have taken in all, seconds.
+  /// CPU time of all answers so far, seconds.
   double cpu_seconds() const;
 
  private:
   RenderServer();
   struct State;
-  std::shared_ptr<State> state_;  ///< of the threads too
+  std::shared_ptr<State> state_;  ///< shared with the threads
 };
 
 }  // namespace tress::live

@@ -30,7 +30,7 @@ std::string text_of(const Json& object, const char* name) {
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// The numbers of {"eta": 1.55, "sigma_deg": 5.72} as words: "eta 1.55, sigma_deg 5.73".
+/// The numbers of {"eta": 1.55, "sigma_deg": 5.72} as text: "eta 1.55, sigma_deg 5.73".
 std::string words(const Json& object) {
   std::string text;
   if (!object.is_object()) return text;
@@ -77,7 +77,7 @@ class Run {
   Json verdict() const {
     if (passes_.empty()) return {{"good", false}, {"text", "no pass has ended"}};
     const Json& last = passes_.back();
-    // Files of version 0.2 and before have the one share alone.
+    // Files of version 0.2 and before have only the converged share.
     const bool has_answered = field(last, "answered_query_share").is_number();
     const double share = number(last, has_answered ? "answered_query_share" : "converged_query_share");
     const bool any = std::ranges::any_of(passes_, [](const Json& pass) { return number(pass, "queries") > 0; });
@@ -115,13 +115,13 @@ class Run {
             {"cpu_seconds_spared", field(cache, "cpu_seconds_spared_estimate")}};
   }
 
-  /// Rows that have not converged, by their last lines.
+  /// The rows that have not converged, by their last lines.
   Json left() const {
     if (rows_.empty())
       return {{"text", "the telemetry does not tell single rows; a run with --telemetry-level rows does"},
               {"rows", Json::array()}};
     double light = 0, light_left = 0;
-    std::multimap<double, const Json*, std::greater<>> left;  // by light, those of equal light as they stand
+    std::multimap<double, const Json*, std::greater<>> left;  // by light; rows of equal light keep their order
     for (const auto& [place, row] : rows_) {
       light += number(row, "light");
       if (text_of(row, "state") == "converged") continue;
@@ -150,7 +150,7 @@ class Run {
   std::string name_;
   Json header_, summary_;
   std::vector<Json> passes_;
-  std::map<std::string, Json> rows_;  ///< last line of each, by page and node
+  std::map<std::string, Json> rows_;  ///< the last line of each row, by slice and node
 };
 
 }  // namespace
@@ -163,7 +163,7 @@ Result<std::vector<Json>> report_data(const std::filesystem::path& file) {
   std::string line;
   for (int place = 1; std::getline(stream, line); ++place) {
     const Json json = Json::parse(line, nullptr, false);
-    const bool is_cut = json.is_discarded() && stream.eof();  // by a kill
+    const bool is_cut = json.is_discarded() && stream.eof();  // cut off by a kill
     if (is_cut || line.empty()) continue;
     const auto error = [&](const char* found) {
       return Error{file.string(), fmt::format("line {}", place), "an object of telemetry with a \"type\"", found};

@@ -1,4 +1,4 @@
-// How often something may be done beside a render, so that all of it takes no more than a share of the time.
+// Limits how often something is done beside a render, so that all of it takes no more than a share of the time.
 #pragma once
 
 #include <chrono>
@@ -11,10 +11,10 @@ class TimeShare {
   using Clock = std::chrono::steady_clock;
   using Seconds = std::chrono::duration<double>;
 
-  /// share: of the time since `start`, (0, 1].
+  /// share: of the time since `start`, in (0, 1].
   explicit TimeShare(double share, Clock::time_point start = Clock::now()) : share_(share), start_(start) {}
 
-  /// Whether once more, if it takes as long as the last time, stays within the share. The first time is always due.
+  /// Whether one more time stays within the share, if it takes as long as the last one. The first time is always due.
   bool is_due(Clock::time_point now = Clock::now()) const {
     return last_ < Seconds(0) || (spent_ + last_) <= share_ * Seconds(now - start_);
   }

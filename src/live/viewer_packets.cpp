@@ -21,7 +21,7 @@ class Packet {
  public:
   explicit Packet(PacketType type) : bytes_(4, '\0') {
     bytes_ += static_cast<char>(type);
-    bytes_ += '\0';  // the viewer's window does not come to the front
+    bytes_ += '\0';  // the viewer's window stays where it is
   }
   void text(const std::string& text) { bytes_.append(text.c_str(), text.size() + 1); }
   void number(std::int32_t value) { append(&value, sizeof value); }

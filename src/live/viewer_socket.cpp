@@ -58,7 +58,7 @@ void ViewerSocket::close() {
   file_ = -1;
 }
 
-/// In steps, so that `stop` is seen soon.
+/// Waits in steps, so that `stop` is seen soon.
 bool ViewerSocket::wait_to_write(Clock::time_point end, const std::stop_token& stop) const {
   constexpr int step_ms = 20;
   while (!stop.stop_requested()) {
@@ -112,7 +112,7 @@ bool ViewerSocket::is_open() {
   char bytes[256];
   for (;;) {
     const ssize_t count = recv(file_, bytes, sizeof bytes, MSG_DONTWAIT);
-    if (count > 0) continue;  // a viewer has nothing to say: what it does say is thrown away
+    if (count > 0) continue;  // a viewer sends nothing by the protocol: anything it sends is dropped
     if (count < 0 && errno == EINTR) continue;
     if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return true;
     close();

@@ -1,4 +1,4 @@
-// A connection to a viewer that may be gone, late or stalled: no call waits longer than it says.
+// A connection to a viewer that may be gone, late or stalled: no call waits longer than it is allowed to.
 #pragma once
 
 #include <chrono>
@@ -13,7 +13,7 @@
 
 namespace tress::live {
 
-/// Where a viewer listens: the numeric addresses of a host, in the order in which they are tried.
+/// The address of a viewer: the numeric addresses of a host, in the order in which they are tried.
 struct Endpoint {
   struct Address {
     int family = 0;
@@ -23,11 +23,11 @@ struct Endpoint {
   std::vector<Address> addresses;
 };
 
-/// HOST:PORT, [IPV6]:PORT. Asks the system for the host's addresses, which may take as long as it wants. Error if the
+/// Parses HOST:PORT or [IPV6]:PORT. Asks the system for the host's addresses, which may take any time. Error if the
 /// text is not HOST:PORT, or the host is unknown.
 Result<Endpoint> find_endpoint(const std::string& text);
 
-/// One thread, but for `stop`, which ends every wait at once.
+/// For one thread; only `stop` may come from another, and ends every wait at once.
 class ViewerSocket {
  public:
   ViewerSocket() = default;
@@ -35,11 +35,11 @@ class ViewerSocket {
   ViewerSocket(const ViewerSocket&) = delete;
   ViewerSocket& operator=(const ViewerSocket&) = delete;
 
-  /// Whether it is connected within that time for each address.
+  /// Connects within that time for each address. Returns whether it is connected.
   bool connect(const Endpoint& endpoint, std::chrono::milliseconds patience, const std::stop_token& stop);
-  /// Whether all of it was taken within that time. If not, or if the viewer is gone, it is closed.
+  /// Returns whether all bytes were taken within that time. If not, or if the viewer is gone, the socket is closed.
   bool send(std::string_view bytes, std::chrono::milliseconds patience, const std::stop_token& stop);
-  /// False, and closed, once the other side has closed.
+  /// False once the other side has closed; the socket is then closed too.
   bool is_open();
   void close();
 

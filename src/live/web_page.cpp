@@ -10,7 +10,7 @@ std::string script_text(const nlohmann::ordered_json& data) {
   text.reserve(json.size());
   for (const char c : json) {
     if (c == '<')
-      text += "\\u003c";  // only within strings, where it means the same
+      text += "\\u003c";  // it occurs only within strings, where it means the same
     else
       text += c;
   }
