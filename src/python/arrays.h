@@ -1,4 +1,4 @@
-// numpy arrays as what they are in memory: checked views of what comes in, arrays over memory of ours that goes out.
+// numpy arrays without copies: checked views of arrays that come in, and arrays over our own memory that go out.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -14,11 +14,11 @@
 
 namespace tress::python {
 
-/// Shape and type as messages have them: "float64 (3, 2)".
+/// Shape and type as text for messages: "float64 (3, 2)".
 std::string words(const pybind11::array& array);
 
-/// The numbers of a C-contiguous array of T of shape (N, columns), or (N) with columns 0, without a copy: good as long
-/// as the array. Raises what names `place` where it is another.
+/// Views the numbers of a C-contiguous array of T of shape (N, columns), or (N) if columns is 0, without a copy; valid
+/// as long as the array. Raises an error that names `place` if the array is another.
 template <class T>
 std::span<const T> view(const pybind11::array& array, std::size_t columns, const std::string& place) {
   const bool has_shape =
@@ -32,7 +32,7 @@ std::span<const T> view(const pybind11::array& array, std::size_t columns, const
   return {static_cast<const T*>(array.data()), static_cast<std::size_t>(array.size())};
 }
 
-/// An array that owns the vector, whose items are `columns` of T each; 0: one T each, of one dimension.
+/// An array that owns the vector, whose items are `columns` values of T each; with 0, one T each, in one dimension.
 template <class T, class Item>
 pybind11::array_t<T> array_of(std::vector<Item>&& items, std::size_t columns = 0) {
   static_assert(sizeof(Item) % sizeof(T) == 0);

@@ -40,7 +40,7 @@ fiber::FiberParameters fiber_of(const std::string& material) {
   return scene.materials.front().fiber;
 }
 
-/// A model with one fiber. Calls are one at a time, each on all cores.
+/// A model with one fiber. Calls run one at a time, each on all cores.
 class Bcsdf {
  public:
   Bcsdf(const std::string& material, const std::string& model, const std::string& estimator,
@@ -55,11 +55,11 @@ class Bcsdf {
     }
     adaptive::Options options;
     options.seed = seed;
-    options.learns_to_epsilon = true;  // its rows are asked too seldom to learn by their events
+    options.learns_to_epsilon = true;  // its rows get too few queries to learn by their events
     if (epsilon) options.hold_all_to(in_range("epsilon", *epsilon, "--epsilon"));
     if (info_.has_rows() && used != fiber::Estimator::exact) learned_ = fiber::make_service(info_, options);
     model_ = info_.make({used, learned_.service.get(), 0});
-    const py::gil_scoped_release released;  // energies are traced
+    const py::gil_scoped_release released;  // energies are traced here, which takes time
     fiber_ = model_->add_fiber(parameters);
     if (fiber_ == fiber::no_fiber)
       throw Raised({"", "material", "a fiber within its ranges", fiber::out_of_range(parameters)});
@@ -106,7 +106,7 @@ class Bcsdf {
                           array_of<std::uint8_t>(std::move(lobe)));
   }
 
-  /// Joins what was learned with what the file holds by now.
+  /// Merges what was learned with what the file has by now.
   void save(const std::filesystem::path& file) {
     adaptive::Service& service = rows();
     Worker worker;
@@ -115,14 +115,14 @@ class Bcsdf {
     if (const adaptive::CacheUpdate& done = checked(std::move(*update)); done.refusal) throw Raised(*done.refusal);
   }
 
-  /// Before the first sample().
+  /// Must be called before the first sample().
   void load(const std::filesystem::path& file) {
     adaptive::Service& service = rows();
     const auto cache = checked(adaptive::CacheFile::open(file, service.model_name()));
     check(service.load(*cache));
   }
 
-  /// Ends a pass: what sample() has told is learned. Null without rows.
+  /// Ends a pass: the events of sample() are learned. Null without rows.
   py::object publish() {
     if (!learned_.service) return py::none();
     adaptive::PassReport report;
@@ -150,7 +150,7 @@ class Bcsdf {
     return both;
   }
 
-  /// Which node of the table and which place on the fiber's width an event has is drawn.
+  /// Draws the node of the table and the place on the fiber's width for an event.
   fiber::FiberEvent begin(const Directions& known, std::size_t i, RandomStream& random) const {
     const float xi1 = random.next(), xi2 = random.next(), h = 2 * random.next() - 1;
     return model_->begin(fiber_, {known.theta[i], known.phi[i]}, xi1, xi2, h);

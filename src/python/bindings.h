@@ -1,4 +1,4 @@
-// The parts of the module tress._tress. Each adds its names; src/python/tress/_tress.pyi has them with their types.
+// The parts of the module tress._tress. Each adds its names; src/python/tress/_tress.pyi lists them with their types.
 #pragma once
 
 #include <pybind11/pybind11.h>

@@ -1,4 +1,4 @@
-// import tress: the compiled part. What people call is in src/python/tress, which is plain Python above this.
+// The compiled part of the module tress. The public names are in src/python/tress, in plain Python on top of this.
 #include <pybind11/pybind11.h>
 
 #include "python/bindings.h"

@@ -11,7 +11,7 @@ namespace {
 
 std::string comma(const std::string& names) { return names.empty() ? "" : ", "; }
 
-/// What was found, and that the laboratory has it where it does.
+/// The name that was found, and a hint if the laboratory has it.
 std::string found(const std::string& name, std::span<const std::string_view> in_laboratory) {
   const bool has = std::ranges::find(in_laboratory, name) != in_laboratory.end();
   return "\"" + name + "\"" + (has ? ", which only tress-lab has" : "");

@@ -1,4 +1,4 @@
-// Names and numbers of Python's keyword arguments, held to what the options of the command line allow.
+// Checks names and numbers of Python's keyword arguments against what the options of the command line allow.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,15 +13,15 @@
 
 namespace tress::python {
 
-// Each raises an error that names what there is.
+// Each raises an error that lists the valid names.
 
 fiber::Estimator estimator_named(const std::string& name);
 const fiber::ModelInfo& model_named(const std::string& name);
-/// The error for a name that no model has.
+/// The error for an unknown name of a model.
 Error unknown_model(const std::string& name);
 const adaptive::Learner* learner_named(const std::string& name);
 
-/// The value, if the option of the command line of the same meaning takes it.
+/// The value, if the command-line option of the same meaning accepts it.
 template <class T>
 T in_range(const char* name, T value, const char* option) {
   const scene::Parameter& parameter = scene::option_parameter(option);

@@ -22,7 +22,7 @@ namespace {
 
 using Handle = std::shared_ptr<SharedPicture>;
 
-/// The pixels of a channel, (height, width), without a copy. They can be written.
+/// The pixels of a channel, (height, width), without a copy. They are writable.
 py::array_t<float> channel(const Handle& self, const std::string& name) {
   const image::Picture& picture = self->picture;
   for (const image::Channel& found : picture.channels) {

@@ -1,4 +1,4 @@
-// A picture as Python sees it.
+// A picture in Python.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -7,11 +7,11 @@
 
 namespace tress::python {
 
-/// tress._tress.Picture. Its channels never move: arrays over them hold the picture.
+/// The object tress._tress.Picture. Its channels never move: arrays over them keep the picture alive.
 struct SharedPicture {
   image::Picture picture;
   image::Preview preview;
-  pybind11::dict stats;  ///< of the render that made it; empty of a file
+  pybind11::dict stats;  ///< of the render that made it; empty for a picture from a file
 };
 
 }  // namespace tress::python

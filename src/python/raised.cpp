@@ -10,7 +10,7 @@ namespace py = pybind11;
 namespace tress::python {
 namespace {
 
-/// How late a signal may be seen.
+/// The longest time until a signal is seen.
 constexpr std::chrono::milliseconds look_interval{50};
 
 PyObject* error_type = nullptr;

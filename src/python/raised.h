@@ -1,4 +1,4 @@
-// The library's errors as exceptions of Python, and long work that a signal may end.
+// Turns the library's errors into exceptions of Python, and lets a signal end long work.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -13,7 +13,7 @@
 
 namespace tress::python {
 
-/// Thrown with or without the GIL; becomes tress.Error, whose text is Error::message() and which has its four parts.
+/// Thrown with or without the GIL. It becomes tress.Error, whose text is Error::message() and which has the four parts.
 struct Raised : std::exception {
   explicit Raised(Error what) : error(std::move(what)) {}
   Error error;
@@ -31,23 +31,23 @@ inline void check(const std::optional<Error>& error) {
 /// Makes tress.Error and the translation of Raised.
 void bind_error(pybind11::module_& module);
 
-/// Runs work on a thread of its own without the GIL, while the calling thread waits, looks for signals (Ctrl-C), and
-/// answers what the work asks of Python.
+/// Runs work on a thread of its own without the GIL. Meanwhile the calling thread waits, looks for signals (Ctrl-C),
+/// and answers what the work asks of Python.
 class Worker {
  public:
-  /// Set once the caller wants an end: after a signal, or an exception of Python in ask(). Any thread.
+  /// Set once the caller wants to stop: after a signal, or an exception of Python in ask(). Any thread.
   const std::atomic<bool>& stop() const { return stop_; }
 
-  /// From the work: runs `question` on the calling thread with the GIL. False where it failed or a signal came, which
-  /// is what run() then throws.
+  /// Called by the work: runs `question` on the calling thread with the GIL. False if it failed or a signal came; run()
+  /// then throws that.
   bool ask(const std::function<bool()>& question);
 
-  /// With the GIL. Returns when `work` has ended. Throws what Python threw, else what `work` threw.
+  /// Call it with the GIL. It returns when `work` has ended, and throws what Python threw, or else what `work` threw.
   void run(const std::function<void()>& work);
 
  private:
   struct Shared;
-  Shared* shared_ = nullptr;  ///< while run() runs
+  Shared* shared_ = nullptr;  ///< set while run() runs
   std::atomic<bool> stop_{false};
 };
 

@@ -25,12 +25,12 @@ namespace py = pybind11;
 namespace tress::python {
 namespace {
 
-/// What a callback is given: a pass, and while the callback lasts the picture so far.
+/// The argument of a callback: a pass, and, while the callback runs, the picture so far.
 struct PassTold {
   integrate::PassProgress pass;
 };
 
-/// The keyword arguments of render(), as numbers that the options of the command line of the same meaning allow.
+/// The keyword arguments of render(); numbers are checked by the command-line option of the same meaning.
 class Arguments {
  public:
   explicit Arguments(const py::dict& given) : given_(given) {}
@@ -155,7 +155,7 @@ py::dict stats_of(const scene::Scene& scene, const RenderOutcome& outcome) {
   return stats;
 }
 
-/// scene: the path of a file, or the text of one with the folder that its names are relative to.
+/// scene: the path of a file, or the text of one with the folder that its file names are relative to.
 std::shared_ptr<SharedPicture> render(const std::optional<std::filesystem::path>& file, const std::string& text,
                                       const std::filesystem::path& folder, const py::dict& arrays,
                                       const py::dict& keywords, const py::object& on_pass) {

@@ -58,12 +58,12 @@ std::optional<Error> contradiction(const scene::Scene& scene, const RenderReques
   return std::nullopt;
 }
 
-/// The table's file: read before the first pass, joined with what is learned after the last.
+/// The table's file: read before the first pass, and merged with what was learned after the last one.
 class CacheFileOf {
  public:
   CacheFileOf(const RenderRequest& request, std::string model) : request_(request), model_(std::move(model)) {}
 
-  /// Before the others. Error where the folder of warm_cache "default" cannot be.
+  /// Call it before the others. Error if the folder of warm_cache "default" cannot be found.
   std::optional<Error> find() {
     if (request_.warm_cache != "default") return std::nullopt;
     const auto folder = adaptive::default_cache_folder();
@@ -93,7 +93,7 @@ class CacheFileOf {
     refused_ = error.has_value();
     outcome->cache = error ? "refused: " + error->message() : "loaded";
     if (error) outcome->warnings.push_back("warm cache, left as it is: " + error->message());
-    // As in the program: a frozen table answers every picture alike.
+    // The same as in the program: a frozen table answers every picture alike.
     if (!error && request_.cache_mode == "frozen") service.set_learning(false);
     return std::nullopt;
   }
@@ -143,7 +143,7 @@ class CacheFileOf {
   bool refused_ = false;
 };
 
-/// Warned of, if it cannot be: the picture is then as it was rendered.
+/// Filters the picture. If that fails it logs a warning, and the picture stays as it was rendered.
 void filter(RenderOutcome* outcome) {
   image::Picture* picture = &outcome->result.picture;
   const auto found = denoise::add_denoised("", picture);

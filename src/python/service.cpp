@@ -32,7 +32,8 @@ namespace {
 using adaptive::RowView;
 using adaptive::SliceId;
 
-/// The service behind a lock: asking from many threads at a time, all else from one, as its header demands.
+/// The service behind a lock: many threads at a time may query it, and only one may do anything else, as its header
+/// demands.
 class Learner {
  public:
   Learner(const py::object& target, std::uint32_t parts, const adaptive::Options& options)
@@ -69,7 +70,8 @@ class Learner {
     return id;
   }
 
-  /// For each element: asks the row, draws from its proposal, tells it. x, the value there, the density of the draw.
+  /// For each element: looks up the row, draws from its proposal, and passes it the value. Returns x, the value there,
+  /// and the density of the draw.
   py::tuple draw(SliceId slice, const py::array& a, const py::array& b, const py::array& u) {
     const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
     const auto in_u = view<float>(u, 0, "u");
@@ -89,7 +91,7 @@ class Learner {
                           array_of<float>(std::move(q)));
   }
 
-  /// The same at azimuths of the caller, which open rows learn from.
+  /// The same at azimuths of the caller, from which open rows learn.
   py::array_t<float> evaluate(SliceId slice, const py::array& a, const py::array& b, const py::array& x) {
     const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
     const auto in_x = view<float>(x, 0, "x");
@@ -103,7 +105,7 @@ class Learner {
     return array_of<float>(std::move(value));
   }
 
-  /// Queries rows of samples: which have converged, as 0 or 1.
+  /// Queries rows of samples and returns which have converged, as 0 or 1.
   py::array_t<std::uint8_t> look_up(SliceId slice, const py::array& a, const py::array& b) {
     const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
     check_nodes(slice, adaptive::SliceKind::samples, in_a, in_b);
@@ -114,8 +116,8 @@ class Learner {
     return array_of<std::uint8_t>(std::move(converged));
   }
 
-  /// Queries rows of samples and draws from those that answer: azimuth, height, part, and the mass of the row, which is
-  /// the weight of the draw. Mass 0 where no row answers.
+  /// Queries rows of samples and draws from those that answer. Returns azimuth, height, part, and the mass of the row,
+  /// which is the weight of the draw; the mass is 0 if no row answers.
   py::tuple sample(SliceId slice, const py::array& a, const py::array& b, const py::array& u_part,
                    const py::array& u_azimuth, const py::array& u_height) {
     const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
@@ -140,7 +142,7 @@ class Learner {
                           array_of<std::uint32_t>(std::move(parts)), array_of<float>(std::move(mass)));
   }
 
-  /// Tells rows how much of the picture's light a query of each stood for, which is not counted again.
+  /// Reports to rows how much of the picture's light a query of each stood for; the queries are not counted again.
   void credit(SliceId slice, const py::array& a, const py::array& b, const py::array& light) {
     const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
     const auto in_light = view<float>(light, 0, "light");
@@ -186,7 +188,7 @@ class Learner {
     return told;
   }
 
-  /// Of converged rows of samples: density of `part` over (azimuth, height), its mass included.
+  /// For converged rows of samples: the density of `part` over (azimuth, height), with its mass.
   py::array_t<float> density(SliceId slice, std::uint32_t a, std::uint32_t b, std::uint32_t part, const py::array& x,
                              const py::array& t) {
     check_node(slice, a, b);
@@ -254,10 +256,10 @@ class Learner {
                     fmt::format("({}, {})", a, b)});
   }
 
-  /// kind: that the slice must be of; unset: any.
+  /// kind: the kind that the slice must have; unset: any.
   void check_nodes(SliceId slice, std::optional<adaptive::SliceKind> kind, std::span<const std::uint32_t> a,
                    std::span<const std::uint32_t> b) const {
-    if (Calls::is_inside()) return;  // which ask() tells
+    if (Calls::is_inside()) return;  // ask() reports this error
     const py::gil_scoped_release released;
     const std::shared_lock lock(mutex_);
     check_node(slice, 0, 0);
@@ -285,7 +287,7 @@ class Learner {
     told["energy"] = fit.energy();
   }
 
-  /// What is asked during a pass, on all cores; publish() and its like wait until it is done.
+  /// Runs a call that may happen during a pass, on all cores; publish() and the like wait until it is done.
   template <class Call>
   void ask(std::size_t n, const Call& call) {
     constexpr std::size_t grain = 256;
@@ -297,7 +299,7 @@ class Learner {
     });
   }
 
-  /// What happens between passes; `told` with the GIL, before anybody else may change the table.
+  /// Runs a call between passes; `told` runs with the GIL, before another call may change the table.
   template <class Call>
   void alone(const Call& call) {
     guarded([&](const std::atomic<bool>&) {

@@ -26,7 +26,7 @@ namespace py = pybind11;
 namespace tress::python {
 namespace {
 
-/// Of scene::StrandBasis.
+/// The names of scene::StrandBasis.
 constexpr std::array<const char*, 4> drawn_names{"bspline", "linear", "open_bspline", "bezier"};
 
 scene::CurveKind kind_of(const py::dict& from, const std::string& place) {
@@ -36,7 +36,7 @@ scene::CurveKind kind_of(const py::dict& from, const std::string& place) {
   throw Raised({"", place + ".basis", fmt::format("one of {}", fmt::join(known, ", ")), "\"" + name + "\""});
 }
 
-/// Numbers of `key`, every one within +-most; none where the key is not there.
+/// The numbers of `key`, every one within +-most; empty if the key is missing.
 template <class Item>
 std::vector<Item> numbers(const py::dict& from, const char* key, const std::string& place, float least, float most) {
   constexpr std::size_t columns = sizeof(Item) / sizeof(float);
@@ -132,7 +132,7 @@ scene::ObjFile mesh_of(const py::dict& from, const std::string& place) {
   if (mesh.triangles.empty()) throw Raised({"", place + ".triangles", "one triangle or more", "none"});
   mesh.normals = numbers<glm::vec3>(from, "normals", place, -far, far);
   mesh.uvs = numbers<glm::vec2>(from, "uvs", place, -1e6f, 1e6f);
-  // One a vertex: corners have the indices of the positions.
+  // There is one value for each vertex: corners use the indices of the positions.
   for (const auto& [key, size] : {std::pair{"normals", mesh.normals.size()}, std::pair{"uvs", mesh.uvs.size()}}) {
     if (size != 0 && size != mesh.positions.size())
       throw Raised({"", place + "." + key, fmt::format("{} of them, one a position", mesh.positions.size()),

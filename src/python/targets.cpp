@@ -16,8 +16,8 @@ namespace {
 
 using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
-/// Columns that a target gave, as long as each other, of finite numbers, the last `positive` of them >= 0. An attribute
-/// that is left out is 0.
+/// Checks columns that a target gave: of equal length, of finite numbers, the last `positive` of them >= 0. A missing
+/// attribute is 0.
 template <std::size_t columns>
 std::array<Floats, columns> columns_of(const py::object& given, const char* method, const char* names,
                                        std::size_t positive) {

@@ -1,4 +1,4 @@
-// Targets of the learning service that are objects of Python.
+// Targets of the learning service that are Python objects.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -15,13 +15,13 @@
 
 namespace tress::python {
 
-/// What the calls of a target have in common: the GIL, and what they raise. Any thread, with or without the GIL.
+/// The common part of the calls of a target: the GIL, and the exceptions. Any thread, with or without the GIL.
 class Calls {
  public:
   explicit Calls(pybind11::object target) : target_(std::move(target)) {}
 
-  /// Calls `method` with the GIL and hands its result to `take`. What is raised is kept, the first time; once
-  /// something was, or `stop` is set, nothing is called any more.
+  /// Calls `method` with the GIL and passes its result to `take`. The first exception is kept; after one, or once
+  /// `stop` is set, nothing more is called.
   template <class Take, class... Arguments>
   void call(const char* method, const Take& take, const Arguments&... arguments) const {
     const std::atomic<bool>* stop = stop_;
@@ -39,7 +39,7 @@ class Calls {
   static bool is_inside() { return depth > 0; }
 
   bool failed() const { return failed_; }
-  /// What was raised, once; null after that, and where calls were cancelled.
+  /// The exception, once; null after that, and if calls were cancelled.
   std::exception_ptr take_failure();
   void set_stop(const std::atomic<bool>* stop) { stop_ = stop; }
   const pybind11::object& target() const { return target_; }
@@ -60,7 +60,7 @@ class Calls {
   mutable std::exception_ptr raised_;
 };
 
-/// trace(slice, a, b) of the object gives azimuths and weights, and attributes if it likes.
+/// The object's trace(slice, a, b) returns azimuths and weights, and optionally attributes.
 class PythonTarget final : public adaptive::Target {
  public:
   PythonTarget(const Calls& calls, std::string name) : calls_(calls), name_(std::move(name)) {}
@@ -73,8 +73,8 @@ class PythonTarget final : public adaptive::Target {
   std::string name_;
 };
 
-/// draw(slice, a, b, stream, first, count) of the object gives azimuths, heights, parts, weights, and attributes if it
-/// likes.
+/// The object's draw(slice, a, b, stream, first, count) returns azimuths, heights, parts, weights, and optionally
+/// attributes.
 class PythonSamples final : public adaptive::SampledTarget {
  public:
   PythonSamples(const Calls& calls, std::string name, std::uint32_t parts)
