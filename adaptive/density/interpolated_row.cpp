@@ -76,8 +76,7 @@ RibbonKnot mixed_knot(std::span<const Parent> parents, bool of_main, std::size_t
 
 Ribbon mixed(std::span<Parent> parents) {
   const Parent& first = *std::ranges::max_element(parents, {}, &Parent::weight);
-  constexpr double logistic_over_normal = -0.510825624;  // ln 0.6: a logistic law looks like a normal law of 1/0.6
-                                                         // times its scale
+  constexpr double logistic_over_normal = -0.510825624;  // ln 0.6, the ratio of scales that look alike
   for (Parent& parent : parents) {
     parent.widen = parent.ribbon->main_law() == first.ribbon->main_law() ? 0
                    : first.ribbon->main_law() == HeightLaw::normal       ? -logistic_over_normal

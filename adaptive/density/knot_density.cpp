@@ -45,8 +45,7 @@ float KnotDensity::density(float phi) const {
   if (knots_.empty()) return 0;
   const std::size_t count = knots_.size();
   const float at = (wrap_angle(phi) + pi) * (static_cast<float>(count) * inverse_two_pi);
-  const std::size_t k = std::min(static_cast<std::size_t>(at), count - 1);  // rounding may reach the end of the last
-                                                                            // knot
+  const std::size_t k = std::min(static_cast<std::size_t>(at), count - 1);  // rounding may reach the last end
   const float from = knots_[k].density, to = knots_[(k + 1) & (count - 1)].density;
   return from + (at - static_cast<float>(k)) * (to - from);
 }

@@ -97,8 +97,7 @@ std::optional<double> absorbed_error(const KnotDensity& table, const TracedNodes
   const KnotDensity colored(std::move(knots));
   const TracedNodes target = absorbed(nodes, *absorption);
   const std::size_t points = cell_steps * colored.knots().size();
-  constexpr std::array<double, cell_steps> boole{14.0 / 90, 32.0 / 90, 12.0 / 90, 32.0 / 90};  // neighbouring cells
-                                                                                               // share their end points
+  constexpr std::array<double, cell_steps> boole{14.0 / 90, 32.0 / 90, 12.0 / 90, 32.0 / 90};  // cells share ends
   double sum = 0;
   for (std::size_t i = 0; i < points; ++i) {
     const auto x = static_cast<float>((static_cast<double>(i) / static_cast<double>(points) - 0.5) * two_pi);

@@ -20,8 +20,7 @@ constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::size_t main_knots = Ribbon::main_knots, broad_knots = Ribbon::broad_knots;
 constexpr std::size_t parts = RowExits::most_parts;
 constexpr std::uint32_t bins = RowExits::bins, bins_per_broad = bins / broad_knots;
-constexpr double quantile_share = 0.3;  // share of the knots' azimuths that follow the light; the rest are spread
-                                        // evenly
+constexpr double quantile_share = 0.3;  // share of the knots that follow the light; the rest are even
 constexpr float first_broad_share = 0.2f;
 constexpr float logistic_over_normal = 0.6f;  // ratio of the scales of laws that look alike
 constexpr float least_broad_scale = 0.1f;

@@ -13,8 +13,7 @@ namespace tress::adaptive {
 /// How the ribbons of a row are fitted.
 struct RibbonFitRule {
   int rounds = 4;
-  bool from_parent = false;  ///< whether a part that has a parent starts from it; others start from the moments of
-                             ///< their exits
+  bool from_parent = false;  ///< a part that has a parent starts from it, others from moments
   bool parents_law = false;  ///< whether a part that has a parent keeps its law; others take the likelier law
   float kappa = 0;           ///< number of exits that a parent counts for, in fits from a parent
   RibbonPrior prior;

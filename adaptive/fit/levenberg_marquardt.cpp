@@ -152,8 +152,7 @@ double levenberg_marquardt(const Problem& problem, Vector& parameters, int itera
       if (-2 * gradient.dot(step) < enough * best) return best;
       trial = parameters + step;
       settle(problem, trial, trial_floors);
-      reached = problem.linearise(trial, work);  // most trials are accepted, and the linearisation is then that of the
-                                                 // next point
+      reached = problem.linearise(trial, work);  // most trials are accepted: it serves the next step
       if (reached < best) break;
       lambda *= lambda_failure;
     }

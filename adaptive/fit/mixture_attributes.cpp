@@ -13,8 +13,7 @@ namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
 constexpr double reach = 4;             // of the blur, in sigma: 6e-5 of it lies beyond
-constexpr double points_per_sigma = 4;  // linear interpolation between the points errs by less than 0.004 of a
-                                        // responsibility
+constexpr double points_per_sigma = 4;  // linear interpolation errs by less than 0.004 of a responsibility
 
 /// Functions at equally spaced azimuths from -pi on, one function after the other.
 struct Curves {

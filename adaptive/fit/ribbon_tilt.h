@@ -11,8 +11,7 @@ struct KnotHarmonics {
   std::array<std::array<double, fit_lanes>, 4> at, of_hat;
 };
 struct RowHarmonics {
-  std::array<KnotHarmonics, Ribbon::main_knots + Ribbon::broad_knots> knots;  ///< of the main layer, then of the broad
-                                                                              ///< one
+  std::array<KnotHarmonics, Ribbon::main_knots + Ribbon::broad_knots> knots;  ///< of the main layer, then the broad
 };
 void place_harmonics(const RibbonLanes& lanes, RowHarmonics& out);
 

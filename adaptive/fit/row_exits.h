@@ -22,8 +22,7 @@ struct RowExits {
   struct Part {
     double light = 0;                             ///< sum of the weights as drawn
     std::array<double, rates> left{};             ///< the same after absorption, at Ribbon::decay_rates
-    double count = 0;                             ///< effective number of exits: as many of equal weight are as
-                                                  ///< informative; 0 if there is no light
+    double count = 0;                             ///< effective number of exits; 0 if there is no light
     std::array<double, 4> harmonics{};            ///< means of cos x, sin x, cos 2x, sin 2x
     std::array<std::uint32_t, bins + 1> begin{};  ///< first exit of each bin, then the end
   };

@@ -27,8 +27,7 @@ struct FitContext {
   Sketch& sketch;            ///< exact pairs: those that the host passed, and those that learners offer
   StopTest& stop;            ///< also scores the learner's own draws (draw_own)
   RandomStream random;       ///< of this row and pass
-  int components;            ///< D: the largest number of components of a fit, and the number for methods that use a
-                             ///< fixed one; 1..Mixture::max_components
+  int components;            ///< D: largest (or fixed) number of components of a fit; 1..Mixture::max_components
 
   Mixture& fit;                               ///< published: the proposal of the next pass
   bool& has_fit;                              ///< whether `fit` has been published
