@@ -114,8 +114,7 @@ class MergedRows final : public RowSource {
     const SliceDescription* slice = nullptr;  ///< the next slice that is not yet returned
     const CachedRow* row = nullptr;           ///< the next row that is not yet returned
     bool tells = false;                       ///< whether its slice is the current one
-    bool has_slice = false, has_row = false;  ///< whether `slice` and `row` have been returned, so that the next must
-                                              ///< be read
+    bool has_slice = false, has_row = false;  ///< slice and row were returned: read the next
   };
   static void read_slice(Side& side);
   static void read_row(Side& side);

@@ -73,8 +73,7 @@ class CacheFolder {
   std::filesystem::path file_of(const std::string& model, const SliceDescription& slice) const;
 
   std::filesystem::path folder_;
-  std::map<std::filesystem::path, CacheContents> known_;  ///< of files that have not changed since they were read or
-                                                          ///< written
+  std::map<std::filesystem::path, CacheContents> known_;  ///< of files unchanged since they were read or written
 };
 
 }  // namespace tress::adaptive

@@ -21,8 +21,7 @@ namespace tress::adaptive {
 /// is; for each row the largest over the rates of its slice, or over four of them. To 1 %, rounded up. One row in eight
 /// is measured, chosen by key, so that it takes little time.
 struct AbsorbedObjective {
-  std::uint64_t rows = 0;  ///< number measured: rows that converged in this session while rates were known, so none of
-                           ///< a cache
+  std::uint64_t rows = 0;  ///< rows measured: those that converged in this session with known rates
   double p50 = 0, p90 = 0, max = 0;
   friend bool operator==(const AbsorbedObjective&, const AbsorbedObjective&) = default;
 };
@@ -61,8 +60,7 @@ struct PassReport {
   std::uint64_t rows_reopened = 0;
   std::uint64_t rows_refused = 0;
   std::uint64_t bytes = 0;  ///< memory of the rows and of their forms
-  bool at_ceiling = false;  ///< whether a creation was postponed for lack of memory, or a slice without an index was
-                            ///< queried
+  bool at_ceiling = false;  ///< a creation waits for memory, or a slice without an index was queried
   double objective_p50 = 0, objective_p90 = 0, objective_p99 = 0, objective_max = 0;  ///< over all tested rows so far
   AbsorbedObjective absorbed_objective;                                               ///< over the session so far
   std::array<std::uint64_t, Mixture::max_components + 1> components{};  ///< converged mixtures by number of components

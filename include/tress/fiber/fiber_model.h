@@ -40,8 +40,7 @@ struct FiberEvent {
   float importance = 0;                       ///< as passed to begin()
   LobeColors energy{};                        ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
   std::array<float, lobe_count> selection{};  ///< probability of each lobe, sums to 1
-  EventConstants constants;                   ///< written by the model that began the event: constants of its lobes for
-                                              ///< wr
+  EventConstants constants;                   ///< of the lobes for wr, written by the event's model
 };
 
 /// S per lobe and the density of the sampler, at one direction.
@@ -50,8 +49,7 @@ struct FiberValue {
   float pdf = 0;                    ///< Q, 1/rad^2, of all lobes together
   std::uint16_t queries = 0;        ///< row lookups made
   std::uint16_t exact_queries = 0;  ///< those answered by tracing (at the node or at the vertex)
-  float objective = 0;              ///< sum over the queries of the known errors of their rows
-                                    ///< (adaptive::RowView::objective), >= 0; 0 for `exact`, which uses no rows
+  float objective = 0;              ///< sum of adaptive::RowView::objective over the queries, >= 0; 0 for `exact`
   glm::vec3 total() const {
     glm::vec3 sum(0.0f);
     for (const glm::vec3& lobe : s) sum += lobe;
