@@ -30,8 +30,7 @@ HWY_INLINE V Exp(V x) {
   const V magic = hn::Set(d, 6755399441055744.0);
   const V shifted = hn::MulAdd(x, hn::Set(d, std::numbers::log2e), magic);
   const V k = hn::Sub(shifted, magic);
-  V r = hn::NegMulAdd(k, hn::Set(d, 0.693147180369123816490), x);  // ln 2, without the low bits, so that k times it is
-                                                                   // exact
+  V r = hn::NegMulAdd(k, hn::Set(d, 0.693147180369123816490), x);  // ln 2 without low bits: k times it is exact
   r = hn::NegMulAdd(k, hn::Set(d, 1.90821492927058770002e-10), r);
   V p = hn::Set(d, 1. / 362880);
   p = hn::MulAdd(p, r, hn::Set(d, 1. / 40320));

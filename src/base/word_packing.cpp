@@ -11,8 +11,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t word_bytes = 8, block_words = 64;
-constexpr unsigned from_the_top = 8;  ///< added to a code if the zero bytes that are left out are at the top, not at
-                                      ///< the bottom
+constexpr unsigned from_the_top = 8;  ///< added to a code whose zero bytes were at the top, not at the bottom
 
 std::uint64_t word_at(const char* from) {
   std::uint64_t word = 0;

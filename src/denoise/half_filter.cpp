@@ -28,10 +28,8 @@ constexpr double along = 3, across = 0.5;  ///< pixels, standard deviations of t
 constexpr int reach = 6;                   ///< pixels to each side over which a mean is taken
 constexpr double farthest = 9;             ///< exponent beyond which a weight is 0
 constexpr int trust_reach = 8;             ///< pixels to each side over which filter and picture are compared
-constexpr int trust_hole = 2;        ///< pixels this near are left out of the comparison, because their own noise would
-                                     ///< look like a gain
-constexpr double guide_step = 0.25;  ///< standard deviations by which halves are perturbed to find the noise's
-                                     ///< influence on the weights
+constexpr int trust_hole = 2;              ///< nearer pixels are left out: their own noise would look like a gain
+constexpr double guide_step = 0.25;        ///< standard deviations by which halves are perturbed
 constexpr double largest = std::numeric_limits<float>::max();
 constexpr double least_variance = 1e-7;  ///< in the squared mean of the picture: smaller differences count as none
 

@@ -19,8 +19,7 @@ struct Plan {
   std::vector<int> frames;                          ///< in the order of rendering; empty: one still
   std::optional<std::filesystem::path> warm_cache;  ///< tasks start from it, and the merge saves into it
   bool frozen = false;                              ///< whether the cache is used without learning
-  bool calibrates = false;           ///< whether the first frame alone is the first task, and the others wait for its
-                                     ///< table
+  bool calibrates = false;           ///< the first frame is a task of its own; the others wait for its table
   int chunk = 1;                     ///< frames in a task, at least 1
   int split = 0;                     ///< number of tasks that share the samples of each frame; 0: frames are not split
   int samples = 0;                   ///< per pixel, where frames are split

@@ -21,8 +21,7 @@ namespace tress::live {
 class BoundedQueue final : public httplib::TaskQueue {
  public:
   using Task = std::function<void()>;
-  using Enqueued = decltype(std::declval<httplib::TaskQueue&>().enqueue(Task()));  // void or bool, depending on the
-                                                                                   // version
+  using Enqueued = decltype(std::declval<httplib::TaskQueue&>().enqueue(Task()));  // void or bool, by version
 
   /// closing: once it is set, nobody waits for room, and the server closes new connections at once. It must outlive the
   /// queue.

@@ -31,8 +31,7 @@ struct RenderRequest {
   /// Empty: none. "default": adaptive::default_cache_folder(), which may use cache_limit bytes, by default 2^30.
   std::filesystem::path warm_cache;
   std::optional<std::uint64_t> cache_limit;
-  bool denoise = false;               ///< whether the picture gets the layer `denoised`; `noise` then limits what is
-                                      ///< left
+  bool denoise = false;               ///< adds the layer `denoised`; `noise` then limits what is left
   std::string cache_mode = "append";  ///< one of append, frozen, scratch, require
 };
 
