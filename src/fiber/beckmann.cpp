@@ -14,12 +14,12 @@ glm::vec3 Beckmann::visible_normal_within(const glm::vec3& w, const glm::vec3& n
   const glm::vec3 along = length > 1e-6f ? flat / sine : any_tangent(normal);
   float x;
   if (c < 1) {
-    for (;; u[0] = random.next()) {  // Rayleigh beyond c, accepted with (|x| - c)/|x|
+    for (;; u[0] = random.next()) {  // Rayleigh's law beyond c, accepted with probability (|x| - c)/|x|
       x = std::sqrt(c * c - std::log(1 - u[0]));
       if (random.next() * x < x - c) break;
     }
   } else {
-    for (;; u[0] = random.next()) {  // a gamma law of two exponentials, accepted with e^{-y^2}
+    for (;; u[0] = random.next()) {  // a gamma law from two exponentials, accepted with probability e^{-y^2}
       const float y = -std::log((1 - u[0]) * (1 - random.next())) / (2 * c);
       x = c + y;
       if (random.next() < std::exp(-y * y)) break;

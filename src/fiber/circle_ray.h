@@ -1,27 +1,28 @@
-// One ray through a circular cross-section, in closed form: what near-field models of circular fibers are made of.
+// One ray through a circular cross-section in closed form, for near-field models of circular fibers.
 #pragma once
 
 #include <glm/vec3.hpp>
 
 namespace tress::fiber {
 
-/// Ray of known inclination theta with offset h in [-1, 1] over the radius, towards rising azimuth: it meets the circle
-/// where the normal is gamma = asin h further than the ray. Plain data.
+/// A ray of known inclination theta with offset h in [-1, 1] over the radius, towards rising azimuth. It meets the
+/// circle where the normal's azimuth is larger than the ray's by gamma = asin h. Plain data.
 struct CircleRay {
   CircleRay(float eta, float theta, float h);
 
-  /// Where the light of order p leaves, relative to the known azimuth: 2 gamma - 2 p gamma_t + p pi. Radians, any turn.
+  /// The azimuth at which light of order p leaves, relative to the known one: 2 gamma - 2 p gamma_t + p pi. Radians,
+  /// any turn.
   float exit_azimuth(int p) const;
-  /// e^(-sigma_a path), of one way through. sigma_a per radius.
+  /// e^(-sigma_a path) for one crossing. sigma_a per radius.
   glm::vec3 transmittance(const glm::vec3& sigma_a) const;
 
-  float reflectance;  ///< F, exact in three dimensions; the same at every meeting with the surface
+  float reflectance;  ///< F, exact in three dimensions; it is the same at every hit on the surface
   float gamma, gamma_t;
-  float path;  ///< in three dimensions, radii
+  float path;  ///< length of one crossing in three dimensions, in radii
 };
 
-/// The circle that stands for an ellipse of this minor over major semi-axis: of the same mean projected width. Its
-/// radius over the major semi-axis, by which sigma_a per major semi-axis becomes sigma_a per radius.
+/// The radius, over the major semi-axis, of the circle that stands for an ellipse of this minor over major semi-axis:
+/// it has the same mean projected width. It converts sigma_a per major semi-axis to sigma_a per radius.
 float circle_radius(float eccentricity);
 
 }  // namespace tress::fiber

@@ -14,12 +14,12 @@ namespace tress::fiber {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double least_mass = 1e-5;      // of a lobe: with less, series tell nothing of its lengths
-constexpr double longest_depth = 10;     // e^-10 of the light comes through: lengths beyond are not told apart
-constexpr double unknown_length = 10;    // of light of which nothing is known but that it leaves late
-constexpr float largest_theta = 1.569f;  // let_in has a limit at pi/2, where nothing is let in
+constexpr double least_mass = 1e-5;      // mass of a lobe below which the series do not determine its lengths
+constexpr double longest_depth = 10;     // e^-10 of the light is left at this depth; longer lengths are clamped
+constexpr double unknown_length = 10;    // length assumed for light that is only known to leave late
+constexpr float largest_theta = 1.569f;  // let_in has a limit at pi/2, where no light enters
 
-/// The rule of y as one of lengths, its weights scaled to a mass.
+/// Converts the rule of y into a rule of lengths, with its weights scaled to a mass.
 PathRule length_rule(const LengthMoments& moments, double decay, double mass) {
   PathRule rule;
   rule.weight[0] = mass;
@@ -74,8 +74,7 @@ void ClearEnergies::set(int node, const LobeMoments& moments) {
   Node& clear = clear_[static_cast<std::size_t>(node)];
   const double reflected = std::clamp(moments.reflected, 0.0, 1.0);
   const auto series_of = [&](Lobe lobe) { return moments.later[static_cast<std::size_t>(lobe)][0]; };
-  // GLINT is a part of TRT: what noise takes from one, the other has, so that a split leaves all other lobes as they
-  // are.
+  // GLINT is a part of TRT: noise that lowers one raises the other, so a split changes no other lobe.
   const double trt = std::max(series_of(Lobe::trt) + series_of(Lobe::glint), 0.0);
   const double glint = std::clamp(series_of(Lobe::glint), 0.0, trt);
   const auto mass_of = [&](Lobe lobe) {
@@ -84,7 +83,7 @@ void ClearEnergies::set(int node, const LobeMoments& moments) {
   double sum = reflected;
   for (const Lobe lobe : named) sum += mass_of(lobe);
   const double all = key_.medulla.absorption > 0 ? std::min(sum + mass_of(Lobe::residual), 1.0) : 1;
-  const double share = std::min(all / sum, 1.0);  // a series may overshoot
+  const double share = std::min(all / sum, 1.0);  // a series may overshoot 1
   const auto set_lobe = [&](Lobe lobe, double mass) {
     set(lobe, node, length_rule(moments.later[static_cast<std::size_t>(lobe)], length_decay(lobe), mass));
   };

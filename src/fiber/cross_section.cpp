@@ -31,9 +31,9 @@ void CrossSection::trace(double h, int max_order, TracedOffset* out) const {
 }
 
 double CrossSection::glint_share(double h, double sigma) const {
-  // Angles in the normal plane: t the ellipse parameter, nu = atan2(sin t, e cos t) the normal, delta the direction
-  // inside. Entering keeps sin(gamma_t) = sin(gamma_i)/eta', gamma_i = phi_r - nu, delta = nu + pi + gamma_t; a chord
-  // takes t to 2 delta' - t, tan delta' = tan(delta)/e; reflecting takes delta to 2 nu + pi - delta; leaving keeps
+  // Angles in the normal plane: t is the ellipse parameter, nu = atan2(sin t, e cos t) the normal, delta the direction
+  // inside. Entering keeps sin(gamma_t) = sin(gamma_i)/eta', gamma_i = phi_r - nu, delta = nu + pi + gamma_t. A chord
+  // takes t to 2 delta' - t, tan delta' = tan(delta)/e. Reflection takes delta to 2 nu + pi - delta. Leaving keeps
   // sin(gamma_out) = eta' sin(gamma_in), Phi = nu + gamma_out.
   const double e = eccentricity, cos_h = std::sqrt(std::max(1 - h * h, 1e-24));
   double t = std::atan2(sin_entry_, cos_entry_) + std::asin(h), rate_t = 1 / cos_h;

@@ -1,4 +1,4 @@
-// Rays through the elliptical cross-section: the target, traced exactly (ESTIMATOR.md E2).
+// Exact rays through the elliptical cross-section, which define the target (ESTIMATOR.md, E2).
 #pragma once
 
 #include <algorithm>
@@ -13,34 +13,36 @@ constexpr int traced_orders = 4;  ///< R, TT, TRT, TRRT
 
 /// One offset h traced through orders 0..max_order. Exits are absolute azimuths (from the major axis), radians.
 struct TracedOffset {
-  double weight[traced_orders];   ///< A_p for clear hair; 0 where total internal reflection bars the exit
+  double weight[traced_orders];   ///< A_p for clear hair; 0 if total internal reflection prevents the exit
   double azimuth[traced_orders];  ///< Phi_p in [-pi, pi]; 0 where weight is 0
   double path[traced_orders];     ///< internal 3D path length up to the exit, in major semi-axes; 0 for R
   double remaining;               ///< energy still inside after max_order
-  double remaining_path;          ///< its path so far
+  double remaining_path;          ///< its path length so far
 };
 
-/// Known direction (phi_r absolute, theta_d), ellipse of major semi-axis 1 along azimuth 0. Immutable; any thread.
+/// A known direction (phi_r absolute, theta_d) and an ellipse with major semi-axis 1 along azimuth 0. Immutable; any
+/// thread.
 struct CrossSection {
   CrossSection(double eta, double eccentricity, double phi_r, double theta_d);
 
   /// h in [-1, 1]: offset over the projected half width. max_order in [0, 3].
   void trace(double h, int max_order, TracedOffset* out) const;
 
-  /// Follows the light after TRRT until 1e-7 of it is left or 300 orders: calls visit(weight, path) per exit, and
-  /// once more with what is then left, at its path so far, so that the weights sum to what TRRT left inside.
+  /// Follows the light after TRRT until 1e-7 of it is left, or for 300 orders. Calls visit(weight, path) for each exit,
+  /// and once more with the light that is then left and its path so far, so that the weights sum to what TRRT left
+  /// inside.
   template <class Visit>
   void trace_residual(double h, Visit&& visit) const;
 
-  /// All exits in order: calls visit(order, weight, x, y, path) for orders 0..max_order, skipping those that total
-  /// internal reflection bars; (x, y) is the exit direction in the normal plane (unit to rounding). Stops early when
-  /// no more than `least` is left inside. Returns what is left inside and stores its path.
+  /// Follows all exits in order: calls visit(order, weight, x, y, path) for orders 0..max_order, except those that
+  /// total internal reflection prevents. (x, y) is the exit direction in the normal plane (unit to rounding). Stops
+  /// early when no more than `least` is left inside. Returns the light left inside and stores its path.
   template <class Visit>
   double follow(double h, int max_order, double least, double* path_left, Visit&& visit) const;
 
-  /// The share of the TRT ray at h that is GLINT: c = 1/(1 + ((dPhi/dh)/(4 sigma))^2), dPhi/dh the rate of the exit
-  /// azimuth, by the chain rule. In [0, 1]: 1 at a caustic, falling to 0 at the edges of the fiber and of a total
-  /// internal reflection, 0 where that bars the exit.
+  /// The share of the TRT ray at h that is GLINT: c = 1/(1 + ((dPhi/dh)/(4 sigma))^2), dPhi/dh the derivative of the
+  /// exit azimuth, by the chain rule. In [0, 1]: 1 at a caustic; it falls to 0 at the edges of the fiber and of a total
+  /// internal reflection, and is 0 if that prevents the exit.
   double glint_share(double h, double sigma) const;
 
   double eta, eccentricity, phi_r, theta_d;
@@ -49,7 +51,7 @@ struct CrossSection {
  private:
   friend class RayBatch;
   double cos_phi_, sin_phi_;      ///< of phi_r
-  double cos_entry_, sin_entry_;  ///< of the ellipse parameter that the ray with h = 0 meets
+  double cos_entry_, sin_entry_;  ///< of the ellipse parameter where the ray with h = 0 enters
   double inverse_cos_theta_t_;
 };
 
@@ -78,7 +80,7 @@ double CrossSection::follow(double h, int max_order, double least, double* path_
     path += chord * inverse_cos_theta_t_;
     qx += chord * dx;
     qy += chord * dqy;
-    const double onto_circle = 1.5 - 0.5 * (qx * qx + qy * qy);  // one Newton step: drift cannot build up
+    const double onto_circle = 1.5 - 0.5 * (qx * qx + qy * qy);  // one Newton step, so that drift cannot build up
     qx *= onto_circle;
     qy *= onto_circle;
     scale = 1 / std::sqrt(e * e * qx * qx + qy * qy);

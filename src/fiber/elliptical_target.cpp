@@ -11,7 +11,7 @@
 namespace tress::fiber {
 namespace {
 
-/// Appends n midpoint rays (n a multiple of the lanes) of a slice; returns their mass.
+/// Appends n midpoint rays of a slice (n a multiple of the lanes) and returns their mass.
 double trace_midpoints(const CrossSection& section, const adaptive::SliceKey& slice, int n,
                        std::vector<adaptive::TracedRay>& out) {
   const auto lobe = static_cast<int>(slice.lobe), p = slice_order(lobe);
@@ -42,7 +42,7 @@ double trace_midpoints(const CrossSection& section, const adaptive::SliceKey& sl
 int traced_node_count(float sigma_rad) {
   const double wanted = 128 * std::max(1.0, 20 * std::numbers::pi / 180 / sigma_rad);
   int n = 128;
-  while (n < wanted * (1 - 1e-5)) n *= 2;  // 10 degrees in float is 10 degrees
+  while (n < wanted * (1 - 1e-5)) n *= 2;  // 10 degrees in float must count as 10 degrees
   return n;
 }
 

@@ -1,16 +1,15 @@
-// What the adaptive service learns for hair: clear rays through the elliptical cross-section, relative to phi_r.
+// The target of the adaptive service for hair: clear rays through the elliptical cross-section, relative to phi_r.
 #pragma once
 
 #include "tress/adaptive/target.h"
 
 namespace tress::fiber {
 
-/// Traced rays of lobe p at (phi_r, |theta_d|): n midpoints in h, n = 128 max(1, 20 degrees / sigma) rounded up to a
-/// power of two, four times that where E_p < 0.05. Weights are A_p / n, so that they sum to E_p; azimuths are
-/// Phi_p - phi_r; the attribute is the internal path length in major semi-axes. The parts of TRT take their share of
-/// A_2, which depends on the slice's sigma (CrossSection::glint_share). Keys of slices are those of elliptical_slice():
-/// parameters {eta, e, sigma_rad}.
-/// trace() does not need (a, b) to be a node: `exact` asks at the vertex. Stateless; any thread.
+/// Traces rays of lobe p at (phi_r, |theta_d|): n midpoints in h, n = 128 max(1, 20 degrees / sigma) rounded up to a
+/// power of two, and four times as many if E_p < 0.05. Weights are A_p / n, so they sum to E_p; azimuths are Phi_p -
+/// phi_r; the attribute is the internal path length in major semi-axes. The parts of TRT get their share of A_2, which
+/// depends on the slice's sigma (CrossSection::glint_share). Keys of slices are those of elliptical_slice(): parameters
+/// {eta, e, sigma_rad}. (a, b) need not be a node: `exact` traces at the vertex. Stateless; any thread.
 class EllipticalTarget : public adaptive::Target {
  public:
   void trace(const adaptive::SliceDescription& slice, float a, float b,
@@ -18,7 +17,7 @@ class EllipticalTarget : public adaptive::Target {
   std::string model_name() const override;
 };
 
-/// n of the rule above, before the factor 4 for weak lobes.
+/// The n of the rule above, before the factor 4 for weak lobes.
 int traced_node_count(float sigma_rad);
 
 }  // namespace tress::fiber

@@ -20,7 +20,7 @@ constexpr int node_count = ClearEnergies::node_count;
 constexpr float least_energy = 1e-3f;
 constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
 
-/// Energies of a lobe at all nodes under one absorption.
+/// Computes the energies of a lobe at all nodes under one absorption.
 void absorb(const ClearEnergies& clear, Lobe lobe, float sigma_a, float* out) {
   std::fill_n(out, node_count, 0.0f);
   for (int k = 0; k < path_points; ++k) {
@@ -32,7 +32,7 @@ void absorb(const ClearEnergies& clear, Lobe lobe, float sigma_a, float* out) {
   }
 }
 
-/// E_R of a smooth surface where an interpolated ClearEnergies::let_in is known.
+/// E_R of a smooth surface, given an interpolated ClearEnergies::let_in.
 float smooth_reflection(float eta, float theta, float let_in) {
   return 1 - (1 - SurfaceFresnel(eta, theta, ReflectionFresnel::exact)(1)) * let_in;
 }
@@ -46,10 +46,10 @@ float energy_of_reflection(const ClearEnergies& clear, const FiberParameters& fi
          reflected_energy(fiber.reflection_fresnel, fiber.eta, fiber.eccentricity, theta, ClearEnergies::phi_of(node));
 }
 
-/// The four nodes about a direction, and how far it is between them.
+/// The four nodes around a direction, and its position between them.
 struct Corners {
-  int corner, beyond;  ///< each and the one after it
-  float x, y;          ///< from the first to the second, and to beyond; in [0, 1]
+  int corner, beyond;  ///< index of the first node of either row; the second follows it
+  float x, y;          ///< position from the first node to the second, and from the first row to the other; in [0, 1]
 
   Corners(float phi_r, float theta) {
     constexpr int width = ClearEnergies::azimuths, last_i = width - 1, last_j = ClearEnergies::inclinations - 1;

@@ -1,4 +1,4 @@
-// The energies of a fiber's lobes over (phi_r, theta_r), under its color and gains: shared by all estimators.
+// The energies of a fiber's lobes over (phi_r, theta_r), with its color and gains. All estimators share them.
 #pragma once
 
 #include <array>
@@ -15,30 +15,32 @@ namespace tress::fiber {
 
 /// Energies of the lobes at one known direction.
 struct LobeEnergies {
-  LobeColors colored{};                   ///< E_p per channel under sigma_a, times the gain
+  LobeColors colored{};                   ///< E_p per channel under sigma_a, with the gain
   std::array<float, lobe_count> clear{};  ///< E_p of clear hair, exact Fresnel, without gain; sums to 1
-  float smooth_reflection = 0;  ///< E_R of a smooth surface, exact Fresnel: what R's closed form integrates to
+  float smooth_reflection = 0;  ///< E_R of a smooth surface with exact Fresnel: the integral of R's closed form
 };
 
-/// E_p(phi_r, theta_r), bilinear between the nodes of ClearEnergies, which are colored by their rules. Immutable after
-/// construction; any thread.
+/// E_p(phi_r, theta_r), bilinear between the nodes of ClearEnergies, which are colored by their Gauss rules. Immutable
+/// after construction; any thread.
 class EnergyTable {
  public:
-  /// `clear` is of energy_key(fiber); many fibers share it. Takes sigma_a, gain and reflection_fresnel of the
-  /// fiber; E_R is of that kind of Fresnel, times the same share of the smooth one's.
+  /// `clear` must be of energy_key(fiber); many fibers share it. Reads sigma_a, gain and reflection_fresnel of the
+  /// fiber. E_R is that of its kind of Fresnel for a smooth surface, times the rough surface's share of the smooth
+  /// one's.
   EnergyTable(std::shared_ptr<const ClearEnergies> clear, const FiberParameters& fiber);
 
-  /// phi_r absolute, any turn; theta within +-pi/2. A lobe other than R whose energy here is below 1e-3, clear or as
-  /// its share of the colored luminance, is 0 and its energy is the residual's: sums are kept.
+  /// phi_r absolute, any turn; theta within +-pi/2. If the energy of a lobe other than R is below 1e-3 here, clear or
+  /// as its share of the colored luminance, it is set to 0 and added to the residual, which keeps the sums.
   LobeEnergies at(float phi_r, float theta) const;
-  /// The same without that step.
+  /// The same without this step.
   LobeEnergies interpolated(float phi_r, float theta) const;
 
-  /// Of one channel under any sigma_a, with exact Fresnel and without gain: slow, for what is made once.
+  /// Energies of one channel under any sigma_a, with exact Fresnel and without gain. It is slow; use it for what is
+  /// made once.
   std::array<double, lobe_count> without_gain(float phi_r, float theta, float sigma_a) const;
 
   const ClearEnergies& clear() const { return *clear_; }
-  /// Without the shared part.
+  /// The memory without the shared part.
   std::size_t bytes() const { return sizeof(*this) + colored_.capacity() * sizeof(LobeColors); }
 
  private:

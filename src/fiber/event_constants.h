@@ -1,4 +1,4 @@
-// What every model does with FiberEvent: the known direction into range, and constants of its own beside it.
+// The part of FiberEvent that all models share: clamps the known direction, and keeps a model's constants.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace tress::fiber {
 
-/// theta into [-pi/2, pi/2], phi into [-pi, pi), radians. What is not a number is 0, as is a phi of no end.
+/// Clamps theta into [-pi/2, pi/2] and wraps phi into [-pi, pi), radians. NaN becomes 0, as does an infinite phi.
 inline FiberDirection clamped(const FiberDirection& w) {
   constexpr float half_pi = 0.5f * std::numbers::pi_v<float>, most = std::numeric_limits<float>::max();
   const float theta = w.theta == w.theta ? w.theta : 0.0f;
@@ -20,7 +20,7 @@ inline FiberDirection clamped(const FiberDirection& w) {
   return {std::clamp(theta, -half_pi, half_pi), adaptive::wrap_angle(phi)};
 }
 
-/// Where a model's constants of an event lie: new (place_of<Constants>(event)) Constants{...}.
+/// The place for a model's constants in an event: new (place_of<Constants>(event)) Constants{...}.
 template <class Constants>
 void* place_of(FiberEvent& event) {
   static_assert(sizeof(Constants) <= sizeof(EventConstants) && alignof(Constants) <= alignof(EventConstants));
@@ -28,7 +28,7 @@ void* place_of(FiberEvent& event) {
   return event.constants.bytes_.data();
 }
 
-/// The constants that were put there, by the same type.
+/// The constants in the event; the type must be the one that was put there.
 template <class Constants>
 const Constants& constants_in(const FiberEvent& event) {
   return *std::launder(reinterpret_cast<const Constants*>(event.constants.bytes_.data()));

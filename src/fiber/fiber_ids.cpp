@@ -12,7 +12,7 @@
 namespace tress::fiber {
 namespace {
 
-// Of what mostly tells fibers apart; operator== decides. 0 and -0 are equal and hash alike.
+// Hashes the members that usually differ between fibers; operator== decides. 0 and -0 are equal and have one hash.
 std::size_t hash_of(const FiberParameters& fiber) {
   std::uint64_t hash = 0;
   const auto add = [&](float value) { hash = mix_bits(hash + std::bit_cast<std::uint32_t>(value + 0.0f)); };

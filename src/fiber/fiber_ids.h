@@ -1,4 +1,4 @@
-// The fibers of a model by what they are: equal parameters are one fiber.
+// The fibers of a model by their parameters: equal parameters are one fiber.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@
 
 namespace tress::fiber {
 
-/// Ids are 0, 1, ... in the order of first appearance, so that a model keeps what it makes of a fiber in a vector.
+/// Ids are 0, 1, ... in the order of first appearance, so a model can keep its data of fibers in a vector.
 /// find_or_add(): one thread, between passes; the rest: any thread, during a pass.
 class FiberIds {
  public:
-  /// The id, found by hashing, and whether it is new.
+  /// Returns the id, found by hashing, and whether it is new.
   std::pair<FiberId, bool> find_or_add(const FiberParameters& parameters);
   const FiberParameters& operator[](FiberId id) const { return fibers_[id]; }
   std::size_t size() const { return fibers_.size(); }

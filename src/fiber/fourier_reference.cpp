@@ -19,7 +19,7 @@ FourierReference::FourierReference(const ReferenceRequest& request) {
     double path_left;
     section.follow(h, request.p, 0, &path_left, [&](int order, double weight, double x, double y, double path) {
       if (order != request.p) return;
-      // e^(-i m Phi) by repeated rotation: the exit direction itself is e^(i Phi).
+      // e^(-i m Phi) by repeated multiplication: the exit direction is e^(i Phi).
       const std::complex<double> step = std::complex<double>(x, -y) / std::hypot(x, y);
       std::complex<double> phase = share * weight * std::exp(-request.sigma_a * path) / request.nodes;
       for (std::complex<double>& c : coefficients_) {

@@ -1,4 +1,4 @@
-// The reference evaluator of a lobe's azimuthal density: Fourier series of the traced exits.
+// The reference for a lobe's azimuthal density: the Fourier series of the traced exits.
 #pragma once
 
 #include <complex>
@@ -6,10 +6,10 @@
 
 namespace tress::fiber {
 
-/// Which part of the rays of TRT.
+/// The part of the rays of TRT.
 enum class TrtPart { whole, glint, rest };
 
-/// What to evaluate. Radians; sigma_a per major semi-axis.
+/// The density to evaluate. Radians; sigma_a per major semi-axis.
 struct ReferenceRequest {
   double eta = 1.55;
   double eccentricity = 0.85;
@@ -18,20 +18,20 @@ struct ReferenceRequest {
   double sigma = 0.2;  ///< blur of the exit azimuth, > 0
   double sigma_a = 0;
   int p = 1;                      ///< 0 (R, traced and blurred), 1, 2, 3
-  TrtPart part = TrtPart::whole;  ///< where p = 2
-  int nodes = 2048;               ///< midpoints in h
+  TrtPart part = TrtPart::whole;  ///< used if p = 2
+  int nodes = 2048;               ///< number of midpoints in h
 };
 
 /// N_p(phi) = 1/2 integral A_p(h) e^(-sigma_a l(h)) G_sigma(phi - Phi_p(h)) dh, as c_m = 1/2 integral A e^(-i m Phi) dh
-/// times e^(-m^2 sigma^2 / 2), m up to ceil(6.5 / sigma). Shares nothing with rows or mixtures but the tracer.
-/// Immutable; any thread.
+/// times e^(-m^2 sigma^2 / 2), m up to ceil(6.5 / sigma). It shares only the tracer with rows and mixtures. Immutable;
+/// any thread.
 class FourierReference {
  public:
   explicit FourierReference(const ReferenceRequest& request);
 
-  /// 1/rad at an absolute azimuth; may be below 0 by rounding (1e-9).
+  /// 1/rad at an absolute azimuth; rounding may make it slightly negative (1e-9).
   double density(double phi) const;
-  /// Mass E_p.
+  /// The mass E_p.
   double energy() const { return coefficients_[0].real(); }
 
  private:

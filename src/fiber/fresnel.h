@@ -6,13 +6,14 @@
 
 namespace tress::fiber {
 
-/// eta' = sqrt(eta^2 - sin^2 theta) / max(cos theta, 1e-6).
+/// Returns eta' = sqrt(eta^2 - sin^2 theta) / max(cos theta, 1e-6).
 inline double bravais_index(double eta, double theta) {
   const double s = std::sin(theta);
   return std::sqrt(eta * eta - s * s) / std::max(std::cos(theta), 1e-6);
 }
 
-/// Mean of the squared amplitudes, from the projected cosines on the air side and inside. Symmetric in direction.
+/// Mean over both polarisations of the squared amplitudes, from the projected cosines on the air side and inside. The
+/// same in both directions.
 inline double fresnel_reflectance(double eta, double eta_prime, double cos_air, double cos_inside) {
   const double inside = eta_prime * cos_inside;
   const double rs = (cos_air - inside) / (cos_air + inside);
@@ -29,7 +30,7 @@ inline double fresnel_entering(double eta, double eta_prime, double cos_gamma, d
   return fresnel_reflectance(eta, eta_prime, cos_gamma, *cos_gamma_t);
 }
 
-/// The same from inside; 1 and *cos_gamma_t = 0 under total internal reflection.
+/// The same from inside. Under total internal reflection it is 1 and *cos_gamma_t is 0.
 inline double fresnel_leaving(double eta, double eta_prime, double cos_gamma_inside, double* cos_gamma_t) {
   const double sin2 = std::max(1 - cos_gamma_inside * cos_gamma_inside, 0.0) * eta_prime * eta_prime;
   if (sin2 >= 1) {

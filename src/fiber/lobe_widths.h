@@ -1,4 +1,5 @@
-// Tilts and widths of the longitudinal lobes of one fiber, with what does not depend on the direction taken out.
+// Tilts and widths of the longitudinal lobes of one fiber, with everything precomputed that does not depend on the
+// direction.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +14,8 @@
 
 namespace tress::fiber {
 
-/// Lanes are TT, TRT, TRRT, R: order p is lane_of(p). Tilts are those of the publications that the reference models
-/// are of; `elliptical` has its own (as_traced()). Immutable plain data; any thread.
+/// The lanes are TT, TRT, TRRT, R: order p is lane_of(p). Tilts are those of the reference models' publications;
+/// `elliptical` has its own (as_traced()). Immutable plain data; any thread.
 class LobeWidths {
  public:
   LobeWidths() = default;
@@ -32,11 +33,11 @@ class LobeWidths {
     }
   }
 
-  /// As of `elliptical`, whose TRRT and residual lie where traced scales send that light. It meets scales again and
-  /// again, and each hands it on towards the tip or back towards the root: it leaves far and wide about the specular
-  /// cone, not further along with every order. So the lane of TRRT has no tilt, and a lambda that is larger by the
-  /// scales' tilt; where its lambda is given, and without a tilt, nothing differs. Fitted to fibers traced in three
-  /// dimensions (bench/README.md, residual_lobe).
+  /// The widths of `elliptical`, whose TRRT and residual follow traced scales. Such light meets many scales, and each
+  /// sends it on towards the tip or back towards the root, so it leaves in a wide range about the specular cone instead
+  /// of moving further with every order. So the lane of TRRT has no tilt, and its lambda is larger by the scales' tilt.
+  /// With a given lambda, or without a tilt, nothing differs. Fitted to fibers traced in three dimensions
+  /// (bench/README.md, residual_lobe).
   static LobeWidths as_traced(const FiberParameters& fiber) {
     LobeWidths widths(fiber);
     const int later = lane_of(3);
@@ -66,8 +67,8 @@ class LobeWidths {
  private:
   static constexpr float largest_lambda = 0.785398163f;  ///< 45 degrees
   Float4 tilt_ = splat(0), lambda_ = splat(0);
-  Float4 shift_ = splat(0);  ///< of roughness_shift(): its x at tan = cos = 1
-  bool by_cosine_ = false;   ///< lambda of TT goes with 1/cos theta_r
+  Float4 shift_ = splat(0);  ///< x of roughness_shift() at tan = cos = 1
+  bool by_cosine_ = false;   ///< whether lambda of TT is proportional to 1/cos theta_r
 };
 
 }  // namespace tress::fiber

@@ -11,14 +11,14 @@
 namespace tress::fiber {
 namespace {
 
-/// Colors between which the table was fitted; beyond them ln(sigma_a) goes on along its tangent.
+/// The range of colors for which the table was fitted; beyond it ln(sigma_a) continues along its tangent.
 constexpr double darkest = 0.045, lightest = 0.98;
 constexpr double most_absorption = 20;
 
-/// Where x lies between the nodes of an axis, which rise.
+/// The position of x between the nodes of an axis, which ascend.
 struct Place {
   std::size_t node;
-  double share;  ///< of the next node
+  double share;  ///< weight of the next node
 };
 
 Place place_on(std::span<const double> axis, double x) {
@@ -28,7 +28,7 @@ Place place_on(std::span<const double> axis, double x) {
   return {node, (inside - axis[node]) / (axis[node + 1] - axis[node])};
 }
 
-/// Of the polynomial in the root of y = -ln(color) that is ln(sigma_a / y).
+/// Coefficients of ln(sigma_a / y), a polynomial in the root of y = -ln(color).
 using Coefficients = std::array<double, lock_color_terms>;
 
 Coefficients coefficients_of(const FiberParameters& fiber) {

@@ -1,5 +1,5 @@
-// What a lock's color says of its absorption: made by bench/figures/lock_color.py from `bench_lock_color`.
-// Locks 10 mean free paths deep, 16000 paths a fiber.
+// The relation of a lock's color to its absorption, made by bench/figures/lock_color.py from `bench_lock_color`. Locks
+// are 10 mean free paths deep; 16000 paths a fiber.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ inline constexpr std::array<double, 7> lock_color_log_roughnesses{-3.912023,  -2
                                                                   -1.0498221, -0.51082562, 0};  ///< logarithms of alpha
 inline constexpr std::size_t lock_color_terms = 4;
 
-/// By eta, tilt, eccentricity and roughness, the last one fastest: coefficients, from the constant one up, of
-/// ln(sigma_a / y) as a polynomial in the root of y = -ln(color).
+/// The coefficients, from the constant one up, of ln(sigma_a / y) as a polynomial in the root of y = -ln(color), by
+/// eta, tilt, eccentricity and roughness, the last one fastest.
 inline constexpr std::array<std::array<double, lock_color_terms>, 525> lock_color_table{{
     {-3.168, 0.1666, 0.2431, 0.02896},    {-3.188, 0.105, 0.3013, 0.01654},    {-3.386, 0.3895, 0.1517, 0.04401},
     {-3.571, 0.09648, 0.7135, -0.1471},   {-3.598, -0.3375, 1.143, -0.2442},   {-3.61, -0.4423, 1.261, -0.265},

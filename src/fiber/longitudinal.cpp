@@ -5,15 +5,15 @@
 namespace tress::fiber {
 namespace {
 
-/// e^(x^2) erfc(x), x >= 0; the asymptotic series where erfc leaves the range of doubles (error 15/(8 x^6) < 1e-8).
+/// e^(x^2) erfc(x), x >= 0; uses the asymptotic series where erfc underflows (error 15/(8 x^6) < 1e-8).
 double scaled_erfc(double x) {
   if (x < 25) return std::exp(x * x) * std::erfc(x);
   const double z = 1 / (2 * x * x);
   return std::numbers::inv_sqrtpi / x * (1 - z * (1 - 3 * z));
 }
 
-/// Mass of the standard normal law in [a, b], a <= b, times e^(nearest^2/2): does not vanish where nearest is the
-/// distance of the range, of which [a, b] is part, from 0.
+/// The mass of the standard normal law in [a, b], a <= b, times e^(nearest^2/2). It does not underflow if nearest is
+/// the distance from 0 of a range that contains [a, b].
 double normal_mass(double a, double b, double nearest) {
   if (b < 0) return normal_mass(-b, -a, nearest);
   constexpr double root = std::numbers::sqrt2 / 2;
@@ -24,12 +24,12 @@ double normal_mass(double a, double b, double nearest) {
   return above(a) - above(b);
 }
 
-/// x in [low, high] with a share v of the normal mass of [low, high] below it: Newton's steps, bisection where one
-/// leaves the bracket. low <= 0 or nearest = low.
+/// Returns x in [low, high] with the share v of the normal mass of [low, high] below it, by Newton's method, with
+/// bisection if a step leaves the bracket. low <= 0 or nearest = low.
 double normal_quantile(double low, double high, double nearest, double v) {
   const double mass = normal_mass(low, high, nearest);
   double from = low, to = high;
-  // Where the range begins in a tail the law is nearly exponential there.
+  // If the range begins in a tail, the law is nearly exponential there.
   double x = low > 1 ? low - std::log1p(-v * -std::expm1(low * (low - high))) / low : 0.5 * (low + high);
   for (int step = 0; step < 100; ++step) {
     if (!(x > from && x < to)) x = 0.5 * (from + to);
@@ -63,7 +63,7 @@ float LongitudinalLobe::density_of_shape(float x) const {
 }
 
 float LongitudinalLobe::sample_of_shape(float u) const {
-  // As the logistic's, in doubles; the Gaussian is mirrored so that |low| <= |high|.
+  // The same as for the logistic, in doubles; the Gaussian is mirrored so that |low| <= |high|.
   const double first = static_cast<double>(scaled(-half_pi)), last = static_cast<double>(scaled(half_pi));
   const double v = static_cast<double>(u);
   double x = 0;

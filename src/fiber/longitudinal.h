@@ -11,21 +11,21 @@
 
 namespace tress::fiber {
 
-/// The largest float below pi/2: the inclinations of directions are clamped to it, so that their cosine is positive.
+/// The largest float below pi/2. Inclinations of directions are clamped to it, so that their cosine is positive.
 constexpr float half_pi = 0x1.921fb4p+0f;
 /// Smallest logistic scale in theta_h, radians: 0.25 degree.
 constexpr float smallest_lambda = 0.0043633231f;
 
 /// M(theta_i) = 1/2 l(theta_h; tilt, width) / (F(b) - F(a)), theta_h = (theta_i + theta_r)/2, a, b = (-+pi/2 +
-/// theta_r)/2, l and F density and distribution of the law: a density in dtheta_i of mass 1 over [-pi/2, pi/2]. All
-/// laws have the half width at half maximum of the logistic of scale lambda, 2 acosh(sqrt 2) lambda = 1.763 lambda: the
-/// Gaussian has the standard deviation 1.497 lambda, the Cauchy law the scale 1.763 lambda. What is cut off is taken
-/// out of numerator and mass alike: no theta_r, tilt or lambda overflows or divides by 0. Immutable plain data; any
-/// thread.
+/// theta_r)/2, where l and F are density and distribution of the law. M is a density in dtheta_i of mass 1 over [-pi/2,
+/// pi/2]. All laws have the half width at half maximum of the logistic of scale lambda, 2 acosh(sqrt 2) lambda = 1.763
+/// lambda: the Gaussian has the standard deviation 1.497 lambda, the Cauchy law the scale 1.763 lambda. The factor at
+/// the nearest point of the range is removed from numerator and mass alike, so no theta_r, tilt or lambda overflows or
+/// divides by 0. Immutable plain data; any thread.
 class LongitudinalLobe {
  public:
-  /// theta_r: known inclination, clamped to +-half_pi. tilt: shift of theta_h, so theta_i moves by twice as much.
-  /// lambda: logistic scale in theta_h, at least smallest_lambda. Radians.
+  /// theta_r: known inclination, clamped to +-half_pi. tilt: shift of theta_h; theta_i moves by twice as much. lambda:
+  /// logistic scale in theta_h, at least smallest_lambda. Radians.
   LongitudinalLobe(float theta_r, float tilt, float lambda, LongitudinalShape shape = LongitudinalShape::logistic)
       : shape_(shape) {
     const float inverse_width = inverse_width_factor(shape) / std::max(lambda, smallest_lambda);
@@ -37,8 +37,8 @@ class LongitudinalLobe {
       scale_ = scale_of_shape();
       return;
     }
-    // F(b) - F(a) = e^-nearest (1 - e^(low - high)) / ((1 + e^-|low|) (1 + e^-|high|)), whichever side the mode is on.
-    // high - low = pi/(2 lambda) is 2 at least (lambda <= 45 degrees), so that 1 - e^(low - high) does not cancel.
+    // F(b) - F(a) = e^-nearest (1 - e^(low - high)) / ((1 + e^-|low|) (1 + e^-|high|)) on whichever side the mode is.
+    // high - low = pi/(2 lambda) is at least 2 (lambda <= 45 degrees), so 1 - e^(low - high) does not cancel.
     const float e_low = exp_of_negative(-std::abs(low)), e_high = exp_of_negative(-std::abs(high));
     const float e_span = nearest_ > 0 ? exp_of_negative(low - high) : e_low * e_high;
     scale_ = slope_ * (1 + e_low) * (1 + e_high) / (1 - e_span);
@@ -52,7 +52,8 @@ class LongitudinalLobe {
     const float tail = nearest_ > 0 ? 1 + exp_of_negative(-x) : 1 + decay;
     return scale_ * decay / (tail * tail);
   }
-  /// density(theta_i) of the lobe that these arguments make, for a lobe that is read once: one vector of exponentials.
+  /// Returns density(theta_i) of the lobe with these arguments, for a lobe that is evaluated once: it takes one vector
+  /// of exponentials.
   static float density_of(float theta_r, float tilt, float lambda, LongitudinalShape shape, float theta_i) {
     if (shape != LongitudinalShape::logistic) return LongitudinalLobe(theta_r, tilt, lambda, shape).density(theta_i);
     const float inverse_width = 1 / std::max(lambda, smallest_lambda), slope = 0.5f * inverse_width;
@@ -64,7 +65,7 @@ class LongitudinalLobe {
     const float tail = 1 + e[3] * (nearest > 0 ? std::max(e[0], e[1]) : 1);  // 1 + e^-x
     return slope * (1 + e[0]) * (1 + e[1]) * e[3] / ((1 - e[2]) * tail * tail);
   }
-  /// Inverse CDF of u in [0, 1]. theta_i in [-half_pi, half_pi].
+  /// The inverse CDF, for u in [0, 1]. theta_i in [-half_pi, half_pi].
   float sample(float u) const {
     if (shape_ != LongitudinalShape::logistic) return sample_of_shape(u);
     const float low = scaled(-half_pi), high = scaled(half_pi);
@@ -78,11 +79,11 @@ class LongitudinalLobe {
   struct Range {
     float low, high, e_low, e_high, e_span;
   };
-  /// x in the range with a share u of its mass below it. Exact to some 1e-7 widths.
+  /// Returns x in the range with the share u of its mass below it. Exact to some 1e-7 widths.
   static float logistic_quantile(const Range& range, float u) {
-    // Solve F(x) = F(low) + u (F(high) - F(low)), mirrored so that |low| >= |high|: the tail is then taken from the
-    // side where it does not vanish. F and its complement are both sums of positive terms; e^shift is taken out of F,
-    // so that it cannot vanish in a tail.
+    // Solves F(x) = F(low) + u (F(high) - F(low)), mirrored so that |low| >= |high|: the tail is then computed from the
+    // side where it does not vanish. F and its complement are both sums of positive terms; the factor e^shift is
+    // removed from F, so that it cannot vanish in a tail.
     const bool mirrored = range.low + range.high > 0;
     const float high = mirrored ? -range.low : range.high, v = mirrored ? 1 - u : u;
     const float e_far = mirrored ? range.e_high : range.e_low, e_near = mirrored ? range.e_low : range.e_high;
@@ -97,20 +98,20 @@ class LongitudinalLobe {
   }
   LongitudinalLobe(float slope, float shift, float nearest, float scale, LongitudinalShape shape)
       : slope_(slope), shift_(shift), nearest_(nearest), scale_(scale), shape_(shape) {}
-  /// Logistic scale over the width of a law of the same half width.
+  /// The logistic scale over the width of a law with the same half width.
   static float inverse_width_factor(LongitudinalShape shape) {
     return shape == LongitudinalShape::logistic   ? 1.0f
            : shape == LongitudinalShape::gaussian ? 0.66794038f
                                                   : 0.56729633f;
   }
-  /// (theta_h - tilt) in widths.
+  /// Returns (theta_h - tilt) in widths.
   float scaled(float theta_i) const { return theta_i * slope_ + shift_; }
   float scale_of_shape() const;
   float density_of_shape(float x) const;
   float sample_of_shape(float u) const;
 
   float slope_, shift_;  ///< of scaled()
-  float nearest_;        ///< |x| of the point of the range nearest to the mode: taken out of numerator and mass
+  float nearest_;        ///< |x| of the point of the range nearest to the mode
   float scale_;          ///< 1/(2 width) over the scaled mass
   LongitudinalShape shape_;
 };
@@ -118,7 +119,7 @@ class LongitudinalLobe {
 /// Four lobes of one shape and one known direction, in lanes. Immutable plain data; any thread.
 class LongitudinalLobes {
  public:
-  /// As of LongitudinalLobe, lane by lane.
+  /// The arguments are those of LongitudinalLobe, lane by lane.
   LongitudinalLobes(float theta_r, Float4 tilt, Float4 lambda, LongitudinalShape shape) : shape_(shape) {
     if (shape != LongitudinalShape::logistic) {
       for (int k = 0; k < 4; ++k) {
@@ -153,7 +154,7 @@ class LongitudinalLobes {
     return scale_ * decay / (tail * tail);
   }
   LongitudinalLobe lane(int k) const { return {slope_[k], shift_[k], nearest_[k], scale_[k], shape_}; }
-  /// lane(k).sample(u).
+  /// Returns lane(k).sample(u).
   float sample(int k, float u) const {
     if (shape_ != LongitudinalShape::logistic) return lane(k).sample(u);
     const float slope = slope_[k], shift = shift_[k], reach = half_pi * slope;
@@ -163,9 +164,9 @@ class LongitudinalLobes {
   }
 
  private:
-  Float4 slope_, shift_, nearest_, scale_;  ///< as of LongitudinalLobe
+  Float4 slope_, shift_, nearest_, scale_;  ///< the same as in LongitudinalLobe
   Float4 e_nearest_;                        ///< e^-nearest
-  Float4 e_low_, e_high_, e_span_;          ///< as of LongitudinalLobe::Range
+  Float4 e_low_, e_high_, e_span_;          ///< the same as in LongitudinalLobe::Range
   LongitudinalShape shape_;
 };
 

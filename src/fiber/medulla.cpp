@@ -9,10 +9,10 @@
 namespace tress::fiber {
 namespace {
 
-constexpr int most_scatterings = 1 << 16;  // light that meets more is absorbed
-constexpr float least_across = 1e-12f;     // of a direction along the fiber, squared
+constexpr int most_scatterings = 1 << 16;  // light that scatters more often counts as absorbed
+constexpr float least_across = 1e-12f;     // least squared length of a direction's part across the fiber
 
-/// A ray in the circle that the cross-section is in (x, y/e).
+/// A ray in the circle that represents the cross-section (x, y/e).
 struct Line {
   glm::vec2 across;
   float across2;
@@ -20,7 +20,7 @@ struct Line {
   Line(const glm::vec3& direction, float eccentricity)
       : across(direction.y, direction.z / eccentricity), across2(std::max(glm::dot(across, across), least_across)) {}
 
-  /// From a point within the circle of that radius to where the line leaves it.
+  /// The distance from a point within the circle of that radius to where the line leaves it.
   float way_out(const glm::vec2& point, float radius) const {
     const float b = glm::dot(point, across) / across2;
     const float c = std::max(radius * radius - glm::dot(point, point), 0.0f) / across2;
@@ -28,7 +28,7 @@ struct Line {
   }
 };
 
-/// The cosine to the direction that light went in, of Henyey and Greenstein's law.
+/// The cosine to the incoming direction, drawn from Henyey and Greenstein's law.
 float cosine_of_scattering(float g, float u) {
   if (std::abs(g) < 1e-3f) return 1 - 2 * u;
   const float share = (1 - g * g) / (1 - g + 2 * g * u);

@@ -1,4 +1,4 @@
-// A fiber's core: what light that goes through it keeps, and where to.
+// A fiber's core: how it absorbs and scatters light that crosses it.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace tress::fiber {
 
-/// FiberParameters' medulla; all 0 where there is none, so that fibers without one are alike.
+/// The medulla of FiberParameters. All members are 0 if there is none, so that fibers without one are equal.
 struct Medulla {
   float radius = 0, scattering = 0, asymmetry = 0, absorption = 0;
 
@@ -30,27 +30,27 @@ struct Medulla {
   friend auto operator<=>(const Medulla&, const Medulla&) = default;
 };
 
-/// The fiber as models that know no medulla see it.
+/// Returns the fiber for models that have no medulla.
 inline FiberParameters without_medulla(FiberParameters fiber) {
   Medulla{}.give_to(fiber);
   return fiber;
 }
 
-/// A line through the cross-section: the point is (x, y/e), the direction unit and in three dimensions.
+/// A line through the cross-section: the point is (x, y/e); the direction is a unit vector in three dimensions.
 struct InnerRay {
   glm::vec2 point;
   glm::vec3 direction;
 };
 
-/// Way from one surface to the next.
+/// The way of light from one hit on the surface to the next.
 struct InnerWay {
   float cortex = 0;  ///< major semi-axes
-  float kept = 1;    ///< what the medulla has not absorbed
+  float kept = 1;    ///< share of the light that the medulla did not absorb
 };
 
-/// From a place of the surface, where the ray heads inwards, to the next: free flights between scatterings in the core,
-/// exact distances. Light is absorbed along its flights and scattered by Henyey and Greenstein's phase function; the
-/// ray is left where it meets the surface, as it heads there.
+/// Moves the ray from a place on the surface, where it heads inwards, to the next hit. In the core it makes free
+/// flights between scatterings, with exact distances. Light is absorbed along its flights and scattered by Henyey and
+/// Greenstein's phase function. On return the ray is at the surface, still heading outwards.
 InnerWay cross_with_medulla(const Medulla& medulla, float eccentricity, InnerRay& ray, RandomStream& random);
 
 }  // namespace tress::fiber

@@ -8,21 +8,21 @@
 namespace tress::fiber {
 namespace {
 
-constexpr int most_facets = 256;  // a path in some 1e30 meets more: it leaves in the direction it has
-constexpr float lowest = 1e-6f;   // share of the heights that lie below a place
-constexpr float level = 1e-4f;    // cosine of a direction that stays at its height
+constexpr int most_facets = 256;  // some one path in 1e30 meets more: it leaves in the direction it has
+constexpr float lowest = 1e-6f;   // least share of the heights that lie below a place
+constexpr float level = 1e-4f;    // cosine below which a direction stays at its height
 
-/// Light at a place of the microsurface. `below`: the share of the heights that lie below, of `up`, the side it is on.
+/// Light at a place of the microsurface. `below`: the share of the heights that lie below it, on the side `up`.
 struct Walker {
   glm::vec3 direction, up;
   float below = 1;
-  bool beyond = false;  ///< on the far side of the interface
+  bool beyond = false;  ///< whether it is on the far side of the interface
 
-  /// On to the next facet; false: there is none, it leaves.
+  /// Moves to the next facet. False if there is none and the light leaves.
   bool advance(const Beckmann& facets, float u) {
     const float cosine = glm::dot(direction, up);
     if (std::abs(cosine) < level) return true;
-    // Most light leaves at once, as this tells without Lambda: 1 - b^Lambda <= Lambda (1 - b)/b.
+    // Most light leaves at once, which this shows without Lambda: 1 - b^Lambda <= Lambda (1 - b)/b.
     if (cosine > 0 && u * below >= facets.lambda_at_most(cosine) * (1 - below)) return false;
     const float lambda = facets.lambda(cosine);
     if (cosine > 0) {
@@ -38,10 +38,10 @@ struct Walker {
 struct Facet {
   glm::vec3 normal;
   double cos_i, cos_t, reflected;
-  float ratio;  ///< index beyond the facet over that of the side that the light is on
+  float ratio;  ///< index beyond the facet over the index on the light's side
 };
 
-/// cosine: of the light's direction back to the normal; ratio as in Facet.
+/// cosine: between the normal and the light's direction backwards; ratio: as in Facet.
 Facet facet_along(const glm::vec3& normal, float cosine, float ratio) {
   Facet facet;
   facet.normal = normal;
@@ -56,7 +56,7 @@ Facet facet_along(const glm::vec3& normal, float cosine, float ratio) {
 Facet meet(const Walker& light, const Beckmann& facets, float index, const std::array<float, 2>& u,
            RandomStream& random) {
   const glm::vec3 normal = facets.visible_normal_within(-light.direction, light.up, u, random);
-  // Entering what is denser or leaving it; of what is beyond, the other way round.
+  // The light enters the denser side or leaves it; if it is already beyond, the ratio is inverted.
   return facet_along(normal, -glm::dot(light.direction, normal), light.beyond ? 1 / index : index);
 }
 
@@ -73,7 +73,7 @@ void turn(Walker& light, const Facet& facet, bool reflect) {
   light.direction = glm::normalize(light.direction);
 }
 
-/// Of light at a facet whose normal is not known yet: the density, per steradian, of turning towards a direction and
+/// For light at a facet whose normal is not drawn yet: the density, per steradian, of turning towards a direction and
 /// leaving.
 float density_towards(const glm::vec3& direction, bool beyond, const Walker& light, const Beckmann& facets,
                       float index) {
@@ -99,7 +99,7 @@ float density_towards(const glm::vec3& direction, bool beyond, const Walker& lig
   return leaves * (1 - reflected) * facing * toward * ratio * ratio * -along / half2;
 }
 
-/// Looks nowhere.
+/// A visitor that looks at no direction.
 struct NoOutlook {
   void meets(const Walker&, float) const {}
 };
@@ -108,13 +108,13 @@ struct Looking {
   Outlook& outlook;
   const Beckmann& facets;
   float index;
-  /// At a facet, before light has turned there; share: of the light.
+  /// Called at a facet before light turns there; share: of the light.
   void meets(const Walker& light, float share) const {
     outlook.density += share * density_towards(outlook.direction, outlook.refracted, light, facets, index);
   }
 };
 
-/// From facet to facet until there is none, after the first.
+/// Follows the light after its first facet, from facet to facet, until it meets none.
 template <class Looks>
 Departure leave(Walker& light, const Beckmann& facets, float index, RandomStream& random, const Looks& looks,
                 float share) {

@@ -8,10 +8,10 @@ namespace tress::fiber {
 namespace {
 
 constexpr double least_mass = 1e-14;
-constexpr double least_variance = 1e-12;  // of the squared mean: narrower is one length to single precision
-constexpr double least_third = 1e-8;      // squared norm of the monic p_2: below, moments leave no third point
+constexpr double least_variance = 1e-12;  // in the squared mean: below it, all lengths count as one
+constexpr double least_third = 1e-8;      // squared norm of the monic p_2: below it there is no third point
 
-/// Roots of x^3 + c2 x^2 + c1 x + c0, all real and distinct, ascending.
+/// Returns the roots of x^3 + c2 x^2 + c1 x + c0, all real and distinct, ascending.
 std::array<double, 3> real_roots(double c2, double c1, double c0) {
   const double shift = c2 / 3, p = std::max(shift * shift - c1 / 3, 0.0);
   const double q = shift * (shift * shift - c1 / 2) + c0 / 2;

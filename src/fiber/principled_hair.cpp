@@ -13,7 +13,7 @@ namespace tress::fiber {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-/// Surfaces whose energies are those of smooth ones.
+/// Roughness of a surface whose energies are those of a smooth one.
 constexpr float all_but_smooth = 0.02f;
 
 float within(const ParameterRange& range, double x) {
@@ -36,18 +36,18 @@ double logistic_scale_of(double beta) {
   return (0.265 * b + 1.194 * b * b + 5.372 * std::pow(b, 22)) * std::sqrt(std::numbers::pi / 8);
 }
 
-/// Fitted to pictures of Chiang's model itself, a lock and thin hair in five looks, by `bench/principled/mapping.py
-/// fit` (scenes/blender/README.md): lambda of a Gaussian lobe over the standard deviation of theta_i, by lobe. Equal
-/// half widths would be 0.334, and 0.425 for R, which |cos(d/2)| narrows by pi/4 in the mean.
+/// lambda of a Gaussian lobe over the standard deviation of theta_i, by lobe. Fitted to pictures of Chiang's model
+/// itself, a lock and thin hair in five looks, by `bench/principled/mapping.py fit` (scenes/blender/README.md). Equal
+/// half widths would give 0.334, and 0.425 for R, which |cos(d/2)| narrows by pi/4 in the mean.
 constexpr std::array<double, 4> lambda_per_deviation{0.429, 0.405, 0.416, 0.416};
-/// The same of the blur of the exit azimuth over the standard deviation of the logistic law: TT, TRT, TRRT.
+/// The blur of the exit azimuth over the standard deviation of the logistic law, fitted likewise: TT, TRT, TRRT.
 constexpr std::array<double, 3> azimuth_per_deviation{1.08, 2.53, 2.53};
 constexpr double logistic_deviation = std::numbers::pi / std::numbers::sqrt3;  ///< of scale 1
-/// lambda, which is in theta_h, of a lobe of that standard deviation of theta_i, as `chiang2016` reads it back.
+/// lambda, which is in theta_h, of a lobe over its standard deviation of theta_i; `chiang2016` inverts it.
 constexpr double published_lambda_per_deviation = 0.5 / logistic_deviation;
 
-/// deviations: standard deviations of theta_i of R, TT, TRT; scales: logistic ones of the exit azimuth of TT, TRT. What
-/// comes after TRT is as TRT.
+/// deviations: standard deviations of theta_i of R, TT, TRT; scales: logistic scales of the exit azimuth of TT, TRT.
+/// Lobes after TRT are as TRT.
 FiberParameters round_fiber(const std::array<double, 3>& deviations, const std::array<double, 2>& scales,
                             PrincipledWidths widths) {
   FiberParameters fiber;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-// Loops over lanes are compiled twice, the second time for vectors of four doubles: without fused operations, so with
+// Loops over lanes are compiled twice, the second time for vectors of four doubles without fused operations, so with
 // the same bits. Sanitizers run before such functions can be resolved.
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)

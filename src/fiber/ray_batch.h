@@ -1,22 +1,22 @@
-// Sixteen rays through a cross-section side by side: what tracing a node costs is latency, and lanes hide it.
+// Traces sixteen rays through a cross-section side by side: the time to trace a node is latency, which lanes hide.
 #pragma once
 
 #include "fiber/cross_section.h"
 
 namespace tress::fiber {
 
-/// Steps 16 rays from order to order, in plain loops over lanes that compilers vectorise. The same arithmetic as
-/// CrossSection::follow, without branches: at total internal reflection cos_t = 0 gives reflectance 1 by itself.
-/// One thread each.
+/// Steps 16 rays from order to order, in plain loops over lanes that compilers vectorise. The arithmetic is that of
+/// CrossSection::follow without branches: at total internal reflection, cos_t = 0 gives reflectance 1. One thread each.
 class RayBatch {
  public:
   static constexpr int lanes = 16;
 
-  /// Rays at offsets h_0 + i h_step, brought inside: afterwards weight() is that of order 0 (R). with_rates: also
-  /// follows the rates of their angles in h, which glint_shares() needs.
+  /// Rays at offsets h_0 + i h_step, refracted into the fiber; weight() is then that of order 0 (R). with_rates: also
+  /// follows the derivatives of their angles by h, which glint_shares() needs.
   RayBatch(const CrossSection& section, double h_0, double h_step, bool with_rates = false);
 
-  /// To the next order: weight, exit direction and path are then its. Total internal reflection: weight 0.
+  /// Moves to the next order, to which weight, exit direction and path then belong. The weight is 0 under total
+  /// internal reflection.
   void advance();
 
   const double* weight() const { return weight_; }  ///< A_p of clear hair
@@ -24,7 +24,7 @@ class RayBatch {
   const double* left() const { return left_; }      ///< energy still inside
   /// Exit azimuths relative to phi_r in [-pi, pi], radians, to 1e-7. Orders >= 1; arbitrary where weight is 0.
   void azimuths(float* out) const;
-  /// CrossSection::glint_share of every ray, of the current order. Only with_rates.
+  /// CrossSection::glint_share of every ray at the current order. Needs with_rates.
   void glint_shares(double sigma, double* out) const;
 
  private:
@@ -38,8 +38,8 @@ class RayBatch {
   double exit_x_[lanes], exit_y_[lanes];
   double weight_[lanes], path_[lanes], left_[lanes];
   bool with_rates_;
-  double rate_t_[lanes], rate_delta_[lanes];  ///< d/dh of the ellipse parameter and of the direction inside
-  double cos_exit_[lanes], spread_[lanes];    ///< cosine of the exit and dPhi/dh times it
+  double rate_t_[lanes], rate_delta_[lanes];  ///< derivatives by h of the ellipse parameter and of the direction inside
+  double cos_exit_[lanes], spread_[lanes];    ///< cosine of the exit, and dPhi/dh times it
 };
 
 }  // namespace tress::fiber

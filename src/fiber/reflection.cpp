@@ -8,8 +8,9 @@ namespace tress::fiber {
 float reflected_energy(ReflectionFresnel fresnel, float eta, float eccentricity, float theta_r, float phi_r) {
   const ReflectionLobe lobe(eta, eccentricity, theta_r, phi_r, 0, 0, smallest_lambda, fresnel);
   if (fresnel == ReflectionFresnel::none || fresnel == ReflectionFresnel::longitudinal) return lobe.fresnel()(1);
-  // Over half angles, in panels between the kinks of F. In u, x = u^3 (10 - 15 u + 6 u^2), integrands and their slopes
-  // vanish at both ends of a panel, whatever roots F has there: midpoints converge with the fourth power.
+  // Integrates over half angles, in panels between the kinks of F. With x = u^3 (10 - 15 u + 6 u^2), integrands and
+  // their slopes vanish at both ends of a panel, whatever roots F has there, so midpoints converge with the fourth
+  // power.
   constexpr int nodes = 64;
   const float kink = std::asin(std::min(lobe.fresnel().total_reflection(), 1.0f));
   double sum = 0;

@@ -1,4 +1,4 @@
-// The R lobe: closed form for every eccentricity, sampled by the offset h.
+// The R lobe in closed form for every eccentricity, sampled by the offset h.
 #pragma once
 
 #include <algorithm>
@@ -14,16 +14,16 @@
 
 namespace tress::fiber {
 
-/// Light reflected at the surface, for one known direction. With d = wrap(phi_i - phi_r) and the normal's azimuth
-/// nu = phi_r + d/2, its azimuthal density is F(|cos(d/2)|; theta_r) times the shape
-///   1/2 |dh/dphi_i| = 1/4 e^2 cos(d/2) / (w(phi_r) s^3),  s^2 = cos^2 nu + e^2 sin^2 nu:
-/// Fresnel and energy both at |theta_d| = |theta_r|: E_R N^_R is energy_density() as it stands, nothing is divided.
-/// Azimuths are absolute (from the major axis), radians; densities 1/rad. Not blurred in azimuth.
-/// Immutable plain data; any thread.
+/// Light reflected at the surface, for one known direction. With d = wrap(phi_i - phi_r) and the normal's azimuth nu =
+/// phi_r + d/2, its azimuthal density is F(|cos(d/2)|; theta_r) times the shape
+///  1/2 |dh/dphi_i| = 1/4 e^2 cos(d/2) / (w(phi_r) s^3),  s^2 = cos^2 nu + e^2 sin^2 nu.
+/// Fresnel and energy are both at |theta_d| = |theta_r|, so E_R N^_R is energy_density() without any division. Azimuths
+/// are absolute (from the major axis), in radians; densities are in 1/rad. There is no blur in azimuth. Immutable plain
+/// data; any thread.
 class ReflectionLobe {
  public:
-  /// energy: E_R at (phi_r, theta_r), which chooses how sampling is mixed; any value in [0, 1] gives a sound sampler.
-  /// tilt, lambda: of the longitudinal lobe in theta_h; lambda is before the factor |cos(d/2)|.
+  /// energy: E_R at (phi_r, theta_r), which determines the mix of sampling; any value in [0, 1] gives a valid sampler.
+  /// tilt, lambda: of the longitudinal lobe in theta_h; lambda is without the factor |cos(d/2)|.
   ReflectionLobe(float eta, float eccentricity, float theta_r, float phi_r, float energy, float tilt, float lambda,
                  ReflectionFresnel fresnel = ReflectionFresnel::exact,
                  LongitudinalShape longitudinal_shape = LongitudinalShape::logistic)
@@ -44,16 +44,16 @@ class ReflectionLobe {
     grazing_share_ = 0.5f * lost * lost;
   }
 
-  /// Everything at one phi_i, in one pass over its geometry.
+  /// All values at one phi_i, from one pass over its geometry.
   struct At {
     float energy_density, azimuth_pdf;
     float lambda;  ///< of M here
   };
   At at(float phi_i) const { return at_difference(adaptive::wrap_angle(phi_i - phi_r_)); }
-  /// The same of d = wrap(phi_i - phi_r).
+  /// The same for d = wrap(phi_i - phi_r).
   At at_difference(float d) const {
-    // The ellipse parameter of the point with normal nu has cosine cos nu / s and sine e sin nu / s, that of the ray
-    // with h = 0 has e cos phi_r / w and sin phi_r / w; h is the sine of their difference, dt/dnu = e / s^2.
+    // The ellipse parameter of the point with normal nu has cosine cos nu / s and sine e sin nu / s; that of the ray
+    // with h = 0 has e cos phi_r / w and sin phi_r / w. h is the sine of their difference, and dt/dnu = e / s^2.
     const float half = 0.5f * d;
     const Float4 sines = quarter_sine(Float4{half, from_quarter(half), 0, 0});
     const float sin_half = sines[0], cos_half = sines[1];
@@ -61,10 +61,10 @@ class ReflectionLobe {
     const float sin_nu = eccentricity_ * (sin_phi_ * cos_half + cos_phi_ * sin_half);
     const float inverse_s2 = 1 / (cos_nu * cos_nu + sin_nu * sin_nu);
     const float inverse_both = inverse_width_ * std::sqrt(inverse_s2);
-    const float rate = 0.25f * eccentricity_ * inverse_s2;  // the density over sqrt(1 - h^2): does not vanish
+    const float rate = 0.25f * eccentricity_ * inverse_s2;  // the density over sqrt(1 - h^2), which does not vanish
     const float density = eccentricity_ * cos_half * inverse_both * rate;
     const float offset = (eccentricity_ * sin_nu * cos_phi_ - cos_nu * sin_phi_) * inverse_both;
-    // The pdf of |h| = 1 - x^2 diverges at |h| = 1 as 1/sqrt(1 - |h|); with the shape's sqrt(1 - h^2) it is finite.
+    // The pdf of |h| = 1 - x^2 diverges at |h| = 1 as 1/sqrt(1 - |h|); times the shape's sqrt(1 - h^2) it is finite.
     const float grazing = 0.5f * rate * std::sqrt(1 + std::min(std::abs(offset), 1.0f));
     return {density * fresnel_(cos_half), (1 - grazing_share_) * density + grazing_share_ * grazing,
             lambda_ * cos_half};
@@ -76,11 +76,11 @@ class ReflectionLobe {
 
   /// F times the shape. Its integral over phi_i is E_R.
   float energy_density(float phi_i) const { return at(phi_i).energy_density; }
-  /// Draws phi_i by the offset: h uniform with probability 1 - b, else |h| = 1 - x^2 with a random sign,
-  /// b = (1 - E_R)^2 / 2. u in [0, 1) is used up whole. In [-pi, pi). Does not depend on the kind of Fresnel.
+  /// Draws phi_i by the offset: h uniform with probability 1 - b, else |h| = 1 - x^2 with a random sign, b = (1 -
+  /// E_R)^2 / 2. u in [0, 1); all its bits are used. In [-pi, pi). It does not depend on the kind of Fresnel.
   float sample_azimuth(float u) const {
     const float b = grazing_share_;
-    float h, cos_h;  // of the angle between the point's ellipse parameter and that of h = 0
+    float h, cos_h;  // h and the cosine, of the angle between the point's ellipse parameter and that of h = 0
     if (u < 1 - b) {
       const float share = u / (1 - b);
       h = 2 * share - 1;
@@ -97,9 +97,9 @@ class ReflectionLobe {
     const float x = cos_0 * cos_h - sin_0 * h, y = sin_0 * cos_h + cos_0 * h;
     return wrap_once(2 * angle_of(y, eccentricity_ * x) - phi_r_);
   }
-  /// Density of sample_azimuth(), mass 1.
+  /// The density of sample_azimuth(), of mass 1.
   float azimuth_pdf(float phi_i) const { return at(phi_i).azimuth_pdf; }
-  /// M for this phi_i: its width follows |cos(d/2)|, so phi comes first and theta_i after.
+  /// M for this phi_i: its width depends on |cos(d/2)|, so phi is drawn first and theta_i after.
   LongitudinalLobe longitudinal(float phi_i) const {
     const float half = 0.5f * adaptive::wrap_angle(phi_i - phi_r_);
     return LongitudinalLobe(theta_r_, tilt_, lambda_ * quarter_cosine(half), shape_);

@@ -15,9 +15,9 @@ namespace {
 
 constexpr float largest_tilt = 1.5f;
 constexpr int last_named_order = 3;
-constexpr float least_cosine = 1e-6f;  // to the normal, of light that grazes a surface or was rounded past it
+constexpr float least_cosine = 1e-6f;  // least cosine to the normal, of light that grazes a surface
 
-/// One Newton step onto the unit sphere: rounding cannot build up.
+/// One Newton step onto the unit sphere, so that rounding cannot build up.
 template <class Vector>
 Vector onto_unit(const Vector& v) {
   return v * (1.5f - 0.5f * glm::dot(v, v));
@@ -30,12 +30,12 @@ glm::vec3 unit_vector(const FiberDirection& w) {
   return {std::sin(w.theta), cosine * std::cos(w.phi), cosine * std::sin(w.phi)};
 }
 
-/// What light meets from `toward`, a unit direction back to where it is from.
+/// The surface that light meets from `toward`, a unit direction back to its origin.
 struct Surface {
   const Beckmann& facets;
-  float index;  ///< of the far side over that of this one
+  float index;  ///< index of the far side over that of this side
   bool from_inside;
-  const glm::vec3 &outward, &facing;  ///< the fiber's normal; that of the face on this side
+  const glm::vec3 &outward, &facing;  ///< the fiber's normal; the normal of the face on this side
   glm::vec3 toward;
 };
 
@@ -142,7 +142,7 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
       outward = outward_normal(ray.point);
       exit.way += way.cortex;
       throughput *= way.kept * glm::exp(-sigma_a_ * way.cortex);
-    }  // else it meets another face of the cuticle on the same side
+    }  // otherwise it meets another face of the cuticle on the same side
     const float kept = largest(throughput);
     if (!(kept > 0)) return exit;
     if (kept < roulette_below) {
@@ -155,7 +155,7 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
   return exit;
 }
 
-/// Of trace_split().
+/// The visitor of trace_split().
 class RoughFiber::Exits {
  public:
   explicit Exits(std::vector<SplitExit>& exits) : exits_(exits) {}
@@ -170,7 +170,7 @@ class RoughFiber::Exits {
   std::vector<SplitExit>& exits_;
 };
 
-/// Of estimate().
+/// The visitor of estimate().
 class RoughFiber::Estimate {
  public:
   Estimate(const FiberDirection& wi, const glm::vec3& sigma_a)

@@ -9,7 +9,7 @@
 
 #include "base/sobol.h"
 
-// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+// foreach_target compiles this once for every instruction set; the first call chooses the machine's.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fiber/rough_paths.cpp"
 #include <hwy/foreach_target.h>
@@ -24,32 +24,33 @@ namespace {
 
 constexpr std::size_t block = 16;
 
-/// Of light on its way to a surface; words are kept as the bits of floats.
+/// The fields of light on its way to a surface; words are kept as the bits of floats.
 enum Field : std::size_t {
   dx,
   dy,
-  dz,  // the direction that it travels in
+  dz,  // x, y, z of its direction
   px,
-  py,  // the point (x, y/e) that it was at last
+  py,  // its last point (x, y/e)
   weight,
-  way,  // as SplitExit
+  way,  // the same as in SplitExit
   seed,
-  path,  // words: all further random numbers are by both
-  tag,   // word, below
+  path,  // words: both together key all further random numbers
+  tag,   // a word, see below
   ua,
   ub,
   uc,
   ud,  // numbers of the next facet and of the one after it
   surface_fields,
   ue = surface_fields,
-  uf,  // of light that enters: those of the third one
+  uf,  // for light that enters: numbers of the third facet
   start_fields,
-  log_below = surface_fields,  // of light within a microsurface: the logarithm of the share of heights below it
-  luck,                        // the uniform number by which it meets another facet
+  log_below = surface_fields,  // for light within a microsurface: the logarithm of the share of heights below it
+  luck,                        // the uniform number that decides whether it meets another facet
   walk_fields
 };
 
-// Tags: the set in four bits; flags; the order, 7 at most; the facets met on prepared numbers, 3 at most; all steps.
+// Tags: the set in four bits; flags; the order, at most 7; the number of facets met on prepared numbers, at most 3; the
+// number of steps.
 constexpr std::uint32_t is_inside = 1u << 4, crosses = 1u << 5, is_step = 1u << 6, again = 1u << 7, is_beyond = 1u << 8,
                         one_order = 1u << 9, most_orders = 7u << 9, one_facet = 1u << 12, most_facets = 3u << 12,
                         in_core = 1u << 14, one_step = 1u << 16, most_steps = 0xffffu << 16;
@@ -74,8 +75,8 @@ HWY_INLINE W FlagIf(Mask mask, std::uint32_t flag) {
 }
 HWY_INLINE bool Any(Mask mask) { return !hn::AllFalse(Floats(), mask); }
 
-// The k-th number of an event, from its seed and the index of its path: a hash of 32 bits (constants of Wellons) that
-// is told the path half way, so that events of other paths that have the same seed have other numbers.
+// The k-th number of an event, from its seed and the index of its path. It is a 32-bit hash (constants of Wellons) that
+// mixes in the path half way, so that events of other paths with the same seed have other numbers.
 HWY_INLINE W BitsOf(W seeds, W paths, std::uint32_t k) {
   W x = hn::Add(seeds, SplatWord(k * 0x9e3779b9u));
   x = hn::Xor(x, hn::ShiftRight<16>(x));
@@ -128,10 +129,10 @@ HWY_INLINE Mask Stays(F cosine, F log_of_below, F luck_number, float inverse_alp
   return hn::Or(hn::Lt(cosine, Splat(1e-7f)), hn::Gt(luck_number, leaves));
 }
 
-// The slopes (x along, y across, in alphas) of a facet that is seen at the steepness c, of either sign; where
-// `rejected` others are to be drawn. For c > 0, with normal slopes, the density (c - x) e^{-x^2} below c is that of a
-// normal law which is mirrored from x > 0 with the chance x/c, and of what (|x| - c) e^{-x^2} there is beyond -c; for c
-// < 0 that is all. The latter is drawn by Rayleigh's law beyond |c| and accepted with (|x| - c)/|x|.
+// Draws the slopes (x along, y across, in alphas) of a facet seen at the steepness c, of either sign; `rejected` marks
+// lanes to draw again. For c > 0, with normal slopes, the density (c - x) e^{-x^2} below c has two parts: a normal law,
+// mirrored from x > 0 with probability x/c, and (|x| - c) e^{-x^2} beyond -c. For c < 0 only the second part exists. It
+// is drawn from Rayleigh's law beyond |c| and accepted with probability (|x| - c)/|x|.
 HWY_INLINE void FacetSlopes(F c, F bell, F u0, F u1, W seeds, W paths, std::uint32_t k, F& x, F& y, Mask& rejected) {
   const F radius2 = hn::Max(hn::Neg(Log(hn::Sub(Splat(1), u0))), hn::Zero(Floats())), radius = hn::Sqrt(radius2);
   F sine, cosine;
@@ -167,7 +168,7 @@ HWY_INLINE void Fresnel(F cos_i, F ratio, F inverse_ratio, F& reflected, F& cos_
   reflected = hn::IfThenElse(passes, hn::Mul(Splat(0.5f), hn::MulAdd(rs, rs, hn::Mul(rp, rp))), Splat(1));
 }
 
-// A row of floats for each field, 16 records wide.
+// One row of floats for each field, 16 records wide.
 template <std::size_t fields>
 struct alignas(64) Stage {
   float row[fields][block];
@@ -178,8 +179,8 @@ HWY_INLINE void Put(float* row, W x) { hn::Store(FloatsOf(x), Floats(), row); }
 HWY_INLINE F Get(const float* row) { return hn::Load(Floats(), row); }
 HWY_INLINE W GetWord(const float* row) { return WordsOf(hn::Load(Floats(), row)); }
 
-// Moves those lanes of vectors to the front that a mask names. Highway's Compress for vectors of 8 and of 4 has a table
-// in a local array, which g++ copies anew for each: here the lanes are looked up once a mask.
+// Moves the lanes in a mask to the front of vectors. Highway's Compress for vectors of 8 and of 4 has a table in a
+// local array, which g++ copies for each call; here the lanes are looked up once for each mask.
 #if HWY_MAX_BYTES >= 64 || HWY_HAVE_SCALABLE || HWY_TARGET == HWY_SCALAR
 class Packing {
  public:
@@ -220,7 +221,8 @@ class Packing {
 };
 #endif
 
-// Appends those of 16 records whose weight is above 0. (Compress and StoreU: storing compressed is microcode on Zen 4.)
+// Appends those of 16 records whose weight is above 0. (It uses Compress and StoreU, because compressed stores are
+// microcode on Zen 4.)
 template <std::size_t fields>
 HWY_INLINE void Append(LaneStack& to, const float* const (&rows)[fields], const float* weights) {
   to.reserve(block);
@@ -244,7 +246,7 @@ struct Kernel {
   LaneStack& exits;
   float inverse_e = 1 / fiber.eccentricity, inverse_alpha = 1 / fiber.alpha, inverse_eta = 1 / fiber.eta;
 
-  // (0, y, z) of the outward normal at a point.
+  // Returns (0, y, z) of the outward normal at a point.
   HWY_INLINE void NormalAt(F x, F y, F& ny, F& nz) const {
     const F by_e = hn::Mul(Splat(fiber.eccentricity), x);
     const F inverse = hn::Div(Splat(1), hn::Sqrt(hn::MulAdd(by_e, by_e, hn::Mul(y, y))));
@@ -252,7 +254,7 @@ struct Kernel {
     nz = hn::Mul(y, inverse);
   }
 
-  // The normal of a face of the cuticle, to the side of light from outside (1) or inside (-1).
+  // The normal of a face of the cuticle, on the side of light from outside (1) or inside (-1).
   HWY_INLINE void FaceOf(Mask step, F side, F ny, F nz, F& fx, F& fy, F& fz) const {
     const F by_cosine = hn::Mul(side, Splat(fiber.cos_tilt));
     fx = hn::IfThenElse(step, side, hn::Mul(by_cosine, Splat(-fiber.tan_tilt)));
@@ -260,8 +262,8 @@ struct Kernel {
     fz = hn::IfThenZeroElse(step, hn::Mul(by_cosine, nz));
   }
 
-  // What goes on: to the surface, or first through the fiber where there is a core to be met. "through" is the weight
-  // of that which crosses.
+  // Appends light that goes on: to the surface, or first through the fiber if there is a core. "through" is the weight
+  // of the light that crosses.
   HWY_INLINE void AppendOnward(const float* const (&rows)[surface_fields], const float* tags) {
     if (!fiber.medulla.is_there()) return Append(surface, rows, rows[weight]);
     alignas(64) float through[block], here[block];
@@ -275,14 +277,14 @@ struct Kernel {
     Append(surface, rows, here);
   }
 
-  // Of roulette: what is left of a weight that goes on.
+  // Roulette: returns the weight with which light goes on.
   HWY_INLINE F Kept(F w, W seeds, W paths, std::uint32_t k) const {
     const F below = Splat(fiber.roulette_below), number = NumberOf(seeds, paths, k);
     const F survives = hn::IfThenElseZero(hn::Le(hn::Mul(number, below), w), below);
     return hn::IfThenElse(hn::Lt(w, below), survives, w);
   }
 
-  // A facet's normal and the cosine to it. w: towards where light comes from, at that cosine to `f`.
+  // Computes a facet's normal and the cosine to it. w: towards where light comes from, at that cosine to `f`.
   HWY_INLINE void FacetNormal(F wx, F wy, F wz, F cosine, F sine, F fx, F fy, F fz, F x, F y, F& mx, F& my, F& mz,
                               F& cos_i, F& cos_m) const {
     const F inverse_sine = hn::Div(Splat(1), sine);
@@ -310,10 +312,10 @@ struct Kernel {
   }
 
   HWY_NOINLINE void SurfaceBlock(const float* const (&in)[start_fields], std::size_t count) {
-    Stage<walk_fields> stays;       // within the microsurface
-    Stage<surface_fields> goes_on;  // inside, and to the surface again
+    Stage<walk_fields> stays;       // light that stays within the microsurface
+    Stage<surface_fields> goes_on;  // light inside that goes to the surface again
     Stage<RoughPathExits::fields> leaves;
-    Stage<8> also_stays, also_goes_on, ends;  // what few lanes have besides
+    Stage<8> also_stays, also_goes_on, ends;  // cases that few lanes have
     bool any_also_stays = false, any_also_goes_on = false, any_ends = false;
     const F zero = hn::Zero(Floats());
     for (std::size_t i = 0; i < block; i += hn::Lanes(Floats())) {
@@ -336,14 +338,15 @@ struct Kernel {
                                            hn::Ne(hn::And(tags, SplatWord(most_steps)), SplatWord(most_steps))));
       F light = hn::IfThenElseZero(alive, load(weight));
 
-      // Through the fiber to where the surface is met.
+      // Moves light through the fiber to where it meets the surface.
       const Mask crossing = Has(tags, crosses);
       {
         const F across_z = hn::Mul(vz, Splat(inverse_e));
         const F across2 = hn::Max(hn::MulAdd(vy, vy, hn::Mul(across_z, across_z)), Splat(1e-12f));
         const F toward = hn::MulAdd(x, vy, hn::Mul(y, across_z));
         const F straight = hn::Max(hn::Div(hn::Mul(Splat(-2), toward), across2), zero);
-        const F chord = fiber.medulla.is_there() ? zero : hn::IfThenElseZero(crossing, straight);  // it has been there
+        const F chord =
+            fiber.medulla.is_there() ? zero : hn::IfThenElseZero(crossing, straight);  // a medulla has moved it
         x = hn::MulAdd(chord, vy, x);
         y = hn::MulAdd(chord, across_z, y);
         const F onto = hn::NegMulAdd(Splat(0.5f), hn::MulAdd(x, x, hn::Mul(y, y)), Splat(1.5f));
@@ -360,7 +363,7 @@ struct Kernel {
       Put(stays.row[py] + i, y);
       Put(leaves.row[RoughPathExits::tag_field] + i, tags);
 
-      // What has gone too far ends where it is.
+      // Light whose way is too long ends where it is.
       {
         const Mask late = hn::RebindMask(Floats(), hn::TestBit(tags, SplatWord(4u << 9)));
         const Mask too_far = hn::And(hn::And(crossing, late), hn::Gt(length, Splat(fiber.longest_way)));
@@ -409,7 +412,7 @@ struct Kernel {
         cosine = hn::IfThenElse(past, hn::Mul(Splat(least_cosine), inverse), cosine);
       }
 
-      // The first facet: how high it is, and how it lies.
+      // The first facet: its height and its slope.
       const F flat_x = hn::NegMulAdd(cosine, fx, wx), flat_y = hn::NegMulAdd(cosine, fy, wy),
               flat_z = hn::NegMulAdd(cosine, fz, wz);
       const F sine = hn::Max(hn::Sqrt(Dot(flat_x, flat_y, flat_z, flat_x, flat_y, flat_z)), Splat(1e-6f));
@@ -431,7 +434,7 @@ struct Kernel {
       const F inverse_ratio = hn::IfThenElse(inside, Splat(fiber.eta), Splat(inverse_eta));
       Fresnel(cos_i, ratio, inverse_ratio, reflected, cos_t);
 
-      // Both lights, and how steeply they rise from their sides of the surface.
+      // The reflected and the refracted light, and how steeply they rise from their sides of the surface.
       const F twice = hn::Add(cos_i, cos_i), bend = hn::MulSub(cos_i, inverse_ratio, cos_t);
       F rx = hn::MulSub(twice, mx, wx), ry = hn::MulSub(twice, my, wy), rz = hn::MulSub(twice, mz, wz);
       F tx = hn::MulSub(bend, mx, hn::Mul(inverse_ratio, wx)), ty = hn::MulSub(bend, my, hn::Mul(inverse_ratio, wy)),
@@ -461,14 +464,14 @@ struct Kernel {
       const W onward = hn::Add(hn::Add(fewer, SplatWord(one_step)),
                                FlagIf(hn::RebindMask(Floats(), hn::Ne(facets_met, SplatWord(most_facets))), one_facet));
 
-      // What leaves.
+      // Light that leaves.
       Put(leaves.row[RoughPathExits::dx] + i, outer_x);
       Put(leaves.row[RoughPathExits::dy] + i, outer_y);
       Put(leaves.row[RoughPathExits::dz] + i, outer_z);
       Put(leaves.row[RoughPathExits::weight_field] + i,
           hn::IfThenElseZero(hn::AndNot(outer_stays, outer_away), outer_light));
 
-      // What goes on inside, or draws another facet here.
+      // Light that goes on inside, or draws another facet here.
       const F inner_on = Kept(hn::IfThenZeroElse(inner_stays, inner_light), seeds, paths, 11);
       Put(goes_on.row[weight] + i, inner_on);
       Put(goes_on.row[dx] + i, inner_x);
@@ -499,7 +502,7 @@ struct Kernel {
         instead(ud, next_b);
       }
 
-      // What meets another facet.
+      // Light that meets another facet.
       const F inner_walks = hn::IfThenElseZero(inner_stays, inner_light),
               outer_walks = hn::IfThenElseZero(outer_stays, outer_light);
       const Mask first = hn::Gt(inner_walks, zero), second = hn::Gt(outer_walks, zero);
@@ -527,7 +530,7 @@ struct Kernel {
         Put(also_stays.row[7] + i, outer_luck);
       }
 
-      // What has left its face outside, and meets the fiber again.
+      // Light that has left its face outside and meets the fiber again.
       const Mask outer_returns = hn::AndNot(hn::Or(outer_stays, outer_away), hn::Gt(outer_light, zero));
       Put(also_goes_on.row[0] + i, zero);
       if (Any(outer_returns)) {
@@ -596,14 +599,14 @@ struct Kernel {
       const F light = hn::IfThenElseZero(alive, load(weight));
       F ny, nz, fx, fy, fz;
       NormalAt(load(px), load(py), ny, nz);
-      // The mean normal on the side that the light is on, which is inside if it was and has not passed, or has not and
-      // did.
+      // The mean normal on the light's side, which is inside if it came from inside and did not pass, or came from
+      // outside and did.
       const Mask was_inside = Has(tags, is_inside), beyond = Has(tags, is_beyond),
                  now_inside = hn::Xor(was_inside, beyond);
       const F side = hn::IfThenElse(now_inside, Splat(-1), Splat(1));
       FaceOf(Has(tags, is_step), side, ny, nz, fx, fy, fz);
 
-      // On to the next facet, which light that rises met by luck; `again`: it is there.
+      // Moves to the next facet, which rising light meets by chance; `again`: it already is there.
       const F rises = Dot(vx, vy, vz, fx, fy, fz), steep = Steepness(rises, inverse_alpha);
       const Mask up = hn::Gt(rises, zero);
       F lambda, bell;
@@ -684,7 +687,7 @@ struct Kernel {
            all[weight]);
   }
 
-  // Where a line meets the surface or the core again, from a place within it. (x, y): the place; across: the line.
+  // The distance along a line, from a place within, to the surface or the core. (x, y): the place; across: the line.
   HWY_INLINE F WayOut(F x, F y, F across_y, F across_z, F inverse_across2, float radius) const {
     const F b = hn::Mul(hn::MulAdd(x, across_y, hn::Mul(y, across_z)), inverse_across2);
     const F inside = hn::Sub(Splat(radius * radius), hn::MulAdd(x, x, hn::Mul(y, y)));
@@ -692,7 +695,7 @@ struct Kernel {
     return hn::Max(hn::Sub(hn::Sqrt(hn::MulAdd(b, b, c)), b), hn::Zero(Floats()));
   }
 
-  // Henyey and Greenstein's law: turns a direction.
+  // Turns a direction by Henyey and Greenstein's law.
   HWY_INLINE void Scatter(W seeds, W paths, F& x, F& y, F& z) const {
     const float g = fiber.medulla.asymmetry;
     const F u = NumberOf(seeds, paths, 1);
@@ -721,7 +724,8 @@ struct Kernel {
     OntoUnit(x, y, z);
   }
 
-  // As cross_with_medulla(): from the surface to the core or past it, or one flight in it.
+  // The same as cross_with_medulla(): moves light from the surface to the core or past it, or by one flight in the
+  // core.
   HWY_NOINLINE void FlightBlock(const float* const (&in)[surface_fields], std::size_t count) {
     Stage<surface_fields> flies;
     alignas(64) float scattered[block], arrived[block];
@@ -744,7 +748,7 @@ struct Kernel {
       F across_z = hn::Mul(vz, Splat(inverse_e));
       F inverse = hn::Div(Splat(1), hn::Max(hn::MulAdd(vy, vy, hn::Mul(across_z, across_z)), Splat(1e-12f)));
 
-      // To the core.
+      // Moves to the core.
       const Mask within = Has(tags, in_core);
       const F middle = hn::Mul(hn::Neg(hn::MulAdd(x, vy, hn::Mul(y, across_z))), inverse);
       const F near_x = hn::MulAdd(middle, vy, x), near_y = hn::MulAdd(middle, across_z, y);
@@ -757,7 +761,7 @@ struct Kernel {
                                     hn::IfThenElseZero(meets, hn::Add(half, half)));
       length = hn::Add(length, to_core);
 
-      // A flight in it.
+      // Makes a flight in the core.
       F flight = Splat(1e30f);
       if (core.scattering > 0) flight = hn::Mul(Log(NumberOf(seeds, paths, 0)), Splat(-1 / core.scattering));
       const F flown = hn::Min(flight, left), moved = hn::Add(to_core, flown);
@@ -770,7 +774,7 @@ struct Kernel {
       Put(scattered + i, hn::IfThenElseZero(scatters, light));
       Put(arrived + i, hn::IfThenZeroElse(scatters, light));
 
-      // To the surface, or another way.
+      // Moves to the surface, or scatters.
       const F rest = hn::IfThenZeroElse(scatters, WayOut(x, y, vy, across_z, inverse, 1));
       length = hn::Add(length, rest);
       x = hn::MulAdd(rest, vy, x);
@@ -800,7 +804,8 @@ struct Kernel {
   }
 };
 
-// The last records of a stack, at most 16, field by field; they are gone from it, but are there until others come.
+// Takes the last records of a stack, at most 16, field by field. They are removed, but stay valid until others are
+// appended.
 template <std::size_t fields>
 HWY_INLINE std::size_t TakeLast(LaneStack& stack, const float* (&in)[fields]) {
   const std::size_t count = std::min(stack.size(), block), from = stack.size() - count;
@@ -809,7 +814,7 @@ HWY_INLINE std::size_t TakeLast(LaneStack& stack, const float* (&in)[fields]) {
   return count;
 }
 
-// Until nothing is left: flights or walks where there are 16, else surface events, the last that came first.
+// Runs until nothing is left: flights or walks if there are 16 of them, else surface events, the newest first.
 void Follow(const RoughPaths::Constants& fiber, LaneStack& starts, LaneStack& surface, LaneStack& walks,
             LaneStack& flights, LaneStack& exits) {
   Kernel kernel{fiber, surface, walks, flights, exits};
@@ -834,7 +839,7 @@ void Follow(const RoughPaths::Constants& fiber, LaneStack& starts, LaneStack& su
   }
 }
 
-// To where scrambled points enter: h is in `x`, the rest is filled in.
+// Places paths at their entries by scrambled points: h is in `x`, and the rest is filled in.
 void Enter(const float* middle, const float* direction, std::uint64_t key, std::uint32_t first, std::uint32_t set,
            LaneStack& starts, std::size_t from, std::size_t count) {
   const W low = SplatWord(static_cast<std::uint32_t>(key)), high = SplatWord(static_cast<std::uint32_t>(key >> 32));
@@ -880,7 +885,7 @@ HWY_AFTER_NAMESPACE();
 namespace tress::fiber {
 namespace {
 
-constexpr std::size_t most_kept = 1 << 16;  // records that a thread keeps the memory of
+constexpr std::size_t most_kept = 1 << 16;  // number of records for which a thread keeps the memory
 
 }  // namespace
 

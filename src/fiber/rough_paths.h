@@ -1,4 +1,4 @@
-// Many split paths through a rough elliptical fiber side by side: RoughFiber::trace_split() in lanes of vectors.
+// Traces many split paths through a rough elliptical fiber side by side: RoughFiber::trace_split() in vector lanes.
 #pragma once
 
 #include <array>
@@ -15,21 +15,27 @@
 
 namespace tress::fiber {
 
-/// What left of the paths of a RoughPaths, in the order in which it was found.
+/// The exits of the paths of a RoughPaths, in the order in which they were found.
 class RoughPathExits {
  public:
   enum Field : std::size_t { dx, dy, dz, weight_field, way_field, path_field, tag_field, fields };
 
   std::size_t size() const { return records_.size(); }
-  float weight(std::size_t i) const { return records_.at(weight_field, i); }  ///< of unit flux, where sigma_a is 0
-  float way(std::size_t i) const { return records_.at(way_field, i); }        ///< in the cortex, major semi-axes
+  float weight(std::size_t i) const { return records_.at(weight_field, i); }  ///< for unit flux without absorption
+  float way(std::size_t i) const {
+    return records_.at(way_field, i);
+  }  ///< path length in the cortex, major
+     ///< semi-axes
   glm::vec3 direction(std::size_t i) const { return {records_.at(dx, i), records_.at(dy, i), records_.at(dz, i)}; }
-  std::uint32_t path(std::size_t i) const { return records_.word(path_field, i); }  ///< as it was added
+  std::uint32_t path(std::size_t i) const {
+    return records_.word(path_field, i);
+  }  ///< the index that was passed to
+     ///< add()
   std::uint32_t set(std::size_t i) const { return records_.word(tag_field, i) & 15; }
-  /// How often it was inside, but that 7 is that often or more.
+  /// The number of times it was inside; 7 means 7 or more.
   int order(std::size_t i) const { return static_cast<int>(records_.word(tag_field, i) >> 9 & 7); }
 
-  /// Where all of them head, one after the other: azimuths from that of (cos_b, sin_b) on, in [-pi, pi], and
+  /// The directions of all exits, one after the other: azimuths relative to that of (cos_b, sin_b), in [-pi, pi), and
   /// asinh(tan theta_i), within +-largest_height. Errors below 1e-6.
   void places(float cos_b, float sin_b, float largest_height, std::vector<float>& azimuth,
               std::vector<float>& height) const;
@@ -39,10 +45,10 @@ class RoughPathExits {
   LaneStack records_{fields};
 };
 
-/// Follows paths as a wavefront of surface events, 16 at a time: the same facets, choices and weights in the mean as
-/// RoughFiber::trace_split() with Masked::meets_others, but that both lights which stay
-/// at a facet are followed, each with a roulette of its own. What becomes of a path depends on its own numbers alone,
-/// and on the instruction set by rounding: not on what is traced beside it. One thread.
+/// Follows paths as a wavefront of surface events, 16 at a time. Facets, choices and weights are in the mean those of
+/// RoughFiber::trace_split() with Masked::meets_others, but both lights that stay at a facet are followed, each with
+/// its own roulette. The result of a path depends on its own numbers alone, and by rounding on the instruction set, but
+/// not on the paths traced beside it. One thread.
 class RoughPaths {
  public:
   static constexpr std::uint32_t most_sets = 16;
@@ -53,17 +59,17 @@ class RoughPaths {
   RoughPaths(const RoughPaths&) = delete;
   RoughPaths& operator=(const RoughPaths&) = delete;
 
-  /// A path that enters at `entry`, on the first facets of `u`; further numbers are by (seed, path).
+  /// Adds a path that enters at `entry`, with the first facets from `u`; further numbers come from (seed, path).
   void add(const RoughEntry& entry, const RoughFiber::FacetNumbers& u, std::uint32_t seed, std::uint32_t path,
            std::uint32_t set);
-  /// Paths [first, first + count) from one direction on the scrambled Sobol points of a key: h and the facets.
+  /// Adds paths [first, first + count) from one direction on the scrambled Sobol points of a key: h and the facets.
   void add_sobol(const FiberDirection& wr, std::uint64_t key, std::uint32_t first, std::uint32_t count,
                  std::uint32_t set);
 
-  /// What leaves of all that were added, which are then gone; good until the next call.
+  /// Traces all added paths, which are then removed, and returns their exits; valid until the next call.
   const RoughPathExits& trace();
 
-  /// The fiber and the rules, as the vectors read them.
+  /// The fiber and the rules in the form that the vector code reads.
   struct Constants {
     float eccentricity, alpha, eta, tan_tilt, cos_tilt, roulette_below, longest_way;
     Medulla medulla;
@@ -71,7 +77,7 @@ class RoughPaths {
 
  private:
   struct Memory;
-  /// What the last RoughPaths of this thread has left: new pages cost more than the paths on them.
+  /// The memory that the last RoughPaths of this thread left: new pages cost more than the paths on them.
   static std::unique_ptr<Memory>& spare();
 
   RoughFiber fiber_;

@@ -22,10 +22,10 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 constexpr float largest_height = 12;
-/// Between 0.2 and 0.4 a path takes 0.6 to 0.7 of the time that it takes at 0.02, and standard errors of energies are 0
-/// to 10 % larger; below an alpha of 0.1 up to 20 %.
+/// With a limit between 0.2 and 0.4, a path takes 0.6 to 0.7 of the time that it takes at 0.02. Standard errors of
+/// energies are then 0 to 10 % larger; below an alpha of 0.1 up to 20 %.
 constexpr float roulette_below = 0.25f;
-constexpr std::uint32_t most_at_once = 4096;  // paths, of which a thread keeps the memory: 1 MB
+constexpr std::uint32_t most_at_once = 4096;  // number of paths of which a thread keeps the memory: 1 MB
 constexpr float to_the_end = std::numeric_limits<float>::infinity();
 
 float clamped(float height) { return std::clamp(height, -largest_height, largest_height); }
@@ -41,20 +41,22 @@ FiberParameters clear_fiber(const adaptive::SliceKey& key) {
   return fiber;
 }
 
-/// Of a slice, a place in it and a stream.
+/// The key of a slice, a place in it and a stream.
 std::uint64_t key_of(const adaptive::SliceKey& slice, float a, float b, std::uint64_t stream) {
   std::uint64_t key = mix_bits(stream + slice.lobe);
-  const auto add = [&key](float x) { key = mix_bits(key + std::bit_cast<std::uint32_t>(x + 0.0f)); };  // -0 is 0
+  const auto add = [&key](float x) {
+    key = mix_bits(key + std::bit_cast<std::uint32_t>(x + 0.0f));
+  };  // makes -0 equal to 0
   for (const float x : slice.parameters) add(x);
   add(a);
   add(b);
   return key;
 }
 
-/// Where the exits of each stream go, of as many from the first one on.
+/// The destinations for the exits of consecutive streams.
 using Streams = std::span<std::vector<adaptive::SampledExit>* const>;
 
-/// All streams in one wavefront.
+/// Draws all streams in one wavefront.
 void draw_streams(const adaptive::SliceKey& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
                   std::uint32_t count, Streams to) {
   const auto sets = static_cast<std::uint32_t>(to.size());
@@ -132,7 +134,7 @@ adaptive::SliceDescription rough_slice(const FiberParameters& fiber) {
   for (const double theta : thetas) slice.axis_a.push_back(static_cast<float>(theta * degree));
   const int phis = fiber.eccentricity < 1 ? 12 : 0;
   for (int i = 0; i <= phis; ++i) slice.axis_b.push_back(static_cast<float>(7.5 * i * degree));
-  // Inclinations of the coarse grids: closer towards grazing, where lobes change fastest.
+  // The inclinations of the coarse grids are closer towards grazing, where lobes change fastest.
   for (const auto& [of_theta, every] :
        {std::pair{std::vector<double>{0, 30, 60, 75, 87.5}, 4}, {{0, 15, 30, 45, 60, 70, 80, 87.5}, 2}}) {
     adaptive::CoarseAxes grid;

@@ -19,7 +19,7 @@ constexpr double quarter_turn = std::numbers::pi / 2;
 std::vector<float> azimuth_axis(float eccentricity, float sigma_rad) {
   if (eccentricity >= 1) return {0.0f};
   const double step = std::max(sigma_rad, smallest_grid_sigma) / 3.0;
-  // A sigma of whole degrees divides the quarter turn up to rounding: no extra node for that.
+  // The tolerance avoids an extra node if a sigma of whole degrees divides the quarter turn up to rounding.
   const int steps = std::max(1, static_cast<int>(std::ceil(quarter_turn / step - 1e-3)));
   std::vector<float> axis;
   for (int i = 0; i <= steps; ++i) axis.push_back(static_cast<float>(quarter_turn * i / steps));
@@ -57,7 +57,7 @@ RowGrid::RowGrid(const adaptive::SliceDescription& slice)
     const auto before = static_cast<double>(most_ - quarter_cosine(slice.axis_b[b]));
     const auto after = static_cast<double>(most_ - quarter_cosine(slice.axis_b[b + 1]));
     const double step = 1 / (after - before);
-    if (!(step > slope * (1 + 1e-3))) continue;  // the same line, but for the axis being made of floats
+    if (!(step > slope * (1 + 1e-3))) continue;  // it is the same line, apart from rounding of the axis to floats
     assert(lines < 4);
     slope = step;
     from_[lines] = static_cast<float>(static_cast<double>(b) - before * step);

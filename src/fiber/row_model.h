@@ -1,4 +1,4 @@
-// What all models with rows are made of: the ways to the rows, each counted and credited whatever the model does.
+// The common part of models with rows: access to rows that always counts and credits them.
 #pragma once
 
 #include <array>
@@ -15,27 +15,27 @@
 
 namespace tress::fiber {
 
-/// What a service that a model is to learn by is not; null: it is the right one.
+/// The error if a model cannot use this service; empty if it can.
 std::optional<Error> wrong_service(const adaptive::Service* service, const std::string& target,
                                    adaptive::SliceKind kind);
 
-/// The rows that one direction asks. The only way of a model to its rows: what it looks up here is written down, and
-/// once the direction is drawn each row is credited with the light that it brings (ESTIMATOR.md, E8):
-///   importance of the event * S/Q,  S the luminance of the lobe that the row is of.
-/// Rows that answer by a form are credited at one event of light_interval, as many times; all others always.
+/// The rows that one direction looks up. A model has no other way to its rows. Look-ups are recorded, and once the
+/// direction is drawn each row is credited with the light that it brings (ESTIMATOR.md, E8):
+///  importance of the event * S/Q,  S the luminance of the row's lobe.
+/// Rows that answer in a form are credited at one event of light_interval, as many times; all others always.
 class DirectionRows {
  public:
-  /// Of a direction that is given, not drawn: most lie where M has no light, and nothing is credited.
+  /// For a direction that is given, not drawn: M has no light at most of these, and nothing is credited.
   explicit DirectionRows(const adaptive::Service* service) : service_(service), reader_(service) {}
-  /// Of one that the event draws. service null: there are no rows.
+  /// For a direction that the event draws. service null: there are no rows.
   DirectionRows(const adaptive::Service* service, const FiberEvent& event)
       : service_(service),
         reader_(service),
         importance_(event.importance),
         tells_formed_(event.importance > 0 && static_cast<std::uint32_t>(event.xi1 * 0x1p24f) % light_interval == 0) {}
 
-  /// The answers at node b of each run that are there; null where there is none yet. True if all are. `Row` is what the
-  /// form writes. lobes: that the runs are of.
+  /// Gets the existing answers at node b of each run; null if there is none yet. Returns true if all exist. `Row` is
+  /// the type that the form writes. lobes: those of the runs.
   template <class Row, std::size_t n>
   bool read(const std::array<adaptive::RowRun, n>& runs, const std::array<Lobe, n>& lobes, std::uint32_t b,
             std::array<const Row*, n>& rows) {
@@ -49,14 +49,14 @@ class DirectionRows {
     }
     return all;
   }
-  /// The same of one node, made now if its row has converged; null if it has not.
+  /// The same for one node; its answer is made now if its row has converged, and is null if it has not.
   adaptive::FormedLookup fetch(const adaptive::FormedRows& rows, std::uint32_t node, Lobe lobe) {
     adaptive::FormedLookup found = service_->fetch(rows, node);
     if (tells_formed_ && found.answer && found.answer.has_row())
       write_down(found.row.slice, found.row.node, found.row.pass, lobe, light_interval);
     return found;
   }
-  /// The row at a node, whatever it has become.
+  /// The row at a node, in whatever state.
   adaptive::FormedLookup ask(const adaptive::FormedRows& rows, std::uint32_t node, Lobe lobe) {
     adaptive::FormedLookup found = service_->look_up(rows, node);
     if (importance_ > 0 && !(found.answer && !found.answer.has_row()))
@@ -68,7 +68,7 @@ class DirectionRows {
     if (importance_ > 0) write_down(row.slice, row.node, row.pass, lobe, 1);
     return row;
   }
-  /// S of a row that was asked here, where it is not the whole of its lobe's.
+  /// Sets S of a row that was looked up here, if it is not the whole S of its lobe.
   void tell_part(const adaptive::RowView& row, const glm::vec3& s) {
     for (std::size_t i = 0; i < count_; ++i) {
       if (asked_[i].slice == row.slice && asked_[i].node == row.node) asked_[i].part = luminance(s);
@@ -77,7 +77,7 @@ class DirectionRows {
 
  private:
   friend class RowModel;
-  static constexpr std::uint32_t light_interval = 16;  ///< decided by the last bits of xi1, which choose no node
+  static constexpr std::uint32_t light_interval = 16;  ///< decided by bits of xi1 that choose no node
   static constexpr std::size_t most = 8;
 
   struct Asked {
@@ -85,15 +85,15 @@ class DirectionRows {
     std::uint32_t node, pass;
     Lobe lobe;
     std::uint32_t times;
-    float part;  ///< negative: the lobe's
+    float part;  ///< negative: use the lobe's S
   };
   void write_down(adaptive::SliceId slice, std::uint32_t node, std::uint32_t pass, Lobe lobe, std::uint32_t times) {
     for (std::size_t i = 0; i < count_; ++i) {
-      if (asked_[i].slice == slice && asked_[i].node == node) return;  // asked to draw, and again to evaluate
+      if (asked_[i].slice == slice && asked_[i].node == node) return;  // looked up to draw, and again to evaluate
     }
     if (count_ < most) asked_[count_++] = {slice, node, pass, lobe, times, -1};
   }
-  /// value: of the direction that was drawn.
+  /// value: at the direction that was drawn.
   void credit(const FiberValue& value) const {
     if (count_ != 0) [[unlikely]]
       credit_all(value);
@@ -105,11 +105,11 @@ class DirectionRows {
   float importance_ = 0;
   bool tells_formed_ = false;
   std::size_t count_ = 0;
-  std::array<Asked, most> asked_;  ///< the first count_
+  std::array<Asked, most> asked_;  ///< the first count_ are used
 };
 
-/// A model with rows: draws and evaluates through DirectionRows, so that no row is asked without being counted, and
-/// none brings light without being credited.
+/// A model with rows. It draws and evaluates through DirectionRows, so that every look-up is counted and all light is
+/// credited.
 class RowModel : public FiberModel {
  public:
   /// service null: the model answers without rows.
@@ -129,26 +129,26 @@ class RowModel : public FiberModel {
   adaptive::Service* service_;
 
  private:
-  /// As sample() and evaluate().
+  /// These do the same as sample() and evaluate().
   virtual FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u, DirectionRows& rows) const = 0;
   virtual FiberValue value(const FiberEvent& event, const FiberDirection& wi, DirectionRows& rows) const = 0;
 };
 
-/// The one row that an event asks for all its directions, asked when it begins: what of it the event keeps. The first
-/// member of the constants of an EventRowModel.
+/// The one row that an event looks up for all its directions, when it begins, and what the event keeps of it. It is the
+/// first member of the constants of an EventRowModel.
 struct EventRow {
-  const adaptive::FormedRows* formed = nullptr;  ///< null: no row was asked
-  const void* block = nullptr;  ///< what the form wrote; null: not converged, or past the table's ceiling
+  const adaptive::FormedRows* formed = nullptr;  ///< null if no row was looked up
+  const void* block = nullptr;                   ///< from the form; null if not converged, or for lack of memory
   std::uint32_t node = 0, pass = 0;
   bool has_converged = false;
-  std::uint8_t times = 0;  ///< how often the light of a direction is credited: those that have converged at one event
-                           ///< of light_interval, as many times
+  std::uint8_t times = 0;  ///< number of times that the light of a direction is credited, see RowOfEvent
 };
 
-/// The way of an EventRowModel to its row, once an event.
+/// The access of an EventRowModel to its row, once an event. A converged row is credited at one event of
+/// light_interval, as many times.
 class RowOfEvent {
  public:
-  /// Counts a query. The same whether another thread has been there before.
+  /// Counts a query. The result is the same whether another thread has looked up the row before or not.
   const EventRow& ask(const adaptive::FormedRows& rows, std::uint32_t node) {
     adaptive::RowAnswer answer;
     {
@@ -169,7 +169,7 @@ class RowOfEvent {
 
  private:
   friend class EventRowModel;
-  static constexpr std::uint8_t light_interval = 16;  ///< decided by the last bits of xi1, which choose no node
+  static constexpr std::uint8_t light_interval = 16;  ///< decided by bits of xi1 that choose no node
   RowOfEvent(const adaptive::Service* service, float xi1)
       : service_(service), tells_formed_(static_cast<std::uint32_t>(xi1 * 0x1p24f) % light_interval == 0) {}
 
@@ -178,8 +178,8 @@ class RowOfEvent {
   EventRow row_;
 };
 
-/// A model whose events ask one row each: no row is asked without being counted, and each direction that is drawn
-/// credits the row with all of its light, importance * S/Q, S the luminance of all lobes.
+/// A model whose events look up one row each. Every look-up is counted, and each direction that is drawn credits the
+/// row with all of its light, importance * S/Q, S the luminance of all lobes.
 class EventRowModel : public FiberModel {
  public:
   /// service null: the model answers without rows.
@@ -193,7 +193,7 @@ class EventRowModel : public FiberModel {
   }
 
  protected:
-  /// What the form writes of a row that has converged and is not kept (EventRow::block): made anew, no query more.
+  /// Makes the form's block for a converged row whose block is not kept (EventRow::block), without counting a query.
   /// Valid until this thread's next call.
   const void* made_anew(const EventRow& row) const;
 
@@ -213,11 +213,11 @@ class EventRowModel : public FiberModel {
   }
   void credit(const EventRow& row, float light) const;
 
-  /// Makes the event, with constants that begin with an EventRow, which is filled in afterwards. row: null where no row
-  /// may be asked, since the event is near (FiberModel::begin_near()).
+  /// Makes the event, with constants that begin with an EventRow, which is filled in afterwards. row: null if no row
+  /// may be looked up, because the event is near (FiberModel::begin_near()).
   virtual FiberEvent start(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h,
                            RowOfEvent* row) const = 0;
-  /// As sample().
+  /// Does the same as sample().
   virtual FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u) const = 0;
 };
 

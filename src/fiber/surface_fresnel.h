@@ -1,4 +1,4 @@
-// Fresnel reflectance of R by the half azimuth, in single precision: exact, or one of the paper's figure 5.
+// Fresnel reflectance of R by the half azimuth, in single precision: exact, or a variant from the paper's figure 5.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace tress::fiber {
 
-/// For one known inclination. Immutable plain data; any thread.
+/// The reflectance for one known inclination. Immutable plain data; any thread.
 class SurfaceFresnel {
  public:
   /// theta_r within +-pi/2.
@@ -34,8 +34,8 @@ class SurfaceFresnel {
     return 1;
   }
 
-  /// Exact Fresnel of a float or of lanes: cosine of the angle of incidence in the normal plane, inside = eta' times
-  /// that of refraction. eta' cos gamma_t = sqrt(eta'^2 - sin^2 gamma), over one common denominator.
+  /// Exact Fresnel for a float or for lanes: cosine of the angle of incidence in the normal plane, inside = eta' times
+  /// that of refraction. eta' cos gamma_t = sqrt(eta'^2 - sin^2 gamma), with one common denominator.
   template <class Float>
   static Float reflectance(float eta2, Float cosine, Float inside) {
     const Float scaled = eta2 * cosine, a = cosine + inside, b = scaled + inside;
@@ -43,8 +43,8 @@ class SurfaceFresnel {
     return 0.5f * (s * s + p * p) / (both * both);
   }
 
-  /// Sine of the angle of incidence at which F has a kink, since p is reflected totally from there on: eta'' of
-  /// `bravais`, 1 or more where there is none.
+  /// Sine of the angle of incidence where F has a kink, because p is totally reflected from there on: eta'' of
+  /// `bravais`; 1 or more if there is none.
   float total_reflection() const { return kind_ == ReflectionFresnel::bravais ? eta2_ / std::sqrt(eta_prime2_) : 1; }
 
  private:
@@ -52,8 +52,8 @@ class SurfaceFresnel {
 
   float exact(float cosine) const { return reflectance(eta2_, cosine, std::sqrt(eta_prime2_ - 1 + cosine * cosine)); }
 
-  /// Marschner et al. 2003: two-dimensional, eta' for s, eta'' = eta^2/eta' for p, which is below 1 at steep
-  /// inclinations and then reflects totally.
+  /// Marschner et al. 2003: two-dimensional, with eta' for s and eta'' = eta^2/eta' for p. At steep inclinations eta''
+  /// is below 1 and p is totally reflected.
   float bravais(float cosine) const {
     const float inside = std::sqrt(eta_prime2_ - 1 + cosine * cosine);
     const float s = square((cosine - inside) / (cosine + inside));

@@ -29,13 +29,14 @@ std::uint64_t seed_of(const EnergyKey& key) {
   return seed;
 }
 
-/// The share of an order k that is kept, of a series with that many nodes: what is left of noise and of Gibbs' waves.
+/// The factor on order k of a series with that many nodes; it damps noise and Gibbs oscillations.
 double kept(std::size_t k, std::size_t nodes) {
   const double x = static_cast<double>(k) / static_cast<double>(nodes);
   return std::exp(-6 * x * x * x * x);
 }
 
-/// From values at the nodes angle_j = (j + 1/2) pi/n to those at other angles, through sum_k c_k cos(k angle).
+/// The matrix from values at the nodes angle_j = (j + 1/2) pi/n to values at other angles, through sum_k c_k cos(k
+/// angle).
 std::vector<double> cosine_series(std::size_t nodes, const std::vector<double>& angles) {
   std::vector<double> matrix(nodes * angles.size());
   for (std::size_t i = 0; i < angles.size(); ++i) {
@@ -73,7 +74,7 @@ TracedEnergies::TracedEnergies(const EnergyKey& key)
     : azimuths_(key.eccentricity < 1 ? most_azimuths : 1),
       paths_(key.eccentricity < 1 ? key.paths : 4 * key.paths),
       nodes_(azimuths_ * inclinations) {
-  const bool even = !(key.tilt > 0);  // theta and -theta are alike
+  const bool even = !(key.tilt > 0);  // theta and -theta give the same
   const std::size_t own = (even ? (inclinations + 1) / 2 : inclinations) * azimuths_;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, own, 1), [&](const auto& range) {
     for (std::size_t node = range.begin(); node != range.end(); ++node) nodes_[node] = traced(key, node);
@@ -97,7 +98,7 @@ TracedEnergies::Fields TracedEnergies::traced(const EnergyKey& key, std::size_t 
   const FiberDirection wr{static_cast<float>(theta), static_cast<float>(phi)};
   const CrossSection section(static_cast<double>(key.eta), static_cast<double>(key.eccentricity), phi, theta);
   RandomStream random(seed_of(key), node);
-  // Offsets by midpoints, facets by an additive recurrence (of the root of x^7 = x + 1), both shifted at random.
+  // Offsets are midpoints and facets an additive recurrence (of the root of x^7 = x + 1), both with a random shift.
   constexpr double root = 1.1127756842787055;
   std::array<double, 7> place, step;
   double power = 1;
