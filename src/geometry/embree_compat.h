@@ -1,4 +1,4 @@
-// Embree 3 and 4 behind one spelling. Included by the .cpp files of this folder only.
+// One spelling for Embree 3 and 4. Only the .cpp files of this folder include it.
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)

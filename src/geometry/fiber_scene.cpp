@@ -18,11 +18,11 @@
 namespace tress::geometry {
 namespace {
 
-/// What the filter knows of a ray. Embree hands back the first member.
+/// The data of a ray for the filter. Embree passes the first member on.
 struct RayQuery {
   embree::RayContext context;
   std::uint32_t start_groom, first_own, own_count;  ///< the segments of the strand that the ray leaves
-  float start;                                      ///< distance from Embree's origin to where the ray starts
+  float start;                                      ///< distance from Embree's origin to the ray's start
   bool from_camera;
   float time;
 };
@@ -34,13 +34,13 @@ float half_width(const glm::vec3& direction, const glm::vec3& major_axis, const 
   return across > 0 ? std::sqrt((e * e * major * major + minor * minor) / across) : 1.0f;
 }
 
-/// Whether the hit lies outside the ellipse's silhouette on the circumscribed ribbon: |v| > w(phi), phi the azimuth of
-/// the ray about the local frame. A ray along the tangent has no azimuth and is inside.
+/// Whether the hit on the circumscribed ribbon lies outside the ellipse's silhouette: |v| > w(phi), phi the azimuth of
+/// the ray in the local frame. A ray along the tangent has no azimuth and counts as inside.
 bool is_outside(const StrandCurves& curves, std::uint32_t segment, float along, float lateral, const glm::vec3& slope,
                 const glm::vec3& direction, float time) {
-  if (std::abs(lateral) <= curves.least_eccentricity) return false;  // as below, without a look at the segment
+  if (std::abs(lateral) <= curves.least_eccentricity) return false;  // inside, as below, without reading the segment
   const float eccentricity = curves.segments[segment].eccentricity;
-  if (std::abs(lateral) <= eccentricity) return false;  // w >= e: inside from every side
+  if (std::abs(lateral) <= eccentricity) return false;  // w >= e: inside from every direction
   const FiberFrame frame = curves.frame(segment, along, glm::normalize(slope), time);
   // w^2 = (e^2 d_v^2 + d_w^2) / (d_v^2 + d_w^2)
   const float major = glm::dot(direction, frame.v) * glm::dot(direction, frame.v);
@@ -59,8 +59,8 @@ glm::vec3 direction_of(const RTCFilterFunctionNArguments* arguments, unsigned in
           RTCRayN_dir_z(arguments->ray, n, i)};
 }
 
-/// Linear strands. Embree reports v = 0 for them and ends every segment in a round cap: the lateral offset is computed
-/// here, and of the caps only what joins a bend is met.
+/// The same for linear strands. Embree reports v = 0 for them and ends every segment in a round cap, so the lateral
+/// offset is computed here, and a hit on a cap counts only if it joins a bend.
 bool is_outside_linear(const StrandCurves& curves, const RTCFilterFunctionNArguments* arguments, unsigned int i,
                        float time) {
   const unsigned int n = arguments->N;
@@ -79,7 +79,7 @@ bool is_outside_linear(const StrandCurves& curves, const RTCFilterFunctionNArgum
   return is_outside(curves, segment, along, lateral, slope_of(arguments, i), direction, time);
 }
 
-/// Refuses hits outside the silhouette, and on the strand that the ray leaves, within two radii of its start.
+/// Rejects hits outside the silhouette, and hits on the strand that the ray leaves within two radii of its start.
 void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
   const auto& curves = *static_cast<const StrandCurves*>(arguments->geometryUserPtr);
   const auto& query = *reinterpret_cast<const RayQuery*>(arguments->context);
@@ -102,7 +102,7 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-/// Of a mesh that the camera does not see.
+/// The filter of a mesh that the camera does not see.
 void unseen_filter(const RTCFilterFunctionNArguments* arguments) {
   if (!reinterpret_cast<const RayQuery*>(arguments->context)->from_camera) return;
   for (unsigned int i = 0; i < arguments->N; ++i) arguments->valid[i] = 0;
@@ -113,8 +113,8 @@ bool count_bytes(void* user, ssize_t bytes, bool) {
   return true;
 }
 
-/// Embree ignores ribbons within two radii of a ray's origin. So its origin lies that far behind ours, and what is
-/// nearer than ours is left to tnear.
+/// Embree ignores ribbons within two radii of a ray's origin. So Embree's origin lies that far behind ours, and tnear
+/// excludes what is nearer than our start.
 RTCRay embree_ray(const Ray& ray, float start) {
   const glm::vec3 origin = ray.origin - start * ray.direction;
   RTCRay out{};
@@ -148,7 +148,7 @@ RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, floa
 }
 
 Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, const RTCHit& found) {
-  const glm::vec3 along(found.Ng_x, found.Ng_y, found.Ng_z);  // 0 where control points coincide at an end
+  const glm::vec3 along(found.Ng_x, found.Ng_y, found.Ng_z);  // 0 if control points coincide at an end
   const glm::vec3 tangent = glm::length(along) > 0 ? glm::normalize(along) : glm::vec3(0, 0, 1);
   const FiberFrame frame = curves.frame(found.primID, found.u, tangent, ray.time);
   Hit hit;
@@ -179,7 +179,7 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
   return hit;
 }
 
-/// A mesh as its hits need it.
+/// A mesh with what its hits need.
 struct Surface {
   const scene::Mesh* mesh;
   std::uint32_t index;
@@ -207,9 +207,9 @@ Hit surface_hit(const Surface& surface, const Ray& ray, float distance_cm, const
   return hit;
 }
 
-/// Embree says that something failed, most of all for want of memory, only when asked. `made`: what it handed back.
+/// Embree reports a failure, mostly lack of memory, only when asked. `made`: the object that it returned.
 void check(RTCDevice device, const void* made) {
-  const RTCError error = rtcGetDeviceError(device);  // without a device: of this thread
+  const RTCError error = rtcGetDeviceError(device);  // without a device: the error of this thread
   if (made != nullptr && error == RTC_ERROR_NONE) return;
   if (device == nullptr || error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   throw std::runtime_error("Embree: error " + std::to_string(static_cast<int>(error)));
@@ -240,7 +240,7 @@ RTCGeometry ribbons(RTCDevice device, const TreeOptions& tree, StrandCurves* cur
 RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   check(device, geometry);
-  // Embree reads 16 bytes at every corner: buffers of its own are padded.
+  // Embree reads 16 bytes at every corner; it pads the buffers that it allocates itself.
   rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned int>(1 + mesh.later.size()));
   const auto copy = [&](RTCBufferType type, RTCFormat format, const auto& items, unsigned int moment) {
     const std::size_t size = sizeof(items.front());
@@ -257,8 +257,8 @@ RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   return geometry;
 }
 
-/// Of rays aimed at an edge that two triangles share, 3.5 % slip through a scene that is not robust, 0.007 % one that
-/// is.
+/// Of rays aimed at an edge that two triangles share, 3.5 % slip through a scene without the robust flag, and 0.007 %
+/// with it.
 RTCSceneFlags scene_flags(const TreeOptions& tree, bool has_meshes) {
   using Robust = TreeOptions::Robust;
   const bool is_robust = tree.robust == Robust::always || (tree.robust == Robust::with_meshes && has_meshes);
@@ -294,15 +294,15 @@ struct FiberScene::Implementation {
   Implementation() = default;
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
-  ~Implementation() {  // also of a scene that could not be built
+  ~Implementation() {  // also needed for a scene whose construction failed
     if (scene != nullptr) rtcReleaseScene(scene);
     if (device != nullptr) rtcReleaseDevice(device);
   }
 
   std::atomic<std::ptrdiff_t> embree_bytes{0};
-  std::vector<StrandCurves> grooms;  ///< read by Embree and the filter: must not move
+  std::vector<StrandCurves> grooms;  ///< Embree and the filter point to these: they must not move
   std::vector<Surface> surfaces;
-  float start = 0;  ///< how far Embree's origin lies behind a ray's, cm
+  float start = 0;  ///< distance of Embree's origin behind a ray's, cm
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
 };
@@ -334,7 +334,7 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
     self.surfaces.push_back({&mesh, index, largest_coordinate(mesh)});
     if (!mesh.triangles.empty()) attach(self.scene, triangles(self.device, mesh), scene.grooms.size() + index);
   }
-  // Called from any thread; true: go on.
+  // Called from any thread; returns true to continue.
   const auto tell = [](void* listener, double share) {
     (*static_cast<const std::function<void(double)>*>(listener))(share);
     return true;

@@ -1,4 +1,4 @@
-// Rays against the strands and meshes of a scene. The only folder that includes Embree (3 or 4).
+// Intersects rays with the strands and meshes of a scene. Only this folder includes Embree (3 or 4).
 #pragma once
 
 #include <cstdint>
@@ -18,33 +18,33 @@ inline constexpr std::uint32_t no_index = std::numeric_limits<std::uint32_t>::ma
 struct Ray {
   glm::vec3 origin;
   glm::vec3 direction;  ///< unit
-  /// The strand that the ray leaves, if any (ray_from sets both).
+  /// The strand that the ray leaves, if there is one (ray_from sets both).
   std::uint32_t start_groom = no_index, start_strand = no_index;
-  bool from_camera = false;  ///< passes through meshes that the camera does not see (scene::Mesh::visible)
-  float time = 0;            ///< from the opening of the shutter, 0, to its closing, 1
+  bool from_camera = false;  ///< whether it passes through meshes that the camera does not see (scene::Mesh::visible)
+  float time = 0;            ///< 0 at the opening of the shutter, 1 at its closing
 };
 
-/// Where a ray meets a fiber or a surface. The fields of the other kind are at their defaults.
+/// The place where a ray meets a fiber or a surface. The fields of the other kind keep their defaults.
 struct Hit {
   float distance_cm;
   glm::vec3 position;  ///< on the ray; on a surface: on the triangle, to half a unit in the last place
-  /// Fiber: the nearest point of its axis. Surface: where rays that leave start, `position` moved along `normal` by the
-  /// error of the intersection, so that no ray into the half space of `normal` meets this triangle or its neighbours
-  /// in the same plane again, and none slips through.
+  /// Fiber: the nearest point of its axis. Surface: the start for rays that leave, which is `position` moved along
+  /// `normal` by the error of the intersection. No ray into the half space of `normal` then meets this triangle, or its
+  /// neighbours in the same plane, again, and none slips through.
   glm::vec3 axis;
-  /// Orthonormal, right-handed. Fiber: tangent root to tip, major axis, minor axis. Surface: w is its normal between
-  /// those of the mesh's corners, for shading; `normal` where the mesh has none.
+  /// Orthonormal, right-handed. Fiber: tangent root to tip, major axis, minor axis. Surface: w is the normal for
+  /// shading, interpolated between the mesh's corners, or `normal` if the mesh has none.
   glm::vec3 u, v, w;
   std::uint32_t groom = no_index;  ///< index into Scene::grooms
   std::uint32_t strand = no_index;
-  float place = 0;      ///< on the strand, in segments from its root (scene::StrandSegments)
+  float place = 0;      ///< position on the strand, in segments from its root (scene::StrandSegments)
   float time = 0;       ///< of the ray
-  glm::vec3 way{0.0f};  ///< of what was met, from the opening of the shutter to its closing, cm
+  glm::vec3 way{0.0f};  ///< motion of the point that was hit, from the opening of the shutter to its closing, cm
   float lateral = 0;    ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
   /// The same over the half width w(phi) of the silhouette, in [-1, 1]: the h of fiber models, towards rising azimuth
-  /// of the way back.
+  /// of the direction backwards.
   float share = 0;
-  float semi_axis_cm = 0;  ///< major, of the fiber here
+  float semi_axis_cm = 0;  ///< major semi-axis of the fiber here
   float eccentricity = 1;  ///< minor over major semi-axis
 
   bool is_surface = false;
@@ -54,10 +54,10 @@ struct Hit {
   glm::vec3 normal{0.0f};       ///< unit, geometric, on the side that the ray came from
 };
 
-/// Where the ray that leaves a hit in a unit direction starts, cm. Of a fiber it passes the axis at the same share of
-/// the silhouette's half width, on the same side, as the ray that came: so it is, exactly, of a smooth circular fiber,
-/// whose normals point at its axis, whatever the order (angular momentum). It keeps the transport reciprocal. A ray
-/// that left from the axis would find a dense bundle lit too evenly: tests/geometry/bundle_statistical_test.cpp.
+/// The start of the ray that leaves a hit in a unit direction, cm. At a fiber it passes the axis at the same share of
+/// the silhouette's half width, and on the same side, as the ray that came. This is exact for a smooth circular fiber
+/// at any order, since its normals point at the axis (angular momentum), and it keeps the transport reciprocal. A ray
+/// from the axis would light a dense bundle too evenly: tests/geometry/bundle_statistical_test.cpp.
 glm::vec3 start_of(const Hit& hit, const glm::vec3& direction);
 
 /// The ray that leaves a hit in a unit direction, at the same time.
@@ -65,29 +65,29 @@ inline Ray ray_from(const Hit& hit, const glm::vec3& direction) {
   return {start_of(hit, direction), direction, hit.groom, hit.strand, false, hit.time};
 }
 
-/// How the tree over a scene is built. The defaults are what was measured to be fastest (bench/README.md, rays); other
-/// values are there to be measured against them (bench_trees).
+/// Options for building the tree over a scene. The defaults were measured to be the fastest (bench/README.md, rays);
+/// other values serve comparisons (bench_trees).
 struct TreeOptions {
-  std::string device;  ///< Embree's configuration of a device, "hugepages=1,isa=avx2"; empty: its own choice
+  std::string device;  ///< Embree's configuration of a device, such as "hugepages=1,isa=avx2"; empty: Embree chooses
   enum class Quality { low, medium, high } quality = Quality::medium;
-  bool compact = false;  ///< half the memory for slower rays
-  /// Triangles without gaps at their edges. Strands alone have no use for it.
+  bool compact = false;  ///< half the memory, but slower rays
+  /// Closes the gaps between triangles at their edges. Strands alone do not need it.
   enum class Robust { with_meshes, always, never } robust = Robust::with_meshes;
-  /// Straight pieces of a ribbon, that Embree makes of each segment of a curve; 0: its default, 4.
+  /// The number of straight pieces that Embree makes of each segment of a ribbon; 0: its default, 4.
   float pieces = 0;
 };
 
-/// Flat ribbons along B-splines or polygons (scene::Groom::linear) as wide as the elliptical silhouette, and triangles
-/// seen from both sides, for camera and shadow rays alike. A ribbon is met where the ray passes nearest to its axis,
-/// and only ahead of the ray's start; a bend of a polygon is filled on its outer side by a sector of the silhouette's
-/// width. The strand that a ray starts on (Ray::start_strand) is not met within two radii of the start, every other one
-/// is. What moves (scene::Groom::later, scene::Mesh::later) is met where it is at the ray's time.
+/// Flat ribbons along B-splines or polygons (scene::Groom::linear), as wide as the elliptical silhouette, and two-sided
+/// triangles, for camera and shadow rays alike. A ray hits a ribbon where it passes nearest to the axis, and only ahead
+/// of its start. A bend of a polygon is filled on its outer side by a sector of the silhouette's width. The strand on
+/// which a ray starts (Ray::start_strand) cannot be hit within two radii of the start; every other one can. Things that
+/// move (scene::Groom::later, scene::Mesh::later) are hit where they are at the ray's time.
 ///
 /// Built once; intersect and occluded: any thread.
 class FiberScene {
  public:
-  /// Builds inside the calling oneTBB arena. `scene` must outlive this. Throws std::bad_alloc for want of memory.
-  /// told: now and then how much of the tree is built, [0, 1]; from any thread; empty: nothing.
+  /// Builds inside the calling oneTBB arena. `scene` must outlive this. Throws std::bad_alloc if memory runs out. told:
+  /// called now and then with the share of the tree that is built, [0, 1], from any thread; may be empty.
   explicit FiberScene(const scene::Scene& scene, const std::function<void(double)>& told = {},
                       const TreeOptions& tree = {});
   ~FiberScene();
@@ -95,7 +95,7 @@ class FiberScene {
   FiberScene& operator=(const FiberScene&) = delete;
 
   std::optional<Hit> intersect(const Ray& ray) const;
-  /// Whether something is met nearer than distance_cm. Decides as `intersect` does.
+  /// Whether anything is hit nearer than distance_cm, by the same rules as `intersect`.
   bool occluded(const Ray& ray, float distance_cm = std::numeric_limits<float>::infinity()) const;
   std::size_t bytes() const;
 

@@ -18,7 +18,7 @@ const std::vector<glm::vec3>& points_at(const scene::Groom& groom, std::size_t m
   return moment == 0 ? groom.points : groom.later[moment - 1].points;
 }
 
-/// Which points of a strand are drawn; none where it is not.
+/// The points of a strand that are drawn; empty if it is not drawn.
 std::vector<std::uint32_t> drawn_points(const scene::Groom& groom, std::uint32_t strand) {
   const bool repeats_stay = groom.basis != StrandBasis::linear;
   std::vector<std::uint32_t> drawn;
@@ -40,7 +40,7 @@ std::vector<std::uint32_t> drawn_points(const scene::Groom& groom, std::uint32_t
   return drawn;
 }
 
-/// What a strand is beside its points.
+/// The data of a strand besides its points.
 struct StrandShape {
   std::uint32_t index;
   float eccentricity;
@@ -85,7 +85,7 @@ class StrandAdder {
       add_control(moved, curves_.later_control[moment]);
       std::vector<KnotFrame> then = later_frames(strand_knots(moved, groom_.basis), frames[0], knots.tangent[0],
                                                  groom_.later[moment].turned, strand.turn_rad_per_cm);
-      // Axes of a file turn with the strand: their turns about it stay.
+      // Axes from a file turn with the strand: their angles about it stay.
       for (std::size_t i = 0; has_axes && i < then.size(); ++i) then[i].angle = frames[i].angle;
       for (std::size_t i = 0; i + 1 < then.size(); ++i) curves_.later_frames[moment].push_back({then[i], then[i + 1]});
     }
@@ -110,7 +110,7 @@ class StrandAdder {
 
   void add_control(const std::vector<glm::vec3>& p, std::vector<glm::vec4>& control) const {
     const std::size_t count = p.size();
-    // Reflected ends make the spline pass through root and tip. A reflected radius stops at 0.
+    // Reflected end points make the spline pass through root and tip. A reflected radius is at least 0.
     const auto reflect = [&](std::size_t end, std::size_t next) {
       return glm::vec4(2.0f * p[end] - p[next], std::max(0.0f, 2 * axes_[end] - axes_[next]));
     };
@@ -121,8 +121,8 @@ class StrandAdder {
 
   const scene::Groom& groom_;
   StrandCurves& curves_;
-  std::vector<std::uint32_t> drawn_;  ///< of the strand that is added
-  std::vector<float> axes_;           ///< major semi-axes there, cm
+  std::vector<std::uint32_t> drawn_;  ///< of the current strand
+  std::vector<float> axes_;           ///< major semi-axes at the points, cm
 };
 
 KnotFrame between(const KnotFrame& a, const KnotFrame& b, float share) {
@@ -186,7 +186,7 @@ glm::vec3 StrandCurves::way(std::uint32_t segment, float t) const {
 
 bool StrandCurves::is_in_joint(std::uint32_t segment, float t, const glm::vec3& position, const glm::vec3& direction,
                                float time) const {
-  // The strand's next point beyond the joint. What the ray passes nearest to must not lie towards it.
+  // The strand's next point beyond the joint. The point where the ray passes nearest must not lie on its side.
   const bool at_root = t < 0.5f;
   if (at_root ? segment == 0 : segment + 1 == segments.size()) return false;
   const std::uint32_t neighbour = at_root ? segment - 1 : segment + 1;
@@ -196,7 +196,8 @@ bool StrandCurves::is_in_joint(std::uint32_t segment, float t, const glm::vec3& 
       beyond = glm::vec3(control_at(first_control[neighbour] + (at_root ? 0 : 1), time)) - joint;
   const float towards = glm::dot(position - joint, beyond);
   if (towards <= 0) return true;
-  // A thousandth of the semi-axis on the neighbour as the ray sees it: rounding must not open the seam.
+  // The tolerance is a thousandth of the semi-axis along the neighbour as the ray sees it, so that rounding does not
+  // open the seam.
   const float along = glm::dot(beyond, direction), limit = 1e-3f * control[at].w;
   return towards * towards <= limit * limit * (glm::dot(beyond, beyond) - along * along);
 }

@@ -14,7 +14,7 @@ glm::dvec3 reflect_across(const glm::dvec3& x, const glm::dvec3& axis) {
   return length_squared > 0 ? x - (2 * glm::dot(axis, x) / length_squared) * axis : x;
 }
 
-/// About z, counter-clockwise from above.
+/// Rotation about z, counter-clockwise from above.
 struct Turned {
   double cosine = 1, sine = 0;
   Turned() = default;
@@ -25,10 +25,10 @@ struct Turned {
   glm::dvec3 back(const glm::dvec3& a) const { return {cosine * a.x + sine * a.y, cosine * a.y - sine * a.x, a.z}; }
 };
 
-/// Points that are turned are rounded: strands that go straight down are as far from x as from y in every frame.
+/// Points that are turned are rounded: a strand that goes straight down must be as far from x as from y in every frame.
 constexpr double rounding = 1e-5;
 
-/// Of axes that are as far from the tangent as another to within `alike` the first.
+/// Returns the axis least aligned with the tangent; the first of those that are equal to within `alike`.
 glm::dvec3 least_aligned_normal(const glm::dvec3& tangent, const Turned& turned, double alike) {
   const glm::dvec3 size = glm::abs(turned.back(tangent));
   glm::dvec3 axis(0, 0, 1);
@@ -41,7 +41,7 @@ glm::dvec3 least_aligned_normal(const glm::dvec3& tangent, const Turned& turned,
   return glm::normalize(axis - glm::dot(axis, tangent) * tangent);
 }
 
-/// Unit, or 0.
+/// The unit vector, or 0.
 glm::dvec3 direction_of(const glm::dvec3& x) {
   const double length = glm::length(x);
   return length > 0 ? x / length : glm::dvec3(0);
@@ -49,14 +49,14 @@ glm::dvec3 direction_of(const glm::dvec3& x) {
 
 using scene::StrandBasis;
 
-/// Knot of the uniform cubic B-spline: (p- + 4 p + p+)/6, tangent along p+ - p-.
+/// Adds a knot of the uniform cubic B-spline: (p- + 4 p + p+)/6, with its tangent along p+ - p-.
 void add_bspline_knot(const glm::dvec3& before, const glm::dvec3& here, const glm::dvec3& after, StrandKnots* knots) {
   knots->position.push_back((before + 4.0 * here + after) / 6.0);
   knots->tangent.push_back(direction_of(after - before));
 }
 
-/// Between the segments that end and begin at this point; a Bezier segment leaves its end towards the nearest of its
-/// control points that is not there.
+/// Adds the knot between the segments that end and begin at this point. A Bezier segment leaves its end towards the
+/// nearest of its control points that does not coincide with it.
 void add_bezier_knot(std::span<const glm::vec3> points, std::size_t i, StrandKnots* knots) {
   const glm::dvec3 here = points[i];
   const auto towards = [&](int step) {
@@ -72,7 +72,7 @@ void add_bezier_knot(std::span<const glm::vec3> points, std::size_t i, StrandKno
   knots->tangent.push_back(direction_of(towards(1) - towards(-1)));
 }
 
-/// Where there is no tangent it is that of the neighbour, towards the tip first.
+/// Gives knots without a tangent that of a neighbour, towards the tip first.
 void fill_tangents(std::vector<glm::dvec3>* tangent) {
   const std::size_t count = tangent->size();
   for (std::size_t i = count - 1; i-- > 0;) {
@@ -84,7 +84,7 @@ void fill_tangents(std::vector<glm::dvec3>* tangent) {
   }
 }
 
-/// `normal`: at the root. Where a tangent turns back on itself the normal begins anew, from axes that are `turned`.
+/// `normal`: at the root. If a tangent turns back on itself, the normal starts anew from axes that are `turned`.
 std::vector<KnotFrame> frames_from(glm::dvec3 normal, const StrandKnots& knots, double root_angle_rad,
                                    double turn_rad_per_cm, const Turned& turned) {
   std::vector<KnotFrame> frames;
@@ -104,12 +104,12 @@ std::vector<KnotFrame> frames_from(glm::dvec3 normal, const StrandKnots& knots, 
   return frames;
 }
 
-/// Of an axis and its opposite the one nearer to `to`; where both are as near, the axis.
+/// Of an axis and its opposite, returns the one nearer to `to`, or the axis if both are equally near.
 glm::dvec3 on_the_side_of(const glm::dvec3& to, const glm::dvec3& axis) {
   return glm::dot(axis, to) < -rounding ? -axis : axis;
 }
 
-/// Axes at the knots of those at the points; 0: none.
+/// Interpolates axes at the knots from those at the points; 0 means none.
 std::vector<glm::dvec3> knot_axes(std::span<const glm::vec3> axis, StrandBasis basis) {
   const std::size_t count = axis.size(), stride = basis == StrandBasis::bezier ? 3 : 1;
   std::vector<glm::dvec3> at;
@@ -128,7 +128,8 @@ std::vector<glm::dvec3> knot_axes(std::span<const glm::vec3> axis, StrandBasis b
   return at;
 }
 
-/// Radians about the tangent from `normal` to the major axis of a minor one; nothing where it has no direction across.
+/// The angle about the tangent, in radians, from `normal` to the major axis that belongs to a minor axis. Empty if that
+/// has no part across the tangent.
 std::optional<double> turn_of(const glm::dvec3& minor_axis, const glm::dvec3& tangent, const glm::dvec3& normal) {
   constexpr double least_sine = 1e-3;
   const double length = glm::length(minor_axis);
@@ -181,7 +182,7 @@ std::vector<KnotFrame> later_frames(const StrandKnots& knots, const KnotFrame& f
   const glm::dvec3 &to = knots.tangent[0], from = direction_of(turned * first_tangent), axis = glm::cross(from, to);
   glm::dvec3 normal = turned * glm::dvec3(first.normal);
   const double cosine = glm::dot(from, to);
-  if (cosine > -0.999999) {  // where it is turned about nothing tells which way round
+  if (cosine > -0.999999) {  // for a half turn the direction of rotation is undefined
     const glm::dvec3 once = glm::cross(axis, normal);
     normal += once + glm::cross(axis, once) / (1 + cosine);
   }
@@ -200,7 +201,7 @@ bool turn_to_minor_axes(const StrandKnots& knots, std::span<const glm::vec3> min
   const std::vector<glm::dvec3> axes = knot_axes(minor_axis, basis);
   if (axes.size() != frames->size()) return false;
   std::vector<KnotFrame>& at = *frames;
-  std::optional<std::size_t> last;  // knot with an axis
+  std::optional<std::size_t> last;  // the last knot that has an axis
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const std::optional<double> turn = turn_of(axes[i], knots.tangent[i], at[i].normal);
     if (!turn) continue;

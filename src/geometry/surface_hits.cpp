@@ -10,7 +10,7 @@ namespace {
 
 using Points = std::vector<glm::vec3>;
 
-/// Values of the mesh at a time of the shutter: linear between those of two moments.
+/// Values of the mesh at a time of the shutter, linear between two moments.
 class AtTime {
  public:
   AtTime(const scene::Mesh& mesh, float time, Points scene::Mesh::* first, Points scene::MeshMoment::* later)
@@ -58,11 +58,11 @@ SurfacePoint surface_point(const scene::Mesh& mesh, std::uint32_t triangle, floa
   SurfacePoint point;
   point.position = a + static_cast<double>(second) * ab + static_cast<double>(third) * ac;
   point.normal = size > 0 ? glm::vec3(area / size) : glm::vec3(0, 0, 1);
-  // With half a unit in the last place h: the position and the ray's start are rounded to sqrt(3) h of a coordinate
-  // each; the corners relative to the start, at most 2 sqrt(3) extents away, to h of that; the normal, a cross product
-  // of two such edges, turns by 3 h longest^2 / size, which lifts the plane by that times `longest`. Corners that move
-  // are interpolated by Embree in floats: two products, their sum and the share itself are 4 h of a coordinate, sqrt(3)
-  // times in space. Twice the sum.
+  // Let h be half a unit in the last place. The position and the ray's start are rounded to sqrt(3) h of a coordinate
+  // each. The corners relative to the start, at most 2 sqrt(3) extents away, are rounded to h of that. The normal, a
+  // cross product of two such edges, turns by 3 h longest^2 / size, which lifts the plane by that times `longest`.
+  // Embree interpolates moving corners in floats: two products, their sum and the share itself make 4 h of a
+  // coordinate, sqrt(3) times that in space. The bound is twice the sum.
   constexpr float half_unit = std::numeric_limits<float>::epsilon() / 2;
   const double longest = std::max({glm::length(ab), glm::length(ac), glm::length(ac - ab)});
   const double sliver = size > 0 ? std::min(3 * longest * longest * longest / size, 1e3 * longest) : 0.0;
@@ -92,7 +92,8 @@ glm::vec3 shading_normal(const scene::Mesh& mesh, std::uint32_t triangle, float 
   constexpr float shortest = 1e-3f, grazing = 0.01f;
   if (!(length > shortest)) return normal;
   between /= length;
-  // Files wind their faces either way: the side is that of the ray, and so far from the face no normal is one of it.
+  // Files wind their faces either way, so the side is that of the ray; a normal that deviates so far from the face is
+  // not valid for it.
   const float with_face = glm::dot(between, normal);
   if (std::abs(with_face) < grazing) return normal;
   if (with_face < 0) between = -between;
