@@ -77,8 +77,7 @@ HWY_INLINE void AddFour(F a, F b, F c, F e, float* out) {
   const Floats d;
   const F ac = hn::Add(hn::InterleaveLower(d, a, c), hn::InterleaveUpper(d, a, c));
   const F be = hn::Add(hn::InterleaveLower(d, b, e), hn::InterleaveUpper(d, b, e));
-  const F all =
-      hn::Add(hn::InterleaveLower(d, ac, be), hn::InterleaveUpper(d, ac, be));  // added in blocks of four lanes
+  const F all = hn::Add(hn::InterleaveLower(d, ac, be), hn::InterleaveUpper(d, ac, be));  // in blocks of four lanes
   const Fours four;
 #if HWY_MAX_BYTES >= 32
   const auto sum = hn::Add(hn::LowerHalf(four, all), hn::UpperHalf(four, all));

@@ -345,8 +345,7 @@ struct Kernel {
         const F across2 = hn::Max(hn::MulAdd(vy, vy, hn::Mul(across_z, across_z)), Splat(1e-12f));
         const F toward = hn::MulAdd(x, vy, hn::Mul(y, across_z));
         const F straight = hn::Max(hn::Div(hn::Mul(Splat(-2), toward), across2), zero);
-        const F chord =
-            fiber.medulla.is_there() ? zero : hn::IfThenElseZero(crossing, straight);  // a medulla has moved it
+        const F chord = fiber.medulla.is_there() ? zero : hn::IfThenElseZero(crossing, straight);  // it has been moved
         x = hn::MulAdd(chord, vy, x);
         y = hn::MulAdd(chord, across_z, y);
         const F onto = hn::NegMulAdd(Splat(0.5f), hn::MulAdd(x, x, hn::Mul(y, y)), Splat(1.5f));

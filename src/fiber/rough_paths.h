@@ -22,15 +22,9 @@ class RoughPathExits {
 
   std::size_t size() const { return records_.size(); }
   float weight(std::size_t i) const { return records_.at(weight_field, i); }  ///< for unit flux without absorption
-  float way(std::size_t i) const {
-    return records_.at(way_field, i);
-  }  ///< path length in the cortex, major
-     ///< semi-axes
+  float way(std::size_t i) const { return records_.at(way_field, i); }        ///< in the cortex, major semi-axes
   glm::vec3 direction(std::size_t i) const { return {records_.at(dx, i), records_.at(dy, i), records_.at(dz, i)}; }
-  std::uint32_t path(std::size_t i) const {
-    return records_.word(path_field, i);
-  }  ///< the index that was passed to
-     ///< add()
+  std::uint32_t path(std::size_t i) const { return records_.word(path_field, i); }  ///< as passed to add()
   std::uint32_t set(std::size_t i) const { return records_.word(tag_field, i) & 15; }
   /// The number of times it was inside; 7 means 7 or more.
   int order(std::size_t i) const { return static_cast<int>(records_.word(tag_field, i) >> 9 & 7); }
