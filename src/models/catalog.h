@@ -9,7 +9,8 @@
 
 namespace tress::fiber {
 
-/// What a program offers by name, the default first. The spans must refer to what lives until the program ends.
+/// The models and learners of a program by name, the default first. The spans must refer to objects that live until the
+/// program ends.
 struct Catalog {
   std::span<const ModelInfo> models;
   std::span<const adaptive::Learner* const> learners;
@@ -20,19 +21,19 @@ struct Catalog {
   const adaptive::Learner* find_learner(std::string_view name) const;
 };
 
-/// What ships.
+/// The models and learners that ship.
 Catalog shipped_catalog();
 
 /// Replaces the catalog, which is shipped_catalog() until then. Call it before the first thread starts.
 void use_catalog(const Catalog& catalog);
 
-// What the catalog in use has. Any thread.
+// The models of the catalog in use. Any thread.
 std::span<const ModelInfo> models();
 std::span<const adaptive::Learner* const> learners();
 const ModelInfo* find_model(std::string_view name);
 const adaptive::Learner* find_learner(std::string_view name);
 
-/// The names of models and learners that are in the laboratory (bench/lab) and not in tress.
+/// The names of models and learners that only the laboratory (bench/lab) has.
 std::span<const std::string_view> laboratory_models();
 std::span<const std::string_view> laboratory_learners();
 

@@ -20,12 +20,12 @@ namespace tress::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
-constexpr float smallest_pdf = 1e-30f;  // where every lobe has underflowed; S is 0 there
+constexpr float smallest_pdf = 1e-30f;  // pdf if every lobe has underflowed; S is 0 there
 
 /// The lobes by order p; the last is everything after TRT.
 constexpr std::array<Lobe, 4> lobes{Lobe::r, Lobe::tt, Lobe::trt, Lobe::residual};
 
-/// Logistic of scale s about mu, trimmed to the circle: mass 1. Radians.
+/// Logistic of scale s about mu, truncated to the circle, with mass 1. Radians.
 struct TrimmedLogistic {
   float mu = 0, inverse_s = 1;
   float mass = 1;  ///< tanh(pi/(2 s)), of the logistic within half a turn
@@ -45,14 +45,14 @@ struct EventConstants {
   std::array<TrimmedLogistic, 3> azimuthal;
 };
 
-/// What does not depend on the direction.
+/// The data of a fiber that do not depend on the direction.
 struct Fiber {
   LobeWidths widths;
   glm::vec3 sigma_a;  ///< per radius of the circle
   std::array<TrimmedLogistic, 3> azimuthal;
 };
 
-/// By the widths that were published, where it was given by them.
+/// Replaces widths by the published ones, if the fiber was given by them.
 FiberParameters as_published(FiberParameters fiber) {
   if (!fiber.published_widths) return fiber;
   std::ranges::copy(fiber.published_widths->longitudinal_lambda, fiber.longitudinal_lambda.begin());

@@ -1,5 +1,5 @@
-// The fiber model of a scene where nobody names one: by its materials alone. What is asked of accuracy (an epsilon, an
-// estimator, a learner, a cache) never changes what is drawn, only how well.
+// The fiber model of a scene if nobody names one: its materials alone decide. Options of accuracy (an epsilon, an
+// estimator, a learner, a cache) never change the model.
 #pragma once
 
 #include <span>
@@ -11,28 +11,30 @@
 
 namespace tress::fiber {
 
-/// Of chart 4 (bench/README.md): a third of the error of `elliptical` or less, at 0.95 to 1.14 times its time, warm.
+/// The usual choice by chart 4 (bench/README.md): a third of the error of `elliptical` or less, at 0.95 to 1.14 times
+/// its time, warm.
 inline constexpr const char* usual_model = "rough";
 
-/// Whether lobes are given widths, another shape or a Fresnel term: a traced fiber has no lobes that could have them.
+/// Whether the fiber sets widths of lobes, another shape or a Fresnel term: a traced fiber has no lobes to which they
+/// could apply.
 bool shapes_lobes(const FiberParameters& fiber);
 
-/// Whether there are fibers, the lobes of all are those of Chiang et al. 2016, and nothing is asked that the model of
-/// them lacks.
+/// Whether there are fibers, all have the lobes of Chiang et al. 2016, and none needs a feature that the model of these
+/// lobes lacks.
 bool have_published_lobes(std::span<const FiberParameters> fibers);
 
-/// `why`: empty where it is usual_model, else in words.
+/// `why`: the reason in words; empty for usual_model.
 struct ChosenModel {
   const ModelInfo* info;
   std::string why;
 };
 
-/// `chiang2016` for hair that was given by its lobes, so that it looks as where it comes from; `elliptical` if a
-/// material shapes its lobes otherwise; else usual_model. materials: those that the scene states, one fiber each;
-/// fibers: those that its strands have, whose widths may be written out. Any thread.
+/// Chooses `chiang2016` for hair that was given by its lobes, so that it looks as in its original renderer;
+/// `elliptical` if a material shapes its lobes in another way; else usual_model. materials: the scene's materials, one
+/// fiber each; fibers: those of its strands, whose widths may be explicit. Any thread.
 ChosenModel default_model(std::span<const FiberParameters> materials, std::span<const FiberParameters> fibers);
 
-/// All that default_model() can choose.
+/// All models that default_model() can choose.
 std::vector<const ModelInfo*> default_models();
 
 }  // namespace tress::fiber

@@ -1,4 +1,4 @@
-// One row of the table, learned on its own to convergence.
+// Learns one row of the table on its own until it converges.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@ namespace tress::fiber {
 
 /// Angles in radians.
 struct RowRequest {
-  int slice_lobe = 1;  ///< as of elliptical_slice()
+  int slice_lobe = 1;  ///< the same as in elliptical_slice()
   float eta = 1.55f, eccentricity = 0.85f, sigma = 0.2f;
   float phi_r = 0;    ///< any turn
   float theta_d = 0;  ///< sign ignored
@@ -23,19 +23,19 @@ struct LearnedRow {
   std::uint64_t evaluations = 0;
   float phi_r = 0, sign = 1;
 
-  /// The row at an absolute azimuth under an absorption, 1/rad: each component weighed by the gamma law of its path
-  /// lengths. sigma_a >= 0 per major semi-axis.
+  /// The density of the row at an absolute azimuth under an absorption, 1/rad: each component is weighted by the gamma
+  /// law of its path lengths. sigma_a >= 0 per major semi-axis.
   double density(double phi, double sigma_a) const;
-  /// Of one component, or of the uniform part: `part` = fit.component_count. They add up to density().
+  /// The density of one component, or of the uniform part if `part` = fit.component_count. They add up to density().
   double density_of(std::size_t part, double phi, double sigma_a) const;
 };
 
-/// Learns the row at exactly (phi_r, |theta_d|), from samples of its own proposal, as a render would: a slice of one
-/// node, scored and observed pass by pass until the service calls it converged, or refuses it.
+/// Learns the row at exactly (phi_r, |theta_d|) from samples of its own proposal, as a render would: a slice of one
+/// node is scored and observed pass by pass until it has converged or is refused.
 LearnedRow learn_row(const RowRequest& request);
 
-/// Share of the light of a component that an absorption leaves, path lengths of this mean and variance:
-/// (1 + sigma_a v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. In (0, 1].
+/// The share of a component's light that an absorption leaves, for path lengths of this mean and variance: (1 + sigma_a
+/// v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. In (0, 1].
 double transmitted_share(double sigma_a, double mean, double variance);
 
 }  // namespace tress::fiber

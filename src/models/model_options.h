@@ -1,4 +1,5 @@
-// Options that some models have and others have not. One that the model has not is refused: it never chooses another.
+// Options that only some models support. An option that the model does not support is refused; it never selects another
+// model.
 #pragma once
 
 #include <optional>
@@ -10,16 +11,16 @@
 
 namespace tress::fiber {
 
-/// What an option asks of a model.
+/// The feature of a model that an option needs.
 enum class Asks {
-  rows,       ///< rows that are learned
-  samples,    ///< rows that are learned from samples, whose fibers can be traced from where a ray meets them
-  mixtures,   ///< rows that a learner fits, by mixtures or knots
+  rows,       ///< learned rows
+  samples,    ///< rows learned from samples of fibers that can be traced from where a ray meets them
+  mixtures,   ///< rows that a learner fits by mixtures or knots
   corrected,  ///< the estimator `corrected`
   points,     ///< a quadrature at every vertex
 };
 
-/// An option that was given, as the caller calls it ("--estimator corrected", "epsilon").
+/// An option that was given, under the caller's name for it ("--estimator corrected", "epsilon").
 struct AskedOption {
   std::string name;
   Asks what;
@@ -27,11 +28,11 @@ struct AskedOption {
 
 bool has(const ModelInfo& model, Asks what);
 
-/// The first of the options that the model has not, and what was expected of it: "a model with rows (elliptical, rough,
-/// pekelis2015)". Unset: it has all of them.
+/// The first option that the model does not support, and what was expected: "a model with rows (elliptical, rough,
+/// pekelis2015)". Empty if it supports all of them.
 struct RefusedOption {
   std::string name, expected;
-  std::string remedy;  ///< a model that has it, the first
+  std::string remedy;  ///< the first model that supports it
 };
 std::optional<RefusedOption> refused(std::span<const AskedOption> asked, const ModelInfo& model);
 

@@ -1,5 +1,5 @@
-// What a fiber model needs and how it is made, and those that ship: ours, in closed form and from samples, that of
-// Principled Hair, and the traced truth.
+// Descriptions of fiber models, and those that ship: ours, in closed form and from samples, that of Principled Hair,
+// and the traced reference.
 #pragma once
 
 #include <cstdint>
@@ -16,39 +16,40 @@
 
 namespace tress::fiber {
 
-/// What a model is made with. A model reads what it has a use for.
+/// The arguments for making a model. A model reads those that it uses.
 struct ModelSettings {
   Estimator estimator = Estimator::fitted;
   adaptive::Service* service = nullptr;  ///< must outlive the model; null for models that do not learn, and for `exact`
-  /// Points of the quadrature over the fiber's width, of models that do one at every vertex; 0: the model's own.
+  /// Points of the quadrature over the fiber's width, for models that do one at every vertex; 0: the model's own
+  /// number.
   int quadrature_points = 0;
-  /// Of fiber3d: light that a facet masks is lost (fiber::Masked::is_lost).
+  /// For fiber3d: whether light that a facet masks is lost (fiber::Masked::is_lost).
   bool loses_masked_light = false;
 };
 
 struct ModelInfo {
-  const char* name;    ///< as the command line, telemetry, pictures and charts call it
+  const char* name;    ///< its name on the command line, in telemetry, in pictures and in charts
   const char* source;  ///< the publication that it implements
   const char* summary;
-  /// What its rows are learned from, or, of a model whose rows are learned from samples, what other rows of a cache
-  /// are; null for a model without rows.
+  /// The target of its rows. For a model whose rows are learned from samples, it is the target of other rows in the
+  /// same cache. Null for a model without rows.
   std::unique_ptr<adaptive::Target> (*make_target)();
   std::unique_ptr<FiberModel> (*make)(const ModelSettings& settings);
-  /// In clear hair without gains it returns what it receives, whatever the known direction: the white furnace is 1. The
-  /// generic tests hold it to that.
+  /// Whether it returns all light that it receives in clear hair without gains, for every known direction: the white
+  /// furnace is 1. The generic tests check it.
   bool conserves_energy = false;
-  bool has_quadrature = false;  ///< reads ModelSettings::quadrature_points
-  bool has_corrected = false;   ///< the estimator of that name; else it has no other than fitted and exact
-  bool has_medulla = false;     ///< a fiber's medulla scatters; else it is left out
-  /// What its rows are learned from where nobody can evaluate it; null for all other models.
+  bool has_quadrature = false;  ///< whether it reads ModelSettings::quadrature_points
+  bool has_corrected = false;   ///< whether it has that estimator besides fitted and exact
+  bool has_medulla = false;     ///< whether a fiber's medulla scatters; else it is left out
+  /// The target of its rows if it can only be sampled; null for all other models.
   std::unique_ptr<adaptive::SampledTarget> (*make_sampled_target)() = nullptr;
 
-  /// The slices that a fiber asks rows of; null where that is not told.
+  /// The slices of a fiber's rows; null if the model does not provide them.
   std::vector<adaptive::SliceDescription> (*slices_of)(const FiberParameters& fiber) = nullptr;
 
   bool has_rows() const { return make_target != nullptr; }
   bool learns_samples() const { return make_sampled_target != nullptr; }
-  /// What its rows are held to, and what fits them.
+  /// The epsilon of its rows, which depends on the kind of their fits.
   double epsilon(const adaptive::Options& options) const {
     return learns_samples() ? options.sampled_epsilon : options.epsilon;
   }
@@ -64,7 +65,7 @@ struct ModelService {
   std::unique_ptr<adaptive::Service> service;
 };
 
-/// Of a model with rows.
+/// Makes the service of a model with rows.
 ModelService make_service(const ModelInfo& info, const adaptive::Options& options);
 
 extern const ModelInfo elliptical_info;

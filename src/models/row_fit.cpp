@@ -14,12 +14,12 @@ namespace tress::fiber {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr int integration_nodes = 8192;  // equally spaced on the circle: spectral for the blurs allowed here
+constexpr int integration_nodes = 8192;  // equally spaced on the circle: spectral accuracy for the allowed blurs
 
 double radians(double degrees) { return degrees * pi / 180; }
 
-/// The closed form of R, blurred by sigma here only so that it can be held against the reference. The closed form has
-/// edges where it falls to 0 with a vertical tangent, hence midpoints: error some 1e-5 of the peak.
+/// The closed form of R, blurred by sigma only for comparison with the reference. It has edges with a vertical tangent
+/// where it falls to 0, so midpoints are used: the error is some 1e-5 of the peak.
 CircularDensity blurred_reflection(const RowFitRequest& s) {
   constexpr int nodes = 16384;
   const auto theta = static_cast<float>(std::fabs(radians(s.theta_d)));
@@ -28,7 +28,7 @@ CircularDensity blurred_reflection(const RowFitRequest& s) {
   for (int i = 0; i < nodes; ++i) {
     mass[std::size_t(i)] = lobe.energy_density(float(-pi + (i + 0.5) * 2 * pi / nodes)) * 2 * pi / nodes;
   }
-  // Cosine series of the blurred density: as many terms as the Gaussian leaves.
+  // The cosine series of the blurred density, with as many terms as the Gaussian leaves.
   const double sigma = radians(s.sigma);
   const int terms = static_cast<int>(std::ceil(6.5 / sigma));
   std::vector<double> cosine, sine;
@@ -64,7 +64,7 @@ RowFit fit_row(const RowFitRequest& s) {
   request.sigma_a = s.sigma_a;
   request.p = slice_order(static_cast<int>(s.lobe));
   if (s.lobe == Lobe::glint) request.part = TrtPart::glint;
-  // 2048 do for 5 degrees; a narrower blur resolves more of the caustics.
+  // For 5 degrees 2048 are enough; a narrower blur resolves more of the caustics.
   if (s.is_rest) request.part = TrtPart::rest;
   request.nodes = 2048 * std::max(1, static_cast<int>(std::ceil(5 / s.sigma)));
   const FourierReference reference(request);

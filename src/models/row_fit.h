@@ -1,4 +1,4 @@
-// One row of the table beside its reference: what `tress-lab fit` tells.
+// One row of the table beside its reference, for `tress-lab fit`.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,10 @@
 
 namespace tress::fiber {
 
-/// Angles in degrees. Ranges are those of the options of `tress-lab fit` (scene/model/parameters.h); a precondition.
+/// Angles in degrees. Precondition: ranges are those of the options of `tress-lab fit` (scene/model/parameters.h).
 struct RowFitRequest {
   Lobe lobe = Lobe::trt;       ///< any but the residual; trt is the whole of p = 2
-  bool is_rest = false;        ///< of trt: what is left where GLINT is split off
+  bool is_rest = false;        ///< for trt: the rest after GLINT is split off
   double eccentricity = 0.85;  ///< [0.5, 1]
   double theta_d = 30;         ///< [-89.9, 89.9]; its sign changes nothing
   double phi = 45;             ///< phi_r, absolute azimuth of the known direction from the major axis
@@ -26,17 +26,17 @@ struct RowFitRequest {
 /// A density on the circle, 1/rad, by absolute azimuth in radians.
 using CircularDensity = std::function<double(double)>;
 
-/// What a row is, and what it is answered by.
+/// The target of a row, its fit and their parts.
 struct RowFit {
   CircularDensity target, fit;
-  std::vector<CircularDensity> parts;  ///< of the fit, which add up to it: its components and the uniform part; R: none
+  std::vector<CircularDensity> parts;  ///< of the fit, summing to it: components, uniform part; empty for R
   double energy = 0;                   ///< mass of the target
   std::size_t components = 0;
   std::uint64_t evaluations = 0;
   bool converged = true;
 };
 
-/// Learns the row at exactly (phi, |theta_d|); of R, which has no rows, `fit` is its closed form. Pure; any thread.
+/// Learns the row at exactly (phi, |theta_d|). For R, which has no rows, `fit` is its closed form. Pure; any thread.
 RowFit fit_row(const RowFitRequest& request);
 
 /// The objective of the table (adaptive/options.h) against the reference, on absolute densities.

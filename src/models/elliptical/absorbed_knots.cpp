@@ -1,4 +1,4 @@
-// A knot table as one color sees it: straight lines between knots of three channels, inverted under any mix of them.
+// A knot table for one color: straight lines between knots in three channels, inverted under any mix of the channels.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -94,7 +94,7 @@ const AbsorbedRow* put_absorbed(const adaptive::KnotDensity& table, float object
           knots[k].density * adaptive::decayed_share(sigma, knots[k].attribute_mean, knots[k].attribute_variance);
       mass += h * density[k];
     }
-    const bool dark = !(mass > 1e-30);  // no light is left in this channel: its shape does not matter
+    const bool dark = !(mass > 1e-30);  // this channel has no light left, so its shape does not matter
     double below = 0;
     for (std::size_t k = 0; k < count; ++k) {
       density[k] = dark ? 0.5 * std::numbers::inv_pi : density[k] / mass;

@@ -1,4 +1,4 @@
-// How converged rows are evaluated and sampled, inlined into whatever asks: one row, or all rows of a vertex at once.
+// Evaluates and samples converged rows: one row, or all rows of a vertex at once. Inlined into callers.
 #pragma once
 
 #include <algorithm>
@@ -15,11 +15,11 @@
 
 namespace tress::fiber {
 
-/// E/(1 + E)^2 of two components of each of two rows at azimuth x, lanes {a 0, a 1, b 0, b 1}: times the amplitudes it
-/// is their density. x in [-pi, pi].
+/// E/(1 + E)^2 of two components of each of two rows at azimuth x, lanes {a 0, a 1, b 0, b 1}. Times the amplitude it
+/// is a component's density. x in [-pi, pi].
 inline Float4 logistic_kernels(float x, const AbsorbedRow& a, const AbsorbedRow& b) {
   constexpr float pi = std::numbers::pi_v<float>;
-  // The way round the circle that is shorter, negated, and whether it leads to the left.
+  // The shorter way round the circle, negated, and whether it leads to the left.
   const Float4 offset = x - pairs4(a.mu.data(), b.mu.data());
   const Float4 straight = -abs4(offset), round = -2 * pi - straight;
   const Int4 is_left = (offset < 0.0f) ^ (straight < round);
@@ -29,10 +29,10 @@ inline Float4 logistic_kernels(float x, const AbsorbedRow& a, const AbsorbedRow&
   return e / ((1 + e) * (1 + e));
 }
 
-/// The components of one line under a mix of the channels.
+/// The components of one line for a mix of the channels.
 struct LineMasses {
-  Float4 inverse;  ///< 1/s: left of both, right of both
-  Float4 side;     ///< s T, T = tanh(pi / 2s), likewise
+  Float4 inverse;  ///< 1/s: left side of both, then right side of both
+  Float4 side;     ///< s T, T = tanh(pi / 2s), in the same order
   float peak[2];   ///< amplitude in the mix
   float whole[2];  ///< 2 Z
   float share[2];  ///< mass in the mix
@@ -50,7 +50,7 @@ struct LineMasses {
   }
 };
 
-/// Draws from the components of a line, u in [0, sum of their shares). Inverse CDF: ESTIMATOR.md, E1.
+/// Draws from the components of a line; u in [0, sum of their shares). Inverse CDF: ESTIMATOR.md, E1.
 inline float sample_components(const AbsorbedRow& line, const LineMasses& of, float u) {
   constexpr float pi = std::numbers::pi_v<float>;
   const bool second = u >= of.share[0];
@@ -66,13 +66,13 @@ inline float sample_components(const AbsorbedRow& line, const LineMasses& of, fl
   return wrap_once((second ? line.mu[1] : line.mu[0]) + (is_left ? -x : x));
 }
 
-/// What of the probability is left after all components: uniform. u in [below, 1).
+/// Draws from the uniform part, which has the probability that is left after all components. u in [below, 1).
 inline float sample_uniform(float u, float below) {
   constexpr float pi = std::numbers::pi_v<float>;
   return -pi + 2 * pi * std::clamp((u - below) / std::max(1 - below, 1e-6f), 0.0f, 0.9999999f);
 }
 
-/// AbsorbedRow::sample() of a mixture. mix: (1 - uniform_share) channel_weights.
+/// Implements AbsorbedRow::sample() for a mixture. mix: (1 - uniform_share) channel_weights.
 inline float sample_mixture(const AbsorbedRow& row, float u, const glm::vec3& mix) {
   const AbsorbedRow* last = &row + row.lines_behind();
   float below = 0;  // probability of the components already passed
@@ -85,13 +85,14 @@ inline float sample_mixture(const AbsorbedRow& row, float u, const glm::vec3& mi
   return sample_uniform(u, below);
 }
 
-/// A row's densities by channel in lanes 0 to 2, its components beside it and on the lines behind added in turn.
+/// A row's densities by channel, in lanes 0 to 2. The functions below add its own components and those of the following
+/// lines.
 inline Float4 uniform_of(const AbsorbedRow& row) { return load4(row, offsetof(AbsorbedRow, uniform) / sizeof(float)); }
 inline Float4 components_of(const AbsorbedRow& line, float first_kernel, float second_kernel) {
   return first_kernel * load4(line, offsetof(AbsorbedRow, amplitude) / sizeof(float)) +
          second_kernel * load4(line, offsetof(AbsorbedRow, amplitude) / sizeof(float) + 3);
 }
-/// The lines of a row from `line` on, two at a time.
+/// Adds the lines of a row from `line` on, two at a time.
 inline Float4 components_behind(const AbsorbedRow& row, std::uint32_t line, float x) {
   Float4 sum = splat(0);
   for (const std::uint32_t behind = row.lines_behind(); line <= behind; line += 2) {

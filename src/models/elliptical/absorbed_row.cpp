@@ -70,7 +70,7 @@ const AbsorbedRow* put_absorbed(const adaptive::Mixture& fit, float objective, c
   }
   for (int c = 0; c < 3; ++c) {
     const auto channel = static_cast<std::size_t>(c);
-    const bool dark = !(mass[channel] > 1e-30);  // no light is left in this channel: its shape does not matter
+    const bool dark = !(mass[channel] > 1e-30);  // no light is left here: the shape does not matter
     row->uniform[c] = dark ? inverse_two_pi : static_cast<float>(uniform[channel] / mass[channel]) * inverse_two_pi;
     if (dark) continue;
     for (std::uint32_t d = 0; d < fit.component_count; ++d) {

@@ -1,4 +1,4 @@
-// A converged row as one color sees it: one packed block of memory, immutable, read at every vertex.
+// A converged row for one color: an immutable, packed block of memory that is read at every vertex.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace tress::fiber {
 
-/// Value of a row at one azimuth: the shape of each channel (mass 1) and the density of the proposal. 1/rad.
+/// The value of a row at one azimuth: the shape of each channel (mass 1) and the density of the proposal. 1/rad.
 struct RowValue {
   glm::vec3 shape{0.0f};
   float proposal = 0;
@@ -25,48 +25,48 @@ struct AbsorbedKnots {
   std::array<Float4, 4> knot{splat(0), splat(0), splat(0), splat(0)};
 };
 
-/// Two circular skew logistics and what belongs to all of a row, in one line of the cache. A row is its first line and,
-/// behind it, one line for each further pair of components, whose uniform part is 0, or its knots. Parts that a row
-/// does not have are of amplitude 0. Densities are 1/rad; the row's mass is 1 in each channel.
+/// Two circular skew logistics and the common data of a row, in one cache line. A row consists of its first line and,
+/// after it, either its knots or one line for each further pair of components, whose uniform part is 0. Components that
+/// a row does not have get amplitude 0. Densities are in 1/rad; the row's mass is 1 in each channel.
 struct alignas(64) AbsorbedRow {
   std::array<float, 2> mu{}, inverse_left{1, 1}, inverse_right{1, 1};
-  glm::vec3 amplitude[2]{glm::vec3(0.0f), glm::vec3(0.0f)};  ///< mass by channel over Z: of E/(1 + E)^2
+  glm::vec3 amplitude[2]{glm::vec3(0.0f), glm::vec3(0.0f)};  ///< mass by channel over Z: the factor on E/(1 + E)^2
   glm::vec3 uniform{0.0f};                                   ///< density of the uniform part by channel
 
-  std::uint32_t tail = 0;                            ///< objective, but for its lowest byte: these
-  static constexpr std::uint32_t has_no_row = 0x80;  ///< the node is uniform, no row of the service's stands behind it
+  std::uint32_t tail = 0;                            ///< objective; its lowest byte has these:
+  static constexpr std::uint32_t has_no_row = 0x80;  ///< the node is uniform and has no row in the service
   static constexpr std::uint32_t has_knots = 0x40;
-  static constexpr std::uint32_t size_bits = 0x3f;  ///< lines of components behind this, or log2 of the number of knots
+  static constexpr std::uint32_t size_bits = 0x3f;  ///< number of further lines, or log2 of the number of knots
 
   bool has_row() const { return (tail & has_no_row) == 0; }
-  /// adaptive::RowView::objective, to 2^-15 of it.
+  /// The value of adaptive::RowView::objective, to 2^-15 of it.
   float objective() const { return std::bit_cast<float>(tail & ~0xffu); }
   std::uint32_t lines_behind() const { return (tail & has_knots) != 0 ? 0 : tail & size_bits; }
   std::uint32_t knot_count() const { return (tail & has_knots) != 0 ? 1u << (tail & size_bits) : 0; }
   const AbsorbedKnots* knots() const { return reinterpret_cast<const AbsorbedKnots*>(this + 1); }
   AbsorbedKnots* knots() { return reinterpret_cast<AbsorbedKnots*>(this + 1); }
 
-  /// channel_weights: mix of the channels that is sampled, >= 0, sum 1. The proposal is
-  /// (1 - u) sum_c weight_c shape_c + u / 2 pi, so a weight in that mix is at most 1/(1 - u). x in [-pi, pi).
+  /// channel_weights: the mix of the channels that is sampled, >= 0, sum 1. The proposal is (1 - u) sum_c weight_c
+  /// shape_c + u / 2 pi, u the uniform share, so a weight in that mix is at most 1/(1 - u). x in [-pi, pi).
   RowValue evaluate(float x, const glm::vec3& channel_weights, float uniform_share) const;
-  /// Draws from that proposal. u in [0, 1), used up whole. Radians in [-pi, pi).
+  /// Draws from that proposal. u in [0, 1); all its bits are used. Radians in [-pi, pi).
   float sample(float u, const glm::vec3& channel_weights, float uniform_share) const;
 
  private:
-  // absorbed_knots.cpp: the same of a knot table.
+  // The same for a knot table, in absorbed_knots.cpp.
   RowValue evaluate_knots(float x, const glm::vec3& channel_weights, float uniform_share) const;
   float sample_knots(float u, const glm::vec3& channel_weights, float uniform_share) const;
 };
 static_assert(sizeof(AbsorbedRow) == 64 && sizeof(AbsorbedKnots) == 64);
 
-/// A row with this many lines behind it, all of them constructed as rows.
+/// Makes a row followed by this many lines, all of them constructed as rows.
 AbsorbedRow* new_absorbed(void* memory, std::size_t lines_behind, float objective, std::uint32_t tags);
 
-/// A row of density 0 that the service does not have.
+/// A row of density 0, which is not in the service.
 inline constexpr AbsorbedRow zero_density_row{.tail = AbsorbedRow::has_no_row};
 
-/// A row's fit under one absorption, as lines of 64 bytes: how many bytes it takes, and the row put into as many, which
-/// are aligned to 64 and never destroyed. Pure.
+/// A row's fit under one absorption, as lines of 64 bytes: the first function returns the number of bytes, the second
+/// puts the row into as many, which are aligned to 64 and never destroyed. Pure.
 std::size_t absorbed_bytes(const adaptive::Mixture& fit);
 std::size_t absorbed_bytes(const adaptive::KnotDensity& table);
 const AbsorbedRow* put_absorbed(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a, void* memory);

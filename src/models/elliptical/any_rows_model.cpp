@@ -101,8 +101,9 @@ FiberValue AnyRowsModel::value_of_any(const FiberEvent& event, const VertexConst
   }
   const float x = constants.fold.relative(wi.phi, event.wr.phi);
   const std::optional<float> correct = correction(constants, wi);
-  // Where a lobe is traced at every vertex, one trace has the rays of all: `corrected` is then `exact`, and has none of
-  // the noise of correcting 1 direction of 16 (of a furnace of e 0.5, alpha 0.05: 17 means, now 0.36).
+  // If one lobe is traced at every vertex, that trace has the rays of all lobes. `corrected` then does the same as
+  // `exact`, without the noise of correcting 1 direction of 16 (the error of a furnace of e 0.5, alpha 0.05 was 17
+  // means and is now 0.36).
   const bool exact_anyway =
       estimator_ == Estimator::corrected &&
       std::any_of(fiber.proposes_only.begin(), fiber.proposes_only.end(), [](bool only) { return only; });

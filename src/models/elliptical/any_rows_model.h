@@ -1,4 +1,4 @@
-// The elliptical model whatever its rows have become: absent, open, refused, traced at the vertex, corrected.
+// The elliptical model for rows in any state: absent, open, refused, traced at the vertex, corrected.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@
 
 namespace tress::fiber {
 
-/// Everything but begin(), and but the directions whose rows have all converged: the model derived from it answers
-/// those in lanes, and asks here for the rest.
+/// Implements everything but begin() and directions whose rows have all converged. The derived model answers those in
+/// lanes, and calls this one for the rest.
 class AnyRowsModel : public RowModel {
  public:
   AnyRowsModel(Estimator estimator, adaptive::Service* service);
@@ -30,46 +30,46 @@ class AnyRowsModel : public RowModel {
   glm::vec3 excess(const FiberEvent& event, const FiberDirection& wi, float place) const override;
 
  protected:
-  /// What all rows of one direction have in common.
+  /// The common data of all rows of one direction.
   struct Inclination {
     float theta_d;       ///< |theta_d|
-    std::uint32_t node;  ///< that xi2 chose
+    std::uint32_t node;  ///< chosen by xi2
   };
   Inclination inclination_of(const FiberEvent& event, float theta_i) const {
     const float theta_d = 0.5f * std::fabs(event.wr.theta - theta_i);
     return {theta_d, inclinations_.choose_inclination(theta_d, event.xi2)};
   }
 
-  /// Index into row_lobes of a lobe other than R and the residual.
+  /// The index into row_lobes of a lobe other than R and the residual.
   static std::size_t row_lobe_of(int lobe) {
     return lobe == static_cast<int>(Lobe::glint) ? 3 : static_cast<std::size_t>(lobe) - 1;
   }
 
-  /// What the rows of one direction are answered by.
+  /// The answers of the rows of one direction.
   struct Answers {
-    std::array<const AbsorbedRow*, 4> row;  ///< converged, or a node without a row; null: g of `asked`
-    bool all = false;                       ///< none is null
-    /// Rows that were not there to be read; null if all were.
+    std::array<const AbsorbedRow*, 4> row;  ///< of a converged row, or of a node without a row; null: use g of `asked`
+    bool all = false;                       ///< whether none is null
+    /// The rows that had no answer yet; null if there are none.
     std::unique_ptr<std::array<adaptive::FormedLookup, 4>> asked;
   };
-  /// Makes the answers of converged rows that nobody has asked yet: what another thread has made is not to decide which
-  /// way an answer is computed.
+  /// Makes the answers of converged rows that nobody has made yet, so that the work of other threads does not decide by
+  /// which path an answer is computed.
   void complete(const FiberEvent& event, const VertexConstants& constants, const Inclination& at, DirectionRows& rows,
                 Answers& answers) const;
-  /// The azimuth of lobe p, whose row has not converged: drawn by g of the node or of the vertex. u: for the channel,
+  /// Draws the azimuth of lobe p, whose row has not converged, by g of the node or of the vertex. u: for the channel,
   /// the ray and the blur. In [-pi, pi), absolute.
   float sample_any(const FiberEvent& event, const VertexConstants& constants, int p, const Inclination& at,
                    const std::array<float, 3>& u, DirectionRows& rows, Answers& answers) const;
   static constexpr int nothing_drawn = -1;
-  /// S and Q at wi, whatever answers for each row. drawn: the lobe whose row, not converged, drew wi.
+  /// S and Q at wi for rows in any state. drawn: the lobe that drew wi, if its row has not converged.
   FiberValue value_of_any(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,
                           const Inclination& at, int drawn, DirectionRows& rows, Answers& answers) const;
 
-  /// Whether `corrected` traces this direction, for all lobes, and where its rays are placed, in [0, 1): pure functions
-  /// of the event and the direction, so that sample() and evaluate() agree. Any bit of xi or of a direction changes the
-  /// whole hash.
+  /// Whether `corrected` traces this direction, for all lobes, and, if so, the place of its rays, in [0, 1). Both are
+  /// pure functions of the event and the direction, so that sample() and evaluate() agree. Any bit of xi or of a
+  /// direction changes the whole hash.
   std::optional<float> correction(const VertexConstants& constants, const FiberDirection& wi) const;
-  /// VertexConstants::hash.
+  /// Computes VertexConstants::hash.
   std::uint64_t hash_of_event(const FiberDirection& wr, float xi1, float xi2) const;
 
   Estimator estimator_;
@@ -77,15 +77,16 @@ class AnyRowsModel : public RowModel {
   EllipticalFibers fibers_;
 
  private:
-  /// Shape at x, by channel, of lobe i in the mean over the nodes about (folded phi_r, theta_d).
+  /// The mean shape of lobe i at x, by channel, over the nodes around (folded phi_r, theta_d).
   glm::vec3 interpolated_shape(const FiberEvent& event, const VertexConstants& constants, std::size_t i, float theta_d,
                                float x) const;
   RowReader reader_of(const FiberEvent& event, const VertexConstants& constants, std::size_t i) const;
-  /// Looks up the row of lobe i, which has no answer yet, unless it has been: then it has one, or is in `asked`.
+  /// Looks up the row of lobe i, which has no answer yet, unless it was looked up before: it then has an answer, or is
+  /// in `asked`.
   void ask(const FiberEvent& event, const VertexConstants& constants, std::size_t i, const Inclination& at,
            DirectionRows& rows, Answers& answers) const;
 
-  RowGrid inclinations_;  ///< read along its second axis, which all slices share
+  RowGrid inclinations_;  ///< used for its second axis only, which all slices share
 };
 
 }  // namespace tress::fiber

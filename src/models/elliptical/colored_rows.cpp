@@ -24,7 +24,7 @@ const AbsorbedRow* uniform_row() {
 
 constexpr std::size_t most_inclinations = 32;
 
-/// A row under one absorption.
+/// The form of a row under one absorption.
 class AbsorbedForm final : public adaptive::RowForm {
  public:
   AbsorbedForm(std::shared_ptr<const SliceRows> slice, const glm::vec3& sigma_a)

@@ -1,4 +1,4 @@
-// The rows of a slice, and the same as one color sees them.
+// The rows of a slice, and their forms for one color.
 #pragma once
 
 #include <atomic>
@@ -14,34 +14,35 @@
 
 namespace tress::fiber {
 
-/// Where the rays of a node have less mass, its light is spread uniformly over the azimuth, without a row.
+/// If the rays of a node have less mass, its light is uniform over the azimuth, without a row.
 constexpr float smallest_row_energy = 1e-3f;
 
-/// One slice, for all fibers and colors that have it. Immutable.
+/// One slice, shared by all fibers and colors that use it. Immutable.
 struct SliceRows {
-  /// Traces every node once: some milliseconds. The service has no other host of the key.
+  /// Traces every node once, in some milliseconds. The service must have no other host for this key.
   SliceRows(adaptive::Service& service, const adaptive::SliceDescription& description);
 
   adaptive::SliceId slice;
   RowGrid grid;
   std::uint32_t width;  ///< nodes of axis_b
   std::uint32_t node_count;
-  std::vector<bool> uniform;  ///< by node: mass of its rays below smallest_row_energy
+  std::vector<bool> uniform;  ///< by node: whether the mass of its rays is below smallest_row_energy
 };
 
-/// The rows of a slice under one absorption: the table makes and keeps them. Reading: any thread, during a pass.
+/// The rows of a slice under one absorption; the table makes and keeps them. Reading: any thread, during a pass.
 class ColoredRows {
  public:
   ColoredRows(adaptive::Service& service, std::shared_ptr<const SliceRows> slice, const glm::vec3& sigma_a);
 
   const SliceRows& slice() const { return *slice_; }
-  /// Answers are AbsorbedRow.
+  /// Its answers are AbsorbedRow.
   const adaptive::FormedRows& formed() const { return *formed_; }
 
-  /// Mass per channel of a node's rays: a pure function of the node, whatever its row has become, remembered.
+  /// Mass per channel of a node's rays: a pure function of the node, whatever the state of its row. It is computed
+  /// once.
   glm::vec3 absorbed_mass(std::uint32_t node, const adaptive::TracedNodes& nodes) const;
 
-  /// Without what the service counts.
+  /// The memory without what the service counts.
   std::size_t bytes() const { return sizeof(*this) + slice_->node_count * 3 * sizeof(float); }
 
  private:
@@ -51,7 +52,7 @@ class ColoredRows {
   std::unique_ptr<std::atomic<float>[]> mass_memo_;  ///< 3 per node, negative while unknown
 };
 
-/// Runs for every node in |theta_d|: of a row of density 0 that the service does not have, and without answers.
+/// Runs for every node in |theta_d|: one whose rows have density 0 and are not in the service, and one without answers.
 adaptive::RowRun zero_density_rows();
 adaptive::RowRun unanswered_rows();
 

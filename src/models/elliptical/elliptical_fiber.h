@@ -1,4 +1,4 @@
-// What the elliptical model keeps per fiber: little but references to what fibers share.
+// The data of a fiber of the elliptical model, mostly references to what fibers share.
 #pragma once
 
 #include <array>
@@ -12,19 +12,19 @@
 
 namespace tress::fiber {
 
-/// The lobes that have rows, by the index that arrays of them have. GLINT has them only where the fiber splits it off,
-/// and TRT are then the rows of its rest.
+/// The lobes that have rows, in the order of arrays over them. GLINT has rows only if the fiber splits it off; the rows
+/// of TRT are then those of its rest.
 constexpr std::array<Lobe, 4> row_lobes{Lobe::tt, Lobe::trt, Lobe::trrt, Lobe::glint};
-/// Their orders p: whose longitudinal lobe and tilt they have.
+/// Their orders p, which determine longitudinal lobe and tilt.
 constexpr std::array<int, 4> row_orders{1, 2, 3, 2};
 
-/// Plain data and shared parts; written between passes only.
+/// Plain data and shared parts, written between passes only.
 struct EllipticalFiber {
   FiberParameters parameters;
   LobeWidths widths;
   std::array<float, 4> sigma{};         ///< blur of each of row_lobes, radians
-  std::array<bool, 4> proposes_only{};  ///< their rows are of smallest_grid_sigma and answer nothing
-  /// Converged rows answer without anything else: there is a service, and no lobe only proposes.
+  std::array<bool, 4> proposes_only{};  ///< their rows are of smallest_grid_sigma and only propose
+  /// Whether converged rows alone can answer: there is a service, and no lobe only proposes.
   bool answers_by_rows = false;
   int vertex_rays = 256;
   std::shared_ptr<const EnergyTable> energies;

@@ -17,10 +17,10 @@
 
 namespace tress::fiber {
 
-/// The slices of a fiber by row lobe; none for GLINT where it is not split off.
+/// The slices of a fiber by row lobe; empty for GLINT if it is not split off.
 std::array<std::optional<adaptive::SliceDescription>, 4> elliptical_slices(const FiberParameters& fiber);
 
-/// Shared: energies as FiberStore does, the rows of a slice by its key, and absorbed by (slice, sigma_a).
+/// Shares energies as FiberStore does, the rows of a slice by its key, and their forms by (slice, sigma_a).
 /// Thread-safety: operator[]: any thread, during a pass; the rest: one thread, between passes.
 class EllipticalFibers {
  public:
@@ -31,7 +31,7 @@ class EllipticalFibers {
   FiberId add(const FiberParameters& parameters);
   const EllipticalFiber& operator[](FiberId id) const { return fibers_[id]; }
 
-  /// Of energies and fibers, without the service's own.
+  /// The memory of energies and fibers, without that of the service.
   std::size_t bytes() const;
 
  private:

@@ -1,6 +1,6 @@
-// The assembled BCSDF of the elliptical fiber (ESTIMATOR.md, E5):
-//   S = sum_p E_p M_p N^_p,   Q = sum_p P_p M_p q_p,   both densities in dtheta_i dphi_i,
-// where all rows of a direction have converged: in lanes, compiled for several instruction sets.
+// The assembled BCSDF of the elliptical fiber (ESTIMATOR.md, E5), for directions whose rows have all converged:
+//  S = sum_p E_p M_p N^_p,   Q = sum_p P_p M_p q_p,   both densities in dtheta_i dphi_i.
+// It is computed in lanes and compiled for several instruction sets.
 #include "tress/fiber/elliptical_model.h"
 
 #include <algorithm>
@@ -137,8 +137,8 @@ class EllipticalModel final : public AnyRowsModel {
   static constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 
   static constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
-  /// One function, not inlined: sample() and evaluate() agree to the bit. S and Q at wi, theta in [-pi/2, pi/2], phi in
-  /// [-pi, pi).
+  /// Computes S and Q at wi, theta in [-pi/2, pi/2], phi in [-pi, pi). It is one function, not inlined, so that
+  /// sample() and evaluate() agree to the bit.
   [[gnu::noinline]] void value_at(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,
                                   const Inclination& at, int drawn, DirectionRows& rows, Answers& answers,
                                   FiberValue& value) const {
@@ -170,7 +170,8 @@ class EllipticalModel final : public AnyRowsModel {
         load_energy(event, Lobe::tt) * (m[0] * shape[0]), load_energy(event, Lobe::trt) * (m[1] * shape[1]),
         load_energy(event, Lobe::trrt) * (m[2] * shape[2]), load_energy(event, Lobe::glint) * (m[1] * shape[3])};
     const Float4 s_residual = load_energy(event, Lobe::residual) * (inverse_two_pi * m[2]);
-    // By selections and channels alike the proposals of converged rows are shares of the luminance of S.
+    // Lobes are selected, and channels mixed, by luminance, so the proposals of converged rows are shares of the
+    // luminance of S.
     const Float4 proposed = (1 - uniform_share_) * ((s[0] + s[1]) + (s[2] + s[3])) + s_residual;
     const Float4 uniform = constants.uniform_pdf * Float4{m[0], m[1], m[2], m[1]};
     const float pdf = constants.inverse_luminance * luminance(glm::vec3(proposed[0], proposed[1], proposed[2])) +
@@ -191,7 +192,7 @@ class EllipticalModel final : public AnyRowsModel {
     value.objective = objective;
   }
 
-  /// TT has three or four components mostly, TRT and TRRT one or two, GLINT three where there is any.
+  /// TT usually has three or four components, TRT and TRRT one or two, GLINT three if it exists.
   static void shapes_of_mixtures(const std::array<const AbsorbedRow*, 4>& row, float x, std::array<Float4, 4>& shape) {
     const std::uint32_t behind[4] = {row[0]->lines_behind(), row[1]->lines_behind(), row[2]->lines_behind(),
                                      row[3]->lines_behind()};

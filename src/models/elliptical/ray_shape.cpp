@@ -15,11 +15,11 @@ namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr float two_pi = 2 * pi;
-constexpr float reach = 6.0f;      // in standard deviations: under 2e-9 of the mass lies beyond
+constexpr float reach = 6.0f;      // in standard deviations: less than 2e-9 of the mass lies beyond
 constexpr std::size_t chunk = 64;  // terms evaluated before they are summed
 constexpr std::size_t lanes = 8;
 
-// A tree of sums in a fixed order: vectorises without reassociation, so every compiler flag gives the same bits.
+// Sums as a tree in a fixed order: it vectorises without reassociation, so every compiler flag gives the same bits.
 float sum_chunk(float* term, std::size_t filled) {
   const std::size_t padded = (filled + lanes - 1) / lanes * lanes;
   for (std::size_t i = filled; i < padded; ++i) term[i] = 0;
@@ -31,7 +31,7 @@ float sum_chunk(float* term, std::size_t filled) {
 
 bool is_clear(const glm::vec3& sigma_a) { return sigma_a.x == 0 && sigma_a.y == 0 && sigma_a.z == 0; }
 
-// Adds the rays [first, last). Distance to the nearest image; the next image too where the blur reaches it.
+// Adds the rays [first, last), by the distance to the nearest image, and to the next image too if the blur reaches it.
 void add_density(const RayShape& rays, std::size_t first, std::size_t last, const glm::vec3& sigma_a, float x,
                  ClearAndAbsorbed& sum) {
   const float precision = 0.5f / (rays.blur_rad * rays.blur_rad);

@@ -1,4 +1,4 @@
-// The azimuthal shape that traced rays give, clear and under absorption: g of a node or of a vertex.
+// The azimuthal shape of traced rays, clear and under absorption: g of a node or of a vertex.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -8,28 +8,28 @@
 
 namespace tress::fiber {
 
-/// Rays of one lobe: mass `weight` leaves at `azimuth` in [-pi, pi), after the internal path `attribute` (in major
-/// semi-axes), blurred by a wrapped Gaussian of standard deviation blur_rad in (0, pi/4]. A view: owns nothing.
+/// The rays of one lobe: mass `weight` leaves at `azimuth` in [-pi, pi), after the internal path `attribute` (in major
+/// semi-axes), blurred by a wrapped Gaussian of standard deviation blur_rad in (0, pi/4]. A view: it owns nothing.
 struct RayShape {
   std::span<const float> azimuth, weight, attribute;
   float blur_rad = 0.2f;
-  bool sorted = false;  ///< azimuth ascends: only rays near the asked azimuth are visited
+  bool sorted = false;  ///< azimuth ascends, so only rays near an azimuth are visited
 };
 
 inline RayShape shape_of(const adaptive::TracedNodes& nodes) {
   return {nodes.azimuth(), nodes.weight(), nodes.attribute(), nodes.blur_rad(), true};
 }
 
-/// A quantity of clear hair and of each color channel.
+/// A quantity for clear hair and for each color channel.
 struct ClearAndAbsorbed {
   float clear = 0;
   glm::vec3 absorbed{0.0f};
 };
 
-/// sum_j A_j and, per channel c, sum_j A_j exp(-sigma_a^c l_j).
+/// Returns sum_j A_j and, per channel c, sum_j A_j exp(-sigma_a^c l_j).
 ClearAndAbsorbed ray_mass(const RayShape& rays, const glm::vec3& sigma_a);
 
-/// sum_j A_j exp(-sigma_a^c l_j) G(x - Phi_j), 1/rad, of mass ray_mass(). x in [-pi, pi).
+/// Returns sum_j A_j exp(-sigma_a^c l_j) G(x - Phi_j), 1/rad, of mass ray_mass(). x in [-pi, pi).
 ClearAndAbsorbed ray_density(const RayShape& rays, const glm::vec3& sigma_a, float x);
 
 /// Draws an azimuth with density ray_density / ray_mass of one channel of absorption `sigma_a`: a ray by u_ray, then

@@ -1,4 +1,5 @@
-// What rows answer more than a trace at the vertex, in the mean over the nodes that an event may choose.
+// The difference between the answers of rows and a trace at the vertex, as the mean over the nodes that an event may
+// choose.
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -9,7 +10,7 @@
 namespace tress::fiber {
 namespace {
 
-/// What answers at a node; null: its row has not converged. Counts no query. Valid until this thread's next call.
+/// The answer at a node; null if its row has not converged. Counts no query. Valid until this thread's next call.
 const AbsorbedRow* answer_at(const adaptive::Service& service, const ColoredRows& rows, std::uint32_t a,
                              std::uint32_t b) {
   adaptive::AnswerReader reader(nullptr);
@@ -64,7 +65,7 @@ glm::vec3 AnyRowsModel::excess(const FiberEvent& event, const FiberDirection& wi
   const auto is_asked = [&](std::size_t i) {
     return event.selection[static_cast<std::size_t>(row_lobes[i])] > 0 && !fiber.proposes_only[i];
   };
-  // Before any node: what this thread has traced last is then traced once for all lobes.
+  // This comes before any node: the thread's last trace is then made once for all lobes.
   for (std::size_t i = 0; i < row_lobes.size(); ++i) {
     if (is_asked(i)) truth[i] = reader_of(event, constants, i).correction(glm::vec3(0.0f), theta_d, x, place);
   }

@@ -9,8 +9,8 @@ namespace {
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 constexpr float vertex_uniform_share = 0.05f;  // of the proposal of a vertex trace
-constexpr int correction_rays = 128;           // of the trace that corrects all lobes; 512 change nothing
-constexpr float darkest_mass = 1e-30f;         // a channel with less has no light left: its shape is called uniform
+constexpr int correction_rays = 128;           // rays of the trace that corrects all lobes; 512 change nothing
+constexpr float darkest_mass = 1e-30f;         // a channel with less light counts as dark: its shape is set to uniform
 
 glm::vec3 normalised(const glm::vec3& density, const glm::vec3& mass) {
   glm::vec3 shape;

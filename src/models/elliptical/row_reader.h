@@ -1,4 +1,4 @@
-// One query of the azimuthal shape of TT, TRT, TRRT or GLINT: from a converged row, from g at the node, or at the
+// One query of the azimuthal shape of TT, TRT, TRRT or GLINT: from g at the node of a row, or from a trace at the
 // vertex.
 #pragma once
 
@@ -7,11 +7,11 @@
 
 namespace tress::fiber {
 
-/// Reads rows for one lobe of one event. Plain references: lives no longer than the call that made it. Any thread.
-/// `service` null: every answer is traced at the vertex.
+/// Reads rows for one lobe of one event. It has plain references and must not outlive the call that made it. Any
+/// thread. `service` null: every answer is traced at the vertex.
 class RowReader {
  public:
-  /// folded_phi_r: of fold_azimuth(event.wr.phi). row_lobe: index into row_lobes. channel_weights: the shares of the
+  /// folded_phi_r: from fold_azimuth(event.wr.phi). row_lobe: index into row_lobes. channel_weights: the shares of the
   /// channels in the luminance of the lobe's energy, sum 1.
   RowReader(const EllipticalFiber& fiber, const adaptive::Service* service, std::size_t row_lobe, float folded_phi_r,
             const glm::vec3& channel_weights)
@@ -21,19 +21,19 @@ class RowReader {
         phi_r_(folded_phi_r),
         channel_weights_(channel_weights) {}
 
-  /// Draws x, the folded relative azimuth, from the proposal of the row, which has not converged; null: of the vertex,
-  /// where the model has no service. u in [0, 1).
+  /// Draws x, the folded relative azimuth, from the proposal of the row, which has not converged; null: from the
+  /// vertex, for a model without a service. u in [0, 1).
   float sample(const adaptive::RowView* row, float theta_d, float u_channel, float u_ray, float u_blur) const;
 
-  /// Shape and proposal at x of a row that has not converged, which sample() drew from it (`drawn`) or another density
-  /// did. Tells the service what g is there.
+  /// Shape and proposal at x of a row that has not converged; `drawn`: whether sample() drew x from it. Passes g there
+  /// to the service.
   RowValue evaluate_open(const adaptive::RowView& row, float x, bool drawn) const;
 
   /// The same, traced at (phi_r, theta_d).
   RowValue evaluate_at_vertex(float theta_d, float x) const;
 
-  /// What g at (phi_r, theta_d) has more than `shape`, the answer at x, per channel. place in [0, 1): of the rays;
-  /// uniform over directions.
+  /// The difference per channel between g at (phi_r, theta_d) and `shape`, the answer at x. place in [0, 1): of the
+  /// rays; uniform over directions.
   glm::vec3 correction(const glm::vec3& shape, float theta_d, float x, float place) const;
 
  private:

@@ -1,4 +1,4 @@
-// What the elliptical model keeps with an event: all that depends on the known direction only.
+// The data that the elliptical model keeps with an event: all that depends on the known direction only.
 #pragma once
 
 #include <array>
@@ -14,18 +14,18 @@
 
 namespace tress::fiber {
 
-/// Computed once per event, used by every direction of it. Lanes are row_lobes where nothing else is said.
+/// Computed once per event and used for every direction of it. Lanes are row_lobes unless said otherwise.
 struct VertexConstants {
   ReflectionLobe reflection;
-  LongitudinalLobes longitudinal;  ///< by order p - 1: TT, TRT (and GLINT), TRRT (and the residual); R's last, unused
-  Float4 uniform_pdf;              ///< of each lobe: its selection times the uniform share of its proposal, 1/rad
-  /// Rows of the nodes that xi1 chose, by the node in |theta_d|. Of lobes that are not selected a row of nothing; all
-  /// are without answers where rows do not answer by themselves.
+  LongitudinalLobes longitudinal;  ///< by order p - 1: TT, TRT (GLINT too), TRRT (residual too); R is unused
+  Float4 uniform_pdf;              ///< for each lobe: its selection times the uniform share of its proposal, 1/rad
+  /// Rows of the nodes that xi1 chose, by the node in |theta_d|. Lobes that are not selected get rows of density 0. If
+  /// rows do not answer on their own, all runs are without answers.
   std::array<adaptive::RowRun, 4> runs;
   FoldedAzimuth fold;
-  float inverse_luminance;    ///< 1 over the luminance of all lobes: makes their selections
-  glm::vec3 reflection_gain;  ///< of R, times what roughness leaves of its energy
-  std::uint64_t hash;         ///< of xi and the known direction; for `corrected`
+  float inverse_luminance;    ///< 1 over the luminance of all lobes: the factor of their selections
+  glm::vec3 reflection_gain;  ///< gain of R, times what roughness leaves of its energy
+  std::uint64_t hash;         ///< hash of xi and the known direction, for `corrected`
 };
 
 }  // namespace tress::fiber

@@ -36,7 +36,7 @@ void VertexTrace::trace(const VertexKey& key) {
     rays.weight.clear();
     rays.path.clear();
   }
-  // Ray counts are powers of two of at least 128: whole batches.
+  // Ray counts are powers of two of at least 128, so batches are always full.
   constexpr std::size_t trt = 1, glint = 3;
   const bool split = key.glint_sigma > 0;
   const double share = 1.0 / key.rays;

@@ -1,4 +1,4 @@
-// The rays of TT, TRT, TRRT and GLINT at a vertex's own (phi_r, |theta_d|), all orders from one trace.
+// The rays of TT, TRT, TRRT and GLINT at a vertex's own (phi_r, |theta_d|), with all orders from one trace.
 #pragma once
 
 #include <array>
@@ -9,21 +9,20 @@
 
 namespace tress::fiber {
 
-/// What a trace depends on. phi_r in [0, pi/2] (folded), theta_d in [0, pi/2], radians.
+/// The arguments of a trace. phi_r in [0, pi/2] (folded), theta_d in [0, pi/2], radians.
 struct VertexKey {
   float eta = 0, eccentricity = 0, phi_r = 0, theta_d = 0;
   int rays = 0;
   glm::vec3 sigma_a{0.0f};
-  float place = 0.5f;     ///< of each ray in its share of h, [0, 1): 0.5 is the midpoint rule; at random, any number of
-                          ///< rays is the integral in the mean
-  float glint_sigma = 0;  ///< blur of TRT, radians, where GLINT is split off it; else 0
+  float place = 0.5f;     ///< of each ray in its share of h, [0, 1): 0.5: the midpoint rule; random: unbiased
+  float glint_sigma = 0;  ///< blur of TRT, radians, if GLINT is split off it; else 0
   friend bool operator==(const VertexKey&, const VertexKey&) = default;
 };
 
 class VertexTrace {
  public:
-  /// The trace for `key`: this thread's last one if it is the same, else a new one in its place. A pure function of the
-  /// key; valid until this thread's next call.
+  /// The trace for `key`: this thread's last one if it has the same key, else a new one that replaces it. A pure
+  /// function of the key; valid until this thread's next call.
   static const VertexTrace& at(VertexKey key);
 
   /// TT, TRT (or its rest), TRRT, GLINT: azimuths relative to phi_r, in [-pi, pi).
@@ -41,7 +40,8 @@ class VertexTrace {
   std::array<ClearAndAbsorbed, 4> mass_{};
 };
 
-/// Rays that resolve a blur at a vertex: the node rule 128 max(1, 20/sigma_deg), a power of two, at least 256.
+/// The number of rays that resolve a blur at a vertex: the node rule 128 max(1, 20/sigma_deg), a power of two, at least
+/// 256.
 int vertex_ray_count(float blur_rad);
 
 }  // namespace tress::fiber

@@ -1,4 +1,4 @@
-// The longitudinal lobe of d'Eon et al. 2011: a rough specular cone that loses nothing, whatever its inclination.
+// The longitudinal lobe of d'Eon et al. 2011: a rough specular cone that conserves energy at every inclination.
 #pragma once
 
 #include <algorithm>
@@ -13,15 +13,15 @@ namespace tress::fiber {
 
 /// A von Mises-Fisher law on the sphere, of concentration 1/v about the specular cone, as a density in dtheta_i of mass
 /// 1 over [-pi/2, pi/2]:
-///   M = cos theta_i  csch(1/v)/(2v)  e^(-sin theta_i sin t / v)  I_0(cos theta_i cos t / v),
-/// t the inclination whose cone is at theta_i = -t. The publication's M is per d(sin theta_i); the cosine is that
-/// change of measure. It is computed as e^(-2 sin^2 theta_h / v) [I_0(x) e^-x] / (v (1 - e^(-2/v))), theta_h =
+///  M = cos theta_i  csch(1/v)/(2v)  e^(-sin theta_i sin t / v)  I_0(cos theta_i cos t / v),
+/// where t is the inclination whose cone is at theta_i = -t. The publication's M is per d(sin theta_i); the cosine is
+/// that change of measure. It is computed as e^(-2 sin^2 theta_h / v) [I_0(x) e^-x] / (v (1 - e^(-2/v))), theta_h =
 /// (theta_i + t)/2, in which nothing overflows or cancels. Sampled as in d'Eon et al. 2013. Immutable plain data; any
 /// thread.
 class EnergyConservingLobe {
  public:
-  /// theta_r: known inclination; tilt: shift of theta_h, so that t = theta_r - 2 tilt (turned back at the poles);
-  /// variance: v, of theta_i where theta_r is 0 and v small, at least that of smallest_lambda. Radians.
+  /// theta_r: known inclination. tilt: shift of theta_h, so that t = theta_r - 2 tilt (turned back at the poles).
+  /// variance: v, the variance of theta_i if theta_r is 0 and v is small, at least that of smallest_lambda. Radians.
   EnergyConservingLobe(float theta_r, float tilt, float variance)
       : variance_(std::max(variance, variance_of(smallest_lambda))) {
     const float turned = theta_r - 2 * tilt;
@@ -45,7 +45,7 @@ class EnergyConservingLobe {
   /// u_1, u_2 in [0, 1). theta_i in [-half_pi, half_pi].
   float sample(float u_1, float u_2) const {
     const float from_one =
-        std::clamp(-variance_ * std::log1p(-u_1 * span_), 0.0f, 2.0f);  // 1 - cos, of the cone's axis
+        std::clamp(-variance_ * std::log1p(-u_1 * span_), 0.0f, 2.0f);  // 1 - cos, about the cone's axis
     const float along = 1 - from_one, across = std::sqrt(from_one * (2 - from_one));
     const float turn = 2 * std::numbers::pi_v<float> * u_2, in_plane = across * std::cos(turn);
     const float radial = along * cosine_ + in_plane * sine_, sideways = across * std::sin(turn);

@@ -1,5 +1,5 @@
-// The fibers of a model and the energies of their lobes. Memory and start-up grow with distinct values, not with
-// fibers.
+// The fibers of a model and the energies of their lobes. Memory and start-up time grow with the number of distinct
+// values, not with fibers.
 #pragma once
 
 #include <array>
@@ -22,11 +22,11 @@ struct FiberRecord {
   std::shared_ptr<const EnergyTable> energies;
 };
 
-/// Shared: clear energies by their key, colored ones by that and (sigma_a, gain, Fresnel of R). Thread-safety:
+/// Shares clear energies by their key, and colored ones by that and (sigma_a, gain, Fresnel of R). Thread-safety:
 /// operator[]: any thread, during a pass; the rest: one thread, between passes.
 class FiberStore {
  public:
-  /// Equal parameters give the same id; a new fiber has the id that size() was.
+  /// Equal parameters give the same id; the id of a new fiber is the previous size().
   FiberId add(const FiberParameters& parameters);
   const FiberRecord& operator[](FiberId id) const { return fibers_[id]; }
   std::size_t size() const { return fibers_.size(); }

@@ -1,4 +1,4 @@
-// The lobes of an event: which is chosen, and how what they scatter is told. Inlined into the models.
+// The lobes of an event: their selection, and the storage of their values. Inlined into the models.
 #pragma once
 
 #include <algorithm>
@@ -12,18 +12,18 @@
 
 namespace tress::fiber {
 
-/// A fiber of no more luminance in all its lobes is black: less may be denormal, and 1 over it infinite.
+/// A fiber with no more luminance in all its lobes counts as black: a smaller value may be denormal, and its inverse
+/// infinite.
 constexpr float darkest_energy = 1e-30f;
-constexpr float smallest_pdf = 1e-30f;  ///< where every lobe has underflowed; S is next to 0 there
+constexpr float smallest_pdf = 1e-30f;  ///< pdf if every lobe has underflowed; S is nearly 0 there
 
-/// How the lobes were selected.
+/// The result of selecting lobes.
 struct LobeShares {
-  float inverse_luminance;  ///< 1 over the luminance of all lobes; 1 of a black fiber
+  float inverse_luminance;  ///< 1 over the luminance of all lobes; 1 for a black fiber
   bool is_black;
 };
 
-/// Makes the selections of an event from its energies: shares of their luminance. A black fiber selects R, and has no
-/// energy.
+/// Sets the selections of an event to the lobes' shares of the luminance. A black fiber selects R, and has no energy.
 inline LobeShares select_lobes(FiberEvent& event) {
   float sum = 0;
   for (std::size_t p = 0; p < lobe_count; ++p) sum += event.selection[p] = luminance(event.energy[p]);
@@ -38,7 +38,7 @@ inline LobeShares select_lobes(FiberEvent& event) {
   return {inverse_sum, is_black};
 }
 
-/// The lobe that u in [0, 1) chooses: the first below whose end of the selections it is, without branches.
+/// The lobe that u in [0, 1) chooses: the first whose cumulative selection is above u, without branches.
 inline std::size_t choose_lobe(const FiberEvent& event, float u) {
   std::size_t p = 0;
   float below = 0;
@@ -46,33 +46,33 @@ inline std::size_t choose_lobe(const FiberEvent& event, float u) {
     below += probability;
     p += u < below ? 0 : 1;
   }
-  if (p == lobe_count) [[unlikely]] {  // u is beyond the sum of all, by rounding: the last that can be drawn
+  if (p == lobe_count) [[unlikely]] {  // u is beyond the sum of all, by rounding: take the last lobe that can be drawn
     do --p;
     while (p > 0 && !(event.selection[p] > 0));
   }
   return p;
 }
 
-/// What is left of u within the share of the lobe that it chose, in [0, 1).
+/// The position of u within the share of the lobe that it chose, in [0, 1).
 inline float spare_of_choice(const FiberEvent& event, std::size_t p, float u) {
   float below = 0;
   for (std::size_t lobe = 0; lobe < p; ++lobe) below += event.selection[lobe];
   return std::clamp((u - below) / event.selection[p], 0.0f, 0.99999994f);
 }
 
-/// Shares of the channels in the luminance of a lobe's energy. The lobe is selected.
+/// Shares of the channels in the luminance of a lobe's energy. The lobe must be selected.
 inline glm::vec3 channel_weights(const FiberEvent& event, std::size_t lobe) {
   const glm::vec3 terms = luminance_terms(event.energy[lobe]);
   return terms * (1 / (terms.x + terms.y + terms.z));
 }
 
-/// A lobe's colors with what comes behind them in the object as the fourth lane.
+/// Loads a lobe's colors; the fourth lane is the number after them in the object.
 inline Float4 load_energy(const FiberEvent& event, Lobe lobe) {
   return load4(event, offsetof(FiberEvent, energy) / sizeof(float) + 3 * static_cast<std::size_t>(lobe));
 }
 
-/// S by lobe, colors in lanes 0 to 2, and the pdf, in whole vectors: what reads them back finds each number in one
-/// store. What follows the pdf is written too, and is to be set afterwards.
+/// Stores S by lobe, with colors in lanes 0 to 2, and the pdf, as whole vectors, so that a later load finds each number
+/// in one store. It also overwrites what follows the pdf, which must be set afterwards.
 inline void put_value(FiberValue& value, const std::array<Float4, lobe_count>& s, float pdf) {
   static_assert(offsetof(FiberValue, s) == 0 && offsetof(FiberValue, pdf) == 18 * sizeof(float));
   store4(value, 0, Float4{s[0][0], s[0][1], s[0][2], s[1][0]});

@@ -11,7 +11,7 @@
 namespace tress::fiber {
 namespace {
 
-/// A row under one absorption.
+/// The form of a row under one absorption.
 class ColoredForm final : public adaptive::RowForm {
  public:
   ColoredForm(std::shared_ptr<const RoughGrid> grid, std::shared_ptr<const EnergyTable> table, const glm::vec3& sigma_a)

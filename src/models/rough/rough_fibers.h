@@ -1,4 +1,4 @@
-// The fibers of the rough model and what they share.
+// The fibers of the rough model and their shared parts.
 #pragma once
 
 #include <array>
@@ -18,30 +18,30 @@
 
 namespace tress::fiber {
 
-/// The rows of a fiber under its color. Answers are RoughRow.
+/// The rows of a fiber under its color. Their answers are RoughRow.
 struct RoughRows {
   std::shared_ptr<const RoughGrid> grid;
   const adaptive::FormedRows* formed = nullptr;  ///< null without a service
-  /// One over the gains of each lobe, so that energies without gains can be held to RoughRow::whole_energy; 0 where a
+  /// The inverse gains of each lobe, with which energies are compared to RoughRow::whole_energy without gains; 0 if a
   /// gain is 0.
   std::array<Float4, lobe_count> inverse_gain{};
   float balance = 0;  ///< TracedFibers::balance()
 };
 
-/// Shared: energies as FiberStore does, a slice and its grid by its key, forms by (slice, sigma_a). Thread-safety:
+/// Shares energies as FiberStore does, a slice and its grid by its key, and forms by (slice, sigma_a). Thread-safety:
 /// add(): one thread, between passes; the rest: any thread, during a pass.
 class RoughFibers {
  public:
   /// service null: fibers have no rows.
   explicit RoughFibers(adaptive::Service* service) : service_(service) {}
-  /// Where the light of events enters that no row answers.
+  /// The place where light enters in events that no row answers.
   Offset offset() const { return service_ != nullptr ? Offset::any : Offset::known; }
 
   /// Equal parameters give the same id; no_fiber if the service refuses the slice.
   FiberId add(const FiberParameters& parameters);
   const FiberRecord& record(FiberId id) const { return store_[id]; }
   const RoughRows& rows(FiberId id) const { return rows_[id]; }
-  /// Of any id.
+  /// The balance for any id.
   float balance(FiberId id) const { return id < rows_.size() ? rows_[id].balance : 0; }
   const TracedFibers& traced() const { return traced_; }
   std::size_t bytes() const { return store_.bytes() + traced_.bytes() + rows_.capacity() * sizeof(RoughRows); }

@@ -1,4 +1,4 @@
-// How the parts of a RoughRow are evaluated, four in lanes, and drawn from, inlined into the model.
+// Evaluates the parts of a RoughRow, four in lanes, and draws from them. Inlined into the model.
 #pragma once
 
 #include <algorithm>
@@ -21,10 +21,10 @@
 
 namespace tress::fiber {
 
-/// An inclination as rows need it. theta within +-pi/2.
+/// An inclination in the form for rows. theta within +-pi/2.
 struct AxialPlace {
   float cosine;  ///< at least 1e-7
-  float height;  ///< asinh tan theta = ln((1 + sin |theta|)/cos theta), of the sign of theta
+  float height;  ///< asinh tan theta = ln((1 + sin |theta|)/cos theta), with the sign of theta
   explicit AxialPlace(float theta) {
     cosine = std::max(quarter_cosine(theta), 1e-7f);
     const float height_above = natural_log((1 + quarter_sine(std::fabs(theta))) / cosine);
@@ -32,19 +32,19 @@ struct AxialPlace {
   }
 };
 
-/// The inclination of a height: pi/2 - 2 atan exp(-|height|), of its sign.
+/// The inclination of a height: pi/2 - 2 atan exp(-|height|), with its sign.
 inline float inclination_of_height(float height) {
   constexpr float half_pi = 0.5f * std::numbers::pi_v<float>;
   return std::copysign(half_pi - 2 * angle_of(exp_of_negative(-std::fabs(height)), 1.0f), height);
 }
 
-/// Where a relative azimuth lies, in 65536ths of a turn from -pi on.
+/// Converts a relative azimuth into 65536ths of a turn from -pi on.
 inline float azimuth_steps(float x) {
   constexpr float per_radian = 32768 * std::numbers::inv_pi_v<float>;
   return std::clamp((x + std::numbers::pi_v<float>)*per_radian, 0.0f, 65535.996f);
 }
 
-/// A layer between two of its knots, in its units.
+/// The values of a layer between two of its knots, in its units.
 struct BetweenKnots {
   Float4 density, law;
 };
@@ -69,7 +69,7 @@ inline BetweenKnots between(const PackedKnot& from, const PackedKnot& to, float 
   return {at.density + share * (end.density - at.density), at.law + share * (end.law - at.law)};
 }
 
-/// The knot of the main layer at or before `steps` (floor of azimuth_steps); the last for what is before the first.
+/// The knot of the main layer at or before `steps` (floor of azimuth_steps); the last knot if it is before the first.
 inline std::size_t knot_before(const RoughPart& part, int steps) {
   const int at = steps - 32768;
 #ifdef __SSE2__
@@ -88,7 +88,7 @@ inline std::size_t knot_before(const RoughPart& part, int steps) {
 #endif
 }
 
-/// How far `steps` is from knot k of the main layer on, and the way to the next knot.
+/// The distance of `steps` from knot k of the main layer, and the distance to the next knot.
 struct Cell {
   float passed, width;
 };
@@ -170,24 +170,24 @@ struct RowPlace {
   float height;
 };
 
-/// Inverse of the law's distribution function. u in [0, 1).
+/// Inverts the law's distribution function. u in [0, 1).
 inline float draw_height(Float4 law, bool is_normal, float u) {
   constexpr float least = 0x1p-26f;
   const float share_below = law[1] / (law[1] + law[2]);
   const bool is_below = u < share_below;
-  const float side = std::clamp(is_below ? u / share_below : (1 - u) / (1 - share_below), least, 1.0f);  // beyond
+  const float side = std::clamp(is_below ? u / share_below : (1 - u) / (1 - share_below), least, 1.0f);  // mass beyond
   const float z = is_normal ? -normal_quantile(0.5f * side) : natural_log((2 - side) / side);
   return law[0] + (is_below ? -law[1] : law[2]) * std::max(z, 0.0f);
 }
 
-/// Where a layer is drawn: after which knot, which share of the way to the next.
+/// The place drawn in a layer: the knot before it, and the share of the way to the next.
 struct DrawnCell {
   std::size_t knot;
   float share;
 };
 
-/// The cell of those from `first` to `last` in which the mass `left` is used up; widths in steps, mixed() the densities
-/// per step.
+/// Finds the cell between `first` and `last` in which the mass `left` is used up. widths: in steps; mixed(): the
+/// densities per step.
 template <class Mixed, class Width>
 DrawnCell pass_cells(std::size_t first, std::size_t last, std::size_t count, float left, const Mixed& mixed,
                      const Width& width) {
@@ -205,7 +205,7 @@ DrawnCell pass_cells(std::size_t first, std::size_t last, std::size_t count, flo
   }
 }
 
-/// Draws from a part as a mix of its channels: weights sum to 1, u in [0, 1).
+/// Draws from a part for a mix of its channels: weights sum to 1, u in [0, 1).
 inline RowPlace draw_place(const RoughPart& part, bool is_normal, const glm::vec3& weights, float u_azimuth,
                            float u_height) {
   constexpr float radians_per_step = 2 * std::numbers::pi_v<float> / 65536;

@@ -1,7 +1,7 @@
-// The assembled BCSDF of the rough fiber at an event whose row has converged:
-//   S_c = sum_p E_p,c f_p,c(x, t) / cos theta_i,   Q = luminance(S) / luminance(E),   both densities in dtheta_i
-//   dphi_i,
-// f_p,c of mass 1: what the row's ribbon of part p is to channel c. In lanes, compiled for several instruction sets.
+// The assembled BCSDF of the rough fiber for an event whose row has converged:
+//  S_c = sum_p E_p,c f_p,c(x, t) / cos theta_i,   Q = luminance(S) / luminance(E),
+// both densities in dtheta_i dphi_i. f_p,c has mass 1: it is the row's ribbon of part p in channel c. It is computed in
+// lanes and compiled for several instruction sets.
 #include "tress/fiber/rough_model.h"
 
 #include <algorithm>
@@ -36,16 +36,16 @@ HWY_BEFORE_NAMESPACE();
 namespace tress::fiber {
 namespace HWY_NAMESPACE {
 
-/// What the model keeps with an event.
+/// The data that the model keeps with an event.
 struct RoughConstants {
   EventRow row;
   std::array<Float4, RoughRow::parts> proposal;  ///< shares of the parts and channels in the luminance of all lobes
   RoughNode node;
   float specular_height;
   bool is_black;
-  Offset offset;       ///< of what is traced
-  bool listens;        ///< what is drawn is a path of the fiber, which the service hears
-  TracedEvent traced;  ///< where the row has not converged, and where it listens
+  Offset offset;       ///< where traced paths enter
+  bool listens;        ///< whether it draws a path of the fiber and passes it to the service
+  TracedEvent traced;  ///< set if the row has not converged, or if the event listens
 };
 
 class RoughModel final : public EventRowModel {
@@ -116,9 +116,9 @@ class RoughModel final : public EventRowModel {
     return event;
   }
 
-  /// Whether this event, by its own numbers alone, draws a path of the fiber in place of its row: one in 64, of rows of
-  /// at most 512 paths one in 16, by the default. A path weighs up to 1 where a sample of the row weighs m, the albedo,
-  /// so that the variance of samples grows by at most share (1/m - 1), which is held below 0.03.
+  /// Whether this event, by its own numbers alone, draws a path of the fiber instead of its row: by default one in 64,
+  /// or one in 16 for rows of at most 512 paths. A path weighs up to 1 where a sample of the row weighs m, the albedo.
+  /// The variance of samples then grows by at most share (1/m - 1), which is kept below 0.03.
   bool listens(const FiberEvent& event, const LobeShares& shares, const RoughRow& row) const {
     constexpr std::uint32_t few_paths = 512;
     constexpr float more_of_few = 4, most_variance = 0.03f;
@@ -132,8 +132,8 @@ class RoughModel final : public EventRowModel {
     return static_cast<float>(hash >> 40) * 0x1p-24f < share;
   }
 
-  /// The energies of the table by what the row knows of its parts. All lobes together, without gains, have the row's
-  /// factor of the whole, whatever moves between the node and wr: clear hair keeps all light.
+  /// Corrects the energies of the table by what the row knows of its parts. All lobes together, without gains, get the
+  /// row's factor of the whole, whatever changes between the node and wr, so that clear hair keeps all light.
   static void scale_energies(FiberEvent& event, const RoughRow& row,
                              const std::array<Float4, lobe_count>& inverse_gain) {
     std::array<Float4, lobe_count> energy;
@@ -167,7 +167,7 @@ class RoughModel final : public EventRowModel {
     return constants.listens ? listen(event, constants, row, u) : draw_from(event, constants, row, u);
   }
 
-  /// One path of the fiber, over the density of the row.
+  /// Draws one path of the fiber, over the density of the row.
   FiberSample listen(const FiberEvent& event, const RoughConstants& constants, const RoughRow& row,
                      const std::array<float, 4>& u) const {
     FiberSample sample = heard(event, constants, u, row.paths).sample;
@@ -177,7 +177,7 @@ class RoughModel final : public EventRowModel {
     return sample;
   }
 
-  /// One path of the fiber, told to the service.
+  /// Draws one path of the fiber and passes it to the service.
   HeardSample heard(const FiberEvent& event, const RoughConstants& constants, const std::array<float, 4>& u,
                     std::uint64_t key) const {
     const HeardSample heard =
@@ -193,7 +193,7 @@ class RoughModel final : public EventRowModel {
     return heard;
   }
 
-  /// Of a row that has converged.
+  /// The answer of a row that has converged.
   const RoughRow& answer_of(const EventRow& row) const {
     return *static_cast<const RoughRow*>(row.block != nullptr ? row.block : made_anew(row));
   }
@@ -216,14 +216,15 @@ class RoughModel final : public EventRowModel {
     return sample;
   }
 
-  /// Of an event that no row answers: a value of a few paths, whose tails are long.
+  /// Estimates an event that no row answers from a few paths; the values have long tails.
   FiberValue estimated(const FiberEvent& event, const RoughConstants& constants, const FiberDirection& wi) const {
     FiberValue value = fibers_.traced().estimate(event, constants.traced, fibers_.record(event.fiber).parameters, wi,
                                                  constants.offset);
     tell_of_estimate(event, constants, wi, value);
     return value;
   }
-  /// All but S: the density that balances it against sampled lights, which may be any function.
+  /// Sets everything but S. The pdf is the density that balances the event against sampled lights, which may be any
+  /// function.
   void tell_of_estimate(const FiberEvent& event, const RoughConstants& constants, const FiberDirection& wi,
                         FiberValue& value) const {
     value.pdf = fibers_.balance(event.fiber) * std::max(std::cos(wi.theta), 1e-4f);
@@ -238,8 +239,8 @@ class RoughModel final : public EventRowModel {
     return parts[lobe];
   }
 
-  /// One function, not inlined: sample() and evaluate() agree to the bit. S and Q at wi, theta in [-pi/2, pi/2], phi in
-  /// [-pi, pi).
+  /// Computes S and Q at wi, theta in [-pi/2, pi/2], phi in [-pi, pi). It is one function, not inlined, so that
+  /// sample() and evaluate() agree to the bit.
   [[gnu::noinline]] void value_at(const FiberEvent& event, const RoughConstants& constants, const RoughRow& row,
                                   const FiberDirection& wi, FiberValue& value) const {
     const AxialPlace axial(wi.theta);

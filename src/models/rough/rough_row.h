@@ -1,4 +1,4 @@
-// A row of the rough fiber as one color sees it: what a vertex reads of it, in as few lines of the cache as it can.
+// A row of the rough fiber for one color: the data that a vertex reads, in as few cache lines as possible.
 #pragma once
 
 #include <array>
@@ -13,20 +13,20 @@
 
 namespace tress::fiber {
 
-/// One knot of a layer, in steps of its LayerUnits: densities of R, G, B, nothing, the mode of the height, its scale
-/// below and above, nothing.
+/// One knot of a layer, in steps of its LayerUnits. The lanes are: densities of R, G, B; unused; mode of the height;
+/// its scale below and above; unused.
 struct alignas(16) PackedKnot {
   std::array<std::uint16_t, 8> steps{};
 };
 
-/// value = steps unit, of the height also + from: lanes as in PackedKnot.
+/// value = steps times unit; the height also has `from` added. Lanes as in PackedKnot.
 struct LayerUnits {
-  Float4 density = splat(0);  ///< 1/rad and unit of the part
+  Float4 density = splat(0);  ///< 1/rad and unit of the part's height
   Float4 law = splat(0), law_from = splat(0);
 };
 
-/// A part of a row under one absorption, of mass 1 in each channel. Azimuths in 65536ths of a turn from -pi on, less
-/// 32768.
+/// A part of a row under one absorption, of mass 1 in each channel. Azimuths are in 65536ths of a turn from -pi on,
+/// minus 32768.
 struct alignas(64) RoughPart {
   static constexpr std::size_t main_knots = adaptive::Ribbon::main_knots, broad_knots = adaptive::Ribbon::broad_knots;
   static constexpr std::size_t group = 4, groups = main_knots / group;
@@ -35,19 +35,19 @@ struct alignas(64) RoughPart {
   std::array<PackedKnot, main_knots> main{};
   std::array<PackedKnot, broad_knots> broad{};
   LayerUnits main_units, broad_units;
-  /// Mass of the main layer, by channel, from knot 0 to the first of each group.
+  /// Mass of the main layer, by channel, from knot 0 to the first knot of each group.
   std::array<std::array<float, groups>, 3> below{};
   glm::vec3 main_mass{0.0f};
 };
 
-/// Parts as rough_part() numbers them. Plain data: owns nothing, never destroyed.
+/// Parts are numbered as by rough_part(). Plain data: it owns nothing and is never destroyed.
 struct alignas(64) RoughRow {
   static constexpr std::size_t parts = 4;
-  Int4 is_normal;  ///< by part: all bits where the law of its main layer is HeightLaw::normal
+  Int4 is_normal;  ///< by part: all bits set if the law of its main layer is HeightLaw::normal
   float objective = 0;
-  std::uint32_t paths = 0;           ///< that taught it
-  std::array<Float4, parts> energy;  ///< EnergyFactors, lane 3: 1
-  Float4 whole_energy = splat(1);    ///< the same
+  std::uint32_t paths = 0;           ///< number that taught it
+  std::array<Float4, parts> energy;  ///< from EnergyFactors; lane 3 is 1
+  Float4 whole_energy = splat(1);    ///< from EnergyFactors; lane 3 is 1
   std::array<RoughPart, parts> part;
 };
 

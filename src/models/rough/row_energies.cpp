@@ -13,20 +13,21 @@ namespace {
 using adaptive::Ribbon;
 using adaptive::RibbonKnot;
 
-constexpr std::size_t rates = 3;  // at which a row is compared: 0 and Ribbon::decay_rates
-/// Of all light: less says nothing of a ratio, and a ratio says no more than this. At grazing light the table, whose
-/// nodes are joined by cosines, may be off by more than 2 where a tilt lets little light in.
+constexpr std::size_t rates = 3;  // the rates of the comparison: 0 and Ribbon::decay_rates
+/// Limits of a ratio: with less than `darkest` of all light it means nothing, and it is clamped to largest_ratio. At
+/// grazing light and with a tilt that lets in little light, the table, which interpolates by cosines, may be off by
+/// more than a factor of 2.
 constexpr double darkest = 1e-5, largest_ratio = 16;
 
-/// Paths of a row that knows its energies as well as the table does, and the power of paths by which the variance of
-/// what a row knows falls: its points are Sobol's. Of 32 nodes the row's whole differs from 2^18 paths by 0.020 (512
-/// paths), 0.007 (2,048) and 0.002 (8,192) at sigma_a 0.1, the table's by 0.009.
+/// Number of paths at which a row knows its energies as well as the table does, and the power of the number of paths by
+/// which the variance falls (its points are Sobol's). Over 32 nodes the row's whole differs from 2^18 paths by 0.020
+/// (512 paths), 0.007 (2,048) and 0.002 (8,192) at sigma_a 0.1; the table's differs by 0.009.
 constexpr double paths_of_table = 1400, power_of_paths = 1.5;
-/// A row's variance of the logarithm of a part of m of all light is at most about this (1/m - 1) / paths^1.5. Where the
-/// row differs from the table by more than three times the deviation, it is the table that is wrong.
+/// For a part with the share m of all light, the variance of the logarithm in the row is at most about this (1/m - 1) /
+/// paths^1.5. If row and table differ by more than three standard deviations, the table is wrong.
 constexpr double variance_of_part = 6, deviations = 3;
 
-/// How much of `logarithm`, the row's energy over the table's, is believed. known: that energy, of all light.
+/// The weight of `logarithm`, the row's energy over the table's. known: that energy, as a share of all light.
 double trust(double logarithm, double known, std::uint64_t paths) {
   const double n = std::pow(static_cast<double>(paths), power_of_paths);
   const double variance = variance_of_part * (1 / std::min(known, 1.0) - 1) / n;
@@ -36,7 +37,7 @@ double trust(double logarithm, double known, std::uint64_t paths) {
 
 using AtRates = std::array<double, rates>;
 
-/// What a layer keeps of its light at each rate: trapezoids between knots.
+/// Adds the light that a layer keeps at each rate, by trapezoids between knots.
 void add_kept(std::span<const RibbonKnot> knots, AtRates& kept) {
   constexpr float two_pi = 2 * std::numbers::pi_v<float>;
   float before = knots.front().azimuth + two_pi - knots.back().azimuth;
@@ -51,7 +52,7 @@ void add_kept(std::span<const RibbonKnot> knots, AtRates& kept) {
   }
 }
 
-/// ln of the ratio at sigma, between those at the rates.
+/// ln of the ratio at sigma, interpolated between those at the rates.
 double interpolated(const AtRates& logarithms, double sigma) {
   constexpr auto first = static_cast<double>(Ribbon::decay_rates[0]),
                  second = static_cast<double>(Ribbon::decay_rates[1]);
@@ -60,7 +61,7 @@ double interpolated(const AtRates& logarithms, double sigma) {
   return logarithms[1] + (logarithms[2] - logarithms[1]) * share;
 }
 
-/// The parts of a row, in the table at one direction and absorption.
+/// The energies of the parts of a row, from the table's lobes at one direction and absorption.
 std::array<double, rough_parts> parts_of(const std::array<double, lobe_count>& lobes) {
   return {lobes[0], lobes[1], lobes[2] + lobes[static_cast<std::size_t>(Lobe::glint)], lobes[3] + lobes[4]};
 }

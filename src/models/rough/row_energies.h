@@ -1,4 +1,4 @@
-// What the draws that taught a row say of the energies of its parts, beside the energy table.
+// The energies of a row's parts according to the draws that taught it, compared to the energy table.
 #pragma once
 
 #include <array>
@@ -13,19 +13,20 @@
 
 namespace tress::fiber {
 
-/// By channel, what energies of the table are to be multiplied by.
+/// The factors on energies of the table, by channel.
 struct EnergyFactors {
   std::array<glm::vec3, rough_parts> part{glm::vec3(1.0f), glm::vec3(1.0f), glm::vec3(1.0f), glm::vec3(1.0f)};
-  glm::vec3 whole{1.0f};  ///< of the sum of all parts; 1 where sigma_a is 0
+  glm::vec3 whole{1.0f};  ///< on the sum of all parts; 1 if sigma_a is 0
 };
 
-/// The energies of a row's parts over those of the table at its node, without gains. At sigma_a 0 and at both of
-/// Ribbon::decay_rates the row knows the energy of a part without bias: its mass times the mean decay of its knots.
-/// The logarithm of their ratio to the table's there is interpolated, in sigma_a up to the first rate, in ln sigma_a
-/// to the second, and kept beyond it: the table knows how lengths are distributed, the row how much light there is.
-/// Masses are scaled to what the table has at the node in clear hair. A row of few paths knows little of either: that
-/// logarithm is weighed by n^1.5/(n^1.5 + 1400^1.5), n its paths, and more where the row and the table differ by more
-/// than the row's noise. Immutable; any thread.
+/// The energies of a row's parts over those of the table at its node, without gains. At sigma_a 0 and at both
+/// Ribbon::decay_rates the row knows the energy of a part without bias: its mass times the mean decay of its knots. The
+/// logarithm of the ratio to the table is interpolated in sigma_a up to the first rate and in ln sigma_a up to the
+/// second, and is constant beyond: the table knows the distribution of lengths, the row the amount of light. Masses are
+/// scaled to the table's sum at the node in clear hair.
+///
+/// A row of few paths knows little of either, so the logarithm is weighted by n^1.5/(n^1.5 + 1400^1.5), n its paths, or
+/// by more if the row and the table differ by more than the row's noise. Immutable; any thread.
 class RowEnergies {
  public:
   RowEnergies(std::shared_ptr<const EnergyTable> table, const glm::vec3& sigma_a)

@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint64_t estimate_purpose = 0x657374696d617465ull;
 constexpr std::uint64_t offset_purpose = 0x6f666673657473ull;
 
-/// GLINT's share of what a fiber returns as TRT, by the offset where light enters; 0 where it is not told apart.
+/// GLINT's share of the light that a fiber returns as TRT, by the offset where light enters; 0 if it is not separate.
 class GlintShares {
  public:
   GlintShares(const FiberParameters& parameters, const FiberDirection& wr) {
