@@ -1,4 +1,4 @@
-// Options that say what a scene is beyond its file: the look of the hair, the light around it, where the camera stands.
+// Options for the look of a scene beyond its file: the hair, the light around it, the place of the camera.
 #pragma once
 
 #include <CLI/CLI.hpp>

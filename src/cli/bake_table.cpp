@@ -18,8 +18,8 @@ using adaptive::Service;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::uint64_t baking_stream = 0x70726562616b65ull;
-constexpr std::size_t nodes_at_once = 8192;  // of open rows, 10 to 30 KB each
-constexpr int most_passes = 4096;            // of a group; a row is refused long before
+constexpr std::size_t nodes_at_once = 8192;  // open rows take 10 to 30 KB each
+constexpr int most_passes = 4096;            // over one group; a row is refused long before
 
 struct Node {
   adaptive::SliceId slice;
@@ -28,7 +28,7 @@ struct Node {
 
 RowView look(const Service& service, const Node& node) { return service.peek(node.slice, node.a, node.b); }
 
-/// Whether a row is as good as baking makes it: one of samples is learned up to its end when it is first asked.
+/// Whether baking cannot improve the row: one of samples is learned to its end at its first query.
 bool is_decided(const RowView& row) {
   return row.state == RowState::converged || row.state == RowState::refused ||
          (row.ribbons != nullptr && row.row != RowView::no_row);
@@ -47,7 +47,7 @@ void ask(const Service& service, const Node& node, std::uint64_t pass) {
   }
 }
 
-/// The nodes of slices from `first` on, as many slices as make nodes_at_once; returns the slice after them.
+/// Takes the nodes of slices from `first` on, as many slices as make nodes_at_once; returns the slice after them.
 adaptive::SliceId take_slices(const Service& service, adaptive::SliceId first, std::vector<Node>& nodes) {
   adaptive::SliceId slice = first;
   for (; slice < service.slice_count() && (nodes.empty() || nodes.size() < nodes_at_once); ++slice) {
@@ -74,7 +74,7 @@ BakeProgress bake_table(Service& service, const std::function<bool(const BakePro
   for (adaptive::SliceId slice = 0; slice < service.slice_count();) {
     open.clear();
     slice = take_slices(service, slice, open);
-    std::size_t asked = open.size();  // the first of them: where memory is short, an absent node is traced for nothing
+    std::size_t asked = open.size();  // the first of them: with little memory, tracing more absent nodes is wasted
     for (std::uint64_t pass = 0; pass < most_passes && !open.empty(); ++pass) {
       const Clock::time_point start = Clock::now();
       tbb::parallel_for(std::size_t{0}, std::min(asked, open.size()),
@@ -88,7 +88,7 @@ BakeProgress bake_table(Service& service, const std::function<bool(const BakePro
       progress.seconds = std::chrono::duration<double>(Clock::now() - start).count();
       if (!told(progress)) return progress;
       asked = progress.last.at_ceiling ? std::size_t(progress.last.rows_open) + 64 : 2 * asked;
-      // Every row that had room is decided: what is left will find none.
+      // Every row that had room is decided; the others will find no room.
       if (progress.last.at_ceiling && progress.last.rows_open == 0 && progress.last.creations == 0) break;
     }
   }

@@ -1,4 +1,4 @@
-// Learns a whole table without rendering: every node of every slice is asked until its row is decided.
+// Learns a whole table without rendering: every node of every slice is queried until its row is decided.
 #pragma once
 
 #include <cstdint>
@@ -10,23 +10,23 @@ namespace tress::cli {
 
 struct BakeProgress {
   std::uint64_t nodes = 0;      ///< of all slices
-  std::uint64_t converged = 0;  ///< rows of them
+  std::uint64_t converged = 0;  ///< rows of these nodes
   std::uint64_t refused = 0;
   std::uint64_t passes = 0;
-  std::uint64_t g_evaluations = 0;  ///< the learners', those asked here, and the tests'
+  std::uint64_t g_evaluations = 0;  ///< by the learners, by queries here, and by the tests
   adaptive::PassReport last;
   double seconds = 0;  ///< wall time of the last pass
 
   std::uint64_t decided() const { return converged + refused; }
 };
 
-/// Options that a table is baked with: creations at the first touch.
+/// The options for baking a table: rows are created at the first query.
 adaptive::Options baking(adaptive::Options options);
 
-/// Asks every node, a few slices at a time so that few rows are open at once. A pass brings an open row as many draws
-/// from its own proposal as a test wants. Parallel inside (oneTBB); the same table for any number of threads. Ends when
-/// every row has converged or is refused; when memory lets no more be created; after 4096 passes over one group of
-/// slices; or when `told`, called after each pass, says false.
+/// Queries every node, a few slices at a time, so that few rows are open at once. A pass brings an open row as many
+/// draws from its own proposal as a test needs. Parallel inside (oneTBB), with the same table for any number of
+/// threads. Ends when every row has converged or is refused; when memory allows no more rows; after 4096 passes over
+/// one group of slices; or when `told`, called after each pass, returns false.
 BakeProgress bake_table(adaptive::Service& service, const std::function<bool(const BakeProgress&)>& told);
 
 }  // namespace tress::cli

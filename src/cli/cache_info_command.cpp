@@ -1,4 +1,4 @@
-// tress cache info and verify: what is in a warm cache, and whether it is whole.
+// tress cache info and verify: the contents of a warm cache, and a check that it is whole.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ namespace {
 struct CacheSettings {
   std::filesystem::path file;
   bool json = false;
-  std::optional<std::filesystem::path> scene;  ///< to be rendered with it
+  std::optional<std::filesystem::path> scene;  ///< the scene to be rendered with it
   RenderSettings render;
 };
 
@@ -45,13 +45,13 @@ struct SliceSummary {
   SliceContents contents;
 };
 
-/// Of values in ascending order, at least one: the least that a share of them does not exceed.
+/// The smallest value that at least this share of the values does not exceed. Values ascend; there is at least one.
 double quantile(const std::vector<float>& sorted, double share) {
   const auto last = static_cast<double>(sorted.size() - 1);
   return static_cast<double>(sorted[static_cast<std::size_t>(std::floor(share * last))]);
 }
 
-/// Of the running slice of the cache, whose rows it uses up.
+/// Summarises the current slice of the cache and reads all of its rows.
 SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::CacheFile& cache) {
   SliceSummary summary;
   summary.lobe = lobe_word(slice);
@@ -81,7 +81,7 @@ SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::CacheF
   return summary;
 }
 
-/// The key of a slice of densities: those of a hair's lobe. Of one of samples: its parameters, as they are.
+/// The key of a slice: for densities, the members of a hair's lobe; for samples, its parameters unchanged.
 nlohmann::ordered_json key_of(const adaptive::SliceDescription& slice, const std::string& lobe) {
   if (slice.kind == adaptive::SliceKind::samples) {
     nlohmann::ordered_json parameters = nlohmann::ordered_json::array();
@@ -116,7 +116,7 @@ nlohmann::ordered_json to_json(const adaptive::SliceDescription& slice, const Sl
   return told;
 }
 
-/// A line for each slice, those of densities apart from those of samples, and how well its rows are known.
+/// A line for each slice, with how well its rows are known; densities and samples are separate.
 struct SliceLines {
   std::string densities, samples, errors;
 
@@ -159,7 +159,7 @@ struct SliceLines {
   }
 };
 
-/// A line for each kind of hair, how much of it is known and how well.
+/// Prints a line for each kind of hair, with how much of it is known and how well.
 void print_hair(const std::vector<TableHair>& all) {
   for (const TableHair& hair : all) {
     fmt::print(
@@ -171,10 +171,10 @@ void print_hair(const std::vector<TableHair>& all) {
   }
 }
 
-/// What one or many files hold.
+/// The contents of one or many files.
 struct Contents {
   adaptive::CacheContents sum;  ///< its hash and format are those of the last file
-  std::string model;            ///< likewise
+  std::string model;            ///< of the last file too
   nlohmann::ordered_json slices = nlohmann::ordered_json::array();
   SliceLines lines;
   std::vector<SliceContents> held;
@@ -201,8 +201,8 @@ struct Contents {
   }
 };
 
-/// How much of the scene would start warm. Unset, and told, if it cannot be loaded or asks no rows; status is then the
-/// exit status.
+/// The share of the scene that would start warm. Empty, with a message, if it cannot be loaded or uses no rows; status
+/// is then the exit status.
 std::optional<WarmStart> warm_start_of(const CacheSettings& settings, int* status) {
   RenderSettings render = settings.render;
   *status = 1;
@@ -231,7 +231,7 @@ std::optional<WarmStart> warm_start_of(const CacheSettings& settings, int* statu
   return found;
 }
 
-/// What is the same of a file and of a folder of them.
+/// Prints what is the same for a file and for a folder of files.
 int print_contents(const CacheSettings& settings, const Contents& contents, nlohmann::ordered_json json,
                    const std::string& head) {
   const std::vector<TableHair> hair = hair_of(contents.held);
@@ -265,7 +265,7 @@ int print_contents(const CacheSettings& settings, const Contents& contents, nloh
   return 0;
 }
 
-/// The same of all files of the default folder together. Those that are refused are told and counted.
+/// The same for all files of the default folder together. Refused files are reported and counted.
 int run_folder_info(const CacheSettings& settings) {
   const Result<std::filesystem::path> folder = adaptive::default_cache_folder();
   if (!folder) {
@@ -286,7 +286,7 @@ int run_folder_info(const CacheSettings& settings) {
 }
 
 /// Prints model, format, hair, slices and hash, and how a scene would start. Exit status 1 if a file is refused, 2 if
-/// the scene's model asks no rows or has not the options.
+/// the scene's model has no rows or does not support the options.
 int run_cache_info(const CacheSettings& settings) {
   if (is_default_cache(settings.file)) return run_folder_info(settings);
   const Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(settings.file, "");
@@ -326,7 +326,7 @@ CLI::App* add_look(CLI::App& cache, const char* name, const char* what, const ch
   return command;
 }
 
-/// What of a render decides which rows it asks.
+/// Adds the options of a render that decide which rows it uses.
 void add_scene(CLI::App* info, CacheSettings& s) {
   CLI::Option* scene = info->add_option_function<std::string>(
       "--for", [&s](const std::string& file) { s.scene = file; },

@@ -1,4 +1,4 @@
-// tress cache merge: many warm caches into one.
+// tress cache merge: merges many warm caches into one.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,14 +19,14 @@ namespace tress::cli {
 namespace {
 
 struct CacheMergeSettings {
-  std::vector<std::filesystem::path> files;  ///< at least one; any order, twice the same, with common ancestors
-  std::filesystem::path output;              ///< may be one of `files`; otherwise a cache that is there is replaced
+  std::vector<std::filesystem::path> files;  ///< at least one; any order, duplicates and common ancestors allowed
+  std::filesystem::path output;              ///< may be one of `files`; any other existing cache is replaced
 };
 
-/// Any number of caches as one. Its parts are held as a tree, so that a row goes through few hands.
+/// Any number of caches merged into one. Its parts form a tree, so that a row passes few of them.
 class ManyCaches {
  public:
-  /// Errors are told, all of them; false if there was one.
+  /// Opens the files and logs all errors; false if there was one.
   bool open(const std::vector<std::filesystem::path>& files) {
     bool refused = false;
     for (const std::filesystem::path& file : files) {
@@ -45,7 +45,7 @@ class ManyCaches {
     return !refused;
   }
 
-  /// What open() has found, joined.
+  /// The files of open(), merged.
   adaptive::RowSource& joined() {
     std::size_t begin = 0;
     for (std::size_t end = parts_.size(); end - begin > 1; begin += 2, ++end) {
@@ -55,7 +55,7 @@ class ManyCaches {
   }
 
  private:
-  std::vector<std::unique_ptr<adaptive::RowSource>> parts_;  ///< the files, then what joins two before it
+  std::vector<std::unique_ptr<adaptive::RowSource>> parts_;  ///< the files, followed by merges of two parts before them
   std::filesystem::path first_;
 };
 
@@ -66,8 +66,8 @@ bool is_one_of(const std::filesystem::path& file, const std::vector<std::filesys
   });
 }
 
-/// `merged` as the whole of the output; where that is an input too, joined once more, since a session may have saved
-/// into it meanwhile.
+/// Writes `merged` as the whole output. If the output is an input too, the two are merged once more, because a session
+/// may have saved into it meanwhile.
 Result<adaptive::CacheSave> write(const CacheMergeSettings& settings, adaptive::RowSource& merged) {
   if (is_one_of(settings.output, settings.files)) {
     Result<adaptive::CacheUpdate> update = adaptive::merge_into_cache(settings.output, merged);
@@ -79,8 +79,9 @@ Result<adaptive::CacheSave> write(const CacheMergeSettings& settings, adaptive::
   return adaptive::replace_cache(settings.output, merged);
 }
 
-/// The same bytes for any order of the files. Says what the output holds. Exit status 1, with every refused file named
-/// and nothing written, if one cannot be read or is of another model, or if `output` is there and is no cache.
+/// Gives the same bytes for any order of the files, and prints the contents of the output. Exit status 1, with every
+/// refused file named and nothing written, if one cannot be read or is of another model, or if `output` exists and is
+/// no cache.
 int run_cache_merge(const CacheMergeSettings& settings) {
   if (const auto error = check_output(settings.output)) {
     log_error(error->message());

@@ -1,4 +1,4 @@
-// tress cache prebake: the whole table of a scene beforehand, as the paper makes its own.
+// tress cache prebake: learns the whole table of a scene beforehand, as the paper does.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -28,13 +28,13 @@
 namespace tress::cli {
 namespace {
 
-/// Every value in range: the command line has been checked.
+/// Every value is in range, because the command line has been checked.
 struct PrebakeSettings {
   std::filesystem::path scene, output;
   scene::Overrides overrides;
-  std::string model{fiber::usual_model};  ///< of fiber::models(), with rows
-  bool model_of_scene = false;            ///< no --model: that of the scene's materials
-  std::vector<fiber::AskedOption> asked;  ///< options that the model must have
+  std::string model{fiber::usual_model};  ///< one of fiber::models(), with rows
+  bool model_of_scene = false;            ///< without --model: use that of the scene's materials
+  std::vector<fiber::AskedOption> asked;  ///< options that the model must support
   adaptive::Options table;
   std::optional<int> threads;
   std::optional<std::filesystem::path> telemetry;
@@ -44,7 +44,7 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// A line now and then; a line that is redrawn on a terminal.
+/// Prints a line now and then; on a terminal it redraws one line.
 class BakeNotes {
  public:
   void tell(const BakeProgress& progress) {
@@ -75,7 +75,7 @@ class PrebakeJob {
     tell_header(scene);
   }
 
-  /// Inside the arena.
+  /// Must run inside the arena.
   int run() {
     const InterruptGuard interrupt;
     const Clock::time_point start = Clock::now();
@@ -165,7 +165,7 @@ class PrebakeJob {
   std::string hash_;
 };
 
-/// Empty if all is well; else what contradicts what, as a message: wrong usage.
+/// A message about options that contradict each other (wrong usage); empty if there are none.
 std::string contradiction(const PrebakeSettings& settings) {
   if (!settings.model_of_scene) {
     if (const std::string message = refused_option(settings.asked, settings.model, true); !message.empty())
@@ -181,9 +181,9 @@ std::string contradiction(const PrebakeSettings& settings) {
   return {};
 }
 
-/// Learns every row of every slice that the fibers of the scene have and saves them as a warm cache, replacing one that
-/// is there. Rows that did not converge are counted on stderr and saved as open. Exit status: 0, also with such rows; 1
-/// with nothing written; 2 where the model of the scene has no rows or not the options; 130, 143 or 129 after a signal,
+/// Learns every row of every slice of the scene's fibers and saves them as a warm cache, replacing an existing one.
+/// Rows that did not converge are counted on stderr and saved as open. Exit status: 0, also with such rows; 1 with
+/// nothing written; 2 if the scene's model has no rows or does not support the options; 130, 143 or 129 after a signal,
 /// with what was learned by then.
 int run_prebake(PrebakeSettings settings) {
   if (const std::optional<Error> error = check_cache_output(settings.output)) {

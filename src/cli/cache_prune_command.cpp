@@ -1,4 +1,4 @@
-// tress cache prune: room on the disk, by what render --warm-cache default has not used for longest.
+// tress cache prune: frees disk space by removing what render --warm-cache default has not used for longest.
 #include <fmt/format.h>
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace {
 
 double megabytes(std::uint64_t bytes) { return double(bytes) / double(1 << 20); }
 
-/// Exit status 1 if a file cannot be removed.
+/// Returns exit status 1 if a file cannot be removed.
 int run_prune(double limit) {
   const Result<std::filesystem::path> folder = adaptive::default_cache_folder();
   if (!folder) {

@@ -1,4 +1,4 @@
-// The tress command: words to commands, and the exit status.
+// The tress command: finds the command for the words, and returns the exit status.
 #include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
@@ -40,7 +40,7 @@ std::vector<std::string> option_names(const CLI::App& app) {
   return names;
 }
 
-/// Options that other renderers or later versions have, and what does nearly that here.
+/// Options of other renderers or later versions, with the nearest option here.
 const std::map<std::string, std::string>& known_elsewhere() {
   static const std::map<std::string, std::string> known{{"--samples", "--spp"}, {"--cache", "--warm-cache"}};
   return known;
@@ -59,16 +59,16 @@ std::vector<std::string> command_names(const CLI::App& app) {
   return names;
 }
 
-/// Whether a word may stand where a command could.
+/// Whether the command may take a word where a command could stand.
 bool takes_arguments(const CLI::App& app) {
   return std::ranges::any_of(app.get_options(), [](const CLI::Option* option) { return option->get_positional(); });
 }
 
-/// The commands that tress had until version 0.2 and tress-lab has now.
+/// The commands that tress had until version 0.2 and that tress-lab has now.
 constexpr std::array<std::string_view, 3> laboratory_commands{"fit", "far-field", "lobes"};
 
-/// The first word that no command or option answers to, as a message that names the nearest; empty if there is none.
-/// CLI11 would only say that it did not expect it.
+/// A message about the first word that is no command or option, with the nearest one; empty if there is none. CLI11
+/// would only say that it did not expect the word.
 std::string unknown_word(const CLI::App& root, const std::vector<std::string>& words) {
   const CLI::App* app = &root;
   std::string path = root.get_name();
@@ -105,7 +105,7 @@ int wrong_usage(const CLI::App& app, const std::string& message) {
   return 2;
 }
 
-/// "tress 0.2.0 (commit 1234567)" and what it was built with.
+/// "tress 0.2.0 (commit 1234567)" and the libraries it was built with.
 std::string version_text() {
   const std::string commit = TRESS_COMMIT;
   return fmt::format("tress {}{}\nreads and writes warm caches of format {} and telemetry of schema {}\nbuilt with {}",
@@ -113,11 +113,11 @@ std::string version_text() {
                      telemetry_schema_version, TRESS_LIBRARIES);
 }
 
-/// What tress help is asked for.
+/// The settings of tress help.
 struct HelpSettings {
-  std::vector<std::string> words;  ///< of a command, none: the program
+  std::vector<std::string> words;  ///< of a command; empty: the whole program
   bool manual = false;
-  std::string completion;  ///< of this shell; empty: none
+  std::string completion;  ///< for this shell; empty: none
 };
 
 int run_help(const CLI::App& tress, const HelpSettings& settings) {
@@ -191,7 +191,7 @@ int run_checked(int argc, char** argv, const Program& program) {
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version: standard output
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version print to standard output
     if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
       const CLI::App& asked = cache->parsed() ? *cache : app;
       if (asked.get_subcommands().empty()) {
@@ -213,11 +213,12 @@ int run_checked(int argc, char** argv, const Program& program) {
   }
 }
 
-/// A groom that another program cuts while it is read: an error, not a signal. What is mapped by others stays a signal.
+/// Handles the case that another program cuts a groom while it is read: logs an error and exits. Any other mapping
+/// keeps the signal.
 void tell_cut_file(int, siginfo_t* info, void*) {
   const char* name = scene::name_of_mapping(info->si_addr);
   if (name == nullptr) {
-    ::signal(SIGBUS, SIG_DFL);  // raised again by the same access
+    ::signal(SIGBUS, SIG_DFL);  // the same access raises it again
     return;
   }
   for (const std::string_view part :
@@ -245,7 +246,7 @@ int run(int argc, char** argv, const Program& program) {
     if (std::ferror(stdout) == 0)
       log_error(no_thread ? "memory: expected enough for one more thread, found none left" : error.what());
   } catch (const std::exception& error) {
-    if (std::ferror(stdout) == 0) log_error(error.what());  // else told below
+    if (std::ferror(stdout) == 0) log_error(error.what());  // otherwise it is logged below
   }
   if (const std::optional<Error> error = flush_results()) {
     log_error(error->message());

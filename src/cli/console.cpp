@@ -34,7 +34,7 @@ void clear_bar() {
   bar_shown_ = false;
 }
 
-/// One line, whatever the text has.
+/// Prints the text as one line, whatever it contains.
 void print_openjd(const char* name, std::string text) {
   for (char& c : text) c = c == '\n' || c == '\r' ? ' ' : c;
   std::fprintf(stdout, "openjd_%s: %s\n", name, text.c_str());

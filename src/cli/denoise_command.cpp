@@ -1,4 +1,4 @@
-// tress denoise: a picture with half pictures, filtered.
+// tress denoise: filters a picture that has half pictures.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 

@@ -1,4 +1,4 @@
-// tress diff: how far one picture is from another.
+// tress diff: measures the difference of two pictures.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,14 +20,15 @@ struct DiffSettings {
   bool json = false;
 };
 
-/// The one farthest from 0.
+/// Returns the number farthest from 0.
 double largest_of(const std::array<double, 3>& x) {
   return *std::ranges::max_element(x, {}, [](double value) { return std::abs(value); });
 }
 
 /// Prints relMSE, MAE, bias (mean of B - A by channel), the largest difference and whether all channels are identical.
-/// Parts of one image (--crop) are held against each other and the whole where both have pixels. Exit status 0 whatever
-/// the difference; 1 if a picture cannot be read, or they are of images of different size or have no pixel in common.
+/// Parts of one image (--crop) are compared with each other, and with the whole, where both have pixels. Exit status 0
+/// whatever the difference; 1 if a picture cannot be read, or if the pictures have images of different size or no pixel
+/// in common.
 int run_diff(const DiffSettings& settings) {
   const Result<image::Picture> a = image::read_exr(settings.a);
   if (!a) {

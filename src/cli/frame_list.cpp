@@ -21,7 +21,7 @@ struct Range {
 std::optional<Range> parse_range(const std::string& text) {
   const std::size_t by = text.find('x');
   const std::string ends = text.substr(0, by);
-  const std::size_t dash = ends.find('-', 1);  // one before the first number is its sign
+  const std::size_t dash = ends.find('-', 1);  // a dash before the first number is its sign
   const auto first = parse_signed(ends.substr(0, dash));
   const auto last = dash == std::string::npos ? first : parse_signed(ends.substr(dash + 1));
   const auto step = by == std::string::npos ? std::optional<std::uint64_t>(1) : parse_unsigned(text.substr(by + 1));

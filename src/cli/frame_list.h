@@ -1,4 +1,4 @@
-// Frames as the command line has them; names of their files are in base/numbered_file.h.
+// Parses frame lists of the command line; base/numbered_file.h has the names of their files.
 #pragma once
 
 #include <optional>
@@ -9,8 +9,8 @@
 
 namespace tress::cli {
 
-/// "1-240,250,300-340x2": single frames and ranges, of which the x takes every so many. In the order told, each once.
-/// Unset if the text is no list of frames, a frame is beyond 1,000,000, or there are more than so many.
+/// Parses "1-240,250,300-340x2": single frames and ranges, where x takes every n-th frame. The frames are in the given
+/// order, each once. Empty if the text is no list of frames, a frame is beyond 1,000,000, or there are too many.
 std::optional<std::vector<int>> parse_frames(const std::string& text);
 
 }  // namespace tress::cli

@@ -1,4 +1,4 @@
-// tress info and tress convert: what is in a groom of any format or in a scene, and the same in another format.
+// tress info and tress convert: describe a groom of any format or a scene, and write it in another format.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,7 +58,7 @@ std::string up_of(const scene::GroomFile& groom) {
   return *groom.y_up ? "y" : "z";
 }
 
-/// What a render makes of the widths, in the unit of the file or the one that is taken for it.
+/// How a render uses the widths, in the file's unit or the assumed one.
 std::string use_of(const scene::GroomFile& groom) {
   const double longest = bounds_of(groom).longest_side(),
                cm_per_unit = groom.cm_per_unit ? *groom.cm_per_unit : scene::usual_longest_side_cm / longest;
@@ -151,7 +151,7 @@ void print_json(const scene::GroomFile& groom) {
   fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
-/// Of a file of strands, or of all grooms of a scene.
+/// Reads a file of strands, or all grooms of a scene.
 Result<scene::GroomFile> read_strands(const GroomSettings& settings) {
   const bool is_scene = settings.file.extension() == ".json" || std::filesystem::is_directory(settings.file);
   if (!is_scene) {
@@ -197,7 +197,7 @@ int run_convert(const GroomSettings& settings) {
   std::vector<std::string> notes = groom->remarks;
   for (const scene::IgnoredAttribute& ignored : groom->ignored)
     notes.push_back(fmt::format("not used: {} ({})", ignored.name, ignored.why));
-  if (!groom->y_up && settings.output.extension() != ".hair") {  // which says nothing of axes; others must
+  if (!groom->y_up && settings.output.extension() != ".hair") {  // .hair does not record axes, other formats must
     groom->y_up = scene::falls_along_y(*groom);
     notes.push_back(fmt::format("{} is written as up, by how the strands fall; --up {} if they lie on their side",
                                 *groom->y_up ? "y" : "z", *groom->y_up ? "z" : "y"));

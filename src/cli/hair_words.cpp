@@ -24,7 +24,7 @@ using adaptive::SliceKind;
 
 constexpr double widest_deg = 45;
 
-/// The usual blurs of a roughness, as their slices have them. radians.
+/// The usual blur for a roughness, as in slices. Radians.
 float usual_blur(int slice_lobe, double roughness) {
   fiber::FiberParameters fiber;
   fiber.roughness = static_cast<float>(roughness);
@@ -41,7 +41,7 @@ bool has_blur_of(const SliceDescription& slice, double roughness) {
   return std::abs(slice.key.parameters[2] - usual) <= 1e-5f * usual;
 }
 
-/// "blur_deg" as "blur ... degrees".
+/// Turns "blur_deg" into "blur ... degrees".
 std::string in_words(const HairParameter& parameter) {
   constexpr std::string_view ending = "_deg";
   const bool is_angle = parameter.name.ends_with(ending);
@@ -50,7 +50,7 @@ std::string in_words(const HairParameter& parameter) {
   return fmt::format("{} {:.5g}{}", name, parameter.value, is_angle ? " degrees" : "");
 }
 
-/// Adds what the slices hold.
+/// Adds up the contents of the slices.
 TableHair joined(std::vector<HairParameter> parameters, const std::vector<const SliceContents*>& slices) {
   TableHair hair;
   hair.parameters = std::move(parameters);
@@ -106,7 +106,7 @@ std::optional<double> roughness_of_blur(const SliceDescription& slice) {
   if (slice.kind != SliceKind::density || !is_hair_lobe(slice.key.lobe)) return std::nullopt;
   const float blur = slice.key.parameters[2];
   if (blur <= fiber::smallest_grid_sigma || degrees(blur) >= widest_deg) return std::nullopt;
-  constexpr double reference = 0.2;  // whose usual blurs are all within the limits
+  constexpr double reference = 0.2;  // a roughness whose usual blurs are all within the limits
   const double roughness = reference * double{blur} / double{usual_blur(static_cast<int>(slice.key.lobe), reference)};
   const double rounded = std::round(roughness * 1e5) / 1e5;
   return rounded >= 0.01 && rounded <= 1 ? std::optional(rounded) : std::nullopt;

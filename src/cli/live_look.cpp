@@ -16,18 +16,18 @@ namespace {
 
 using Slider = live::RenderServer::Slider;
 
-/// A slider, the option that it stands for, and what that option sets.
+/// A slider, its option, and what that option sets.
 struct Knob {
   const char *name, *label, *option;
   double least, most, step;
   double (*shown)(const RenderSettings&, const fiber::FiberParameters&);
   void (*set)(scene::Overrides&, double);
-  bool of_nodes = true;  ///< does something to the round fiber of a node too, whose widths and shape are the node's
+  bool of_nodes = true;  ///< whether it also affects the round fiber of a node, whose widths and shape are fixed
 };
 
 double to_step(double x) { return std::round(1000 * x) / 1000; }
 
-/// Of the eumelanin that absorbs as much green as the fiber does, whatever colors it.
+/// The eumelanin that absorbs as much green light as the fiber does, whatever colors it.
 double melanin_of(const fiber::FiberParameters& fiber) {
   return double(fiber.sigma_a.g) / double(fiber::sigma_a_from_melanin(1, 0).g);
 }

@@ -1,4 +1,4 @@
-// The sliders of the live page: what they are of a scene, and what they make of the settings of a render.
+// The sliders of the live page: their values for a scene, and their effect on the settings of a render.
 #pragma once
 
 #include <vector>
@@ -9,11 +9,11 @@
 
 namespace tress::cli {
 
-/// Of the first material; empty where the files of the render tell of one picture alone (checkpoint, parts of samples,
-/// telemetry).
+/// The sliders for the first material; empty if files of the render are for one picture only (checkpoint, parts of
+/// samples, telemetry).
 std::vector<live::RenderServer::Slider> sliders_of(const RenderSettings& settings, const scene::Scene& scene);
 
-/// The settings that the same values would make as options of the command line. look: of those sliders.
+/// The settings that result from the same values as options of the command line. look: values of those sliders.
 RenderSettings with_look(const RenderSettings& settings, const live::RenderServer::Look& look);
 
 }  // namespace tress::cli

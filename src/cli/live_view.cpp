@@ -18,7 +18,7 @@ using Json = live::RenderServer::Json;
 using Clock = live::TimeShare::Clock;
 using namespace std::chrono_literals;
 
-/// Of this process, resident. 0 where the system does not tell.
+/// The resident memory of this process; 0 if the system does not report it.
 double process_bytes() {
   std::ifstream stream("/proc/self/statm");
   double total = 0, resident = 0;
@@ -128,7 +128,7 @@ void LiveView::show_picture(const integrate::PassProgress& pass) {
     copies_.spent(Clock::now() - start);
 }
 
-/// Who pauses looks at the picture as it is. The render waits then, so that this is not of its time.
+/// Shows the picture as it is to a user who pauses. The render waits then, so this costs it no time.
 void LiveView::show_paused_picture(const integrate::PassProgress& pass) {
   if (passes_shown_ == pass.pass + 1) return;
   ++at_once_;

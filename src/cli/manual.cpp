@@ -15,7 +15,7 @@ std::vector<const CLI::App*> commands_of(const CLI::App& app) {
   return app.get_subcommands([](const CLI::App*) { return true; });
 }
 
-/// "-o", "--output"; empty for what has its meaning by its place.
+/// "-o", "--output"; empty for a positional argument.
 std::vector<std::string> names_of(const CLI::Option& option) {
   std::vector<std::string> names;
   for (const std::string& name : option.get_snames()) names.push_back("-" + name);
@@ -25,7 +25,7 @@ std::vector<std::string> names_of(const CLI::Option& option) {
 
 bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
 
-/// The words that an option takes, if its values are words: "append|frozen".
+/// The words that an option accepts, if its values are words: "append|frozen".
 std::vector<std::string> words_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   std::vector<std::string> words;
@@ -43,7 +43,7 @@ bool takes_file(const CLI::Option& option) {
   return option.get_positional() ? takes_value(option) : type.starts_with("FILE") || type == "OUT";
 }
 
-/// For troff: a hyphen is one that can be typed, and no line begins with a control character.
+/// Escapes text for troff: a hyphen can be typed, and no line begins with a control character.
 std::string troff(const std::string& text) {
   std::string out;
   for (const char c : text) out += c == '-' ? "\\-" : c == '\\' ? "\\e" : std::string(1, c);
@@ -88,7 +88,7 @@ std::string spaced(const std::vector<std::string>& words) {
   return text;
 }
 
-/// Within '[...]' of zsh's _arguments, in single quotes.
+/// Escapes text within '[...]' of zsh's _arguments, in single quotes.
 std::string zsh_text(const std::string& text) {
   std::string out;
   for (const char c : text) {

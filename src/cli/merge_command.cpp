@@ -1,4 +1,4 @@
-// tress merge: parts of one picture, rendered apart, as the picture.
+// tress merge: makes one picture of parts that were rendered separately.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@
 namespace tress::cli {
 namespace {
 
-/// The cache that a part learns into is its own; whether its table is that of the others is told apart.
+/// Each part learns into its own cache; whether all parts have one table is checked separately.
 const std::vector<std::string> may_differ{"--samples-from", "--samples-to", "--crop", "--warm-cache"};
 
 struct MergeSettings {
@@ -43,7 +43,7 @@ bool meet(const PartHeader& a, const PartHeader& b) {
          along(a.window.top, a.window.height, b.window.top, b.window.height) && a.from < b.to && b.from < a.to;
 }
 
-/// Told, all of them; empty if one is refused.
+/// Logs all errors; empty if one part is refused.
 std::vector<Part> read_parts(const MergeSettings& settings) {
   std::vector<Part> parts;
   bool good = true;
@@ -75,7 +75,7 @@ std::vector<Part> read_parts(const MergeSettings& settings) {
     }
     parts.push_back(std::move(part));
   }
-  // Parts that are good differ in this, so that the order in which they were named changes no bit.
+  // Valid parts differ in this, so the order in which they were named changes no bit.
   std::ranges::sort(parts, {}, [](const Part& part) {
     return std::tuple(part.header.from, part.header.window.top, part.header.window.left);
   });
@@ -108,13 +108,13 @@ std::optional<Error> missing_pixel(const integrate::Film& film, const std::files
   return std::nullopt;
 }
 
-/// Whether all paths are those of one render.
+/// Whether all paths could belong to one render.
 bool have_one_table(const std::vector<Part>& parts) {
   return std::ranges::all_of(
       parts, [&](const Part& part) { return part.header.frozen && part.header.table == parts.front().header.table; });
 }
 
-/// The header of one render, with what the parts together have come to.
+/// Writes the header of one render, with the totals of all parts.
 void describe(const std::vector<Part>& parts, const integrate::Film& film, image::Picture* picture) {
   const PartHeader& first = parts.front().header;
   picture->whole_width = first.whole_width;
@@ -140,7 +140,7 @@ void describe(const std::vector<Part>& parts, const integrate::Film& film, image
     picture->metadata["deep_light_bias"] = fmt::format("{:.4f} +- {:.4f}", bias->value, bias->error);
 }
 
-/// The sums of all parts, which are let go; null, with an error logged, if the sums of one cannot be read.
+/// Adds up the sums of all parts and frees them. Null, with an error logged, if the sums of one cannot be read.
 std::unique_ptr<integrate::Film> joined_film(std::vector<Part>& parts) {
   const PartHeader& first = parts.front().header;
   const integrate::Ground ground = first.opaque ? integrate::Ground::backdrop : integrate::Ground::nothing;
@@ -174,7 +174,7 @@ std::unique_ptr<integrate::Film> joined_film(std::vector<Part>& parts) {
   return film;
 }
 
-/// Picture and preview.
+/// Writes picture and preview.
 std::optional<Error> write(const MergeSettings& settings, const PartHeader& first, const image::Picture& picture) {
   image::Picture kept = picture;
   if (first.layers) image::keep_layers(*first.layers, &kept);

@@ -17,7 +17,7 @@ namespace {
 using fiber::AskedOption;
 using fiber::Asks;
 
-/// What is refused is an option, or a command, which has only the other way.
+/// A message about a refused option, or about a command that works in the other way only.
 std::string told(const fiber::RefusedOption& refused, const std::string& found, bool is_named) {
   return fmt::format("{}: expected {}, found {}: {} --model {}{}", refused.name, refused.expected, found,
                      is_named ? "give" : "add", refused.remedy,

@@ -1,5 +1,5 @@
-// The fiber model of a command: the one that --model names, else that of the scene's materials; and the options that
-// the model must have.
+// The fiber model of a command: that of --model, or else that of the scene's materials; and a check of the options that
+// it must support.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -12,18 +12,18 @@
 
 namespace tress::cli {
 
-/// fiber::default_model() of the scene, with a note where it is not the usual one. The name is of fiber::models().
+/// fiber::default_model() of the scene; logs a note if it is not the usual one. The name is one of fiber::models().
 std::string model_of_scene(const scene::Scene& scene);
 
-/// The options of the command that not every model has.
+/// The options of the command that not every model supports.
 std::vector<fiber::AskedOption> model_options(const CLI::App& command, fiber::Estimator estimator);
 
-/// Empty if the model has them all; else what was expected, and what to do. is_named: by --model.
+/// Empty if the model supports them all; otherwise what was expected, and what to do. is_named: by --model.
 std::string refused_option(const std::vector<fiber::AskedOption>& asked, const std::string& model, bool is_named);
-/// The same where no model is named and no scene is read yet: of options that no scene's model has.
+/// The same before a scene is read and without a named model: checks for options that no scene's model supports.
 std::string refused_by_all(const std::vector<fiber::AskedOption>& asked);
 
-/// Warns of materials whose medulla the model leaves out.
+/// Warns about materials whose medulla the model leaves out.
 void tell_lost_medullas(const scene::Scene& scene, const std::string& model);
 
 }  // namespace tress::cli

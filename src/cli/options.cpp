@@ -24,7 +24,7 @@ namespace tress::cli {
 
 namespace {
 
-/// What help, manual and completion say of an option: "sentence; range; default: what".
+/// The text for an option in help, manual and completion: "sentence; range; default: what".
 std::string help_of(const scene::Parameter& parameter, const std::string& sentence) {
   std::string text = sentence.empty() ? std::string(parameter.sentence) : sentence;
   std::erase(text, '`');

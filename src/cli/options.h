@@ -1,5 +1,5 @@
-// Options of the command line by the kind of value they take, and those that several commands have. Each refuses a
-// wrong value with what was expected.
+// Options of the command line by the kind of their values, and those that several commands share. Each refuses a wrong
+// value and says what was expected.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -17,10 +17,10 @@
 
 namespace tress::cli {
 
-/// The number that the whole text spells, finite; nothing else around it.
+/// The finite number that the whole text spells, with nothing else around it.
 std::optional<double> parse_number(const std::string& text);
 std::optional<std::uint64_t> parse_unsigned(const std::string& text);
-/// The same with a "-" before it or not.
+/// The same for whole numbers, with or without a "-".
 std::optional<std::int64_t> parse_signed(const std::string& text);
 /// Comma-separated numbers.
 std::optional<std::vector<double>> parse_numbers(const std::string& text);
@@ -29,17 +29,17 @@ struct Resolution {
   int width, height;
 };
 std::optional<Resolution> parse_resolution(const std::string& text);
-/// "X0,Y0,X1,Y1": pixels [X0, X1) x [Y0, Y1), at least one, of an image of no more than 2^24 a side.
+/// Parses "X0,Y0,X1,Y1": pixels [X0, X1) x [Y0, Y1), at least one, of an image of no more than 2^24 a side.
 std::optional<image::Window> parse_crop(const std::string& text);
 
 std::string joined(const std::vector<std::string>& words, const std::string& between);
 
-/// A check of the parser's: refuses a text with "expected ..., found ...".
+/// Makes a check for the parser, which refuses a text with "expected ..., found ...".
 CLI::Validator expecting(const std::string& expected, std::function<bool(const std::string&)> is_good);
 
-/// A number, a whole one, or `least` to `most` of them separated by commas. Range, unit, default and sentence are those
-/// of the table of parameters, where the option must be; `sentence` stands for that of the table where an option says
-/// it in another way than a scene file.
+/// Adds an option with a number, a whole number, or `least` to `most` of them separated by commas. Range, unit, default
+/// and sentence come from the table of parameters, where the option must be. `sentence` replaces the table's, for an
+/// option that words it differently from a scene file.
 CLI::Option* add_number(CLI::App* app, const std::string& name, std::function<void(double)> set,
                         const std::string& sentence = "");
 CLI::Option* add_whole(CLI::App* app, const std::string& name, std::function<void(std::uint64_t)> set);
@@ -47,36 +47,36 @@ CLI::Option* add_signed(CLI::App* app, const std::string& name, std::function<vo
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,
                          std::function<void(const std::vector<double>&)> set, const std::string& sentence);
 
-/// Without a value: given or not.
+/// Adds an option without a value.
 CLI::Option* add_flag(CLI::App* app, const std::string& name, std::function<void()> set);
 
-/// One of the words; a wrong one is answered with the nearest, or, where it is one of `elsewhere`, with the laboratory
-/// that has it.
+/// Adds an option with one of the words. The error for a wrong word names the nearest one, or, if it is one of
+/// `elsewhere`, the laboratory that has it.
 CLI::Option* add_choice(CLI::App* app, const std::string& name, const std::vector<std::string>& choices,
                         std::function<void(const std::string&)> set, const std::string& help,
                         std::span<const std::string_view> elsewhere = {});
 
-/// The program that has the models, learners and commands which are not in tress, and how to get it.
+/// The program with the models, learners and commands that are not in tress, and how to get it.
 inline constexpr const char* laboratory_program = "tress-lab (package tress-lab, or ./bootstrap bench builds it)";
 
-/// A path; `endings`, {".exr"}, are those of which the name must have one, in small letters or capitals; none: any
-/// name.
+/// Adds a path; its name must have one of the `endings`, such as {".exr"}, in small letters or capitals; if there are
+/// none, any name is accepted.
 CLI::Option* add_file(CLI::App* app, const std::string& name, std::function<void(const std::string&)> set,
                       const std::string& help, const std::vector<std::string>& endings = {});
 
-/// The shape of all fibers, and with it the slices of their rows: --eccentricity and --roughness; parsing fills
+/// Adds --eccentricity and --roughness, the shape of all fibers, which selects the slices of their rows. Parsing fills
 /// `overrides`, which must outlive it.
 void add_fiber_shape(CLI::App* app, scene::Overrides& overrides);
 
-/// How rows are learned, of every command that learns: --learner, --components, --epsilon and --table-memory; parsing
-/// fills `table`, which must outlive it.
+/// Adds --learner, --components, --epsilon and --table-memory, for every command that learns rows. Parsing fills
+/// `table`, which must outlive it.
 void add_learner(CLI::App* app, adaptive::Options& table);
 
-/// --threads; unset: one per hardware thread that the process may use.
+/// Adds --threads; unset: one per hardware thread that the process may use.
 void add_threads(CLI::App* app, std::optional<int>& threads);
-/// --precision of the picture.
+/// Adds --precision of the picture.
 void add_precision(CLI::App* app, image::Precision& precision);
-/// --quiet.
+/// Adds --quiet.
 void add_quiet(CLI::App* app);
 
 }  // namespace tress::cli

@@ -1,4 +1,4 @@
-// Whether a file can be written where the user wants it: found out before the work, not after it.
+// Checks before the work starts that a file can be written where the user wants it.
 #pragma once
 
 #include <filesystem>
@@ -9,22 +9,21 @@
 
 namespace tress::cli {
 
-/// Tries a temporary file beside what `file` ends in and removes it. Error if the folder is missing or cannot be
-/// written, if `file` is a folder or device, or its name too long. `file` itself is not queried.
+/// Makes a temporary file beside the end of `file`'s links and removes it. Error if the folder is missing or cannot be
+/// written, if `file` is a folder or device, or if its name is too long. `file` itself is not touched.
 std::optional<Error> check_output(const std::filesystem::path& file);
 
-/// Where what cannot be written to `file` may go, best first: under its own name, or with a number after it that no
-/// file there has, in the nearest folder above that is there, the current one, $HOME, and the folder of temporary
-/// files.
+/// Other places for a file that cannot be written to `file`, best first. They have its own name, or that name with an
+/// unused number, in the nearest existing folder above, the current folder, $HOME, and the folder of temporary files.
 std::vector<std::filesystem::path> other_places(const std::filesystem::path& file);
 
-/// Removes what killed saves left beside `file`, just written, and says so.
+/// Removes the files that killed saves left beside `file`, which was just written, and logs it.
 void remove_leftovers(const std::filesystem::path& file);
-/// Says what has been removed.
+/// Logs what has been removed.
 void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers);
 
-/// Error if the folder of `file` cannot be written, or `file` is there and is no warm cache: what is replaced must be
-/// one.
+/// Error if the folder of `file` cannot be written, or if `file` exists and is no warm cache: only a cache may be
+/// replaced.
 std::optional<Error> check_cache_output(const std::filesystem::path& file);
 
 }  // namespace tress::cli

@@ -26,7 +26,7 @@ const json& member(const json& told, const char* name) {
   return found == told.end() ? none : *found;
 }
 
-/// So many whole numbers of a JSON array, each in [0, 2^24].
+/// Reads so many whole numbers of a JSON array, each in [0, 2^24].
 template <std::size_t N>
 bool read_numbers(const json& value, std::array<int, N>* numbers) {
   if (!value.is_array() || value.size() != N) return false;
@@ -63,7 +63,7 @@ bool read_flag(const json& value, bool* flag) {
   return true;
 }
 
-/// Names as they are in memory, which need not be UTF-8: ids of mattes are of their bytes.
+/// The bytes of a name, which need not be UTF-8: ids of mattes are made from its bytes.
 std::string hex_of(const std::string& bytes) {
   std::string digits;
   for (const char c : bytes) {

@@ -1,4 +1,4 @@
-// What a part of a picture says of itself beside its sums: what `tress merge` needs to make the picture of it.
+// The description of a part of a picture besides its sums, from which `tress merge` makes the picture.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -16,29 +16,29 @@ namespace tress::cli {
 struct PartHeader {
   image::Window window;
   int whole_width = 0, whole_height = 0;
-  int from = 0, to = 0;  ///< samples of a pixel, the second excluded
+  int from = 0, to = 0;  ///< samples of a pixel; the end is excluded
   bool opaque = false, glint = false, moving = false, emission = false;
-  bool halves = false;                             ///< integrate::half_layers
-  bool deep_light = false;                         ///< integrate::DeepLight::learned
-  bool frozen = false;                             ///< its paths do not depend on what others learn
+  bool halves = false;                             ///< whether it has integrate::half_layers
+  bool deep_light = false;                         ///< whether it uses integrate::DeepLight::learned
+  bool frozen = false;                             ///< whether its paths do not depend on what others learn
   std::string table;                               ///< hash of the table
-  std::vector<std::string> groups;                 ///< of light
-  std::vector<integrate::MatteKind> mattes;        ///< empty: objects were not counted
-  std::optional<std::vector<std::string>> layers;  ///< that are kept; unset: all
+  std::vector<std::string> groups;                 ///< groups of lights
+  std::vector<integrate::MatteKind> mattes;        ///< empty: without object ids
+  std::optional<std::vector<std::string>> layers;  ///< layers to keep; unset: all
   image::Preview look;
-  image::Picture request;  ///< no pixels: the header of the picture as it was asked for
+  image::Picture request;  ///< without pixels: the header of the requested picture
 
   std::size_t object_count() const { return mattes.empty() ? 0 : mattes.front().names.size(); }
-  /// Whether they are parts of one picture.
+  /// Whether both are parts of one picture.
   bool fits(const PartHeader& other) const;
 };
 
-/// Of a render as it was asked for; window, table and frozen are left to the caller.
+/// The header for the settings of a render; window, table and frozen are set by the caller.
 PartHeader part_header_of(const RenderSettings& settings, const scene::Scene& scene, const Identity& identity,
                           bool counts_objects);
 
 nlohmann::json to_json(const PartHeader& part);
-/// Unset where it is no part's: every count within its bounds.
+/// Empty if it is no valid header of a part: every count must be within its bounds.
 std::optional<PartHeader> parse_part_header(const nlohmann::json& told);
 
 }  // namespace tress::cli

@@ -20,7 +20,7 @@
 namespace tress::cli {
 namespace {
 
-/// As JSON with the keys of a scene file.
+/// The camera as JSON with the keys of a scene file.
 std::string camera_text(const scene::Camera& camera) {
   const auto triple = [](const glm::vec3& x) { return nlohmann::ordered_json{x.x, x.y, x.z}; };
   nlohmann::ordered_json keys{

@@ -1,4 +1,4 @@
-// What a picture says of itself in its header, and where its files go when they cannot go where they should.
+// Writes a picture's description into its header, and finds other places for files that cannot be written.
 #pragma once
 
 #include <filesystem>
@@ -11,21 +11,21 @@
 
 namespace tress::cli {
 
-/// Into the header: what was asked for, and what was rendered with it.
+/// Writes into the header what was requested and what was rendered with it.
 void describe_request(const RenderSettings& settings, const scene::Scene& scene, const Identity& identity,
                       image::Picture* picture);
 
-/// Leaves the layers that were asked for.
+/// Keeps only the requested layers.
 void keep_asked_layers(const RenderSettings& settings, image::Picture* picture);
 
-/// The files of one render. What cannot be written is told.
+/// The files of one render. Files that cannot be written are reported.
 class PictureFiles {
  public:
   using Write = std::function<std::optional<Error>(const std::filesystem::path&)>;
 
-  /// Where it is written: to `file`, or, told, to one of the other places; unset: nowhere.
+  /// Writes to `file`, or, with a message, to one of the other places. Returns the place; empty if there is none.
   std::optional<std::filesystem::path> write(const std::filesystem::path& file, const Write& to);
-  /// An error of a file that has no other place.
+  /// Logs an error of a file that has no other place.
   void tell(const std::optional<Error>& error);
   /// Whether a file is not where it should be.
   bool failed() const { return failed_; }

@@ -1,4 +1,4 @@
-// How the preview of a picture is made that says so itself.
+// Makes the preview of a picture as its header says.
 #pragma once
 
 #include <map>
@@ -8,10 +8,10 @@
 
 namespace tress::cli {
 
-/// With what the header's `alpha` ends where the PNG has alpha too.
+/// The end of the header's `alpha` if the PNG has alpha too.
 inline constexpr const char* alpha_of_png = "; so is the PNG's";
 
-/// Of the header of a picture of tress: its alpha, exposure and view. What it does not say is as usual.
+/// Reads the alpha, exposure and view from the header of a picture of tress; missing values get their defaults.
 image::Preview preview_of(const std::map<std::string, std::string>& header);
 
 }  // namespace tress::cli

@@ -35,7 +35,7 @@ void handle_signal(int signal) {
   struct sigaction standard = {};
   standard.sa_handler = SIG_DFL;
   sigaction(signal, &standard, nullptr);
-  raise(signal);  // delivered when this handler returns
+  raise(signal);  // it is delivered when this handler returns
 }
 
 }  // namespace
@@ -49,7 +49,8 @@ InterruptGuard::InterruptGuard() {
   sigemptyset(&ours.sa_mask);
   for (std::size_t i = 0; i < signals.size(); ++i) {
     sigaction(signals[i], nullptr, &former[i]);
-    // nohup is a wish of the caller's; shells ignore SIGINT for what they start in the background, which is none.
+    // The caller chose nohup. Shells also ignore SIGINT for what they start in the background, which does not apply
+    // here.
     const bool unwanted = signals[i] == SIGHUP && former[i].sa_handler == SIG_IGN;
     if (!unwanted) sigaction(signals[i], &ours, nullptr);
   }
@@ -87,7 +88,7 @@ void Deadline::watch(const std::stop_token& over, double seconds) {
 void prepare_standard_streams() {
   for (int number = STDIN_FILENO; number <= STDERR_FILENO; ++number) {
     if (::fcntl(number, F_GETFD) != -1) continue;
-    // The lowest free number is this one. The wrong way round, so that what is asked of it fails.
+    // The lowest free number is this one. It is opened in the wrong direction, so that any use of it fails.
     (void)::open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
   }
   std::signal(SIGPIPE, SIG_IGN);

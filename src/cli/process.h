@@ -1,4 +1,4 @@
-// What a process is given and must live with: standard streams, signals, cores.
+// The environment of the process: standard streams, signals, cores.
 #pragma once
 
 #include <atomic>
@@ -11,17 +11,17 @@
 
 namespace tress::cli {
 
-/// To be called first. Puts something in the place of closed streams, lest a file that is opened takes the number of
-/// one and is written into by messages; writing there fails. A pipe without a reader, or a file as large as is allowed,
-/// becomes an error of that write, where it would have killed the process with all that it has not saved.
+/// Call it first. It replaces closed streams, because otherwise a file that is opened could take the number of one, and
+/// messages would be written into it; writing to the replacement fails. A pipe without a reader, or a file at its size
+/// limit, makes the write fail instead of killing the process with all unsaved results.
 void prepare_standard_streams();
 
-/// Error if standard output has not taken all of the results.
+/// Error if standard output has not taken all results.
 std::optional<Error> flush_results();
 
-/// SIGINT, SIGTERM, SIGHUP: the first asks for an end with everything saved, the second kills. Handles the signals
-/// while it lives; one at a time in the process. A SIGHUP that the caller ignores
-/// (nohup) stays ignored. The former handlers return with its end.
+/// Handles SIGINT, SIGTERM and SIGHUP while it lives: the first signal requests an end with everything saved, the
+/// second kills. One at a time in the process. A SIGHUP that the caller ignores (nohup) stays ignored. The former
+/// handlers are restored at its end.
 class InterruptGuard {
  public:
   InterruptGuard();
@@ -35,11 +35,11 @@ class InterruptGuard {
   int exit_status() const;
 };
 
-/// After a signal the running pass may go on for a while, so that nothing of it is lost. Any thread.
+/// After a signal the current pass may continue for a while, so that nothing of it is lost. Any thread.
 class Deadline {
  public:
-  /// asked: set by the signal, outlives it; seconds: from then on, 0: none. dropped: whether the pass is not wanted any
-  /// more, asked every 20 ms by a thread of the deadline.
+  /// asked: set by the signal, must outlive it; seconds: from then on, 0: no limit. dropped: whether the pass is no
+  /// longer needed; a thread of the deadline calls it every 20 ms.
   Deadline(const std::atomic<bool>& asked, double seconds, std::function<bool()> dropped);
   const std::atomic<bool>& passed() const { return passed_; }
 
@@ -52,8 +52,8 @@ class Deadline {
   std::jthread watcher_;
 };
 
-/// Runs `work` with that many threads (oneTBB), unset: one per hardware thread that the process may use; `work` is
-/// given the number. Returns what it returns.
+/// Runs `work` with that many threads (oneTBB); unset: one per hardware thread that the process may use. `work` gets
+/// the number. Returns what it returns.
 int run_threaded(std::optional<int> threads, const std::function<int(int)>& work);
 
 }  // namespace tress::cli

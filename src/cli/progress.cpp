@@ -106,7 +106,7 @@ void Progress::update(const integrate::PassProgress& pass, const Outlook& outloo
   }
   const std::string left =
       outlook.seconds_left ? duration(*outlook.seconds_left) + " left" : std::string("time left not known yet");
-  // The variance of a pixel is known from its second sample on.
+  // The variance of a pixel can be estimated from its second sample on.
   const std::string noise = pass.noise > 0 ? fmt::format("noise {:.2g}", pass.noise) : "noise not known yet";
   const std::string text = fmt::format("{:3.0f} %, pass {}, {}, {}{}", 100 * share, pass.pass + 1, left, noise, table);
   tell_progress(share, text);

@@ -1,4 +1,4 @@
-// How far a render is, and what of that is shown.
+// The progress of a render, and its display.
 #pragma once
 
 #include <atomic>
@@ -19,30 +19,30 @@ namespace tress::cli {
 using integrate::StopRule;
 
 struct Outlook {
-  const char* reason = nullptr;        ///< StopRule::reason_to_end()
-  double share = 0;                    ///< of the work that is done, as far as can be told, [0, 1]
-  std::optional<double> seconds_left;  ///< unset until it can be known within a factor of two
+  const char* reason = nullptr;        ///< from StopRule::reason_to_end()
+  double share = 0;                    ///< estimated share of the work that is done, [0, 1]
+  std::optional<double> seconds_left;  ///< unset until it is known within a factor of two
 };
 
-/// What the passes so far tell of those to come. One thread at a time.
+/// Estimates the passes to come from those so far. One thread at a time.
 class Forecast {
  public:
   explicit Forecast(const StopRule& rule) : rule_(rule) {}
 
-  /// After each pass, `elapsed` seconds after the command began. noise: what the rule goes by. The time left until a
-  /// noise is reached takes it to fall as 1 / sqrt(samples).
+  /// Call it after each pass, `elapsed` seconds after the command began. noise: the value that the stop rule uses. The
+  /// time left until a noise is reached assumes that it falls as 1 / sqrt(samples).
   ///
-  /// The first passes cost up to ten times a later one, as long as rows are learned. So the time left is the work left
-  /// at the pace of the later half of what is done, and is told from the first pass on whose pace is that of the one
-  /// before it by a quarter; where rows are learned, both must be passes over the whole picture.
+  /// The first passes cost up to ten times a later one while rows are learned. So the time left is the work left at the
+  /// pace of the later half of what is done. It is first given after a pass whose pace is within a quarter of that of
+  /// the pass before; if rows are learned, both must be passes over the whole picture.
   Outlook after(const integrate::PassProgress& pass, double noise, double elapsed);
   Outlook after(const integrate::PassProgress& pass, double elapsed) { return after(pass, pass.noise, elapsed); }
 
  private:
   struct Done {
-    double paths, seconds;  ///< at the end of a pass, since the first began
+    double paths, seconds;  ///< at the end of a pass, since the start of the first
   };
-  double pace() const;  ///< seconds a path
+  double pace() const;  ///< seconds per path
   void watch(const integrate::PassProgress& pass);
 
   StopRule rule_;
@@ -51,16 +51,16 @@ class Forecast {
   bool is_steady_ = false;
 };
 
-/// A step before the first pass, told while it lasts: of a terminal the last line has what is done, for how long and
-/// how much of it; elsewhere a line says so after 5 s and then every 10. Short steps say nothing. While one lives, the
-/// console is its own but for what its thread says.
+/// A step before the first pass, reported while it lasts. On a terminal the last line shows the step, its time and its
+/// progress; elsewhere a line is printed after 5 s and then every 10 s. Short steps print nothing. While one exists,
+/// only it and its thread may use the console.
 class Step {
  public:
   explicit Step(std::string what);
   ~Step();
   Step(const Step&) = delete;
   Step& operator=(const Step&) = delete;
-  /// How much of it is done, [0, 1]. Any thread.
+  /// Sets its progress, [0, 1]. Any thread.
   void tell(double share) { share_.store(static_cast<float>(share), std::memory_order_relaxed); }
 
  private:
@@ -73,15 +73,15 @@ class Step {
   std::jthread watcher_;
 };
 
-/// One thread at a time. Says nothing under --quiet.
+/// The progress bar. One thread at a time. Prints nothing under --quiet.
 class Progress {
  public:
   Progress();
-  /// After each pass.
+  /// Call it after each pass.
   void update(const integrate::PassProgress& pass, const Outlook& outlook);
   /// Removes the bar.
   void finish();
-  /// Since construction.
+  /// Time since construction.
   double seconds() const;
 
  private:

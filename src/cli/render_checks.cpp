@@ -16,7 +16,7 @@
 namespace tress::cli {
 namespace {
 
-/// Of --layers: a group of light that the scene does not have.
+/// Finds a group in --layers that the scene does not have.
 std::optional<Error> unknown_group(const RenderSettings& settings, const scene::Scene& scene) {
   const std::vector<std::string> groups = scene::light_groups(scene);
   for (const std::string& layer : settings.layers.value_or(std::vector<std::string>{})) {
@@ -29,7 +29,7 @@ std::optional<Error> unknown_group(const RenderSettings& settings, const scene::
   return std::nullopt;
 }
 
-/// Answers are colors, which nobody can part by lights.
+/// A learned answer is a color, which cannot be divided among lights.
 std::optional<Error> answered_groups(const RenderSettings& settings, const scene::Scene& scene) {
   if (settings.render.deep_light == integrate::DeepLight::traced || scene::light_groups(scene).empty())
     return std::nullopt;
@@ -37,7 +37,7 @@ std::optional<Error> answered_groups(const RenderSettings& settings, const scene
                "traced in a scene whose lights have a `group`, since what is learned is of all lights", "learned"};
 }
 
-/// What must be writable, checked before anything is rendered.
+/// Checks that all outputs can be written, before anything is rendered.
 std::optional<Error> check_outputs(const RenderSettings& settings) {
   std::filesystem::path preview = settings.output;
   preview.replace_extension(".png");

@@ -1,4 +1,4 @@
-// tress render: from a scene to a picture.
+// tress render: renders a scene to a picture.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -114,7 +114,7 @@ void add_resolution(CLI::App* app, scene::Overrides& o) {
       ->type_name("WxH");
 }
 
-/// Of every picture, in the order of their channels.
+/// The layers of every picture, in the order of their channels.
 std::vector<std::string> layer_names() {
   std::vector<std::string> names;
   for (std::size_t layer = 0; layer < integrate::layer_count; ++layer) names.emplace_back(integrate::layer_name(layer));
@@ -135,7 +135,7 @@ std::vector<std::string> parted_by_commas(const std::string& text) {
   return words;
 }
 
-/// Of --layers, checked: what they are to be.
+/// Sets the layers from --layers, after checking it.
 void set_layers(const std::string& text, RenderSettings* s) {
   std::vector<std::string> words = parted_by_commas(text);
   s->keeps_halves = std::erase(words, half_pictures) > 0;
@@ -245,7 +245,7 @@ std::map<std::string, std::string> told_options(const CLI::App& render) {
   return told;
 }
 
-/// In quotes where a shell would take a word apart.
+/// The words in quotes where a shell needs them.
 std::string as_shell_words(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) {
@@ -264,8 +264,8 @@ std::string as_shell_words(const std::vector<std::string>& words) {
   return text;
 }
 
-/// What the parser cannot see: options that contradict each other, and files that would overwrite each other. A
-/// message, empty if there is nothing.
+/// A message about options that contradict each other or files that would overwrite each other, which the parser cannot
+/// detect; empty if there are none.
 std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   const auto given = [&](const char* name) { return render.get_option(name)->as<std::string>(); };
   if (render.count("--model") && given("--model") == "exact" && render.count("--estimator") &&
@@ -413,7 +413,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
             if (const std::string message = contradiction(*render, *settings); !message.empty()) {
               throw WrongUsage(message);
             }
-            // Frames of one grain would show it as a dirty pane before the hair.
+            // With the same noise in every frame, the noise would look like a dirty pane before the hair.
             settings->told = told_options(*render);
             settings->render.halves = settings->keeps_halves || settings->denoise;
             settings->seed_of_frame = !render->count("--seed");

@@ -33,7 +33,7 @@ RenderSettings settings_of(const RenderSettings& all, int frame) {
   return one;
 }
 
-/// Whether the picture is there, whole, and of these settings.
+/// Whether the picture exists, is whole, and has these settings.
 bool is_finished(const RenderSettings& settings) {
   std::error_code error;
   if (!std::filesystem::exists(settings.output, error)) return false;
@@ -61,7 +61,7 @@ void tell_frames(const FrameCount& count, std::size_t frames, int signal_status)
 int render_frames(const RenderSettings& settings) {
   FrameCount count;
   fiber::ModelService learned;
-  // A file for all frames goes on: the frames that are skipped are in it.
+  // One file for all frames is continued: it contains the frames that are skipped.
   const bool shares = settings.telemetry && !names_frames(*settings.telemetry);
   std::error_code error;
   const std::uintmax_t size = shares ? std::filesystem::file_size(*settings.telemetry, error) : 0;

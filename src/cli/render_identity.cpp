@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t most_told = 8;
 constexpr std::uintmax_t most_scene_bytes = std::uintmax_t{1} << 28;
 
-/// The content of a file and of those that it includes; unset where it cannot be read.
+/// The content of a file and of those that it includes; empty if it cannot be read.
 std::optional<std::string> content_of(const std::filesystem::path& file) {
   std::optional<std::string> content = file_content_name(file);
   for (const std::filesystem::path& other : scene::included_files(file))
@@ -32,20 +32,20 @@ std::optional<std::string> content_of(const std::filesystem::path& file) {
   return content;
 }
 
-/// The text, and the content of the file of that name if there is one.
+/// The text, with the content of the file of that name if there is one.
 std::string with_content(const std::string& text, const std::filesystem::path& folder) {
   if (text.empty() || text.size() > 4096) return text;
   const std::optional<std::string> content = content_of(folder / text);
   return content ? text + " with content " + *content : text;
 }
 
-/// Whether the value at this place of a scene names a file: keys that do are `file` and `texture`, or end in `_file`.
+/// Whether the value at this place of a scene names a file: its key is `file` or `texture`, or ends in `_file`.
 bool names_a_file(const std::string& place) {
   const std::string key = place.substr(place.rfind('/') + 1);
   return key == "file" || key == "texture" || key.ends_with("_file");
 }
 
-/// Whole frames that are read for a picture: those around its open shutter.
+/// The whole frames that are read for a picture: those around its open shutter.
 struct FrameRange {
   int first = 0, last = 0;
 };
@@ -65,7 +65,7 @@ FrameRange frames_of(const nlohmann::json& document, const std::map<std::string,
   return {whole(std::floor(frame + open)), whole(std::ceil(frame + close))};
 }
 
-/// The same of a name with ####: the content of the files of these frames.
+/// The same for a name with ####: the content of the files of these frames.
 std::string with_numbered_content(const std::string& text, const std::filesystem::path& folder,
                                   const FrameRange& frames) {
   if (!names_frames(text) || text.size() > 4096) return with_content(text, folder);
@@ -104,7 +104,7 @@ Identity identity_of(const std::filesystem::path& scene, const std::map<std::str
   Identity identity;
   identity["version"] = version();
   for (const auto& [name, value] : options) identity[name] = name == "--environment" ? with_content(value, ".") : value;
-  if (scene == "-") {  // what is piped in once is no other picture's scene
+  if (scene == "-") {  // standard input can be read only once, so it is the scene of this picture alone
     std::random_device random;
     identity["scene"] = fmt::format("standard input, {:08x}{:08x}", random(), random());
     return identity;

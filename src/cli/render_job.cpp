@@ -32,15 +32,15 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// What is open before a render begins.
+/// The files that are open before a render begins.
 struct RenderFiles {
   Identity identity;
   std::optional<CheckpointSession> checkpoint;
-  std::optional<SavedRender> saved;  ///< what the checkpoint had
+  std::optional<SavedRender> saved;  ///< the contents of the checkpoint
   TelemetryLines& telemetry;
   LiveView& live;
   const InterruptGuard& interrupt;
-  std::unique_ptr<const geometry::FiberScene> strands;  ///< null: not built yet, or of another look
+  std::unique_ptr<const geometry::FiberScene> strands;  ///< null: not built yet, or built for another look
 };
 
 /// One render, from the loaded scene to the saved files.
@@ -68,16 +68,16 @@ class RenderJob {
     }
   }
 
-  /// Whether run() ended because the page asked for another look: nothing is saved then, and what was learned is
-  /// carried.
+  /// Whether run() ended because the page requested another look: nothing is saved then, and what was learned is passed
+  /// on.
   bool is_dropped() const { return dropped_; }
 
-  /// Inside the arena.
+  /// Must run inside the arena.
   int run() {
     try {
       return rendered();
     } catch (const std::bad_alloc&) {
-      // A table that was left in the middle of a step is not saved; what had been is as it was.
+      // A table that was left in the middle of a step is not saved; the old file stays.
       log_error(
           fmt::format("{}: memory: expected room for the scene, the picture and the table of at most {:.4g} MB "
                       "(--table-memory), found none left; nothing is saved, what had been is as it was",
@@ -102,7 +102,7 @@ class RenderJob {
     options.first_sample = samples.from;
     options.samples = samples.to - samples.from;
     if (saved_ != nullptr) options.resume = &saved_->render;
-    // Of samples that are taken apart each pixel has its own share, so that no two parts have the same.
+    // If the samples are rendered in parts, each pixel has its own share, so that no two parts have the same.
     options.adaptive = settings_.adaptive.value_or(settings_.stop.noise || settings_.stop.seconds) &&
                        !settings_.samples_from && !settings_.samples_to;
     options.mattes = counts_objects();
@@ -163,7 +163,7 @@ class RenderJob {
     return 0;
   }
 
-  /// Goes on where a checkpoint was written.
+  /// Continues from the checkpoint.
   int resume() {
     if (service_ != nullptr) {
       if (std::optional<Error> refused = service_->restore(saved_->table.value_or(""))) {
@@ -192,7 +192,7 @@ class RenderJob {
     return integrate::roulette_or_usual(settings_.roulette, rows_learn(), settings_.render.deep_light);
   }
 
-  /// A frozen table answers every picture alike, whatever part of it is rendered.
+  /// Freezes the table if requested, so that it answers every picture alike, whichever part of it is rendered.
   void freeze_if_asked() {
     if (settings_.cache_mode == CacheMode::frozen && cache_->loaded() == "loaded") service_->set_learning(false);
   }
@@ -218,10 +218,10 @@ class RenderJob {
                            pass.pass + 1, static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC));
   }
 
-  /// What is there so far. beauty: written in a small part of the time, for every checkpoint.
+  /// The contents of a partial picture. beauty: quick to write, for every checkpoint.
   enum class Partial { beauty, layers };
 
-  /// What cannot be written is told once, until it can.
+  /// A failure is logged once, until a write succeeds.
   void write_partial(const integrate::PassProgress& pass, Partial what) {
     image::Picture partial = what == Partial::beauty ? pass.film->beauty_picture() : pass.film->picture();
     partial.whole_width = scene_.image.width;
@@ -235,7 +235,7 @@ class RenderJob {
     partial_fails_ = error.has_value();
   }
 
-  /// After the last pass, where the film is there.
+  /// Writes the part after the last pass, while the film exists.
   void tell_part(const integrate::PassProgress& pass) {
     if (pass.pass + 1 < pass.pass_count) return;
     PartHeader part = part_header_of(settings_, scene_, identity_, counts_objects());
@@ -288,7 +288,7 @@ class RenderJob {
     if (settings_.denoise) end_.denoised_noise = denoise_picture(settings_.output, &result.picture);
     const std::optional<std::filesystem::path> written = write_pictures(settings_, scene_, result, &files);
     files.tell(part_failed_);
-    // Last: it may have to wait for another session, and the picture must not.
+    // This comes last: it may have to wait for another session, and the picture must not.
     if (cache_) files.tell(cache_->save(*service_));
     if (checkpoint_ != nullptr && !files.failed() && signal_status == 0) checkpoint_->remove();
     if (carried_ != nullptr && service_ != nullptr) *carried_ = fibers_.hand_over();
@@ -315,24 +315,24 @@ class RenderJob {
   Clock::time_point start_;
   RenderTelemetry telemetry_;
   SceneModel fibers_;
-  adaptive::Service* service_;  ///< of fibers_; null: no rows are asked
+  adaptive::Service* service_;  ///< from fibers_; null without rows
   std::optional<WarmCacheSession> cache_;
   const Identity& identity_;
-  CheckpointSession* checkpoint_;  ///< null: not asked for
-  const SavedRender* saved_;       ///< null: from the start
-  fiber::ModelService* carried_;   ///< null: no frame comes before or after this one
+  CheckpointSession* checkpoint_;  ///< null if not requested
+  const SavedRender* saved_;       ///< null to render from the start
+  fiber::ModelService* carried_;   ///< null if no frame comes before or after this one
   LiveView& live_;
   const InterruptGuard& interrupt_;
   std::unique_ptr<const geometry::FiberScene>& strands_;
   bool dropped_ = false;
-  double seconds_before_ = 0;  ///< of the runs before this one
+  double seconds_before_ = 0;  ///< time of the runs before this one
   std::optional<Error> part_failed_;
-  bool partial_fails_ = false;  ///< the last picture so far could not be written
+  bool partial_fails_ = false;  ///< whether the last partial picture could not be written
   RenderEnd end_;
 };
 
-/// Into the scene and what is said of the picture. False, and nothing but the scene's look is lost, if the scene cannot
-/// have it: a variation of its strands leaves a range.
+/// Applies the look to the scene and the settings. False if the scene cannot have it, because a variation of its
+/// strands leaves a range; only the scene's look is then lost.
 bool took_look(const scene::Unstyled& unstyled, const RenderSettings& settings, scene::Scene* scene,
                RenderFiles* files) {
   if (const std::optional<Error> error = scene::restyle(unstyled, settings.overrides, scene)) {
@@ -345,8 +345,8 @@ bool took_look(const scene::Unstyled& unstyled, const RenderSettings& settings, 
   return true;
 }
 
-/// One picture after another, as the live page changes their look, until one is done. Strands and tree stay in memory,
-/// the tree as long as no cross-section changes; rows that still hold go on.
+/// Renders one picture after another as the live page changes the look, until one is done. Strands and tree stay in
+/// memory, the tree as long as no cross-section changes; rows that are still valid are kept.
 int rendered_by_looks(const RenderSettings& settings, const scene::Unstyled& unstyled, scene::Scene& scene, int threads,
                       Clock::time_point start, RenderFiles& files) {
   fiber::ModelService learned;

@@ -12,7 +12,7 @@
 namespace tress::cli {
 namespace {
 
-/// Brightness against that of the same model without a table.
+/// The brightness relative to the same model without a table, in words.
 std::string brightening_words(const integrate::Brightening& excess) {
   return fmt::format(
       "the fits of the table make the picture {:.2g} % {} than tracing every vertex would, give or take {:.2g} %",

@@ -1,4 +1,4 @@
-// What a render has found: told, put into the header of its picture, and written.
+// Logs the result of a render, writes it into the header of its picture, and writes the files.
 #pragma once
 
 #include <filesystem>
@@ -13,27 +13,29 @@
 
 namespace tress::cli {
 
-/// How it ended, beside what integrate::RenderResult has.
+/// The end of a render, in addition to integrate::RenderResult.
 struct RenderEnd {
   const char* stopped_by = "signal";     ///< or "samples", "noise", "time", "page"
   double noise = 0, bias_bound = 0;      ///< after the last pass
-  double seconds = 0;                    ///< wall time, of the runs before too
-  std::string cache_hash;                ///< of the table; empty without one
-  std::optional<double> denoised_noise;  ///< what the filter leaves of it; unset: not filtered
+  double seconds = 0;                    ///< wall time, including earlier runs
+  std::string cache_hash;                ///< of the table; empty without a table
+  std::optional<double> denoised_noise;  ///< noise after filtering; unset: not filtered
 };
 
-/// Into the header; what the fits of the table make of the brightness is logged too.
+/// Writes the result into the header, and logs how the fits of the table change the brightness.
 void describe_result(const integrate::RenderResult& result, const RenderEnd& end,
                      std::map<std::string, std::string>* header);
 
-/// The noise that is left. Logged, if it cannot be filtered: the picture is then as it was rendered. output: its file.
+/// Filters the picture and returns the noise that is left. If that fails it is logged, and the picture stays as it was
+/// rendered. output: its file.
 std::optional<double> denoise_picture(const std::filesystem::path& output, image::Picture* picture);
 
-/// The picture, its preview and its heat map. Where the picture is; unset: nowhere.
+/// Writes the picture, its preview and its heat map. Returns the place of the picture; empty if it could not be
+/// written.
 std::optional<std::filesystem::path> write_pictures(const RenderSettings& settings, const scene::Scene& scene,
                                                     const integrate::RenderResult& result, PictureFiles* files);
 
-/// Of the telemetry's last line. written: where the picture is.
+/// The fields of the telemetry's last line. written: the place of the picture.
 RenderTelemetry::Extra summary_fields(const integrate::RenderResult& result, const RenderEnd& end,
                                       const std::filesystem::path& written);
 

@@ -52,7 +52,7 @@ void RenderTelemetry::header(const scene::Scene& scene, int threads, const adapt
   lines_.write([&](adaptive::TelemetryWriter& writer) { return writer.header(fields); });
 }
 
-// Where one file tells of many frames, each line says of which.
+// If one file has many frames, each line names its frame.
 void RenderTelemetry::add_frame(Extra& fields) const {
   if (!settings_.frames.empty()) fields.emplace("frame", json_text(*settings_.overrides.frame));
 }

@@ -1,4 +1,4 @@
-// What `tress render` writes as telemetry: a header, a line a pass and a changed row, a summary (keys:
+// The telemetry of `tress render`: a header, a line for each pass and each changed row, a summary (keys:
 // adaptive/telemetry/README.md).
 #pragma once
 
@@ -12,23 +12,23 @@
 
 namespace tress::cli {
 
-/// One thread, between passes.
+/// For one thread, between passes.
 class RenderTelemetry {
  public:
   using Extra = adaptive::TelemetryWriter::Extra;
 
-  /// settings and lines outlive it.
+  /// settings and lines must outlive it.
   RenderTelemetry(const RenderSettings& settings, TelemetryLines& lines) : settings_(settings), lines_(lines) {}
 
-  /// service: null: the model asks no rows. cache: null: the render has none.
+  /// service: null if the model has no rows. cache: null if the render has none.
   void header(const scene::Scene& scene, int threads, const adaptive::Service* service, const WarmCacheSession* cache);
-  /// A line for each row that changes from now on, where the settings ask for them; every slice of the service is
-  /// there. The service tells this object until its listener is replaced.
+  /// Writes a line for each row that changes from now on, if the settings request it; all slices must have been added
+  /// to the service. The service calls this object until its listener is replaced.
   void listen(adaptive::Service* service);
-  /// With how far the rows are from the picture's own paths, whenever their number has passed a power of 2.
+  /// Adds the error of the rows against the picture's own paths whenever their number has passed a power of 2.
   void pass(const integrate::PassProgress& pass);
   void summary(const char* status, Extra fields, const WarmCacheSession* cache);
-  /// In place of header(), where a checkpoint had so many passes told.
+  /// Replaces header() if a checkpoint already has so many passes.
   void resume(int passes) { passes_told_ = passes; }
 
   std::uint64_t bytes() const { return lines_.bytes(); }
@@ -39,7 +39,7 @@ class RenderTelemetry {
 
   const RenderSettings& settings_;
   TelemetryLines& lines_;
-  adaptive::Service* service_ = nullptr;  ///< that was listened to
+  adaptive::Service* service_ = nullptr;  ///< the service with this listener
   int passes_told_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// tress report: runs as a page, from their telemetry.
+// tress report: makes a page about runs from their telemetry.
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// What a row of the table is of, in words that another command takes.
+// Describes a row of the table in words that another command accepts.
 #pragma once
 
 #include "tress/adaptive/target.h"
@@ -6,10 +6,10 @@
 
 namespace tress::cli {
 
-/// Of node `node` of a slice, for its line of telemetry: `fiber`, its parameters by name; `angles`, of the node, in
-/// degrees; `command`, a whole command line that learns this row anew: `tress-lab fit` of a density, `tress-lab
-/// far-field` of samples (none where there is a medulla, which that command has not). Empty if the slice is of no fiber
-/// known here.
+/// Describes node `node` of a slice for its line of telemetry. `fiber`: its parameters by name. `angles`: of the node,
+/// in degrees. `command`: a whole command line that learns this row anew: `tress-lab fit` for a density, `tress-lab
+/// far-field` for samples (none with a medulla, which that command does not support). Empty if the slice belongs to no
+/// known fiber.
 adaptive::TelemetryWriter::Extra words_of_row(const adaptive::SliceDescription& slice, std::uint32_t node,
                                               double epsilon);
 

@@ -1,4 +1,4 @@
-// The fiber model of one render: the model that was asked for, its table of rows, and the fibers of the scene in it.
+// The fiber model of one render: the requested model, its table of rows, and the fibers of the scene in it.
 #pragma once
 
 #include <memory>
@@ -10,26 +10,26 @@
 
 namespace tress::cli {
 
-/// One thread, between passes.
+/// For one thread, between passes.
 class SceneModel {
  public:
-  /// settings outlive it.
+  /// settings must outlive it.
   explicit SceneModel(const RenderSettings& settings);
 
-  /// Every fiber of the scene, told as it goes.
+  /// Adds every fiber of the scene and reports progress.
   void add_fibers(const scene::Scene& scene);
 
   fiber::FiberModel& model() const { return *model_; }
-  /// null: no rows are asked.
+  /// null if the model has no rows.
   adaptive::Service* service() const { return learned_.service.get(); }
-  /// Of the densities, as caches have it. There must be a service.
+  /// The model name of the densities, as in caches. There must be a service.
   std::string target_name() const { return learned_.target->model_name(); }
-  /// Of each of the scene's fibers.
+  /// The id of each of the scene's fibers.
   const std::vector<fiber::FiberId>& fiber_ids() const { return fiber_ids_; }
-  /// The same fibers without rows, where the bias is measured; null: it is not.
+  /// The same fibers without rows, if the bias is measured; else null.
   const integrate::BiasAudit* audit() const { return unbiased_ ? &audit_ : nullptr; }
 
-  /// What was learned, to the next frame. The model that asks it goes: nothing may be asked after this.
+  /// Passes what was learned on to the next frame. The model is destroyed: nothing may be called after this.
   fiber::ModelService hand_over();
 
  private:

@@ -1,4 +1,4 @@
-// Telemetry of a command: it never stops the work, the first error is told, then it is silent.
+// The telemetry of a command. It never stops the work: the first error is logged, and nothing more is written.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace tress::cli {
 
-/// A path need not be UTF-8; a line of telemetry must be.
+/// Makes text valid UTF-8: a path need not be, but a line of telemetry must.
 template <class T>
 std::string json_text(const T& value) {
   return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -22,7 +22,7 @@ std::string json_text(const T& value) {
 
 class TelemetryLines {
  public:
-  /// Without a file nothing is written. Error if the file cannot be.
+  /// Without a file nothing is written. Error if the file cannot be opened.
   static Result<TelemetryLines> open(const std::optional<std::filesystem::path>& file) {
     if (!file) return TelemetryLines(nullptr);
     auto writer = adaptive::TelemetryWriter::create(*file);
@@ -30,7 +30,7 @@ class TelemetryLines {
     return TelemetryLines(std::move(*writer));
   }
 
-  /// Goes on behind so many bytes of the file. Where that cannot be, it is told and the file begun anew.
+  /// Continues after so many bytes of the file. If that is impossible it logs so and starts the file anew.
   static Result<TelemetryLines> resume(const std::optional<std::filesystem::path>& file, std::uint64_t bytes) {
     if (!file) return TelemetryLines(nullptr);
     auto writer = adaptive::TelemetryWriter::resume(*file, bytes);
@@ -38,7 +38,7 @@ class TelemetryLines {
     log_warning("telemetry is begun anew: " + writer.error().message());
     return open(file);
   }
-  /// Of the file so far.
+  /// The size of the file so far.
   std::uint64_t bytes() const { return writer_ ? writer_->bytes() : 0; }
 
   /// line: takes the writer and returns its error.

@@ -226,7 +226,7 @@ nlohmann::ordered_json WarmCacheSession::telemetry() const {
 }
 
 void WarmCacheSession::save_if_due(const adaptive::Service& service) {
-  // Scratch replaces the file at the end only.
+  // With scratch, the file is replaced at the end only.
   if (mode_ == CacheMode::scratch || Clock::now() - last_save_ < interval_) return;
   if (const std::optional<Error> error = save(service)) log_warning(error->message());
 }

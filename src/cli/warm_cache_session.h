@@ -1,4 +1,4 @@
-// One render's dealings with its warm cache file: the four modes, and what is told about them.
+// The warm cache file of one render: its four modes, and the messages about them.
 #pragma once
 
 #include <chrono>
@@ -14,25 +14,24 @@
 namespace tress::cli {
 
 enum class CacheMode {
-  append,   ///< load if there, refine, save merged with what is then on disk
-  frozen,   ///< load if there, never save; what was loaded is used as it is, without learning
-  scratch,  ///< do not load; replace the file at the end, without merging
+  append,   ///< load if there is one, refine, save merged with what is then on disk
+  frozen,   ///< load if there is one, never save; use what was loaded without learning
+  scratch,  ///< do not load; replace the file at the end without merging
   require,  ///< append, but a missing or refused file is an error before rendering
 };
 const char* cache_mode_name(CacheMode mode);
 
-/// Stands for adaptive::default_cache_folder() where a warm cache is named.
+/// The name of a warm cache that stands for adaptive::default_cache_folder().
 inline constexpr const char* default_cache = "default";
 inline bool is_default_cache(const std::filesystem::path& file) { return file == default_cache; }
-/// Error where there can be no such folder, or nothing can be written into it.
+/// Error if there can be no such folder, or it cannot be written to.
 std::optional<Error> check_default_cache();
 
-/// Saves by adaptive::merge_into_cache, so other sessions may save into the file at the same time.
-/// One thread, between passes. Every step is a note on stderr; that a file is refused, which changes the result, is a
-/// warning.
-/// default_cache is a folder with a file for each slice (adaptive::CacheFolder), held to a limit after each save; to
-/// all modes those of the render's slices are the file. A file that is refused (truncated, flipped, of another model,
-/// of a later format) is never written over, but for scratch, which was asked to replace it.
+/// Saves by adaptive::merge_into_cache, so other sessions may save into the file at the same time. One thread, between
+/// passes. Every step is a note on stderr; a refused file, which changes the result, is a warning. default_cache is a
+/// folder with a file for each slice (adaptive::CacheFolder), with a limit that is applied after each save; in all
+/// modes, the files of the render's slices act as the file. A file that is refused (truncated, corrupted, of another
+/// model, of a later format) is never written over, except with scratch, whose purpose is to replace it.
 class WarmCacheSession {
  public:
   using Clock = std::chrono::steady_clock;
@@ -40,40 +39,40 @@ class WarmCacheSession {
 
   WarmCacheSession(std::filesystem::path file, CacheMode mode, std::string model,
                    Clock::duration interval = save_interval);
-  /// Bytes that default_cache may hold.
+  /// Sets the limit of default_cache in bytes.
   void set_limit(std::uint64_t bytes) { limit_ = bytes; }
 
-  /// Loads into the service as the mode says, once its slices are known. Error only under `require`.
+  /// Loads into the service according to the mode, once its slices are known. Error only under `require`.
   std::optional<Error> open(adaptive::Service& service);
-  /// In place of open(): the rows of a table of this process, which has seen the file. Error if they are refused.
+  /// Replaces open(): takes the rows of a table of this process, which has read the file. Error if they are refused.
   std::optional<Error> take(adaptive::Service& service, adaptive::RowSource& rows);
-  /// In place of open(), where the table comes from a checkpoint: as it had been opened.
-  /// progress: of progress(); what is not in it, or no number, is 0.
+  /// Replaces open() if the table comes from a checkpoint: sets the state as after open(). progress: from progress(); a
+  /// missing value, or one that is no number, is 0.
   void resume(const nlohmann::json& progress);
-  /// An object for the checkpoint.
+  /// The state as an object for the checkpoint.
   nlohmann::json progress() const;
-  /// After each pass: what learning costs in this session.
+  /// Call it after each pass: adds the cost of learning in this session.
   void add_cost(const adaptive::PassReport& pass);
-  /// Saves if the interval has passed since the last time. A failure is a warning; the end tries again.
+  /// Saves if the interval has passed since the last time. A failure is a warning; the save at the end tries again.
   void save_if_due(const adaptive::Service& service);
-  /// The save at the end. Error if the file could not be written.
+  /// Saves at the end. Error if the file could not be written.
   std::optional<Error> save(const adaptive::Service& service);
 
-  /// What learning the known rows would have cost, seconds of CPU, at the pace of those that this session learned;
-  /// unset where too few were to tell.
+  /// The estimated cost of learning the known rows, in seconds of CPU, at the pace of those that this session learned;
+  /// empty if it learned too few.
   std::optional<double> cpu_seconds_spared() const;
-  /// The same as a note, if there were any.
+  /// Logs the same as a note, if there were any.
   void tell_savings() const;
-  /// For telemetry: how the session began and ended, without the file and the mode.
+  /// For telemetry: the beginning and end of the session, without the file and the mode.
   nlohmann::ordered_json telemetry() const;
 
-  /// How the session began and how it ended, and why if refused.
+  /// The beginning and the end of the session, and the reason if refused.
   const std::string& loaded() const { return loaded_; }  ///< "loaded", "absent", "refused", "not asked"
   const std::string& saved() const { return saved_; }  ///< "saved", "merged", "refused", "frozen", "failed", "not yet"
-  const std::string& reason() const { return reason_; }  ///< of a refusal or failure; else empty
+  const std::string& reason() const { return reason_; }  ///< for a refusal or failure; else empty
   std::uint64_t rows_loaded() const { return rows_loaded_; }
-  /// Of the rows loaded, those that answer by their fit from the first query on, and the samples (g evaluations, or
-  /// paths) that taught them when they were learned.
+  /// The number of loaded rows that answer by their fit from the first query on, and the samples (g evaluations, or
+  /// paths) that taught them originally.
   std::uint64_t rows_known() const { return rows_known_; }
   std::uint64_t samples_known() const { return samples_known_; }
   std::uint64_t rows_saved() const { return rows_saved_; }
@@ -98,8 +97,8 @@ class WarmCacheSession {
   std::string loaded_ = "not asked", saved_ = "not yet", reason_;
   std::uint64_t rows_loaded_ = 0, rows_saved_ = 0, rows_known_ = 0, samples_known_ = 0;
   double learning_cpu_seconds_ = 0;
-  std::uint64_t g_evaluations_ = 0;  ///< in those seconds
-  bool expects_file_ = false;        ///< this session has seen the file, or made it
+  std::uint64_t g_evaluations_ = 0;  ///< number in those seconds
+  bool expects_file_ = false;        ///< whether this session has read or made the file
   Clock::time_point last_save_;
 };
 

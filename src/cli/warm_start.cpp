@@ -33,7 +33,7 @@ struct CachedState {
 };
 using CachedSlice = std::map<std::uint32_t, CachedState>;
 
-/// States of the rows of a cache by slice.
+/// The states of the rows of a cache, by slice.
 struct CachedStates {
   std::map<adaptive::SliceKey, CachedSlice> rows;
   std::vector<SliceDescription> slices;
@@ -89,7 +89,7 @@ WarmSlice counted(const adaptive::Service& service, adaptive::SliceId id, const 
   return found;
 }
 
-/// The slices whose rows only propose, by the fibers that have them.
+/// The slices whose rows only propose, with the fibers that use them.
 std::set<adaptive::SliceKey> narrow_slices(const fiber::ModelInfo& info, const scene::Scene& scene) {
   std::set<adaptive::SliceKey> narrow;
   if (info.slices_of == nullptr || info.learns_samples()) return narrow;
@@ -186,7 +186,7 @@ nlohmann::ordered_json to_json(const WarmSlice& slice) {
   return told;
 }
 
-/// "phi_r 45, theta_d 30 degrees (0.02)": the directions that are asked most and not answered, and their shares.
+/// "phi_r 45, theta_d 30 degrees (0.02)": the directions that are queried most and not answered, with their shares.
 std::string coldest(const WarmSlice& slice) {
   std::string text;
   for (std::size_t i = 0; i < std::min(slice.cold.size(), rows_in_words); ++i) {
@@ -221,7 +221,7 @@ Result<WarmStart> measure_warm_start(const RenderSettings& asked, scene::Scene s
                                      const std::filesystem::path& cache) {
   shrink(scene.image);
   RenderSettings settings = asked;
-  settings.table.check_passes = true;  // so that each query is counted where its row is
+  settings.table.check_passes = true;  // so that each query is counted at its row
   settings.cache_mode = CacheMode::append;
   WarmStart start;
   start.model = settings.model;
@@ -235,7 +235,7 @@ Result<WarmStart> measure_warm_start(const RenderSettings& asked, scene::Scene s
   if (is_default_cache(cache)) {
     const Result<std::filesystem::path> folder = adaptive::default_cache_folder();
     if (!folder) return folder.error();
-    // Those that are refused are so in a render, one by one.
+    // Refused files are refused one by one, as in a render.
     for (const adaptive::CacheFolder::File& one : adaptive::CacheFolder(*folder).files()) {
       const auto file = adaptive::CacheFile::open(one.path, fibers.target_name());
       if (file && !service.load(**file)) read_states(**file, &cached);

@@ -1,4 +1,5 @@
-// How much of a scene would start warm from a cache: the queries that its paths make, counted, and who answers them.
+// Measures how much of a scene would start warm from a cache: it counts the queries of the scene's paths, and which
+// rows answer them.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,7 @@
 
 namespace tress::cli {
 
-/// Asked and answered, or not.
+/// The numbers of queries, and of those that are answered.
 struct WarmShare {
   std::uint64_t queries = 0;
   std::uint64_t answered = 0;  ///< by rows of the cache that have converged
@@ -26,12 +27,12 @@ struct WarmShare {
   }
 };
 
-/// Why a row does not answer.
+/// The reason why a row does not answer.
 enum class WhyCold {
   no_slice,  ///< the cache has no hair with these parameters
-  absent,    ///< the cache has the hair, and this direction was not learned
-  open,      ///< it was not learned to the end
-  coarse,    ///< it has converged, at a larger error than this render asks for
+  absent,    ///< the cache has the hair, but this direction was not learned
+  open,      ///< it was not learned completely
+  coarse,    ///< it converged with a larger error than this render accepts
 };
 const char* why_cold_name(WhyCold why);
 
@@ -41,42 +42,42 @@ struct ColdRow {
   WhyCold why = WhyCold::absent;
 };
 
-/// Of one slice that fibers of the scene have.
+/// One slice of the scene's fibers.
 struct WarmSlice {
   adaptive::SliceDescription slice;
   bool in_cache = false;
-  std::optional<adaptive::SliceDescription> nearest;  ///< where it is not: the one of the cache that is most like it
-  /// Blurred by less than 4 degrees: traced at every vertex whatever its rows are, and in no other share.
+  std::optional<adaptive::SliceDescription> nearest;  ///< if the cache lacks it: the most similar one that it has
+  /// Blurred by less than 4 degrees: traced at every vertex whatever its rows are, and not counted in any other share.
   bool only_proposes = false;
   WarmShare share;
   std::uint64_t rows_asked = 0, rows_answering = 0;
-  std::vector<ColdRow> cold;  ///< most asked first
+  std::vector<ColdRow> cold;  ///< the most queried first
 };
 
-/// Of one groom.
+/// The numbers for one groom.
 struct WarmGroom {
   std::string name, material;
-  WarmShare share;                    ///< of all queries to the slices that its fibers have
-  std::vector<std::uint32_t> slices;  ///< indices into WarmStart::slices; empty where the model does not tell
+  WarmShare share;                    ///< of all queries to the slices of its fibers
+  std::vector<std::uint32_t> slices;  ///< indices into WarmStart::slices; empty if the model does not provide them
 };
 
 struct WarmStart {
   std::string model;
-  int width = 0, height = 0, samples = 0;  ///< of the picture that was traced
-  std::optional<std::string> refused;      ///< a render would refuse the cache: why
+  int width = 0, height = 0, samples = 0;  ///< of the traced picture
+  std::optional<std::string> refused;      ///< the reason why a render would refuse the cache
   WarmShare share;
   std::vector<WarmSlice> slices;
   std::vector<WarmGroom> grooms;
 };
 
-/// Traces a small picture of the scene, 64 pixels along its longer side and 4 samples a pixel, with the cache as it is,
-/// frozen; the same cache and scene give the same figures. settings: model, learner, threads' arena as of a render that
-/// would load the cache. Error if the cache cannot be read.
+/// Traces a small picture of the scene, 64 pixels along its longer side and 4 samples a pixel, with the cache frozen.
+/// The same cache and scene give the same figures. settings: model, learner and threads' arena of a render that would
+/// load the cache. Error if the cache cannot be read.
 Result<WarmStart> measure_warm_start(const RenderSettings& settings, scene::Scene scene,
                                      const std::filesystem::path& cache);
 
 nlohmann::ordered_json to_json(const WarmStart& start);
-/// Lines for a person.
+/// The result as lines of text.
 std::string in_words(const WarmStart& start);
 
 }  // namespace tress::cli

@@ -1,4 +1,4 @@
-// tress farm merge: pictures and table of a farm whose tasks are all done.
+// tress farm merge: merges pictures and table of a farm whose tasks are all done.
 #include <fmt/format.h>
 
 #include <functional>
@@ -15,7 +15,7 @@
 namespace tress::cli {
 namespace {
 
-/// What is missing, told; false if anything is.
+/// Logs what is missing; false if anything is.
 bool is_whole(const Farm& opened) {
   std::vector<std::size_t> missing;
   for (std::size_t task = 0; task < opened.tasks.size(); ++task) {
@@ -29,7 +29,7 @@ bool is_whole(const Farm& opened) {
   return false;
 }
 
-/// Of --precision of the renders, which a merge has too.
+/// The --precision of the renders, which a merge has too.
 std::vector<std::string> precision_of(const std::vector<std::string>& options) {
   for (std::size_t i = 0; i < options.size(); ++i) {
     if (options[i] == "--precision" && i + 1 < options.size()) return {options[i], options[i + 1]};
@@ -38,7 +38,7 @@ std::vector<std::string> precision_of(const std::vector<std::string>& options) {
   return {};
 }
 
-/// The parts of each picture, which follow one another.
+/// Merges the parts of each picture, which are consecutive tasks.
 int merge_pictures(const Farm& opened) {
   const farm::Plan& plan = opened.plan;
   if (plan.split == 0) return 0;
@@ -63,7 +63,7 @@ int merge_caches(const Farm& opened) {
   std::error_code error;
   for (std::size_t task = 0; task < opened.tasks.size(); ++task) {
     const std::filesystem::path cache = opened.files(task).cache;
-    // A model without rows has none.
+    // A task of a model without rows has no cache.
     if (std::filesystem::exists(cache, error)) words.push_back(cache.string());
   }
   if (words.size() == 2) return 0;

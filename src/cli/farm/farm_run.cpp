@@ -1,4 +1,4 @@
-// tress farm run: one task, whoever starts it and however often.
+// tress farm run: runs one task, whoever starts it and however often.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -25,7 +25,7 @@ namespace {
 struct RunSettings {
   std::filesystem::path folder;
   std::size_t task = 0;
-  std::string progress;  ///< "openjd", or empty
+  std::string progress;  ///< "openjd" or empty
 };
 
 std::string environment(const char* name) {
@@ -38,13 +38,13 @@ std::string host_name() {
   return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
 }
 
-/// As Slurm calls it; empty elsewhere.
+/// The job's name in Slurm; empty elsewhere.
 std::string job_name() {
   const std::string array = environment("SLURM_ARRAY_JOB_ID");
   return array.empty() ? environment("SLURM_JOB_ID") : array + "_" + environment("SLURM_ARRAY_TASK_ID");
 }
 
-/// The table to start from: a copy of the shared one as it is now, unless the task has one from before.
+/// Copies the shared table as the task's starting table, unless the task already has one.
 std::optional<Error> seed_cache(const std::filesystem::path& shared, const std::filesystem::path& own) {
   std::error_code error;
   if (std::filesystem::exists(own, error) || !std::filesystem::exists(shared, error)) return std::nullopt;
@@ -72,7 +72,7 @@ std::vector<std::string> render_words(const Farm& opened, const RunSettings& set
     add("--samples-to", std::to_string(task.samples_to));
     add("--part", files.part.string());
   }
-  // What Slurm gives the task of this machine, which its processes see the whole of.
+  // Slurm limits the task to these cores, but its processes see the whole machine.
   const std::string cores = environment("SLURM_CPUS_ON_NODE");
   const bool told = std::ranges::any_of(plan.options, [](const auto& word) { return word.starts_with("--threads"); });
   if (!cores.empty() && !told) add("--threads", cores);
@@ -81,12 +81,12 @@ std::vector<std::string> render_words(const Farm& opened, const RunSettings& set
   return words;
 }
 
-/// What the first task has learned, for all.
+/// Copies what the first task has learned, for all tasks.
 int share_table(const Farm& opened, std::size_t task) {
   const farm::Plan& plan = opened.plan;
   if (task != 0 || !plan.calibrates || !plan.warm_cache || plan.frozen) return 0;
   std::error_code error;
-  // It is not there where a model has no rows.
+  // A model without rows has no cache.
   if (!std::filesystem::exists(opened.files(task).cache, error)) return 0;
   std::vector<std::string> words{"cache", "merge", opened.files(task).cache.string()};
   if (std::filesystem::exists(*plan.warm_cache, error)) words.push_back(plan.warm_cache->string());
@@ -112,7 +112,7 @@ bool tell(const std::filesystem::path& file, const farm::TaskState& state) {
   return !error;
 }
 
-/// Under the lock of the task.
+/// Must hold the lock of the task.
 int run_locked(const Farm& opened, const RunSettings& settings) {
   const std::filesystem::path file = opened.files(settings.task).state;
   if (opened.is_done(settings.task)) {

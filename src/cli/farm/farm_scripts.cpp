@@ -19,14 +19,15 @@ namespace {
 
 constexpr std::size_t usual_max_array_size = 1001;
 
-/// Tasks of one array, by their numbers, the first of which is 0 in it.
+/// The tasks of one array, by their numbers; the first has index 0 in it.
 struct TaskArray {
   std::vector<std::size_t> tasks;
   std::size_t offset = 0;
-  bool is_first = false;  ///< all others wait for it
+  bool is_first = false;  ///< whether all others wait for it
 };
 
-/// Arrays of fewer numbers than `most`: all tasks wait for nothing, or for the first one.
+/// Divides the tasks into arrays of fewer than `most` indices. All of them can start at once, or wait for the first
+/// task.
 std::vector<TaskArray> arrays_of(const Farm& opened, const std::vector<std::size_t>& left, std::size_t most) {
   std::vector<TaskArray> arrays;
   if (left.empty()) return arrays;
@@ -40,7 +41,7 @@ std::vector<TaskArray> arrays_of(const Farm& opened, const std::vector<std::size
   return arrays;
 }
 
-/// Of the controller's configuration, which says how large an index may be.
+/// The largest array index + 1 from the controller's configuration.
 std::size_t max_array_size() {
   const ProgramResult shown = run_program({"scontrol", "show", "config"});
   const std::size_t at = shown.out.find("MaxArraySize");
@@ -83,7 +84,8 @@ std::string local_script(const Farm& opened, const std::vector<std::size_t>& lef
   return text + fmt::format("{} farm merge {}\n", program, folder);
 }
 
-/// What sbatch --parsable prints, "12" or "12;cluster". Empty if the job was refused, which sbatch has told.
+/// The id in the output of sbatch --parsable, "12" or "12;cluster". Empty if the job was refused, which sbatch has
+/// reported.
 std::string submitted_id(const std::vector<std::string>& command) {
   const ProgramResult submitted = run_program(command);
   if (submitted.status == 127) log_error("sbatch: expected Slurm's program on the PATH, found none");
@@ -133,7 +135,7 @@ int submit_to_slurm(const Farm& opened, const farm::SlurmOptions& options, const
     }
     jobs.push_back(id);
     fmt::print("{} {}\n", what, id);
-    // At once: a submission that is killed here is known to the next.
+    // This is noted at once, so that the next submission knows of one that is killed here.
     const auto error = note_jobs(opened.folder, jobs);
     if (error) log_error(error->message());
     return !error;
@@ -153,7 +155,7 @@ std::string jobs_in_queue(const std::filesystem::path& folder) {
   const nlohmann::json told = nlohmann::json::parse(in, nullptr, false);
   if (!told.is_object() || !told.contains("jobs") || !told["jobs"].is_array()) return {};
   std::string queued;
-  // One by one: Slurm refuses a list with one that it has forgotten.
+  // The jobs are looked up one by one, because Slurm refuses a list with a job that it has forgotten.
   for (const nlohmann::json& job : told["jobs"]) {
     if (!job.is_string()) continue;
     const ProgramResult shown =

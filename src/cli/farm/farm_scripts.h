@@ -1,4 +1,4 @@
-// The scripts of a farm, and what is told to a scheduler.
+// The scripts of a farm, and its submission to a scheduler.
 #pragma once
 
 #include <optional>
@@ -10,17 +10,17 @@
 
 namespace tress::cli {
 
-/// Writes the files of every scheduler into the folder of the farm; those of Slurm are of the tasks that are left.
+/// Writes the files of every scheduler into the folder of the farm; those of Slurm are for the tasks that are left.
 std::optional<Error> write_scripts(const Farm& opened, const farm::SlurmOptions& options,
                                    const std::vector<std::size_t>& left);
 
-/// Submits what is left and the merge, and notes the jobs in FOLDER/submitted.json. Exit status.
+/// Submits the tasks that are left and the merge, and notes the jobs in FOLDER/submitted.json. Returns the exit status.
 int submit_to_slurm(const Farm& opened, const farm::SlurmOptions& options, const std::vector<std::size_t>& left);
 
-/// The ids of the jobs submitted before that Slurm still has in its queue, with commas; empty if there are none.
+/// The ids of earlier jobs that Slurm still has in its queue, separated by commas; empty if there are none.
 std::string jobs_in_queue(const std::filesystem::path& folder);
 
-/// Prints what is to be typed for this scheduler; "none": for each of them.
+/// Prints the commands for this scheduler; "none": for each of them.
 void tell_commands(const Farm& opened, const std::string& scheduler);
 
 }  // namespace tress::cli

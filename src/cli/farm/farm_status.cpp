@@ -1,4 +1,4 @@
-// tress farm status: where every task of a farm is.
+// tress farm status: prints the state of every task of a farm.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,12 +21,13 @@ struct StatusSettings {
 };
 
 struct TaskStatus {
-  std::string state;  ///< as phase_name(), or "killed", "lost"
+  std::string state;  ///< from phase_name(), or "killed", "lost"
   farm::TaskState told;
   std::size_t pictures = 0;  ///< finished
 };
 
-/// A picture is saved with each checkpoint too, which goes when it is finished.
+/// Counts the finished pictures of the task. A picture is saved with each checkpoint too, and the checkpoint is removed
+/// when the picture is finished.
 std::size_t finished_pictures(const Farm& opened, std::size_t task) {
   const farm::TaskFiles files = opened.files(task);
   const farm::Task& what = opened.tasks[task];
@@ -73,7 +74,7 @@ nlohmann::ordered_json to_json(const Farm& opened, const std::vector<TaskStatus>
   return {{"folder", opened.folder.string()}, {"done", done}, {"merged", opened.is_merged()}, {"tasks", tasks}};
 }
 
-/// Exit status 0: everything is rendered and merged, 3: not yet, 1: not a farm, or a task has failed for good.
+/// Exit status 0: everything is rendered and merged; 3: not yet; 1: no farm, or a task has failed for good.
 int tell_status(const StatusSettings& settings) {
   const Result<Farm> opened = open_farm(settings.folder);
   if (!opened) {

@@ -1,4 +1,4 @@
-// tress farm: a shot as tasks of a scheduler.
+// tress farm: makes tasks for a scheduler from a shot.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -29,11 +29,11 @@ struct SubmitSettings {
   farm::Plan plan;
   std::filesystem::path folder;  ///< empty: beside the output
   std::string scheduler = "none";
-  std::string program;  ///< empty: this one
+  std::string program;  ///< empty: this program
   farm::SlurmOptions slurm;
 };
 
-/// Which a farm sets itself, for each task.
+/// The options that a farm sets itself for each task.
 const std::set<std::string>& options_of_tasks() {
   static const std::set<std::string> names{"-o",           "--output",       "--frames",     "--frame",
                                            "--warm-cache", "--cache-mode",   "--part",       "--checkpoint",
@@ -41,7 +41,7 @@ const std::set<std::string>& options_of_tasks() {
   return names;
 }
 
-/// The options are those of a render, whose parser says so now and not on another machine. Throws WrongUsage.
+/// Checks the options by the parser of a render, here and not on another machine. Throws WrongUsage.
 void check_render_options(const farm::Plan& plan) {
   for (const std::string& word : plan.options) {
     if (options_of_tasks().contains(word.substr(0, word.find('='))))
@@ -49,7 +49,7 @@ void check_render_options(const farm::Plan& plan) {
           fmt::format("after --: expected options that all tasks share, found {}, which each has its own", word));
   }
   CLI::App app("", "tress");
-  const Command render = add_render(app, {});  // which keeps what the parser fills
+  const Command render = add_render(app, {});  // keeps what the parser fills
   std::vector<std::string> words{"render", plan.scene.string(), "-o", "a.exr", "--checkpoint", "a.checkpoint"};
   if (plan.split > 0) words.insert(words.end(), {"--part", "a.part"});
   words.insert(words.end(), plan.options.begin(), plan.options.end());
@@ -63,7 +63,7 @@ void check_render_options(const farm::Plan& plan) {
   }
 }
 
-/// Of a pixel: --spp, or the scene's.
+/// Samples a pixel: from --spp, or from the scene.
 int samples_of(const farm::Plan& plan) {
   for (std::size_t i = 0; i < plan.options.size(); ++i) {
     const std::string& word = plan.options[i];
@@ -78,7 +78,7 @@ int samples_of(const farm::Plan& plan) {
   return scene::Image{}.samples;
 }
 
-/// "out/shot.####.exr" is rendered in out/shot.farm; a name of nothing but a number in that of the scene.
+/// "out/shot.####.exr" is rendered in out/shot.farm; if the name is only a number, the folder has the scene's name.
 std::filesystem::path usual_folder(const farm::Plan& plan) {
   std::string stem = plan.output.stem().string();
   const auto is_rest = [](char c) { return c == '#' || c == '.' || c == '_' || c == '-'; };
@@ -87,12 +87,12 @@ std::filesystem::path usual_folder(const farm::Plan& plan) {
   return plan.output.parent_path() / (stem + ".farm");
 }
 
-/// Makes names absolute and fills what was not told. Error if the scene is not there, or the folder of the output.
+/// Makes names absolute and fills in what was not given. Error if the scene or the folder of the output does not exist.
 std::optional<Error> complete(SubmitSettings* settings) {
   farm::Plan& plan = settings->plan;
   std::error_code error;
   plan.directory = std::filesystem::current_path(error);
-  // Of a relative name whose first part is not there weakly_canonical() makes no absolute one.
+  // weakly_canonical() does not make a relative name absolute if its first part does not exist.
   const auto whole = [&](const std::filesystem::path& file) {
     return std::filesystem::weakly_canonical(std::filesystem::absolute(file, error), error);
   };
@@ -119,7 +119,7 @@ std::optional<Error> complete(SubmitSettings* settings) {
   return std::nullopt;
 }
 
-/// The farm of this folder, made or found. Error if it is there with other settings.
+/// Makes or finds the farm of this folder. Error if it exists with other settings.
 Result<Farm> make_farm(const SubmitSettings& settings) {
   if (const auto error = farm::make_folders(settings.folder)) return *error;
   std::error_code ignored;
@@ -133,7 +133,7 @@ Result<Farm> make_farm(const SubmitSettings& settings) {
   return open_farm(settings.folder);
 }
 
-/// What is to be done, from the start again what has failed.
+/// The tasks that are left; those that have failed start again.
 Result<std::vector<std::size_t>> tasks_to_do(const Farm& opened) {
   std::vector<std::size_t> left;
   for (std::size_t task = 0; task < opened.tasks.size(); ++task) {
