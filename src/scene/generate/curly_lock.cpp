@@ -24,7 +24,7 @@ Groom curly_lock(const GroomShape& shape) {
   for (std::uint32_t c = 0; c < clump_count; ++c) {
     RandomStream random(shape.seed, 1, c);
     const float r = root_disc_cm * std::sqrt(random.next()), angle = two_pi * random.next();
-    // Most wisps turn together, as a lock does; some go their own way.
+    // Most wisps turn together, as in a real lock; some have their own phase.
     const float phase = c % 4 == 3 ? two_pi * random.next() : 0.7f * kernel(random) + (c % 2 ? 2.6f : 0.0f);
     clumps.push_back({r * std::cos(angle), r * std::sin(angle), phase,
                       length_cm / shape["wavelength_cm"] * (1 + 0.07f * kernel(random)),
@@ -47,7 +47,7 @@ Groom curly_lock(const GroomShape& shape) {
     for (std::uint32_t i = 0; i < shape.points; ++i) {
       const float t = static_cast<float>(i) / static_cast<float>(shape.points - 1);
       const float along = t * length / clump.length;
-      // The curl opens from the root and tightens towards a tip in which the wisp gathers.
+      // The curl opens from the root and tightens towards the tip, where the wisp gathers.
       const float opening = smooth_step(t / 0.25f), gathering = 1 - clump_strength * smooth_step((along - 0.3f) / 0.7f);
       const float turn = phase + two_pi * clump.turns * stretch * (0.8f * along + 0.2f * along * along);
       const float r = helix * opening * (1 - 0.35f * along);

@@ -1,5 +1,5 @@
-// A curtain of hair that fills a picture: strands in strings, strings in wisps, wisps in locks that wave together or
-// are curls; a few strands fly. It has no head, since its roots are meant to be out of the frame.
+// A curtain of hair that fills a picture: strands form strings, strings form wisps, and wisps form locks that wave
+// together or are curls; a few strands fly. It has no head, because its roots should be out of the frame.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -14,9 +14,9 @@ namespace {
 
 constexpr float two_pi = 2 * std::numbers::pi_v<float>;
 constexpr std::uint32_t wisps_per_lock = 9, strings_per_wisp = 7;
-constexpr float lock_area_cm2 = 1.5f, curl_area = 0.5f;  // of a curl: times the square of its diameter
+constexpr float lock_area_cm2 = 1.5f, curl_area = 0.5f;  // for a curl: times the square of its diameter
 
-/// A wave across the fall, or a turn around it: cm, radians.
+/// A wave across the fall, or a turn around it; cm, radians.
 struct Sway {
   float amplitude_cm = 0, wavelength_cm = 1, phase = 0, roundness = 0;
 
@@ -24,15 +24,15 @@ struct Sway {
   glm::vec2 at(float s) const { return amplitude_cm * glm::vec2(std::sin(turn(s)), roundness * std::cos(turn(s))); }
 };
 
-/// What gathers others around it.
+/// A center line around which other strands gather.
 struct Bundle {
-  glm::vec2 root{};  ///< where it starts, in the plane of the roots
+  glm::vec2 root{};  ///< its start, in the plane of the roots
   float length_cm = 0;
   Sway sway;
 };
 
 struct Curtain {
-  std::vector<Bundle> locks, wisps, strings;  ///< wisps and strings of each lock and wisp in a row
+  std::vector<Bundle> locks, wisps, strings;  ///< the wisps of all locks and the strings of all wisps, in a row
 };
 
 glm::vec2 in_disc(RandomStream& random) {
@@ -45,7 +45,7 @@ glm::vec2 extent_cm(const GroomShape& shape) {
   return {width, std::clamp(0.25f * width, 0.5f, 3.0f)};
 }
 
-/// Waves of neighbours go together: their phase drifts slowly over the curtain. Curls go their own way.
+/// Neighbouring waves are similar: their phase drifts slowly over the curtain. Curls are independent.
 Sway lock_sway(const GroomShape& shape, const glm::vec2& root, RandomStream& random) {
   Sway sway;
   const float longer = std::max(0.6f, 1 + 0.06f * kernel(random)), wider = std::max(0.4f, 1 + 0.2f * kernel(random));
@@ -66,7 +66,7 @@ Bundle make_lock(const GroomShape& shape, std::uint32_t index, std::uint32_t cou
   RandomStream random(shape.seed, 8, index);
   const glm::vec2 extent = extent_cm(shape);
   Bundle lock;
-  // Evenly along the width, in steps of the golden ratio through the depth.
+  // Roots are even along the width, and in steps of the golden ratio through the depth.
   const float across = (static_cast<float>(index) + uniform(random, 0.2f, 0.8f)) / static_cast<float>(count);
   const float deep = std::fmod(0.618034f * static_cast<float>(index), 1.0f);
   lock.root = extent * (glm::vec2(across, deep) - 0.5f);
@@ -75,7 +75,7 @@ Bundle make_lock(const GroomShape& shape, std::uint32_t index, std::uint32_t cou
   return lock;
 }
 
-/// A member of `of`, rooted within `spread_cm`, with a small wave of its own.
+/// Makes a member of `of`, rooted within `spread_cm`, with a small wave of its own.
 Bundle make_member(const GroomShape& shape, const Bundle& of, float spread_cm, float amplitude, RandomStream& random) {
   Bundle member;
   member.root = of.root + spread_cm * in_disc(random);
@@ -104,7 +104,7 @@ Curtain make_curtain(const GroomShape& shape, float lock_area) {
   return all;
 }
 
-/// Turned as the lock turns, where it is a curl.
+/// Turns the offset with the lock, if it is a curl.
 glm::vec2 carried(const glm::vec2& offset, const Sway& lock, bool curls, float s) {
   if (!curls) return offset;
   const float angle = lock.turn(s) * (lock.roundness < 0 ? 1.0f : -1.0f);
@@ -112,7 +112,7 @@ glm::vec2 carried(const glm::vec2& offset, const Sway& lock, bool curls, float s
   return {c * offset.x - d * offset.y, d * offset.x + c * offset.y};
 }
 
-/// What one strand has of its own.
+/// The individual values of one strand.
 struct Own {
   glm::vec2 offset;  ///< from its string, cm
   float length_cm, gathered, astray_cm, wander_cm;

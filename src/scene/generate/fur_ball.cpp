@@ -14,7 +14,8 @@ constexpr float strands_per_tuft = 40;
 constexpr std::uint32_t most_tufts = 3000;
 constexpr float undercoat_share = 0.4f;
 
-/// Unit vector i of `count` spread evenly over the sphere (Fibonacci lattice), moved by about half their distance.
+/// Unit vector i of `count` that are spread evenly over the sphere (Fibonacci lattice), moved by about half their
+/// distance.
 glm::vec3 sphere_point(std::uint32_t i, std::uint32_t count, RandomStream& random) {
   const auto n = static_cast<double>(count);
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
@@ -27,14 +28,14 @@ glm::vec3 sphere_point(std::uint32_t i, std::uint32_t count, RandomStream& rando
   return glm::normalize(moved);
 }
 
-/// Where the comb goes at the unit normal n: down and around, with whorls; tangential, shorter at the poles.
+/// The direction of the comb at the unit normal n: down and around, with whorls; tangential, shorter at the poles.
 glm::vec3 comb(const glm::vec3& n) {
   const glm::vec3 whorls(std::sin(3.1f * n.y + 0.7f), std::sin(2.7f * n.z + 2.1f), std::sin(3.3f * n.x + 4.0f));
   const glm::vec3 flow = glm::vec3(0, 0, -1) + 0.45f * glm::cross(glm::vec3(0, 0, 1), n) + 0.4f * whorls;
   return flow - glm::dot(flow, n) * n;
 }
 
-/// Leaves along the normal and bends along the comb; `lean` is how far, about 0 to 1.
+/// Makes a strand that leaves along the normal and bends along the comb; `lean` is how far, about 0 to 1.
 glm::vec3 along(const glm::vec3& root, const glm::vec3& n, const glm::vec3& combed, float length_cm, float lean,
                 float t) {
   const float bend = lean * t;

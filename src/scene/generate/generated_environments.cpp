@@ -18,7 +18,7 @@ struct Softbox {
   glm::vec3 radiance;
 };
 
-/// 1 inside, 0 outside, with a soft edge.
+/// Returns 1 inside and 0 outside, with a soft edge.
 float coverage(const Softbox& box, const glm::vec3& direction) {
   const glm::vec3 axis = glm::normalize(box.towards);
   const float depth = glm::dot(direction, axis);
@@ -54,7 +54,7 @@ Environment studio_environment(double rotate_rad, float scale) {
 }
 
 Environment gradient_environment(const GradientSky& sky, float scale) {
-  constexpr int steps = 1024;  // of the root of z, in which the sky is linear: its mean is off by a part in 10^7
+  constexpr int steps = 1024;  // of the root of z, in which the sky is linear; the mean errs by 1e-7
   std::vector<double> fall;
   std::vector<glm::vec3> values;
   const auto add = [&](double at, const glm::vec3& radiance) {

@@ -21,7 +21,7 @@ struct Kind {
 constexpr double points_per_wave = 10;
 constexpr std::uint32_t most_points_per_strand = 512;
 
-/// In the range of the key in the parameter table.
+/// Makes a shape parameter with the key's range in the parameter table.
 ShapeParameter shape(const char* key, double usual) {
   const Range& range = parameter_at(std::string("/grooms/0/") + key)->range;
   return {key, range.least, range.most, usual};

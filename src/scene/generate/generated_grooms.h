@@ -11,7 +11,7 @@
 
 namespace tress::scene {
 
-/// A number that shapes a kind of groom, and the value it has where nothing is said.
+/// A number that shapes a kind of groom, and its default.
 struct ShapeParameter {
   std::string key;
   double low, high, usual;
@@ -21,30 +21,33 @@ struct GroomRecipe {
   std::string kind;                           ///< one of generated_groom_kinds()
   std::optional<std::uint32_t> strands = {};  ///< unset: usual_strands(kind)
   std::uint64_t seed = 0;
-  std::map<std::string, double> shape = {};  ///< by key of shape_parameters(kind), in range; absent: the usual value
+  std::map<std::string, double> shape = {};  ///< by key of shape_parameters(kind), in range; if absent, the default
   double radius_cm = 0.004;                  ///< before the taper
 };
 
 /// "curly_lock", "straight", "wavy", "curly", "layered", "curtain", "fur_ball", "single_fiber".
 const std::vector<std::string>& generated_groom_kinds();
 
-/// Of a known kind.
+/// The parameters of a known kind.
 const std::vector<ShapeParameter>& shape_parameters(const std::string& kind);
 std::uint32_t usual_strands(const std::string& kind);
 
-/// Points per strand, for the same recipe; kind and shape must be in range.
+/// The number of points per strand for the recipe; kind and shape must be in range.
 std::uint32_t points_per_strand(const GroomRecipe& recipe);
 
-/// z up, centimetres; the same recipe gives the same points. Radii are those of the recipe along the whole strand, but
-/// for the finer undercoat of fur. kind must be known. curly_lock: helices of varying phase clumped in one lock that
-/// hangs from z = 0. straight, wavy, curly: rooted on the scalp of a head of 9 cm around the origin, parted along x =
-/// 0, face towards +y (a camera at -y sees the back of the head), falling under gravity along the head, clumped towards
-/// the tips. layered: on the same head, swept back and cut in layers: strings of strands in wisps, wisps in locks
-/// that wave together, some strays; with curl_diameter_cm each wisp is a curl of its own. curtain: from roots at z = 0,
-/// width_cm along x and a quarter of that along y (0.5 to 3 cm), locks that hang and wave together, or are curls.
-/// Lengths are measured along the fall: waves and curls take more hair. fur_ball: a ball around the origin, combed down
-/// and around, under guard hairs a shorter and finer undercoat. single_fiber: hangs from z = 0; more than one stand
-/// side by side along x, .1 cm apart.
+/// Makes a groom: z up, centimetres. The same recipe gives the same points. Radii are those of the recipe along the
+/// whole strand, except for the finer undercoat of fur. kind must be known. Lengths are measured along the fall: waves
+/// and curls take more hair.
+/// - curly_lock: helices of varying phase, clumped in one lock that hangs from z = 0.
+/// - straight, wavy, curly: rooted on the scalp of a head of 9 cm around the origin, parted along x = 0, with the face
+///   towards +y (a camera at -y sees the back of the head). They fall under gravity along the head and are clumped
+///   towards the tips.
+/// - layered: on the same head, swept back and cut in layers. Strands form strings in wisps, and wisps form locks that
+///   wave together, with some strays; with curl_diameter_cm each wisp is a curl of its own.
+/// - curtain: from roots at z = 0, width_cm along x and a quarter of that along y (0.5 to 3 cm); locks hang and wave
+///   together, or are curls.
+/// - fur_ball: a ball around the origin, combed down and around, with a shorter and finer undercoat under guard hairs.
+/// - single_fiber: hangs from z = 0; several of them are side by side along x, 0.1 cm apart.
 Groom generate_groom(const GroomRecipe& recipe);
 
 }  // namespace tress::scene

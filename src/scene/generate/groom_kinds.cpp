@@ -1,4 +1,4 @@
-// The smallest kind, and the wander that the others share.
+// The smallest kind, and the wander that the other kinds share.
 #include "scene/generate/groom_kinds.h"
 
 #include <cmath>

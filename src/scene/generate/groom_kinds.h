@@ -1,4 +1,4 @@
-// The generators behind generate_groom(), and what they share: random shapes, and a head to root hair on.
+// The generators behind generate_groom(), and what they share: random shapes, and a head for the roots.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct GroomShape {
   std::uint32_t points = 16;             ///< per strand
   std::map<std::string, double> values;  ///< by key of shape_parameters()
 
-  /// 0 for a key that the kind has not.
+  /// Returns 0 for a key that the kind does not have.
   float operator[](const char* key) const {
     const auto found = values.find(key);
     return found == values.end() ? 0.0f : static_cast<float>(found->second);
@@ -34,7 +34,7 @@ Groom curtain(const GroomShape& shape);
 Groom fur_ball(const GroomShape& shape);
 Groom single_fiber(const GroomShape& shape);
 
-/// 0 below 0, 1 above 1, smooth between.
+/// Returns 0 below 0, 1 above 1, and a smooth transition between.
 inline float smooth_step(float x) {
   if (!(x > 0)) return 0;
   return x < 1 ? x * x * (3 - 2 * x) : 1;
@@ -43,13 +43,13 @@ inline float smooth_step(float x) {
 /// Uniform in [low, high).
 inline float uniform(RandomStream& random, float low, float high) { return low + (high - low) * random.next(); }
 
-/// About normal, mean 0, standard deviation 1, within 3.5: a sum of four uniforms.
+/// Approximately normal, mean 0, standard deviation 1, within 3.5: a sum of four uniforms.
 inline float kernel(RandomStream& random) {
   const float sum = random.next() + random.next() + random.next() + random.next();
   return (sum - 2.0f) * 1.7320508f;
 }
 
-/// A smooth wander of a strand sideways: two slow waves of random phase and direction.
+/// A smooth sideways wander of a strand: two slow waves of random phase and direction.
 class Wander {
  public:
   explicit Wander(RandomStream& random);
@@ -61,15 +61,15 @@ class Wander {
   glm::vec3 slow_phase_, fast_phase_;
 };
 
-/// A point of the scalp on the unit sphere, everything above the neck but the face (+y); on the head after
-/// multiplication by head_semi_axes_cm().
+/// A point of the scalp on the unit sphere, anywhere above the neck except on the face (+y). Multiplied by
+/// head_semi_axes_cm() it lies on the head.
 glm::vec3 scalp_point(RandomStream& random);
 glm::vec3 head_semi_axes_cm();
 
-/// Moves p (cm) out of the head inflated by `clearance` cm.
+/// Moves p (cm) out of the head, which is inflated by `clearance` cm.
 glm::vec3 outside_head(const glm::vec3& p, float clearance);
 
-/// `count` points, equally far apart, of a strand that leaves the scalp along its normal, away from the parting, then
+/// Makes `count` equally spaced points of a strand that leaves the scalp along its normal, away from the parting, then
 /// falls along the head and freely below it. Stiffness: the length in cm over which gravity turns it.
 std::vector<glm::vec3> fall_from_scalp(const glm::vec3& on_scalp, float length_cm, float clearance, float stiffness,
                                        std::uint32_t count);

@@ -1,4 +1,5 @@
-// Straight, wavy and curly hair on a head: clumps fall like single strands, strands fall and are drawn to their clump.
+// Straight, wavy and curly hair on a head: clumps fall like single strands, and strands fall and are drawn to their
+// clump.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -17,7 +18,7 @@ constexpr std::uint32_t straight_clumps = 420, wavy_clumps = 190, curly_clumps =
 struct Wave {
   float amplitude_cm = 0, wavelength_cm = 1;
   float roundness = 0;      ///< 0: in one plane, outwards; +-1: a helix, right- or left-handed
-  float straight_root = 0;  ///< cm over which it opens
+  float straight_root = 0;  ///< length in cm over which it opens
 };
 
 struct Clump {
@@ -27,7 +28,7 @@ struct Clump {
   std::vector<glm::vec3> points;
 };
 
-/// Across the strand at point i: away from the head, as far as that is across.
+/// The direction across the strand at point i: away from the head, without its part along the strand.
 glm::vec3 outward(const std::vector<glm::vec3>& points, std::size_t i, const glm::vec3& tangent) {
   glm::vec3 away = points[i] / head_semi_axes_cm();
   away -= glm::dot(away, tangent) * tangent;
@@ -66,7 +67,7 @@ Clump make_clump(const GroomShape& shape, std::uint32_t index) {
     wave.wavelength_cm = shape["wavelength_cm"] * std::max(0.5f, 1 + (curly ? 0.15f : 0.06f) * kernel(random));
     wave.roundness = curly ? (random.next() < 0.5f ? -1.0f : 1.0f) : uniform(random, -0.5f, 0.5f);
     wave.straight_root = curly ? 1.2f * wave.wavelength_cm : wave.wavelength_cm;
-    // Neighbouring wisps wave together, curls do not.
+    // Neighbouring wisps wave together; curls do not.
     clump.phase = curly ? two_pi * random.next()
                         : 2.5f * std::sin(2.3f * clump.root.x + 1) + 2 * clump.root.y + 0.45f * kernel(random);
   }
@@ -81,7 +82,7 @@ const Clump& nearest_clump(const std::vector<Clump>& clumps, const glm::vec3& ro
   float nearest = std::numeric_limits<float>::max();
   for (const Clump& candidate : clumps) {
     const glm::vec3 d = candidate.root - root;
-    // Hair of one side of the parting never joins the other.
+    // Hair on one side of the parting never joins the other side.
     const float distance = glm::dot(d, d) + ((candidate.root.x < 0) != (root.x < 0) ? 1.0f : 0.0f);
     if (distance < nearest) nearest = distance, best = &candidate;
   }

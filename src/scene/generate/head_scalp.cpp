@@ -35,7 +35,7 @@ std::vector<glm::vec3> fall_from_scalp(const glm::vec3& on_scalp, float length_c
                                        std::uint32_t count) {
   const glm::vec3 normal = glm::normalize(on_scalp / head_cm);
   const float side = on_scalp.x < 0 ? -1.0f : 1.0f;
-  // Parted at the front; at the back of the head (-y) the hair is combed straight down and covers the nape.
+  // Hair is parted at the front; at the back of the head (-y) it is combed straight down and covers the nape.
   const float parted = std::clamp(0.4f + 1.4f * on_scalp.y, 0.0f, 1.0f);
   const glm::vec3 comb =
       glm::vec3(0.9f * side * parted, -0.9f + 0.55f * parted, 0.0f) * std::clamp(on_scalp.z, 0.0f, 1.0f);

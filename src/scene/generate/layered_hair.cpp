@@ -1,4 +1,5 @@
-// Long hair swept back and cut in layers: strands gather in wisps, wisps in locks; locks wave together, wisps may curl.
+// Long hair swept back and cut in layers: strands gather in wisps, and wisps in locks; locks wave together, and wisps
+// may curl.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,16 +18,16 @@ namespace {
 constexpr float two_pi = 2 * std::numbers::pi_v<float>;
 constexpr std::uint32_t lock_count = 60, wisps_per_lock = 16, curls_per_lock = 5, strings_per_wisp = 9;
 
-/// What gathers others around it: a lock, a wisp of it or a string of that.
+/// A center line around which strands gather: a lock, a wisp in it or a string in that.
 struct Guide {
   glm::vec3 root{};  ///< on the unit sphere of the scalp
   std::vector<glm::vec3> points;
   float length_cm = 0;
   float phase = 0, amplitude_cm = 0, wavelength_cm = 1, roundness = 0;  ///< of its wave
-  float opening_cm = 14;                                                ///< over which it grows from the root
+  float opening_cm = 14;                                                ///< length over which it grows from the root
 };
 
-/// Even over the scalp: of a few points the one farthest from those before it.
+/// Spreads roots evenly over the scalp: returns the one of a few points that is farthest from earlier ones.
 glm::vec3 spread_root(const std::vector<Guide>& others, RandomStream& random) {
   constexpr int tries = 12;
   glm::vec3 best{};
@@ -45,14 +46,15 @@ const Guide& nearest(const std::vector<Guide>& guides, const glm::vec3& root) {
   return *std::ranges::min_element(guides, {}, far);
 }
 
-/// How far over the neck, cm along the scalp: what grows farther up is cut longer, so that the tips end near each
+/// Distance above the neck, cm along the scalp: hair that grows higher is cut longer, so that the tips end near each
 /// other.
 float above_nape_cm(const glm::vec3& root) {
   const glm::vec3 nape = glm::normalize(glm::vec3(0, -0.94f, -0.35f));
   return 9 * std::acos(std::clamp(glm::dot(root, nape), -1.0f, 1.0f));
 }
 
-/// Along the scalp at n on the unit sphere: swept back from the face, down at the back and the sides, in strokes.
+/// The direction of the comb along the scalp at n on the unit sphere: swept back from the face, and down at the back
+/// and the sides, in strokes.
 glm::vec3 comb(const glm::vec3& n) {
   const float stroke = 0.2f * std::sin(5.1f * n.x + 2.2f * n.z + 0.7f) + 0.1f * std::sin(11.3f * n.x - 4 * n.y);
   const float behind = smooth_step((0.5f - n.y) / 0.8f);
@@ -61,7 +63,8 @@ glm::vec3 comb(const glm::vec3& n) {
   return glm::normalize(stream - glm::dot(stream, normal) * normal);
 }
 
-/// A strand without a wave: lifted from the scalp, held by the comb for a while, falling over the layers under it.
+/// Makes a strand without a wave: it is lifted from the scalp, held by the comb for a while, and falls over the layers
+/// under it.
 std::vector<glm::vec3> fall(const glm::vec3& root, float length_cm, float clearance_cm, std::uint32_t count) {
   constexpr float step_cm = 0.25f, stiffness_cm = 4.5f, held_cm = 14;
   const glm::vec3 semi_axes = head_semi_axes_cm(), normal = glm::normalize(root / semi_axes);
@@ -78,7 +81,7 @@ std::vector<glm::vec3> fall(const glm::vec3& root, float length_cm, float cleara
       grown += step;
       glm::vec3 force(0, 0, -1);
       if (p.z > -2 && grown < held_cm) force += 1.8f * (1 - grown / held_cm) * comb(glm::normalize(p / semi_axes));
-      // Below the head hair draws in over the neck.
+      // Below the head, hair draws in over the neck.
       if (p.z < -2) force += glm::vec3(-0.012f * p.x, -0.01f * (p.y + 7), 0) * std::min(1.0f, (-2 - p.z) / 6);
       direction = glm::normalize(direction + step / stiffness_cm * force);
       const glm::vec3 next = outside_head(p + step * direction, clearance_cm * smooth_step(grown / 4));
@@ -90,13 +93,13 @@ std::vector<glm::vec3> fall(const glm::vec3& root, float length_cm, float cleara
   return points;
 }
 
-/// Layers lie over each other: what is rooted higher, and nearer to the face, is farther out.
+/// The distance of a layer: hair rooted higher, or nearer to the face, is farther out.
 float clearance_cm(const glm::vec3& root, float loose) {
   const float height = std::clamp((root.z + 0.35f) / 1.35f, 0.0f, 1.0f);
   return std::max(0.1f, 0.5f + 1.5f * height + 0.25f * std::max(0.0f, root.y) + loose);
 }
 
-/// Across a curve at point i: away from the head, and aside.
+/// Two directions across a curve at point i: away from the head, and sideways.
 std::array<glm::vec3, 2> frame(const std::vector<glm::vec3>& points, std::size_t i) {
   const glm::vec3 chord = points[std::min(i + 1, points.size() - 1)] - points[i > 0 ? i - 1 : 0];
   const glm::vec3 tangent = chord / std::max(glm::length(chord), 1e-6f);
@@ -106,7 +109,7 @@ std::array<glm::vec3, 2> frame(const std::vector<glm::vec3>& points, std::size_t
   return {out, glm::cross(tangent, out)};
 }
 
-/// Adds the guide's own wave, that opens below the crown.
+/// Adds the guide's own wave, which opens below the crown.
 void wave(const Guide& of, std::vector<glm::vec3>* points) {
   if (!(of.amplitude_cm > 0)) return;
   const std::vector<glm::vec3> straight = *points;
@@ -119,7 +122,7 @@ void wave(const Guide& of, std::vector<glm::vec3>* points) {
   }
 }
 
-/// Draws the points to those of the guide, from the root, where it is free, to the tip.
+/// Moves the points towards those of the guide, from the root, where they are free, to the tip.
 void gather(const Guide& around, float strength, float from, std::vector<glm::vec3>* points) {
   for (std::size_t i = 1; i < points->size(); ++i) {
     const float t = static_cast<float>(i) / static_cast<float>(points->size() - 1);
@@ -142,7 +145,7 @@ Guide make_lock(const GroomShape& shape, const std::vector<Guide>& others, std::
   return lock;
 }
 
-/// Makes the own wave of a wisp a curl: a helix of either hand, about as wide as it is tall, no two alike.
+/// Makes the wave of a wisp a curl: a helix of either hand, about as wide as it is tall; no two are alike.
 void curl(const GroomShape& shape, RandomStream& random, Guide* wisp) {
   wisp->amplitude_cm = 0.5f * shape["curl_diameter_cm"] * std::max(0.35f, 1 + 0.25f * kernel(random));
   wisp->wavelength_cm = shape["wavelength_cm"] * std::max(0.5f, 1 + 0.18f * kernel(random));
@@ -150,7 +153,7 @@ void curl(const GroomShape& shape, RandomStream& random, Guide* wisp) {
   wisp->opening_cm = 5;
 }
 
-/// A member of `of`, rooted near it.
+/// Makes a member of `of`, rooted near it.
 Guide make_member(const GroomShape& shape, const Guide& of, float spread, float strength, float loose, bool curls,
                   RandomStream& random) {
   Guide member;

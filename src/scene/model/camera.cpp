@@ -15,17 +15,17 @@
 namespace tress::scene {
 namespace {
 
-constexpr float elevation_rad = 0.14f;  ///< 8 degrees above
+constexpr float elevation_rad = 0.14f;  ///< 8 degrees above the horizon
 constexpr float margin = 1.06f;
 
-/// Towards the camera.
+/// The direction towards the camera.
 glm::vec3 back_of(double turn_rad) {
   const float level = std::cos(elevation_rad);
   return {static_cast<float>(std::sin(turn_rad)) * level, -static_cast<float>(std::cos(turn_rad)) * level,
           std::sin(elevation_rad)};
 }
 
-/// Tangents of the half angles of view, with the margin.
+/// Tangents of the half angles of view, including the margin.
 struct View {
   float right, up;
   View(const Image& image, const Camera& camera)
@@ -34,7 +34,7 @@ struct View {
   }
 };
 
-/// At `distance_of(point - middle)` along `back`, the largest of all points.
+/// The largest `distance_of(point - middle)` of all points, along `back`.
 template <class Distance>
 Camera placed(const std::vector<Groom>& grooms, const Camera& camera, const glm::vec3& middle, const glm::vec3& back,
               Distance distance_of) {
@@ -59,14 +59,14 @@ Camera between(const Camera& a, const Camera& b, float t) {
   return camera;
 }
 
-/// Height of the part of the sensor that the picture has.
+/// The height of the part of the sensor that the picture uses.
 double sensor_height_mm(const Lens& lens, const Image& image) {
   const double size = lens.sensor_mm, aspect = static_cast<double>(image.width) / image.height;
   const bool by_width = lens.sensor_fit == Lens::Fit::width || (lens.sensor_fit == Lens::Fit::longer && aspect >= 1);
   return by_width ? size / aspect : size;
 }
 
-/// With the angle of view of its focal length, or the focal length of its angle.
+/// Sets the angle of view from the focal length, or the focal length from the angle.
 Camera with_angle(Camera camera, const Lens& lens, const Image& image) {
   constexpr double degrees = 180 / std::numbers::pi;
   const double half_mm = sensor_height_mm(lens, image) / 2;
@@ -75,7 +75,7 @@ Camera with_angle(Camera camera, const Lens& lens, const Image& image) {
   return camera;
 }
 
-/// Radius and focus of the lens of a camera that is in its place. Sets *fault where the point in focus is not before
+/// Sets radius and focus of the lens for a camera at its place. Sets *fault if the point in focus is not in front of
 /// it.
 Camera with_lens(Camera camera, const Lens& lens, const Image& image, std::optional<CameraFault>* fault) {
   const double half_angle_rad = double{camera.vertical_fov_deg} / 2 * std::numbers::pi / 180;
@@ -103,7 +103,7 @@ Camera at_keys(std::vector<CameraKey> keys, double frame, const Lens& lens, cons
   return between(before.camera, next->camera, static_cast<float>(t));
 }
 
-/// Counter-clockwise from above, [0, 2 pi).
+/// The turn, counter-clockwise from above, in [0, 2 pi).
 double turn_at(const Turntable& turntable, double frame) {
   double step = std::fmod(frame, turntable.frames);
   if (step < 0) step += turntable.frames;
@@ -167,8 +167,8 @@ Camera frame_grooms_all_round(const std::vector<Groom>& grooms, const Image& ima
   if (!middle) return camera;
   const View view(image, camera);
   const float c = std::cos(elevation_rad), s = std::sin(elevation_rad);
-  // A point at height z goes around on a circle of radius r: the largest of the above over its azimuth t, where
-  // back . d = c r cos t + s z, right . d = r sin t, up . d = -s r cos t + c z, is closed.
+  // A point at height z moves on a circle of radius r. The largest value over its azimuth t has a closed form: back . d
+  // = c r cos t + s z, right . d = r sin t, up . d = -s r cos t + c z.
   return placed(grooms, camera, look_at.value_or(*middle), back_of(0), [&](const glm::vec3& d) {
     const float r = std::hypot(d.x, d.y), z = d.z;
     const float aside = r * std::hypot(c, 1 / view.right) + s * z;

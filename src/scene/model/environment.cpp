@@ -15,10 +15,10 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr float everywhere = static_cast<float>(1 / (4 * pi));  ///< density of a uniform direction
-constexpr int narrowest = 8;                                    ///< columns of the coarsest copy, at least
-constexpr float least_share = 0.02f;                            ///< of the mean, by Draw::contrast
+constexpr int narrowest = 8;                                    ///< least number of columns of the coarsest copy
+constexpr float least_share = 0.02f;                            ///< of the mean, with Draw::contrast
 
-/// In [0, 1], in proportion to (1 - x) at_0 + x at_1, both >= 0.
+/// Draws x in [0, 1] with density proportional to (1 - x) at_0 + x at_1, both >= 0.
 double draw_linear(double at_0, double at_1, double u) {
   const double root = std::sqrt(at_0 * at_0 + u * (at_1 * at_1 - at_0 * at_0));
   return at_0 + root > 0 ? std::min(1.0, u * (at_0 + at_1) / (at_0 + root)) : u;
@@ -26,18 +26,18 @@ double draw_linear(double at_0, double at_1, double u) {
 
 double mix(double a, double b, double x) { return a + x * (b - a); }
 
-/// 2^32 times the share, below 2^32.
+/// Returns 2^32 times the share, below 2^32.
 std::uint32_t fixed_point(double share) {
   return static_cast<std::uint32_t>(std::min(std::round(share * 0x1p32), 0x1p32 - 1));
 }
 
-/// The last of `count` cells that begins at `key` or below, between the first and the last one that it may be.
+/// The last of `count` cells that begins at `key` or below, searched between the first and the last candidate.
 template <class Key>
 std::size_t cell_of(const Key* begins, std::uint32_t first, std::uint32_t last, Key key) {
   return static_cast<std::size_t>(std::upper_bound(begins + first + 1, begins + last + 1, key) - begins) - 1;
 }
 
-constexpr std::size_t cells_a_part = 8;  ///< of a row, in the mean
+constexpr std::size_t cells_a_part = 8;  ///< of a row, on average
 
 std::vector<RadianceMap> coarser_maps(int width, int height, std::vector<glm::vec3> pixels) {
   std::vector<RadianceMap> maps;
@@ -90,7 +90,7 @@ float Environment::weight_at(const RadianceMap::Place& place) const {
   return top + place.down * (bottom - top);
 }
 
-/// The mean, and sums over the cells: where each begins, the density.
+/// Computes the mean, and sums over the cells: where each begins, and the density.
 void Environment::accumulate(Draw draw) {
   const std::size_t rows = map_.rows(), columns = map_.columns();
   row_cdf_.assign(rows + 1, 0);
@@ -121,7 +121,8 @@ void Environment::accumulate(Draw draw) {
   make_guides();
 }
 
-/// So that a search has a few cells to look at, where its part begins, and not a dozen all over the row.
+/// Makes tables of starting points, so that a search reads a few neighbouring cells instead of a dozen all over the
+/// row.
 void Environment::make_guides() {
   const std::size_t rows = map_.rows(), columns = map_.columns(), row_parts = std::bit_ceil(rows);
   const auto last_row = static_cast<std::uint32_t>(rows - 1), last_column = static_cast<std::uint32_t>(columns - 1);
@@ -144,12 +145,12 @@ void Environment::make_guides() {
 }
 
 Environment::Sample Environment::sample(float u1, float u2) const {
-  if (!(per_weight_ > 0)) {  // constant, or black: uniform over the sphere
+  if (!(per_weight_ > 0)) {  // constant or black: uniform over the sphere
     const double fall = 2 * static_cast<double>(u1), azimuth = 2 * pi * (u2 - 0.5);
     const double flat = std::sqrt(std::max(0.0, fall * (2 - fall)));
     return {glm::vec3(-flat * std::sin(azimuth), -flat * std::cos(azimuth), 1 - fall), mean_, everywhere};
   }
-  // A cell, with a probability above 0; what is left of the numbers says where in it.
+  // Choose a cell with positive probability; the rest of the random numbers gives the place in it.
   const auto row_part = static_cast<std::size_t>(u1 * static_cast<float>(row_guide_.size() - 1));
   const std::size_t row =
       cell_of(row_cdf_.data(), row_guide_[row_part], row_guide_[row_part + 1], static_cast<double>(u1));
@@ -178,7 +179,7 @@ Environment::Sample Environment::sample(float u1, float u2) const {
   Sample sample{};
   sample.direction = glm::vec3(-flat * std::sin(azimuth), -flat * std::cos(azimuth), 1 - fall);
   sample.radiance = map_.at(place);
-  // By Draw::light no cell ends at the edge of its light but by rounding, and nothing comes from there.
+  // With Draw::light no cell ends at the edge of its light except by rounding, and no light comes from there.
   sample.pdf_solid_angle = std::max(weight_at(place) * per_weight_, std::numeric_limits<float>::min());
   return sample;
 }

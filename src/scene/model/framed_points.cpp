@@ -10,14 +10,14 @@
 namespace tress::scene {
 namespace {
 
-/// The largest coordinate, without regard to sign.
+/// The largest absolute coordinate.
 float size_of(const glm::vec3& x) {
   const glm::vec3 size = glm::abs(x);
   return std::max({size.x, size.y, size.z});
 }
 
-/// Where a uniform cubic B-spline with these control points begins. Where the first one mirrors the third, up to the
-/// rounding of floats, it is the second, to the bit.
+/// The beginning of a uniform cubic B-spline with these control points. If the first one mirrors the third, up to
+/// rounding of floats, it is the second to the bit.
 glm::vec3 end_of_bspline(const glm::vec3& beyond, const glm::vec3& end, const glm::vec3& next) {
   const glm::vec3 bend = beyond - 2.0f * end + next;
   const float largest = std::max({size_of(beyond), size_of(end), size_of(next)});
@@ -25,8 +25,8 @@ glm::vec3 end_of_bspline(const glm::vec3& beyond, const glm::vec3& end, const gl
   return size_of(bend) <= rounding * largest ? end : end + bend / 6.0f;
 }
 
-/// Whether Bezier segments are those of one uniform B-spline: each joint is smooth, and from either side has the same
-/// control point. A thousandth of the way to its neighbours passes for the rounding of files.
+/// Whether Bezier segments form one uniform B-spline: each joint is smooth, and both sides give the same control point.
+/// The tolerance for rounding in files is a thousandth of the distance to its neighbours.
 bool joins_as_bspline(std::span<const glm::vec3> p) {
   constexpr float rounding = 1e-3f;
   if (p.size() < 7) return false;

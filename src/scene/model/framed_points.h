@@ -1,4 +1,4 @@
-// The points that tell where strands are and how large: the same for the same strands, whatever they were written as.
+// The points that give position and size of strands: equal for equal strands, whatever their representation.
 #pragma once
 
 #include <cstdint>
@@ -11,18 +11,18 @@
 
 namespace tress::scene {
 
-/// Appends points whose convex hull has the curve of one strand. Of B-splines they are the ends of the curve and the
-/// control points between them, not those that stand beyond the ends; so they are of Bezier segments that join as a
-/// uniform B-spline does. Of other Bezier segments and of polygons they are their points. Strands that are too short
-/// for a segment: their points.
+/// Appends points whose convex hull contains the curve of one strand. For B-splines they are the ends of the curve and
+/// the control points between them, without those beyond the ends; the same holds for Bezier segments that join as a
+/// uniform B-spline. For other Bezier segments and for polygons they are the points themselves, and also for strands
+/// that are too short for a segment.
 void append_framed_points(StrandBasis basis, std::span<const glm::vec3> strand, std::vector<glm::vec3>* out);
 
-/// Strands that lie far from all others, by rising index: some point of theirs is further out of the middle four fifths
-/// of the strands, along an axis, than ten times the extent of these. None where they are more than a tenth of all, or
-/// where there are fewer than five strands. What a broken strand or two are must not decide how large a groom is.
+/// The strands that lie far from all others, by rising index. Such a strand has a point that is outside the middle four
+/// fifths of the strands, along an axis, by more than ten times their extent. Empty if these would be more than a tenth
+/// of all, or if there are fewer than five strands. One or two broken strands must not decide how large a groom is.
 std::vector<std::uint32_t> stray_strands(std::span<const std::uint32_t> first_point, std::span<const glm::vec3> points);
 
-/// Calls visit(point) for the framed points of all strands but those that stray. first_point: as in Groom.
+/// Calls visit(point) for the framed points of all strands except strays. first_point: as in Groom.
 template <class Visit>
 void for_each_framed_point(StrandBasis basis, std::span<const std::uint32_t> first_point,
                            std::span<const glm::vec3> points, Visit&& visit) {
@@ -49,7 +49,7 @@ struct Box {
   float longest_side() const;
 };
 
-/// Of the framed points but those of strands that stray; nothing where there are none.
+/// The bounding box of the framed points, without those of stray strands; empty if there are none.
 std::optional<Box> box_of_strands(StrandBasis basis, std::span<const std::uint32_t> first_point,
                                   std::span<const glm::vec3> points);
 

@@ -1,4 +1,4 @@
-// Natural hair by name.
+// Natural hair colors by name.
 #pragma once
 
 #include <array>
@@ -15,15 +15,15 @@ namespace tress::scene {
 /// A color of hair by its pigments.
 struct HairColor {
   std::string_view name;
-  float eumelanin, pheomelanin;  ///< concentrations as sigma_a_from_melanin() takes them
-  glm::vec3 other{0.0f};         ///< absorption of what else is in it, per major semi-axis
+  float eumelanin, pheomelanin;  ///< concentrations for sigma_a_from_melanin()
+  glm::vec3 other{0.0f};         ///< absorption of other pigments, per major semi-axis
 };
 
-/// So that a dense lock in even light shows what the name says: brown 0.08, 0.04, 0.02, blond 0.43, 0.31, 0.18 (linear,
-/// bench/figures/colors.py --lock). The pheomelanin of the literature makes hair tan or orange-brown at most, so red
-/// hair is given by the absorption of locks that show 0.25, 0.07, 0.024 and 0.10, 0.03, 0.012 (sigma_a_of_lock()). Grey
-/// is not of one pigment: between strands that have lost theirs stand others that have not, and from afar the pigment
-/// of both together is a thin neutral one.
+/// Chosen so that a dense lock in even light has the color of the name: brown 0.08, 0.04, 0.02, blond 0.43, 0.31, 0.18
+/// (linear, bench/figures/colors.py --lock). The pheomelanin of the literature gives at most tan or orange-brown hair,
+/// so red hair is given by the absorption of locks with the colors 0.25, 0.07, 0.024 and 0.10, 0.03, 0.012
+/// (sigma_a_of_lock()). Grey hair is a mix of strands with and without pigment; from afar it looks like a thin neutral
+/// pigment.
 constexpr std::array hair_colors{HairColor{"black", 8, 0},
                                  HairColor{"dark brown", 1.3f, 0},
                                  HairColor{"brown", 0.5f, 0.05f},
@@ -35,14 +35,14 @@ constexpr std::array hair_colors{HairColor{"black", 8, 0},
                                  HairColor{"white", 0, 0},
                                  HairColor{"grey", 0, 0, {0.055f, 0.058f, 0.066f}}};
 
-/// "black", ..., "white", "grey".
+/// The names "black", ..., "white", "grey".
 inline std::vector<std::string> hair_color_names() {
   std::vector<std::string> names;
   for (const HairColor& color : hair_colors) names.emplace_back(color.name);
   return names;
 }
 
-/// Absorption per major semi-axis; nothing for a name that is none of them.
+/// Absorption per major semi-axis; empty for an unknown name.
 inline std::optional<glm::vec3> sigma_a_of_hair(std::string_view name) {
   for (const HairColor& color : hair_colors) {
     if (color.name == name) return fiber::sigma_a_from_melanin(color.eumelanin, color.pheomelanin) + color.other;

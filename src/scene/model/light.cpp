@@ -10,13 +10,13 @@ namespace tress::scene {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double smallest_spherical_rectangle = 1e-6;  ///< sr; below, rounding of its angles would tell
+constexpr double smallest_spherical_rectangle = 1e-6;  ///< sr; below it, rounding of its angles would show
 
 /// Directions within an angle of an axis, by 1 - cos of that angle: exact for the smallest cones.
 struct Cone {
   double one_minus_cos;
   double solid_angle() const { return 2 * pi * one_minus_cos; }
-  /// Unit, around `axis` (unit), uniform in solid angle. *below gets 1 - cos to the axis.
+  /// Draws a unit direction around `axis` (unit), uniform in solid angle. *below gets 1 - cos to the axis.
   glm::dvec3 draw(const glm::dvec3& axis, double u1, double u2, double* below) const {
     *below = u1 * one_minus_cos;
     const double sin_axis = std::sqrt(std::max(0.0, *below * (2 - *below)));
@@ -32,13 +32,13 @@ Cone distant_cone(const LightShape& light) {
   return {2 * s * s};
 }
 
-/// Of a sphere of radius r seen from outside at distance d > r.
+/// The cone of a sphere of radius r, seen from outside at distance d > r.
 Cone sphere_cone(double r, double d) {
   const double sin2 = r / d * (r / d);
   return {sin2 / (1 + std::sqrt(std::max(0.0, 1 - sin2)))};
 }
 
-/// The answer in single precision, or none where one of its values is not finite or nothing is seen.
+/// The result in single precision, or none if one of its values is not finite or nothing is visible.
 LightSample finite_sample(const LightShape& light, const glm::dvec3& direction, double distance, double pdf) {
   LightSample sample;
   for (int c = 0; c < 3; ++c)
@@ -53,10 +53,11 @@ LightSample finite_sample(const LightShape& light, const glm::dvec3& direction, 
   return sample;
 }
 
-/// A rectangle as a point sees it: the point is the origin, x and y along the edges, the rectangle at height -depth.
+/// A rectangle seen from a point: the point is the origin, x and y are along the edges, and the rectangle is at height
+/// -depth.
 struct SeenRectangle {
   glm::dvec3 x, y, n;
-  double x0, x1, y0, y1, depth;  ///< depth > 0 where the point is on the side that it shines to
+  double x0, x1, y0, y1, depth;  ///< depth > 0 if the point is on the side to which it shines
   double area = 0, solid_angle = 0;
 
   SeenRectangle(const LightShape& light, const glm::dvec3& point) {
@@ -72,21 +73,21 @@ struct SeenRectangle {
     if (depth > 0) solid_angle = corner(x1, y1) - corner(x1, y0) - corner(x0, y1) + corner(x0, y0);
   }
 
-  /// Solid angle of the rectangle from below the point to (a, b), signed.
+  /// Signed solid angle of the rectangle from below the point to (a, b).
   double corner(double a, double b) const {
     return std::atan2(a * b, depth * std::sqrt(a * a + b * b + depth * depth));
   }
 
   bool by_area() const { return !(solid_angle > smallest_spherical_rectangle); }
 
-  /// Density of the direction to the place (a, b).
+  /// The density of the direction to the place (a, b).
   double pdf(double a, double b) const {
     if (!by_area()) return 1 / solid_angle;
     const double d2 = a * a + b * b + depth * depth;
     return d2 * std::sqrt(d2) / (depth * area);
   }
 
-  /// Urena et al. 2013, equations 3 to 7, with the angles of the spherical rectangle as sums of corner().
+  /// Draws by Urena et al. 2013, equations 3 to 7, with the angles of the spherical rectangle as sums of corner().
   void draw(double u1, double u2, double* a, double* b) const {
     if (by_area()) {
       *a = x0 + u1 * (x1 - x0);
@@ -182,7 +183,7 @@ LightSample light_along(const LightShape& light, const glm::vec3& origin, const 
   } else if (light.kind == LightShape::Kind::rectangle) {
     met = rectangle_along(light, from, unit);
   } else {
-    // 2 (1 - cos) is the squared distance of the unit directions: no cancellation in the narrowest cone.
+    // 2 (1 - cos) is the squared distance of the unit directions, which does not cancel in the narrowest cone.
     const glm::dvec3 aside = unit - glm::normalize(glm::dvec3(light.direction));
     const Cone cone = distant_cone(light);
     if (glm::dot(aside, aside) <= 2 * cone.one_minus_cos)
@@ -193,13 +194,13 @@ LightSample light_along(const LightShape& light, const glm::vec3& origin, const 
 
 namespace {
 
-/// Of length 1, or `otherwise` where there is no direction.
+/// The vector with length 1, or `otherwise` if it has no direction.
 glm::vec3 unit_or(const glm::vec3& way, const glm::vec3& otherwise) {
   const float length = glm::length(way);
   return length > 1e-6f ? way / length : otherwise;
 }
 
-/// About the vertical, counter-clockwise from above.
+/// Turns the direction about the vertical, counter-clockwise from above.
 glm::vec3 turned(const glm::vec3& direction, float angle_rad) {
   const float c = std::cos(angle_rad), s = std::sin(angle_rad);
   return {c * direction.x - s * direction.y, s * direction.x + c * direction.y, direction.z};
@@ -250,7 +251,7 @@ glm::vec3 direction_towards(double azimuth_rad, double elevation_rad) {
 }
 
 double spot_share(const LightShape& light, const glm::vec3& direction) {
-  // 2 (1 - cos) is the squared distance of the unit directions: no cancellation in the narrowest cone.
+  // 2 (1 - cos) is the squared distance of the unit directions, which does not cancel in the narrowest cone.
   const glm::dvec3 aside = glm::dvec3(direction) - glm::dvec3(light.direction);
   const double off_axis = 0.5 * glm::dot(aside, aside), core = light.core, cone = light.cone;
   if (off_axis <= core) return 1;

@@ -673,7 +673,7 @@ constexpr std::array table{
               "paths that are traced, or directions at which a model is evaluated"},
 };
 
-/// Keys that are those of another place.
+/// Keys that have the same row as those of another place.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 16> same{
     {{"/environment/sky/sun/", "/lights/N/distant/"},
      {"/camera/frames/N/eye", "/camera/eye"},
@@ -692,7 +692,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 16> same{
      {"/grooms/N/frames/N/rotate_deg", "/grooms/N/rotate_deg"},
      {"/grooms/N/frames/N/translate", "/grooms/N/translate"}}};
 
-/// Indices become N, places that are like others those.
+/// Replaces indices by N, and places by the ones that they are like.
 std::string general(std::string_view place) {
   std::string key;
   for (std::size_t i = 0; i < place.size();) {
@@ -725,7 +725,7 @@ const Parameter* parameter_at(std::string_view place) {
   }();
   const std::string key = general(place);
   if (const auto found = by_key.find(key); found != by_key.end()) return found->second;
-  // What a source is made of has the range of what it stands for; its own keys stand in any source.
+  // Each part of a source has the range of the value that it replaces; a source's own keys may be in any source.
   for (const std::string_view part : {"/ramp/N/N", "/random/N", "/mix/N"}) {
     if (!key.ends_with(part)) continue;
     const Parameter* whole = parameter_at(key.substr(0, key.size() - part.size()));

@@ -1,5 +1,5 @@
-// Everything that a scene file says by keys and the command line by numbers: ranges, units, defaults, one sentence
-// each. Readers, options, messages, scenes/schema.json and the tables of scenes/README.md are held to this one table.
+// All keys of a scene file and numbers of the command line: ranges, units, defaults, and one sentence each. Readers,
+// options, messages, scenes/schema.json and the tables of scenes/README.md must agree with this one table.
 #pragma once
 
 #include <cstdint>
@@ -9,50 +9,51 @@
 
 namespace tress::scene {
 
-constexpr double world_cm = 1e6;                                   ///< no coordinate is further from the origin
+constexpr double world_cm = 1e6;                                   ///< largest distance of a coordinate from the origin
 constexpr std::int64_t most_image_pixels = std::int64_t{1} << 26;  ///< width times height
 constexpr double past_int64 = 9223372036854775808.0;               ///< 2^63; as an end, 2^63 - 1 is the last
-constexpr double past_uint64 = 2 * past_int64;                     ///< 2^64; likewise
+constexpr double past_uint64 = 2 * past_int64;                     ///< 2^64; as an end, 2^64 - 1 is the last
 
-/// Both ends belong to a range unless they are open.
+/// A range that includes both ends unless they are open.
 struct Range {
   double least, most;
   bool least_open = false, most_open = false;
 
-  /// False for NaN.
+  /// Returns false for NaN.
   constexpr bool contains(double x) const {
     return (least_open ? x > least : x >= least) && (most_open ? x < most : x <= most);
   }
   friend constexpr bool operator==(const Range&, const Range&) = default;
 };
 
-/// What a value is. Where numbers are by name, `choices` are the names and the value is an object; `either` is three
-/// numbers or one of the choices.
+/// The type of a value. If numbers are by name, `choices` are the names and the value is an object. `either`: three
+/// numbers, or one of the choices.
 enum class ValueKind { number, whole, triple, numbers_by_name, triples_by_name, either, choice, text, flag, only_true };
 
 struct Parameter {
   std::string_view key;     ///< in a scene file, with N for every index, "/materials/N/eta"; empty: none
   std::string_view option;  ///< of the command line, "--spp"; empty: none
   ValueKind kind = ValueKind::number;
-  Range range{0, 0};         ///< of every number
+  Range range{0, 0};         ///< for every number
   std::string_view unit;     ///< "degrees", "cm"; empty: a plain number
   std::string_view choices;  ///< "y, z"
-  std::string_view usual;    ///< the default as it is said; "needed" where it must be there; empty: none
+  std::string_view usual;    ///< the default in words; "needed" if it must be given; empty: none
   std::string_view sentence;
-  bool varies = false;  ///< in its place a source may stand (source.h)
+  bool varies = false;  ///< whether a source may replace it (source.h)
 };
 
-/// All of them; keys in the order of the documentation, then options without a key.
+/// All parameters; keys are in the order of the documentation, followed by options without a key.
 std::span<const Parameter> parameters();
 
-/// By the place of a value in a scene file, "/materials/3/gain/TT": indices are any, names are those of the row. Null
-/// where there is none.
+/// Finds a parameter by the place of a value in a scene file, "/materials/3/gain/TT": any index matches, and names are
+/// those of the row. Null if there is none.
 const Parameter* parameter_at(std::string_view place);
 
-/// By the name of an option, "--spp"; an option has one meaning and range in every command. Must be there.
+/// Finds a parameter by the name of an option, "--spp", which must exist. An option has one meaning and range in every
+/// command.
 const Parameter& option_parameter(std::string_view option);
 
-/// "0.5..1", "0.5..45 degrees", "a whole number, 1..65536", "a number > 0 and <= 1".
+/// The range in words: "0.5..1", "0.5..45 degrees", "a whole number, 1..65536", "a number > 0 and <= 1".
 std::string words(const Parameter& parameter);
 
 }  // namespace tress::scene

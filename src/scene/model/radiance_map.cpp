@@ -13,7 +13,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// 1 - cos, exact for the smallest angles.
+/// 1 - cos, without cancellation at small angles.
 double fall_of(double angle) { return 2 * std::sin(angle / 2) * std::sin(angle / 2); }
 
 glm::vec3 mean_of(const glm::vec3* pixels, int count) {
@@ -40,7 +40,7 @@ RadianceMap::RadianceMap(int width, int height, const std::vector<glm::vec3>& pi
   values_.reserve((rows + 2) * columns_);
   fall_.push_back(0);
   values_.assign(columns_, mean_of(pixels.data(), width));
-  // The lower half from the upper one: near -z only differences from 2 are exact.
+  // The lower half is computed from the upper one: near -z only differences from 2 are exact.
   for (int row = 0; row < height; ++row) {
     const double down = pi * (row + 0.5) / height, up = pi * (height - row - 0.5) / height;
     fall_.push_back(2 * row < height ? fall_of(down) : 2 - fall_of(up));
@@ -67,7 +67,7 @@ RadianceMap RadianceMap::scaled(float factor) const {
 glm::vec3 RadianceMap::mean() const {
   glm::dvec3 mean(0.0);
   for (std::size_t row = 0; row < rows(); ++row) {
-    glm::dvec3 color(0.0);  // both rows of knots: each knot stands between two cells
+    glm::dvec3 color(0.0);  // over both rows of knots; each knot belongs to two cells
     for (std::size_t i = row * columns_; i < (row + 2) * columns_; ++i) color += 0.5 * glm::dvec3(values_[i]);
     mean += color * (cell_solid_angle(row) / (4 * pi));
   }
@@ -89,7 +89,7 @@ std::size_t RadianceMap::row_of(double fall, float angle_down) const {
 }
 
 RadianceMap::Place RadianceMap::place(const glm::vec3& direction, float turn_rad) const {
-  // 1 - |z| of a unit vector without cancellation.
+  // 1 - |z| of a unit vector, without cancellation.
   const float flat2 = direction.x * direction.x + direction.y * direction.y;
   const double fall = direction.z >= 0 ? static_cast<double>(flat2 / (1 + direction.z))
                                        : 2 - static_cast<double>(flat2 / (1 - direction.z));
@@ -119,7 +119,7 @@ std::vector<glm::vec3> halved(int width, int height, const std::vector<glm::vec3
   std::vector<glm::vec3> half;
   half.reserve(pixels.size() / 4);
   for (int row = 0; row < height; row += 2) {
-    // Solid angles of the two rows: the sines of their middles, but for a factor.
+    // Solid angles of the two rows: the sines of their middles, up to a common factor.
     const double above = std::sin(pi * (row + 0.5) / height), below = std::sin(pi * (row + 1.5) / height);
     const auto share = static_cast<float>(0.5 * above / (above + below));
     const glm::vec3* upper = &pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(width)];

@@ -1,4 +1,4 @@
-// A scene in memory: what the renderer draws. Made by load_scene(); every value in range.
+// A scene in memory, as the renderer draws it. load_scene() makes it; every value is in range.
 #pragma once
 
 #include <algorithm>
@@ -23,36 +23,36 @@
 
 namespace tress::scene {
 
-/// Right-handed world, z up, centimetres.
+/// A camera in a right-handed world: z up, centimetres.
 struct Camera {
   glm::vec3 eye{0, -60, 0};
   glm::vec3 look_at{0, 0, 0};
   glm::vec3 up{0, 0, 1};
   float vertical_fov_deg = 30;
-  /// > 0: in place of the angle of view, with the sensor of CameraDescription; of a loaded scene that of the angle.
+  /// > 0: replaces the angle of view, with the sensor of CameraDescription. In a loaded scene it matches the angle.
   float focal_length_mm = 0;
-  float orthographic_height_cm = 0;  ///< > 0: the rays are parallel, the picture is as high as this
-  float shift_x = 0, shift_y = 0;    ///< of the view past `look_at`: picture widths to the right, heights up
-  float lens_radius_cm = 0;          ///< > 0: depth of field; of a polygon: of its corners
-  float focus_cm = 0;                ///< with a lens, > 0: from the eye to what is sharp, along the view
-  int blades = 0;                    ///< corners of the lens, at least 3; 0: round
-  float blade_rotation_rad = 0;  ///< counter-clockwise as what is behind the focus shows it; 0: a corner to the right
+  float orthographic_height_cm = 0;  ///< > 0: the rays are parallel, and the picture is as high as this
+  float shift_x = 0, shift_y = 0;    ///< offset of the view from `look_at`: picture widths to the right, heights up
+  float lens_radius_cm = 0;          ///< > 0: depth of field; for a polygon, radius of its corners
+  float focus_cm = 0;                ///< with a lens, > 0: distance along the view from the eye to what is sharp
+  int blades = 0;                    ///< number of corners of the lens, at least 3; 0: round
+  float blade_rotation_rad = 0;      ///< counter-clockwise as seen behind the focus; 0: a corner to the right
 };
 
-/// While the shutter is open light falls on the picture: frames from that of the picture on, negative before it. What
-/// moves is known at `samples` moments, evenly spaced from its opening to its closing, and goes straight in between.
+/// The time while light falls on the picture, in frames relative to that of the picture; negative before it. Positions
+/// of what moves are known at `samples` moments, evenly spaced from opening to closing, and are linear in between.
 struct Shutter {
   double open = 0, close = 0;  ///< open <= close
   int samples = 2;             ///< >= 2
   bool is_open() const { return close > open; }
-  /// Frames from that of the picture to one of the moments.
+  /// The time of one of the moments, in frames relative to that of the picture.
   double moment(int sample) const { return open + (close - open) * sample / (samples - 1); }
 };
 
-/// Between which two of evenly spaced moments of the shutter a time of it is, and how far from the first of them.
+/// The position of a time between two of the shutter's evenly spaced moments.
 struct BetweenMoments {
   std::size_t before;
-  float share;  ///< [0, 1] of the way to the next; 0 of one moment
+  float share;  ///< [0, 1] of the way to the next moment; 0 if there is only one
   /// time: [0, 1], from the opening of the shutter to its closing. moments >= 1.
   BetweenMoments(float time, std::size_t moments) {
     const float along = time * static_cast<float>(moments - 1);
@@ -66,72 +66,74 @@ struct Image {
   int samples = 64;
   double exposure_stops = 0;                 ///< of the preview
   image::View view = image::View::standard;  ///< of the preview
-  bool transparent = false;  ///< beauty without what is behind the hair; else as Scene::environment_visible has it
+  bool transparent = false;                  ///< whether beauty has no background; else by Scene::environment_visible
 };
 
-/// How strands of one material differ: half ranges, uniform, of mean 0 (strand_fibers.h).
+/// The differences of strands of one material: half ranges of uniform deviations with mean 0 (strand_fibers.h).
 struct StrandVariation {
   float eccentricity = 0;  ///< absolute
-  float width = 0;         ///< relative, one factor for the roughness and every given width
-  float color = 0;         ///< relative, one factor for the absorption of every channel
+  float width = 0;         ///< relative: one factor for the roughness and every given width
+  float color = 0;         ///< relative: one factor for the absorption of every channel
   std::uint64_t seed = 0;
 };
 
 /// An absorption that varies.
 struct Pigment {
   Source source;
-  /// What a value of the source makes of the fiber: its absorption, per major semi-axis.
+  /// Converts a value of the source into the fiber's absorption, per major semi-axis.
   std::function<glm::vec3(const glm::vec3& value, const fiber::FiberParameters& fiber)> sigma_a;
 };
 
 struct Material {
   std::string name = "brown";
   fiber::FiberParameters fiber;
-  /// Turns of the major axis along the strand follow the curl diameter of the eccentricity, unless given here (cm).
+  /// The curl diameter (cm) that determines how the major axis turns along the strand; unset: that of the eccentricity.
   std::optional<double> curl_diameter_cm;
-  bool twist = true;  ///< false: the major axis stays in the rotation-minimising frame
+  bool twist = true;  ///< if false, the major axis stays in the rotation-minimising frame
   StrandVariation variation;
-  std::optional<glm::vec3> color;   ///< that a lock should show, which fiber.sigma_a was chosen for; linear RGB
-  std::optional<Pigment> pigment;   ///< instead of the fiber's sigma_a
-  std::optional<Source> roughness;  ///< instead of the fiber's, which is its middle; widths that are given follow
-  /// Widths are of a node's round fiber (`principled`, `chiang_hair_bsdf`), whose ranges are wider: those of strands
-  /// that leave theirs are taken for the nearest. The roughness, all but smooth, has no part in how they vary.
+  std::optional<glm::vec3> color;   ///< the lock's color, linear RGB, for which fiber.sigma_a was chosen
+  std::optional<Pigment> pigment;   ///< replaces the fiber's sigma_a
+  std::optional<Source> roughness;  ///< replaces the fiber's, which is its middle; given widths follow it
+  /// Whether the widths are those of a node's round fiber (`principled`, `chiang_hair_bsdf`), whose ranges are wider:
+  /// widths of strands that leave their range are clamped. The roughness, which is almost smooth, does not vary with
+  /// them.
   bool has_node_widths = false;
-  std::optional<double> root_angle_rad;  ///< major axis at the root; unset: by a hash of the strand
+  std::optional<double> root_angle_rad;  ///< major axis at the root; unset: from a hash of the strand
 };
 
-/// Calls visit(source) for what varies of a material, const or not.
+/// Calls visit(source) for each source of a material, const or not.
 template <class SomeMaterial, class Visit>
 void for_each_source(SomeMaterial& material, Visit&& visit) {
   if (material.pigment) visit(material.pigment->source);
   if (material.roughness) visit(*material.roughness);
 }
 
-/// The attributes that a material is made of, each once.
+/// The attributes that a material uses, each once.
 std::vector<std::string> attributes_of(const Material& material);
 
-/// Where light beside the environment comes from, and how much.
+/// Position, shape and radiance of a light besides the environment.
 struct LightShape {
   enum class Kind { distant, sphere, rectangle, spot };
   Kind kind = Kind::distant;
-  glm::vec3 radiance{1.0f};        ///< linear RGB, >= 0, the same in all directions it shines into; spot: on its axis
-  glm::vec3 direction{0, 0, 1};    ///< unit; distant: towards the light; spot: where it shines to
+  glm::vec3 radiance{1.0f};        ///< linear RGB, >= 0, equal wherever it shines; spot: on its axis
+  glm::vec3 direction{0, 0, 1};    ///< unit; distant: towards the light; spot: the direction in which it shines
   float half_angle_rad = 0.0047f;  ///< distant: angular radius, (0, pi/2]
   glm::vec3 center{0, 0, 0};       ///< sphere, spot, rectangle: cm
   float radius_cm = 1;             ///< sphere, spot: > 0
-  /// spot: 1 - cos of the angles to the axis up to which it is full and from which on it is dark, core <= cone.
+  /// spot: 1 - cos of two angles to the axis: it is full up to `core` and dark from `cone` on; core <= cone.
   float core = 0, cone = 1;
-  /// rectangle: half edges, cm, orthogonal, not 0; shines towards edge_u x edge_v.
+  /// rectangle: half edges, cm, orthogonal, not 0; it shines towards edge_u x edge_v.
   glm::vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0};
 
   bool is_ball() const { return kind == Kind::sphere || kind == Kind::spot; }
 };
 
-/// A light of a scene. Seen by rays that leave a fiber or a surface, by the camera where it is `visible`.
+/// A light of a scene. Rays that leave a fiber or a surface see it; the camera sees it if it is `visible`.
 struct Light : LightShape {
-  bool visible = false;  ///< to the camera, from the side that it shines to
-  std::string group;     ///< layer of its light; empty: none of its own
-  /// At the later moments of the shutter, of the same kind; the light itself is at its opening. Empty: it rests.
+  bool visible = false;  ///< to the camera, from the side to which it shines
+  std::string group;     ///< the layer for its light; empty: none
+  /// The light at the later moments of the shutter, of the same kind; the light itself is at its opening. Empty if it
+  /// does not move.
   std::vector<LightShape> later = {};
 };
 
@@ -139,54 +141,56 @@ constexpr std::uint32_t no_normal = 0xffffffffu, no_uv = no_normal;
 
 /// A clear rough layer over a diffuse surface.
 struct CoatParameters {
-  float roughness = 0.3f;  ///< (0, 1]; the width of the GGX distribution is its square
+  float roughness = 0.3f;  ///< (0, 1]; the width of the GGX distribution is the square of it
   float eta = 1.5f;        ///< index of refraction, (1, 2.5]
 };
 
-/// Where a mesh is at a later moment of the shutter.
+/// A mesh at a later moment of the shutter.
 struct MeshMoment {
-  std::vector<glm::vec3> positions;  ///< as many as of the mesh
-  std::vector<glm::vec3> normals;    ///< likewise
+  std::vector<glm::vec3> positions;  ///< as many as in the mesh
+  std::vector<glm::vec3> normals;    ///< as many as in the mesh
 };
 
-/// Triangles that occlude: a diffuse surface, coated or not, seen from both sides.
+/// Triangles that occlude: a two-sided diffuse surface, with or without a coat.
 struct Mesh {
   std::string name;
   std::string object;                 ///< its name in mattes
   std::vector<glm::vec3> positions;   ///< cm
   std::vector<glm::uvec3> triangles;  ///< indices into positions, in range
   glm::vec3 albedo{0.18f};            ///< linear RGB, [0, 1]
-  std::vector<glm::vec3> normals;     ///< unit, or 0 where the file has none that can be used
-  /// Per triangle, of its corners: indices into normals, or no_normal. Empty: all triangles are flat.
+  std::vector<glm::vec3> normals;     ///< unit, or 0 if the file has no valid one
+  /// Per triangle, for its corners: indices into normals, or no_normal. Empty: all triangles are flat.
   std::vector<glm::uvec3> corner_normals;
-  std::optional<Texture> texture;      ///< in place of `albedo`
+  std::optional<Texture> texture;      ///< replaces `albedo`
   std::vector<glm::vec2> uvs;          ///< finite
   std::vector<glm::uvec3> corner_uvs;  ///< the same for uvs, or no_uv; a triangle with one has the texture's mean
   std::optional<CoatParameters> coat;
-  bool visible = true;   ///< to the camera; all other rays meet it
-  bool holdout = false;  ///< the camera sees nothing where it is: black, alpha 0
-  /// After `positions`, which are those of the shutter's opening; empty: it rests.
+  bool visible = true;   ///< to the camera; all other rays hit it anyway
+  bool holdout = false;  ///< whether the camera sees nothing in its place: black, alpha 0
+  /// The later moments after `positions`, which are at the shutter's opening; empty if it does not move.
   std::vector<MeshMoment> later = {};
 };
 
-/// What the points of a strand are.
+/// The meaning of the points of a strand.
 enum class StrandBasis : std::uint8_t {
-  bspline,  ///< control points of a uniform cubic B-spline that goes through root and tip, its ends reflected
-  linear,   ///< the strand is straight from one to the next
-  /// control points of a uniform cubic B-spline: n of them for n - 3 segments, so that it begins beside the first one
+  bspline,  ///< control points of a uniform cubic B-spline through root and tip, with reflected ends
+  linear,   ///< the strand is straight between them
+  /// control points of a uniform cubic B-spline: n of them for n - 3 segments, so it does not pass through the first
+  /// one
   open_bspline,
   bezier  ///< control points of cubic Bezier segments that share their ends: 3 n + 1 of them for n segments
 };
 
-/// Where strands are at a later moment of the shutter.
+/// Strands at a later moment of the shutter.
 struct StrandMoment {
-  std::vector<glm::vec3> points;      ///< cm, as many as of the groom
-  glm::dmat3 turned{1.0};             ///< how the whole has turned since the first moment: major axes turn with it
-  std::vector<float> radius_cm = {};  ///< as Groom::radius_cm; empty: those of the groom
+  std::vector<glm::vec3> points;      ///< cm, as many as in the groom
+  glm::dmat3 turned{1.0};             ///< rotation of the whole since the first moment: major axes turn with it
+  std::vector<float> radius_cm = {};  ///< the same as Groom::radius_cm; empty: those of the groom
 };
 
-/// How the points of a strand make segments, one cubic or one straight piece each: (points - spare) / points_a_segment
-/// of them, the first of which begins at the point `first`. Places on a strand are counted in segments from its root.
+/// How the points of a strand form segments, each one cubic or one straight piece. There are (points - spare) /
+/// points_a_segment of them, and the first one begins at the point `first`. Places on a strand are counted in segments
+/// from its root.
 struct StrandSegments {
   std::uint32_t first, points_a_segment, spare;
 
@@ -197,43 +201,42 @@ struct StrandSegments {
   constexpr std::uint32_t count(std::uint32_t points) const { return (points - spare) / points_a_segment; }
 };
 
-/// Strands of one material. Strand s has the points [first_point[s], first_point[s+1]), root first, at least two
-/// distinct ones, as many as the basis needs.
+/// Strands of one material. Strand s has the points [first_point[s], first_point[s+1]), root first: at least two
+/// distinct ones, and as many as the basis needs.
 struct Groom {
   std::string name;
   std::string object;  ///< its name in mattes
   std::uint32_t material = 0;
-  /// Per strand, or of strands that vary along their length per station: index into Scene::fibers. Look it up by
-  /// fiber_at().
+  /// Index into Scene::fibers, per strand, or per station if strands vary along their length. Look it up by fiber_at().
   std::vector<std::uint32_t> fiber;
-  /// Stations divide each segment of a strand into so many equal parts, and stand at the root and the tip too. 0:
+  /// The number of equal parts into which stations divide each segment of a strand; root and tip are stations too. 0:
   /// strands do not vary along their length.
   std::uint32_t stations_a_segment = 0;
   std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries
   std::vector<glm::vec3> points;           ///< cm
-  std::vector<float> radius_cm;            ///< per point: of the circle with the same mean projected width
-  /// The attribute of the file that its material takes, in [0, 1], linear RGB where it is a color: per point where it
-  /// differs along a strand, else per strand; empty unless its material takes one.
+  std::vector<float> radius_cm;            ///< per point: radius of the circle with the same mean projected width
+  /// The attribute of the file that its material uses, in [0, 1], linear RGB if it is a color: per point if it differs
+  /// along a strand, else per strand. Empty unless its material uses one.
   std::vector<glm::vec3> color;
-  std::vector<std::int64_t> id = {};    ///< per strand, as the file calls them; empty: by their index
-  std::vector<glm::vec2> root_uv = {};  ///< per strand, as the file has it, or empty
-  /// Per point, unit, along the minor axis of the cross-section as the file says it, or 0 where it says none;
-  /// interpolated as the points are. Empty: axes are the material's.
+  std::vector<std::int64_t> id = {};    ///< per strand, from the file; empty: by their index
+  std::vector<glm::vec2> root_uv = {};  ///< per strand, from the file, or empty
+  /// Per point: the file's direction of the minor axis of the cross-section, unit, or 0 if it has none; interpolated as
+  /// the points are. Empty: axes are the material's.
   std::vector<glm::vec3> minor_axis = {};
   StrandBasis basis = StrandBasis::bspline;
-  double turned_rad = 0;  ///< about the vertical since it was made: root angles are counted from axes that turn with it
-  /// After `points`, which are those of the shutter's opening; empty: it rests.
+  double turned_rad = 0;  ///< rotation about the vertical so far: root angles are counted from axes that turn with it
+  /// The later moments after `points`, which are at the shutter's opening; empty if it does not move.
   std::vector<StrandMoment> later = {};
-  bool is_animated = false;  ///< its file has samples of other frames
+  bool is_animated = false;  ///< whether its file has samples of other frames
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
-  /// Of a strand; for the strand after the last the number of all stations.
+  /// The first station of a strand; for the strand after the last, the number of all stations.
   std::size_t first_station(std::uint32_t strand) const {
     const StrandSegments segments(basis);
     const std::size_t before = first_point[strand] - std::size_t{segments.spare} * strand;
     return before / segments.points_a_segment * stations_a_segment + strand;
   }
-  /// Index into Scene::fibers of a strand at a place, in segments from its root. u: in [0, 1]; where it is uniform,
-  /// each of the two stations around the place counts by how near it is.
+  /// Index into Scene::fibers for a place on a strand, in segments from its root. u in [0, 1] chooses between the two
+  /// stations around the place; if it is uniform, the nearer one is more likely.
   std::uint32_t fiber_at(std::uint32_t strand, float place, float u) const {
     if (stations_a_segment == 0) return fiber[strand];
     const float along = place * static_cast<float>(stations_a_segment), whole = std::floor(along);
@@ -242,44 +245,44 @@ struct Groom {
   }
 };
 
-/// What turns on a turntable: grooms and meshes, about the vertical through `pivot`, counter-clockwise from above.
+/// The rotation of grooms and meshes on a turntable: about the vertical through `pivot`, counter-clockwise from above.
 struct ObjectTurn {
-  double turn_rad = 0;  ///< 0: nothing turns
+  double turn_rad = 0;  ///< 0: no rotation
   glm::vec3 pivot{0.0f};
 
-  /// Where a point is after the turn.
+  /// The position of a point after the turn.
   glm::dvec3 of(const glm::dvec3& point) const;
 };
 
-/// What differs in the frame after this one of a scene that moves.
+/// The changes of a moving scene from this frame to the next.
 struct NextFrame {
   Camera camera;
-  ObjectTurn turn = {};              ///< from this frame to that
-  std::vector<Camera> moments = {};  ///< as Scene::camera_moments
-  double environment_turn_rad = 0;   ///< of the environment, from this frame to that
+  ObjectTurn turn = {};              ///< from this frame to the next
+  std::vector<Camera> moments = {};  ///< the same as Scene::camera_moments
+  double environment_turn_rad = 0;   ///< of the environment, from this frame to the next
 };
 
 struct Scene {
-  std::string source;  ///< what it was loaded from
-  Camera camera;       ///< at the frame, whenever the shutter opens
+  std::string source;  ///< the file that it was loaded from
+  Camera camera;       ///< at the frame, independent of the shutter
   Shutter shutter;
-  std::vector<Camera> camera_moments;  ///< at those of the shutter; empty: it rests
-  std::optional<NextFrame> next;       ///< in every frame of a scene that has keyframes or a turntable
+  std::vector<Camera> camera_moments;  ///< at the moments of the shutter; empty if it does not move
+  std::optional<NextFrame> next;       ///< set in every frame of a scene that has keyframes or a turntable
   Image image;
   Environment environment;
-  /// How far the environment has turned at each moment of the shutter since it opened, counter-clockwise from above;
-  /// empty: it rests.
+  /// The rotation of the environment at each moment of the shutter since its opening, counter-clockwise from above;
+  /// empty if it does not turn.
   std::vector<float> environment_turns_rad;
-  bool environment_visible = true;  ///< shown behind the hair (background layer) or black there
-  std::string environment_group;    ///< as Light::group
+  bool environment_visible = true;  ///< whether it is behind the hair (background layer), or black
+  std::string environment_group;    ///< the same as Light::group
   std::vector<Light> lights;
   std::vector<Mesh> meshes;
   std::vector<Material> materials;
-  /// The distinct fibers of all strands: the materials' own, varied and quantised per strand (design section 5).
+  /// The distinct fibers of all strands: the materials' own, varied and quantised per strand (strand_fibers.h).
   std::vector<fiber::FiberParameters> fibers;
   std::vector<Groom> grooms;
-  std::vector<std::string> notes;     ///< said on stderr: chosen units, framing
-  std::vector<std::string> warnings;  ///< degenerate strands and their number, ...
+  std::vector<std::string> notes;     ///< for stderr: chosen units, framing
+  std::vector<std::string> warnings;  ///< degenerate strands and their number, and the like
 };
 
 }  // namespace tress::scene

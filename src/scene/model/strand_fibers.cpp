@@ -23,17 +23,17 @@ namespace tress::scene {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-/// Absorptions of a source below it are 0 or this.
+/// Absorptions of a source below this become 0 or this.
 constexpr double least_absorption = 0.01;
-/// Steps of a source's colors become coarser, up to this, until the distinct fibers are few enough.
+/// If there are too many distinct fibers, the steps of a source's colors become coarser, up to this ratio.
 constexpr double largest_color_ratio = 5;
-/// A strand that varies along its length has some as many stations, or one a point.
+/// The approximate number of stations of a strand that varies along its length, or one for each point.
 constexpr std::size_t usual_stations = 32;
 /// A node's widths vary by whole steps of this.
 constexpr double width_step = 0.05;
 constexpr int as_given = std::numeric_limits<int>::min(), clear = as_given + 1;
 
-/// What tells the fibers of one material apart: whole numbers, as_given where the material does not vary.
+/// What distinguishes the fibers of one material: whole numbers, or as_given if the material does not vary.
 struct FiberKey {
   std::uint32_t material = 0;
   int eccentricity_percent = as_given, roughness_deg = as_given, width_steps = as_given;
@@ -49,19 +49,19 @@ std::uint64_t hash_of(const std::string& name) {
   return hash;
 }
 
-/// x (1 + half_range y), y uniform in [-1, 1).
+/// Returns x (1 + half_range y), y uniform in [-1, 1).
 double varied(double x, double half_range, RandomStream& random) {
   return x * (1 + half_range * (2 * double{random.next()} - 1));
 }
 
-/// What a strand draws: its key without what its material has of a source, and what rounds that.
+/// The random values of a strand: its key without the material's sources, and the numbers that round those.
 struct StrandDraws {
   FiberKey key;
-  double width, width_u, sigma_u;  ///< factor of the roughness and the widths, what rounds either
-  double factor, color_u;          ///< of the absorption
+  double width, width_u, sigma_u;  ///< factor on the roughness and the widths, and the numbers that round both
+  double factor, color_u;          ///< on the absorption
 };
 
-/// Gives a key a roughness, which the material's widths follow as they follow its own.
+/// Sets a key's roughness; the material's widths follow it as they follow its own.
 void set_roughness(const fiber::FiberParameters& fiber, double roughness, const StrandDraws& draws, FiberKey* key) {
   key->roughness_deg = static_cast<int>(round_stochastically(roughness / degree, draws.width_u));
   fiber::FiberParameters rounded = fiber;
@@ -74,7 +74,7 @@ void set_roughness(const fiber::FiberParameters& fiber, double roughness, const 
   }
 }
 
-/// The seven numbers of a strand are drawn whatever varies, so that one variation does not change another.
+/// Draws the seven numbers of a strand, whatever varies, so that one variation does not change another.
 StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t strand, double ratio) {
   const Material& material = scene.materials[groom.material];
   const StrandVariation& variation = material.variation;
@@ -103,8 +103,8 @@ StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t stran
   return draws;
 }
 
-/// Calls visit(place) for the stations of a strand, root first; once, without a place along it, of a groom whose
-/// strands do not vary along their length. Lengths are those of the polygon of its points.
+/// Calls visit(place) for the stations of a strand, root first. If the groom's strands do not vary along their length,
+/// calls it once, without a place along the strand. Lengths are those of the polygon of its points.
 template <class Visit>
 void for_each_station(const Groom& groom, std::uint32_t strand, std::uint64_t salt, Visit&& visit) {
   StrandPlace place;
@@ -117,7 +117,7 @@ void for_each_station(const Groom& groom, std::uint32_t strand, std::uint64_t sa
   const StrandSegments segments(groom.basis);
   const std::uint32_t begin = groom.first_point[strand] + segments.first;
   const std::uint32_t steps = segments.count(groom.first_point[strand + 1] - groom.first_point[strand]);
-  std::vector<float> length{0};  // at the points from the root on
+  std::vector<float> length{0};  // at each point, from the root
   for (std::uint32_t i = 0; i < steps * segments.points_a_segment; ++i)
     length.push_back(length.back() + glm::distance(groom.points[begin + i], groom.points[begin + i + 1]));
   const std::uint32_t stations = steps * groom.stations_a_segment;
@@ -136,7 +136,7 @@ void for_each_station(const Groom& groom, std::uint32_t strand, std::uint64_t sa
   }
 }
 
-/// All widths of a node's fiber times the factor.
+/// Multiplies all widths of a node's fiber by the factor.
 void widen(double factor, fiber::FiberParameters* fiber) {
   const auto scale = [factor](float& width, const fiber::ParameterRange& degrees) {
     width = static_cast<float>(std::clamp(factor * width, degrees.least * degree, degrees.most * degree));
@@ -173,7 +173,7 @@ fiber::FiberParameters fiber_of(const Scene& scene, const FiberKey& key, double 
   return fiber;
 }
 
-/// Whether every varied value stays where its parameter may be.
+/// Checks that every varied value stays in the range of its parameter.
 std::optional<Error> check(const Scene& scene, std::size_t index) {
   const Material& material = scene.materials[index];
   const StrandVariation& variation = material.variation;
@@ -221,13 +221,13 @@ bool varies(const Scene& scene, const Groom& groom) {
          material.roughness;
 }
 
-/// The absorption that varies of a groom's strands; null where the material's own counts.
+/// The varying absorption of a groom's strands; null if the material's own applies.
 const Pigment* pigment_of(const Scene& scene, const Groom& groom) {
   const Material& material = scene.materials[groom.material];
   return material.pigment && (!groom.color.empty() || attributes_of(material).empty()) ? &*material.pigment : nullptr;
 }
 
-/// How many stations a segment of its strands has.
+/// The number of stations in a segment of its strands.
 std::uint32_t stations_of(const Scene& scene, const Groom& groom) {
   const Pigment* pigment = pigment_of(scene, groom);
   const std::optional<Source>& roughness = scene.materials[groom.material].roughness;
@@ -242,7 +242,7 @@ std::uint32_t stations_of(const Scene& scene, const Groom& groom) {
 }
 
 /// Calls visit(groom, key) for the strands of all grooms, and for each station of those that vary along their length;
-/// once for a groom that does not vary. Ends where it returns false.
+/// once for a groom that does not vary. Stops when it returns false.
 template <class Visit>
 void for_each_key(const Scene& scene, double ratio, Visit&& visit) {
   for (std::size_t g = 0; g < scene.grooms.size(); ++g) {
@@ -279,13 +279,13 @@ void for_each_key(const Scene& scene, double ratio, Visit&& visit) {
   }
 }
 
-/// The fibers of a scene by their keys, and which of them each strand or station of a groom has, by their order.
+/// The fibers of a scene by their keys, and the fiber of each strand or station of a groom, in their order.
 struct Assignment {
   std::map<FiberKey, std::uint32_t> keys;
   std::vector<std::vector<std::uint32_t>> fibers;
 };
 
-/// Of more than `most` fibers some.
+/// If there are more than `most` fibers, only some are returned.
 Assignment assignment(const Scene& scene, double ratio, std::size_t most) {
   Assignment all{.keys = {}, .fibers = std::vector<std::vector<std::uint32_t>>(scene.grooms.size())};
   auto last = all.keys.end();
@@ -306,9 +306,9 @@ Assignment assignment(const Scene& scene, double ratio, std::size_t most) {
   return all;
 }
 
-/// Each shape that the strands of a material take costs some .2 s of CPU. From eight on they share the paths of eight,
-/// down to an eighth for each: among other strands of their material their noise is lost. The material alone decides,
-/// so that no other one changes it.
+/// Each shape of a material's strands costs some 0.2 s of CPU. From eight shapes on they share the paths of eight, down
+/// to an eighth for each, because their noise is not visible among other strands of their material. Only the material
+/// decides, so that other materials do not change it.
 std::map<std::uint32_t, float> energy_path_shares(const Scene& scene, const std::map<FiberKey, std::uint32_t>& keys) {
   std::map<std::uint32_t, std::set<std::array<int, 3>>> shapes;
   for (const auto& [key, index] : keys) {
@@ -334,7 +334,7 @@ std::optional<Error> assign_fibers(Scene* scene) {
   for (std::size_t m = 0; m < scene->materials.size(); ++m)
     if (auto error = check(*scene, m)) return error;
   bool any_varies = false, any_source = false;
-  std::size_t along = 0, bytes = 0;  // stations of strands that vary along their length, and what that takes
+  std::size_t along = 0, bytes = 0;  // number of stations along strands, and their memory
   for (Groom& groom : scene->grooms) {
     any_varies = any_varies || varies(*scene, groom);
     any_source = any_source || pigment_of(*scene, groom) != nullptr;

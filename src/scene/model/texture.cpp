@@ -9,7 +9,7 @@
 namespace tress::scene {
 namespace {
 
-/// The two pixels beside a coordinate and how far it is from the middle of the first to that of the second, [0, 1].
+/// The two pixels beside a coordinate, and its position from the middle of the first to that of the second, [0, 1].
 struct Between {
   std::size_t first, second;
   float share;

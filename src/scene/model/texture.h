@@ -9,14 +9,14 @@
 
 namespace tress::scene {
 
-/// Linear RGB in [0, 1], bilinear between the middles of its pixels, repeated in both directions. Kept in halves: 6
-/// bytes a pixel, steps of at most 0.0005 of a value. Immutable; any thread.
+/// Linear RGB in [0, 1], bilinear between the middles of its pixels, repeated in both directions. Stored as half
+/// floats: 6 bytes a pixel, steps of at most 0.0005. Immutable; any thread.
 class Texture {
  public:
-  /// pixels: width x height of them, row-major, top row first, in [0, 1]. Both sides at least 1.
+  /// pixels: width x height values, row-major, top row first, in [0, 1]. Both sides at least 1.
   Texture(int width, int height, const std::vector<glm::vec3>& pixels);
 
-  /// uv as OBJ has them: (0, 0) is the lower left corner of the picture, (1, 1) the upper right one. Finite.
+  /// The value at uv as in OBJ: (0, 0) is the lower left corner of the picture, (1, 1) the upper right one. Finite.
   glm::vec3 at(const glm::vec2& uv) const;
   const glm::vec3& mean() const { return mean_; }
   std::size_t bytes() const { return halves_.size() * sizeof(std::uint16_t); }
