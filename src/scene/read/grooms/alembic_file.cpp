@@ -1,4 +1,4 @@
-// Alembic archives (Ogawa): the curves of all objects with the transforms above them (README.md).
+// Reads Alembic archives (Ogawa): the curves of all objects, with the transforms above them (README.md).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,10 +19,10 @@ namespace {
 
 constexpr int deepest_object = 200;
 constexpr double usual_frames_per_second = 24;
-/// Objects may share their data, but no honest archive has this many times its bytes.
+/// Objects may share their data, but no valid archive unfolds to this many times its bytes.
 constexpr std::uint64_t most_sharing = 16;
 
-/// Properties of curves.
+/// The properties of curves.
 constexpr FormatItem alembic_table[] = {
     {"P", ""},
     {"nVertices", ""},
@@ -103,10 +103,10 @@ class AlembicReader {
     std::optional<AttributeScope> scope = {};
     std::uint32_t extent = 1;
     std::string name = {};
-    double most = 1;  ///< of whole numbers that stand for shares: the largest of their type
+    double most = 1;  ///< for whole numbers that stand for shares: the largest of their type
   };
 
-  /// Where an object is, and whether it is seen.
+  /// The transform of an object, and whether it is visible.
   struct Place {
     std::string path;
     glm::dmat4 to_file;
@@ -121,7 +121,7 @@ class AlembicReader {
     return seconds_ ? file_.around(property, *seconds_) : OgawaMoment{};
   }
 
-  /// Linear between two samples, which must have as many numbers.
+  /// Interpolates linearly between two samples, which must have as many numbers.
   template <class T>
   std::vector<T> between(const OgawaProperty& property,
                          std::vector<T> (OgawaFile::*read)(const OgawaProperty&, std::uint64_t)) {
@@ -129,7 +129,7 @@ class AlembicReader {
     std::vector<T> numbers = (file_.*read)(property, moment.before);
     if (moment.share == 0) return numbers;
     const std::vector<T> after = (file_.*read)(property, moment.after);
-    if (after.size() != numbers.size()) return numbers;  // held; where it matters, points tell
+    if (after.size() != numbers.size()) return numbers;  // constant; a mismatch that matters is found in the points
     for (std::size_t i = 0; i < numbers.size(); ++i)
       numbers[i] += static_cast<T>(moment.share) * (after[i] - numbers[i]);
     return numbers;
@@ -141,7 +141,7 @@ class AlembicReader {
 
   void ignore(const std::string& name, const std::string& why) { builder_.ignore(name, why); }
 
-  /// The object at a path, "/a/b".
+  /// The object at a path such as "/a/b".
   std::optional<OgawaObject> object_at(std::string_view path) {
     OgawaObject here = file_.top();
     while (!path.empty() && !failed()) {
@@ -166,7 +166,7 @@ class AlembicReader {
     }
     const Properties properties = file_.properties(object);
     if (const OgawaProperty* visible = find(properties, "visible")) {
-      const std::vector<std::int64_t> says = held(*visible);  // 0 hidden, 1 shown, whatever is above; -1 as above
+      const std::vector<std::int64_t> says = held(*visible);  // 0 hidden and 1 shown, whatever is above; -1 inherited
       const bool was_seen = here.is_seen;
       if (!says.empty() && says[0] >= 0) here.is_seen = says[0] > 0;
       if (was_seen && !here.is_seen) ignore(path, "it is hidden (visible)");
@@ -250,7 +250,7 @@ class AlembicReader {
     }
   }
 
-  /// The largest number of a type that stands for 1 in colors.
+  /// The largest number of a type, which stands for 1 in colors.
   static double most_of(std::uint8_t pod) {
     static constexpr double most[] = {1, 255, 127, 65535, 32767};
     return pod < std::size(most) ? most[pod] : 1;
@@ -308,7 +308,7 @@ class AlembicReader {
     return out;
   }
 
-  /// Of the names the first that is there, in the parameters or, marked by a dot before it, in the geometry itself.
+  /// Finds the first of the names that exists, in the parameters or, if it begins with a dot, in the geometry itself.
   template <class T>
   Param<T> first_of(const Properties& geometry, const Properties& params, std::initializer_list<const char*> names) {
     for (const std::string_view name : names) {
@@ -320,8 +320,8 @@ class AlembicReader {
     return {};
   }
 
-  /// One tuple a curve of an attribute that has one a curve or one a vertex, of which that of the root counts; empty,
-  /// and said, where it has neither.
+  /// Returns one tuple for each curve, from an attribute that has one a curve or one a vertex; the root's vertex is
+  /// used. Empty, with a remark, if it has neither.
   template <class T>
   std::vector<T> at_roots(const Param<T>& given, std::uint32_t extent, const CurveSet& set) {
     const std::size_t curves = set.vertex_counts.size(), tuples = given.numbers.size() / given.extent;
@@ -404,8 +404,7 @@ class AlembicReader {
     }
   }
 
-  /// Where every curve has an order of its own, those of 4 and those of 2 are sets of their own, the others are left
-  /// out.
+  /// If every curve has its own order, adds those of 4 and those of 2 as separate sets and leaves out the others.
   void add_by_orders(const OgawaProperty* orders_of, const OgawaProperty* kind_of, CurveSet set) {
     const std::vector<std::int64_t> kind = kind_of ? file_.integers(*kind_of) : std::vector<std::int64_t>();
     const std::vector<std::int64_t> orders = orders_of ? held(*orders_of) : std::vector<std::int64_t>();
@@ -429,8 +428,8 @@ class AlembicReader {
     }
   }
 
-  /// Points at the time that was asked for: between samples of as many curves and points; else on from the one before
-  /// by their velocities, where there are any.
+  /// Reads points at the requested time: interpolated between samples of as many curves and points, else moved on from
+  /// the sample before by their velocities, if there are any.
   void read_points_in_between(const OgawaProperty& points, const OgawaProperty& counts, const OgawaProperty* velocities,
                               const std::string& path, std::vector<glm::vec3>* out) {
     const OgawaMoment moment = moment_of(points);
@@ -479,7 +478,7 @@ class AlembicReader {
     }
   }
 
-  /// False where the curves are guides, which are not drawn.
+  /// False if the curves are guides, which are not drawn.
   bool take_attributes(const Properties& geometry, CurveSet* set) {
     const OgawaProperty* params_of = find(geometry, ".arbGeomParams");
     const Properties params = params_of ? file_.properties(*params_of) : Properties();
@@ -516,7 +515,8 @@ class AlembicReader {
     return true;
   }
 
-  /// RGB or RGBA, floats or shares of the largest whole number of their type; of an attribute one number too.
+  /// Reads RGB or RGBA, as floats or as shares of the largest whole number of their type; an attribute may also be a
+  /// single number.
   CurveAttribute<glm::vec3> color_of(const Param<float>& given) {
     CurveAttribute<glm::vec3> color{.scope = given.scope, .name = given.name};
     if (given.numbers.empty()) return color;
@@ -547,7 +547,7 @@ class AlembicReader {
   std::string name_;
   OgawaFile file_;
   DoneWith done_with_;
-  std::string attribute_;          ///< in place of the color; empty: none
+  std::string attribute_;          ///< read instead of the color; empty: none
   std::optional<double> seconds_;  ///< unset: the first samples
   GroomBuilder builder_;
   std::uint64_t vertices_ = 0, most_vertices_;

@@ -6,20 +6,20 @@
 namespace tress::scene {
 namespace {
 
-/// Vertices from one segment to the next.
+/// Number of vertices from one segment to the next.
 std::uint64_t step_of(CurveBasis basis) {
   return basis == CurveBasis::bezier ? 3 : basis == CurveBasis::hermite ? 2 : 1;
 }
 
-/// Vertices of one segment that does not wrap.
+/// Number of vertices of one segment that does not wrap.
 std::uint64_t least_of(CurveBasis basis) { return basis == CurveBasis::linear ? 2 : 4; }
 
-/// Bezier and Hermite curves reach their ends anyhow: pinned says nothing more.
+/// False for Bezier and Hermite curves, which reach their ends anyway.
 bool is_pinned(const CurveKind& kind) {
   return kind.wrap == CurveWrap::pinned && (kind.basis == CurveBasis::bspline || kind.basis == CurveBasis::catmull_rom);
 }
 
-/// Vertices of a curve, those before its first and behind its last as its wrap has them.
+/// The vertices of a curve, with those before its first and after its last that its wrap adds.
 template <class T>
 class Vertices {
  public:
@@ -40,7 +40,7 @@ class Vertices {
 template <class T>
 using Segment = std::array<T, 4>;
 
-/// The Bezier points of the B-spline segment of these control points.
+/// Converts the control points of a B-spline segment into its Bezier points.
 template <class T>
 Segment<T> bezier_of_bspline(const T& a, const T& b, const T& c, const T& d) {
   return {(a + 4.0f * b + c) / 6.0f, (2.0f * b + c) / 3.0f, (b + 2.0f * c) / 3.0f, (b + 4.0f * c + d) / 6.0f};

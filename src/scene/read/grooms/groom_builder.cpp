@@ -16,7 +16,8 @@
 namespace tress::scene {
 namespace {
 
-/// Makes room for that many more at once; by half at least, so that many small sets do not copy all again each time.
+/// Makes room for so many more at once, but at least for half as many as there are, so that many small sets do not copy
+/// everything each time.
 template <class T>
 void make_room(std::vector<T>* values, std::size_t more) {
   const std::size_t needed = values->size() + more;
@@ -40,7 +41,7 @@ void for_each_curve(const CurveSet& set, Visit&& visit) {
   }
 }
 
-/// An attribute at every point that is drawn.
+/// Expands an attribute to every point that is drawn.
 template <class T>
 void append_attribute(const CurveSet& set, StrandBasis drawn, AttributeScope scope, std::span<const T> values,
                       std::vector<T>* out) {
@@ -58,7 +59,7 @@ void append_attribute(const CurveSet& set, StrandBasis drawn, AttributeScope sco
                  });
 }
 
-/// A color in [0, 1]; what is no number is 0.
+/// The color clamped to [0, 1]; NaN becomes 0.
 glm::vec3 clamped(glm::vec3 color) {
   for (int c = 0; c < 3; ++c) color[c] = color[c] > 0 ? std::min(color[c], 1.0f) : 0.0f;
   return color;
@@ -110,8 +111,8 @@ void GroomBuilder::ignore(const std::string& name, const std::string& why) {
 
 namespace {
 
-/// Of a cubic B-spline with these control points, whose span begins at knot 3: its value for three knots at once, from
-/// which the Bezier points of every span come.
+/// The value of a cubic B-spline with these control points, whose span begins at knot 3, for three arguments at once
+/// (its blossom), from which the Bezier points of every span follow.
 template <class T>
 T blossom(const T* control, const double* knots, const std::array<double, 3>& at) {
   std::array<T, 4> p{control[0], control[1], control[2], control[3]};
@@ -140,7 +141,7 @@ void append_by_knots(std::span<const T> control, std::span<const double> knots, 
   }
 }
 
-/// The knots of a curve with as many vertices, all of them; empty where they rise nowhere or fall somewhere.
+/// All knots of a curve with so many vertices; empty if they never rise, or fall somewhere.
 std::vector<double> whole_knots(std::span<const double> given, std::size_t vertices) {
   std::vector<double> knots(given.begin(), given.end());
   if (knots.size() == vertices + 2) {
@@ -162,8 +163,7 @@ bool is_uniform(std::span<const double> knots) {
 
 }  // namespace
 
-/// Curves with knots that are not uniform become Bezier segments. False where the set has none or they do not fit,
-/// which is said.
+/// Converts curves with non-uniform knots into Bezier segments. False, with a remark, if the set has no valid knots.
 bool GroomBuilder::bend_by_knots(CurveSet* set) {
   if (set->knots.empty() || set->kind.basis != CurveBasis::bspline) return false;
   std::size_t vertices = 0;
@@ -252,7 +252,7 @@ CurveSet part_of(const CurveSet& set, std::span<const unsigned char> keep) {
   return part;
 }
 
-/// Where this set needs another basis than those before it, all become Bezier segments.
+/// If this set needs another basis than those before it, all are converted to Bezier segments.
 void GroomBuilder::choose_basis(const CurveSet& set) {
   const StrandBasis drawn = drawn_as(set.kind);
   if (!file_.basis) file_.basis = drawn;
@@ -300,7 +300,7 @@ std::optional<AttributeScope> GroomBuilder::scope_of(const CurveSet& set, std::s
   return std::nullopt;
 }
 
-/// as_given: every vertex is a point that is drawn.
+/// as_given: whether every vertex is a point that is drawn.
 void GroomBuilder::add_widths(CurveSet* given, std::size_t old_points, bool as_given) {
   const CurveSet& set = *given;
   const auto scope = scope_of(set, set.width.values.size(), set.width.scope, set.width.name);
@@ -327,8 +327,8 @@ void GroomBuilder::add_widths(CurveSet* given, std::size_t old_points, bool as_g
     if (is_one) return pad(&file_.width, file_.points.size(), one);
     append_attribute<float>(set, *file_.basis, *scope, set.width.values, &file_.width);
   }
-  const bool overshoots =
-      *scope == AttributeScope::vertex && !as_given;  // smooth widths may pass below 0 by themselves
+  const bool overshoots = *scope == AttributeScope::vertex && !as_given;  // smooth widths may pass below 0 by
+                                                                          // themselves
   for (std::size_t i = old_points; i < file_.width.size(); ++i) file_.width[i] = placed(file_.width[i]);
   if (wrong > 0 && !overshoots)
     ignore(fmt::format("{}: {} of {} widths", set.name, wrong, file_.width.size() - old_points),

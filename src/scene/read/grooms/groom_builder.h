@@ -1,4 +1,4 @@
-// Sets of curves, each with its basis, transform and attributes, into one groom.
+// Collects sets of curves, each with its basis, transform and attributes, into one groom.
 #pragma once
 
 #include <glm/ext/matrix_double4x4.hpp>
@@ -13,28 +13,29 @@
 
 namespace tress::scene {
 
-/// How often an attribute is given: once, a curve, where segments meet, a vertex; unset in a file: by its number.
+/// How often an attribute is given: once, per curve, where segments meet, or per vertex; if the file does not record
+/// it, it follows from the number of values.
 enum class AttributeScope : std::uint8_t { constant, uniform, varying, vertex };
 
 std::string words(AttributeScope scope);
 
 template <class T>
 struct CurveAttribute {
-  std::vector<T> values = {};  ///< empty: the file has none
+  std::vector<T> values = {};  ///< empty if the file has none
   std::optional<AttributeScope> scope = {};
   std::string name = {};  ///< in the file, for remarks
 };
 
-/// Curves as a prim of a file has them.
+/// Curves of one prim of a file.
 struct CurveSet {
   std::string name;  ///< path of the prim
   CurveKind kind;
   std::vector<std::uint32_t> vertex_counts;  ///< per curve
   std::vector<glm::vec3> vertices;           ///< their sum
-  /// Of cubic B-splines that are not periodic: as many more a curve than its vertices as 4, or as 2 where the outermost
-  /// are left out; empty: uniform.
+  /// For cubic B-splines that are not periodic: as many as all vertices plus 4 for each curve, or plus 2 if the
+  /// outermost ones are left out; empty: uniform.
   std::vector<double> knots = {};
-  glm::dmat4 to_file{1.0};                ///< of column vectors
+  glm::dmat4 to_file{1.0};                ///< for column vectors
   CurveAttribute<float> width = {};       ///< diameters, before the transform
   CurveAttribute<glm::vec3> color = {};   ///< linear RGB
   CurveAttribute<glm::vec3> normal = {};  ///< the minor axis, before the transform
@@ -42,33 +43,33 @@ struct CurveSet {
   std::vector<glm::vec2> root_uv = {};    ///< per curve, or empty
 };
 
-/// The curves of a set for which `keep` is not 0, with their attributes; those whose number fits neither the vertices
-/// nor the curves go.
+/// The curves of a set for which `keep` is not 0, with their attributes; attributes whose number fits neither the
+/// vertices nor the curves are dropped.
 CurveSet part_of(const CurveSet& set, std::span<const unsigned char> keep);
 
-/// Makes one point of every strand from `from` on that has a point that is not finite, and notes it as broken; what to
-/// say of them, nothing where there are none.
+/// Replaces every strand from `from` on that has a non-finite point by a single point, and records it as broken.
+/// Returns a remark about them, or nothing if there are none.
 std::optional<IgnoredAttribute> leave_out_broken(const std::string& set, std::size_t from, GroomFile* file);
 
-/// Collects them. What an attribute cannot give is said as an ignored attribute, and so are sets whose numbers do not
-/// fit each other.
+/// Collects the sets. Attributes with an invalid number of values, and sets whose numbers do not fit each other, are
+/// reported as ignored attributes.
 class GroomBuilder {
  public:
   /// `name` is the file named in errors.
   GroomBuilder(std::string name, std::string format);
 
-  /// Curves too short for a segment stay as strands without points, and those with a point that is not finite as broken
-  /// ones. All are drawn by one basis: where sets differ, as Bezier segments. Fails where there are more points than a
-  /// file may have.
+  /// Adds a set. Curves too short for a segment stay as strands without points, and those with a non-finite point as
+  /// broken ones. All are drawn with one basis; if sets differ, as Bezier segments. Fails if there are more points than
+  /// a file may have.
   std::optional<Error> add(CurveSet set);
 
-  /// Names something that no picture will show, once.
+  /// Reports once something that no picture will show.
   void ignore(const std::string& name, const std::string& why);
 
-  /// For remarks, units and what is ignored, before finish().
+  /// Gives access to remarks, units and ignored attributes, before finish().
   GroomFile& file() { return file_; }
 
-  /// Fails where there are no strands: by the fault of the first set that was left out, else by what is not used.
+  /// Fails if there are no strands: with the error of the first set that was left out, else with what is not used.
   Result<GroomFile> finish();
 
  private:

@@ -1,4 +1,4 @@
-// The formats of strands that can be read: one row each. A new one is a file in this folder and a row here.
+// The formats of strands that can be read, one row each. A new one is a file in this folder and a row here.
 #pragma once
 
 #include <span>
@@ -10,13 +10,13 @@
 
 namespace tress::scene {
 
-/// Something that a file of a format can say of curves, time, state or color.
+/// An item of a format about curves, time, state or color.
 struct FormatItem {
   std::string_view name;
-  const char* why;  ///< it is not used; empty: it is, or says nothing of the picture
+  const char* why;  ///< reason why it is not used; empty if it is, or if it does not affect the picture
 };
 
-/// Why an item is not used, also one that no row has; empty: it is used.
+/// The reason why an item, even one without a row, is not used; empty if it is used.
 const char* why_not_used(std::span<const FormatItem> items, std::string_view name);
 
 std::span<const FormatItem> alembic_items();
@@ -27,17 +27,19 @@ std::span<const FormatItem> ply_items();
 struct GroomFormat {
   std::string_view name;    ///< "an Alembic archive (Ogawa)"
   std::string_view ending;  ///< ".abc", in small letters
-  /// What the first bytes are, for messages: "\"HAIR\", the mark of a .hair file"; empty: there is no mark.
+  /// The meaning of the first bytes, for messages: "\"HAIR\", the mark of a .hair file"; empty if there is no mark.
   std::string_view mark;
-  /// Whether these are the bytes of such a file, damaged ones with the right mark included. Reads what it must.
+  /// Whether these are the bytes of such a file, including a damaged one with the right mark. Reads as much as it
+  /// needs.
   bool (*is)(std::span<const unsigned char> bytes);
-  /// Every count is held against the number of bytes before memory is taken. Errors name the file and the place.
+  /// Reads the file. Every count is checked against the number of bytes before memory is allocated. Errors name the
+  /// file and the place.
   Result<GroomFile> (*read)(const GroomInput& input);
 };
 
 std::span<const GroomFormat> groom_formats();
 
-/// The format of these bytes, null where it is none.
+/// The format of these bytes; null if it is unknown.
 const GroomFormat* groom_format_of(std::span<const unsigned char> bytes);
 
 /// ".hair, .abc, .usda", for messages.
@@ -54,10 +56,10 @@ Result<GroomFile> read_pbrt(const GroomInput& input);
 Result<GroomFile> read_usc_data(const GroomInput& input);
 Result<GroomFile> read_ply(const GroomInput& input);
 
-/// The names behind Include and Import in a scene of pbrt; none in another file.
+/// The names after Include and Import in a scene of pbrt; empty for another file.
 std::vector<std::string> pbrt_includes(std::span<const unsigned char> bytes);
 
-/// Whether a text begins as a scene of pbrt does.
+/// Whether a text begins like a scene of pbrt.
 bool is_pbrt(std::span<const unsigned char> bytes);
 /// Whether the counts of strands and points lead exactly to the end.
 bool is_usc_data(std::span<const unsigned char> bytes);

@@ -48,7 +48,7 @@ Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const st
   if (needed > bytes.size())
     return error(bytes.size(), fmt::format("{} bytes for {} strands and {} points", needed, strands, points),
                  fmt::format("the end of the file after {}", bytes.size()));
-  // Without an array of segments the number of strands is bounded by the points it takes.
+  // Without an array of segments, the number of points bounds the number of strands.
   if (!(bits & has_segments) && strands * (std::uint64_t{default_segments} + 1) != points)
     return error(16, fmt::format("{} strands of equal length to use {} points", strands, points),
                  fmt::format("{} segments each", default_segments));
@@ -105,7 +105,7 @@ Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const st
   if (bits & has_thickness) offset += 4 * points;
   if (bits & has_transparency) offset += 4 * points;
   const auto read_color = [&](std::size_t byte) {
-    glm::vec3 color(0.0f);  // also where it is not a number
+    glm::vec3 color(0.0f);  // also if it is not a number
     for (int c = 0; c < 3; ++c)
       if (const auto x = read<float>(bytes, byte + 4 * static_cast<std::size_t>(c)); x > 0)
         color[c] = std::min(x, 1.0f);

@@ -54,7 +54,7 @@ void convert(std::span<const unsigned char> bytes, std::vector<To>* out) {
   }
 }
 
-/// Walks over the bytes of headers.
+/// Reads the bytes of headers in order.
 struct HeaderBytes {
   std::span<const unsigned char> bytes;
   std::size_t at = 0;
@@ -88,7 +88,7 @@ struct HeaderBytes {
 
 namespace {
 
-/// Of "key=value;key=value".
+/// The value of a key in "key=value;key=value".
 std::string_view value_in(std::string_view rest, std::string_view key) {
   while (!rest.empty()) {
     const std::string_view pair = rest.substr(0, rest.find(';'));
@@ -190,7 +190,7 @@ void OgawaFile::read_metadata(std::span<const unsigned char> bytes) {
 }
 
 void OgawaFile::read_time_samplings(std::span<const unsigned char> bytes) {
-  constexpr std::size_t head = 16;  // the number of samples, which others say too, the period, the number of times
+  constexpr std::size_t head = 16;  // the number of samples (also stored elsewhere), the period, the number of times
   while (bytes.size() >= head) {
     TimeSampling sampling;
     std::uint32_t count = 0;
@@ -248,7 +248,7 @@ OgawaMoment OgawaFile::around(const OgawaProperty& property, double seconds) con
   moment.after = std::min(moment.before + 1, property.samples - 1);
   const double from = sampling.of(moment.before), to = sampling.of(moment.after);
   moment.share = to > from && seconds > from ? std::min((seconds - from) / (to - from), 1.0) : 0;
-  constexpr double rounding = 1e-6;  // a frame's time is a quotient: it is that of its sample all the same
+  constexpr double rounding = 1e-6;  // a frame's time is a quotient; within this tolerance it is its sample's time
   if (moment.share > 1 - rounding) moment = {moment.after, moment.after, 0};
   if (!(moment.share >= rounding)) moment = {moment.before, moment.before, 0};
   return moment;
@@ -340,7 +340,7 @@ std::span<const unsigned char> OgawaFile::sample(const OgawaProperty& property, 
   const std::uint64_t first = property.first_change, last = std::max(first, property.last_change);
   std::uint64_t stored = 0;
   if (index >= first && property.last_change > 0) stored = std::min(index, last) - first + 1;
-  if (property.kind == OgawaProperty::Kind::array) stored *= 2;  // beside each its dimensions
+  if (property.kind == OgawaProperty::Kind::array) stored *= 2;  // each sample is followed by its dimensions
   const auto bytes = data(child(here, stored));
   return bytes.size() < key_bytes ? std::span<const unsigned char>() : bytes.subspan(key_bytes);
 }

@@ -1,4 +1,4 @@
-// The container of Alembic's files since 2013: groups of groups and data, and the properties that they stand for.
+// The container of Alembic's files since 2013: groups of groups and data, and the properties that they represent.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,24 @@
 
 namespace tress::scene {
 
-/// A property of an object, as its header has it.
+/// A property of an object, from its header.
 struct OgawaProperty {
   enum class Kind : std::uint8_t { compound, scalar, array };
   std::string name, metadata;
   bool is_text() const { return pod >= 12; }
   Kind kind = Kind::compound;
-  std::uint8_t pod = 0;      ///< type of a number, as in the file (README.md)
-  std::uint32_t extent = 1;  ///< numbers a value
+  std::uint8_t pod = 0;      ///< type of a number, in the file's code (README.md)
+  std::uint32_t extent = 1;  ///< numbers in a value
   std::uint64_t samples = 0;
-  std::uint64_t first_change = 1, last_change = 0;  ///< samples before the first and after the last are like them
+  std::uint64_t first_change = 1, last_change = 0;  ///< samples before the first and after the last change equal those
   std::uint32_t time_sampling = 0;
-  std::uint64_t group = 0;  ///< where its samples or its properties are; 0: nowhere
+  std::uint64_t group = 0;  ///< place of its samples or its properties; 0: none
 
-  /// What metadata has for a key, "geoScope"; empty: nothing.
+  /// The metadata value for a key such as "geoScope"; empty if there is none.
   std::string_view value_of(std::string_view key) const;
 };
 
-/// The samples around a time, and how far it is from the first to the second.
+/// The samples around a time, and its position between them.
 struct OgawaMoment {
   std::uint64_t before = 0, after = 0;
   double share = 0;
@@ -41,10 +41,11 @@ struct OgawaObject {
   std::uint64_t group = 0;
 };
 
-/// Reads within the bytes only. The first failure is kept; afterwards everything is empty.
+/// Reads within the bytes only. It keeps the first failure; afterwards everything is empty.
 class OgawaFile {
  public:
-  /// `name` is the file named in errors, which give the byte. The bytes must outlive it. done_with: of long samples.
+  /// `name` is the file named in errors, which give the byte. The bytes must outlive it. done_with: called for long
+  /// samples.
   OgawaFile(std::span<const unsigned char> bytes, std::string name, DoneWith done_with = {});
 
   const OgawaObject& top() const { return top_; }
@@ -52,21 +53,21 @@ class OgawaFile {
   std::vector<OgawaProperty> properties(const OgawaObject& object);
   std::vector<OgawaProperty> properties(const OgawaProperty& compound);
 
-  /// The samples around a time, seconds; the first or the last beyond them.
+  /// The samples around a time in seconds; the first or the last beyond them.
   OgawaMoment around(const OgawaProperty& property, double seconds) const;
-  /// How many frames a second the archive was written at: as its metadata say, else by the distance of samples where
-  /// these do not fall on frames of 24 a second. Nothing where neither says.
+  /// The number of frames a second at which the archive was written: from its metadata, else from the distance of
+  /// samples if these do not fall on frames of 24 a second. Empty if neither gives it.
   std::optional<double> frames_per_second() const;
-  /// When a sample is, seconds; 0 where nothing says.
+  /// The time of a sample, seconds; 0 if it is not recorded.
   double seconds_of(const OgawaProperty& property, std::uint64_t sample) const;
-  /// A sample, without its key; empty where there is none.
+  /// A sample, without its key; empty if there is none.
   std::span<const unsigned char> sample(const OgawaProperty& property, std::uint64_t index = 0);
-  /// Its numbers, whatever type they have.
+  /// The numbers of a sample, converted from any type.
   std::vector<float> floats(const OgawaProperty& property, std::uint64_t index = 0);
   std::vector<double> doubles(const OgawaProperty& property, std::uint64_t index = 0);
   std::vector<std::int64_t> integers(const OgawaProperty& property, std::uint64_t index = 0);
 
-  /// A text of a property, to its first 0 character; empty where it has none.
+  /// The text of a property, to its first 0 character; empty if it has none.
   std::string text(const OgawaProperty& property);
 
   void fail(std::uint64_t byte, std::string expected, std::string found);
@@ -100,7 +101,7 @@ class OgawaFile {
   std::vector<TimeSampling> time_samplings_;
   OgawaObject top_;
   std::string archive_metadata_;
-  std::uint64_t left_;  ///< groups that may still be visited: no file has more than its bytes allow
+  std::uint64_t left_;  ///< number of groups that may still be visited: the file's size limits it
   std::optional<Error> error_;
 };
 

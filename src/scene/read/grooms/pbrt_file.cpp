@@ -1,4 +1,5 @@
-// Scenes of pbrt-v4: their curves with the transforms around them, and what their hair materials say (README.md).
+// Reads scenes of pbrt-v4: their curves with the transforms around them, and remarks on their hair materials
+// (README.md).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -67,7 +68,7 @@ constexpr std::string_view directives[] = {"Accelerator",
 
 bool is_directive(std::string_view word) { return std::ranges::find(directives, word) != std::end(directives); }
 
-/// Directives beside transforms, curves and their materials.
+/// Directives other than transforms, curves and their materials.
 constexpr FormatItem pbrt_table[] = {
     {"Shape", "only curves are read"},
     {"LightSource", "only curves are read"},
@@ -88,7 +89,7 @@ struct Values {
 };
 
 struct Parameters {
-  std::vector<std::string> first;  ///< texts that are no parameter: "curve"
+  std::vector<std::string> first;  ///< texts that are no parameter, such as "curve"
   std::map<std::string, Values, std::less<>> by_name;
 
   double number(std::string_view name, double usual) const {
@@ -220,12 +221,12 @@ class PbrtReader {
     }
   }
 
-  /// What a transform directive says; not where it is said of the end of a motion alone.
+  /// Applies a transform directive, unless it belongs only to the end of a motion.
   void transform(const glm::dmat4& by, bool concatenates) {
     if (at_start_) to_world_ = concatenates ? to_world_ * by : by;
   }
 
-  /// From the world to a camera that looks along its z; nothing where it looks nowhere.
+  /// The transform from the world to a camera that looks along its z; empty if it has no direction.
   void look_at(const glm::dvec3& eye, const glm::dvec3& at, const glm::dvec3& up) {
     const glm::dvec3 along = at - eye, right = glm::cross(up, along);
     if (!(glm::length(along) > 0) || !(glm::length(right) > 0)) return;
@@ -233,8 +234,8 @@ class PbrtReader {
     transform(glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(eye, 1))), true);
   }
 
-  /// The curves of an object once more. Objects may be many times in a scene, but no honest one has this many times its
-  /// bytes.
+  /// Adds the curves of an object once more. A scene may use objects many times, but no valid one unfolds to this many
+  /// times its bytes.
   void add_instance(const std::string& name, TextCursor* text) {
     constexpr std::size_t most_sharing = 16;
     const auto found = objects_.find(name);
@@ -263,7 +264,7 @@ class PbrtReader {
       if (c != '"') {
         if (c == 0 || is_directive(text->peek_word())) break;
         if (text->is_number())
-          text->number();  // TransformTimes
+          text->number();  // skips TransformTimes
         else if (text->word().empty())
           text->fail_here("a parameter or a directive");
         continue;
@@ -313,7 +314,7 @@ class PbrtReader {
     }
   }
 
-  /// What a hair material says, in the words of the command line; empty where it is of another kind.
+  /// A hair material as options of the command line; empty for another kind.
   static std::string hair_of(const std::string& kind, const Parameters& p) {
     if (kind != "hair") return {};
     const auto triple = [&](std::string_view name, std::string* out, const char* option) {
@@ -337,7 +338,7 @@ class PbrtReader {
                        p.number("eta", 1.55), p.number("alpha", 2), p.number("beta_m", 0.3), p.number("beta_n", 0.3));
   }
 
-  /// Quadratic curves as cubic Bezier segments, exactly; empty: the number of points does not fit.
+  /// Converts quadratic curves into cubic Bezier segments, exactly; empty if the number of points does not fit.
   static std::vector<glm::dvec3> cubic_of(const std::vector<glm::dvec3>& p, bool is_bspline) {
     std::vector<glm::dvec3> out;
     const std::size_t segments = p.size() < 3 ? 0 : is_bspline ? p.size() - 2 : (p.size() - 1) / 2;
@@ -382,7 +383,7 @@ class PbrtReader {
       builder_.file().materials.push_back(material_);
   }
 
-  /// Of a ribbon, at the ends of its segments; none where it has none.
+  /// The normals of a ribbon at the ends of its segments; empty if it has none.
   std::vector<glm::vec3> normals_of(const Parameters& p) const {
     const auto given = p.by_name.find("N");
     std::vector<glm::vec3> normals;
@@ -398,7 +399,7 @@ class PbrtReader {
     return normals;
   }
 
-  /// As many as widths; 0 for strands without.
+  /// Appends as many normals as widths; 0 for strands without normals.
   void append_normals(const std::vector<glm::vec3>& normals, std::uint64_t segments, bool goes_on) {
     std::vector<glm::vec3>& all = pending_.normal.values;
     if (normals.empty() && all.empty()) return;
@@ -410,7 +411,8 @@ class PbrtReader {
       all[all.size() - segments - 1] = normals[0];
   }
 
-  /// A Bezier segment that goes on where the last one ended belongs to its strand: cyhair2pbrt writes a shape for each.
+  /// Appends a Bezier segment. If it continues where the last one ended it belongs to the same strand: cyhair2pbrt
+  /// writes a shape for each.
   void append(const CurveKind& kind, const std::vector<glm::dvec3>& points, double width0, double width1,
               const std::vector<glm::vec3>& normals) {
     if (!(kind == pending_.kind)) flush();
@@ -467,10 +469,10 @@ class PbrtReader {
   std::optional<Error> error_;
   int includes_ = 0, materials_ = 0;
   std::map<std::string, glm::dmat4> named_systems_;
-  std::optional<std::string> object_;  ///< the one that is described
+  std::optional<std::string> object_;  ///< the object that is being described
   std::map<std::string, std::vector<ObjectCurve>> objects_;
   std::size_t instanced_ = 0;
-  bool at_start_ = true;  ///< transforms are those of the opening of the shutter
+  bool at_start_ = true;  ///< whether transforms are those at the opening of the shutter
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Strands in PLY: vertices in the order of the strands (README.md).
+// Reads strands in PLY: vertices in the order of the strands (README.md).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ constexpr std::uint32_t usual_points_per_strand = 100;
 
 enum class Number { i8, u8, i16, u16, i32, u32, f32, f64 };
 
-/// Properties of vertices.
+/// The properties of vertices.
 constexpr FormatItem ply_table[] = {
     {"x", ""},
     {"y", ""},
@@ -206,7 +206,7 @@ class PlyReader {
     std::vector<std::size_t> offsets;
     for (const Property& property : properties_) {
       offsets.push_back(stride);
-      stride += is_ascii_ ? 2 : bytes_of(property.type);  // a digit and a blank at least
+      stride += is_ascii_ ? 2 : bytes_of(property.type);  // at least a digit and a blank
     }
     const std::uint64_t left = text_.size() - at_ + (is_ascii_ ? 1 : 0);
     if (count_ > left / stride)
@@ -246,7 +246,7 @@ class PlyReader {
     for (const Property& property : properties_) name_what_is_left(property.name);
   }
 
-  /// Pairs of vertices, where they are told right behind the vertices.
+  /// Reads pairs of vertices, if they directly follow the vertices.
   void read_edges() {
     if (!has_edges_) return;
     std::optional<std::size_t> from, to;
@@ -282,8 +282,8 @@ class PlyReader {
     }
   }
 
-  /// Vertices strand by strand, as edges join them, root first: of the two ends that which comes first in the file.
-  /// Empty where edges branch.
+  /// Orders the vertices strand by strand, as edges join them, root first: the root is the end that comes first in the
+  /// file. Empty if edges branch.
   std::vector<std::uint32_t> order_by_edges(std::vector<std::uint32_t>* counts) const {
     constexpr std::uint32_t none = 0xffffffffu;
     std::vector<std::array<std::uint32_t, 2>> beside(count_, {none, none});
@@ -310,7 +310,7 @@ class PlyReader {
     return order;
   }
 
-  /// The same by the strand that each vertex names, in the order in which strands come first.
+  /// The same by the strand id of each vertex, in the order in which strands first occur.
   std::vector<std::uint32_t> order_by_ids(std::vector<std::uint32_t>* counts) const {
     std::unordered_map<double, std::uint32_t> place;
     std::vector<std::uint32_t> strand;
@@ -368,7 +368,7 @@ class PlyReader {
   std::vector<Property> properties_;
   std::vector<Property> edge_properties_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_;
-  std::vector<double> ids_;  ///< of the strand, one a vertex
+  std::vector<double> ids_;  ///< strand ids, one for each vertex
   std::uint64_t count_ = 0, edge_count_ = 0;
   std::size_t at_ = 0;
   bool is_ascii_ = true, is_big_ = false, has_edges_ = false;

@@ -175,7 +175,7 @@ std::size_t TextCursor::commas_before(char c) const {
 }
 
 void TextCursor::skip_value() {
-  std::string open;  // the closing marks that are waited for
+  std::string open;  // the closing marks that are still expected
   do {
     const char c = peek();
     if (c == 0) return fail_here(open.empty() ? "a value" : fmt::format("\"{}\"", open.back()));

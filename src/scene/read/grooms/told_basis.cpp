@@ -21,7 +21,7 @@ constexpr NamedKind named_kinds[] = {{"bspline", {CurveBasis::bspline, CurveWrap
                                      {"bezier", {CurveBasis::bezier, CurveWrap::nonperiodic}},
                                      {"hermite", {CurveBasis::hermite, CurveWrap::nonperiodic}}};
 
-/// Where strands begin and what is given at their points, as they are drawn.
+/// Where drawn strands begin, and the attributes of their points.
 class Redrawn {
  public:
   Redrawn(const CurveKind& kind, std::vector<std::uint32_t>* first_point) : kind_(kind), given_(*first_point) {
@@ -31,7 +31,7 @@ class Redrawn {
           first[s] + static_cast<std::uint32_t>(drawn_points(kind, drawn_as(kind), given_[s + 1] - given_[s]));
   }
 
-  /// Of values one a point; others stay.
+  /// Converts values per point; others stay.
   template <class T>
   void operator()(std::vector<T>* values) const {
     if (values->size() != given_.back()) return;
@@ -47,7 +47,7 @@ class Redrawn {
   std::vector<std::uint32_t> given_;
 };
 
-/// Whether such strands are drawn by the points that they have, all of them.
+/// Whether such strands are drawn by exactly the points that they have.
 bool is_drawn_as_given(const CurveKind& kind, const std::vector<std::uint32_t>& first_point) {
   for (std::size_t s = 0; s + 1 < first_point.size(); ++s) {
     const std::uint32_t count = first_point[s + 1] - first_point[s];

@@ -1,4 +1,4 @@
-// What the points of strands are where a scene or a host says it, since their file does not.
+// The meaning of the points of strands, if a scene or a host sets it because their file does not record it.
 #pragma once
 
 #include <optional>
@@ -18,12 +18,12 @@ const std::vector<std::string>& basis_names();
 /// The kind of a name of basis_names().
 CurveKind kind_of_basis(const std::string& name);
 
-/// Makes points of this kind those that are drawn, and what is given at them likewise, exactly. Strands that are too
-/// short for a segment are left without points. Fails, naming `name` and the strand, where one cannot have as many
-/// points; `file` is then as it was.
+/// Converts points of this kind, and the attributes at them, into those that are drawn, exactly. Strands that are too
+/// short for a segment are left without points. Fails, naming `name` and the strand, if one cannot have its number of
+/// points; `file` is then unchanged.
 std::optional<Error> take_points_as(const CurveKind& kind, const std::string& name, GroomFile* file);
 
-/// The same of a groom that was made by a recipe, whose strands can be of every kind but bezier and hermite.
+/// The same for a groom that was made by a recipe; its strands can be of every kind except bezier and hermite.
 void take_points_as(const CurveKind& kind, Groom* groom);
 
 }  // namespace tress::scene

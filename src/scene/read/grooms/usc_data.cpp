@@ -1,4 +1,4 @@
-// The .data files of the USC-HairSalon data set and its relatives (README.md).
+// Reads the .data files of the USC-HairSalon data set and its relatives (README.md).
 #include <fmt/format.h>
 
 #include <cstring>

@@ -1,5 +1,6 @@
-// USD as text: the curves of one layer, with the transforms, states and primvars above them (README.md). The layer is
-// read as a tree of prims first, in which values are places in the text; what the picture needs is read from there.
+// Reads USD as text: the curves of one layer, with the transforms, states and primvars above them (README.md). The
+// layer is first read as a tree of prims, in which values are places in the text; those that the picture needs are then
+// read from there.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,11 +16,11 @@ namespace tress::scene {
 namespace {
 
 constexpr int deepest_prim = 200, deepest_arc = 16;
-/// Prims may share what they refer to, but no honest layer has this many times its prims and its bytes.
+/// Prims may share what they refer to, but no valid layer unfolds to this many times its prims and its bytes.
 constexpr std::uint64_t most_sharing = 16, least_bytes_of_vertex = 8;
 constexpr const char* flat_stage = "a flat stage (usdcat --flatten IN -o OUT.usda writes one)";
 
-/// Attributes of curves. Those that say nothing of the picture stand as used.
+/// Attributes of curves. Those without effect on the picture are listed as used.
 constexpr FormatItem usda_table[] = {
     {"type", ""},
     {"basis", ""},
@@ -52,7 +53,7 @@ constexpr FormatItem usda_table[] = {
     {"model:drawMode", "curves are drawn, not cards in their place"},
 };
 
-/// Types of prims that say nothing of the picture by themselves.
+/// Types of prims that do not affect the picture themselves.
 constexpr std::string_view quiet_types[] = {"",         "Xform",      "Scope",    "Material", "Shader",     "NodeGraph",
                                             "SkelRoot", "GeomSubset", "Skeleton", "Camera",   "BasisCurves"};
 
@@ -72,23 +73,23 @@ UsdaNumbers usda_numbers_of(std::string_view name) {
   return is_vector || name == "primvars:displayColor" ? UsdaNumbers::triples : UsdaNumbers::floats;
 }
 
-/// What is as it was at the time sample before a frame.
+/// Whether the value is constant after each time sample, not interpolated.
 bool is_held(std::string_view name) {
   return name == "curveVertexCounts" || name == "visibility" || name.ends_with(":indices") || name.ends_with("id") ||
          name.ends_with("ids") || name == "velocities";
 }
 
-/// Where in the text the values of an attribute stand.
+/// The place of an attribute's values in the text.
 struct UsdaAttribute {
   std::optional<std::size_t> value = {}, samples = {};
   std::optional<AttributeScope> scope = {};
-  bool is_triple = false;  ///< its type has three numbers
+  bool is_triple = false;  ///< whether its type has three numbers
 };
 
 struct UsdaPrim {
   std::string name, type;
   bool is_defined = true, is_active = true;
-  std::vector<std::string> arcs = {};  ///< paths of prims whose opinions are weaker
+  std::vector<std::string> arcs = {};  ///< paths of prims with weaker opinions
   std::map<std::string, UsdaAttribute, std::less<>> attributes = {};
   std::vector<UsdaPrim> children = {};
 
@@ -98,7 +99,7 @@ struct UsdaPrim {
   }
 };
 
-/// The tree of a layer from its text.
+/// Builds the tree of a layer from its text.
 class UsdaLayer {
  public:
   UsdaLayer(TextCursor* text, GroomFile* file) : text_(*text), file_(*file) {}
@@ -115,7 +116,7 @@ class UsdaLayer {
 
  private:
   void read_stage_metadata() {
-    file_.cm_per_unit = 1;  // where it says nothing a unit is .01 m, and y is up
+    file_.cm_per_unit = 1;  // the defaults of USD: a unit of 0.01 m, and y up
     file_.y_up = true;
     read_metadata("a key of the stage, or \")\"", [&](const std::string& key) {
       if (key == "metersPerUnit") {
@@ -136,7 +137,7 @@ class UsdaLayer {
     });
   }
 
-  /// ( "comment" key = value ... ), if it is there. read: takes a key, and its value off the text.
+  /// Reads ( "comment" key = value ... ), if it is there. read: takes a key, and reads its value from the text.
   template <class Read>
   void read_metadata(const char* expected, const Read& read) {
     if (!text_.take('(')) return;
@@ -153,7 +154,7 @@ class UsdaLayer {
     }
   }
 
-  /// def, over or class with its body, or another statement of the level.
+  /// Reads def, over or class with its body, or another statement of the level.
   void read_prim_statement(UsdaPrim* parent, int depth) {
     const std::string keyword(text_.word());
     if (keyword == "reorder") {
@@ -181,14 +182,14 @@ class UsdaLayer {
     ++prims_;
   }
 
-  /// </Path>, [</Path>, </Path>] or None: what stands in the same layer.
+  /// Reads </Path>, [</Path>, </Path>] or None: references within the same layer.
   void read_arcs(const std::string& key, UsdaPrim* prim) {
     const bool is_list = text_.take('[');
     while (!text_.error() && !(is_list && text_.take(']'))) {
       if (text_.peek() == '@') return text_.fail(flat_stage, key + " of another file");
       if (text_.take('<')) {
         prim->arcs.emplace_back(text_.until('>'));
-        if (text_.peek() == '(') text_.skip_value();  // a layer offset
+        if (text_.peek() == '(') text_.skip_value();  // skips a layer offset
       } else {
         text_.skip_value();
       }
@@ -210,7 +211,7 @@ class UsdaLayer {
     }
   }
 
-  /// An attribute or a relationship, whichever words stand before it.
+  /// Reads an attribute or a relationship, with any words before it.
   void read_property(UsdaPrim* prim) {
     std::string_view word = text_.word();
     if (word.empty()) return text_.fail_here("an attribute, a prim or \"}\"");
@@ -269,13 +270,13 @@ class UsdaReader {
   }
 
  private:
-  /// What is above a prim.
+  /// What a prim inherits from above.
   struct Place {
     std::string path = {};
     glm::dmat4 to_file{1.0};
-    std::string purpose = "default";  ///< said by the nearest prim that says one
+    std::string purpose = "default";  ///< from the nearest prim that sets one
     int depth = 0, arcs = 0;
-    /// Primvars of prims above that are one value.
+    /// Primvars of prims above that have a single value.
     std::map<std::string, const UsdaAttribute*, std::less<>> primvars = {};
   };
 
@@ -295,7 +296,7 @@ class UsdaReader {
     return here;
   }
 
-  /// Those of a prim and, behind each, of what it refers to.
+  /// Adds to each prim, after it, the prims to which it refers.
   Opinions with_arcs(const Opinions& direct, Place* here) {
     Opinions all;
     const auto add = [&](const auto& self, const UsdaPrim* prim, int depth) -> void {
@@ -321,7 +322,7 @@ class UsdaReader {
     return nullptr;
   }
 
-  /// At the frame: samples win over the default.
+  /// The value at the frame: samples win over the default.
   UsdaValue value_of(const UsdaAttribute& attribute, std::string_view name) {
     UsdaValue value;
     const std::optional<std::size_t> at = attribute.samples ? attribute.samples : attribute.value;
@@ -470,7 +471,8 @@ class UsdaReader {
     builder_.file().is_animated = builder_.file().is_animated || animated_;
   }
 
-  /// Points that are those of a sample alone, since the next has others or there is none, go on by their velocities.
+  /// Moves points by their velocities if they come from one sample only, because the next sample has another number of
+  /// points or there is none.
   void go_on(const Opinions& prims, UsdaValue* points) {
     const UsdaAttribute* velocities = find(prims, "velocities");
     if (!velocities || !frame_ || !points->held_since) return;
@@ -495,7 +497,7 @@ class UsdaReader {
       }
   }
 
-  /// The value that a primvar has at every place where it is given: by its indices, where it has some.
+  /// The value of a primvar at every place where it is given, by its indices if it has some.
   UsdaValue primvar(const Opinions& prims, const Place& here, const std::string& name) {
     const UsdaAttribute *found = find(prims, name), *at = find(prims, name + ":indices");
     if (!found) {
@@ -515,7 +517,7 @@ class UsdaReader {
     return {};
   }
 
-  /// size: numbers of a value.
+  /// size: number of numbers in a value.
   template <class T>
   static bool look_up(const std::vector<double>& indices, std::size_t size, std::vector<T>* values) {
     if (values->empty()) return true;
@@ -530,7 +532,7 @@ class UsdaReader {
     return true;
   }
 
-  /// Of two names for one thing the first that is there.
+  /// Returns the first that exists of two names for one thing.
   UsdaValue first_of(const Opinions& prims, const Place& here, std::initializer_list<const char*> names,
                      std::string* name) {
     for (const char* candidate : names) {
@@ -542,7 +544,7 @@ class UsdaReader {
     return {};
   }
 
-  /// One tuple a curve, of values that are one a curve or one a vertex, of which that of the root counts.
+  /// Returns one tuple for each curve, from values that are one a curve or one a vertex; the root's vertex is used.
   template <class T>
   std::vector<T> at_roots(const std::vector<T>& values, std::size_t size, const CurveSet& set,
                           const std::string& name) {
@@ -588,10 +590,10 @@ class UsdaReader {
   UsdaPrim root_;
   std::optional<Error> error_;
   std::optional<double> frame_;  ///< unset: the first time samples
-  std::string attribute_;        ///< what is read for the color
+  std::string attribute_;        ///< the attribute that is read for the color
   double time_codes_per_second_ = 24;
   std::uint64_t prims_ = 0, visited_ = 0, vertices_ = 0, most_vertices_;
-  bool animated_ = false;  ///< something so far was
+  bool animated_ = false;  ///< whether anything so far was animated
 };
 
 }  // namespace

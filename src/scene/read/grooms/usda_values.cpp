@@ -24,9 +24,9 @@ void keep(double x, UsdaNumbers kept_as, UsdaValue* value) {
   numbers.clear();
 }
 
-/// Numbers and texts of a value with all its brackets. Of a long one memory is taken for as many triples as its commas
-/// allow, which is once: a vector that grows copies itself. What is counted is read next, so that no text is counted
-/// twice.
+/// Reads numbers and texts of a value with all its brackets. For a long one, memory for as many triples as its commas
+/// allow is allocated once, because a growing vector copies itself. Text that is counted is read next, so that none is
+/// counted twice.
 void read_items(TextCursor* text, UsdaNumbers kept_as, UsdaValue* value) {
   if (kept_as == UsdaNumbers::triples && text->peek() == '[')
     value->triples.reserve((text->commas_before(']') + 1) / 3 + 1);
@@ -58,7 +58,7 @@ void read_items(TextCursor* text, UsdaNumbers kept_as, UsdaValue* value) {
 }
 
 glm::dmat4 rotation(const std::string& axes, const std::vector<double>& degrees) {
-  // rotateXYZ turns about x first: of column vectors, z y x.
+  // rotateXYZ turns about x first: for column vectors, z y x.
   glm::dmat4 turn(1.0);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const auto axis = static_cast<int>(axes[i] - 'X');
@@ -80,7 +80,7 @@ glm::dmat4 of_quaternion(const std::vector<double>& q) {
           {0, 0, 0, 1}};
 }
 
-/// One operation, "translate" with its numbers; false where it is not known or the numbers are not those it needs.
+/// Applies one operation such as "translate" with its numbers; false if it is unknown or has the wrong numbers.
 bool operation(const std::string& kind, const std::vector<double>& n, glm::dmat4* out) {
   if (kind == "translate" && n.size() == 3) {
     *out = glm::translate(glm::dmat4(1.0), glm::dvec3(n[0], n[1], n[2]));
@@ -102,7 +102,7 @@ bool operation(const std::string& kind, const std::vector<double>& n, glm::dmat4
   return true;
 }
 
-/// Adds to numbers a share of the way to those after them; false where there are more or fewer of these.
+/// Adds to numbers a share of the way to those after them; false if their counts differ.
 bool meet(const UsdaValue& after, float share, UsdaValue* value) {
   const auto add = [&](auto& numbers, const auto& later) {
     using Number = std::remove_cvref_t<decltype(numbers[0])>;
@@ -123,7 +123,7 @@ bool meet(const UsdaValue& after, float share, UsdaValue* value) {
 
 UsdaValue read_usda_value(TextCursor* text, bool samples, UsdaNumbers kept_as, std::optional<double> frame,
                           bool is_held) {
-  UsdaValue before, after;  // of the frame: the last sample that is not later, and the first that is
+  UsdaValue before, after;  // around the frame: the last sample that is not later, and the first that is
   if (!samples) {
     read_items(text, kept_as, &before);
     return before;
@@ -161,13 +161,13 @@ void read_usda_attribute_metadata(TextCursor* text, UsdaValue* value) {
   while (!text->error() && !text->take(')')) {
     if (text->at_end()) return text->fail_here("\")\" behind metadata");
     if (text->peek() == '"' || text->peek() == '\'') {
-      text->quoted();  // a comment
+      text->quoted();  // skips a comment
       continue;
     }
     if (text->take(';') || text->take(',')) continue;
     const std::string key(text->word());
     if (key.empty()) return text->fail_here("a key of metadata");
-    if (!text->take('=')) continue;  // "append" before its key
+    if (!text->take('=')) continue;  // "append" comes before its key
     if (key != "interpolation") {
       text->skip_value();
       continue;

@@ -1,4 +1,4 @@
-// Attributes of a prim in a USD text: their values, and the transforms that they say.
+// Attributes of a prim in a USD text: their values, and their transforms.
 #pragma once
 
 #include <cstdint>
@@ -15,40 +15,40 @@
 
 namespace tress::scene {
 
-/// The numbers of a value, brackets taken off, or its words: "bspline", ["xformOp:translate"]. Of time samples the
-/// first, or those of a frame: numbers with a fraction linear between the samples around it, the rest, and
-/// those of which the next sample has another number, of the one before. None has no numbers.
+/// The numbers of a value without brackets, or its words: "bspline", ["xformOp:translate"]. For time samples, the first
+/// one, or the value at a frame: numbers with a fraction are linear between the samples around it; all others, and
+/// those whose count differs in the next sample, are taken from the sample before. None has no numbers.
 struct UsdaValue {
   std::vector<float> numbers;
-  std::vector<double> precise;     ///< instead, where few numbers were asked for in full
-  std::vector<glm::vec3> triples;  ///< instead, where they were asked for by three; `numbers` has what is left over
+  std::vector<double> precise;     ///< used instead, if few numbers were requested in full precision
+  std::vector<glm::vec3> triples;  ///< used instead, if triples were requested; `numbers` has the rest
   std::vector<std::string> texts;
   std::optional<AttributeScope> scope;  ///< its interpolation
   bool is_animated = false;             ///< there were more time samples
-  /// The time of the sample that these are alone, where a frame is behind it: the next has another number, or there is
-  /// none.
+  /// The time of the one sample that the values come from, if the frame is after it: the next sample has another count,
+  /// or there is none.
   std::optional<double> held_since = {};
 };
 
-/// As what the numbers of a value are kept.
+/// The form in which the numbers of a value are kept.
 enum class UsdaNumbers : std::uint8_t { floats, doubles, triples };
 
-/// What stands behind the "=" of an attribute; samples: it is a table of time samples. frame: of them the one; unset:
-/// the first. is_held: not to be met in between, as counts and ids.
+/// Reads what follows the "=" of an attribute. samples: whether it is a table of time samples. frame: the frame to take
+/// from them; unset: the first. is_held: must not be interpolated, such as counts and ids.
 UsdaValue read_usda_value(TextCursor* text, bool samples, UsdaNumbers kept_as, std::optional<double> frame = {},
                           bool is_held = false);
 
-/// The metadata in parentheses behind an attribute, if there is any: its interpolation.
+/// Reads the metadata in parentheses after an attribute, if there is any: its interpolation.
 void read_usda_attribute_metadata(TextCursor* text, UsdaValue* value);
 
-/// Of column vectors.
+/// For column vectors.
 struct UsdaTransform {
   glm::dmat4 to_parent{1.0};
-  bool resets = false;     ///< the transforms of its parents do not count (!resetXformStack!)
-  std::string fault = {};  ///< an operation that is not known or has other numbers than it needs
+  bool resets = false;     ///< whether it ignores the transforms of its parents (!resetXformStack!)
+  std::string fault = {};  ///< an operation that is unknown or has the wrong numbers
 };
 
-/// The transform of a prim by its xformOpOrder and the operations that it names.
+/// The transform of a prim from its xformOpOrder and the operations that it names.
 UsdaTransform usda_transform(const std::map<std::string, UsdaValue, std::less<>>& attributes);
 
 }  // namespace tress::scene
