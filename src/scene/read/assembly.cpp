@@ -24,7 +24,7 @@ namespace {
 
 constexpr CurveKind usual_basis{CurveBasis::bspline, CurveWrap::pinned};
 
-/// What a reader of the note can do about the axis that was taken for up.
+/// Advice for the user about the axis that was assumed to be up.
 std::string up_note(const std::string& name, const GroomPlacement& placement, bool falls) {
   if (placement.guess_up)
     return fmt::format("{}: {} taken for up, by how the strands fall; --up {} if it lies on its side", name,
@@ -63,7 +63,7 @@ std::optional<WidthUse> width_use_of(std::string_view text) {
 }
 
 float WidthPlan::radius_of(float width) const {
-  if (width < 0) return usual_radius_cm;  // not said
+  if (width < 0) return usual_radius_cm;  // the width is not given
   const double radius = double{width} / 2 * cm_per_unit;
   return static_cast<float>(clamps && radius > 0 ? std::clamp(radius, smallest_radius_cm, largest_radius_cm) : radius);
 }
@@ -97,7 +97,7 @@ void say_widths(GroomFile* file) {
 
 namespace {
 
-/// What the file says of its materials, which the scene's take the place of.
+/// Adds notes of the file about its materials, which the scene's replace.
 void note_materials(const GroomFile& file, const std::string& name, std::vector<std::string>* notes) {
   constexpr std::size_t most_told = 3;
   for (std::size_t i = 0; i < std::min(file.materials.size(), most_told); ++i)
@@ -107,7 +107,7 @@ void note_materials(const GroomFile& file, const std::string& name, std::vector<
                                  file.materials.size() - most_told));
 }
 
-/// The largest coordinate, without regard to sign.
+/// The largest absolute coordinate.
 double extent_of(const std::vector<glm::vec3>& points) {
   double extent = 0;
   for (const glm::vec3& p : points)
@@ -120,8 +120,7 @@ struct Scale {
   std::optional<Error> error = {};
 };
 
-/// The unit that was given, that of the file, or one that makes the groom as large as grooms are. The file has its
-/// basis.
+/// The given unit, or the file's, or one that gives the groom a usual size. The file has its basis.
 Scale scale_of(const GroomFile& file, const GroomPlacement& placement, const std::string& name,
                std::vector<std::string>* notes, std::vector<std::string>* warnings) {
   const auto box = box_of_strands(*file.basis, file.first_point, file.points);
@@ -151,8 +150,8 @@ Scale scale_of(const GroomFile& file, const GroomPlacement& placement, const std
   return scale;
 }
 
-/// Radii at the points: one for all where it was given or the widths of the file are not used. Widths of later moments
-/// become radii, or none where those of the file are not used.
+/// Radii at the points: one for all, if it was given or the file's widths are not used. Widths of later moments become
+/// radii, or are dropped if the file's are not used.
 std::vector<float> radii_of(GroomFile* file, const GroomPlacement& placement, double scale, const std::string& name,
                             std::vector<std::string>* notes) {
   const bool is_unit_said = placement.cm_per_unit || file->cm_per_unit;
@@ -176,9 +175,9 @@ std::vector<float> radii_of(GroomFile* file, const GroomPlacement& placement, do
   return std::move(file->width);
 }
 
-/// Moves what is kept of the strands to the front, in place. Where the basis lets a point go, one that equals the one
-/// before at every moment goes. Strands of one place go, and those that are 0 wide everywhere. Colors stay at points
-/// where they differ along a strand that is kept.
+/// Moves the strands that are kept to the front, in place. If the basis allows it, a point that equals the one before
+/// at every moment is removed. Strands in a single place, or with width 0 everywhere, are removed. Colors stay at
+/// points if they differ along a kept strand.
 struct LeftOut {
   std::size_t degenerate = 0, hidden = 0;
 };
@@ -244,7 +243,7 @@ LeftOut compact(bool repeats_stay, const std::vector<std::uint32_t>& broken, Gro
   return left_out;
 }
 
-/// Of an attribute that a material asks for by its name and the curves have not.
+/// The error if the curves do not have an attribute that a material names.
 std::optional<Error> fault_of_attribute(const GroomFile& file, const std::string& attribute, const std::string& name) {
   constexpr std::size_t most_told = 12;
   if (attribute.empty() || (file.has_color && file.attribute == attribute)) return std::nullopt;
@@ -305,7 +304,7 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
   if (placement.colors && file.color.empty()) file.color.assign(groom.strand_count(), file.default_color);
   if (!placement.colors) file.color.clear();
   const std::size_t strands = groom.strand_count();
-  const bool repeats_stay = groom.basis != StrandBasis::linear;  // a repeated control point is a corner
+  const bool repeats_stay = groom.basis != StrandBasis::linear;  // a repeated control point makes a corner
   const LeftOut left_out = compact(repeats_stay, file.broken, &groom, &file.color);
   if (left_out.degenerate > 0)
     warnings->push_back(fmt::format(
@@ -341,7 +340,7 @@ ObjectTransform ObjectPath::at(double frame) const {
 
 namespace {
 
-/// The coordinate that is not in the world, if one is not.
+/// A coordinate outside of the world; empty if there is none.
 std::optional<double> beyond_world(const glm::dvec3& point) {
   for (int c = 0; c < 3; ++c)
     if (!(std::abs(point[c]) <= world_cm)) return point[c];
@@ -362,7 +361,7 @@ std::optional<Error> move_points(const ObjectTransform& transform, const std::st
   return std::nullopt;
 }
 
-/// The points of a mesh in the world.
+/// The points of a mesh in world coordinates.
 Result<std::vector<glm::vec3>> placed_positions(const MeshAtMoment& moment, const MeshDescription& description,
                                                 const std::string& name) {
   const glm::dmat3 turn = moment.transform.turn();
@@ -394,7 +393,7 @@ std::vector<glm::vec3> placed_normals(const MeshAtMoment& moment, const MeshDesc
 
 float scaled_radius(float radius, double factor) { return static_cast<float>(factor * double{radius}); }
 
-/// By the scale of each moment.
+/// Multiplies radii by the scale of each moment.
 void scale_radii(std::span<const ObjectTransform> moments, Groom* groom) {
   const double first = moments.front().scale;
   const bool differ = std::ranges::any_of(moments, [&](const ObjectTransform& each) { return each.scale != first; });

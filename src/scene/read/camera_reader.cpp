@@ -10,7 +10,7 @@ namespace {
 
 constexpr double radians = std::numbers::pi / 180;
 
-/// The keys that a still camera and a keyframe share, over the defaults in `camera`.
+/// Reads the keys that a still camera and a keyframe share; `camera` has the defaults.
 Camera read_view(const JsonReader& json, Camera camera) {
   camera.eye = json.triple("eye").value_or(camera.eye);
   camera.look_at = json.triple("look_at").value_or(camera.look_at);
@@ -80,7 +80,7 @@ void read_depth_of_field(const JsonReader& json, CameraDescription* camera) {
     json.fail("f_number", "radius_cm, as an orthographic camera has no focal length", "an f-number");
 }
 
-/// What a camera is wherever it stands.
+/// Reads the properties of a camera that do not depend on its place.
 void read_optics(const JsonReader& json, CameraDescription* camera) {
   using Fit = Lens::Fit;
   if (const auto x = json.number("orthographic_height_cm"))

@@ -32,7 +32,7 @@ const GroomFormat* format_by_name(const std::filesystem::path& file) {
 
 std::string wanted() { return "a groom (" + groom_endings() + ")"; }
 
-/// What makes a file that can be read of one that cannot; empty where nothing does.
+/// How to convert a file of an unsupported kind into a supported one; empty if there is no way.
 std::string remedy_of(const std::string& kind) {
   if (kind == "a binary USD file") return "a USD text (usdcat --flatten IN -o OUT.usda writes one)";
   if (kind.starts_with("an HDF5 file")) return "an Alembic archive of Ogawa (abcconvert -toOgawa IN OUT writes one)";
@@ -44,7 +44,7 @@ std::string remedy_of(const std::string& kind) {
 
 namespace {
 
-/// The bytes of standard input, to its end.
+/// Reads standard input to its end.
 Result<std::vector<unsigned char>> standard_input() {
   std::vector<unsigned char> bytes;
   constexpr std::size_t block = std::size_t{1} << 20;
@@ -58,7 +58,7 @@ Result<std::vector<unsigned char>> standard_input() {
   return bytes;
 }
 
-/// Of a groom by its bytes. done_with: as of GroomInput.
+/// Reads a groom from its bytes. done_with: as in GroomInput.
 Result<GroomFile> read_bytes(std::span<const unsigned char> bytes, const std::filesystem::path& file,
                              const DoneWith& done_with, std::optional<std::uint32_t> points_per_strand,
                              std::optional<double> frame, std::optional<double> frames_per_second,

@@ -1,4 +1,4 @@
-// Files of strands, of any format that can be read.
+// Reads files of strands in any supported format.
 #pragma once
 
 #include <cstdint>
@@ -11,20 +11,20 @@
 
 namespace tress::scene {
 
-/// Reads a regular file of strands, told by its content; where that tells nothing, by the ending of its name. The file
-/// is mapped, not copied: it must not be cut while it is read. What gzip packed is unpacked in memory, at most 4 GB of
-/// it; the name "-" is standard input, which can be read once. points_per_strand: of formats that do not say. frame,
-/// frames_per_second and attribute: as of GroomInput.
+/// Reads a regular file of strands. Its format is detected by its content, or else by the ending of its name. The file
+/// is mapped, not copied: it must not be cut while it is read. A gzip file is unpacked in memory, up to 4 GB. The name
+/// "-" is standard input, which can be read once. points_per_strand: for formats that do not record it. frame,
+/// frames_per_second and attribute: as in GroomInput.
 Result<GroomFile> read_groom_file(const std::filesystem::path& file,
                                   std::optional<std::uint32_t> points_per_strand = {}, std::optional<double> frame = {},
                                   std::optional<double> frames_per_second = {}, const std::string& attribute = {});
 
-/// The files that a file of strands includes, and those that these do, whether they are there or not; none of most
+/// All files that a file of strands includes, directly or indirectly, whether they exist or not; empty for most
 /// formats.
 std::vector<std::filesystem::path> included_files(const std::filesystem::path& file);
 
-/// Whether read_groom_file() has a format for it, by its content or else by its name, or knows what makes one of it.
-/// False where it cannot be read.
+/// Whether read_groom_file() supports its format, by content or else by name, or knows how to convert it. False if it
+/// cannot be read.
 bool is_groom_file(const std::filesystem::path& file);
 
 }  // namespace tress::scene

@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint64_t most_generated_points = 100'000'000;
 constexpr Taper usual_generated_taper{.root = 1, .tip = 0.4};
 
-/// The keys that shape any kind, each once.
+/// The keys that shape any kind of groom, each once.
 std::vector<std::string> shape_keys() {
   std::vector<std::string> keys;
   for (const std::string& kind : generated_groom_kinds())

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t block_bytes = std::size_t{1} << 20;
 
-/// Collects what is written into blocks. The first failure is kept.
+/// Collects output into blocks, and keeps the first failure.
 class BlockWriter {
  public:
   explicit BlockWriter(const std::filesystem::path& file) : error_(out_.begin(file)) {}
@@ -51,7 +51,7 @@ class BlockWriter {
   fmt::memory_buffer buffer_;
 };
 
-/// Strands by points alone: those of the file, or of its curves.
+/// Strands by points alone: the file's points, or points on its curves.
 struct Sampled {
   std::vector<std::uint32_t> first_point;
   std::vector<glm::vec3> points;
@@ -150,7 +150,7 @@ std::optional<Error> write_hair(const GroomFile& groom, const std::filesystem::p
   return out.finish();
 }
 
-/// name = [item, item], one value each call of `item`.
+/// Writes name = [item, item]; each call of `item` gives one value.
 void write_list(BlockWriter* out, const char* name, std::size_t count, const std::function<void(std::size_t)>& item,
                 const char* interpolation) {
   out->print("        {} = [", name);

@@ -24,7 +24,7 @@ glm::vec3 radiance(const Rgbe& pixel) {
   return glm::vec3(pixel[0], pixel[1], pixel[2]) * std::ldexp(1.0f, pixel[3] - 136);
 }
 
-/// Reads forward and remembers the first mistake.
+/// Reads forward and keeps the first error.
 class HdrReader {
  public:
   HdrReader(std::span<const unsigned char> bytes, const std::string& name) : bytes_(bytes), name_(name) {}
@@ -34,7 +34,7 @@ class HdrReader {
   }
   std::size_t left() const { return bytes_.size() - at_; }
 
-  /// A line of the header without its end; nothing where no line of at most 4096 characters ends.
+  /// A line of the header without its end; empty if no line of at most 4096 characters ends.
   std::optional<std::string_view> line() {
     std::size_t end = at_;
     while (end < bytes_.size() && end - at_ <= 4096 && bytes_[end] != '\n') ++end;
@@ -45,7 +45,7 @@ class HdrReader {
     return text;
   }
 
-  /// One scan line into `row`; an error where it does not fit.
+  /// Reads one scan line into `row`; an error if it does not fit.
   std::optional<Error> scan_line(std::span<Rgbe> row) {
     const bool encoded = row.size() >= 8 && row.size() < 32768 && left() >= 4 && bytes_[at_] == 2 &&
                          bytes_[at_ + 1] == 2 && bytes_[at_ + 2] < 128;
@@ -55,7 +55,7 @@ class HdrReader {
  private:
   Error early() const { return error("more pixels", "the end of the file"); }
 
-  /// Four runs of components, each of literal bytes and repetitions.
+  /// Reads four runs of components, each of literal bytes and repetitions.
   std::optional<Error> by_component(std::span<Rgbe> row) {
     const std::size_t width = std::size_t{bytes_[at_ + 2]} << 8 | bytes_[at_ + 3];
     if (width != row.size()) return error(fmt::format("a scan line of {}", row.size()), fmt::format("{}", width));
@@ -88,8 +88,8 @@ class HdrReader {
   std::size_t at_ = 0;
 };
 
-/// Takes out what the header has multiplied by; lines of other keys say nothing. False where one is no number or all of
-/// them together are absurd.
+/// Divides by a factor of the header; lines of other keys are skipped. False if one is not a number, or if their
+/// product is unreasonable.
 bool divide_by(std::string_view line, glm::dvec3* scale) {
   constexpr std::string_view exposure = "EXPOSURE=", correction = "COLORCORR=";
   const bool is_exposure = line.starts_with(exposure);
@@ -112,7 +112,7 @@ bool divide_by(std::string_view line, glm::dvec3* scale) {
   return true;
 }
 
-/// "-Y 512 +X 1024"; nothing where it says anything else.
+/// Reads "-Y 512 +X 1024"; false for any other text.
 bool read_size(std::string_view line, int* height, int* width) {
   const auto number = [&](std::string_view sign, int* value) {
     if (!line.starts_with(sign)) return false;

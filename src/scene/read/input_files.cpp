@@ -26,7 +26,7 @@ Result<std::uintmax_t> input_file_size(const std::filesystem::path& file, const 
 
 namespace {
 
-/// The first min(size, wanted) bytes; an error where the file is larger than `most_bytes`.
+/// Reads the first min(size, wanted) bytes; an error if the file is larger than `most_bytes`.
 Result<std::vector<unsigned char>> read(const std::filesystem::path& file, const std::string& what,
                                         std::uintmax_t wanted, std::uintmax_t most_bytes) {
   const auto error = [&](std::string found) { return Error{file.string(), "", what, std::move(found)}; };
@@ -72,7 +72,7 @@ Result<std::vector<unsigned char>> unpacked(std::vector<unsigned char> bytes, co
     state = inflate(&stream, Z_NO_FLUSH);
     at = static_cast<std::size_t>(stream.next_in - bytes.data());
     out.resize(out.size() - stream.avail_out);
-    const bool is_next = state == Z_STREAM_END && is_packed(std::span(bytes).subspan(at));  // another member behind it
+    const bool is_next = state == Z_STREAM_END && is_packed(std::span(bytes).subspan(at));  // another member follows
     if (is_next) inflateReset(&stream);
     goes_on = (is_next || (state == Z_OK && (out.size() > before || at < bytes.size()))) && out.size() <= most_bytes;
   }

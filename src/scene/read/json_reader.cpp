@@ -10,7 +10,7 @@
 namespace tress::scene {
 namespace {
 
-/// What a value is, short enough for a message; invalid UTF-8 is replaced.
+/// A value as text, short enough for a message; invalid UTF-8 is replaced.
 std::string shown(const nlohmann::json& value) {
   if (value.is_object()) return "an object";
   if (value.is_array()) return fmt::format("an array of {}", value.size());
@@ -71,7 +71,8 @@ std::vector<JsonReader> JsonReader::items(const std::string& key, std::size_t mo
   return items;
 }
 
-/// Null, which is an error of the document, where the table has no row: no number is read without a range.
+/// The key's row of the parameter table. Without a row it returns null and sets the error of the document: no number is
+/// read without a range.
 const Parameter* JsonReader::parameter_of(const std::string& key) const {
   const Parameter* parameter = parameter_at(path_ + "/" + key);
   if (!parameter) fail(key, "a key of the parameter table", "another");

@@ -1,4 +1,4 @@
-// Checked reading of a JSON document: the first mistake is kept with its path, what follows reads as defaults.
+// Checked reading of a JSON document: the first error is kept with its path, and everything after it reads as defaults.
 #pragma once
 
 #include <cstdint>
@@ -18,14 +18,14 @@ namespace tress::scene {
 /// The name among `known` with the smallest edit distance to `word`.
 std::string nearest_name(const std::string& word, const std::vector<std::string>& known);
 
-/// The keys that were asked for, by the path of their object.
+/// The keys that were requested, by the path of their object.
 using KnownKeys = std::map<std::string, std::vector<std::string>>;
 
-/// One value of the document; those of an array have "0", "1" ... for keys. Readers return nothing where the key is
-/// absent or wrong; a wrong one sets the error of the document, which only the first mistake does.
+/// One value of the document; elements of an array have the keys "0", "1", ... Readers return nothing if the key is
+/// absent or wrong; a wrong one sets the error of the document, unless there is one already.
 class JsonReader {
  public:
-  /// `keys`, where given, gets those that every object() of the document knew.
+  /// `keys`, if given, gets those that every object() of the document accepts.
   JsonReader(const nlohmann::json& value, std::string path, std::string file, std::optional<Error>* error,
              KnownKeys* keys = nullptr)
       : value_(value), path_(std::move(path)), file_(std::move(file)), error_(error), keys_(keys) {}
@@ -35,11 +35,11 @@ class JsonReader {
   bool has(const std::string& key) const { return find(key) != nullptr; }
   bool is_text(const std::string& key) const { return has(key) && find(key)->is_string(); }
   bool is_object(const std::string& key) const { return has(key) && find(key)->is_object(); }
-  std::size_t size() const { return value_.is_array() ? value_.size() : 0; }  ///< of an array
+  std::size_t size() const { return value_.is_array() ? value_.size() : 0; }  ///< of an array; 0 for other values
   JsonReader child(const std::string& key) const;
   std::vector<JsonReader> items(const std::string& key, std::size_t most) const;
 
-  /// In the range that the parameter table has for the place; so are those of triple().
+  /// Reads a number, which must be in the range of the parameter table for its place; the same holds for triple().
   std::optional<double> number(const std::string& key) const;
   std::optional<std::int64_t> integer(const std::string& key) const;
   std::optional<bool> boolean(const std::string& key) const;
@@ -47,11 +47,11 @@ class JsonReader {
   std::optional<std::string> choice(const std::string& key, const std::vector<std::string>& known) const;
   std::optional<glm::vec3> triple(const std::string& key) const;
 
-  /// At most one of the keys may be there; false and an error otherwise.
+  /// At most one of the keys may exist; false and an error otherwise.
   bool at_most_one(const std::vector<std::string>& keys) const;
-  /// Exactly one of them must be there; false and an error otherwise.
+  /// Exactly one of the keys must exist; false and an error otherwise.
   bool exactly_one(const std::vector<std::string>& keys) const;
-  /// All of them must be there; false and an error that names the first that is missing otherwise.
+  /// All of the keys must exist; otherwise false, and an error that names the first missing one.
   bool need(const std::vector<std::string>& keys) const;
 
   void fail(const std::string& key, std::string expected, std::string found) const;

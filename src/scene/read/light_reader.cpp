@@ -60,7 +60,7 @@ void read_spot(const JsonReader& json, Light* light) {
     light->radiance = spot_radiance(*irradiance, static_cast<double>(light->radius_cm), static_cast<double>(distance));
 }
 
-/// Half edges of a rectangle that faces `look_at`, its height along `up` as far as it goes.
+/// Sets half edges of a rectangle that faces `look_at`, with its height as far along `up` as possible.
 void read_rectangle(const JsonReader& json, Light* light) {
   if (!json.object({"center", "look_at", "up", "width_cm", "height_cm", "radiance"}) ||
       !json.need({"center", "look_at", "width_cm", "height_cm", "radiance"}))

@@ -92,7 +92,7 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   return std::nullopt;
 }
 
-/// As it is at a frame.
+/// Makes the environment at a frame.
 Result<Environment> make_environment(const EnvironmentDescription& description, double frame, Sources& from,
                                      Scene* scene) {
   using Kind = EnvironmentDescription::Kind;
@@ -106,7 +106,7 @@ Result<Environment> make_environment(const EnvironmentDescription& description, 
   return load_environment(from.folder / description.file, rotate_rad, description.scale, &scene->warnings);
 }
 
-/// How far it has turned at the moments since the first of them; nothing where it rests.
+/// Its rotation at the moments relative to the first of them; empty if it rests.
 std::vector<float> environment_turns(const EnvironmentDescription& description, const FrameMoments& moments) {
   const double first = description.turn_at(moments.frames.front());
   std::vector<float> turns;
@@ -116,7 +116,7 @@ std::vector<float> environment_turns(const EnvironmentDescription& description, 
   return turns;
 }
 
-/// Reads what a source has of textures.
+/// Reads the textures of sources.
 std::optional<Error> load_textures(const Sources& from, std::vector<std::string>* warnings, Source* source) {
   if (source->kind == Source::Kind::texture) {
     auto texture = load_texture(from.folder / source->file, warnings, source->is_encoded);
@@ -128,7 +128,7 @@ std::optional<Error> load_textures(const Sources& from, std::vector<std::string>
   return std::nullopt;
 }
 
-/// Of a groom whose roots are nowhere on the textures of its material.
+/// The error for a groom whose roots have no place on the textures of its material.
 std::optional<Error> fault_of_roots(const Groom& groom, const Material& material) {
   bool has_texture = false;
   for_each_source(material, [&](const Source& source) { has_texture = has_texture || source.has_texture(); });
@@ -137,7 +137,7 @@ std::optional<Error> fault_of_roots(const Groom& groom, const Material& material
                "none"};
 }
 
-/// The lights of the scene and the sun of its sky.
+/// Makes the lights of the scene, including the sun of its sky.
 Result<std::vector<Light>> make_lights(const SceneDescription& description, const FrameMoments& moments,
                                        const std::string& name) {
   std::vector<Light> lights;
@@ -157,7 +157,7 @@ Result<std::vector<Light>> make_lights(const SceneDescription& description, cons
   return lights;
 }
 
-/// What mattes call an object: as the scene says, else `usual`, with a number where another object has it.
+/// The name of an object in mattes: the scene's, else `usual`, with a number if another object has it.
 std::string object_name(const std::optional<std::string>& name, const std::string& usual,
                         const std::set<std::string>& taken) {
   if (name) return *name;
@@ -166,7 +166,7 @@ std::string object_name(const std::optional<std::string>& name, const std::strin
   return free;
 }
 
-/// What moves in a scene, and how it is looked up.
+/// Places the moving parts of a scene.
 class Motion {
  public:
   Motion(const SceneDescription& description, std::optional<int> frame, const std::string& name)
@@ -183,7 +183,7 @@ class Motion {
 
   const FrameMoments& moments() const { return moments_; }
 
-  /// The camera of the picture, and where it goes while the shutter is open.
+  /// Places the camera of the picture, and its moments while the shutter is open.
   std::optional<Error> place_camera(Scene* scene) const {
     const auto camera = camera_at(camera_, frame_, scene->grooms, scene->image, name_);
     if (!camera) return camera.error();
@@ -195,7 +195,7 @@ class Motion {
     return std::nullopt;
   }
 
-  /// A camera that could not be in the next frame rests until then, which is a warning.
+  /// Places the camera of the next frame. If it cannot be placed there, it is taken to rest, with a warning.
   void look_ahead(Scene* scene) const {
     const double turn_deg = environment_.turn_at(frame_ + 1) - environment_.turn_at(frame_);
     if (!camera_moves() && !objects_move(*scene) && turn_deg == 0) return;
@@ -226,7 +226,7 @@ class Motion {
   }
 
  private:
-  /// At the moments of the shutter, so many frames on; none where the camera rests.
+  /// The cameras at the moments of the shutter, so many frames ahead; empty if the camera rests.
   Result<std::vector<Camera>> cameras_of(int frames_on, const Scene& scene) const {
     std::vector<Camera> cameras;
     const bool moves = !camera_.keys.empty() || (camera_.turntable && camera_.turntable->turns_camera);
@@ -247,10 +247,10 @@ class Motion {
   FrameMoments moments_;
 };
 
-/// A scene is JSON, and that of a scene begins with a brace: whatever else there is, is told before it is read as JSON.
+/// Whether the file may be a JSON scene, which begins with a brace. Other kinds are handled before it is read as JSON.
 bool may_be_json(const std::filesystem::path& file, std::span<const unsigned char> start) {
   if (!known_kind_of(start).empty()) return false;
-  constexpr std::string_view blanks = " \t\r\n\xef\xbb\xbf";  // with the mark of UTF-8
+  constexpr std::string_view blanks = " \t\r\n\xef\xbb\xbf";  // including the byte order mark of UTF-8
   const auto first =
       std::ranges::find_if(start, [&](unsigned char c) { return blanks.find(static_cast<char>(c)) == blanks.npos; });
   return file.extension() == ".json" || first == start.end() || *first == '{';
@@ -279,7 +279,7 @@ Result<SceneDescription> describe(const std::filesystem::path& file, const Overr
   return parse_scene_file(*bytes, file.string());
 }
 
-/// Whether some frames are not like others.
+/// Whether some frames differ from others.
 bool moves(const SceneDescription& description) {
   const auto has_keys = [](const auto& object) { return !object.path.keys.empty(); };
   return !description.camera.keys.empty() || description.camera.turntable || !description.environment.keys.empty() ||
@@ -291,9 +291,9 @@ bool moves(const SceneDescription& description) {
                              [&](const auto& mesh) { return has_keys(mesh) || names_frames(mesh.file); });
 }
 
-/// Hair that hardly shows, which a wrong unit or width mostly is: strands cover less than a pixel of 50,000 of the
-/// picture, or less than a hundredth of it and more than a tenth of them are thinner than a tenth of a pixel. By up to
-/// 2000 strands a groom.
+/// Warns of hair that is hardly visible, usually because of a wrong unit or width. Strands cover less than a pixel of
+/// 50,000 of the picture, or less than a hundredth of it and more than a tenth of them are thinner than a tenth of a
+/// pixel. It checks up to 2000 strands a groom.
 void warn_of_thin_strands(Scene* scene) {
   constexpr std::uint32_t most_measured = 2000;
   const Camera& camera = scene->camera;
@@ -326,7 +326,7 @@ void warn_of_thin_strands(Scene* scene) {
       100 * covered, thin, strands));
 }
 
-/// The scene of a description. `name`: what it was loaded from.
+/// Builds the scene of a description. `name`: the file that it was loaded from.
 Result<Scene> build(SceneDescription description, const std::string& name, Sources from, const Overrides& overrides,
                     Unstyled* unstyled) {
   if (auto error = apply(overrides, &description)) return *error;

@@ -1,4 +1,4 @@
-// What options make of the materials and the light of a scene.
+// Applies options to the materials and the light of a scene.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace tress::scene {
 
-/// What a scene has before the look that the overrides give it.
+/// The parts of a scene before the overrides change them.
 struct Unstyled {
   std::vector<Material> materials;
   std::vector<Light> lights;
@@ -17,11 +17,12 @@ struct Unstyled {
 };
 
 /// Gives a scene the look of the overrides: its materials, fibers and light, as if it had been loaded with them, to the
-/// bit. unstyled: of the same scene. All other overrides are left aside. Error as of load_scene, out of a range or of
-/// assign_fibers: the scene is then half changed.
+/// bit. unstyled: of the same scene. All other overrides are ignored. Errors are those of load_scene, a value out of
+/// range or those of assign_fibers; the scene is then half changed.
 std::optional<Error> restyle(const Unstyled& unstyled, const Overrides& overrides, Scene* scene);
 
-/// To a scene whose materials and light are as its file has them: their look, and the fibers of all strands.
+/// Applies the look to a scene whose materials and light are as its file has them, and assigns the fibers of all
+/// strands.
 std::optional<Error> apply_look(const Overrides& overrides, Scene* scene);
 
 }  // namespace tress::scene

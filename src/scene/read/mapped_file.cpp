@@ -15,10 +15,10 @@
 namespace tress::scene {
 namespace {
 
-/// What a signal handler may read: written while the place is not in use.
+/// The data that a signal handler may read; written while the entry is not in use.
 struct Mapping {
   std::atomic<bool> is_taken = false;
-  std::atomic<const unsigned char*> begin = nullptr;  ///< not null: the others are whole
+  std::atomic<const unsigned char*> begin = nullptr;  ///< if not null, the other members are complete
   std::size_t size = 0;
   std::array<char, 1024> name{};
 };

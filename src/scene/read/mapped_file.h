@@ -1,4 +1,4 @@
-// The bytes of a file without a copy of them.
+// The bytes of a file, without a copy of them.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,9 @@
 
 namespace tress::scene {
 
-/// A regular file of at least one byte, mapped for reading. Pages are read when they are looked at and belong to the
-/// file's cache, not to the memory of the process. A file that someone cuts meanwhile raises
-/// SIGBUS, as with every mapping; name_of_mapping() tells a handler which it was. Movable, one owner.
+/// A regular file of at least one byte, mapped for reading. Pages are read on access and belong to the file cache, not
+/// to the memory of the process. If someone cuts the file meanwhile, access raises SIGBUS, as with every mapping;
+/// name_of_mapping() gives a handler its name. Movable, one owner.
 class MappedFile {
  public:
   /// `what` completes "expected ...". Never waits on pipes or devices.
@@ -23,8 +23,8 @@ class MappedFile {
   ~MappedFile();
 
   std::span<const unsigned char> bytes() const { return {data_, size_}; }
-  /// Lets the whole pages within these bytes go, so that a large file that is read from front to back does not count as
-  /// memory. They are read again where someone looks at them again.
+  /// Releases the whole pages within these bytes, so that a large file that is read from front to back does not count
+  /// as memory. They are read again on the next access.
   void let_go(std::span<const unsigned char> part) const;
 
  private:
@@ -34,7 +34,7 @@ class MappedFile {
   std::size_t size_;
 };
 
-/// The name of the file that is mapped where this address is; null where none is. Safe in a signal handler: of the
+/// The name of the file that is mapped at this address; null if none is. Safe in a signal handler. It covers the
 /// sixteen files that were mapped first.
 const char* name_of_mapping(const void* address);
 

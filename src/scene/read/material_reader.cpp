@@ -33,7 +33,7 @@ std::size_t place_of(const std::string& name, const std::vector<std::string>& na
   return place;
 }
 
-/// Angles in degrees by lobe name.
+/// Reads angles in degrees by lobe name.
 template <std::size_t n>
 void read_lobe_angles(const JsonReader& json, const std::string& key, const std::vector<std::string>& lobes,
                       std::array<std::optional<float>, n>* angles) {
@@ -44,7 +44,7 @@ void read_lobe_angles(const JsonReader& json, const std::string& key, const std:
     if (const auto x = by_lobe.number(lobes[i])) (*angles)[i] = static_cast<float>(*x * radians);
 }
 
-/// After the shape of the fiber, which the absorption for a color depends on.
+/// Reads the color after the shape of the fiber, on which the absorption for a color depends.
 void read_color(const JsonReader& json, Material* material) {
   fiber::FiberParameters* fiber = &material->fiber;
   if (!json.at_most_one({"color", "hair", "melanin", "sigma_a"})) return;
@@ -95,8 +95,8 @@ StrandVariation read_variation(const JsonReader& json) {
   return variation;
 }
 
-/// Naming GLINT splits it off TRT; where it is not named it has the gain and tint of TRT, so that "glint": true changes
-/// layers only.
+/// Reads the lobes. A scene that names GLINT splits it off TRT. If it is not named it has the gain and tint of TRT, so
+/// that "glint": true changes layers only.
 void read_lobes(const JsonReader& json, fiber::FiberParameters* fiber) {
   if (const auto shape = json.choice("longitudinal_shape", shapes))
     fiber->longitudinal_shape = static_cast<fiber::LongitudinalShape>(place_of(*shape, shapes));

@@ -15,7 +15,7 @@
 namespace tress::scene {
 namespace {
 
-/// Statements that say nothing about polygons.
+/// Statements without effect on polygons.
 constexpr std::array<std::string_view, 14> read_over{
     "vp", "o", "g", "s", "mg", "usemtl", "l", "mtllib", "usemap", "maplib", "lod", "p", "shadow_obj", "trace_obj"};
 
@@ -42,7 +42,7 @@ class Words {
   std::string_view text_;
 };
 
-/// The whole word as a number; nothing where it is none or out of the range of T.
+/// The whole word as a number; empty if it is no number or out of the range of T.
 template <class T>
 std::optional<T> number(std::string_view word) {
   T value{};
@@ -56,7 +56,7 @@ class ObjReader {
  public:
   explicit ObjReader(const std::string& name) : name_(name) {}
 
-  /// One statement without its comment; an error ends the reading.
+  /// Reads one statement without its comment; an error ends the reading.
   std::optional<Error> statement(std::string_view text, std::size_t line) {
     line_ = line;
     Words words(text);
@@ -82,7 +82,7 @@ class ObjReader {
     return {name_, fmt::format("line {}", line_), std::move(expected), std::move(found)};
   }
 
-  /// Short enough for a message, printable.
+  /// The word, printable and short enough for a message.
   static std::string shown(std::string_view word) {
     std::string text(word.substr(0, 40));
     for (char& c : text)
@@ -103,7 +103,7 @@ class ObjReader {
     return std::nullopt;
   }
 
-  /// What cannot be read is a normal of no length, so that those after it keep their numbers.
+  /// Reads a normal. An invalid one becomes a normal of length 0, so that those after it keep their numbers.
   std::optional<Error> normal(Words& words) {
     glm::vec3 direction;
     for (int c = 0; c < 3; ++c) {
@@ -116,7 +116,7 @@ class ObjReader {
     return std::nullopt;
   }
 
-  /// What cannot be read is no coordinate, so that those after it keep their numbers.
+  /// Reads texture coordinates. Invalid ones are marked, so that those after them keep their numbers.
   std::optional<Error> uv(Words& words) {
     glm::vec2 place(std::numeric_limits<float>::quiet_NaN());
     for (int c = 0; c < 2; ++c) {
@@ -130,7 +130,7 @@ class ObjReader {
     return std::nullopt;
   }
 
-  /// From 1 on or from -1 backwards; no_normal where there is none of that number among `count` so far.
+  /// Converts a number from 1 on, or from -1 backwards; no_normal if there is none of that number among `count` so far.
   static std::uint32_t index_of(std::int64_t number, std::size_t size) {
     const auto count = static_cast<std::int64_t>(size);
     const std::int64_t from_zero = number > 0 ? number - 1 : number + count;
@@ -146,8 +146,8 @@ class ObjReader {
     std::uint32_t vertex = 0, uv = no_uv, normal = no_normal;
   };
 
-  /// The vertex, then up to two indices that must be numbers: of the texture coordinates, which may be left out, and of
-  /// the normal.
+  /// Reads the vertex, then up to two numeric indices: of the texture coordinates, which may be left out, and of the
+  /// normal.
   std::optional<Error> corner(std::string_view word, Corner* corner) const {
     const auto whole = word;
     for (int part = 0; part < 3; ++part) {
@@ -201,7 +201,7 @@ Result<ObjFile> parse_obj_file(std::span<const unsigned char> bytes, const std::
   bytes = without_byte_order_mark(bytes);
   std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   ObjReader reader(name);
-  std::string joined;  // of lines that end with a backslash
+  std::string joined;  // lines that end with a backslash, joined
   for (std::size_t line = 1; !text.empty(); ++line) {
     const auto end = text.find('\n');
     auto piece = text.substr(0, end);

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::uintmax_t most_obj_bytes = std::uintmax_t{2} << 30;
 
-/// The whole frames around the moments, and what `read` makes of their numbers.
+/// The whole frames around the moments, and what `read` returns for their numbers.
 template <class File>
 Result<std::map<int, File>> files_around(const FrameMoments& moments, const std::function<Result<File>(int)>& read) {
   std::map<int, File> files;
@@ -36,7 +36,7 @@ Result<std::map<int, File>> files_around(const FrameMoments& moments, const std:
   return files;
 }
 
-/// Points, or what there is of each, at a frame, linear between the files of the whole frames around it.
+/// Interpolates points, or other values, at a frame, linearly between the files of the whole frames around it.
 template <class File, class Value>
 std::vector<Value> values_between(const std::map<int, File>& files, double frame, std::vector<Value> File::* values) {
   std::vector<Value> at = files.at(static_cast<int>(std::floor(frame))).*values;
@@ -47,7 +47,7 @@ std::vector<Value> values_between(const std::map<int, File>& files, double frame
   return at;
 }
 
-/// Where every strand of `first` is in `other`, by their ids; nothing where ids do not say.
+/// The index of every strand of `first` in `other`, by their ids; empty if ids do not determine it.
 std::optional<std::vector<std::uint32_t>> order_by_id(const GroomFile& first, const GroomFile& other) {
   const std::size_t strands = first.strand_count();
   if (first.id.size() != strands || other.id.size() != strands) return std::nullopt;
@@ -64,7 +64,7 @@ std::optional<std::vector<std::uint32_t>> order_by_id(const GroomFile& first, co
   return order;
 }
 
-/// Makes the points of `other` follow the strands of `first`. Fails where they cannot.
+/// Reorders the points of `other` by the strands of `first`. Fails if they do not match.
 std::optional<Error> match_strands(const GroomFile& first, const std::string& first_name, const std::string& name,
                                    GroomFile* other) {
   const std::size_t strands = first.strand_count();
@@ -109,7 +109,7 @@ void add_broken(const std::vector<std::uint32_t>& more, GroomFile* groom) {
   groom->broken = std::move(all);
 }
 
-/// Those of each moment, or none.
+/// Sets the widths of each moment, or none.
 void set_widths(std::vector<std::vector<float>> widths, GroomFile* groom) {
   if (widths.empty()) return;
   const bool change = std::ranges::any_of(widths, [&](const auto& each) { return each != widths.front(); });
@@ -133,7 +133,7 @@ Result<GroomFile> read_numbered_groom(const std::filesystem::path& pattern, cons
         return *error;
   std::vector<std::vector<glm::vec3>> points;
   for (const double frame : moments.frames) points.push_back(values_between(*files, frame, &GroomFile::points));
-  // Widths of a file that has none, or one for all strands, say nothing of those of the others.
+  // A file without widths, or with one for all strands, gives no information about the widths in the others.
   const bool has_widths = std::ranges::all_of(*files, [](const auto& file) { return !file.second.width.empty(); });
   std::vector<std::vector<float>> widths;
   for (const double frame : moments.frames)
@@ -146,7 +146,7 @@ Result<GroomFile> read_numbered_groom(const std::filesystem::path& pattern, cons
   return groom;
 }
 
-/// A file that may have samples of many times.
+/// Reads a file that may have samples of many times.
 Result<GroomFile> read_timed_groom(const std::filesystem::path& path, const GroomDescription& description,
                                    const FrameMoments& moments) {
   const auto read = [&](std::optional<double> frame) {
@@ -181,7 +181,7 @@ Result<ObjFile> read_mesh_file(const std::filesystem::path& file) {
   return parse_obj_file(*bytes, file.string());
 }
 
-/// Normals one a corner, whatever the files call alike in each of them.
+/// Gives each corner its own normal, because files may share normals differently.
 void number_normals_by_corner(ObjFile* file) {
   if (file->corner_normals.empty()) return;
   std::vector<glm::vec3> normals;
@@ -225,7 +225,7 @@ Result<std::vector<ObjFile>> read_numbered_mesh(const std::filesystem::path& pat
   return at;
 }
 
-/// Files of that name as it stands come first.
+/// If a file of the unchanged name exists, it takes precedence.
 bool is_numbered(const std::filesystem::path& file) { return names_frames(file) && !std::filesystem::exists(file); }
 
 Result<Groom> groom_in_its_axes(const GroomDescription& description, const FrameMoments& moments, Sources& from,

@@ -12,7 +12,7 @@ std::optional<Error> fault_of(const Overrides& o) {
   const auto check = [&](const char* option, const auto& value) {
     const Parameter& parameter = option_parameter(option);
     const auto one = [&](const auto x) {
-      Range range = parameter.range;  // its ends as the type of the value has them
+      Range range = parameter.range;  // with ends in the type of the value
       range.least = static_cast<double>(static_cast<decltype(x)>(range.least));
       range.most = static_cast<double>(static_cast<decltype(x)>(range.most));
       if (!error && !range.contains(x))

@@ -29,7 +29,7 @@ std::vector<std::string> names_in(const std::filesystem::path& folder) {
   return names;
 }
 
-/// The array of the file as JSON; null where it is not JSON, which parse_scene_file() then says of the bytes.
+/// The array of the file as JSON; null if it is not JSON, which parse_scene_file() then reports for the bytes.
 Result<nlohmann::json> materials_in(const std::filesystem::path& file) {
   const auto bytes = read_input_file(file, "materials (JSON)", most_materials_bytes);
   if (!bytes) return bytes.error();

@@ -15,13 +15,13 @@ namespace {
 
 constexpr double most_variation = 0.9;
 
-/// Half range of the factor of the absorption, where melanin has that half range of a factor.
+/// Half range of the factor on the absorption, if melanin has that half range of a factor.
 double color_variation(double melanin, double half_range) {
   const double m = std::clamp(melanin, 1e-4, 1 - 1e-4);
   return std::min(half_range * m / ((1 - m) * -std::log(1 - m)), most_variation);
 }
 
-/// That of the widths, which grow faster than the roughness that they are of.
+/// The same for the widths, which grow faster than the roughness from which they follow.
 double width_variation(double roughness, double half_range) {
   const double b = roughness;
   return std::min(half_range * (0.726 + 1.624 * b) / (0.726 + 0.812 * b), most_variation);
@@ -54,7 +54,7 @@ void read_absorption(const JsonReader& json, float radial_roughness, fiber::Prin
     material->variation.color = static_cast<float>(color_variation(double{middle_of(melanin)}, *x));
 }
 
-/// Whether the material says by this key alone what its fiber is.
+/// Whether this key is the only one that describes the material's fiber.
 bool is_alone(const JsonReader& material, const char* node) {
   for (const char* key : {"eta", "eccentricity", "roughness", "tilt_deg", "color", "hair", "melanin", "sigma_a",
                           "azimuthal_sigma_deg", "longitudinal_lambda_deg", "longitudinal_shape", "variation"})

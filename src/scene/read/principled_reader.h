@@ -1,4 +1,5 @@
-// The keys "principled" and "chiang_hair_bsdf" of a material: the hair of others' nodes, in the nodes' own numbers.
+// Reads the keys "principled" and "chiang_hair_bsdf" of a material: the hair of other renderers' nodes, in the nodes'
+// own numbers.
 #pragma once
 
 #include "scene/read/json_reader.h"
@@ -6,7 +7,7 @@
 
 namespace tress::scene {
 
-/// Fills the fiber and the variation of a material that has the key; others of the material that would say the same
+/// Fills the fiber and the variation of a material that has the key; other keys of the material with the same purpose
 /// are errors beside it.
 void read_principled(const JsonReader& material_json, Material* material);
 

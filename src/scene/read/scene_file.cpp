@@ -22,7 +22,7 @@ void read_image(const JsonReader& json, Image* image) {
               fmt::format("{} x {}", image->width, image->height));
 }
 
-/// The answer of a scene that has one, which tests hold a render against: checked here, used by no render.
+/// Checks the expected answer of a scene that has one. Tests compare renders with it; no render uses it.
 void read_expected(const JsonReader& json) {
   if (json.object({"radiance"})) json.triple("radiance");
 }

@@ -7,7 +7,7 @@ namespace {
 
 bool has_color_a_point(const Groom& groom) { return groom.color.size() == groom.points.size(); }
 
-/// color_a_point: else one a strand.
+/// color_a_point: one color for each point, else one for each strand.
 void append(const Groom& groom, bool color_a_point, GroomFile* all) {
   const auto before = static_cast<std::uint32_t>(all->points.size());
   for (std::size_t s = 1; s < groom.first_point.size(); ++s) all->first_point.push_back(before + groom.first_point[s]);

@@ -7,9 +7,9 @@
 
 namespace tress::scene {
 
-/// All strands of the scene as one groom, a part for each groom of it: in centimetres, z up, where they are at the
-/// moment that the shutter opens, with the widths (diameters) that a picture has. Colors where every groom has its own;
-/// what materials say stays behind. Error: no strands, or grooms whose curves are of different bases.
+/// All strands of the scene as one groom, with a part for each groom: in centimetres, z up, at the opening of the
+/// shutter, with the widths (diameters) of a picture. It has colors if every groom has its own; materials are not
+/// included. Error: no strands, or grooms with curves of different bases.
 Result<GroomFile> strands_of(const Scene& scene);
 
 }  // namespace tress::scene

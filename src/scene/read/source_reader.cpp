@@ -13,7 +13,7 @@ constexpr std::size_t most_stops = 256;
 const std::vector<std::string> kinds{"ramp", "random", "mix", "attribute", "texture"};
 const std::vector<std::string> alongs{"share", "root_cm", "tip_cm"};  // in the order of the enumerators
 
-/// Sources are few levels deep: a document of nothing but braces must not end the program.
+/// Sources have few levels: a document of nothing but braces must not end the program.
 constexpr int most_levels = 16;
 
 class SourceReader {
@@ -76,7 +76,7 @@ class SourceReader {
     return simplified(std::move(ramp));
   }
 
-  /// A random one, or a mix.
+  /// Reads a random source or a mix.
   Source of_two(const JsonReader& source, int level) const {
     const bool is_mix = source.has("mix");
     const std::string key = is_mix ? "mix" : "random";

@@ -1,4 +1,4 @@
-// Values that may vary: a plain one, or an object that says where it comes from.
+// Reads values that may vary: a plain one, or an object that describes its source.
 #pragma once
 
 #include <functional>
@@ -11,26 +11,26 @@
 
 namespace tress::scene {
 
-/// Reads a plain value of a key; nothing after an error.
+/// Reads a plain value of a key; empty after an error.
 using ReadValue = std::function<std::optional<glm::vec3>(const JsonReader&, const std::string& key)>;
 
-/// Plain values: three numbers; one number, which becomes so many times `unit`.
+/// Reads plain values: three numbers, or one number, which is multiplied by `unit`.
 ReadValue read_triple();
 ReadValue read_number(const glm::vec3& unit);
 
-/// The source at a key, which must be there; a constant where it does not vary, and after an error. unit: what 1 of an
-/// attribute stands for.
+/// Reads the source at a key, which must exist; a constant if it does not vary, and after an error. unit: the value for
+/// which 1 of an attribute stands.
 Source read_source(const JsonReader& json, const std::string& key, const ReadValue& read,
                    const glm::vec3& unit = glm::vec3(1.0f));
 
-/// What stands for a number that varies, where one is needed: the mean of the values that it is made of, half of an
-/// attribute or a texture. Of values that are numbers.
+/// A number that stands for one that varies: the mean of the values from which it is made, 0.5 for an attribute or a
+/// texture. For values that are numbers.
 float middle_of(const Source& source);
 
-/// That of the key "color": three numbers, a source of them, or "file" for the color of the file.
+/// Reads the key "color": three numbers, a source of them, or "file" for the color of the file.
 Source read_color_source(const JsonReader& json);
 
-/// Gives the material an absorption that varies, or none where the source is a constant: the value that it then is.
+/// Gives the material an absorption that varies. If the source is a constant it gives none, and returns the constant.
 std::optional<glm::vec3> take_pigment(Source source, decltype(Pigment::sigma_a) sigma_a, Material* material);
 
 }  // namespace tress::scene
