@@ -327,8 +327,8 @@ void GroomBuilder::add_widths(CurveSet* given, std::size_t old_points, bool as_g
     if (is_one) return pad(&file_.width, file_.points.size(), one);
     append_attribute<float>(set, *file_.basis, *scope, set.width.values, &file_.width);
   }
-  const bool overshoots = *scope == AttributeScope::vertex && !as_given;  // smooth widths may pass below 0 by
-                                                                          // themselves
+  const bool overshoots =
+      *scope == AttributeScope::vertex && !as_given;  // smooth widths may pass below 0 by themselves
   for (std::size_t i = old_points; i < file_.width.size(); ++i) file_.width[i] = placed(file_.width[i]);
   if (wrong > 0 && !overshoots)
     ignore(fmt::format("{}: {} of {} widths", set.name, wrong, file_.width.size() - old_points),
