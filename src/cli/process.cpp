@@ -49,8 +49,8 @@ InterruptGuard::InterruptGuard() {
   sigemptyset(&ours.sa_mask);
   for (std::size_t i = 0; i < signals.size(); ++i) {
     sigaction(signals[i], nullptr, &former[i]);
-    // The caller chose nohup. Shells also ignore SIGINT for what they start in the background, which does not apply
-    // here.
+    // nohup is the caller's choice and is kept. Shells also ignore SIGINT for what they start in the background, which
+    // is no choice of the caller, so SIGINT is handled all the same.
     const bool unwanted = signals[i] == SIGHUP && former[i].sa_handler == SIG_IGN;
     if (!unwanted) sigaction(signals[i], &ours, nullptr);
   }

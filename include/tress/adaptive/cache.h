@@ -24,7 +24,8 @@ enum class RowState : std::uint8_t {
   refused = 3,    ///< failed too many tests; queries are answered by g at the node for good
 };
 
-/// One observed pair of a sketch as raw bits (adaptive/observations/sketch.h). Merging takes the minimum.
+/// One observed pair of a sketch, as 64 raw bits: the distance from the bin's centre comes first, so merging takes the
+/// minimum (ESTIMATOR.md, E3).
 struct SketchBin {
   std::uint32_t index;
   std::uint64_t bits;

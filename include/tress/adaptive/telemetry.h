@@ -27,7 +27,7 @@ struct AbsorbedObjective {
 };
 
 /// The error of rows of samples against the host's own paths (Service::hear), which taught no row: the integral of (S -
-/// f)^2/f divided by the mass, at the resolution of the cells of adaptive/convergence/held_out_test.h.
+/// f)^2/f divided by the mass, at the resolution of Options::sampled_epsilon.
 struct HeardTest {
   std::uint64_t paths = 0;  ///< number kept, at nodes with 64 of them or more
   double chi2 = 0;          ///< mean over the nodes, weighted by their paths; unbiased, so it may be below 0

@@ -22,7 +22,7 @@ using FiberId = std::uint32_t;
 /// The id that add_fiber() returns when it refuses. No fiber has it: it is black, is drawn nowhere and has pdf 0.
 inline constexpr FiberId no_fiber = std::numeric_limits<FiberId>::max();
 
-/// Room for the data that a model keeps with an event. Opaque: only models read it (src/fiber/event_constants.h).
+/// Room for the data that a model keeps with an event. Opaque: only models read it.
 class alignas(16) EventConstants {
   template <class Constants>
   friend void* place_of(struct FiberEvent& event);
@@ -153,7 +153,7 @@ class FiberModel {
   static float uniform(float u) { return u >= 0 ? (u < 1 ? u : 0x1.fffffep-1f) : 0.0f; }
 
   /// These do the same as the public functions, for parameters in their ranges and fibers that were added. Directions
-  /// may be any numbers: NaN becomes 0 (clamped() in src/fiber/event_constants.h).
+  /// may be any numbers: NaN becomes 0.
   virtual FiberId make_fiber(const FiberParameters& parameters) = 0;
   virtual FiberSample sample_event(const FiberEvent& event, const std::array<float, 4>& u) const = 0;
   virtual FiberValue evaluate_event(const FiberEvent& event, const FiberDirection& wi) const = 0;
