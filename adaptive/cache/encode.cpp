@@ -79,7 +79,7 @@ namespace {
 
 /// The counts that stand in the file before the rows.
 struct Counts {
-  std::vector<std::uint32_t> rows;  ///< of each slice
+  std::vector<std::uint32_t> rows;  ///< number of rows of each slice
   std::uint32_t version = version_of_mixtures;
 };
 

@@ -39,7 +39,7 @@ class CacheReader final : public RowSource {
 
  private:
   struct Frame {
-    std::size_t start = 0, size = 0;  ///< of the payload
+    std::size_t start = 0, size = 0;  ///< place of the payload, in bytes
   };
 
   // Each reads one section.
@@ -83,7 +83,7 @@ class CacheReader final : public RowSource {
 
   format::Section deepest_ = format::Section::sketches;
   std::array<ByteReader, format::section_count> readers_{};
-  format::Section where_ = format::Section::model;  ///< what is being read, for errors
+  format::Section where_ = format::Section::model;  ///< the section being read, for errors
   bool begun_ = false;                              ///< the number of slices has been read
   std::uint32_t slices_left_ = 0, rows_left_ = 0, least_node_ = 0;
   bool has_slice_ = false;  ///< slice_ has been read in this round

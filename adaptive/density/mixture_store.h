@@ -43,7 +43,7 @@ class MixtureStore {
   }
 
   std::vector<std::unique_ptr<std::uint32_t[]>> chunks_;
-  std::size_t used_words_ = chunk_words;  ///< of the last chunk
+  std::size_t used_words_ = chunk_words;  ///< words used in the last chunk
   std::array<std::vector<void*>, Mixture::max_components + 1> free_;
 };
 

@@ -26,7 +26,7 @@ struct FitContext {
   const TracedNodes& nodes;  ///< the target; evaluate it by g()
   Sketch& sketch;            ///< exact pairs: those that the host passed, and those that learners offer
   StopTest& stop;            ///< also scores the learner's own draws (draw_own)
-  RandomStream random;       ///< of this row and pass
+  RandomStream random;       ///< a stream for this row and pass
   int components;            ///< D: largest (or fixed) number of components of a fit; 1..Mixture::max_components
 
   Mixture& fit;                               ///< published: the proposal of the next pass

@@ -14,7 +14,7 @@ namespace tress::adaptive {
 struct SampledRow {
   RibbonRow row;            ///< fitted to all paths
   float objective = 1;      ///< bound() of the last test, which was of the row of the stage before; >= 0
-  std::uint32_t paths = 0;  ///< of the last stage
+  std::uint32_t paths = 0;  ///< number of paths at the last stage
   enum class Verdict : std::uint8_t {
     converged,  ///< bound() <= epsilon
     refused,    ///< not converged within most_paths

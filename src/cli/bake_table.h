@@ -9,7 +9,7 @@
 namespace tress::cli {
 
 struct BakeProgress {
-  std::uint64_t nodes = 0;      ///< of all slices
+  std::uint64_t nodes = 0;      ///< number of nodes of all slices
   std::uint64_t converged = 0;  ///< rows of these nodes
   std::uint64_t refused = 0;
   std::uint64_t passes = 0;

@@ -41,7 +41,7 @@ struct SliceSummary {
   std::uint64_t ribbons = 0;  ///< rows of a slice of samples that have converged
   std::uint64_t nodes = 0, open = 0, converged = 0, components = 0;
   std::uint64_t knot_densities = 0, knots = 0;  ///< rows that are knot tables, and the knots in them
-  std::size_t bytes = 0;                        ///< in the file
+  std::size_t bytes = 0;                        ///< size in the file
   SliceContents contents;
 };
 
@@ -174,7 +174,7 @@ void print_hair(const std::vector<TableHair>& all) {
 /// The contents of one or many files.
 struct Contents {
   adaptive::CacheContents sum;  ///< its hash and format are those of the last file
-  std::string model;            ///< of the last file too
+  std::string model;            ///< model name of the last file
   nlohmann::ordered_json slices = nlohmann::ordered_json::array();
   SliceLines lines;
   std::vector<SliceContents> held;

@@ -18,7 +18,7 @@ struct RenderEnd {
   const char* stopped_by = "signal";     ///< or "samples", "noise", "time", "page"
   double noise = 0, bias_bound = 0;      ///< after the last pass
   double seconds = 0;                    ///< wall time, including earlier runs
-  std::string cache_hash;                ///< of the table; empty without a table
+  std::string cache_hash;                ///< hash of the table; empty without a table
   std::optional<double> denoised_noise;  ///< noise after filtering; unset: not filtered
 };
 

@@ -57,13 +57,13 @@ struct WarmSlice {
 /// The numbers for one groom.
 struct WarmGroom {
   std::string name, material;
-  WarmShare share;                    ///< of all queries to the slices of its fibers
+  WarmShare share;                    ///< share of all queries to the slices of its fibers
   std::vector<std::uint32_t> slices;  ///< indices into WarmStart::slices; empty if the model does not provide them
 };
 
 struct WarmStart {
   std::string model;
-  int width = 0, height = 0, samples = 0;  ///< of the traced picture
+  int width = 0, height = 0, samples = 0;  ///< size of the traced picture
   std::optional<std::string> refused;      ///< the reason why a render would refuse the cache
   WarmShare share;
   std::vector<WarmSlice> slices;

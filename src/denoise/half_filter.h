@@ -20,7 +20,7 @@ struct Denoised {
   double error_before = 0;                   ///< mean squared error before filtering
   double error_after = 0;                    ///< mean squared error after filtering; noise may make it negative
   double error_after_deviation = 0;          ///< standard error of error_after, from squares of pixels
-  double mean = 0;                           ///< of the picture before filtering
+  double mean = 0;                           ///< mean of the picture before filtering
   double brightness = 0;                     ///< mean after filtering over mean before, minus 1
   double filtered_share = 0;                 ///< 1: the filter's result; 0: the picture before filtering
 

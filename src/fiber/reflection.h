@@ -47,7 +47,7 @@ class ReflectionLobe {
   /// All values at one phi_i, from one pass over its geometry.
   struct At {
     float energy_density, azimuth_pdf;
-    float lambda;  ///< of M here
+    float lambda;  ///< lambda of M here
   };
   At at(float phi_i) const { return at_difference(adaptive::wrap_angle(phi_i - phi_r_)); }
   /// The same for d = wrap(phi_i - phi_r).

@@ -28,7 +28,7 @@ struct RoughExit {
   glm::vec3 direction{0, 1, 0};   ///< unit, away from the fiber
   glm::vec3 throughput{0.0f};     ///< linear RGB, for unit flux; 0: absorbed or masked
   float way = 0;                  ///< path length in the cortex, major semi-axes
-  FiberDirection angles() const;  ///< of `direction`
+  FiberDirection angles() const;  ///< angles of `direction`
 };
 
 /// A part of a path's light that has left.

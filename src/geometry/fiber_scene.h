@@ -38,7 +38,7 @@ struct Hit {
   std::uint32_t groom = no_index;  ///< index into Scene::grooms
   std::uint32_t strand = no_index;
   float place = 0;      ///< position on the strand, in segments from its root (scene::StrandSegments)
-  float time = 0;       ///< of the ray
+  float time = 0;       ///< time of the ray
   glm::vec3 way{0.0f};  ///< motion of the point that was hit, from the opening of the shutter to its closing, cm
   float lateral = 0;    ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
   /// The same over the half width w(phi) of the silhouette, in [-1, 1]: the h of fiber models, towards rising azimuth

@@ -121,7 +121,7 @@ class StrandAdder {
 
   const scene::Groom& groom_;
   StrandCurves& curves_;
-  std::vector<std::uint32_t> drawn_;  ///< of the current strand
+  std::vector<std::uint32_t> drawn_;  ///< drawn points of the current strand
   std::vector<float> axes_;           ///< major semi-axes at the points, cm
 };
 

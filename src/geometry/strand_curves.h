@@ -40,7 +40,7 @@ struct StrandCurves {
   std::vector<std::uint32_t> first_segment;                ///< per strand of the groom, and the number of segments
   bool radii_change = false;                               ///< whether they change while the shutter is open
   float least_eccentricity = 1;                            ///< the smallest of all strands
-  scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< of the groom
+  scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< basis of the groom
 
   std::vector<std::vector<glm::vec4>> later_control;     ///< at the later moments; empty if the groom does not move
   std::vector<std::vector<SegmentFrames>> later_frames;  ///< at the later moments, per segment

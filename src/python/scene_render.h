@@ -41,7 +41,7 @@ struct RenderOutcome {
   double noise = 0, bias_bound = 0;      ///< after the last pass
   std::optional<double> denoised_noise;  ///< noise after filtering; unset: not requested, or it failed
   double seconds = 0;                    ///< wall time of everything
-  std::string cache_hash;                ///< of the table at the end; empty without a table
+  std::string cache_hash;                ///< hash of the table at the end; empty without a table
   std::string cache = "not asked";       ///< "loaded", "absent", "refused: why"; after a save "saved", "merged"
   std::vector<std::string> warnings;
   std::string model, estimator;  ///< the ones that were used

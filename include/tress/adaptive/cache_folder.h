@@ -73,7 +73,7 @@ class CacheFolder {
   std::filesystem::path file_of(const std::string& model, const SliceDescription& slice) const;
 
   std::filesystem::path folder_;
-  std::map<std::filesystem::path, CacheContents> known_;  ///< of files unchanged since they were read or written
+  std::map<std::filesystem::path, CacheContents> known_;  ///< contents of files that have not changed since
 };
 
 }  // namespace tress::adaptive

@@ -11,9 +11,9 @@ namespace tress::adaptive {
 /// One knot of a layer. Between two knots density, mode and scales are linear in the azimuth.
 struct RibbonKnot {
   float azimuth = 0;                       ///< radians in [-pi, pi), ascending within a layer
-  float density = 0;                       ///< of the layer's marginal over azimuth, 1/rad, >= 0
-  float mode = 0;                          ///< of the height, at this azimuth
-  float scale_below = 1, scale_above = 1;  ///< of the law of the height, > 0
+  float density = 0;                       ///< marginal of the layer over azimuth, 1/rad, >= 0
+  float mode = 0;                          ///< mode of the height at this azimuth
+  float scale_below = 1, scale_above = 1;  ///< scales of the law of the height, > 0
   /// Mean of exp(-rate attribute) over the light of the knot's hat, at Ribbon::decay_rates; in [0, 1].
   std::array<float, 2> decays{1, 1};
   friend bool operator==(const RibbonKnot&, const RibbonKnot&) = default;
@@ -89,7 +89,7 @@ class RibbonRow {
   RibbonRow() = default;
   struct Part {
     Ribbon ribbon;
-    float mass = 0;  ///< for unit flux without absorption, >= 0
+    float mass = 0;  ///< mass for unit flux without absorption, >= 0
   };
   /// Takes 1 to most_parts parts.
   explicit RibbonRow(std::span<const Part> parts);

@@ -16,7 +16,7 @@ struct SampledExit {
   float azimuth;       ///< radians, any turn
   float height;        ///< place along the axis of the cylinder, any finite number (hair: asinh tan theta_i, shifted)
   std::uint32_t part;  ///< index of one of the node's densities, < SampledTarget::parts()
-  float weight;        ///< for unit flux, >= 0, finite
+  float weight;        ///< share of unit flux, >= 0, finite
   float attribute;     ///< the same as TracedRay::attribute, >= 0
 };
 

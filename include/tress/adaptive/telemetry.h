@@ -90,8 +90,8 @@ struct RowReport {
   RowState state = RowState::open;
   double objective = 0;  ///< bound of the last test; negative before the first
   std::uint64_t count = 0;
-  std::uint32_t components = 0;  ///< for a mixture, otherwise 0
-  std::uint32_t knots = 0;       ///< for a knot table, otherwise 0
+  std::uint32_t components = 0;  ///< components of a mixture, otherwise 0
+  std::uint32_t knots = 0;       ///< knots of a knot table, otherwise 0
   std::uint32_t ribbons = 0;     ///< parts of a row of samples that has converged, otherwise 0
   std::uint32_t failed_tests = 0;
   double light = 0;  ///< its Service::light()

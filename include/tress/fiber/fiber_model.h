@@ -37,10 +37,10 @@ struct FiberEvent {
   FiberId fiber = 0;
   FiberDirection wr;
   float xi1 = 0, xi2 = 0;                     ///< uniform in [0, 1)
-  float importance = 0;                       ///< as passed to begin()
+  float importance = 0;                       ///< the importance passed to begin()
   LobeColors energy{};                        ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
   std::array<float, lobe_count> selection{};  ///< probability of each lobe, sums to 1
-  EventConstants constants;                   ///< of the lobes for wr, written by the event's model
+  EventConstants constants;                   ///< lobe constants for wr, written by the event's model
 };
 
 /// S per lobe and the density of the sampler, at one direction.

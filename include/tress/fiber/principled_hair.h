@@ -41,7 +41,7 @@ FiberParameters fiber_of(const PrincipledHair& hair);
 struct ChiangHair {
   std::array<glm::vec3, 3> tint{glm::vec3(1.0f), glm::vec3(1.0f), glm::vec3(1.0f)};  ///< factor of the lobe, [0, 1]
   float eta = 1.55f;                                              ///< its `ior`: index of refraction, [1.05, 3]
-  std::array<float, 3> longitudinal_variance{0.1f, 0.05f, 0.2f};  ///< of theta_i, radians squared, > 0
+  std::array<float, 3> longitudinal_variance{0.1f, 0.05f, 0.2f};  ///< variance of theta_i, radians squared, > 0
   std::array<float, 3> azimuthal_scale{0.1f, 0.05f, 0.2f};  ///< logistic, before the factor sqrt(pi/8), radians, > 0
   float cuticle_angle = 0.5f;                               ///< [0, 1]: the scales are tilted by pi (c - 1/2)
   glm::vec3 sigma_a{0.0f};                                  ///< its `absorption_coefficient`, per radius, linear RGB

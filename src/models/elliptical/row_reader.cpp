@@ -8,7 +8,7 @@ namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
-constexpr float vertex_uniform_share = 0.05f;  // of the proposal of a vertex trace
+constexpr float vertex_uniform_share = 0.05f;  // uniform share of a vertex trace's proposal
 constexpr int correction_rays = 128;           // rays of the trace that corrects all lobes; 512 change nothing
 constexpr float darkest_mass = 1e-30f;         // a channel with less light counts as dark: its shape is set to uniform
 

@@ -16,7 +16,7 @@ namespace tress::fiber {
 /// The data that an event keeps for its paths.
 struct TracedEvent {
   RoughEntry entry;
-  float glint_share;   ///< of TRT
+  float glint_share;   ///< share of GLINT in TRT
   std::uint64_t seed;  ///< from all numbers of the event
 };
 

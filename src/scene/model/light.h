@@ -63,7 +63,7 @@ constexpr const char* other_lights = "other";
 std::vector<std::string> light_groups(const Scene& scene);
 /// The index of a name in light_groups(); that of `other_lights` for an empty name, 0 if there are no groups.
 std::size_t group_index(const std::vector<std::string>& groups, const std::string& name);
-constexpr std::size_t most_light_groups = 16;  ///< of a scene, including `other_lights`
+constexpr std::size_t most_light_groups = 16;  ///< most groups of a scene, including `other_lights`
 /// Whether it consists of 1 to 64 letters, digits, _ and -.
 bool is_group_name(const std::string& name);
 

@@ -62,7 +62,7 @@ class RadianceMap {
 
   std::size_t columns_ = 0;
   bool even_ = false;                ///< whether rows are those of a latitude-longitude map
-  std::vector<double> fall_;         ///< of the rows of knots
+  std::vector<double> fall_;         ///< fall of each row of knots
   std::vector<float> inverse_step_;  ///< 1 / (difference of the falls) of each row of cells; 0 at an edge
   std::vector<glm::vec3> values_;    ///< row-major
 };

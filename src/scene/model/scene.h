@@ -64,8 +64,8 @@ struct BetweenMoments {
 struct Image {
   int width = 512, height = 512;
   int samples = 64;
-  double exposure_stops = 0;                 ///< of the preview
-  image::View view = image::View::standard;  ///< of the preview
+  double exposure_stops = 0;                 ///< exposure of the preview
+  image::View view = image::View::standard;  ///< view of the preview
   bool transparent = false;                  ///< whether beauty has no background; else by Scene::environment_visible
 };
 
@@ -130,7 +130,7 @@ struct LightShape {
 
 /// A light of a scene. Rays that leave a fiber or a surface see it; the camera sees it if it is `visible`.
 struct Light : LightShape {
-  bool visible = false;  ///< to the camera, from the side to which it shines
+  bool visible = false;  ///< whether the camera sees it, from the side to which it shines
   std::string group;     ///< the layer for its light; empty: none
   /// The light at the later moments of the shutter, of the same kind; the light itself is at its opening. Empty if it
   /// does not move.
@@ -165,7 +165,7 @@ struct Mesh {
   std::vector<glm::vec2> uvs;          ///< finite
   std::vector<glm::uvec3> corner_uvs;  ///< the same for uvs, or no_uv; a triangle with one has the texture's mean
   std::optional<CoatParameters> coat;
-  bool visible = true;   ///< to the camera; all other rays hit it anyway
+  bool visible = true;   ///< whether the camera sees it; all other rays hit it anyway
   bool holdout = false;  ///< whether the camera sees nothing in its place: black, alpha 0
   /// The later moments after `positions`, which are at the shutter's opening; empty if it does not move.
   std::vector<MeshMoment> later = {};

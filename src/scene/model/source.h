@@ -18,7 +18,7 @@ struct StrandPlace {
   float share = 0;                ///< share of the length of the strand, from the root, [0, 1]
   float root_cm = 0, tip_cm = 0;  ///< from the root and from the tip, along the strand
   std::uint64_t strand = 0;       ///< a hash of the strand's name
-  glm::vec2 root_uv{0.0f};        ///< of the root, on the scalp
+  glm::vec2 root_uv{0.0f};        ///< texture coordinates of the root on the scalp
   glm::vec3 attribute{0.0f};      ///< from the file
 };
 
@@ -39,15 +39,15 @@ struct Source {
   Kind kind = Kind::constant;
   glm::vec3 value{0.0f};
   std::string attribute = {};  ///< its name in the file; empty: the color, under the names that the format knows
-  std::string file = {};       ///< of the texture, as named in the scene
+  std::string file = {};       ///< file of the texture, as named in the scene
   bool is_encoded = true;      ///< whether whole numbers in its file are sRGB; else they are shares of the largest
   std::shared_ptr<const Texture> texture = {};  ///< read from that file
   std::vector<Source> parts = {};
-  std::vector<float> places = {};    ///< of a ramp, one for each part
+  std::vector<float> places = {};    ///< places of a ramp's parts
   Along along = Along::share;        ///< the unit of a ramp's places
   bool is_smooth = false;            ///< whether a ramp has no corners at its parts
-  std::optional<float> chance = {};  ///< of `random`
-  std::uint64_t seed = 0;            ///< of `random`
+  std::optional<float> chance = {};  ///< probability of `random`
+  std::uint64_t seed = 0;            ///< seed of `random`
 
   /// The value at a place. Any thread.
   glm::vec3 at(const StrandPlace& place) const;

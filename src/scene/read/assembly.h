@@ -52,7 +52,7 @@ void say_widths(GroomFile* file);
 
 /// The placement of an object of the scene.
 struct ObjectTransform {
-  double scale = 1;            ///< of the object, including radii
+  double scale = 1;            ///< scale of the object, including its radii
   glm::vec3 rotate_deg{0.0f};  ///< about x, then y, then z, after the scale
   glm::vec3 translate{0.0f};   ///< cm, after the turn
 

@@ -72,7 +72,7 @@ Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, c
 /// Checks that frame numbers rise: sets the error if `frame` is not after `before`, the key before it.
 void check_rising(const JsonReader& key, int frame, std::optional<int> before);
 
-constexpr std::size_t most_keys = 100'000;  ///< of anything that moves
+constexpr std::size_t most_keys = 100'000;  ///< most keyframes of anything that moves
 
 // The readers of its parts. Each takes the value of its key; an error becomes the error of the document.
 

@@ -86,7 +86,7 @@ class GroomBuilder {
 
   std::string name_;
   GroomFile file_;
-  std::optional<Error> fault_;  ///< of the first set that was left out
+  std::optional<Error> fault_;  ///< error of the first set that was left out
   std::set<std::string> ignored_;
 };
 

@@ -95,7 +95,7 @@ class OgawaFile {
   std::vector<std::string> metadata_{""};
   struct TimeSampling {
     double period = 1;
-    std::vector<double> times;  ///< of a period, at least one
+    std::vector<double> times;  ///< times of a period, at least one
     double of(std::uint64_t sample) const;
   };
   std::vector<TimeSampling> time_samplings_;
