@@ -89,7 +89,7 @@ WarmSlice counted(const adaptive::Service& service, adaptive::SliceId id, const 
   return found;
 }
 
-/// The slices whose rows only propose, with the fibers that use them.
+/// The slices of the scene's fibers whose rows only propose.
 std::set<adaptive::SliceKey> narrow_slices(const fiber::ModelInfo& info, const scene::Scene& scene) {
   std::set<adaptive::SliceKey> narrow;
   if (info.slices_of == nullptr || info.learns_samples()) return narrow;

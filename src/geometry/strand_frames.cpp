@@ -28,7 +28,8 @@ struct Turned {
 /// Points that are turned are rounded: a strand that goes straight down must be as far from x as from y in every frame.
 constexpr double rounding = 1e-5;
 
-/// Returns the axis least aligned with the tangent; the first of those that are equal to within `alike`.
+/// Returns the axis least aligned with the tangent, made orthogonal to it; the first of those that are equal to within
+/// `alike`.
 glm::dvec3 least_aligned_normal(const glm::dvec3& tangent, const Turned& turned, double alike) {
   const glm::dvec3 size = glm::abs(turned.back(tangent));
   glm::dvec3 axis(0, 0, 1);

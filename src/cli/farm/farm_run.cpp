@@ -38,7 +38,7 @@ std::string host_name() {
   return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
 }
 
-/// The job's name in Slurm; empty elsewhere.
+/// The id of the job in Slurm; empty elsewhere.
 std::string job_name() {
   const std::string array = environment("SLURM_ARRAY_JOB_ID");
   return array.empty() ? environment("SLURM_JOB_ID") : array + "_" + environment("SLURM_ARRAY_TASK_ID");
@@ -81,7 +81,7 @@ std::vector<std::string> render_words(const Farm& opened, const RunSettings& set
   return words;
 }
 
-/// Copies what the first task has learned, for all tasks.
+/// Merges what the first task has learned into the shared table, for all tasks.
 int share_table(const Farm& opened, std::size_t task) {
   const farm::Plan& plan = opened.plan;
   if (task != 0 || !plan.calibrates || !plan.warm_cache || plan.frozen) return 0;
