@@ -149,6 +149,7 @@ std::unique_ptr<integrate::Film> joined_film(std::vector<Part>& parts) {
   extra.halves = first.halves;
   extra.deep_light = first.deep_light;
   extra.groups = first.groups;
+  extra.data = first.data;
   const auto film_of = [&](const image::Window& window) {
     return std::make_unique<integrate::Film>(window, first.glint, false, ground, first.object_count(), first.moving,
                                              extra);
@@ -167,9 +168,9 @@ std::unique_ptr<integrate::Film> joined_film(std::vector<Part>& parts) {
   }
   if (lacking > 0) {
     log_warning(fmt::format(
-        "mattes: {} pixels have {} objects or more in a part, which has counted no others there: CryptoObject and "
-        "CryptoMaterial may have smaller shares in them than those of one render",
-        lacking, integrate::ObjectCounts::most_objects));
+        "mattes: {} pixels have {} objects or {} strands or more in a part, which has counted no others there: "
+        "CryptoObject, CryptoMaterial and CryptoStrand may have smaller shares in them than those of one render",
+        lacking, integrate::ObjectCounts::most_objects, integrate::ObjectCounts::most_strands));
   }
   return film;
 }
@@ -200,6 +201,7 @@ int run_merge(const MergeSettings& settings) {
   image::Picture picture = film.picture();
   describe(parts, film, &picture);
   for (const integrate::MatteKind& kind : parts.front().header.mattes) integrate::add_mattes(film, kind, &picture);
+  integrate::add_strand_mattes(film, &picture);
   if (const auto error = write(settings, parts.front().header, picture)) {
     log_error(error->message());
     return 1;

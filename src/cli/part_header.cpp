@@ -162,7 +162,8 @@ bool are_same(const std::vector<integrate::MatteKind>& a, const std::vector<inte
 bool PartHeader::fits(const PartHeader& other) const {
   return whole_width == other.whole_width && whole_height == other.whole_height && opaque == other.opaque &&
          glint == other.glint && moving == other.moving && groups == other.groups && emission == other.emission &&
-         halves == other.halves && deep_light == other.deep_light && are_same(mattes, other.mattes);
+         halves == other.halves && deep_light == other.deep_light && data == other.data &&
+         are_same(mattes, other.mattes);
 }
 
 PartHeader part_header_of(const RenderSettings& settings, const scene::Scene& scene, const Identity& identity,
@@ -179,6 +180,7 @@ PartHeader part_header_of(const RenderSettings& settings, const scene::Scene& sc
   part.emission = std::ranges::any_of(scene.lights, [](const scene::Light& light) { return light.visible; });
   part.halves = settings.render.halves;
   part.deep_light = settings.render.deep_light == integrate::DeepLight::learned;
+  part.data = settings.render.data;
   part.groups = scene::light_groups(scene);
   if (counts_objects) part.mattes = integrate::matte_kinds(scene);
   part.layers = settings.layers;
@@ -208,6 +210,7 @@ json to_json(const PartHeader& part) {
               {"view", image::view_names()[static_cast<std::size_t>(part.look.view)]}}},
             {"request", request_json(part.request)}};
   if (part.layers) told["layers"] = *part.layers;
+  if (part.data.has_any()) told["data"] = part.data.names();
   return told;
 }
 
@@ -232,6 +235,10 @@ std::optional<PartHeader> parse_part_header(const json& told) {
   if (!member(told, "table").is_string()) return std::nullopt;
   part.table = member(told, "table").get<std::string>();
   if (told.contains("layers") && !read_names(told["layers"], most_names, &part.layers.emplace())) return std::nullopt;
+  std::vector<std::string> data;
+  if (told.contains("data") && !read_names(told["data"], integrate::data_layer_names.size(), &data))
+    return std::nullopt;
+  if (!std::ranges::all_of(data, [&](const std::string& name) { return part.data.ask(name); })) return std::nullopt;
   const bool good = read_names(member(told, "groups"), most_groups, &part.groups) &&
                     read_mattes(member(told, "mattes"), &part.mattes) && read_look(member(told, "look"), &part.look) &&
                     read_request(member(told, "request"), &part.request) && window[2] > 0 && window[3] > 0 &&

@@ -139,6 +139,8 @@ std::vector<std::string> parted_by_commas(const std::string& text) {
 void set_layers(const std::string& text, RenderSettings* s) {
   std::vector<std::string> words = parted_by_commas(text);
   s->keeps_halves = std::erase(words, half_pictures) > 0;
+  s->render.data = {};
+  for (const std::string& word : words) s->render.data.ask(word);
   s->layers.reset();
   if (std::ranges::find(words, "all") != words.end()) return;
   if (s->keeps_halves) words.insert(words.end(), integrate::half_layers.begin(), integrate::half_layers.end());
@@ -149,11 +151,14 @@ void add_layers(CLI::App* app, RenderSettings& s) {
   std::vector<std::string> known = layer_names();
   for (const std::string_view name : {half_pictures, std::string_view("all"), std::string_view("beauty")})
     known.emplace_back(name);
+  const std::vector<std::string> data_names(integrate::data_layer_names.begin(), integrate::data_layer_names.end());
+  known.insert(known.end(), data_names.begin(), data_names.end());
   app->add_option_function<std::string>(
          "--layers", [&s](const std::string& text) { set_layers(text, &s); },
          fmt::format("layers of the EXR beside R, G, B, A: all (default), beauty for none, or some of {} and "
-                     "light.GROUP; half besides, as in all,half: two independent half pictures for denoisers",
-                     joined(layer_names(), ",")))
+                     "light.GROUP; half besides, as in all,half: two independent half pictures for denoisers; {}: data "
+                     "for compositors, which all has not",
+                     joined(layer_names(), ","), joined(data_names, ",")))
       ->check(CLI::Validator(
           [known](std::string& text) {
             for (const std::string& word : parted_by_commas(text)) {

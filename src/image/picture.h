@@ -55,9 +55,9 @@ std::string layer_of(const std::string& channel);
 /// are taken out goes with them.
 void keep_layers(const std::vector<std::string>& layers, Picture* picture);
 
-/// How many bits a channel has. half: 16 where they are enough; 32 for distances (Z), motion (forward), all variances,
-/// which span more, for the ids of mattes (Crypto...), and for layers with a value beyond 65504 or none above 1/256,
-/// whose halves would be infinite or coarse.
+/// How many bits a channel has. half: 16 where they are enough; 32 for distances (Z), places (P, strand_uv), motion
+/// (forward), all variances, which span more, for ids (strand_id, mattes: Crypto...), and for layers with a value
+/// beyond 65504 or none above 1/256, whose halves would be infinite or coarse.
 enum class Precision { half, full };
 
 /// zip: as small as it gets. none: several times larger, and written in a tenth of the time.

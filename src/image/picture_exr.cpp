@@ -98,7 +98,7 @@ std::set<std::string> layers_of_halves(const Picture& picture) {
   if (!largest.contains(layer_of("A"))) layers.insert(layer_of("A"));  // alpha alone
   for (const auto& [layer, most] : largest) {
     const bool spans_more = layer == "Z" || layer.ends_with("variance") || layer == "forward" || layer == "samples" ||
-                            layer.starts_with("Crypto");
+                            layer == "P" || layer == "strand_uv" || layer == "strand_id" || layer.starts_with("Crypto");
     if (!spans_more && (most == 0 || (most >= least_of_halves && most <= HALF_MAX))) layers.insert(layer);
   }
   return layers;

@@ -1,5 +1,7 @@
 #include "integrate/cryptomatte.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -12,6 +14,7 @@ namespace tress::integrate {
 namespace {
 
 constexpr std::size_t most_ranks = 6;  ///< what the specification suggests
+constexpr std::size_t strand_ranks = 12;
 
 std::uint32_t turned(std::uint32_t x, int bits) { return std::rotl(x, bits); }
 
@@ -26,13 +29,14 @@ struct Rank {
 };
 
 /// The ranks of a pixel. Names that several objects have are one.
-std::vector<Rank> ranked(std::span<const ObjectCounts::Count> counts, const std::vector<float>& id_of_object) {
+template <class IdOf>
+std::vector<Rank> ranked(std::span<const ObjectCounts::Count> counts, const IdOf& id_of) {
   std::vector<ObjectCounts::Count> met(counts.begin(), counts.end());
   std::sort(met.begin(), met.end(), [](const auto& a, const auto& b) { return a.object < b.object; });
   std::vector<Rank> ranks;
   for (const ObjectCounts::Count& count : met) {
     if (count.paths == 0) continue;
-    const float id = id_of_object[count.object];
+    const float id = id_of(count.object);
     const auto same = std::find_if(ranks.begin(), ranks.end(), [id](const Rank& rank) { return rank.id == id; });
     if (same == ranks.end())
       ranks.push_back({id, count.paths, count.object});
@@ -49,6 +53,33 @@ std::string manifest_of(const MatteKind& kind) {
   nlohmann::ordered_json manifest = nlohmann::ordered_json::object();
   for (const std::string& name : kind.names) manifest[name] = hex_of_id(matte_id(name));
   return manifest.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+/// The layers of one kind from the counts of a film, and the entries of its header without a manifest. id_of: of an
+/// object that is counted.
+template <class IdOf>
+void add_ranks(const Film& film, const ObjectCounts& counts, const MatteKind& kind, std::size_t rank_count,
+               const IdOf& id_of, image::Picture* picture) {
+  const std::vector<std::size_t> source = film.shown_pixels();
+  const std::size_t first = picture->channels.size();
+  for (std::size_t c = 0; c < 2 * rank_count; ++c) {
+    const std::size_t layer = c / 4;
+    picture->channels.push_back(
+        {kind.name + "0" + std::to_string(layer) + "." + "RGBA"[c % 4], std::vector<float>(source.size(), 0.0f)});
+  }
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    if (source[i] == Film::no_pixel) continue;
+    const std::vector<Rank> ranks = ranked(counts.of(source[i]), id_of);
+    const auto samples = static_cast<double>(film.samples_of(source[i]));
+    for (std::size_t rank = 0; rank < std::min(ranks.size(), rank_count); ++rank) {
+      picture->channels[first + 2 * rank].pixels[i] = ranks[rank].id;
+      picture->channels[first + 2 * rank + 1].pixels[i] = static_cast<float>(ranks[rank].paths / samples);
+    }
+  }
+  const std::string prefix = "cryptomatte/" + kind.key() + "/";
+  picture->metadata[prefix + "name"] = kind.name;
+  picture->metadata[prefix + "hash"] = "MurmurHash3_32";
+  picture->metadata[prefix + "conversion"] = "uint32_to_float32";
 }
 
 }  // namespace
@@ -104,29 +135,24 @@ std::vector<MatteKind> matte_kinds(const scene::Scene& scene) {
 }
 
 void add_mattes(const Film& film, const MatteKind& kind, image::Picture* picture) {
-  const std::vector<std::size_t> source = film.shown_pixels();
   std::vector<float> id_of_object;
   for (const std::string& name : kind.names) id_of_object.push_back(matte_id(name));
-  const std::size_t first = picture->channels.size(), channel_count = 2 * kind.ranks();
-  for (std::size_t c = 0; c < channel_count; ++c) {
-    const std::size_t layer = c / 4;
-    picture->channels.push_back(
-        {kind.name + "0" + std::to_string(layer) + "." + "RGBA"[c % 4], std::vector<float>(source.size(), 0.0f)});
-  }
-  for (std::size_t i = 0; i < source.size(); ++i) {
-    if (source[i] == Film::no_pixel) continue;
-    const std::vector<Rank> ranks = ranked(film.object_counts().of(source[i]), id_of_object);
-    const auto samples = static_cast<double>(film.samples_of(source[i]));
-    for (std::size_t rank = 0; rank < std::min(ranks.size(), kind.ranks()); ++rank) {
-      picture->channels[first + 2 * rank].pixels[i] = ranks[rank].id;
-      picture->channels[first + 2 * rank + 1].pixels[i] = static_cast<float>(ranks[rank].paths / samples);
-    }
-  }
-  const std::string prefix = "cryptomatte/" + kind.key() + "/";
-  picture->metadata[prefix + "name"] = kind.name;
-  picture->metadata[prefix + "hash"] = "MurmurHash3_32";
-  picture->metadata[prefix + "conversion"] = "uint32_to_float32";
-  picture->metadata[prefix + "manifest"] = manifest_of(kind);
+  add_ranks(
+      film, film.object_counts(), kind, kind.ranks(), [&](std::uint32_t object) { return id_of_object[object]; },
+      picture);
+  picture->metadata["cryptomatte/" + kind.key() + "/manifest"] = manifest_of(kind);
+}
+
+std::uint32_t strand_matte_bits(const scene::Groom& groom, std::uint32_t strand) {
+  return std::bit_cast<std::uint32_t>(matte_id(fmt::format("{}/{}", groom.object, groom.strand_id(strand))));
+}
+
+void add_strand_mattes(const Film& film, image::Picture* picture) {
+  if (!film.data_layers().has(DataLayer::strand_mattes)) return;
+  const MatteKind kind{data_layer_names[static_cast<std::size_t>(DataLayer::strand_mattes)], {}};
+  add_ranks(
+      film, film.strand_counts(), kind, strand_ranks, [](std::uint32_t bits) { return std::bit_cast<float>(bits); },
+      picture);
 }
 
 }  // namespace tress::integrate

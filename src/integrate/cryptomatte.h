@@ -43,4 +43,12 @@ std::vector<MatteKind> matte_kinds(const scene::Scene& scene);
 /// where a pixel has more names than ranks, or more objects than ObjectCounts has room for.
 void add_mattes(const Film& film, const MatteKind& kind, image::Picture* picture);
 
+/// The bits of the id of a strand: of the name GROOM/ID, the groom's name in mattes and the strand's id.
+std::uint32_t strand_matte_bits(const scene::Groom& groom, std::uint32_t strand);
+
+/// The same of the strands of a film that counts them: CryptoStrand00 to CryptoStrand05, equal shares in the order of
+/// their ids. There is no manifest, which the specification allows: a name makes its id. Nothing is added where the
+/// film counts no strands.
+void add_strand_mattes(const Film& film, image::Picture* picture);
+
 }  // namespace tress::integrate

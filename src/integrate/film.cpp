@@ -10,6 +10,11 @@
 #include "base/color.h"
 
 namespace tress::integrate {
+namespace {
+
+constexpr std::size_t any_matte_bits = std::size_t{1} << 32;
+
+}  // namespace
 
 bool PixelSums::add(const PathSums& path, Ground ground, std::uint32_t first_sample) {
   const bool is_odd = (first_sample + traced()) % 2 == 1;
@@ -73,7 +78,10 @@ Film::Film(const image::Window& window, bool glint, bool timed, Ground ground, s
       pixels_(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height)),
       object_counts_(pixels_.size(), objects),
       motion_(moving ? pixels_.size() : 0),
-      cpu_seconds_(timed ? pixels_.size() : 0) {
+      cpu_seconds_(timed ? pixels_.size() : 0),
+      data_(extra_.data.has_sums() ? pixels_.size() : 0),
+      strand_counts_(pixels_.size(), extra_.data.has(DataLayer::strand_mattes) ? any_matte_bits : 0,
+                     ObjectCounts::most_strands) {
   group_sums_.resize(pixels_.size() * extra_.groups.size(), glm::dvec3(0.0));
   halves_.resize(extra_.halves ? pixels_.size() : 0);
   deep_light_.resize(extra_.deep_light ? pixels_.size() : 0);
@@ -88,6 +96,8 @@ bool Film::add(int x, int y, const PathSums& path) {
     add_to_halves(index(x, y), before);
   }
   if (path.coverage > 0) object_counts_.add(index(x, y), path.object);
+  if (path.coverage > 0 && !data_.empty()) data_[index(x, y)].add(path.data, path.distance_cm);
+  if (path.coverage > 0 && path.data.matte_bits != 0) strand_counts_.add(index(x, y), path.data.matte_bits);
   if (!motion_.empty()) {
     MotionSums& sums = motion_[index(x, y)];
     (path.coverage > 0 ? sums.seen : sums.behind) += glm::dvec2(path.motion);

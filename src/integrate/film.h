@@ -97,6 +97,7 @@ class Film {
     std::uint32_t first_sample = 0;   ///< index of the first path of each pixel
     bool halves = false;              ///< half_layers
     bool deep_light = false;          ///< PathSums::deep_light_excess is kept
+    DataLayers data;
   };
 
   /// Of the pixels in `window`, in the coordinates of the whole image. glint: whether a fiber splits that lobe off;
@@ -122,13 +123,16 @@ class Film {
   /// Beauty is the sum of its layers, in their order in the file. albedo, like every color, is the mean over all
   /// paths, those that met nothing counting as black; N, tangent and Z are means over the paths that met
   /// something, 0 where none did: the first two are shorter than 1 where directions differ. forward, of a scene that
-  /// moves, too; where nothing was met it is the motion of the backdrop.
+  /// moves, too; where nothing was met it is the motion of the backdrop. The data layers are of DataSums.
   image::Picture picture() const;
   /// R, G, B and A of picture(), in a small part of its time.
   image::Picture beauty_picture() const;
 
   /// Of the paths in the sums that met something.
   const ObjectCounts& object_counts() const { return object_counts_; }
+  /// The same of strands, by DataHit::matte_bits; of nothing unless their mattes are asked for.
+  const ObjectCounts& strand_counts() const { return strand_counts_; }
+  const DataLayers& data_layers() const { return extra_.data; }
   std::uint32_t samples_of(std::size_t index) const { return pixels_[index].samples; }
   static constexpr std::size_t no_pixel = std::numeric_limits<std::size_t>::max();
   /// For each pixel, row by row, the index of the one that it shows in a picture; no_pixel: none, it is black.
@@ -139,7 +143,8 @@ class Film {
   std::vector<std::pair<std::string, std::string_view>> sections() const;
   bool set_sections(const std::map<std::string, std::string>& sections);
   /// Adds the sums of later samples, of a window within this one; both move or neither, and have the same groups and
-  /// objects. Returns of how many pixels a count of objects may lack what one film would have (ObjectCounts::add).
+  /// objects. Returns of how many pixels a count of objects or strands may lack what one film would have
+  /// (ObjectCounts::add).
   std::size_t add(const Film& later);
 
   bool timed() const { return !cpu_seconds_.empty(); }
@@ -195,6 +200,7 @@ class Film {
   /// source: shown_pixels().
   image::Picture beauty_of(const std::vector<std::size_t>& source) const;
   void add_half_channels(const std::vector<std::size_t>& source, image::Picture* picture) const;
+  void add_data_channels(const std::vector<std::size_t>& source, image::Picture* picture) const;
 
   image::Window window_;
   bool glint_;
@@ -216,6 +222,8 @@ class Film {
   };
   std::vector<DeepLightSums> deep_light_;  ///< empty unless Extra::deep_light
   std::vector<HalfSquares> halves_;        ///< empty unless there are half_layers
+  std::vector<DataSums> data_;             ///< empty unless a layer of them is asked for
+  ObjectCounts strand_counts_;
 };
 
 }  // namespace tress::integrate

@@ -57,6 +57,28 @@ image::Picture Film::beauty_of(const std::vector<std::size_t>& source) const {
   return picture;
 }
 
+void Film::add_data_channels(const std::vector<std::size_t>& source, image::Picture* picture) const {
+  const auto add = [&](DataLayer layer, const char* suffix, auto&& value) {
+    if (!extra_.data.has(layer)) return;
+    std::vector<float> pixels(pixels_.size(), 0.0f);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+      if (source[i] != no_pixel) pixels[i] = static_cast<float>(value(source[i], data_[source[i]]));
+    picture->channels.push_back(
+        {std::string(data_layer_names[static_cast<std::size_t>(layer)]) + suffix, std::move(pixels)});
+  };
+  const auto over = [](double sum, double paths) { return paths > 0 ? sum / paths : 0; };
+  const char* const xyz[] = {".X", ".Y", ".Z"};
+  for (int i = 0; i < 3; ++i)
+    add(DataLayer::position, xyz[i],
+        [&](std::size_t pixel, const DataSums& sums) { return over(sums.position[i], pixels_[pixel].coverage); });
+  for (int i = 0; i < 2; ++i)
+    add(DataLayer::strand_uv, i == 0 ? ".u" : ".v",
+        [&](std::size_t, const DataSums& sums) { return over(sums.root_uv[i], static_cast<double>(sums.with_uv)); });
+  add(DataLayer::strand_place, "",
+      [&](std::size_t, const DataSums& sums) { return over(sums.place, static_cast<double>(sums.on_strands)); });
+  add(DataLayer::strand_id, "", [](std::size_t, const DataSums& sums) { return sums.nearest_strand; });
+}
+
 image::Picture Film::picture() const {
   const std::vector<std::size_t> source = shown_pixels();
   image::Picture picture = beauty_of(source);
@@ -100,6 +122,7 @@ image::Picture Film::picture() const {
   add_three("N.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.normal); });
   add_three("tangent.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.tangent); });
   add("Z", [&](const PixelSums& pixel) { return static_cast<float>(over_covered(pixel, pixel.distance_cm)); });
+  add_data_channels(source, &picture);
   add_three("variance.", rgb, [&](const PixelSums& pixel) { return told_variance(pixel, ground_); });
   add_half_channels(source, &picture);
   for (int i = 0; i < 2 && !motion_.empty(); ++i) {

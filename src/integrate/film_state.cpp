@@ -8,7 +8,8 @@
 namespace tress::integrate {
 namespace {
 
-static_assert(std::is_trivially_copyable_v<PixelSums> && std::is_trivially_copyable_v<double>);
+static_assert(std::is_trivially_copyable_v<PixelSums> && std::is_trivially_copyable_v<DataSums> &&
+              std::is_trivially_copyable_v<double>);
 
 // A sum that is new belongs into add() and is_finite() below too.
 static_assert(sizeof(PixelSums) ==
@@ -40,6 +41,8 @@ std::vector<std::pair<std::string, std::string_view>> Film::sections() const {
   if (timed()) all.emplace_back("film.times", bytes_of(cpu_seconds_));
   if (!halves_.empty()) all.emplace_back("film.halves", bytes_of(halves_));
   if (!deep_light_.empty()) all.emplace_back("film.deep_light", bytes_of(deep_light_));
+  if (!data_.empty()) all.emplace_back("film.data", bytes_of(data_));
+  if (!strand_counts_.bytes().empty()) all.emplace_back("film.strands", strand_counts_.bytes());
   return all;
 }
 
@@ -51,13 +54,18 @@ bool Film::set_sections(const std::map<std::string, std::string>& sections) {
     std::memcpy(values.data(), found->second.data(), found->second.size());
     return true;
   };
-  const auto objects = sections.find("film.objects");
+  const auto take_counts = [&](const char* name, ObjectCounts& counts) {
+    const auto found = sections.find(name);
+    return counts.set_bytes(found == sections.end() ? std::string_view() : found->second);
+  };
   bool good = take("film.sums", pixels_) && (motion_.empty() || take("film.motion", motion_)) &&
               (group_sums_.empty() || take("film.groups", group_sums_)) &&
-              object_counts_.set_bytes(objects == sections.end() ? std::string_view() : objects->second) &&
-              (!timed() || take("film.times", cpu_seconds_)) && (halves_.empty() || take("film.halves", halves_)) &&
+              take_counts("film.objects", object_counts_) && take_counts("film.strands", strand_counts_) &&
+              (data_.empty() || take("film.data", data_)) && (!timed() || take("film.times", cpu_seconds_)) &&
+              (halves_.empty() || take("film.halves", halves_)) &&
               (deep_light_.empty() || take("film.deep_light", deep_light_));
   for (const PixelSums& sums : pixels_) good = good && is_finite(sums);
+  for (const DataSums& sums : data_) good = good && sums.is_finite();
   for (const double seconds : cpu_seconds_) good = good && std::isfinite(seconds);
   for (const glm::dvec3& sum : group_sums_) good = good && is_finite(sum);
   for (const HalfSquares& sums : halves_) good = good && is_finite(sums.even) && is_finite(sums.odd);
@@ -103,7 +111,10 @@ std::size_t Film::add(const Film& later) {
     for (int x = other.left; x < other.left + other.width; ++x) {
       if (!halves_.empty()) add_halves(index(x, y), later, later.index(x, y));
       pixel(x, y).add(later.pixel(x, y), ground_);
-      lacking += object_counts_.add(index(x, y), later.object_counts_, later.index(x, y)) ? 0 : 1;
+      const bool has_objects = object_counts_.add(index(x, y), later.object_counts_, later.index(x, y));
+      const bool has_strands = strand_counts_.add(index(x, y), later.strand_counts_, later.index(x, y));
+      lacking += has_objects && has_strands ? 0 : 1;
+      if (!data_.empty()) data_[index(x, y)].add(later.data_[later.index(x, y)]);
     }
   }
   const std::size_t groups = extra_.groups.size();

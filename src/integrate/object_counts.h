@@ -18,15 +18,16 @@ namespace tress::integrate {
 class ObjectCounts {
  public:
   static constexpr std::size_t most_objects = 16;  ///< of a pixel
+  static constexpr std::size_t most_strands = 32;  ///< where strands are counted as objects
 
   struct Count {
     std::uint32_t object = 0;
     std::uint32_t paths = 0;  ///< 0: the room is free, and so is all after it
   };
 
-  /// objects: of the scene, numbered from 0. None: nothing is counted and no memory taken.
-  ObjectCounts(std::size_t pixels, std::size_t objects)
-      : objects_(objects), room_(objects < most_objects ? objects : most_objects), counts_(pixels * room_) {}
+  /// objects: of the scene, numbered from 0. None: nothing is counted and no memory taken. room: of a pixel.
+  ObjectCounts(std::size_t pixels, std::size_t objects, std::size_t room = most_objects)
+      : objects_(objects), room_(objects < room ? objects : room), counts_(pixels * room_) {}
 
   void add(std::size_t pixel, std::uint32_t object, std::uint32_t paths = 1) {
     for (Count& count : std::span(counts_).subspan(pixel * room_, room_)) {

@@ -8,6 +8,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "integrate/data_layers.h"
 #include "scene/model/light.h"
 #include "tress/fiber/lobes.h"
 
@@ -45,6 +46,7 @@ struct PathSums {
   float distance_cm = 0;       ///< from the camera
   std::uint32_t object = 0;    ///< what was met: index of the groom, or of the mesh after all grooms
   glm::vec2 motion{0.0f};      ///< pixels right and up until the next frame, of what is seen or of the backdrop
+  DataHit data;                ///< of layers that are asked for
   std::uint32_t vertices = 0;  ///< hits that scattered
   std::uint32_t queries = 0, exact_queries = 0;
   float objective = 0;  ///< sum over the queries
@@ -76,6 +78,8 @@ struct PathSums {
       if (!std::isfinite(light[c]) || !std::isfinite(albedo[c]) || !std::isfinite(normal[c])) return false;
       if (!std::isfinite(tangent[c])) return false;
     }
+    const glm::vec3& place = data.position;
+    if (!std::isfinite(place.x) || !std::isfinite(place.y) || !std::isfinite(place.z)) return false;
     return std::isfinite(motion.x) && std::isfinite(motion.y) && std::isfinite(coverage) &&
            std::isfinite(distance_cm) && std::isfinite(objective) && std::isfinite(excess) &&
            std::isfinite(deep_light_excess);

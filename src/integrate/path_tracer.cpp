@@ -6,8 +6,10 @@
 #include <limits>
 
 #include "base/color.h"
+#include "integrate/cryptomatte.h"
 #include "integrate/excess_at.h"
 #include "scene/model/camera.h"
+#include "scene/model/strand_fibers.h"
 
 namespace tress::integrate {
 namespace {
@@ -45,6 +47,20 @@ glm::vec3 normal_towards(const geometry::Hit& hit, const glm::vec3& ray_directio
 float near_share(const geometry::Hit& hit, float pixel_cm, float near_pixels) {
   if (!(near_pixels > 0) || hit.is_surface) return 0;
   return std::clamp(2 * hit.semi_axis_cm / (pixel_cm * near_pixels) - 1, 0.0f, 1.0f);
+}
+
+DataHit data_of(const scene::Scene& scene, const geometry::Hit& hit, const DataLayers& asked) {
+  DataHit data;
+  data.position = hit.position;
+  if (hit.is_surface) return data;
+  const scene::Groom& groom = scene.grooms[hit.groom];
+  data.on_strand = true;
+  data.has_uv = !groom.root_uv.empty();
+  if (data.has_uv) data.root_uv = groom.root_uv[hit.strand];
+  if (asked.has(DataLayer::strand_place)) data.place = scene::length_share(groom, hit.strand, hit.place);
+  data.strand = groom.strand_id(hit.strand);
+  if (asked.has(DataLayer::strand_mattes)) data.matte_bits = strand_matte_bits(groom, hit.strand);
+  return data;
 }
 
 }  // namespace
@@ -197,6 +213,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   if (!hit->is_surface) sums.tangent = hit->u;
   sums.distance_cm = hit->distance_cm;
   if (scene_.next) sums.motion = motion_of(ray, &*hit, seen);
+  if (options_.data.has_any()) sums.data = data_of(scene_, *hit, options_.data);
   sums.object = hit->is_surface ? static_cast<std::uint32_t>(scene_.grooms.size()) + hit->mesh : hit->groom;
   const auto light_samples = static_cast<std::uint32_t>(vertex.light_samples);
   for (std::uint32_t i = 0; i < light_samples; ++i) {

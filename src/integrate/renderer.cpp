@@ -156,6 +156,7 @@ Film::Extra extra_layers(const scene::Scene& scene, const RenderOptions& options
   Film::Extra extra;
   extra.first_sample = static_cast<std::uint32_t>(options.first_sample);
   extra.halves = options.halves;
+  extra.data = options.data;
   extra.deep_light = options.deep_light == DeepLight::learned;
   extra.emission =
       std::any_of(scene.lights.begin(), scene.lights.end(), [](const scene::Light& light) { return light.visible; });
@@ -275,6 +276,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   if (options.mattes) {
     for (const MatteKind& kind : matte_kinds(scene)) add_mattes(film, kind, &result.picture);
   }
+  add_strand_mattes(film, &result.picture);
   if (auditor) result.bias = auditor->measured(film);
   result.excess = progress.excess;
   result.deep_light = progress.deep_light;

@@ -74,6 +74,7 @@ struct RenderOptions {
   std::optional<image::Window> crop;
   bool mattes = false;   ///< the picture has the layers of cryptomatte.h
   bool halves = false;   ///< the picture has half_layers
+  DataLayers data;       ///< the picture has these
   bool heatmap = false;  ///< time every path, for RenderResult::heatmap
   /// Measures the bias of the picture on some of its samples, for RenderResult::bias; null: not. Outlives the render.
   const BiasAudit* audit = nullptr;

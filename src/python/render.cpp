@@ -81,6 +81,11 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   request.seconds = given.number<double>("seconds", "--time");
   render.adaptive = given.value<bool>("adaptive").value_or(request.noise || request.seconds);
   render.mattes = given.value<bool>("mattes").value_or(true);
+  for (const std::string& name : given.value<std::vector<std::string>>("layers").value_or(std::vector<std::string>())) {
+    if (!render.data.ask(name))
+      throw Raised(
+          {"", "layers", fmt::format("some of {}", fmt::join(integrate::data_layer_names, ", ")), "\"" + name + "\""});
+  }
   if (const auto edges = given.value<std::array<int, 4>>("crop")) {
     const auto [x0, y0, x1, y1] = *edges;
     render.crop = image::Window{x0, y0, x1 - x0, y1 - y0};

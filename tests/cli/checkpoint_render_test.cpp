@@ -56,6 +56,9 @@ std::string comparable_telemetry(const fs::path& file) {
   return text;
 }
 
+/// All layers, those that are there only if asked for among them.
+const std::string data_layers = "all,P,strand_uv,strand_place,strand_id,CryptoStrand";
+
 class Checkpoints : public CommandTest {
  protected:
   void SetUp() override {
@@ -129,7 +132,7 @@ TEST_F(Checkpoints, KilledRendersEndAsIfTheyHadNotBeen) {
 }
 
 TEST_F(Checkpoints, ASignalWritesOneInTime) {
-  const std::vector<std::string> more{"--spp", "96"};
+  const std::vector<std::string> more{"--spp", "96", "--layers", data_layers};
   const Outcome whole = run(command("whole", more));
   ASSERT_EQ(whole.status, 0) << whole.err;
   auto words = command("asked", more);
@@ -335,7 +338,8 @@ TEST_F(Checkpoints, MergedPicturesHaveMattesAndHeaderOfOneRender) {
   const auto part = [&](const std::string& name, const std::vector<std::string>& more) {
     std::vector<std::string> words{
         "render",       path("scene.json"), "-o",     path(name + ".exr"),  "--warm-cache", path("c"),
-        "--cache-mode", "frozen",           "--part", path(name + ".part"), "--model",      "elliptical"};
+        "--cache-mode", "frozen",           "--part", path(name + ".part"), "--model",      "elliptical",
+        "--layers",     data_layers};
     words.insert(words.end(), more.begin(), more.end());
     const Outcome outcome = run(words);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -381,10 +385,12 @@ TEST_F(Checkpoints, MergedPicturesHaveMattesAndHeaderOfOneRender) {
     EXPECT_EQ(whole->screen_width, all->screen_width);
     EXPECT_EQ(read_text(path("whole.png")), read_text(path("merged.png")));
   }
+  for (const char* name : {"P.X", "strand_uv.v", "strand_place", "strand_id", "CryptoStrand05.A"})
+    EXPECT_NE(whole->find(name), nullptr) << name;
   part("none", {"--samples-from", "2", "--layers", "beauty"});
   const Outcome refused = run({"merge", path("a.part"), path("none.part"), "-o", path("no.exr")});
   EXPECT_EQ(refused.status, 1);
-  EXPECT_THAT(refused.err, HasSubstr("--layers: expected nothing, found beauty"));
+  EXPECT_THAT(refused.err, HasSubstr("--layers: expected " + data_layers + ", found beauty"));
 }
 
 }  // namespace

@@ -108,6 +108,20 @@ class Bits(unittest.TestCase):
             with self.assertRaisesRegex(tress.Error, f"{key}: expected 300 values, one a strand, found 3"):
                 tress.render(tress.Scene(grooms=[strands]), samples=1, **SIZE)
 
+    def test_layers_of_data_are_there_if_asked_for(self):
+        ids = np.arange(300) + 5
+        scene = tress.Scene(grooms=[tress.Strands(lock(), id=ids, root_uv=np.full((300, 2), [0.25, 0.5]))])
+        names = ["P", "strand_uv", "strand_place", "strand_id", "CryptoStrand"]
+        picture = tress.render(scene, samples=2, layers=names, **SIZE)
+        seen = picture["coverage"] > 0
+        self.assertTrue(seen.any())
+        self.assertTrue(np.isin(picture["strand_id"][seen], ids).all())
+        self.assertTrue((picture["strand_uv"][seen] == [0.25, 0.5]).all())
+        self.assertIn("CryptoStrand00", picture)
+        self.assertFalse(any(name in tress.render(scene, samples=1, **SIZE) for name in [*names, "CryptoStrand00"]))
+        with self.assertRaisesRegex(tress.Error, 'layers: expected some of P, strand_uv, .*, found "Q"'):
+            tress.render(scene, samples=1, layers=["Q"], **SIZE)
+
     def test_of_a_mesh_and_a_sky_in_memory_are_those_of_files(self):
         corners = np.array([[-9, 2, -9], [9, 2, -9], [9, 2, 9], [-9, 2, 9]], np.float32)
         triangles = [[0, 1, 2], [0, 2, 3]]

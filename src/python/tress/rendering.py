@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import warnings as python_warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Optional, Union
 
 from . import _tress
@@ -46,6 +46,7 @@ def render(
     adaptive: Optional[bool] = None,
     denoise: bool = False,
     mattes: bool = True,
+    layers: Sequence[str] = (),
     threads: Optional[int] = None,
     progress: Optional[Callable[[Progress], Any]] = None,
 ) -> Picture:
@@ -60,6 +61,7 @@ def render(
     cache_limit: MB that this may take, 1024 unless told. The kinds that were used longest ago go.
     denoise: a layer `denoised` beside R, G, B, which a .png shows; stats["denoised_noise"] is the noise that is left, by
     which `noise` goes then.
+    layers: beside the usual ones, data for compositors: some of P, strand_uv, strand_place, strand_id, CryptoStrand.
     progress: called after each pass on the calling thread; it may return False to end the render there. What it raises
     ends the render and comes out of here. So does Ctrl-C (KeyboardInterrupt); what was learned is then in the warm
     cache all the same.
@@ -95,6 +97,7 @@ def render(
             "adaptive": adaptive,
             "denoise": denoise,
             "mattes": mattes,
+            "layers": list(layers),
             "threads": threads,
         }.items()
         if value is not None

@@ -228,6 +228,8 @@ struct Groom {
   /// The later moments after `points`, which are at the shutter's opening; empty if it does not move.
   std::vector<StrandMoment> later = {};
   bool is_animated = false;  ///< whether its file has samples of other frames
+  /// The file's id of a strand, or its index if the file has none.
+  std::int64_t strand_id(std::uint32_t strand) const { return id.empty() ? std::int64_t{strand} : id[strand]; }
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
   /// The first station of a strand; for the strand after the last, the number of all stations.
   std::size_t first_station(std::uint32_t strand) const {

@@ -109,7 +109,7 @@ template <class Visit>
 void for_each_station(const Groom& groom, std::uint32_t strand, std::uint64_t salt, Visit&& visit) {
   StrandPlace place;
   if (!groom.root_uv.empty()) place.root_uv = groom.root_uv[strand];
-  place.strand = mix_bits(salt ^ (groom.id.empty() ? strand : static_cast<std::uint64_t>(groom.id[strand])));
+  place.strand = mix_bits(salt ^ static_cast<std::uint64_t>(groom.strand_id(strand)));
   if (groom.stations_a_segment == 0) {
     if (!groom.color.empty()) place.attribute = groom.color[strand];
     return visit(place);
@@ -328,6 +328,24 @@ std::vector<std::string> attributes_of(const Material& material) {
   std::vector<std::string> names;
   for_each_source(material, [&](const Source& source) { source.add_attributes(&names); });
   return names;
+}
+
+float length_share(const Groom& groom, std::uint32_t strand, float place) {
+  const StrandSegments segments(groom.basis);
+  const std::uint32_t begin = groom.first_point[strand] + segments.first;
+  const std::uint32_t steps =
+      segments.count(groom.first_point[strand + 1] - groom.first_point[strand]) * segments.points_a_segment;
+  const float along =
+      std::clamp(place * static_cast<float>(segments.points_a_segment), 0.0f, static_cast<float>(steps));
+  const std::uint32_t last = std::min(static_cast<std::uint32_t>(along), steps - 1);
+  float before = 0, all = 0;
+  for (std::uint32_t i = 0; i < steps; ++i) {
+    const float length = glm::distance(groom.points[begin + i], groom.points[begin + i + 1]);
+    all += length;
+    if (i < last) before += length;
+    if (i == last) before += (along - static_cast<float>(i)) * length;
+  }
+  return all > 0 ? std::min(before / all, 1.0f) : along / static_cast<float>(steps);
 }
 
 std::optional<Error> assign_fibers(Scene* scene) {

@@ -25,6 +25,10 @@ constexpr std::size_t most_fibers = 1024;
 /// variation that leaves the range of its value, or too many distinct fibers.
 std::optional<Error> assign_fibers(Scene* scene);
 
+/// Returns the share of a strand's length, in [0, 1], before a place given in segments from its root.
+/// Lengths are those of the polygon of its points, as ramps of sources have them. The strand has a segment.
+float length_share(const Groom& groom, std::uint32_t strand, float place);
+
 /// Absorptions that vary are powers of this, or 0. The standard deviation is at most 9 %, and the mean is unchanged.
 constexpr double color_ratio = 1.2;
 
