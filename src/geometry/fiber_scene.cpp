@@ -14,6 +14,7 @@
 #include "geometry/embree_compat.h"
 #include "geometry/strand_curves.h"
 #include "geometry/surface_hits.h"
+#include "tress/base/random.h"
 
 namespace tress::geometry {
 namespace {
@@ -25,7 +26,25 @@ struct RayQuery {
   float start;                                      ///< distance from Embree's origin to the ray's start
   bool from_camera;
   float time;
+  std::uint64_t key;       ///< draws which segments of little presence are there
+  bool meets_all = false;  ///< of any presence but 0
 };
+
+/// What is met between t = 0 and 1 is of the segment. What fills the bend between two segments of a polygon belongs to
+/// both, t = 1 of the first and 0 of the second: it is there for both or for neither.
+std::uint32_t drawn_segment(std::uint32_t segment, float t) { return t >= 1 ? segment + 1 : segment; }
+
+/// Alike whatever the order in which segments are looked at.
+bool is_met(const StrandCurves& curves, std::uint32_t segment, float t, const RayQuery& query) {
+  const float presence = curves.presence(segment, t);
+  return query.meets_all ? presence > 0
+                         : RandomStream(query.key, curves.groom, drawn_segment(segment, t)).next() < presence;
+}
+
+std::uint64_t key_of(const Ray& ray) {
+  const glm::vec3& direction = ray.direction;
+  return RandomStream(ray.key, bits_of(direction.x, direction.y), bits_of(direction.z, ray.time)).next_bits();
+}
 
 /// w(phi) of a ray across a fiber, phi its azimuth about (major, minor): w^2 = (e^2 d_v^2 + d_w^2) / (d_v^2 + d_w^2).
 float half_width(const glm::vec3& direction, const glm::vec3& major_axis, const glm::vec3& minor_axis, float e) {
@@ -99,6 +118,8 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
         arguments->valid[i] = 0;
       }
     }
+    if (curves.sparse != nullptr && arguments->valid[i] != 0 && !is_met(curves, segment, along, query))
+      arguments->valid[i] = 0;
   }
 }
 
@@ -131,8 +152,18 @@ RTCRay embree_ray(const Ray& ray, float start) {
   return out;
 }
 
-RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, float start) {
+RTCRayHit unmet(const Ray& ray, float start) {
+  RTCRayHit found{};
+  found.ray = embree_ray(ray, start);
+  found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  return found;
+}
+
+/// key: that of the ray, or anything where no strand has a presence.
+RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, float start, std::uint64_t key) {
   RayQuery query;
+  query.key = key;
   embree::init(&query.context);
   query.start_groom = ray.start_groom;
   query.first_own = query.own_count = 0;
@@ -302,7 +333,19 @@ struct FiberScene::Implementation {
   std::atomic<std::ptrdiff_t> embree_bytes{0};
   std::vector<StrandCurves> grooms;  ///< Embree and the filter point to these: they must not move
   std::vector<Surface> surfaces;
-  float start = 0;  ///< distance of Embree's origin behind a ray's, cm
+  /// What Embree has found; nothing where it found none. key: of rays that leave it.
+  std::optional<Hit> hit(const Ray& ray, const RTCRayHit& found, std::uint64_t key) const {
+    if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    const float distance_cm = found.ray.tfar - start;
+    Hit hit = found.hit.geomID < grooms.size()
+                  ? fiber_hit(grooms[found.hit.geomID], ray, distance_cm, found.hit)
+                  : surface_hit(surfaces[found.hit.geomID - grooms.size()], ray, distance_cm, found.hit);
+    hit.key = key;
+    return hit;
+  }
+
+  bool sparse = false;  ///< strands of some groom have a presence
+  float start = 0;      ///< how far Embree's origin lies behind a ray's, cm
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
 };
@@ -323,6 +366,7 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
     self.grooms.push_back(strand_curves(scene, index));
     StrandCurves& curves = self.grooms.back();
     if (curves.first_control.empty()) continue;
+    self.sparse = self.sparse || curves.sparse != nullptr;
     for (const glm::vec4& control : curves.control) largest_axis = std::max(largest_axis, control.w);
     for (const auto& moment : curves.later_control)
       for (const glm::vec4& control : moment) largest_axis = std::max(largest_axis, control.w);
@@ -349,22 +393,45 @@ FiberScene::~FiberScene() = default;
 
 std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
   const Implementation& self = *implementation_;
-  RayQuery query = ray_query(ray, self.grooms, self.start);
-  RTCRayHit found{};
-  found.ray = embree_ray(ray, self.start);
-  found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  const std::uint64_t key = self.sparse ? key_of(ray) : 0;
+  if (self.sparse && ray.drawn >= 0) return intersect_drawn(ray, key);
+  RayQuery query = ray_query(ray, self.grooms, self.start, key);
+  RTCRayHit found = unmet(ray, self.start);
   embree::intersect1(self.scene, &query.context, &found);
-  if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  const float distance_cm = found.ray.tfar - self.start;
-  return found.hit.geomID < self.grooms.size()
-             ? fiber_hit(self.grooms[found.hit.geomID], ray, distance_cm, found.hit)
-             : surface_hit(self.surfaces[found.hit.geomID - self.grooms.size()], ray, distance_cm, found.hit);
+  return self.hit(ray, found, key);
 }
+
+std::optional<Hit> FiberScene::intersect_drawn(const Ray& ray, std::uint64_t key) const {
+  const Implementation& self = *implementation_;
+  RayQuery query = ray_query(ray, self.grooms, self.start, key);
+  query.meets_all = true;
+  RTCRayHit found = unmet(ray, self.start);
+  const StrandCurves* last = nullptr;  // of the bend that has been met
+  std::uint32_t last_bend = no_index;
+  for (float let_through = 1;;) {
+    embree::intersect1(self.scene, &query.context, &found);
+    if (found.hit.geomID >= self.grooms.size()) break;  // a surface, or nothing
+    const StrandCurves& curves = self.grooms[found.hit.geomID];
+    if (curves.sparse == nullptr) break;
+    const bool is_bend = found.hit.u <= 0 || found.hit.u >= 1;
+    const std::uint32_t bend = is_bend ? drawn_segment(found.hit.primID, found.hit.u) : no_index;
+    const bool again = is_bend && last == &curves && last_bend == bend;
+    if (!again) let_through *= 1 - curves.presence(found.hit.primID, found.hit.u);
+    if (1 - let_through > ray.drawn) break;
+    last = &curves;
+    last_bend = bend;
+    const float beyond = std::nextafter(found.ray.tfar, std::numeric_limits<float>::infinity());
+    found = unmet(ray, self.start);
+    found.ray.tnear = beyond;
+  }
+  return self.hit(ray, found, key);
+}
+
+bool FiberScene::has_presence() const { return implementation_->sparse; }
 
 bool FiberScene::occluded(const Ray& ray, float distance_cm) const {
   const Implementation& self = *implementation_;
-  RayQuery query = ray_query(ray, self.grooms, self.start);
+  RayQuery query = ray_query(ray, self.grooms, self.start, self.sparse ? key_of(ray) : 0);
   RTCRay shadow = embree_ray(ray, self.start);
   shadow.tfar = self.start + distance_cm;
   embree::occluded1(self.scene, &query.context, &shadow);

@@ -20,8 +20,13 @@ struct Ray {
   glm::vec3 direction;  ///< unit
   /// The strand that the ray leaves, if there is one (ray_from sets both).
   std::uint32_t start_groom = no_index, start_strand = no_index;
-  bool from_camera = false;  ///< whether it passes through meshes that the camera does not see (scene::Mesh::visible)
-  float time = 0;            ///< 0 at the opening of the shutter, 1 at its closing
+  bool from_camera = false;  ///< passes through meshes that the camera does not see (scene::Mesh::visible)
+  float time = 0;            ///< from the opening of the shutter, 0, to its closing, 1
+  /// Which strands are there for it, of those with a presence (scene::Groom::presence). drawn in [0, 1): it meets the
+  /// first hit from its start up to which strands hide more than this share. Below 0: each segment is there or not by
+  /// the key, the direction and the segment, alike for rays that are alike, independently for all others.
+  std::uint64_t key = 0;
+  float drawn = -1;
 };
 
 /// The place where a ray meets a fiber or a surface. The fields of the other kind keep their defaults.
@@ -37,10 +42,11 @@ struct Hit {
   glm::vec3 u, v, w;
   std::uint32_t groom = no_index;  ///< index into Scene::grooms
   std::uint32_t strand = no_index;
-  float place = 0;      ///< position on the strand, in segments from its root (scene::StrandSegments)
-  float time = 0;       ///< time of the ray
-  glm::vec3 way{0.0f};  ///< motion of the point that was hit, from the opening of the shutter to its closing, cm
-  float lateral = 0;    ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
+  float place = 0;        ///< on the strand, in segments from its root (scene::StrandSegments)
+  float time = 0;         ///< of the ray
+  std::uint64_t key = 0;  ///< of rays that leave it: from that of the ray and its direction
+  glm::vec3 way{0.0f};    ///< of what was met, from the opening of the shutter to its closing, cm
+  float lateral = 0;      ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
   /// The same over the half width w(phi) of the silhouette, in [-1, 1]: the h of fiber models, towards rising azimuth
   /// of the direction backwards.
   float share = 0;
@@ -62,7 +68,7 @@ glm::vec3 start_of(const Hit& hit, const glm::vec3& direction);
 
 /// The ray that leaves a hit in a unit direction, at the same time.
 inline Ray ray_from(const Hit& hit, const glm::vec3& direction) {
-  return {start_of(hit, direction), direction, hit.groom, hit.strand, false, hit.time};
+  return {start_of(hit, direction), direction, hit.groom, hit.strand, false, hit.time, hit.key};
 }
 
 /// Options for building the tree over a scene. The defaults were measured to be the fastest (bench/README.md, rays);
@@ -77,11 +83,12 @@ struct TreeOptions {
   float pieces = 0;
 };
 
-/// Flat ribbons along B-splines or polygons (scene::Groom::linear), as wide as the elliptical silhouette, and two-sided
-/// triangles, for camera and shadow rays alike. A ray hits a ribbon where it passes nearest to the axis, and only ahead
-/// of its start. A bend of a polygon is filled on its outer side by a sector of the silhouette's width. The strand on
-/// which a ray starts (Ray::start_strand) cannot be hit within two radii of the start; every other one can. Things that
-/// move (scene::Groom::later, scene::Mesh::later) are hit where they are at the ray's time.
+/// Flat ribbons along B-splines or polygons (scene::Groom::linear) as wide as the elliptical silhouette, and triangles
+/// seen from both sides, for camera and shadow rays alike. A ribbon is met where the ray passes nearest to its axis,
+/// and only ahead of the ray's start; a bend of a polygon is filled on its outer side by a sector of the silhouette's
+/// width. The strand that a ray starts on (Ray::start_strand) is not met within two radii of the start, every other one
+/// is. What moves (scene::Groom::later, scene::Mesh::later) is met where it is at the ray's time. Where
+/// strands have a presence each hit on a segment is there with that probability, independently of what is before it.
 ///
 /// Built once; intersect and occluded: any thread.
 class FiberScene {
@@ -98,9 +105,12 @@ class FiberScene {
   /// Whether anything is hit nearer than distance_cm, by the same rules as `intersect`.
   bool occluded(const Ray& ray, float distance_cm = std::numeric_limits<float>::infinity()) const;
   std::size_t bytes() const;
+  /// Whether strands have a presence; if not, no ray needs a key.
+  bool has_presence() const;
 
  private:
   struct Implementation;
+  std::optional<Hit> intersect_drawn(const Ray& ray, std::uint64_t key) const;
   std::unique_ptr<Implementation> implementation_;
 };
 

@@ -217,6 +217,7 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   StrandCurves curves;
   curves.groom = groom_index;
   curves.basis = groom.basis;
+  if (!groom.presence.empty()) curves.sparse = &groom;
   const std::uint32_t strands = groom.strand_count();
   curves.control.reserve(groom.points.size() + (groom.basis == StrandBasis::bspline ? 2 * std::size_t{strands} : 0));
   const std::size_t most_segments = groom.points.size() - std::min<std::size_t>(groom.points.size(), strands);

@@ -38,9 +38,10 @@ struct StrandCurves {
   std::vector<std::uint32_t> first_control;  ///< per segment
   std::vector<StrandSegment> segments;
   std::vector<std::uint32_t> first_segment;                ///< per strand of the groom, and the number of segments
-  bool radii_change = false;                               ///< whether they change while the shutter is open
-  float least_eccentricity = 1;                            ///< the smallest of all strands
-  scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< basis of the groom
+  const scene::Groom* sparse = nullptr;                    ///< the groom, where its strands have a presence
+  bool radii_change = false;                               ///< while the shutter is open
+  float least_eccentricity = 1;                            ///< of any strand
+  scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< of the groom
 
   std::vector<std::vector<glm::vec4>> later_control;     ///< at the later moments; empty if the groom does not move
   std::vector<std::vector<SegmentFrames>> later_frames;  ///< at the later moments, per segment
@@ -53,7 +54,11 @@ struct StrandCurves {
   FiberFrame frame(std::uint32_t segment, float t, const glm::vec3& tangent, float time) const;
   /// Major semi-axis on a segment, cm: interpolated as the strand is.
   float semi_axis(std::uint32_t segment, float t, float time) const;
-  /// For linear strands: the point of the axis.
+  /// How likely a ray is to meet the segment there, [0, 1].
+  float presence(std::uint32_t segment, float t) const {
+    return sparse == nullptr ? 1 : sparse->presence_at(segments[segment].strand, float(segments[segment].place) + t);
+  }
+  /// Linear strands: the point of the axis.
   glm::vec3 axis(std::uint32_t segment, float t, float time) const;
   /// The motion of a place on the axis, in any basis, from the opening of the shutter to its closing, cm.
   glm::vec3 way(std::uint32_t segment, float t) const;

@@ -23,7 +23,8 @@ enum Dimension : std::uint32_t {
   phi_and_spare,
   light_choice,
   lens_position,
-  shutter_time
+  shutter_time,
+  presence
 };
 
 /// How often it is asked what rows have too much: for one in so many paths that bring the picture's mean by a light,
@@ -177,7 +178,12 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   RandomStream random(options_.seed, pixel, sample);
   PathSums sums(group_count_);
   const float time = scene_.shutter.is_open() ? stratified.pair(in_half, shutter_time)[0] : 0;
-  const geometry::Ray ray = camera_ray(x, y, stratified, in_half, time);
+  constexpr std::uint64_t presence_purpose = 0x70726573656e6365ull;
+  geometry::Ray ray = camera_ray(x, y, stratified, in_half, time);
+  if (fibers_.has_presence()) {
+    ray.key = RandomStream(options_.seed ^ presence_purpose, pixel, sample).next_bits();
+    ray.drawn = stratified.pair(in_half, presence)[0];
+  }
   const std::optional<geometry::Hit> hit = fibers_.intersect(ray);
   const LightSampler::Arrival seen =
       lights_.seen(ray.origin, ray.direction, time, hit ? hit->distance_cm : std::numeric_limits<float>::infinity());

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "scene/model/strand_fibers.h"
 #include "scene/read/scene_file.h"
 #include "tress/fiber/lock_color.h"
 
@@ -133,6 +134,33 @@ TEST(Sources, MixAndNest) {
   expect_near(absorption(file, {.attribute = glm::vec3(0.5f)}), fiber::sigma_a_of_lock(glm::vec3(0.3f), file.fiber));
 }
 
+TEST(Sources, OfPresenceAreValuesOfTheirStrands) {
+  Scene scene;
+  scene.materials = {material_of(R"("presence": {"ramp": [[0.5, 1], [1, 0]]})")};
+  Groom groom;
+  groom.basis = StrandBasis::linear;
+  groom.first_point = {0, 2, 5};
+  groom.points = {{0, 0, 0}, {0, 0, 4}, {1, 0, 0}, {1, 0, 1}, {1, 0, 4}};
+  scene.grooms = {groom};
+  const auto presence = [&](std::uint32_t strand, float place) {
+    EXPECT_FALSE(assign_fibers(&scene));
+    return scene.grooms[0].presence_at(strand, place);
+  };
+  EXPECT_NEAR(presence(0, 0.25f), 1, 1e-6f);
+  EXPECT_NEAR(presence(0, 0.75f), 0.5f, 1e-6f);
+  EXPECT_NEAR(presence(0, 1), 0, 1e-6f);
+  EXPECT_NEAR(presence(1, 0), 1, 1e-6f);
+  EXPECT_NEAR(presence(1, 1.5f), 0.75f, 1e-6f) << "2.5 cm of 4 from the root";
+  EXPECT_EQ(scene.fibers.size(), 1u) << "no fiber comes of it";
+  scene.materials = {material_of(R"("presence": 0.25)")};
+  EXPECT_EQ(presence(1, 1.5f), 0.25f);
+  for (const char* whole : {R"("presence": 1)", R"("presence": {"random": [1, 1]})", R"("hair": "brown")"}) {
+    scene.materials = {material_of(whole)};
+    EXPECT_FALSE(assign_fibers(&scene));
+    EXPECT_TRUE(scene.grooms[0].presence.empty()) << whole;
+  }
+}
+
 TEST(Sources, WrongOnesAreRefusedByKeyAndPlace) {
   const std::vector<std::pair<const char*, const char*>> wrong{
       {R"("color": {"ramp": [[0.5, [1, 0.5, 0.5]]]})",
@@ -165,6 +193,7 @@ TEST(Sources, WrongOnesAreRefusedByKeyAndPlace) {
       {R"("color": {"mix": [{"attribute": "a"}, {"attribute": "b"}], "share": 0.5})",
        "/materials/0: expected one attribute of the file in a material, found a, b"},
       {R"("hair": {"ramp": [[0, "blonde"]]})", "/materials/0/hair/ramp/0/1: expected one of black, dark brown"},
+      {R"("presence": 1.5)", "/materials/0/presence: expected 0..1, found 1.5"},
       {R"("eta": {"ramp": [[0, 1.5]]})", "/materials/0/eta: expected 1.05..3, found an object"}};
   for (const auto& [material, message] : wrong)
     EXPECT_NE(refusal(material).find(message), std::string::npos) << material << "\n" << refusal(material);

@@ -159,6 +159,7 @@ class Material(_Object):
     eta: Optional[float] = None
     eccentricity: Optional[float] = None
     roughness: Union[float, Keys, None] = None
+    presence: Union[float, Keys, None] = None
     tilt_deg: Optional[float] = None
     color: Union[Triple, str, Keys, None] = None
     hair: Union[str, Keys, None] = None

@@ -272,6 +272,8 @@ constexpr std::array table{
               "minor over major semi-axis of the cross-section"},
     Parameter{"/materials/N/roughness", "--roughness", number, of(fiber::roughness_range), "", "", "0.2",
               "Beckmann roughness of the surface: the energies of the lobes, and the widths that are not given", true},
+    Parameter{"/materials/N/presence", "", number, share, "", "", "1",
+              "how likely a ray is to meet a strand that it comes to, and a strand's alpha before nothing", true},
     Parameter{"/materials/N/tilt_deg", "--cuticle-tilt", number, of(fiber::tilt_range_deg), degrees, "", "3",
               "tilt of the cuticle scales"},
     Parameter{

@@ -91,12 +91,12 @@ struct Material {
   std::optional<double> curl_diameter_cm;
   bool twist = true;  ///< if false, the major axis stays in the rotation-minimising frame
   StrandVariation variation;
-  std::optional<glm::vec3> color;   ///< the lock's color, linear RGB, for which fiber.sigma_a was chosen
-  std::optional<Pigment> pigment;   ///< replaces the fiber's sigma_a
-  std::optional<Source> roughness;  ///< replaces the fiber's, which is its middle; given widths follow it
-  /// Whether the widths are those of a node's round fiber (`principled`, `chiang_hair_bsdf`), whose ranges are wider:
-  /// widths of strands that leave their range are clamped. The roughness, which is almost smooth, does not vary with
-  /// them.
+  std::optional<glm::vec3> color;   ///< that a lock should show, which fiber.sigma_a was chosen for; linear RGB
+  std::optional<Pigment> pigment;   ///< instead of the fiber's sigma_a
+  std::optional<Source> roughness;  ///< instead of the fiber's, which is its middle; widths that are given follow
+  std::optional<Source> presence;   ///< how likely a ray is to meet what it comes to, [0, 1]; unset: 1
+  /// Widths are of a node's round fiber (`principled`, `chiang_hair_bsdf`), whose ranges are wider: those of strands
+  /// that leave theirs are taken for the nearest. The roughness, all but smooth, has no part in how they vary.
   bool has_node_widths = false;
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: from a hash of the strand
 };
@@ -106,6 +106,7 @@ template <class SomeMaterial, class Visit>
 void for_each_source(SomeMaterial& material, Visit&& visit) {
   if (material.pigment) visit(material.pigment->source);
   if (material.roughness) visit(*material.roughness);
+  if (material.presence) visit(*material.presence);
 }
 
 /// The attributes that a material uses, each once.
@@ -212,6 +213,10 @@ struct Groom {
   /// The number of equal parts into which stations divide each segment of a strand; root and tip are stations too. 0:
   /// strands do not vary along their length.
   std::uint32_t stations_a_segment = 0;
+  /// Per strand, or of strands along which it varies per station of its own, presence_stations a segment: how likely a
+  /// ray is to meet the strand where it comes to it, [0, 1]. Empty: 1 everywhere. Look it up by presence_at().
+  std::vector<float> presence;
+  std::uint32_t presence_stations = 0;
   std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries
   std::vector<glm::vec3> points;           ///< cm
   std::vector<float> radius_cm;            ///< per point: radius of the circle with the same mean projected width
@@ -231,19 +236,31 @@ struct Groom {
   /// The file's id of a strand, or its index if the file has none.
   std::int64_t strand_id(std::uint32_t strand) const { return id.empty() ? std::int64_t{strand} : id[strand]; }
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
-  /// The first station of a strand; for the strand after the last, the number of all stations.
-  std::size_t first_station(std::uint32_t strand) const {
-    const StrandSegments segments(basis);
-    const std::size_t before = first_point[strand] - std::size_t{segments.spare} * strand;
-    return before / segments.points_a_segment * stations_a_segment + strand;
-  }
-  /// Index into Scene::fibers for a place on a strand, in segments from its root. u in [0, 1] chooses between the two
-  /// stations around the place; if it is uniform, the nearer one is more likely.
+  /// Of a strand; for the strand after the last the number of all stations.
+  std::size_t first_station(std::uint32_t strand) const { return first_of(strand, stations_a_segment); }
+  /// Index into Scene::fibers of a strand at a place, in segments from its root. u: in [0, 1]; where it is uniform,
+  /// each of the two stations around the place counts by how near it is.
   std::uint32_t fiber_at(std::uint32_t strand, float place, float u) const {
     if (stations_a_segment == 0) return fiber[strand];
     const float along = place * static_cast<float>(stations_a_segment), whole = std::floor(along);
     const std::size_t station = first_station(strand) + static_cast<std::size_t>(whole) + (u < along - whole ? 1 : 0);
     return fiber[std::min(station, first_station(strand + 1) - 1)];
+  }
+  /// Of a groom whose `presence` is not empty; linear between stations. place: in segments from the root.
+  float presence_at(std::uint32_t strand, float place) const {
+    if (presence_stations == 0) return presence[strand];
+    const float along = place * static_cast<float>(presence_stations), whole = std::floor(along);
+    const std::size_t last = first_of(strand + 1, presence_stations) - 1,
+                      at = std::min(first_of(strand, presence_stations) + static_cast<std::size_t>(whole), last);
+    const float share = along - whole;
+    return (1 - share) * presence[at] + share * presence[std::min(at + 1, last)];
+  }
+
+ private:
+  std::size_t first_of(std::uint32_t strand, std::uint32_t stations) const {
+    const StrandSegments segments(basis);
+    const std::size_t before = first_point[strand] - std::size_t{segments.spare} * strand;
+    return before / segments.points_a_segment * stations + strand;
   }
 };
 

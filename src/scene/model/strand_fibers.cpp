@@ -103,14 +103,15 @@ StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t stran
   return draws;
 }
 
-/// Calls visit(place) for the stations of a strand, root first. If the groom's strands do not vary along their length,
-/// calls it once, without a place along the strand. Lengths are those of the polygon of its points.
+/// Calls visit(place) for the stations of a strand, so many a segment, root first; once, without a place along it,
+/// where there are none. Lengths are those of the polygon of its points.
 template <class Visit>
-void for_each_station(const Groom& groom, std::uint32_t strand, std::uint64_t salt, Visit&& visit) {
+void for_each_station(const Groom& groom, std::uint32_t strand, std::uint32_t stations_a_segment, std::uint64_t salt,
+                      Visit&& visit) {
   StrandPlace place;
   if (!groom.root_uv.empty()) place.root_uv = groom.root_uv[strand];
   place.strand = mix_bits(salt ^ static_cast<std::uint64_t>(groom.strand_id(strand)));
-  if (groom.stations_a_segment == 0) {
+  if (stations_a_segment == 0) {
     if (!groom.color.empty()) place.attribute = groom.color[strand];
     return visit(place);
   }
@@ -120,11 +121,11 @@ void for_each_station(const Groom& groom, std::uint32_t strand, std::uint64_t sa
   std::vector<float> length{0};  // at each point, from the root
   for (std::uint32_t i = 0; i < steps * segments.points_a_segment; ++i)
     length.push_back(length.back() + glm::distance(groom.points[begin + i], groom.points[begin + i + 1]));
-  const std::uint32_t stations = steps * groom.stations_a_segment;
+  const std::uint32_t stations = steps * stations_a_segment;
   for (std::uint32_t station = 0; station <= stations; ++station) {
     const std::uint32_t along = station * segments.points_a_segment;
-    const std::uint32_t i = std::min(along / groom.stations_a_segment, static_cast<std::uint32_t>(length.size() - 2));
-    const float share = static_cast<float>(along - i * groom.stations_a_segment) / float(groom.stations_a_segment);
+    const std::uint32_t i = std::min(along / stations_a_segment, static_cast<std::uint32_t>(length.size() - 2));
+    const float share = static_cast<float>(along - i * stations_a_segment) / float(stations_a_segment);
     place.root_cm = glm::mix(length[i], length[i + 1], share);
     place.tip_cm = length.back() - place.root_cm;
     place.share = length.back() > 0 ? place.root_cm / length.back() : float(station) / float(stations);
@@ -227,18 +228,44 @@ const Pigment* pigment_of(const Scene& scene, const Groom& groom) {
   return material.pigment && (!groom.color.empty() || attributes_of(material).empty()) ? &*material.pigment : nullptr;
 }
 
-/// The number of stations in a segment of its strands.
-std::uint32_t stations_of(const Scene& scene, const Groom& groom) {
-  const Pigment* pigment = pigment_of(scene, groom);
-  const std::optional<Source>& roughness = scene.materials[groom.material].roughness;
-  const bool by_point = !groom.color.empty() && groom.color.size() == groom.points.size();
-  if (!(pigment && pigment->source.varies_along(by_point)) && !(roughness && roughness->varies_along(by_point)))
-    return 0;
+bool varies_along(const Groom& groom, const Source& source) {
+  return source.varies_along(!groom.color.empty() && groom.color.size() == groom.points.size());
+}
+
+/// How many stations a segment has of strands that vary along their length.
+std::uint32_t usual_stations_of(const Groom& groom) {
   const StrandSegments segments(groom.basis);
   std::size_t all = 0;
   for (std::uint32_t s = 0; s < groom.strand_count(); ++s)
     all += segments.count(groom.first_point[s + 1] - groom.first_point[s]);
   return all == 0 ? 1 : static_cast<std::uint32_t>((usual_stations * groom.strand_count() + all - 1) / all);
+}
+
+/// How many stations a segment of its strands has.
+std::uint32_t stations_of(const Scene& scene, const Groom& groom) {
+  const Pigment* pigment = pigment_of(scene, groom);
+  const std::optional<Source>& roughness = scene.materials[groom.material].roughness;
+  const bool varies =
+      (pigment && varies_along(groom, pigment->source)) || (roughness && varies_along(groom, *roughness));
+  return varies ? usual_stations_of(groom) : 0;
+}
+
+/// Fills what the groom has of its material's presence; nothing where that is 1 everywhere, or of an attribute that the
+/// file has not.
+void assign_presence(const Material& material, Groom* groom) {
+  groom->presence.clear();
+  groom->presence_stations = 0;
+  if (!material.presence) return;
+  std::vector<std::string> attributes;
+  material.presence->add_attributes(&attributes);
+  if (!attributes.empty() && groom->color.empty()) return;
+  if (varies_along(*groom, *material.presence)) groom->presence_stations = usual_stations_of(*groom);
+  const std::uint64_t salt = hash_of(material.name);
+  for (std::uint32_t strand = 0; strand < groom->strand_count(); ++strand)
+    for_each_station(*groom, strand, groom->presence_stations, salt, [&](const StrandPlace& place) {
+      groom->presence.push_back(std::clamp(material.presence->at(place).x, 0.0f, 1.0f));
+    });
+  if (std::ranges::all_of(groom->presence, [](float presence) { return presence == 1; })) groom->presence.clear();
 }
 
 /// Calls visit(groom, key) for the strands of all grooms, and for each station of those that vary along their length;
@@ -259,7 +286,7 @@ void for_each_key(const Scene& scene, double ratio, Visit&& visit) {
       }
       bool goes_on = true;
       fiber::FiberParameters fiber = material.fiber;
-      for_each_station(groom, s, salt, [&](const StrandPlace& place) {
+      for_each_station(groom, s, groom.stations_a_segment, salt, [&](const StrandPlace& place) {
         if (material.roughness) {
           const double roughness = std::clamp(material.roughness->at(place).x * draws.width, 0.01, 1.0);
           set_roughness(material.fiber, roughness, draws, &draws.key);
@@ -357,6 +384,7 @@ std::optional<Error> assign_fibers(Scene* scene) {
     any_varies = any_varies || varies(*scene, groom);
     any_source = any_source || pigment_of(*scene, groom) != nullptr;
     groom.stations_a_segment = stations_of(*scene, groom);
+    assign_presence(scene->materials[groom.material], &groom);
     if (groom.stations_a_segment == 0) continue;
     const std::size_t stations = groom.first_station(groom.strand_count());
     along += stations;

@@ -132,6 +132,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
                                        "eta",
                                        "eccentricity",
                                        "roughness",
+                                       "presence",
                                        "tilt_deg",
                                        "medulla",
                                        "color",
@@ -163,6 +164,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
     fiber.roughness = middle_of(roughness);
     if (roughness.kind != Source::Kind::constant) material.roughness = std::move(roughness);
   }
+  if (json.has("presence")) material.presence = read_source(json, "presence", read_number(glm::vec3(1.0f)));
   if (const auto x = json.number("tilt_deg")) fiber.tilt = static_cast<float>(*x * radians);
   if (json.has("medulla")) read_medulla(json.child("medulla"), &fiber);
   if (!json.has("principled") && !json.has("chiang_hair_bsdf")) read_color(json, &material);
