@@ -354,6 +354,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       render, "--adaptive", {"on", "off"}, [&s](const std::string& word) { s.adaptive = word == "on"; },
       "more samples where the picture is noisier, --spp being their mean; default: on with --noise and --time");
   add_resolution(render, s.overrides);
+  add_number(render, "--least-width", [&s](double x) { s.overrides.least_width_px = float(x); });
   add_layers(render, s);
   add_flag(render, "--denoise", [&s] { s.denoise = true; });
   add_precision(render, s.precision);

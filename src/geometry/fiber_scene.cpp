@@ -30,15 +30,22 @@ struct RayQuery {
   bool meets_all = false;  ///< of any presence but 0
 };
 
-/// What is met between t = 0 and 1 is of the segment. What fills the bend between two segments of a polygon belongs to
-/// both, t = 1 of the first and 0 of the second: it is there for both or for neither.
-std::uint32_t drawn_segment(std::uint32_t segment, float t) { return t >= 1 ? segment + 1 : segment; }
+/// A place on a strand that is there, or is not, as a whole: from a place on one segment to the same on the next.
+/// Pieces of a ribbon overlap where they meet, at the inner side of a bend, and a ray may come to both. Embree has four
+/// to a segment: the ends are in the middle of a piece.
+struct Cell {
+  std::uint32_t groom, strand, index;
+  Cell(const StrandCurves& curves, std::uint32_t segment, float t)
+      : groom(curves.groom), strand(curves.segments[segment].strand), index(t < 0.625f ? segment : segment + 1) {}
+  friend bool operator==(const Cell&, const Cell&) = default;
+};
 
 /// Alike whatever the order in which segments are looked at.
 bool is_met(const StrandCurves& curves, std::uint32_t segment, float t, const RayQuery& query) {
   const float presence = curves.presence(segment, t);
-  return query.meets_all ? presence > 0
-                         : RandomStream(query.key, curves.groom, drawn_segment(segment, t)).next() < presence;
+  if (query.meets_all) return presence > 0;
+  const Cell cell(curves, segment, t);
+  return RandomStream(query.key, std::uint64_t{cell.groom} << 32 | cell.strand, cell.index).next() < presence;
 }
 
 std::uint64_t key_of(const Ray& ray) {
@@ -118,8 +125,7 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
         arguments->valid[i] = 0;
       }
     }
-    if (curves.sparse != nullptr && arguments->valid[i] != 0 && !is_met(curves, segment, along, query))
-      arguments->valid[i] = 0;
+    if (curves.is_sparse && arguments->valid[i] != 0 && !is_met(curves, segment, along, query)) arguments->valid[i] = 0;
   }
 }
 
@@ -366,7 +372,7 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
     self.grooms.push_back(strand_curves(scene, index));
     StrandCurves& curves = self.grooms.back();
     if (curves.first_control.empty()) continue;
-    self.sparse = self.sparse || curves.sparse != nullptr;
+    self.sparse = self.sparse || curves.is_sparse;
     for (const glm::vec4& control : curves.control) largest_axis = std::max(largest_axis, control.w);
     for (const auto& moment : curves.later_control)
       for (const glm::vec4& control : moment) largest_axis = std::max(largest_axis, control.w);
@@ -406,20 +412,16 @@ std::optional<Hit> FiberScene::intersect_drawn(const Ray& ray, std::uint64_t key
   RayQuery query = ray_query(ray, self.grooms, self.start, key);
   query.meets_all = true;
   RTCRayHit found = unmet(ray, self.start);
-  const StrandCurves* last = nullptr;  // of the bend that has been met
-  std::uint32_t last_bend = no_index;
+  std::optional<Cell> last;  // that has been come to
   for (float let_through = 1;;) {
     embree::intersect1(self.scene, &query.context, &found);
     if (found.hit.geomID >= self.grooms.size()) break;  // a surface, or nothing
     const StrandCurves& curves = self.grooms[found.hit.geomID];
-    if (curves.sparse == nullptr) break;
-    const bool is_bend = found.hit.u <= 0 || found.hit.u >= 1;
-    const std::uint32_t bend = is_bend ? drawn_segment(found.hit.primID, found.hit.u) : no_index;
-    const bool again = is_bend && last == &curves && last_bend == bend;
-    if (!again) let_through *= 1 - curves.presence(found.hit.primID, found.hit.u);
+    if (!curves.is_sparse) break;
+    const Cell cell(curves, found.hit.primID, found.hit.u);
+    if (last != cell) let_through *= 1 - curves.presence(found.hit.primID, found.hit.u);
     if (1 - let_through > ray.drawn) break;
-    last = &curves;
-    last_bend = bend;
+    last = cell;
     const float beyond = std::nextafter(found.ray.tfar, std::numeric_limits<float>::infinity());
     found = unmet(ray, self.start);
     found.ray.tnear = beyond;

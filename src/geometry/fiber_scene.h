@@ -23,8 +23,9 @@ struct Ray {
   bool from_camera = false;  ///< passes through meshes that the camera does not see (scene::Mesh::visible)
   float time = 0;            ///< from the opening of the shutter, 0, to its closing, 1
   /// Which strands are there for it, of those with a presence (scene::Groom::presence). drawn in [0, 1): it meets the
-  /// first hit from its start up to which strands hide more than this share. Below 0: each segment is there or not by
-  /// the key, the direction and the segment, alike for rays that are alike, independently for all others.
+  /// first hit from its start up to which strands hide more than this share. Below 0: each place on a strand, as long
+  /// as a segment, is there or not by the key, the direction and the place, alike for rays that are alike,
+  /// independently for all others.
   std::uint64_t key = 0;
   float drawn = -1;
 };

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <ranges>
 
+#include "scene/model/camera.h"
 #include "tress/base/random.h"
 
 namespace tress::geometry {
@@ -49,7 +51,11 @@ struct StrandShape {
 
 class StrandAdder {
  public:
-  StrandAdder(const scene::Groom& groom, StrandCurves& curves) : groom_(groom), curves_(curves) {
+  StrandAdder(const scene::Scene& scene, const scene::Groom& groom, StrandCurves& curves)
+      : groom_(groom),
+        image_(scene.image),
+        camera_(scene.camera_moments.empty() ? scene.camera : scene.camera_moments.front()),
+        curves_(curves) {
     curves_.later_control.resize(groom.later.size());
     curves_.later_frames.resize(groom.later.size());
     for (auto& moment : curves_.later_control) moment.reserve(curves.control.capacity());
@@ -67,6 +73,7 @@ class StrandAdder {
         !groom_.minor_axis.empty() && turn_to_minor_axes(knots, drawn_of(groom_.minor_axis), groom_.basis, &frames);
     set_axes(groom_.radius_cm, strand.eccentricity);
     const auto base = static_cast<std::uint32_t>(curves_.control.size());
+    if (image_.least_width_px > 0) widen(p, strand.eccentricity);
     add_control(p, curves_.control);
     const std::uint32_t stride = groom_.basis == StrandBasis::bezier ? 3 : 1, controls = curves_.is_linear() ? 2 : 4;
     for (std::uint32_t i = 0; i + 1 < frames.size(); ++i) {
@@ -80,6 +87,7 @@ class StrandAdder {
       const std::vector<glm::vec3> moved = points(moment + 1);
       if (const std::vector<float>& radii = groom_.later[moment].radius_cm; !radii.empty()) {
         set_axes(radii, strand.eccentricity);
+        for (std::size_t i = 0; i < widening_.size(); ++i) axes_[i] *= widening_[i];
         curves_.radii_change = true;
       }
       add_control(moved, curves_.later_control[moment]);
@@ -97,6 +105,22 @@ class StrandAdder {
     const double axis_per_radius = fiber::major_semi_axis(1.0, eccentricity);
     for (const std::uint32_t i : drawn_)
       axes_.push_back(std::max(0.0f, static_cast<float>(axis_per_radius * radius_cm[i])));
+  }
+
+  /// Widens the axes where they are seen too thin, and keeps what they were as own_axis.
+  void widen(const std::vector<glm::vec3>& p, float eccentricity) {
+    std::vector<glm::vec4> own;
+    add_control(p, own);
+    for (const glm::vec4& control : own) curves_.own_axis.push_back(control.w);
+    const double axis_per_radius = fiber::major_semi_axis(1.0, eccentricity);
+    const bool has_width = std::ranges::any_of(axes_, [](float axis) { return axis > 0; });
+    widening_.assign(axes_.size(), 1.0f);
+    for (std::size_t i = 0; i < axes_.size() && has_width; ++i) {
+      const float least_radius_cm = image_.least_width_px / 2 * scene::pixel_cm_at(camera_, image_, p[i]);
+      const float widened = std::max(axes_[i], static_cast<float>(axis_per_radius * least_radius_cm));
+      if (axes_[i] > 0) widening_[i] = widened / axes_[i];
+      axes_[i] = widened;
+    }
   }
 
   std::vector<glm::vec3> points(std::size_t moment) const { return drawn_of(points_at(groom_, moment)); }
@@ -120,9 +144,12 @@ class StrandAdder {
   }
 
   const scene::Groom& groom_;
+  const scene::Image& image_;
+  const scene::Camera& camera_;
   StrandCurves& curves_;
-  std::vector<std::uint32_t> drawn_;  ///< drawn points of the current strand
-  std::vector<float> axes_;           ///< major semi-axes at the points, cm
+  std::vector<std::uint32_t> drawn_;  ///< of the strand that is added
+  std::vector<float> axes_;           ///< major semi-axes there, cm
+  std::vector<float> widening_;       ///< factors of them; empty: no width is asked for
 };
 
 KnotFrame between(const KnotFrame& a, const KnotFrame& b, float share) {
@@ -148,6 +175,20 @@ float StrandCurves::semi_axis(std::uint32_t segment, float t, float time) const 
     const std::uint32_t first = first_control[segment], controls = is_linear() ? 2 : 4;
     for (std::uint32_t c = 0; c < controls; ++c) a[c] = control_at(first + c, time).w;
   }
+  return interpolated(a, t);
+}
+
+float StrandCurves::presence(std::uint32_t segment, float t) const {
+  const StrandSegment& of = segments[segment];
+  const float presence = with_presence != nullptr ? with_presence->presence_at(of.strand, float(of.place) + t) : 1;
+  if (own_axis.empty()) return presence;
+  std::array<float, 4> own{};
+  std::copy_n(own_axis.begin() + first_control[segment], is_linear() ? 2 : 4, own.begin());
+  const float drawn = semi_axis(segment, t, 0);
+  return drawn > 0 ? presence * std::min(interpolated(own, t) / drawn, 1.0f) : presence;
+}
+
+float StrandCurves::interpolated(const std::array<float, 4>& a, float t) const {
   const float s = 1 - t;
   if (is_linear()) return s * a[0] + t * a[1];
   if (basis == StrandBasis::bezier) return s * s * s * a[0] + 3 * s * t * (s * a[1] + t * a[2]) + t * t * t * a[3];
@@ -205,7 +246,7 @@ bool StrandCurves::is_in_joint(std::uint32_t segment, float t, const glm::vec3& 
 std::size_t StrandCurves::bytes() const {
   const std::size_t indices = first_control.capacity() + first_segment.capacity();
   std::size_t bytes = control.capacity() * sizeof(glm::vec4) + indices * sizeof(std::uint32_t) +
-                      segments.capacity() * sizeof(StrandSegment);
+                      segments.capacity() * sizeof(StrandSegment) + own_axis.capacity() * sizeof(float);
   for (const auto& moment : later_control) bytes += moment.capacity() * sizeof(glm::vec4);
   for (const auto& moment : later_frames) bytes += moment.capacity() * sizeof(SegmentFrames);
   return bytes;
@@ -217,14 +258,14 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   StrandCurves curves;
   curves.groom = groom_index;
   curves.basis = groom.basis;
-  if (!groom.presence.empty()) curves.sparse = &groom;
+  if (!groom.presence.empty()) curves.with_presence = &groom;
   const std::uint32_t strands = groom.strand_count();
   curves.control.reserve(groom.points.size() + (groom.basis == StrandBasis::bspline ? 2 * std::size_t{strands} : 0));
   const std::size_t most_segments = groom.points.size() - std::min<std::size_t>(groom.points.size(), strands);
   curves.first_control.reserve(most_segments);
   curves.segments.reserve(most_segments);
   curves.first_segment.reserve(std::size_t{strands} + 1);
-  StrandAdder adder(groom, curves);
+  StrandAdder adder(scene, groom, curves);
   for (std::uint32_t strand = 0; strand < strands; ++strand) {
     const double hashed = 2 * std::numbers::pi * RandomStream(groom_index, strand).next();
     const double root_angle = material.root_angle_rad ? *material.root_angle_rad : hashed;
@@ -237,6 +278,9 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
     adder.add({strand, eccentricity, root_angle, turn_rad_per_cm});
   }
   curves.first_segment.push_back(static_cast<std::uint32_t>(curves.segments.size()));
+  const auto is_own = [](const glm::vec4& control, float own) { return control.w == own; };
+  if (std::ranges::equal(curves.control, curves.own_axis, is_own)) curves.own_axis = {};
+  curves.is_sparse = curves.with_presence != nullptr || !curves.own_axis.empty();
   return curves;
 }
 

@@ -37,8 +37,12 @@ struct StrandCurves {
   std::vector<glm::vec4> control;            ///< xyz, cm; w = major semi-axis, cm
   std::vector<std::uint32_t> first_control;  ///< per segment
   std::vector<StrandSegment> segments;
-  std::vector<std::uint32_t> first_segment;                ///< per strand of the groom, and the number of segments
-  const scene::Groom* sparse = nullptr;                    ///< the groom, where its strands have a presence
+  std::vector<std::uint32_t> first_segment;     ///< per strand of the groom, and the number of segments
+  const scene::Groom* with_presence = nullptr;  ///< the groom, where its strands have a presence
+  /// Semi-axes of the control points before some were widened (scene::Image::least_width_px), at the shutter's opening;
+  /// empty: none was.
+  std::vector<float> own_axis;
+  bool is_sparse = false;                                  ///< presence() is less than 1 somewhere
   bool radii_change = false;                               ///< while the shutter is open
   float least_eccentricity = 1;                            ///< of any strand
   scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< of the groom
@@ -54,10 +58,9 @@ struct StrandCurves {
   FiberFrame frame(std::uint32_t segment, float t, const glm::vec3& tangent, float time) const;
   /// Major semi-axis on a segment, cm: interpolated as the strand is.
   float semi_axis(std::uint32_t segment, float t, float time) const;
-  /// How likely a ray is to meet the segment there, [0, 1].
-  float presence(std::uint32_t segment, float t) const {
-    return sparse == nullptr ? 1 : sparse->presence_at(segments[segment].strand, float(segments[segment].place) + t);
-  }
+  /// How likely a ray is to meet the segment there, [0, 1]: the groom's presence times how much of the width is its
+  /// own.
+  float presence(std::uint32_t segment, float t) const;
   /// Linear strands: the point of the axis.
   glm::vec3 axis(std::uint32_t segment, float t, float time) const;
   /// The motion of a place on the axis, in any basis, from the opening of the shutter to its closing, cm.
@@ -70,11 +73,14 @@ struct StrandCurves {
   std::size_t bytes() const;
 
  private:
+  /// Of the control points of a segment as the strand is; four or two of them.
+  float interpolated(const std::array<float, 4>& a, float t) const;
   glm::vec4 control_at(std::uint32_t index, float time) const;
 };
 
-/// Strands get no segments if they have less than two distinct points, fewer than their basis needs, or a point that is
-/// not finite at any moment.
+/// Strands with less than two distinct points, with fewer than their basis needs, or with a point that is not finite at
+/// any moment, have no segments. Where the scene has a least width, control points are widened to it as its camera sees
+/// them when the shutter opens, and at later moments by the same factors; a strand without any width stays so.
 StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index);
 
 }  // namespace tress::geometry

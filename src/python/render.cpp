@@ -112,6 +112,7 @@ scene::Overrides overrides_of(const Arguments& given) {
   overrides.samples = given.number<int>("samples", "--spp");
   overrides.width = given.number<int>("width", "--resolution");
   overrides.height = given.number<int>("height", "--resolution");
+  overrides.least_width_px = given.number<float>("least_width", "--least-width");
   overrides.frame = given.number<int>("frame", "--frame");
   return overrides;
 }

@@ -96,5 +96,28 @@ TEST(Presence, OfTheRaysThatLeaveAHitIsDrawnAnew) {
   EXPECT_NEAR(double(together) / rays, 0.5, z_limit * error_of(0.5));
 }
 
+// A pixel has 0.1 cm at y = 0 and 0.15 cm at y = 5; strands of 0.02 and 0.8 cm of width, at least three pixels each.
+TEST(LeastWidth, WidensWhatTheCameraSeesThinAndLetsTheRestThrough) {
+  for (const bool linear : {true, false}) {
+    scene::Scene scene =
+        straight_scene({{{0, 0, 0}, {0, 0, -8}, 0.01f, 0.01f, 1}, {{2, 5, 0}, {2, 5, -8}, 0.4f, 0.01f, 1}}, linear);
+    scene.camera.eye = {0, -10, -4};
+    scene.camera.look_at = {0, 0, -4};
+    scene.camera.vertical_fov_deg = 90;
+    scene.image.height = 200;
+    scene.image.least_width_px = 3;
+    const FiberScene fibers(scene);
+    EXPECT_TRUE(fibers.has_presence());
+    for (const float x : {-0.14f, 0.0f, 0.145f})
+      EXPECT_NEAR(shares_met(fibers, x, -3.3f, true)[0], 0.01 / 0.15, 1.5 / rays) << linear << " " << x;
+    for (const float x : {-0.16f, 0.155f}) EXPECT_EQ(shares_met(fibers, x, -3.3f, true)[0], 0) << linear << " " << x;
+    EXPECT_NEAR(shares_met(fibers, 2.1f, -1.0f, true)[1], 1, 0.01) << "wider than 0.45 cm there, not at the next point";
+    EXPECT_EQ(shares_met(fibers, 2.215f, -7.9f, true)[1] > 0, true) << "and not at its tip";
+    EXPECT_EQ(shares_met(fibers, 2.235f, -7.9f, true)[1], 0);
+    scene.image.least_width_px = 0.1f;
+    EXPECT_FALSE(FiberScene(scene).has_presence());
+  }
+}
+
 }  // namespace
 }  // namespace tress::geometry

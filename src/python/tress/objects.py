@@ -92,6 +92,7 @@ class Image(_Object):
     width: Optional[int] = None
     height: Optional[int] = None
     samples: Optional[int] = None
+    least_width: Optional[float] = None
     transparent: Optional[bool] = None
     exposure: Optional[float] = None
     view: Optional[str] = None

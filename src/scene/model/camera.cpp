@@ -260,4 +260,11 @@ Result<Camera> camera_at(const CameraDescription& description, std::optional<dou
   return camera;
 }
 
+float pixel_cm_at(const Camera& camera, const Image& image, const glm::vec3& point) {
+  const auto height = static_cast<float>(image.height);
+  if (camera.orthographic_height_cm > 0) return camera.orthographic_height_cm / height;
+  const float depth = glm::dot(point - camera.eye, glm::normalize(camera.look_at - camera.eye));
+  return 2 * std::tan(camera.vertical_fov_deg * std::numbers::pi_v<float> / 360) * std::max(depth, 0.0f) / height;
+}
+
 }  // namespace tress::scene

@@ -139,6 +139,15 @@ constexpr std::array table{
     Parameter{"/image/width", "", whole, pixels, "", "", "512", "pixels; width times height is 2^26 at most"},
     Parameter{"/image/height", "", whole, pixels, "", "", "512", "pixels"},
     Parameter{"/image/samples", "--spp", whole, {1, 1e6}, "", "", "64", "samples a pixel"},
+    Parameter{"/image/least_width",
+              "--least-width",
+              number,
+              {0, 100},
+              "pixels",
+              "",
+              "0",
+              "strands that are seen thinner are drawn as wide and let the rest of the light through (`presence`), so "
+              "that fine hair flickers less; 0.5 to 1 is usual, 0 leaves strands as they are"},
     Parameter{"/image/transparent", "--transparent", flag, none, "", "", "false",
               "R, G, B have nothing of what is behind the hair, A is the share of it that the hair covers, and the PNG "
               "has it too; the backdrop is a layer of its own either way"},

@@ -64,9 +64,11 @@ struct BetweenMoments {
 struct Image {
   int width = 512, height = 512;
   int samples = 64;
-  double exposure_stops = 0;                 ///< exposure of the preview
-  image::View view = image::View::standard;  ///< view of the preview
-  bool transparent = false;                  ///< whether beauty has no background; else by Scene::environment_visible
+  double exposure_stops = 0;                 ///< of the preview
+  image::View view = image::View::standard;  ///< of the preview
+  /// Strands that the camera sees thinner than so many pixels are drawn as wide, with as much less presence; 0: none.
+  float least_width_px = 0;
+  bool transparent = false;  ///< beauty without what is behind the hair; else as Scene::environment_visible has it
 };
 
 /// The differences of strands of one material: half ranges of uniform deviations with mean 0 (strand_fibers.h).
