@@ -19,17 +19,6 @@
 namespace tress::geometry {
 namespace {
 
-/// The data of a ray for the filter. Embree passes the first member on.
-struct RayQuery {
-  embree::RayContext context;
-  std::uint32_t start_groom, first_own, own_count;  ///< the segments of the strand that the ray leaves
-  float start;                                      ///< distance from Embree's origin to the ray's start
-  bool from_camera;
-  float time;
-  std::uint64_t key;       ///< draws which segments of little presence are there
-  bool meets_all = false;  ///< of any presence but 0
-};
-
 /// A place on a strand that is there, or is not, as a whole: from a place on one segment to the same on the next.
 /// Pieces of a ribbon overlap where they meet, at the inner side of a bend, and a ray may come to both. Embree has four
 /// to a segment: the ends are in the middle of a piece.
@@ -40,12 +29,81 @@ struct Cell {
   friend bool operator==(const Cell&, const Cell&) = default;
 };
 
+/// What a ray comes to of strands that are partly there, in any order, no further than it has to be known.
+class DrawnHits {
+ public:
+  explicit DrawnHits(float drawn) : drawn_(drawn) {}
+
+  /// Whether the ray ends here at the latest.
+  bool add(const RTCHit& hit, const Cell& cell, float distance, float presence) {
+    const auto same = std::ranges::find(all_, cell, &Entry::cell);
+    const Entry entry{hit, cell, distance, presence};
+    if (same == all_.end())
+      all_.push_back(entry);
+    else if (distance < same->distance)
+      *same = entry;
+    float let_through = 1;
+    for (const Entry& other : all_) let_through *= other.distance <= distance ? 1 - other.presence : 1;
+    if (!(1 - let_through > drawn_)) return false;
+    std::erase_if(all_, [&](const Entry& other) { return other.distance > distance; });
+    return true;
+  }
+  /// The hit that was drawn, up to `limit`, with its distance; null: none.
+  const RTCHit* choose(float limit, float* distance) {
+    std::ranges::sort(all_, {}, &Entry::distance);
+    float let_through = 1;
+    for (const Entry& entry : all_) {
+      if (entry.distance > limit) break;
+      let_through *= 1 - entry.presence;
+      if (!(1 - let_through > drawn_)) continue;
+      *distance = entry.distance;
+      return &entry.hit;
+    }
+    return nullptr;
+  }
+
+ private:
+  struct Entry {
+    RTCHit hit;
+    Cell cell;
+    float distance, presence;
+  };
+  float drawn_;
+  std::vector<Entry> all_;
+};
+
+/// What the filter knows of a ray. Embree hands back the first member.
+struct RayQuery {
+  embree::RayContext context;
+  std::uint32_t start_groom, first_own, own_count;  ///< the segments of the strand that the ray leaves
+  float start;                                      ///< distance from Embree's origin to where the ray starts
+  bool from_camera;
+  float time;
+  std::uint64_t key;           ///< draws which segments of little presence are there
+  DrawnHits* drawn = nullptr;  ///< of a ray that draws from front to back (Ray::drawn)
+};
+
 /// Alike whatever the order in which segments are looked at.
-bool is_met(const StrandCurves& curves, std::uint32_t segment, float t, const RayQuery& query) {
-  const float presence = curves.presence(segment, t);
-  if (query.meets_all) return presence > 0;
+bool is_met(const StrandCurves& curves, std::uint32_t segment, float t, std::uint64_t key) {
   const Cell cell(curves, segment, t);
-  return RandomStream(query.key, std::uint64_t{cell.groom} << 32 | cell.strand, cell.index).next() < presence;
+  return RandomStream(key, std::uint64_t{cell.groom} << 32 | cell.strand, cell.index).next() <
+         curves.presence(segment, t);
+}
+
+/// Of a ray that draws from front to back: whether it ends there at the latest.
+bool ends_at(const StrandCurves& curves, const RTCFilterFunctionNArguments* arguments, unsigned int i,
+             DrawnHits& drawn) {
+  const unsigned int n = arguments->N;
+  RTCHit hit{};
+  hit.primID = RTCHitN_primID(arguments->hit, n, i);
+  hit.geomID = curves.groom;
+  hit.u = RTCHitN_u(arguments->hit, n, i);
+  hit.v = RTCHitN_v(arguments->hit, n, i);
+  hit.Ng_x = RTCHitN_Ng_x(arguments->hit, n, i);
+  hit.Ng_y = RTCHitN_Ng_y(arguments->hit, n, i);
+  hit.Ng_z = RTCHitN_Ng_z(arguments->hit, n, i);
+  return drawn.add(hit, Cell(curves, hit.primID, hit.u), RTCRayN_tfar(arguments->ray, n, i),
+                   curves.presence(hit.primID, hit.u));
 }
 
 std::uint64_t key_of(const Ray& ray) {
@@ -125,7 +183,10 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
         arguments->valid[i] = 0;
       }
     }
-    if (curves.is_sparse && arguments->valid[i] != 0 && !is_met(curves, segment, along, query)) arguments->valid[i] = 0;
+    if (!curves.is_sparse || arguments->valid[i] == 0) continue;
+    const bool is_there = query.drawn != nullptr ? ends_at(curves, arguments, i, *query.drawn)
+                                                 : is_met(curves, segment, along, query.key);
+    if (!is_there) arguments->valid[i] = 0;
   }
 }
 
@@ -410,22 +471,11 @@ std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
 std::optional<Hit> FiberScene::intersect_drawn(const Ray& ray, std::uint64_t key) const {
   const Implementation& self = *implementation_;
   RayQuery query = ray_query(ray, self.grooms, self.start, key);
-  query.meets_all = true;
+  DrawnHits drawn(ray.drawn);
+  query.drawn = &drawn;
   RTCRayHit found = unmet(ray, self.start);
-  std::optional<Cell> last;  // that has been come to
-  for (float let_through = 1;;) {
-    embree::intersect1(self.scene, &query.context, &found);
-    if (found.hit.geomID >= self.grooms.size()) break;  // a surface, or nothing
-    const StrandCurves& curves = self.grooms[found.hit.geomID];
-    if (!curves.is_sparse) break;
-    const Cell cell(curves, found.hit.primID, found.hit.u);
-    if (last != cell) let_through *= 1 - curves.presence(found.hit.primID, found.hit.u);
-    if (1 - let_through > ray.drawn) break;
-    last = cell;
-    const float beyond = std::nextafter(found.ray.tfar, std::numeric_limits<float>::infinity());
-    found = unmet(ray, self.start);
-    found.ray.tnear = beyond;
-  }
+  embree::intersect1(self.scene, &query.context, &found);
+  if (const RTCHit* hit = drawn.choose(found.ray.tfar, &found.ray.tfar)) found.hit = *hit;
   return self.hit(ray, found, key);
 }
 

@@ -335,11 +335,15 @@ TEST_F(Checkpoints, MergedPicturesHaveMattesAndHeaderOfOneRender) {
       run({"render", path("scene.json"), "-o", path("warm.exr"), "--warm-cache", path("c"), "--model", "elliptical"})
           .status,
       0);
-  const auto part = [&](const std::string& name, const std::vector<std::string>& more) {
-    std::vector<std::string> words{
-        "render",       path("scene.json"), "-o",     path(name + ".exr"),  "--warm-cache", path("c"),
-        "--cache-mode", "frozen",           "--part", path(name + ".part"), "--model",      "elliptical",
-        "--layers",     data_layers};
+  const auto part = [&](const std::string& name, const std::vector<std::string>& more,
+                        const std::string& layers = data_layers) {
+    std::vector<std::string> words{"render",       path("scene.json"),
+                                   "-o",           path(name + ".exr"),
+                                   "--warm-cache", path("c"),
+                                   "--cache-mode", "frozen",
+                                   "--part",       path(name + ".part"),
+                                   "--model",      "elliptical",
+                                   "--layers",     layers};
     words.insert(words.end(), more.begin(), more.end());
     const Outcome outcome = run(words);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -387,7 +391,7 @@ TEST_F(Checkpoints, MergedPicturesHaveMattesAndHeaderOfOneRender) {
   }
   for (const char* name : {"P.X", "strand_uv.v", "strand_place", "strand_id", "CryptoStrand05.A"})
     EXPECT_NE(whole->find(name), nullptr) << name;
-  part("none", {"--samples-from", "2", "--layers", "beauty"});
+  part("none", {"--samples-from", "2"}, "beauty");
   const Outcome refused = run({"merge", path("a.part"), path("none.part"), "-o", path("no.exr")});
   EXPECT_EQ(refused.status, 1);
   EXPECT_THAT(refused.err, HasSubstr("--layers: expected " + data_layers + ", found beauty"));
