@@ -400,7 +400,7 @@ struct FiberScene::Implementation {
   std::atomic<std::ptrdiff_t> embree_bytes{0};
   std::vector<StrandCurves> grooms;  ///< Embree and the filter point to these: they must not move
   std::vector<Surface> surfaces;
-  /// What Embree has found; nothing where it found none. key: of rays that leave it.
+  /// Converts what Embree found; nothing if it found no hit. key: the key of rays that leave the hit.
   std::optional<Hit> hit(const Ray& ray, const RTCRayHit& found, std::uint64_t key) const {
     if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     const float distance_cm = found.ray.tfar - start;
@@ -411,8 +411,8 @@ struct FiberScene::Implementation {
     return hit;
   }
 
-  bool sparse = false;  ///< strands of some groom have a presence
-  float start = 0;      ///< how far Embree's origin lies behind a ray's, cm
+  bool sparse = false;  ///< whether strands of some groom have a presence
+  float start = 0;      ///< distance of Embree's origin behind a ray's, cm
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
 };

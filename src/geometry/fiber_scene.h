@@ -20,8 +20,8 @@ struct Ray {
   glm::vec3 direction;  ///< unit
   /// The strand that the ray leaves, if there is one (ray_from sets both).
   std::uint32_t start_groom = no_index, start_strand = no_index;
-  bool from_camera = false;  ///< passes through meshes that the camera does not see (scene::Mesh::visible)
-  float time = 0;            ///< from the opening of the shutter, 0, to its closing, 1
+  bool from_camera = false;  ///< whether it passes through meshes that the camera does not see (scene::Mesh::visible)
+  float time = 0;            ///< 0 at the opening of the shutter, 1 at its closing
   /// Which strands are there for it, of those with a presence (scene::Groom::presence). drawn in [0, 1): it meets the
   /// first hit from its start up to which strands hide more than this share. Below 0: each place on a strand, as long
   /// as a segment, is there or not by the key, the direction and the place, alike for rays that are alike,
@@ -43,10 +43,10 @@ struct Hit {
   glm::vec3 u, v, w;
   std::uint32_t groom = no_index;  ///< index into Scene::grooms
   std::uint32_t strand = no_index;
-  float place = 0;        ///< on the strand, in segments from its root (scene::StrandSegments)
-  float time = 0;         ///< of the ray
-  std::uint64_t key = 0;  ///< of rays that leave it: from that of the ray and its direction
-  glm::vec3 way{0.0f};    ///< of what was met, from the opening of the shutter to its closing, cm
+  float place = 0;        ///< position on the strand, in segments from its root (scene::StrandSegments)
+  float time = 0;         ///< time of the ray
+  std::uint64_t key = 0;  ///< key of rays that leave it, from the key and direction of the ray
+  glm::vec3 way{0.0f};    ///< motion of the point that was hit, from the opening of the shutter to its closing, cm
   float lateral = 0;      ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
   /// The same over the half width w(phi) of the silhouette, in [-1, 1]: the h of fiber models, towards rising azimuth
   /// of the direction backwards.
@@ -84,12 +84,12 @@ struct TreeOptions {
   float pieces = 0;
 };
 
-/// Flat ribbons along B-splines or polygons (scene::Groom::linear) as wide as the elliptical silhouette, and triangles
-/// seen from both sides, for camera and shadow rays alike. A ribbon is met where the ray passes nearest to its axis,
-/// and only ahead of the ray's start; a bend of a polygon is filled on its outer side by a sector of the silhouette's
-/// width. The strand that a ray starts on (Ray::start_strand) is not met within two radii of the start, every other one
-/// is. What moves (scene::Groom::later, scene::Mesh::later) is met where it is at the ray's time. Where
-/// strands have a presence each hit on a segment is there with that probability, independently of what is before it.
+/// Flat ribbons along B-splines or polygons (scene::Groom::linear), as wide as the elliptical silhouette, and two-sided
+/// triangles, for camera and shadow rays alike. A ray hits a ribbon where it passes nearest to the axis, and only ahead
+/// of its start. A bend of a polygon is filled on its outer side by a sector of the silhouette's width. The strand on
+/// which a ray starts (Ray::start_strand) cannot be hit within two radii of the start; every other one can. Things that
+/// move (scene::Groom::later, scene::Mesh::later) are hit where they are at the ray's time. If strands have a presence,
+/// a ray hits each segment with that probability, independently of the segments before it.
 ///
 /// Built once; intersect and occluded: any thread.
 class FiberScene {

@@ -38,14 +38,14 @@ struct StrandCurves {
   std::vector<std::uint32_t> first_control;  ///< per segment
   std::vector<StrandSegment> segments;
   std::vector<std::uint32_t> first_segment;     ///< per strand of the groom, and the number of segments
-  const scene::Groom* with_presence = nullptr;  ///< the groom, where its strands have a presence
+  const scene::Groom* with_presence = nullptr;  ///< the groom, if its strands have a presence; else null
   /// Semi-axes of the control points before some were widened (scene::Image::least_width_px), at the shutter's opening;
   /// empty: none was.
   std::vector<float> own_axis;
   bool is_sparse = false;                                  ///< presence() is less than 1 somewhere
-  bool radii_change = false;                               ///< while the shutter is open
-  float least_eccentricity = 1;                            ///< of any strand
-  scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< of the groom
+  bool radii_change = false;                               ///< whether they change while the shutter is open
+  float least_eccentricity = 1;                            ///< the smallest of all strands
+  scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< basis of the groom
 
   std::vector<std::vector<glm::vec4>> later_control;     ///< at the later moments; empty if the groom does not move
   std::vector<std::vector<SegmentFrames>> later_frames;  ///< at the later moments, per segment
@@ -61,7 +61,7 @@ struct StrandCurves {
   /// How likely a ray is to meet the segment there, [0, 1]: the groom's presence times how much of the width is its
   /// own.
   float presence(std::uint32_t segment, float t) const;
-  /// Linear strands: the point of the axis.
+  /// For linear strands: the point of the axis.
   glm::vec3 axis(std::uint32_t segment, float t, float time) const;
   /// The motion of a place on the axis, in any basis, from the opening of the shutter to its closing, cm.
   glm::vec3 way(std::uint32_t segment, float t) const;

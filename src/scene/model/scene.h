@@ -93,12 +93,13 @@ struct Material {
   std::optional<double> curl_diameter_cm;
   bool twist = true;  ///< if false, the major axis stays in the rotation-minimising frame
   StrandVariation variation;
-  std::optional<glm::vec3> color;   ///< that a lock should show, which fiber.sigma_a was chosen for; linear RGB
-  std::optional<Pigment> pigment;   ///< instead of the fiber's sigma_a
-  std::optional<Source> roughness;  ///< instead of the fiber's, which is its middle; widths that are given follow
-  std::optional<Source> presence;   ///< how likely a ray is to meet what it comes to, [0, 1]; unset: 1
-  /// Widths are of a node's round fiber (`principled`, `chiang_hair_bsdf`), whose ranges are wider: those of strands
-  /// that leave theirs are taken for the nearest. The roughness, all but smooth, has no part in how they vary.
+  std::optional<glm::vec3> color;   ///< the lock's color, linear RGB, for which fiber.sigma_a was chosen
+  std::optional<Pigment> pigment;   ///< replaces the fiber's sigma_a
+  std::optional<Source> roughness;  ///< replaces the fiber's, which is its middle; given widths follow it
+  std::optional<Source> presence;   ///< the probability that a ray hits a segment on its way, [0, 1]; unset: 1
+  /// Whether the widths are those of a node's round fiber (`principled`, `chiang_hair_bsdf`), whose ranges are wider:
+  /// widths of strands that leave their range are clamped. The roughness, which is almost smooth, does not vary with
+  /// them.
   bool has_node_widths = false;
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: from a hash of the strand
 };
@@ -238,10 +239,10 @@ struct Groom {
   /// The file's id of a strand, or its index if the file has none.
   std::int64_t strand_id(std::uint32_t strand) const { return id.empty() ? std::int64_t{strand} : id[strand]; }
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
-  /// Of a strand; for the strand after the last the number of all stations.
+  /// The first station of a strand; for the strand after the last, the number of all stations.
   std::size_t first_station(std::uint32_t strand) const { return first_of(strand, stations_a_segment); }
-  /// Index into Scene::fibers of a strand at a place, in segments from its root. u: in [0, 1]; where it is uniform,
-  /// each of the two stations around the place counts by how near it is.
+  /// Index into Scene::fibers for a place on a strand, in segments from its root. u in [0, 1] chooses between the two
+  /// stations around the place; if it is uniform, the nearer one is more likely.
   std::uint32_t fiber_at(std::uint32_t strand, float place, float u) const {
     if (stations_a_segment == 0) return fiber[strand];
     const float along = place * static_cast<float>(stations_a_segment), whole = std::floor(along);

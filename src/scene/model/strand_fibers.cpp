@@ -103,8 +103,8 @@ StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t stran
   return draws;
 }
 
-/// Calls visit(place) for the stations of a strand, so many a segment, root first; once, without a place along it,
-/// where there are none. Lengths are those of the polygon of its points.
+/// Calls visit(place) for the stations of a strand, root first. If the strand has none, calls it once, without a place
+/// along the strand. Lengths are those of the polygon of its points.
 template <class Visit>
 void for_each_station(const Groom& groom, std::uint32_t strand, std::uint32_t stations_a_segment, std::uint64_t salt,
                       Visit&& visit) {
@@ -232,7 +232,7 @@ bool varies_along(const Groom& groom, const Source& source) {
   return source.varies_along(!groom.color.empty() && groom.color.size() == groom.points.size());
 }
 
-/// How many stations a segment has of strands that vary along their length.
+/// The number of stations in a segment of a strand that varies along its length.
 std::uint32_t usual_stations_of(const Groom& groom) {
   const StrandSegments segments(groom.basis);
   std::size_t all = 0;

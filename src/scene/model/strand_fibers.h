@@ -13,8 +13,8 @@ namespace tress::scene {
 /// A scene with more distinct fibers is refused.
 constexpr std::size_t most_fibers = 1024;
 
-/// Fills scene->fibers with the distinct fibers that the materials give to the strands of the grooms, and every
-/// groom's `fiber` and `presence`; says in scene->notes how many they are where they vary. Materials must be in range.
+/// Fills scene->fibers with the distinct fibers that the materials give to the strands of the grooms, and every groom's
+/// `fiber` and `presence`. If the fibers vary, their number is added to scene->notes. Materials must be in range.
 ///
 /// A strand's variation is a hash of the seed of the variation, the name of the material and the index of the strand;
 /// it depends neither on the order of grooms nor on the strand's place. Values that vary are rounded once, to either
