@@ -147,7 +147,7 @@ constexpr std::array table{
               "",
               "0",
               "strands that are seen thinner are drawn as wide and let the rest of the light through (`presence`), so "
-              "that fine hair flickers less; 0.5 to 1 is usual, 0 leaves strands as they are"},
+              "that alpha of sparse ones has less noise; 0 leaves strands as they are"},
     Parameter{"/image/transparent", "--transparent", flag, none, "", "", "false",
               "R, G, B have nothing of what is behind the hair, A is the share of it that the hair covers, and the PNG "
               "has it too; the backdrop is a layer of its own either way"},
