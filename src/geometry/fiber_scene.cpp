@@ -19,7 +19,8 @@
 namespace tress::geometry {
 namespace {
 
-/// A place on a strand that is there, or is not, as a whole: from a place on one segment to the same on the next.
+/// A stretch of a strand, from a place on one segment to the same place on the next, that is present or absent as a
+/// whole.
 /// Pieces of a ribbon overlap where they meet, at the inner side of a bend, and a ray may come to both. Embree has four
 /// to a segment: the ends are in the middle of a piece.
 struct Cell {
@@ -29,12 +30,12 @@ struct Cell {
   friend bool operator==(const Cell&, const Cell&) = default;
 };
 
-/// What a ray comes to of strands that are partly there, in any order, no further than it has to be known.
+/// The hits of a ray on strands with a presence, in any order, as far as they have to be known.
 class DrawnHits {
  public:
   explicit DrawnHits(float drawn) : drawn_(drawn) {}
 
-  /// Whether the ray ends here at the latest.
+  /// Adds a hit. Returns whether the ray ends there at the latest.
   bool add(const RTCHit& hit, const Cell& cell, float distance, float presence) {
     const auto same = std::ranges::find(all_, cell, &Entry::cell);
     const Entry entry{hit, cell, distance, presence};
@@ -48,7 +49,7 @@ class DrawnHits {
     std::erase_if(all_, [&](const Entry& other) { return other.distance > distance; });
     return true;
   }
-  /// The hit that was drawn, up to `limit`, with its distance; null: none.
+  /// The drawn hit, up to `limit`, with its distance; null if there is none.
   const RTCHit* choose(float limit, float* distance) {
     std::ranges::sort(all_, {}, &Entry::distance);
     float let_through = 1;
@@ -72,25 +73,25 @@ class DrawnHits {
   std::vector<Entry> all_;
 };
 
-/// What the filter knows of a ray. Embree hands back the first member.
+/// What the filter knows about a ray. Embree passes a pointer to the first member.
 struct RayQuery {
   embree::RayContext context;
   std::uint32_t start_groom, first_own, own_count;  ///< the segments of the strand that the ray leaves
   float start;                                      ///< distance from Embree's origin to where the ray starts
   bool from_camera;
   float time;
-  std::uint64_t key;           ///< draws which segments of little presence are there
-  DrawnHits* drawn = nullptr;  ///< of a ray that draws from front to back (Ray::drawn)
+  std::uint64_t key;           ///< decides which segments with a presence are hit
+  DrawnHits* drawn = nullptr;  ///< the hits of a ray that draws from front to back (Ray::drawn)
 };
 
-/// Alike whatever the order in which segments are looked at.
+/// The result does not depend on the order of the segments.
 bool is_met(const StrandCurves& curves, std::uint32_t segment, float t, std::uint64_t key) {
   const Cell cell(curves, segment, t);
   return RandomStream(key, std::uint64_t{cell.groom} << 32 | cell.strand, cell.index).next() <
          curves.presence(segment, t);
 }
 
-/// Of a ray that draws from front to back: whether it ends there at the latest.
+/// Whether a ray that draws from front to back ends there at the latest.
 bool ends_at(const StrandCurves& curves, const RTCFilterFunctionNArguments* arguments, unsigned int i,
              DrawnHits& drawn) {
   const unsigned int n = arguments->N;
@@ -227,7 +228,7 @@ RTCRayHit unmet(const Ray& ray, float start) {
   return found;
 }
 
-/// key: that of the ray, or anything where no strand has a presence.
+/// key: the ray's key; it is not used if no strand has a presence.
 RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, float start, std::uint64_t key) {
   RayQuery query;
   query.key = key;

@@ -22,10 +22,10 @@ struct Ray {
   std::uint32_t start_groom = no_index, start_strand = no_index;
   bool from_camera = false;  ///< whether it passes through meshes that the camera does not see (scene::Mesh::visible)
   float time = 0;            ///< 0 at the opening of the shutter, 1 at its closing
-  /// Which strands are there for it, of those with a presence (scene::Groom::presence). drawn in [0, 1): it meets the
-  /// first hit from its start up to which strands hide more than this share. Below 0: each place on a strand, as long
-  /// as a segment, is there or not by the key, the direction and the place, alike for rays that are alike,
-  /// independently for all others.
+  /// These two decide which strands with a presence (scene::Groom::presence) the ray hits. If `drawn` is in [0, 1), it
+  /// hits the first strand up to which strands hide more than this share. If it is below 0, a hash of the key, the
+  /// direction and the place decides for each stretch of a segment's length: equal rays hit the same stretches, and
+  /// others are independent.
   std::uint64_t key = 0;
   float drawn = -1;
 };

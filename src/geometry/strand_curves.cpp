@@ -107,7 +107,7 @@ class StrandAdder {
       axes_.push_back(std::max(0.0f, static_cast<float>(axis_per_radius * radius_cm[i])));
   }
 
-  /// Widens the axes where they are seen too thin, and keeps what they were as own_axis.
+  /// Widens axes that the camera sees too thin, and keeps their own widths as own_axis.
   void widen(const std::vector<glm::vec3>& p, float eccentricity) {
     std::vector<glm::vec4> own;
     add_control(p, own);
@@ -147,9 +147,9 @@ class StrandAdder {
   const scene::Image& image_;
   const scene::Camera& camera_;
   StrandCurves& curves_;
-  std::vector<std::uint32_t> drawn_;  ///< of the strand that is added
-  std::vector<float> axes_;           ///< major semi-axes there, cm
-  std::vector<float> widening_;       ///< factors of them; empty: no width is asked for
+  std::vector<std::uint32_t> drawn_;  ///< points of the strand that is being added
+  std::vector<float> axes_;           ///< major semi-axes at those points, cm
+  std::vector<float> widening_;       ///< factors of the axes; empty if there is no least width
 };
 
 KnotFrame between(const KnotFrame& a, const KnotFrame& b, float share) {

@@ -40,9 +40,9 @@ struct StrandCurves {
   std::vector<std::uint32_t> first_segment;     ///< per strand of the groom, and the number of segments
   const scene::Groom* with_presence = nullptr;  ///< the groom, if its strands have a presence; else null
   /// Semi-axes of the control points before some were widened (scene::Image::least_width_px), at the shutter's opening;
-  /// empty: none was.
+  /// empty if none was widened.
   std::vector<float> own_axis;
-  bool is_sparse = false;                                  ///< presence() is less than 1 somewhere
+  bool is_sparse = false;                                  ///< whether presence() is below 1 anywhere
   bool radii_change = false;                               ///< whether they change while the shutter is open
   float least_eccentricity = 1;                            ///< the smallest of all strands
   scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< basis of the groom
@@ -58,8 +58,8 @@ struct StrandCurves {
   FiberFrame frame(std::uint32_t segment, float t, const glm::vec3& tangent, float time) const;
   /// Major semi-axis on a segment, cm: interpolated as the strand is.
   float semi_axis(std::uint32_t segment, float t, float time) const;
-  /// How likely a ray is to meet the segment there, [0, 1]: the groom's presence times how much of the width is its
-  /// own.
+  /// The probability that a ray hits the segment there, [0, 1]: the groom's presence times its own width over the
+  /// widened one.
   float presence(std::uint32_t segment, float t) const;
   /// For linear strands: the point of the axis.
   glm::vec3 axis(std::uint32_t segment, float t, float time) const;
@@ -73,14 +73,14 @@ struct StrandCurves {
   std::size_t bytes() const;
 
  private:
-  /// Of the control points of a segment as the strand is; four or two of them.
+  /// The strand's own semi-axes at the control points of a segment, four or two.
   float interpolated(const std::array<float, 4>& a, float t) const;
   glm::vec4 control_at(std::uint32_t index, float time) const;
 };
 
 /// Strands with less than two distinct points, with fewer than their basis needs, or with a point that is not finite at
-/// any moment, have no segments. Where the scene has a least width, control points are widened to it as its camera sees
-/// them when the shutter opens, and at later moments by the same factors; a strand without any width stays so.
+/// any moment, have no segments. If the scene has a least width, control points are widened to it as its camera sees
+/// them when the shutter opens, and at later moments by the same factors; a strand of width 0 keeps it.
 StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index);
 
 }  // namespace tress::geometry

@@ -1,4 +1,4 @@
-// Layers of data for compositors that a picture has only if they are asked for: what was hit first, and which strand.
+// Layers of data for compositors, which a picture has on request only: the first hit, and the strand that was hit.
 #pragma once
 
 #include <algorithm>
@@ -18,27 +18,27 @@
 namespace tress::integrate {
 
 enum class DataLayer : std::uint8_t { position, strand_uv, strand_place, strand_id, strand_mattes };
-/// As the file has them, in the order above.
+/// The names of the layers in the file, in the order above.
 inline constexpr std::array<const char*, 5> data_layer_names{"P", "strand_uv", "strand_place", "strand_id",
                                                              "CryptoStrand"};
 
-/// Which of them are asked for.
+/// The set of requested layers.
 class DataLayers {
  public:
   bool has(DataLayer layer) const { return asked_[static_cast<std::size_t>(layer)]; }
-  /// Whether any is asked for that DataSums has: all but the mattes.
+  /// Whether a layer that DataSums has is requested: any except the mattes.
   bool has_sums() const {
     return std::any_of(asked_.begin(), asked_.end() - 1, [](bool asked) { return asked; });
   }
   bool has_any() const { return has_sums() || has(DataLayer::strand_mattes); }
-  /// False, and nothing is changed, where none has that name.
+  /// Requests a layer. False, without a change, if no layer has that name.
   bool ask(std::string_view name) {
     const auto found = std::find(data_layer_names.begin(), data_layer_names.end(), name);
     if (found == data_layer_names.end()) return false;
     asked_[static_cast<std::size_t>(found - data_layer_names.begin())] = true;
     return true;
   }
-  /// Of those that are asked for, in their order.
+  /// The names of the requested layers, in the order above.
   std::vector<std::string> names() const {
     std::vector<std::string> names;
     for (std::size_t i = 0; i < asked_.size(); ++i)
@@ -51,25 +51,24 @@ class DataLayers {
   std::array<bool, data_layer_names.size()> asked_{};
 };
 
-/// Of the first hit of a path that met something; set only where DataLayers asks for any.
+/// The first hit of a path that hit something; set only if DataLayers has any.
 struct DataHit {
   glm::vec3 position{0.0f};      ///< world, cm
-  bool on_strand = false;        ///< else all below is at its defaults
-  bool has_uv = false;           ///< the groom has root uv
-  glm::vec2 root_uv{0.0f};       ///< of the strand
-  float place = 0;               ///< along the strand: share of its length from the root, [0, 1]
+  bool on_strand = false;        ///< whether the hit is on a strand; if not, all members below have their defaults
+  bool has_uv = false;           ///< whether the groom has root uv
+  glm::vec2 root_uv{0.0f};       ///< root uv of the strand
+  float place = 0;               ///< place along the strand: share of its length from the root, [0, 1]
   std::int64_t strand = 0;       ///< the strand's id (scene::Groom::strand_id)
-  std::uint32_t matte_bits = 0;  ///< of its Cryptomatte id (strand_matte_bits); 0 where no mattes are asked for
+  std::uint32_t matte_bits = 0;  ///< bits of its Cryptomatte id (strand_matte_bits); 0 if mattes are not requested
 };
 
-/// Sums of DataHit over the paths of one pixel that met something. Trivially copyable: it is saved as it lies in
-/// memory.
+/// Sums of DataHit over the paths of one pixel that hit something. Trivially copyable: files have its bytes.
 struct DataSums {
   glm::dvec3 position{0.0};
   glm::dvec2 root_uv{0.0};
   double place = 0;
-  std::uint64_t on_strands = 0, with_uv = 0;  ///< paths in `place`, and in `root_uv`
-  /// Of the nearest hit on a strand; of equally near ones the least id, so that the order of paths does not matter.
+  std::uint64_t on_strands = 0, with_uv = 0;  ///< number of paths in `place` and in `root_uv`
+  /// The nearest hit on a strand. Of equally near ones it is the smallest id, so the order of paths does not matter.
   double nearest_cm = std::numeric_limits<double>::max();
   std::int64_t nearest_strand = 0;
 
