@@ -133,7 +133,9 @@ TEST(RoughRow, DrawsTheMixOfItsChannels) {
 TEST(RoughRow, IsFiniteAtTheBoundsOfRibbons) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const RibbonRow row = random_row(seed, true);
-    for (const glm::vec3& sigma_a : {glm::vec3(0.0f), brown, glm::vec3(1e4f)}) {
+    // Between them layers are left whose light is no normal number.
+    for (const glm::vec3& sigma_a :
+         {glm::vec3(0.0f), brown, glm::vec3(30, 60, 90), glm::vec3(130, 200, 400), glm::vec3(1e4f)}) {
       const Colored in_lanes(row, sigma_a);
       RandomStream random(seed);
       for (int i = 0; i < 200; ++i) {

@@ -83,6 +83,12 @@ struct Layer {
   }
 };
 
+// The value of a step where the largest value is `most`; 0 where that is too small for a normal number.
+HWY_INLINE float PerStep(float most) {
+  constexpr float least = 1e-33f;
+  return most > least ? most / most_steps : 0;
+}
+
 HWY_INLINE std::uint16_t StepsOf(float value, float per_unit) {
   return static_cast<std::uint16_t>(static_cast<int>(std::clamp(value * per_unit + 0.5f, 0.0f, most_steps)));
 }
@@ -92,7 +98,7 @@ template <std::size_t count>
 void Pack(Layer<count>& layer, std::array<PackedKnot, count>& packed, LayerUnits& units) {
   for (std::size_t c = 0; c < 3; ++c) {
     std::array<float, count>& density = layer.density[c];
-    const float most = std::ranges::max(density), unit = most / most_steps, per_unit = most > 0 ? most_steps / most : 0;
+    const float most = std::ranges::max(density), unit = PerStep(most), per_unit = unit > 0 ? 1 / unit : 0;
     for (std::size_t k = 0; k < count; ++k) {
       packed[k].steps[c] = StepsOf(density[k], per_unit);
       density[k] = unit * packed[k].steps[c];
@@ -100,12 +106,12 @@ void Pack(Layer<count>& layer, std::array<PackedKnot, count>& packed, LayerUnits
     units.density[static_cast<int>(c)] = unit;
   }
   const auto pack_law = [&](int lane, float RibbonKnot::* member, float from, float most, std::uint16_t least_steps) {
-    const float range = most - from, per_unit = range > 0 ? most_steps / range : 0;
+    const float unit = PerStep(most - from), per_unit = unit > 0 ? 1 / unit : 0;
     for (std::size_t k = 0; k < count; ++k) {
       packed[k].steps[static_cast<std::size_t>(4 + lane)] =
           std::max(StepsOf(layer.knots[k].*member - from, per_unit), least_steps);
     }
-    units.law[lane] = range / most_steps;
+    units.law[lane] = unit;
     units.law_from[lane] = from;
   };
   const auto range_of = [&](float RibbonKnot::* member) {
