@@ -14,9 +14,43 @@
 HWY_BEFORE_NAMESPACE();
 namespace tress {
 namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// exp(x) for x <= 87, relative error 2e-7; below -87 it returns exp(-87). Adding 1.5 2^23 rounds to an integer in the
+// low bits, which are then shifted into the exponent.
+template <class D>
+HWY_INLINE hn::Vec<D> ExpOf(D d, hn::Vec<D> x) {
+  const hn::Repartition<std::uint32_t, D> words;
+  const auto number = [d](float value) HWY_ATTR { return hn::Set(d, value); };
+  x = hn::Max(x, number(-87.0f));
+  const auto magic = number(12582912.0f), shifted = hn::MulAdd(x, number(1.44269504f), magic);
+  const auto k = hn::Sub(shifted, magic);
+  auto r = hn::NegMulAdd(k, number(0.693359375f), x);
+  r = hn::NegMulAdd(k, number(-2.12194440e-4f), r);
+  auto p = hn::MulAdd(number(1.0f / 720), r, number(1.0f / 120));
+  for (const float c : {1.0f / 24, 1.0f / 6, 0.5f, 1.0f, 1.0f}) p = hn::MulAdd(p, r, number(c));
+  return hn::BitCast(d, hn::Add(hn::BitCast(words, p), hn::ShiftLeft<23>(hn::BitCast(words, shifted))));
+}
+
+// ln x for a normal x > 0, by the method of natural_log() in base/logarithm.h: relative error 2e-7, also near x = 1.
+template <class D>
+HWY_INLINE hn::Vec<D> LogOf(D d, hn::Vec<D> x) {
+  const hn::RebindToSigned<D> i;
+  const auto number = [d](float value) HWY_ATTR { return hn::Set(d, value); };
+  const auto bits = hn::Sub(hn::BitCast(i, x), hn::Set(i, 0x3f3504f3));
+  const auto k = hn::ConvertTo(d, hn::ShiftRight<23>(bits));
+  const auto mantissa = hn::Add(hn::And(bits, hn::Set(i, 0x7fffff)), hn::Set(i, 0x3f3504f3));
+  const auto r = hn::Sub(hn::BitCast(d, mantissa), number(1)), z = hn::Mul(r, r);
+  auto p = hn::MulAdd(number(7.0376836292e-2f), r, number(-1.1514610310e-1f));
+  for (const float c : {1.1676998740e-1f, -1.2420140846e-1f, 1.4249322787e-1f, -1.6668057665e-1f, 2.0000714765e-1f,
+                        -2.4999993993e-1f, 3.3333331174e-1f})
+    p = hn::MulAdd(p, r, number(c));
+  const auto tail = hn::MulAdd(k, number(-2.12194440e-4f), hn::Mul(hn::Mul(r, z), p));
+  return hn::MulAdd(k, number(0.693359375f), hn::Add(hn::NegMulAdd(number(0.5f), z, tail), r));
+}
+
 namespace lanes16 {
 
-namespace hn = hwy::HWY_NAMESPACE;
 // Sixteen floats are one vector, or two, or four: code that works in blocks of 16 does the same on every machine.
 using Floats = hn::CappedTag<float, 16>;
 using Words = hn::Repartition<std::uint32_t, Floats>;
@@ -29,41 +63,8 @@ HWY_INLINE W SplatWord(std::uint32_t x) { return hn::Set(Words(), x); }
 HWY_INLINE W WordsOf(F x) { return hn::BitCast(Words(), x); }
 HWY_INLINE F FloatsOf(W x) { return hn::BitCast(Floats(), x); }
 
-// exp(x) for x <= 0, relative error 2e-7; below -87 it returns exp(-87). Adding 1.5 2^23 rounds to an integer in the
-// low bits, which are then shifted into the exponent.
-HWY_INLINE F Exp(F x) {
-  x = hn::Max(x, Splat(-87.0f));
-  const F magic = Splat(12582912.0f), shifted = hn::MulAdd(x, Splat(1.44269504f), magic);
-  const F k = hn::Sub(shifted, magic);
-  F r = hn::NegMulAdd(k, Splat(0.693359375f), x);
-  r = hn::NegMulAdd(k, Splat(-2.12194440e-4f), r);
-  F p = hn::MulAdd(Splat(1.0f / 720), r, Splat(1.0f / 120));
-  p = hn::MulAdd(p, r, Splat(1.0f / 24));
-  p = hn::MulAdd(p, r, Splat(1.0f / 6));
-  p = hn::MulAdd(p, r, Splat(0.5f));
-  p = hn::MulAdd(p, r, Splat(1.0f));
-  p = hn::MulAdd(p, r, Splat(1.0f));
-  return FloatsOf(hn::Add(WordsOf(p), hn::ShiftLeft<23>(WordsOf(shifted))));
-}
-
-// ln x for a normal x > 0, by the method of natural_log() in base/logarithm.h: relative error 2e-7, also near x = 1.
-HWY_INLINE F Log(F x) {
-  const hn::RebindToSigned<Words> i;
-  const auto bits = hn::Sub(hn::BitCast(i, x), hn::Set(i, 0x3f3504f3));
-  const F k = hn::ConvertTo(Floats(), hn::ShiftRight<23>(bits));
-  const auto mantissa = hn::Add(hn::And(bits, hn::Set(i, 0x7fffff)), hn::Set(i, 0x3f3504f3));
-  const F r = hn::Sub(hn::BitCast(Floats(), mantissa), Splat(1)), z = hn::Mul(r, r);
-  F p = hn::MulAdd(Splat(7.0376836292e-2f), r, Splat(-1.1514610310e-1f));
-  p = hn::MulAdd(p, r, Splat(1.1676998740e-1f));
-  p = hn::MulAdd(p, r, Splat(-1.2420140846e-1f));
-  p = hn::MulAdd(p, r, Splat(1.4249322787e-1f));
-  p = hn::MulAdd(p, r, Splat(-1.6668057665e-1f));
-  p = hn::MulAdd(p, r, Splat(2.0000714765e-1f));
-  p = hn::MulAdd(p, r, Splat(-2.4999993993e-1f));
-  p = hn::MulAdd(p, r, Splat(3.3333331174e-1f));
-  const F tail = hn::MulAdd(k, Splat(-2.12194440e-4f), hn::Mul(hn::Mul(r, z), p));
-  return hn::MulAdd(k, Splat(0.693359375f), hn::Add(hn::NegMulAdd(Splat(0.5f), z, tail), r));
-}
+HWY_INLINE F Exp(F x) { return ExpOf(Floats(), x); }
+HWY_INLINE F Log(F x) { return LogOf(Floats(), x); }
 
 // Sine and cosine of a fraction of a turn in [0, 1], error 1e-7 (Cephes).
 HWY_INLINE void SineAndCosineOfTurns(F turns, F& sine, F& cosine) {

@@ -3,13 +3,29 @@
 #include <cmath>
 
 namespace tress::fiber {
+namespace {
+
+constexpr std::size_t steps = ColoredDecays::steps;
+
+/// The laws with a first decay of 1/e, by the step of their ratio.
+const std::array<adaptive::GammaDecay, steps + 1>& laws() {
+  static const auto all = [] {
+    std::array<adaptive::GammaDecay, steps + 1> made;
+    for (std::size_t i = 0; i <= steps; ++i) {
+      const float ratio = 1 + (ColoredDecays::most_ratio - 1) * static_cast<float>(i) / static_cast<float>(steps);
+      made[i] = adaptive::GammaDecay::from({std::exp(-1.0f), std::exp(-ratio)});
+    }
+    return made;
+  }();
+  return all;
+}
+
+}  // namespace
 
 ColoredDecays::ColoredDecays(const glm::vec3& sigma_a) {
-  for (std::size_t i = 0; i <= steps; ++i) {
-    const float ratio = 1 + (most_ratio - 1) * static_cast<float>(i) / static_cast<float>(steps);
-    const adaptive::GammaDecay decay = adaptive::GammaDecay::from({std::exp(-1.0f), std::exp(-ratio)});
-    for (std::size_t c = 0; c < 3; ++c)
-      by_ratio_[c][i] = decay.shape * std::log1p(decay.scale * sigma_a[static_cast<int>(c)]);
+  for (std::size_t c = 0; c < by_ratio_.size(); ++c) {
+    const float rate = sigma_a[static_cast<int>(c)];
+    for (std::size_t i = 0; i <= steps; ++i) by_ratio_[c][i] = laws()[i].shape * std::log1p(laws()[i].scale * rate);
   }
 }
 

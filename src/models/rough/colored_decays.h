@@ -11,8 +11,7 @@ namespace tress::fiber {
 
 /// GammaDecay::at() of the three channels of one sigma_a (1 / fiber radius), by a table: -ln of it over -ln of the
 /// first decay depends on the ratio of the logarithms of both decays alone. A packed row has 256 such ratios, at equal
-/// steps, and the table has an entry for each; between them it is linear. Relative error 2e-5 of the logarithm where a
-/// row has its codes. Immutable; any thread.
+/// steps, and the table has an entry for each; between them it is linear. Immutable; any thread.
 class ColoredDecays {
  public:
   explicit ColoredDecays(const glm::vec3& sigma_a);

@@ -83,8 +83,8 @@ struct Layer {
   }
 };
 
-// The value of a step where the largest value is `most`; 0 where that is too small for a normal number.
-HWY_INLINE float PerStep(float most) {
+// The value of one step if the largest value is `most`; 0 if that is too small for a normal number.
+HWY_INLINE float UnitOf(float most) {
   constexpr float least = 1e-33f;
   return most > least ? most / most_steps : 0;
 }
@@ -98,7 +98,7 @@ template <std::size_t count>
 void Pack(Layer<count>& layer, std::array<PackedKnot, count>& packed, LayerUnits& units) {
   for (std::size_t c = 0; c < 3; ++c) {
     std::array<float, count>& density = layer.density[c];
-    const float most = std::ranges::max(density), unit = PerStep(most), per_unit = unit > 0 ? 1 / unit : 0;
+    const float most = std::ranges::max(density), unit = UnitOf(most), per_unit = unit > 0 ? 1 / unit : 0;
     for (std::size_t k = 0; k < count; ++k) {
       packed[k].steps[c] = StepsOf(density[k], per_unit);
       density[k] = unit * packed[k].steps[c];
@@ -106,7 +106,7 @@ void Pack(Layer<count>& layer, std::array<PackedKnot, count>& packed, LayerUnits
     units.density[static_cast<int>(c)] = unit;
   }
   const auto pack_law = [&](int lane, float RibbonKnot::* member, float from, float most, std::uint16_t least_steps) {
-    const float unit = PerStep(most - from), per_unit = unit > 0 ? 1 / unit : 0;
+    const float unit = UnitOf(most - from), per_unit = unit > 0 ? 1 / unit : 0;
     for (std::size_t k = 0; k < count; ++k) {
       packed[k].steps[static_cast<std::size_t>(4 + lane)] =
           std::max(StepsOf(layer.knots[k].*member - from, per_unit), least_steps);
