@@ -105,9 +105,11 @@ def draw(found, path):
     import matplotlib
     matplotlib.use("Agg")
     from matplotlib import pyplot
-    figure, axes = pyplot.subplots(1, 3, figsize=(12, 3.6))
-    panels = (("cold", "pixel", "Cold over warm, pixels"), ("cold", "blocks", "Cold over warm, blocks of 8 x 8"),
-              ("off", "pixel", "Without rows over warm, pixels"))
+    panels = [("cold", "pixel", "Cold over warm, pixels"), ("cold", "blocks", "Cold over warm, blocks of 8 x 8"),
+              ("off", "pixel", "Without rows over warm, pixels")]
+    panels = [panel for panel in panels if any(f"{panel[0]}_over_warm" in one for one in found)]
+    figure, axes = pyplot.subplots(1, len(panels), figsize=(4 * len(panels), 3.6), squeeze=False)
+    axes = axes[0]
     for axis, (way, measure, title) in zip(axes, panels):
         for index, scene in enumerate(SCENES):
             ones = [one for one in found if one["scene"] == scene and f"{way}_over_warm" in one]
@@ -120,9 +122,10 @@ def draw(found, path):
         axis.set_xticks([4, 16, 64], ["4", "16", "64"])
         axis.set_xlabel("samples a pixel")
         axis.set_title(title, fontsize=9)
+        if way == "off":
+            axis.set_yscale("log")
     axes[0].set_ylabel("CPU x noise^2, relative")
     axes[0].legend(fontsize=7, frameon=False)
-    axes[2].set_yscale("log")
     figure.tight_layout()
     figure.savefig(path, dpi=110)
 
