@@ -28,7 +28,7 @@ class BiasAuditor {
   /// pixels are not noise.
   MeasuredBias measured(const Film& film) const;
 
-  /// As Film::sections() and Film::set_sections().
+  /// The state as named bytes, with the rules of Film::sections() and Film::set_sections().
   std::pair<std::string, std::string_view> section() const;
   bool set_section(const std::map<std::string, std::string>& sections);
 

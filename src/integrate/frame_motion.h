@@ -15,7 +15,7 @@ class FrameMotion {
  public:
   /// The next frame is Scene::next; without one, the camera and turntables rest.
   explicit FrameMotion(const scene::Scene& scene);
-  /// As above, at this time of the shutter, [0, 1], in both frames.
+  /// The motion of points at this time of the shutter, [0, 1], in both frames.
   FrameMotion(const scene::Scene& scene, float time);
 
   /// Motion of a point of a groom or mesh. world: cm. way: its movement while the shutter is open, cm, which goes on
