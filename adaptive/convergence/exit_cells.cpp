@@ -5,7 +5,7 @@
 #include <numbers>
 #include <span>
 
-// Compiled once for every instruction set by foreach_target; the machine chooses on the first call.
+// foreach_target compiles the file once per instruction set; the first call chooses one for the machine.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "convergence/exit_cells.cpp"
 #include <hwy/foreach_target.h>
@@ -33,7 +33,7 @@ HWY_INLINE F Beyond(F x) {
   return hn::Mul(hn::Mul(p, t), ExpOf(hn::Neg(hn::Mul(x, x))));
 }
 
-// A layer at an exit: the mass of it below x, its density there, and of that the part below t.
+// A layer at an exit: its mass below x, its density at x, and the part of that density below t.
 struct LayerShares {
   F below_azimuth, density, below_height;
 };
@@ -115,11 +115,12 @@ static_assert(Ribbon::main_knots == 32 && Ribbon::broad_knots == 8);
 
 namespace {
 
-/// Segments of a layer by number of the knot before them; with room for one more, that from -pi to the first knot.
+/// Writes the segments of a layer, by the number of the knot before them. If `out` has room for one more, it also gets
+/// the segment from -pi to the first knot.
 void write_segments(std::span<const RibbonKnot> knots, std::span<CellTables::Segment> out) {
   constexpr double pi = std::numbers::pi;
   const std::size_t count = knots.size();
-  double below = 0, cut = 0;  // cut: what is between the first knot and -pi, on the way round
+  double below = 0, cut = 0;  // cut: mass from the first knot to -pi, on the way round the circle
   for (std::size_t k = 0; k < count; ++k) {
     const RibbonKnot &a = knots[k], &b = knots[(k + 1) % count];
     const double x0 = static_cast<double>(a.azimuth);
@@ -143,7 +144,7 @@ void write_segments(std::span<const RibbonKnot> knots, std::span<CellTables::Seg
     }
     below += width * (density + 0.5 * more);
   }
-  const double from_cut = below - cut;  // from -pi to the first knot
+  const double from_cut = below - cut;  // mass from -pi to the first knot
   if (out.size() > count) {
     out[count] = out[count - 1];
     out[count].x0 -= static_cast<float>(2 * pi);

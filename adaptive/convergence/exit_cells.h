@@ -1,4 +1,4 @@
-// Finds the cells of distribution functions in which exits fall, many at once.
+// Finds the cells of distribution functions into which exits fall, many at once.
 #pragma once
 
 #include <array>
@@ -13,15 +13,16 @@ namespace tress::adaptive {
 struct CellTables {
   static constexpr std::size_t parts = RibbonRow::most_parts;
   static constexpr std::size_t main_segments = Ribbon::main_knots + 1;  ///< the last: from -pi to the first knot
-  /// All but width and below linear along the segment: at its begin, and how much more at its end.
+  /// All values but width and below are linear along the segment. They are given at its start; `more_` is the
+  /// difference to its end.
   struct Segment {
     float x0, inverse_width, below, width;  ///< below: the mass of the layer from -pi to the segment
     float density, more_density, mode, more_mode, scale_below, more_below, scale_above, more_above;
   };
-  alignas(32) std::array<float, parts * Ribbon::main_knots> azimuth{};  ///< of the main knots
+  alignas(32) std::array<float, parts * Ribbon::main_knots> azimuth{};  ///< azimuths of the main knots
   std::array<Segment, parts * main_segments> main{};
   std::array<Segment, parts * Ribbon::broad_knots> broad{};
-  std::array<float, parts> is_normal{};  ///< 1: the main layer's law
+  std::array<float, parts> is_normal{};  ///< 1 if the main layer's heights are normally distributed, else 0
 
   void set(std::size_t part, const Ribbon& ribbon);
 };

@@ -8,8 +8,8 @@
 namespace tress::adaptive {
 namespace {
 
-/// A cell's variance is taken for that of its own sets, three degrees of freedom, and, by so many more, for that of the
-/// light of its part: of its own alone a cell that few exits meet tells next to nothing.
+/// Degrees of freedom that a cell's variance borrows from the other cells of its part, beside the three of its own
+/// sets. The sets alone say almost nothing about a cell that few exits meet.
 constexpr double pooled_freedom = 9;
 
 }  // namespace
@@ -65,8 +65,8 @@ void HeldOutCells::add(const HeldOutCells& other) {
 }
 
 SampledTest HeldOutCells::result() const {
-  // Of one cell, with the mean m over the sets and their variance v: the mean of the products of two sets is
-  // m^2 - v/sets. Its variance is 4 m^2 v/sets + 2 v^2/(sets (sets - 1)) over the true m and v.
+  // Let one cell have the mean m over the sets and the variance v. The mean of the products of two sets is then
+  // m^2 - v/sets, with the variance 4 m^2 v/sets + 2 v^2/(sets (sets - 1)) for the true m and v.
   constexpr double n = sets, own_freedom = n - 1, freedom = own_freedom + pooled_freedom;
   constexpr double square_of_own = 1 + 2 * own_freedom / (freedom * freedom);  // mean of v^2 over its true value
   struct Cell {
@@ -93,8 +93,8 @@ SampledTest HeldOutCells::result() const {
     if (!(light_expected > 0)) continue;
     const auto [mean, v] = found[cell];
     const double off = mean - light_expected, square = (off * off - v / n) * per_mass;
-    // Variance goes with light: with what was found, and with what is expected. The product of both has no bias where
-    // the row is right; where it is not, the misfit's share is the larger one.
+    // Variance is proportional to light, found or expected. The product of both estimates has no bias where the row is
+    // right; where it is not, the misfit's share is larger.
     const double per_light = light[part] > 0 ? pooled_freedom * variance[part] / light[part] : 0;
     const double by_found = (own_freedom * v + per_light * mean) / freedom,
                  by_expected = (own_freedom * v + per_light * light_expected) / freedom;
@@ -103,8 +103,8 @@ SampledTest HeldOutCells::result() const {
     of_misfit += 4 * square * by_found / n * per_mass;
     of_noise += 2 * by_found * by_expected / (square_of_own * n * (n - 1)) * per_mass * per_mass;
   }
-  // Cells share the paths: what a path brings to the sum has this mean, whose square is no variance. The square of an
-  // error is told without bias, and so its sum over cells: that alone is held at 0 or above.
+  // Cells share the paths: the contribution of a path to the sum has this mean, whose square is not variance. The
+  // estimate of a squared error has no bias, nor has its sum over cells; only that sum is held at 0 or above.
   of_misfit -= 4 * (sum + brighter) * (sum + brighter) / (n * paths);
   return {sum, std::sqrt(std::max(of_misfit, 0.0) + of_noise)};
 }

@@ -11,7 +11,7 @@ bool StopTest::run(const Options& options, const std::function<double()>& known)
   const Moments scores = scores_.moments();
   if (scores.count < options.scores_per_test()) return false;
   scores_.clear();
-  // Rounded to what a cache stores, so that the stored bound passes wherever this one does.
+  // The bound is rounded to the float that a cache stores, so that the stored bound passes whenever this one does.
   bound_ = static_cast<float>(scores.mean + 2 * standard_error(scores));
   last_failed_ = !(bound_ <= options.epsilon);
   overruled_ = false;

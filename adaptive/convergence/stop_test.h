@@ -1,4 +1,4 @@
-// When a row is converged: the one test that judges every learner (ESTIMATOR.md, E3).
+// The test of whether a row has converged, the same for every learner (ESTIMATOR.md, E3).
 #pragma once
 
 #include <cstdint>
@@ -9,48 +9,48 @@
 
 namespace tress::adaptive {
 
-/// m.variance() as the standard error of the mean.
+/// The standard error of the mean of m.
 double standard_error(const Moments& m);
 
-/// The running objective of one row. Scores are of fits that did not know them: azimuths drawn from the proposal of the
-/// fit that they score, after it was made.
+/// The running objective of one row. A fit is scored only on azimuths that were drawn from its own proposal after it
+/// was made, so it was not fitted to them.
 class StopTest {
  public:
   enum class Verdict : std::uint8_t { undecided, converged, refused };
 
-  /// failed: tests that the row failed in an earlier life.
+  /// failed: number of tests that the row failed before it was reopened.
   explicit StopTest(std::uint32_t failed = 0) : failed_(failed) {}
 
-  /// Scores an azimuth drawn with density q: residual = g - f there, variation as of TracedNodes. Any thread.
+  /// Scores an azimuth that was drawn with density q. residual: g - f there. variation: as in TracedNodes. Thread-safe.
   void add(double residual, double q, double variation) { scores_.add(residual * residual / (q * variation)); }
   std::uint64_t scores() const { return scores_.count(); }
 
-  /// Tests and clears the scores. False, and nothing done, while there are too few. Not beside add().
-  /// known: the most that the relative squared L2 error can be, asked where the scores alone would end the row. It must
-  /// be within epsilon too: a region that the proposal hardly draws from may be wrong without any score seeing it.
+  /// Tests the scores and clears them. Does nothing and returns false while there are too few. Not during add().
+  /// known: returns an upper bound of the relative squared L2 error; called if the scores alone would end the row. It
+  /// must be within epsilon too, because the scores miss errors where the proposal hardly draws.
   bool run(const Options& options, const std::function<double()>& known);
 
-  /// The verdict on an error that is known, as relative squared L2, not sampled: converged if it is at most epsilon,
-  /// else refused, which counts as one failed test. Not beside add().
+  /// Sets the verdict by a known relative squared L2 error, without samples: converged if it is at most epsilon, else
+  /// refused, which counts as one failed test. Not during add().
   void judge(double objective, const Options& options);
 
   Verdict verdict() const { return verdict_; }
-  /// Of the last test, as a cache stores it; once converged, the largest of the tests that were passed. Relative
-  /// squared L2; negative before the first test.
+  /// Bound of the last test on the relative squared L2 error, as a cache stores it; negative before the first test.
+  /// Once converged, it is the largest bound of the tests that were passed.
   float bound() const { return bound_; }
   bool last_failed() const { return last_failed_; }
   /// Whether the scores of the last test passed and the known error did not.
   bool overruled() const { return overruled_; }
   std::uint32_t failed() const { return failed_; }
 
-  /// All that it is, as plain data, and back: what it then does is the same to the bit. Not beside add().
+  /// The whole object as plain data. A restored object behaves the same to the bit. Not during add().
   struct State {
     FixedMoments<2>::Words scores{};
     Verdict verdict = Verdict::undecided;
     float bound = -1;
     float largest_passed = 0;  ///< largest bound of the present run of passed tests
-    std::uint32_t passed = 0;  ///< length of that run
-    std::uint32_t failed = 0;  ///< in all
+    std::uint32_t passed = 0;  ///< number of tests in that run
+    std::uint32_t failed = 0;  ///< failed tests in all
     bool last_failed = false;
     bool overruled = false;
   };
@@ -58,8 +58,8 @@ class StopTest {
   void set_state(const State& state);
 
  private:
-  FixedMoments<2> scores_;  ///< of min(4, r^2/(q L)), since the last test
-  // The same as in State.
+  FixedMoments<2> scores_;  ///< moments of min(4, r^2/(q L)) since the last test
+  // The rest has the meaning that it has in State.
   Verdict verdict_ = Verdict::undecided;
   float bound_ = -1;
   float largest_passed_ = 0;

@@ -153,7 +153,7 @@ class MixtureFitter {
   }
 
   // Matching pursuit: adds the symmetric component that explains most, at one of the largest positive residuals. Empty
-  // if there is none.
+  // without such a residual.
   State pursue(const State& state) {
     problem_.objective(state.parameters, f_);
     const auto n = static_cast<std::size_t>(problem_.size());
@@ -178,7 +178,7 @@ class MixtureFitter {
     return best;
   }
 
-  // Splits the component that contributes most of the squared error. Empty if there is none.
+  // Splits the component that contributes most of the squared error. Empty if no component can be split.
   State split(const State& state) {
     problem_.objective(state.parameters, f_);
     double worst_error = 0;

@@ -1,4 +1,4 @@
-// The memory of what is made of rows: lines of 64 bytes, side by side.
+// Memory for what forms make of rows, in lines of 64 bytes.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +9,14 @@
 
 namespace tress::adaptive {
 
-/// Owns all that it has given, to its end. Any thread.
+/// Owns every block until it is destroyed. Thread-safe.
 class BlockStore {
  public:
   static constexpr std::size_t line_bytes = 64;
-  /// What a block of so many bytes takes.
+  /// The bytes that a block of this size takes: whole lines.
   static constexpr std::size_t rounded(std::size_t bytes) { return (bytes + line_bytes - 1) / line_bytes * line_bytes; }
 
-  /// bytes: rounded(), > 0.
+  /// Returns a block. bytes: > 0, from rounded().
   void* take(std::size_t bytes) {
     const std::size_t lines = bytes / line_bytes;
     const std::scoped_lock lock(mutex_);
@@ -37,7 +37,7 @@ class BlockStore {
     used_lines_ += lines;
     return memory;
   }
-  /// The memory is used again by the next block of as many bytes.
+  /// Keeps the block for the next take() of the same size. bytes: as given to take().
   void give_back(void* memory, std::size_t bytes) {
     const std::scoped_lock lock(mutex_);
     free_[bytes / line_bytes].push_back(memory);
@@ -50,8 +50,8 @@ class BlockStore {
   static constexpr std::size_t chunk_lines = 512;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Line[]>> chunks_, large_;
-  std::size_t used_lines_ = chunk_lines;            ///< of the last chunk
-  std::map<std::size_t, std::vector<void*>> free_;  ///< by their number of lines
+  std::size_t used_lines_ = chunk_lines;            ///< in the last chunk
+  std::map<std::size_t, std::vector<void*>> free_;  ///< returned blocks by their number of lines
 };
 
 }  // namespace tress::adaptive

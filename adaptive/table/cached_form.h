@@ -1,4 +1,4 @@
-// A row as a cache has it.
+// The form in which a cache stores a row.
 #pragma once
 
 #include "table/row.h"
@@ -6,9 +6,9 @@
 
 namespace tress::adaptive {
 
-/// What a cache held of a row that is not converged, if it was to be answered at a larger epsilon; else null.
+/// The cached row from which an open row started: it had converged, at a larger epsilon. Null for other rows.
 const CachedRow* earlier_of(const Row& row);
-/// slot: of the row. Refused rows as open ones; where there is an earlier_of(), that.
+/// Returns earlier_of(row) if there is one; otherwise the row as it is now, refused rows as open. slot: the row's own.
 CachedRow cached_form(const Row& row, const Slot& slot);
 
 }  // namespace tress::adaptive

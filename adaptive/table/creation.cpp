@@ -1,4 +1,4 @@
-// Births: which nodes get a row, in which order, and what a new row starts with.
+// Creation of rows: which nodes get a row, in which order, and what a new row starts with.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -10,8 +10,8 @@ namespace tress::adaptive {
 namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
-constexpr std::size_t batch = 256;         // candidates traced before memory is asked again
-constexpr std::uint32_t audit_one_in = 8;  // of the converged rows of a cache, chosen by key
+constexpr std::size_t batch = 256;         // candidates traced between two checks of memory
+constexpr std::uint32_t audit_one_in = 8;  // one converged row of a cache in so many is audited, chosen by key
 
 }  // namespace
 
@@ -52,7 +52,7 @@ bool Service::Table::outdated(const Row& row) const {
   }
   const double objective =
       pairs.empty() ? 0 : sum * two_pi / (static_cast<double>(pairs.size()) * row.learning->nodes->variation());
-  return objective > epsilon_of(row.slice, row.node, row.energy) / 4;  // what a fit is to reach on its pairs
+  return objective > epsilon_of(row.slice, row.node, row.energy) / 4;  // the error that a fit must reach on its pairs
 }
 
 Service::Table::Outcome Service::Table::settle(Row& row) const {
@@ -98,7 +98,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
   bool room = true;
   for (std::size_t start = 0; start < candidates.size() && room; start += batch) {
     const std::size_t end = std::min(start + batch, candidates.size());
-    // Stop before tracing what cannot fit even without rays.
+    // Stops before tracing rows that would not fit in memory even without rays.
     std::size_t traced_end = start;
     for (std::size_t least = bytes_; traced_end < end; ++traced_end) {
       least += bytes_needed(candidates[traced_end]);
@@ -117,7 +117,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
     std::vector<std::size_t> sizes;
     for (std::size_t i = start; i < traced_end; ++i) {
       Candidate& one = candidates[i];
-      if (!one.nodes && needs_nodes(one)) continue;  // the target cannot tell them
+      if (!one.nodes && needs_nodes(one)) continue;  // the target could not trace them
       const std::size_t size = bytes_needed(one);
       if (bytes_ + size > options_.memory_bytes) {
         room = false;
@@ -139,7 +139,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       Row& row = rows_[first + i];
       show(row, outcomes[i]);
       slices_[row.slice]->stored.erase(row.node);
-      bytes_ = bytes_ - sizes[i] + bytes_of(row);  // its learner may be done with it already
+      bytes_ = bytes_ - sizes[i] + bytes_of(row);  // settle() may have ended its learning
       changes_.push_back({row.slice, row.node, state_of(row)});
       report.g_evaluations += outcomes[i].g_evaluations;
       report.refits += outcomes[i].refits;

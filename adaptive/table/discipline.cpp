@@ -1,4 +1,4 @@
-// Whether a host keeps to the passes: what is told of calls outside of their time, and of nodes that are not there.
+// Checks of a host's calls: errors for calls at the wrong time and for nodes that do not exist.
 #include <string>
 #include <utility>
 

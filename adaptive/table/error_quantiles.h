@@ -1,5 +1,4 @@
-// Quantiles of errors that come one by one and stay: counted by value, so that a table of any size keeps a few
-// thousand.
+// Quantiles of a growing set of errors. Equal values are counted, so a table of any size keeps a few thousand values.
 #pragma once
 
 #include <algorithm>
@@ -10,24 +9,23 @@
 
 namespace tress::adaptive {
 
-/// Values are kept to 2^-7 of themselves, rounded up, within [1e-12, 1e6]. The order in which they come does not
-/// matter.
+/// Values are clamped to [1e-12, 1e6] and rounded up, by at most 2^-7 of themselves. Their order does not matter.
 class ErrorQuantiles {
  public:
-  /// Finite, >= 0.
+  /// error: finite, >= 0.
   void add(double error) {
     const auto value = static_cast<float>(std::clamp(error, 1e-12, 1e6));
     ++count_of_[(std::bit_cast<std::uint32_t>(value) + 0xffffu) & ~0xffffu];
     ++count_;
   }
   std::uint64_t count() const { return count_; }
-  /// How many there are of each value, by its bits; and back.
+  /// The number of errors of each value, by the bits of the float; add_counted() restores them.
   const std::map<std::uint32_t, std::uint64_t>& counts() const { return count_of_; }
   void add_counted(std::uint32_t bits, std::uint64_t count) {
     count_of_[bits] += count;
     count_ += count;
   }
-  /// Smallest value that at least this share of them does not exceed; 0 if there is none.
+  /// The smallest value that at least this share of the errors does not exceed; 0 if there are no errors.
   double quantile(double share) const {
     const double rank = std::max(1.0, std::ceil(share * static_cast<double>(count_)));
     std::uint64_t below = 0;
@@ -39,7 +37,7 @@ class ErrorQuantiles {
   }
 
  private:
-  std::map<std::uint32_t, std::uint64_t> count_of_;  ///< by the bits of the value, which order as it does
+  std::map<std::uint32_t, std::uint64_t> count_of_;  ///< by the bits of the value, which sort as the values do
   std::uint64_t count_ = 0;
 };
 

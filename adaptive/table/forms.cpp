@@ -1,4 +1,4 @@
-// What is made of rows: on first touch, whichever thread is first, and dropped when its row changes.
+// Answers that forms make of rows. The first thread that needs one makes it; it is dropped when its row changes.
 #include <new>
 #include <string>
 #include <utility>
@@ -35,10 +35,10 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
   const bool is_there = rows.slice_ < slices_.size() && node < rows.height_ * rows.width_ &&
                         node < slices_[rows.slice_]->description.node_count();
   if ((!is_there || options_.check_passes) && is_misuse("fetch", rows.slice_, node)) return found;
-  if (!is_there) return found;  // of another service
+  if (!is_there) return found;  // the rows belong to another service
   Slice& slice = *slices_[rows.slice_];
   RowEntry* entry = rows.stride_ != 0 ? &rows.entries_[node] : nullptr;
-  if (entry != nullptr && entry->get()) {  // another thread was first
+  if (entry != nullptr && entry->get()) {  // another thread has made it
     found.answer = entry->get();
     found.row = bare_view(RowState::converged, rows.slice_, node);
     count_formed(found.answer.has_row() ? 1 : 0, found.answer.has_converged() ? 1 : 0);
@@ -63,12 +63,13 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
     row.pass = pass_;
   }
   if (slice.is_sampled() && entry != nullptr) {
-    // Only whether it was asked: how often a form is made anew depends on threads and room, and paths go by queries.
+    // Counts only whether the node was queried. How often a form is made again depends on threads and memory, but the
+    // number of paths must not: it follows from the queries.
     std::uint32_t none = 0;
     const bool is_first = slot.queries.compare_exchange_strong(none, 1, std::memory_order_relaxed);
     if (!is_first) count_formed(1, row.state == RowState::converged ? 1 : 0);
   } else {
-    slot.queries.fetch_add(1, std::memory_order_relaxed);  // where it shows that the row was asked, and may be audited
+    slot.queries.fetch_add(1, std::memory_order_relaxed);  // shows that the row is in use and may be audited
   }
   found.row = bare_view(row.state, rows.slice_, node);
   found.row.row = row.row;
@@ -93,7 +94,7 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
     const std::scoped_lock lock(made_mutex_);
     forms_[form_of(rows)].made.push_back({block, size, node});
   } else {
-    formed_bytes_.fetch_sub(size, std::memory_order_relaxed);  // another thread was first: the same bytes
+    formed_bytes_.fetch_sub(size, std::memory_order_relaxed);  // another thread has written the same bytes
     blocks_.give_back(block, size);
   }
   return found;

@@ -1,4 +1,4 @@
-// A host's target of samples as the table asks it: what it throws becomes draws that no row is learned from.
+// Wraps the target of samples of a host. Where it throws, the draws are invalid, and no row is learned from them.
 #pragma once
 
 #include <exception>
@@ -12,7 +12,7 @@
 
 namespace tress::adaptive {
 
-/// What is thrown is told, and nothing leaves. Any thread.
+/// Makes the call and passes anything that it throws to `tell`. Returns false if it threw. Thread-safe.
 template <class Call>
 bool calls_without_throwing(const char* what, const std::function<void(Error)>& tell, Call&& call) {
   try {
@@ -28,7 +28,7 @@ bool calls_without_throwing(const char* what, const std::function<void(Error)>& 
 
 class GuardedSamples final : public SampledTarget {
  public:
-  /// target: outlives it. tell: called from any thread.
+  /// target: must outlive this object. tell: takes the errors, from any thread.
   GuardedSamples(const SampledTarget& target, std::function<void(Error)> tell)
       : target_(target), tell_(std::move(tell)) {}
   std::uint32_t parts(const SliceDescription& slice) const override {

@@ -1,4 +1,4 @@
-// How far rows of samples are from the paths that the host drew itself.
+// Tests rows of samples against the paths that the host drew itself.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace tress::adaptive {
 namespace {
 
-constexpr std::size_t least_paths = 64;  ///< of a node: of fewer a test tells nothing
+constexpr std::size_t least_paths = 64;  ///< per node: a test on fewer paths shows nothing
 
 }  // namespace
 
@@ -29,7 +29,7 @@ HeardTest Service::Table::test_by_heard() {
       if (heard.size() < least_paths) continue;
       const SampledAnswer answer = answer_of(slice, n, slice.levels.coarse());
       if (!answer) continue;
-      const std::size_t paths = heard.size() / sets;  // of a set; chance has put them in their order
+      const std::size_t paths = heard.size() / sets;  // per set; the paths are in random order
       HeldOutTest test(answer.answer->row);
       std::array<std::vector<SampledExit>, sets> of_set;
       for (std::size_t i = 0; i < sets * paths; ++i) {

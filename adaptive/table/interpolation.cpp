@@ -1,4 +1,4 @@
-// Nodes of samples that have no row of their own: coarser rows around them answer, by displacement interpolation.
+// Nodes of samples without a row of their own: the coarser rows around them answer, by displacement interpolation.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -54,7 +54,7 @@ Service::Table::SampledAnswer Service::Table::keep_interpolated(Slice& slice, st
   if (!slot.word.compare_exchange_strong(seen, Slot::word_of(made.get(), Slot::Kind::interpolated),
                                          std::memory_order_acq_rel, std::memory_order_acquire)) {
     formed_bytes_.fetch_sub(made->bytes(), std::memory_order_relaxed);
-    return {Slot::target_of<RibbonAnswer>(seen), nullptr};  // another thread was first: the same values
+    return {Slot::target_of<RibbonAnswer>(seen), nullptr};  // another thread has stored the same values
   }
   const std::scoped_lock lock(made_mutex_);
   slice.interpolated.push_back(node);

@@ -10,7 +10,7 @@ std::vector<Levels::Place> Levels::places(const std::vector<float>& axis, const 
   places.reserve(axis.size());
   for (std::uint32_t i = 0; i < axis.size(); ++i) {
     const auto above = std::ranges::lower_bound(chosen, i);
-    if (above == chosen.end()) {  // past the last one
+    if (above == chosen.end()) {  // i is past the last chosen index
       places.push_back({chosen.back(), chosen.back(), 0});
     } else if (*above == i || above == chosen.begin()) {
       places.push_back({*above, *above, 0});

@@ -1,4 +1,4 @@
-// The coarse grids of a slice: which nodes answer for their neighbours.
+// The coarse grids of a slice, whose nodes answer for their neighbours.
 #pragma once
 
 #include <array>

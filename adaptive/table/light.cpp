@@ -1,4 +1,4 @@
-// What rows are worth: epsilon by the light that a row carries, and what their errors may do to a picture
+// The epsilon of a row by the light that it carries, and the bound on the error that rows cause in a picture
 // (ESTIMATOR.md, E8).
 #include <algorithm>
 #include <cmath>
@@ -9,17 +9,19 @@
 namespace tress::adaptive {
 namespace {
 
-/// How much of a row's L2 error the light of a picture sees, v of E8: in the bound, and in the share of picture_error
-/// that a row may take. Where rows are fitted it was 0.17 at most, under a small bright window 0.4 (E8).
+/// The part of a row's L2 error that the light of a picture sees, v of E8: the value in the bound, and the value in the
+/// share of picture_error that a row may take. Measured (E8): at most 0.17 for fitted rows, 0.4 under a small bright
+/// window.
 constexpr double bound_sees = 1, share_sees = 0.1;
 constexpr double least_epsilon = 1e-3;  // below it rows begin to be refused
-/// Of chi^2: below the first, paths grow past what rows get; any first fit is within the second.
+/// Limits for rows of samples, in chi^2. Below the first, a row would need more paths than rows get; every first fit is
+/// within the second.
 constexpr double least_sampled_epsilon = 0.005, largest_sampled_epsilon = 0.5;
 
-/// An upper bound of what a row's objective is to be multiplied by for the square of an error relative to the light.
-/// Of a density 2 pi L/E^2, the square of how far g is from its mean, relative to it: a blurred density varies no more
-/// than the blur itself, integral G^2 = 1/(2 blur sqrt pi), and L is never below 1e-3/2pi. The objective of a row of
-/// samples is that square itself: |integral (f - S) light| <= sqrt(chi^2) sd_f(light).
+/// An upper bound of the factor from a row's objective to the square of its error relative to the light. For a density
+/// the factor is 2 pi L/E^2, the relative squared distance of g from its mean. A blurred density varies no more than
+/// the blur itself, integral G^2 = 1/(2 blur sqrt pi), and L is never below 1e-3/2pi. For a row of samples the factor
+/// is 1: |integral (f - S) light| <= sqrt(chi^2) sd_f(light).
 double relative_variation(const SliceDescription& slice, float energy) {
   if (slice.kind == SliceKind::samples) return 1;
   const double e = std::max(static_cast<double>(energy), 1e-6);
@@ -37,7 +39,7 @@ double Service::Table::light_share(SliceId slice, std::uint32_t node, double uns
 double Service::Table::epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
   const Slice& of = *slices_[slice];
   if (!is_light_driven(of)) return epsilon_without_light(slice);
-  // A path more than was seen: few paths do not show that a row carries nothing.
+  // Counts the light of one path more than was seen, because few paths do not show that a row carries no light.
   const double share = light_share(slice, node, 1);
   const double variation = relative_variation(of.description, energy);
   const double rows = static_cast<double>(std::max<std::uint64_t>(queried_, 1));

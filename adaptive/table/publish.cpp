@@ -1,4 +1,4 @@
-// The end of a pass, in steps: rows that were asked for, creations, totals.
+// The steps that end a pass: update of the rows that were queried, creation of rows, totals.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace tress::adaptive {
 namespace {
 
-// Smallest value that at least this share of the ascending values does not exceed.
+// Returns the smallest value that at least this share of the ascending values does not exceed.
 double quantile(const std::vector<float>& ascending, double share) {
   if (ascending.empty()) return 0;
   const double rank = std::ceil(share * static_cast<double>(ascending.size()));
@@ -37,7 +37,7 @@ void Service::Table::update_rows(PassReport& report) {
     if (slice.is_sampled()) continue;
     const bool asked = slice.slots[row.node].queries.load(std::memory_order_relaxed) != slice.queries_before[row.node];
     const bool told = row.learning && row.learning->observed.load(std::memory_order_relaxed) != 0;
-    // The first cached row that is asked is checked for its slice, beside those chosen by key.
+    // The first cached row of a slice that is queried is audited, in addition to those chosen by key.
     const bool audits = row.audit == Audit::due || (row.audit == Audit::possible && !slice.audited);
     const RowState state = state_of(row);
     const bool is_audited = state == RowState::converged && audits && asked;
@@ -92,7 +92,7 @@ void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nod
   const std::size_t wanted =
       Learning::bytes_before_nodes(slices_[row.slice]->description.blur_rad, learner_bytes_) + nodes->bytes();
   if (bytes_ + wanted > options_.memory_bytes) {
-    row.audit = Audit::due;  // looked at again when there is room
+    row.audit = Audit::due;  // it is audited again when memory has room
     return;
   }
   Outcome again = reopen(row, std::move(nodes));

@@ -1,4 +1,4 @@
-// One row of the table: what is published of it, what teaches it, and how its tests stand.
+// One row of the table: its published fit, its learner and the state of its tests.
 #pragma once
 
 #include <algorithm>
@@ -19,15 +19,15 @@
 
 namespace tress::adaptive {
 
-/// Whether a row that came converged from a cache is still to be checked against the target of this session.
+/// Whether a converged row of a cache must still be checked against the target of this session.
 enum class Audit : std::uint8_t {
   none,      ///< learned in this session, or checked
   possible,  ///< from a cache; checked if its slice turns out not to fit
-  due,       ///< from a cache; checked when it is next asked
+  due,       ///< from a cache; checked when it is next queried
 };
 
-/// What an open or refused row is, beyond its Row. During a pass only `sketch`, `observed`, `weights` and the scores of
-/// `stop` are written, all by atomics whose result does not depend on the order.
+/// What an open or refused row has beyond its Row. During a pass only `sketch`, `observed`, `weights` and the scores of
+/// `stop` are written, by atomics whose result does not depend on the order.
 struct Learning {
   /// failed: tests that the row has failed before.
   Learning(std::unique_ptr<const TracedNodes> traced, const Learner& method, std::uint32_t failed = 0)
@@ -40,21 +40,21 @@ struct Learning {
 
   Mixture fit;  ///< the proposal
   bool has_fit = false;
-  std::unique_ptr<const KnotDensity> knots;  ///< what the row is to be answered by in place of `fit`
-  float objective = -1;                      ///< bound of the last test, negative before the first
-  std::uint64_t count = 0;                   ///< g evaluations that taught it, those of the running pass not yet in
-  /// `fit` as readers see it, in the table's store; null before the first one.
+  std::unique_ptr<const KnotDensity> knots;  ///< what answers for the row in place of `fit`, if set
+  float objective = -1;                      ///< bound of the last test; negative before the first
+  std::uint64_t count = 0;                   ///< g evaluations that taught it, without those of the running pass
+  /// `fit` as readers see it, in the table's store; null before the first fit.
   const PackedMixture* published = nullptr;
-  /// Set while a row that a cache held as converged, at a larger epsilon, is open: what a snapshot goes on saving.
+  /// The cached row, while a row that converged at a larger epsilon is open again; snapshots save it until then.
   std::unique_ptr<const CachedRow> earlier;
 
-  std::uint32_t created_pass = 0;  ///< number of the publish() that made it; 0 if a cache did
+  std::uint32_t created_pass = 0;  ///< number of the publish() that made it; 0 if it came from a cache
   std::uint32_t queries_at_creation = 0;
 
-  std::atomic<std::uint64_t> observed{0};  ///< g evaluations told by the host since the last publish()
-  FixedMoments<14> weights;                ///< of g/(q energy), since the last publish()
+  std::atomic<std::uint64_t> observed{0};  ///< g evaluations that the host has passed in since the last publish()
+  FixedMoments<14> weights;                ///< moments of g/(q energy) since the last publish()
 
-  /// learner_bytes: RowLearner::bytes() of the method. What is published counts as if it were of the largest size.
+  /// learner_bytes: RowLearner::bytes() of the method. The published fit counts at its largest size.
   static std::size_t bytes_before_nodes(float blur_rad, std::size_t learner_bytes) {
     return sizeof(Learning) + learner_bytes + sizeof(std::uint64_t) * Sketch::bin_count(blur_rad) +
            PackedMixture::bytes_of(Mixture::max_components);
@@ -66,14 +66,14 @@ struct Learning {
 
   RowState state() const { return stop.verdict() == StopTest::Verdict::refused ? RowState::refused : RowState::open; }
 
-  /// Scores the published fit at x, whose g was drawn with density q (1/rad). Any thread.
+  /// Scores the published fit at x, where the density is g and which was drawn with density q (1/rad). Thread-safe.
   void add_score(float x, float g, float q) {
     stop.add(static_cast<double>(g) - fit.density(x), q, nodes->variation());
     if (nodes->energy() > 0) weights.add(static_cast<double>(g) / (static_cast<double>(q) * nodes->energy()));
   }
 };
 
-/// Changes between passes, by one thread a row. What answers for it is in its Slot, and with that its state.
+/// Changes only between passes, one thread per row. Its Slot holds what answers for it, and so its state.
 struct Row {
   Row(std::uint32_t slice_index, std::uint32_t node_index) : slice(slice_index), node(node_index) {}
 
@@ -81,16 +81,16 @@ struct Row {
   std::uint32_t node;
   float energy = 0;              ///< mass of g
   std::uint32_t generation = 0;  ///< raised by each reopening, raise_generation()
-  // These are of a row that has ended. While it learns they are in `learning`.
+  // The next two hold for a row that no longer learns; a row that learns has them in `learning`.
   std::uint64_t count : 48 = 0;  ///< g evaluations that taught it
-  std::uint64_t failed : 8 = 0;  ///< tests failed, in all; 255: or more
+  std::uint64_t failed : 8 = 0;  ///< tests failed in all; 255 stands for 255 or more
   Audit audit = Audit::none;
   std::unique_ptr<Learning> learning;  ///< null once converged, and in slices of samples
 
   std::uint64_t taught() const { return learning ? learning->count : count; }
   std::uint32_t failed_tests() const { return learning ? learning->stop.failed() : failed; }
   void set_count(std::uint64_t n) { count = std::min(n, (std::uint64_t{1} << 48) - 1); }
-  /// Stops at the last one: from 0 a merge would take the row for older than what it replaces.
+  /// Stops at the largest number: after a wrap to 0, a merge would take the row for older than the one it replaces.
   void raise_generation() { generation += generation < ~0u ? 1 : 0; }
   void set_failed(std::uint32_t n) { failed = std::min(n, 255u); }
 };

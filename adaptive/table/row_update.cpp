@@ -1,4 +1,4 @@
-// The end of a pass for one row: what its learner asks, top-up, test, what its learner makes of it.
+// The end of a pass for one row: it takes the draws that its learner wants, tests the fit and lets the learner refit.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -69,7 +69,7 @@ void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {
   learning.fit.uniform_weight = row.energy;
   assign_attributes(learning.fit, *learning.nodes);
   learning.has_fit = true;
-  learning.objective = 1;  // integral (g - mean)^2 / L, or less
+  learning.objective = 1;  // an upper bound: integral (g - mean)^2 / L is at most 1
   outcome.absorbed_error = largest_absorbed_error(row, learning.fit);
   outcome.changed = outcome.converged = true;
 }
@@ -167,7 +167,7 @@ Service::Table::Outcome Service::Table::audit_density(Row& row) const {
   outcome.traces = 1;
   outcome.g_evaluations = audit_draws;
   const Moments moments = scores.moments();
-  // What it was taken for: within epsilon, or, of a row that carries little light, within its own bound.
+  // The error that the row was accepted with: epsilon, or its own bound if it carries little light.
   const double claimed = std::max(options_.epsilon, static_cast<double>(view.objective));
   if (moments.mean - 2 * standard_error(moments) <= claimed) return outcome;
   outcome.nodes = std::move(nodes);

@@ -1,4 +1,4 @@
-// The life of rows of samples (README.md): coarse rows first, finer ones and more paths where events are.
+// The life of rows of samples (README.md): coarse rows come first, then finer ones and more paths where events are.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -17,17 +17,17 @@
 namespace tress::adaptive {
 namespace {
 
-/// A row that learns until it passes its test may have more paths than one that goes by its events.
+/// Largest number of paths of a row whose paths follow its events. A row that learns until it passes may have more.
 constexpr std::uint32_t most_by_events = 16384, most_of_coarse = 2048;
 /// Events around a node of a coarse grid, or at a node of the slice's own, after which it has a row of its own.
 constexpr double events_of_coarse = 64, events_of_own = 512;
 constexpr double events_per_path = 2;
 constexpr std::uint32_t audit_paths = 1024;
 
-/// Paths of a row that heard ones teach, by stages.
+/// Stages, in paths, of a row that learns from the paths of the host.
 constexpr std::array<std::uint32_t, 3> heard_stages{64, 256, 1024};
 
-/// Draws what was heard at one node: every fourth path, in the order that they came, is of one stream.
+/// Draws the host's paths at one node. Each stream has every fourth path, in their order.
 class HeardTarget final : public SampledTarget {
  public:
   HeardTarget(const SampledTarget& target, std::span<const SampledExit> heard) : target_(target), heard_(heard) {}
@@ -48,7 +48,7 @@ std::uint32_t stage_after(std::uint32_t paths) {
   return next == sampled_stages.end() ? 0 : *next;
 }
 
-/// The stage of a row of so many events: at least one path for two of them.
+/// The stage of a row with so many events: one path for two events, rounded up to a stage.
 std::uint32_t stage_for(double events, std::uint32_t most) {
   std::uint32_t stage = sampled_stages.front();
   while (stage < most && static_cast<double>(stage) * events_per_path <= events) stage = stage_after(stage);
@@ -108,7 +108,7 @@ Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t path
       return outcome;
     }
     SampledTest test = staged.test;
-    if (!staged.tested && had == 0 && options_.own_paths) {  // nothing has tested it yet: fresh draws do
+    if (!staged.tested && had == 0 && options_.own_paths) {  // fresh draws test the first fit
       test = test_samples(*samples_, slice, a, b, staged.row, 0, paths);
       outcome.g_evaluations += paths;
     }
@@ -135,7 +135,7 @@ Service::Table::Outcome Service::Table::audit_samples(const Row& row) const {
                                         slice.axis_b[row.node % width], answer.row, pass_, audit_paths);
   Outcome outcome;
   outcome.g_evaluations = audit_paths;
-  // A row is taken for what its own test said, or for within epsilon.
+  // The error that the row was accepted with: epsilon, or the bound of its own test.
   const double claimed = std::max(epsilon_of(row.slice, row.node, row.energy), static_cast<double>(answer.objective));
   outcome.audit_failed = test.chi2 - 2 * test.deviation > claimed;
   return outcome;
@@ -152,7 +152,7 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
   }
   for (std::uint32_t n = 0; n < slice.description.node_count() && !asks; ++n) asks = slice.asked(n) > 0;
   if (!asks || (due.empty() && others.empty())) return;
-  if (due.empty() && !slice.audited) {  // the first one stands for its slice
+  if (due.empty() && !slice.audited) {  // the first row is audited for its slice
     due.push_back(others.front());
     others.erase(others.begin());
   }
@@ -185,7 +185,7 @@ void Service::Table::grow_samples(PassReport& report) {
     std::vector<bool> moved(slice.description.node_count(), false);
     stale_.clear();
     audit_slice(id, report, moved);
-    // A row that does not fit its target begins again, at the paths that it had.
+    // A row that does not fit its target starts again, with as many paths as it had.
     std::vector<std::uint32_t> again(moved.size(), 0);
     for (const Stale& one : stale_) {
       again[rows_[one.row].node] = one.paths;
@@ -228,7 +228,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     if (x.light != y.light) return x.light > y.light;
     return x.events != y.events ? x.events > y.events : x.node < y.node;
   });
-  // Rows that are new must find room; those that are there keep theirs.
+  // New rows need room; existing rows keep theirs.
   std::erase_if(growths, [&](const Growth& one) {
     if (slice.slots[one.node].row != Slot::no_row) return false;
     const std::size_t size = sizeof(Row) + sizeof(RibbonAnswer);
@@ -243,7 +243,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     ++report.creations;
     const auto stored = slice.stored.find(one.node);
     if (stored == slice.stored.end()) return false;
-    const bool answers = stored->second.state == RowState::converged;  // a row of a cache that has waited for room
+    const bool answers = stored->second.state == RowState::converged;  // a cached row that waited for room
     if (answers) {
       Outcome outcome = settle(row);
       show(row, outcome);

@@ -1,4 +1,4 @@
-// A state as it was read, before the table takes it over.
+// A saved state as read from bytes, before the table takes it over.
 #pragma once
 
 #include <array>
@@ -20,22 +20,21 @@ struct SavedNode {
   std::uint64_t light;
 };
 
-/// Fields as of Row and Learning.
+/// The fields have the meaning that they have in Row and Learning.
 struct Service::Table::SavedRow {
   SliceId slice = 0;
   std::uint32_t node = 0;
   state_format::Kind kind = state_format::Kind::answer;
   Audit audit = Audit::none;
-  bool has_converged = false;  ///< of samples
+  bool has_converged = false;  ///< for rows of samples
   std::uint8_t failed = 0;
   float energy = 0;
   std::uint32_t generation = 0;
   std::uint64_t count = 0;
-  // These are of a row that learns.
+  // The rest is read for rows that learn.
   float objective = -1;
   bool has_earlier = false;
   std::unique_ptr<const CachedRow> earlier;
-  // These are of a row that learns.
   std::vector<SketchBin> sketch;
   std::unique_ptr<RowLearner> learner;
   StopTest::State stop;
@@ -45,7 +44,7 @@ struct Service::Table::SavedRow {
   std::uint32_t created_pass = 0, queries_at_creation = 0;
   std::uint64_t observed = 0;
   FixedMoments<14>::Words weights{};
-  std::unique_ptr<const TracedNodes> nodes;  ///< traced anew
+  std::unique_ptr<const TracedNodes> nodes;  ///< not saved; traced again
 };
 
 struct Service::Table::SavedSlice {
@@ -58,8 +57,8 @@ struct Service::Table::SavedSlice {
   std::vector<std::uint32_t> interpolated;
   std::uint64_t heard_paths = 0;
   std::vector<std::pair<std::uint32_t, std::vector<SampledExit>>> heard;  ///< by node
-  std::vector<std::vector<std::uint32_t>> made;                           ///< of each form
-  std::vector<std::uint32_t> row_of_node;                                 ///< Slot::no_row where there is none
+  std::vector<std::vector<std::uint32_t>> made;                           ///< nodes whose answer each form had made
+  std::vector<std::uint32_t> row_of_node;                                 ///< Slot::no_row for nodes without a row
 };
 
 struct Service::Table::SavedTable {
@@ -68,7 +67,7 @@ struct Service::Table::SavedTable {
   bool ceiling_told = false, unusable_told = false;
   ErrorQuantiles absorbed_errors;
   std::vector<SavedSlice> slices;
-  std::map<SliceKey, PackedSlice, KeyLess> unused;  ///< as of Table
+  std::map<SliceKey, PackedSlice, KeyLess> unused;  ///< as in Table
   std::vector<SavedRow> rows;
 };
 

@@ -10,7 +10,7 @@
 namespace tress::adaptive {
 namespace {
 
-/// A reader inside a call, where passes are checked.
+/// Counts a reader while it is inside a call. readers: null if passes are not checked.
 class Inside {
  public:
   explicit Inside(std::atomic<std::uint32_t>* readers) : readers_(readers) {
@@ -121,7 +121,7 @@ void Service::Table::show(Row& row, Outcome& outcome) {
 void Service::Table::show_learning(Row& row, bool converged) {
   Learning& learning = *row.learning;
   Slot& slot = slot_of(row);
-  mixtures_.give_back(slot.mixture());  // of a row that is reopened
+  mixtures_.give_back(slot.mixture());  // not null if the row is reopened
   mixtures_.give_back(learning.published);
   learning.published = learning.has_fit ? mixtures_.put(learning.fit, learning.objective) : nullptr;
   if (!converged) {
@@ -218,7 +218,7 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
     view.nodes = traced.release();
   } else {
     memo_bytes_.fetch_sub(size, std::memory_order_relaxed);
-    view.nodes = Slot::target_of<TracedNodes>(seen);  // another thread was first: the same values
+    view.nodes = Slot::target_of<TracedNodes>(seen);  // another thread has stored the same values
   }
   return view;
 }

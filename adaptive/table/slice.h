@@ -1,4 +1,4 @@
-// The flat index of a slice: one slot per node, found by arithmetic, never by a hash.
+// The flat index of a slice: one slot per node, found by arithmetic without a hash.
 #pragma once
 
 #include <algorithm>
@@ -21,11 +21,11 @@
 
 namespace tress::adaptive {
 
-/// Order of slices by the values of their keys, as in a cache file: total, and the same on every machine.
+/// Orders slices by the values of their keys, as cache files do. The order is total and the same on every machine.
 inline std::strong_ordering compare_keys(const SliceKey& a, const SliceKey& b) {
   if (const auto order = a.lobe <=> b.lobe; order != 0) return order;
   for (std::size_t i = 0; i < a.parameters.size(); ++i) {
-    const auto order = std::strong_order(a.parameters[i] + 0.0f, b.parameters[i] + 0.0f);  // the zeros are one value
+    const auto order = std::strong_order(a.parameters[i] + 0.0f, b.parameters[i] + 0.0f);  // makes -0 equal to 0
     if (order != 0) return order;
   }
   return std::strong_ordering::equal;
@@ -37,7 +37,7 @@ struct KeyLess {
 
 struct Learning;
 
-/// Memory of a cached row that is kept.
+/// Bytes in memory of a cached row.
 inline std::size_t cached_row_bytes(const CachedRow& row) {
   return sizeof(CachedRow) + row.knots.bytes() + (row.ribbons ? row.ribbons->bytes() : 0);
 }
@@ -52,21 +52,21 @@ struct alignas(16) KnotRow {
 /// The answer of a row of a slice of samples, or of a node that coarser rows answer for.
 struct alignas(16) RibbonAnswer {
   RibbonRow row;
-  float objective;      ///< bound of its last test, as RowView::objective; of an interpolated one, its parents' largest
-  std::uint32_t paths;  ///< that taught it; of an interpolated one, its parents' fewest
-  bool has_converged;   ///< it has passed its test
+  float objective;      ///< bound of its last test, as RowView::objective; if interpolated, the largest of its parents
+  std::uint32_t paths;  ///< number of paths that taught it; if interpolated, the smallest of its parents
+  bool has_converged;   ///< whether it has passed its test
   std::size_t bytes() const { return sizeof(RibbonAnswer); }
 };
 
-/// A row of a slice of samples whose target drew what a SampledTarget must not draw.
+/// Stands for a row of samples whose target drew exits that SampledTarget does not allow.
 struct alignas(16) SampledRefusal {
   std::size_t bytes() const { return sizeof(SampledRefusal); }
 };
 
-/// A node, and what answers for it.
+/// One node and what answers for it.
 struct alignas(16) Slot {
   static constexpr std::uint32_t no_row = ~0u;
-  /// What the word points to, in its lowest two bits, or, where these are both set, in its lowest four.
+  /// What the word points to. It is in the lowest two bits of the word or, if both are set, in the lowest four.
   enum class Kind : std::uintptr_t {
     traced = 0,         ///< TracedNodes of an absent node, of this pass, owned; or null
     learning = 1,       ///< Learning of an open or refused row
@@ -85,7 +85,7 @@ struct alignas(16) Slot {
     const std::uintptr_t low = word & 3;
     return static_cast<Kind>(low != 3 ? low : word & 15);
   }
-  /// The bits of the word that tell the kind of a T.
+  /// The bits of the word that hold the kind of a T.
   template <class T>
   static constexpr std::uintptr_t kind_bits = alignof(T) >= 16 ? 15 : 3;
   template <class T>
@@ -97,7 +97,7 @@ struct alignas(16) Slot {
     return reinterpret_cast<std::uintptr_t>(target) | static_cast<std::uintptr_t>(kind);
   }
 
-  /// Null if that is not what answers. Between passes.
+  /// Returns null if the word is of another kind. Call it between passes.
   template <class T>
   const T* get(Kind kind) const {
     const std::uintptr_t now = word.load(std::memory_order_relaxed);
@@ -108,12 +108,12 @@ struct alignas(16) Slot {
   const RibbonAnswer* ribbons() const { return get<RibbonAnswer>(Kind::ribbons); }
   const SampledRefusal* refusal() const { return get<SampledRefusal>(Kind::refusal); }
   const RibbonAnswer* interpolated() const { return get<RibbonAnswer>(Kind::interpolated); }
-  /// Whether a row answers without g.
+  /// Whether a row answers without evaluating g.
   bool has_answer() const {
     const Kind kind = kind_of(word.load(std::memory_order_relaxed));
     return kind == Kind::mixture || kind == Kind::knots || kind == Kind::ribbons;
   }
-  /// Memory of what answers for a row, but for a Learning.
+  /// Bytes of what answers for a row; 0 for a Learning.
   std::size_t answer_bytes() const {
     if (const PackedMixture* fit = mixture()) return fit->bytes();
     if (const KnotRow* table = knots()) return table->bytes();
@@ -121,7 +121,7 @@ struct alignas(16) Slot {
     return refusal() != nullptr ? refusal()->bytes() : 0;
   }
 
-  /// Puts it in the place of what answered, which is let go if it was owned. Between passes.
+  /// Replaces what answered, and deletes that if it was owned. Call it between passes.
   template <class T>
   void set(const T* target, Kind kind) {
     delete knots();
@@ -131,7 +131,7 @@ struct alignas(16) Slot {
     delete get<TracedNodes>(Kind::traced);
     word.store(word_of(target, kind), std::memory_order_relaxed);
   }
-  /// The memo of an absent node, if there is one.
+  /// Hands over the traced nodes that an absent node has kept, or null.
   std::unique_ptr<const TracedNodes> take_memo() {
     std::unique_ptr<const TracedNodes> memo(get<TracedNodes>(Kind::traced));
     if (memo) word.store(0, std::memory_order_relaxed);
@@ -140,14 +140,13 @@ struct alignas(16) Slot {
 };
 static_assert(sizeof(Slot) == 16);
 
-/// Light in fixed point, so that its sum does not depend on the order: 2^-20 steps, one query at most 2^12.
+/// Light in fixed point with steps of 2^-20, so that sums do not depend on their order. One query adds at most 2^12.
 inline std::uint64_t fixed_light(float light) {
   return static_cast<std::uint64_t>(std::min(light, 4096.0f) * 1048576.0f);
 }
 
 struct Slice {
-  /// has_index: false where there is no room for one. Its nodes are then traced whenever they are asked, and never
-  /// learned.
+  /// has_index: false if memory has no room for one. The nodes are then traced at every query and never learned.
   Slice(const SliceDescription& d, bool has_index) : description(d), levels(d) {
     if (!has_index) return;
     slots = std::make_unique<Slot[]>(d.node_count());
@@ -168,14 +167,14 @@ struct Slice {
     return d.node_count() * (sizeof(Slot) + sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t));
   }
 
-  /// Of a form. What is not finite and > 0 is left out.
+  /// Adds a decay rate of a form. Ignores rates that are not finite or not above 0.
   void add_rate(float rate) {
     if (!std::isfinite(rate) || !(rate > 0)) return;
     const auto at = std::ranges::lower_bound(decay_rates, rate);
     if (at == decay_rates.end() || *at != rate) decay_rates.insert(at, rate);
   }
 
-  /// How often a node of samples was asked to draw, over all passes: as credited, or as queried if that is more.
+  /// Number of draws from a node of samples over all passes: its credited events or its queries, whichever is more.
   std::uint64_t asked(std::uint32_t node) const {
     return std::max(events[node].load(std::memory_order_relaxed), slots[node].queries.load(std::memory_order_relaxed));
   }
@@ -183,17 +182,18 @@ struct Slice {
   SliceDescription description;
   Levels levels;
   std::unique_ptr<Slot[]> slots;  ///< null without an index, as are the next three
-  /// Carried by each node over all passes, fixed_light(). Apart from the slots: converged rows add to it now and then.
+  /// Light carried by each node over all passes, as fixed_light(). It is apart from the slots because converged rows
+  /// still add to it.
   std::unique_ptr<std::atomic<std::uint64_t>[]> light;
-  /// Events that credited a node, over all passes.
+  /// Events credited to each node over all passes.
   std::unique_ptr<std::atomic<std::uint32_t>[]> events;
-  std::vector<std::uint32_t> interpolated;    ///< nodes whose slots hold an interpolated answer, in the order they came
+  std::vector<std::uint32_t> interpolated;    ///< nodes whose slots hold an interpolated answer, in order of insertion
   std::vector<std::uint32_t> queries_before;  ///< queries at the last publish()
-  std::vector<std::uint32_t> forms;           ///< of its rows, by their index in the table
-  std::vector<float> decay_rates;             ///< of its forms, ascending, distinct
-  bool audited = false;                       ///< a row of a cache was checked
-  HeardExits heard;                           ///< of a slice of samples
-  std::map<std::uint32_t, CachedRow> stored;  ///< cached rows that memory had no room for, by node
+  std::vector<std::uint32_t> forms;           ///< indices of its forms in the table
+  std::vector<float> decay_rates;             ///< rates of its forms, ascending, distinct
+  bool audited = false;                       ///< whether a row of a cache was checked
+  HeardExits heard;                           ///< paths of the host, for slices of samples
+  std::map<std::uint32_t, CachedRow> stored;  ///< cached rows that have no row in the table, by node
 };
 
 }  // namespace tress::adaptive

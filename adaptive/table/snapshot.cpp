@@ -1,4 +1,4 @@
-// The table as plain data and back: slices, load and snapshot.
+// Slices, and the conversion of a table to plain data and back: load and snapshot.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -11,7 +11,7 @@ namespace tress::adaptive {
 namespace {
 
 constexpr std::size_t least_index_bytes = std::size_t{16} << 20;
-constexpr std::size_t batch_of_cached = 256;  // rows of a cache that wait in memory at once, as admit() traces them
+constexpr std::size_t batch_of_cached = 256;  // cached rows that are admitted at once; admit() has as many in a batch
 
 bool same_axes(const SliceDescription& a, const SliceDescription& b) {
   return a.axis_a == b.axis_a && a.axis_b == b.axis_b && a.blur_rad == b.blur_rad && a.kind == b.kind;
@@ -32,7 +32,7 @@ Error other_axes(const SliceDescription& own, const SliceDescription& cached) {
   return {"", describe(own), describe_axes(own), describe_axes(cached) + " (or other coordinates of as many)"};
 }
 
-/// What says nothing of a slice of samples is the same for all.
+/// Clears the fields that have no meaning for a slice of samples.
 SliceDescription normal_form(SliceDescription slice) {
   if (slice.kind == SliceKind::samples) slice.blur_rad = 0;
   return slice;
@@ -103,7 +103,7 @@ std::optional<Error> Service::Table::unusable(const SliceDescription& slice) con
 
 Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
   if (std::optional<Error> early = within_pass("add_slice")) {
-    note(*early);  // models hand on an id alone
+    note(*early);  // models pass on only the id, so the error would be lost
     return std::move(*early);
   }
   if (std::optional<Error> error = unusable(asked)) return std::move(*error);
@@ -151,7 +151,7 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
     room = admit(candidates, resumed) && room;
     candidates.clear();
   };
-  // Rows that answer at once come first; the others are learned on in what memory is left.
+  // Rows that answer at once come first; the others go on learning in the memory that is left.
   for (const bool answering : {true, false}) {
     rows.rewind();
     while (const SliceDescription* description = rows.next_slice()) {
@@ -169,8 +169,8 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
         if (!is_node || !may_answer(slice, *row) || answers(id, *row) != answering) continue;
         if (slice.has_index() && slice.slots[row->node].row != Slot::no_row) continue;
         slice.stored.insert_or_assign(row->node, *row);
-        // What a coarse row is good for is not known before the light of its node is; an open row of samples has
-        // nothing to begin with.
+        // Whether a coarse row is good enough is known once the light of its node is; an open row of samples has
+        // nothing to start from.
         const bool waits = !answering && (is_light_driven(slice) || slice.is_sampled());
         if (!slice.has_index() || !room || waits) continue;
         const std::uint32_t queries = slice.slots[row->node].queries.load(std::memory_order_relaxed);
@@ -201,8 +201,8 @@ std::optional<Error> Service::Table::load(RowSource& rows) {
   return take(rows);
 }
 
-/// The slices of the table and those that nobody uses, in order of their keys. A slice without rows says nothing, and
-/// is left out: the next session describes it anew.
+/// The rows of all slices, including unused ones, in order of their keys. Slices without rows are left out: the next
+/// session describes them again.
 class Service::Table::Rows final : public RowSource {
  public:
   explicit Rows(const Table& table) : table_(table), model_(table.model_name()) { rewind(); }
@@ -268,8 +268,8 @@ class Service::Table::Rows final : public RowSource {
   std::string model_;
   std::map<SliceKey, SliceId, KeyLess>::const_iterator used_;
   std::map<SliceKey, PackedSlice, KeyLess>::const_iterator unused_;
-  const Slice* slice_ = nullptr;           ///< the running one, or
-  std::optional<PackedSliceRows> cached_;  ///< that of a cache
+  const Slice* slice_ = nullptr;           ///< the current slice of the table, or
+  std::optional<PackedSliceRows> cached_;  ///< the current unused slice
   std::optional<Error> failure_;
   std::uint32_t node_ = 0;  ///< next node of slice_
   std::map<std::uint32_t, CachedRow>::const_iterator stored_;

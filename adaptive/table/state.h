@@ -1,10 +1,10 @@
-// What a table is between two passes, as bytes: what state_write.cpp writes and state_read.cpp reads, in this order.
+// The bytes of a table between two passes. state_write.cpp writes them and state_read.cpp reads them, in this order:
 //
 //   u32 state_version; text model, text learner
-//   totals: u32 pass, u64 paths, reopened, reopened told, queried, u8 ceiling told, unusable
-//     told; u32 number of absorbed errors, each u32 bits, u64 count
+//   totals: u32 pass, u64 paths, reopened, reopened that were logged, queried, u8 ceiling logged, unusable
+//     logged; u32 number of absorbed errors, each u32 bits, u64 count
 //   u32 number of slices, each: text description (as in a cache), u8 has an index, u8 audited;
-//     u32 number of nodes that were asked or carry light, each u32 node, u32 queries, u32 events, u64 light;
+//     u32 number of nodes that were queried or carry light, each u32 node, u32 queries, u32 events, u64 light;
 //     packed answers, packed stored rows, packed earlier rows; u32 number of interpolated nodes, each u32; u64 paths
 //     heard, u32 number of nodes with some, each u32 node, u32 number of exits, each f32 azimuth, height, weight,
 //     attribute, u8 part; u32 number of forms, each u32 number, u32 nodes made
@@ -13,7 +13,8 @@
 //   converged, u8 failed tests, f32 energy,
 //     u32 generation, u64 count, and what its kind has (SavedRow)
 //
-// text: u32 length, bytes. packed: PackedSlice::write. Little-endian; floats by their bits, a negative zero too.
+// text: u32 length, bytes. packed: PackedSlice::write. All is little-endian; floats are written by their bits, which
+// keeps a negative zero.
 #pragma once
 
 #include <bit>
@@ -27,10 +28,10 @@ namespace tress::adaptive::state_format {
 
 constexpr std::uint32_t state_version = 3;
 
-/// The bit for RibbonAnswer::has_converged in the byte of Row::audit.
+/// The bit of RibbonAnswer::has_converged in the byte that holds Row::audit.
 constexpr std::uint8_t converged_row = 0x80;
 
-/// What answers for a row.
+/// What answers for a saved row.
 enum class Kind : std::uint8_t { answer = 0, learning = 1, refusal = 2 };
 
 inline void write_text(ByteWriter& out, std::string_view text) {

@@ -1,4 +1,4 @@
-// A table from the bytes that state_write.cpp made, or from any others: read and checked whole, then taken over.
+// Reads a table from bytes that state_write.cpp made, or from any others. All is checked before any is taken over.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ bool is_finite(const Mixture& fit) {
 
 }  // namespace
 
-/// Reads what is plain data. The first fault ends it: `error`.
+/// Reads the plain data of a state. The first fault ends the reading and is in `error`.
 class Service::Table::StateReader {
  public:
   explicit StateReader(const std::string& bytes) : source_(bytes), in_(&source_, 0, bytes.size()) {}

@@ -1,4 +1,4 @@
-// The whole of a table as bytes: state.h has their order.
+// Writes a whole table as bytes, in the order that state.h describes.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -80,7 +80,7 @@ void write_heard(ByteWriter& out, const Slice& slice) {
   }
 }
 
-/// False if its learner cannot be told.
+/// False if the state of the learner cannot be saved.
 bool write_learning(ByteWriter& out, const Learning& learning) {
   const std::optional<std::vector<std::uint64_t>> learner = learning.learner->state();
   if (!learner) return false;
@@ -176,7 +176,7 @@ void Service::Table::write_slice(ByteWriter& out, const Slice& slice) const {
   out.text(nodes.bytes());
   for (const PackedSlice* rows : {&answers, &stored, &earlier}) rows->write(out);
   std::vector<std::uint32_t> interpolated = slice.interpolated;
-  std::ranges::sort(interpolated);  // the order in which threads came is forgotten
+  std::ranges::sort(interpolated);  // so that the bytes do not depend on the order of threads
   out.u32(static_cast<std::uint32_t>(interpolated.size()));
   for (const std::uint32_t node : interpolated) out.u32(node);
   write_heard(out, slice);
@@ -184,7 +184,7 @@ void Service::Table::write_slice(ByteWriter& out, const Slice& slice) const {
   for (const std::uint32_t form : slice.forms) {
     std::vector<std::uint32_t> made;
     for (const Made& one : forms_[form].made) made.push_back(one.node);
-    std::ranges::sort(made);  // the order in which threads came is forgotten
+    std::ranges::sort(made);  // so that the bytes do not depend on the order of threads
     out.u32(static_cast<std::uint32_t>(made.size()));
     for (const std::uint32_t node : made) out.u32(node);
   }

@@ -8,12 +8,13 @@
 
 namespace tress::adaptive {
 
-/// add(): any thread, wait-free. take(): one thread, while nobody adds.
+/// A counter of which each thread adds to its own stripe. add() may be called from any thread and is wait-free; take()
+/// from one thread, while no other adds.
 class StripedCounter {
  public:
   void add(std::uint64_t n) { stripes_[stripe()].count.fetch_add(n, std::memory_order_relaxed); }
 
-  /// The sum since the last take(), whatever the threads.
+  /// The sum over all threads since the last take().
   std::uint64_t take() {
     std::uint64_t sum = 0;
     for (Stripe& stripe : stripes_) sum += stripe.count.exchange(0, std::memory_order_relaxed);

@@ -1,4 +1,4 @@
-// The state behind Service, and the steps of a publish() (README.md, the life of a row).
+// The state behind Service and the steps of a publish() (README.md, the life of a row).
 #pragma once
 
 #include <atomic>
@@ -24,14 +24,14 @@
 
 namespace tress::adaptive {
 
-/// What a reader sees of a node that has a row.
+/// The view that a reader gets of a node that has a row.
 RowView view_of(const Slot& slot);
 
-/// Reader methods (look_up, fetch, count_formed, observe, score, credit, hear): any thread. All else: one thread, no
-/// reader.
+/// Any thread may call the reader methods: look_up, fetch, count_formed, observe, score, credit, hear. All others need
+/// one thread and no reader.
 class Service::Table {
  public:
-  /// One of them may be null: there are no slices of its kind.
+  /// Either target may be null; there are then no slices of its kind.
   Table(const Options& options, const Target* target, const SampledTarget* samples)
       : options_(options), target_(target), learner_bytes_(options.learner->make()->bytes()) {
     if (samples != nullptr)
@@ -53,7 +53,7 @@ class Service::Table {
                                      const std::vector<float>& decay_rates);
   FormedLookup look_up(const FormedRows& rows, std::uint32_t node);
   FormedLookup fetch(const FormedRows& rows, std::uint32_t node);
-  /// Queries that were answered without look_up() or fetch(), and how many of them by converged rows.
+  /// Counts queries that were answered without look_up() or fetch(). converged: how many of them by converged rows.
   void count_formed(std::uint32_t queries, std::uint32_t converged) {
     answered_queries_.add(queries);
     converged_queries_.add(converged);
@@ -94,7 +94,7 @@ class Service::Table {
     std::uint32_t node;
     RowState state;
   };
-  /// What was made of the rows of a slice.
+  /// One answer that a form made of a row.
   struct Made {
     void* block;
     std::size_t bytes;
@@ -106,7 +106,7 @@ class Service::Table {
   };
   enum class Phase : std::uint8_t { between, pass, publishing };
 
-  /// A node that is to have a row: because it was asked for often enough, or because a cache has it.
+  /// A node that is to get a row, because it was queried often enough or because a cache has one.
   struct Candidate {
     SliceId slice;
     std::uint32_t node;
@@ -117,17 +117,17 @@ class Service::Table {
   /// What one row did in a pass.
   struct Outcome {
     std::uint64_t g_evaluations = 0, validation_draws = 0, refits = 0, bad_fits = 0, traces = 0;
-    std::uint32_t failed = 0;  ///< tests of a row of samples that it did not pass
+    std::uint32_t failed = 0;  ///< tests that a row of samples did not pass
     bool changed = false, converged = false, audit_failed = false, reopened = false;
-    const CachedRow* cached = nullptr;         ///< what a row is to be answered by from now on, without learning
-    double absorbed_error = -1;                ///< of a row that converged, largest_absorbed_error()
-    Moments weights;                           ///< g/(q energy) of what was scored
-    std::unique_ptr<const TracedNodes> nodes;  ///< of a row of a density that failed its audit
-    // What a row of samples has come to, one of them.
+    const CachedRow* cached = nullptr;         ///< the cached row that answers from now on, without learning
+    double absorbed_error = -1;                ///< largest_absorbed_error() of a row that converged
+    Moments weights;                           ///< moments of g/(q energy) of the scores
+    std::unique_ptr<const TracedNodes> nodes;  ///< traced for a row of a density that failed its audit
+    // One of these is set for a row of samples that has learned.
     std::unique_ptr<const RibbonAnswer> ribbons;
     std::unique_ptr<const SampledRefusal> refusal;
   };
-  /// What answers for a node of samples; kept: holds what the table had no room for.
+  /// What answers for a node of samples. kept: owns the answer if the table had no room for it.
   struct SampledAnswer {
     const RibbonAnswer* answer = nullptr;
     std::shared_ptr<const RibbonAnswer> kept;
@@ -135,119 +135,122 @@ class Service::Table {
     const RibbonAnswer* operator->() const { return answer; }
     const RibbonAnswer& operator*() const { return *answer; }
   };
-  /// A row of samples that did not fit its target, by its index, and the paths that it had.
+  /// A row of samples that did not fit its target: its index, and the number of paths that it had.
   struct Stale {
     std::uint32_t row, paths;
   };
 
   // light.cpp
-  /// What the node carried of the light of the paths so far: >= 0, of all rows together about the hits of a path.
-  /// unseen: light that is added to it.
+  /// Light per path that the node has carried so far, >= 0. The sum over all rows is about the number of hits of a
+  /// path. unseen: light to add to what was seen.
   double light_share(SliceId slice, std::uint32_t node, double unseen) const;
-  /// What the row at a node has to reach, from the light that it carries; epsilon_without_light() for all without
-  /// `picture_error`. energy: of g there, for rows of densities.
+  /// The epsilon that the row at a node must reach, by the light that it carries; epsilon_without_light() if
+  /// `picture_error` is off. energy: the mass of g there, for rows of densities.
   double epsilon_of(SliceId slice, std::uint32_t node, float energy) const;
   double epsilon_without_light(SliceId slice) const {
     return slices_[slice]->is_sampled() ? options_.sampled_epsilon : options_.epsilon;
   }
-  /// PassReport::bias_bound.
+  /// Computes PassReport::bias_bound.
   double bias_bound() const;
   bool is_light_driven(const Slice& slice) const {
     return options_.picture_error > 0 && (slice.is_sampled() || !options_.learner->on_first_query);
   }
 
   // creations.cpp
-  /// Makes rows of the candidates, in their order, until the ceiling. Appends to changes_. True if all had room.
+  /// Makes rows of the candidates, in their order, until memory is full. Appends to changes_. True if all had room.
   bool admit(std::vector<Candidate>& candidates, PassReport& report);
-  /// Fills a new row: from the cache if that has it, and then it may have converged; else opens or learns it.
+  /// Fills a new row from the cache, if that has it, where it may have converged; otherwise opens or learns it.
   Outcome settle(Row& row) const;
-  /// Of a density; cached: what a cache has of it, or null.
+  /// Opens a row of a density. cached: the row of a cache, or null.
   Outcome open(Row& row, const CachedRow* cached) const;
   std::size_t bytes_needed(const Candidate& candidate) const;
   bool needs_nodes(const Candidate& candidate) const;
-  /// Whether a cached row answers at once: any of samples does; another is good enough for the light of its node.
+  /// Whether a cached row is used as it is: every converged row of samples, and rows of densities whose error is small
+  /// enough for the light of their node.
   bool answers(SliceId slice, const CachedRow& cached) const;
-  /// True if the pairs of the row's sketch, which a cache brought, are not what its nodes say.
+  /// True if the pairs of the row's sketch, which came from a cache, contradict its nodes.
   bool outdated(const Row& row) const;
 
   // sampled_rows.cpp
-  /// Brings every row of samples to the stage that its events ask for, coarse rows before finer ones.
+  /// Brings every row of samples to the stage that its events call for, coarse rows before finer ones.
   void grow_samples(PassReport& report);
-  /// The same for the rows of one level of one slice. again: paths of rows that begin anew, by node. moved: set for
-  /// every node whose answer has changed.
+  /// Does that for the rows of one level of one slice. again: by node, the paths of rows that start again, else 0.
+  /// moved: set for every node whose answer has changed.
   void grow_level(SliceId slice, std::size_t level, const std::vector<std::uint32_t>& again, std::vector<bool>& moved,
                   PassReport& report);
   bool learns_to_epsilon() const { return options_.learns_to_epsilon || options_.picture_error > 0; }
-  /// Paths beyond which no row of samples is taught.
+  /// The largest number of paths that a row of samples is taught by.
   std::uint32_t most_paths() const;
-  /// Events by node of a level: those of each node, shared among the nodes of the level around it.
+  /// Events by node of a level: the events of each node are shared among the nodes of the level around it.
   std::vector<double> gathered_events(const Slice& slice, std::size_t level) const;
-  /// Paths that a row at a node of a level is to have; 0: no row yet.
+  /// The number of paths that a row at a node of a level is to have; 0 if it gets no row yet.
   std::uint32_t wanted_paths(SliceId slice, std::size_t level, double events) const;
-  /// Learns a row up to so many paths, and further where it learns until it passes its test. parent: what answered
-  /// before a new row, or null. Rows run in parallel.
+  /// Learns a row up to `paths`, and further if rows learn until they pass their test. parent: what answered before a
+  /// new row, or null. Rows run in parallel.
   Outcome learn(const Row& row, std::uint32_t paths, const RibbonAnswer* parent) const;
   /// Tests a row of a cache on fresh draws.
   Outcome audit_samples(const Row& row) const;
-  /// Tests rows of a cache, once their slice is asked; all of them where one does not fit. Fills stale_.
+  /// Tests rows of a cache once their slice is queried, and all of them if one does not fit. Fills stale_.
   void audit_slice(SliceId slice, PassReport& report, std::vector<bool>& moved);
 
   // interpolation.cpp
-  /// The answer of a node by its own row, or by those of the levels above `level`. Any thread.
+  /// The answer of a node by its own row, or by rows of the levels above `level`; empty if they have no answer.
+  /// Thread-safe.
   SampledAnswer answer_of(Slice& slice, std::uint32_t node, std::size_t level);
   SampledAnswer keep_interpolated(Slice& slice, std::uint32_t node, std::unique_ptr<const RibbonAnswer> made);
-  /// What a reader sees of a node of samples. Any thread.
+  /// The view that a reader gets of a node of samples. Thread-safe.
   RowView sampled_view(SliceId slice, std::uint32_t node);
-  /// Lets go of forms and interpolated answers of nodes whose row, or any row that answers for them, has moved.
+  /// Frees the forms and interpolated answers of nodes whose row, or any row that answers for them, has changed.
   void forget_interpolated(SliceId slice, std::vector<bool> moved);
   void let_go_interpolated(Slice& slice, std::uint32_t node);
   void let_go_all_interpolated(Slice& slice);
 
   // row_update.cpp
-  /// The end of a pass for one row. Touches nothing but the row: rows run in parallel.
+  /// Ends a pass for one row. It changes only the row, so rows run in parallel.
   Outcome update(Row& row) const;
-  /// Scores a converged row of a cache against a fresh trace, or fresh draws.
+  /// Checks a converged row of a cache if its audit is due.
   Outcome audit(Row& row) const;
+  /// Scores a converged row of a density against a fresh trace.
   Outcome audit_density(Row& row) const;
-  /// Starts anew a row that failed its audit.
+  /// Starts a row again that failed its audit.
   Outcome reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const;
-  /// Opens the row: what its learner does before the first pass of it.
+  /// Opens the row: runs what its learner does before the first pass.
   void begin(Row& row, Outcome& outcome) const;
   std::uint64_t draw_validation(Row& row, const Options& options) const;
-  /// Answers the row by its mean for good: its error cannot be seen. No g is asked.
+  /// Answers the row by its mean for good, where its error would be invisible. Evaluates no g.
   void leave_unfitted(Row& row, Outcome& outcome) const;
-  /// The settings of the service with the row's own epsilon.
+  /// The options of the service with the row's own epsilon.
   Options options_of(const Row& row) const;
   /// options: options_of(row), which must outlive the context.
   FitContext context_of(Row& row, const Options& options) const;
-  /// Takes over what a context and the stop test have come to.
+  /// Stores the results of a context and of the stop test in the row.
   void conclude(Row& row, const FitContext& context, Outcome& outcome) const;
-  /// The largest error of a fit, whose attributes are known, at the decay rates of its slice; negative without any, and
-  /// of rows for which others stand.
+  /// The largest error of a fit, whose attributes are known, at the decay rates of its slice. Negative without rates
+  /// and for rows that another row represents.
   template <class Fit>
   double largest_absorbed_error(const Row& row, const Fit& fit) const;
   RandomStream stream_of(const Row& row, std::uint64_t purpose) const;
 
   // publish.cpp
   void update_rows(PassReport& report);
-  /// reopen(), where there is room; else the audit stays due.
+  /// Calls reopen() if memory has room; otherwise the audit stays due.
   void start_anew(Row& row, std::unique_ptr<const TracedNodes> nodes, PassReport& report);
   void count_converged(const Outcome& outcome, PassReport& report);
   void fill_totals(PassReport& report) const;
   void announce();
 
   // snapshot.cpp
-  /// Why the service can have no such slice.
+  /// Why the service cannot have this slice; empty if it can.
   std::optional<Error> unusable(const SliceDescription& slice) const;
-  /// False of a converged row that is of no use in the slice: of the other kind, or with other parts.
+  /// False for a converged row that the slice cannot use: one of the other kind, or with other parts.
   bool may_answer(const Slice& slice, const CachedRow& row) const;
-  /// Gives rows to cached rows until the ceiling, those that answer at once first, and keeps the rest as it is.
+  /// Makes rows of cached rows until memory is full, first of those that answer at once. Keeps the rest as cached rows.
   std::optional<Error> take(RowSource& rows);
 
   // state_write.cpp
   void write_totals(ByteWriter& out) const;
   void write_slice(ByteWriter& out, const Slice& slice) const;
-  /// False if its learner cannot be told.
+  /// False if the state of the row's learner cannot be saved.
   bool write_row(ByteWriter& out, const Row& row) const;
 
   // state_read.cpp
@@ -255,7 +258,7 @@ class Service::Table {
   struct SavedRow;
   struct SavedSlice;
   struct SavedTable;
-  /// Checks what it must know the targets for, and makes of the rows what answers for them.
+  /// Makes the checks that need the targets, and makes what answers for the rows.
   std::optional<Error> rebuild(SavedTable& saved);
   std::optional<Error> check_rows(SavedTable& saved, SliceId id) const;
   void take_over(SavedTable& saved);
@@ -266,30 +269,30 @@ class Service::Table {
   /// Makes the answer of a converged row again, without counting a query. False if the row has no answer.
   bool make_again(Form& form, std::uint32_t node);
   std::size_t form_of(const FormedRows& rows) const;
-  /// All rows of the slice are to be asked again: of readers that is, who so make them anew and show what is asked.
+  /// Drops all that was made of the slice's rows. Readers make it again, and so show which rows are in use.
   void drop_forms(SliceId slice);
   void drop(Form& form);
   void let_go(Form& form, const Made& one);
-  /// Forms give way to rows.
+  /// If memory is full, drops all forms and interpolated answers, so that rows have room.
   void make_room();
 
   // discipline.cpp
-  /// Keeps the first since the last publish().
+  /// Keeps the first error since the last publish().
   void note(Error error) const;
-  /// Why a call that belongs between passes is refused.
+  /// The error of a call that is allowed only between passes; empty between passes.
   std::optional<Error> within_pass(const char* call) const;
   Error no_such_slice(const char* call, SliceId slice) const;
-  /// Notes a node that is not there and, where passes are checked, a reader inside publish().
-  /// Options::log, if there is one.
+  /// Passes a sentence to Options::log, if that is set.
   void tell(const std::string& sentence) const {
     if (options_.log) options_.log(sentence);
   }
-  /// What of a pass is worth a sentence.
+  /// Logs what a user should know about a pass.
   void tell_of(const PassReport& report);
+  /// Notes a node that does not exist and, if passes are checked, a reader inside publish(). True if it noted one.
   bool is_misuse(const char* call, SliceId slice, std::uint32_t node);
-  /// The same of a view, which may be of an earlier pass. False unless passes are checked.
+  /// Does the same for a view, which must not be of an earlier pass. False unless passes are checked.
   bool is_stale(const char* call, const RowView& row);
-  /// g of a node that is not there.
+  /// The g of a node that does not exist: no light.
   static const TracedNodes& no_light();
 
   RowView bare_view(RowState state, SliceId slice, std::uint32_t node) const {
@@ -302,62 +305,62 @@ class Service::Table {
   }
   PassReport end_pass(std::uint64_t paths);
   RowState state_of(const Row& row) const;
-  /// Bound of its last test, negative before the first.
+  /// The bound of the row's last test; negative before the first.
   float objective_of(const Row& row) const;
-  /// Null, and reported, where the target throws or gives rays that TracedRay does not allow.
+  /// Traces a node. Returns null and reports it if the target throws or gives rays that TracedRay does not allow.
   std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
   Slot& slot_of(const Row& row) const { return slices_[row.slice]->slots[row.node]; }
-  /// Memory of the row and of what answers for it.
+  /// Bytes of the row and of what answers for it.
   std::size_t bytes_of(const Row& row) const;
-  /// Puts into its slot what readers may see of the row from now on. One row at a time.
+  /// Puts what readers see of the row from now on into its slot. One row at a time.
   void show(Row& row, Outcome& outcome);
-  /// Of a row that its learning has changed: where that is at its end, what it has come to, and it goes.
+  /// Does that for a row that learns. If it has converged, its result is shown and its Learning is freed.
   void show_learning(Row& row, bool converged);
-  /// Answers a row without learning by what a cache has. has_converged: of a row of samples.
+  /// Makes a cached row answer, without learning. has_converged: whether a row of samples counts as converged.
   void show_cached(Row& row, const CachedRow& cached, bool has_converged);
 
   Options options_;
   const Target* target_;
   std::unique_ptr<const GuardedSamples> samples_;
-  std::size_t learner_bytes_;  ///< of each open row
+  std::size_t learner_bytes_;  ///< bytes of the learner of each open row
   std::vector<std::unique_ptr<Slice>> slices_;
   std::map<SliceKey, SliceId, KeyLess> slice_of_key_;
   std::map<SliceKey, PackedSlice, KeyLess> unused_;  ///< cached slices that no add_slice() asked for
   std::deque<Row> rows_;                             ///< in order of creation
-  MixtureStore mixtures_;                            ///< what is published
+  MixtureStore mixtures_;                            ///< the published fits
   std::vector<RowChange> changes_;
   std::vector<RowChange> prepared_;  ///< changes by prepare(), which the next publish() announces
-  /// While a state is taken over: the nodes whose interpolated answers it had kept, ascending.
+  /// The nodes whose interpolated answers a state had kept, ascending; set while the state is taken over.
   const std::vector<std::uint32_t>* kept_before_ = nullptr;
-  std::vector<Stale> stale_;  ///< of the slice that grow_samples() is at
+  std::vector<Stale> stale_;  ///< rows of the slice that grow_samples() works on
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;
   bool learns_ = true;
   std::uint32_t pass_ = 0;           ///< number of the publish() that runs or ran last
-  std::size_t bytes_ = 0;            ///< of all rows
-  std::size_t index_bytes_ = 0;      ///< of all slices
-  std::uint64_t reopened_ = 0;       ///< in this session
-  std::uint64_t paths_ = 0;          ///< told to publish() so far
-  std::uint64_t reopened_told_ = 0;  ///< of reopened_, by Options::log
-  bool ceiling_told_ = false;        ///< likewise
-  bool unusable_told_ = false;       ///< likewise
-  std::uint64_t queried_ = 0;        ///< nodes ever asked for, as of the last publish()
-  ErrorQuantiles absorbed_errors_;   ///< of rows that converged in this session: these stay so
-  PassReport between_passes_;        ///< work of load() and add_slice(), told by the next publish()
+  std::size_t bytes_ = 0;            ///< bytes of all rows
+  std::size_t index_bytes_ = 0;      ///< bytes of the indices of all slices
+  std::uint64_t reopened_ = 0;       ///< rows reopened in this session
+  std::uint64_t paths_ = 0;          ///< sum of the paths given to publish()
+  std::uint64_t reopened_told_ = 0;  ///< how many of reopened_ have been logged
+  bool ceiling_told_ = false;        ///< whether full memory has been logged
+  bool unusable_told_ = false;       ///< whether unusable draws have been logged
+  std::uint64_t queried_ = 0;        ///< nodes ever queried, as of the last publish()
+  ErrorQuantiles absorbed_errors_;   ///< errors of rows that converged in this session
+  PassReport between_passes_;        ///< work of load() and add_slice(), reported by the next publish()
   std::vector<Form> forms_;
-  BlockStore blocks_;      ///< of all forms
-  std::mutex made_mutex_;  ///< of Form::made
+  BlockStore blocks_;      ///< memory of all forms
+  std::mutex made_mutex_;  ///< guards Form::made and Slice::interpolated
   mutable std::mutex misuse_mutex_;
   mutable std::optional<Error> misuse_;
   std::atomic<Phase> phase_{Phase::between};  ///< kept only where passes are checked
-  std::atomic<std::uint32_t> readers_{0};     ///< likewise: inside look_up()
-  std::atomic<std::size_t> formed_bytes_{0};  ///< of all forms and their entries
+  std::atomic<std::uint32_t> readers_{0};     ///< readers inside look_up(), kept only where passes are checked
+  std::atomic<std::size_t> formed_bytes_{0};  ///< bytes of all forms, their entries and interpolated answers
   std::atomic<std::size_t> memo_bytes_{0};
-  std::atomic<std::uint64_t> traces_{0};  ///< by readers, in the running pass
-  StripedCounter answered_queries_;       ///< queries in the running pass that were answered by forms
-  StripedCounter converged_queries_;      ///< of them, those of converged rows
-  StripedCounter forms_made_anew_;        ///< in the running pass, for want of room
-  StripedCounter unindexed_queries_;      ///< likewise, of slices without an index
+  std::atomic<std::uint64_t> traces_{0};  ///< traces by readers in the running pass
+  StripedCounter answered_queries_;       ///< queries of the running pass that forms answered
+  StripedCounter converged_queries_;      ///< those of answered_queries_ whose rows have converged
+  StripedCounter forms_made_anew_;        ///< forms made again in the running pass for lack of memory
+  StripedCounter unindexed_queries_;      ///< queries of the running pass to slices without an index
 };
 
 }  // namespace tress::adaptive

@@ -12,7 +12,7 @@
 #include "tress/adaptive/to_string.h"
 #include "tress/version.h"
 
-// Under a name of our own: its functions are weak symbols, which the linker would merge with those of a host.
+// The library gets a name of our own, because the linker would merge its weak symbols with those of a host.
 #define nlohmann tress_nlohmann
 #include <nlohmann/json.hpp>
 
@@ -84,7 +84,7 @@ Json row_fields(const RowReport& report) {
           {"light", report.light}};
 }
 
-/// Puts the host's fields beside the report's. They can neither break the line nor stand in for a field of the report.
+/// Adds the host's fields to those of the report. They can neither break the line nor replace a field of the report.
 std::optional<Error> add(const TelemetryWriter::Extra& extra, const std::string& file, Json* line) {
   for (const auto& [name, text] : extra) {
     if (line->contains(name)) return Error{file, "/" + name, "a name that the report does not use", "\"" + name + "\""};
@@ -103,7 +103,7 @@ std::optional<Error> add(const TelemetryWriter::Extra& extra, const std::string&
   return std::nullopt;
 }
 
-/// One line; text that is not UTF-8 gets U+FFFD, numbers that are not finite become null.
+/// Returns one line. Bytes that are not UTF-8 become U+FFFD, and numbers that are not finite become null.
 std::string to_line(const Json& fields) { return fields.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 }  // namespace
@@ -142,7 +142,7 @@ Result<std::unique_ptr<TelemetryWriter>> TelemetryWriter::resume(const std::file
 }
 
 std::optional<Error> TelemetryWriter::write_line(const std::string& line) {
-  // A file with a line lost in the middle would tell a false story.
+  // Without this check, a file could lack a line in the middle.
   if (failed_) return Error{file_.string(), "", "room for a line", "an earlier write that failed"};
   std::size_t written = 0;
   while (written < line.size()) {

@@ -5,7 +5,7 @@
 namespace tress::adaptive {
 namespace {
 
-/// Six significant digits, no trailing zeros.
+/// Formats with six significant digits and without trailing zeros.
 std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%g", value);

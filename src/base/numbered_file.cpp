@@ -8,7 +8,7 @@
 namespace tress {
 namespace {
 
-/// Returns the start of the last run of # and its length, or a length of 0 if there is none.
+/// Returns the start of the last run of # and its length, or a length of 0 if the name has no #.
 std::pair<std::size_t, std::size_t> mark_in(const std::string& name) {
   const std::size_t last = name.rfind('#');
   if (last == std::string::npos) return {0, 0};

@@ -3,8 +3,8 @@
 
 namespace tress {
 
-/// sin x for |x| <= pi/2, relative error below 2e-7: the series to x^11, whose next term is x^13/13! <= 6e-8. For a
-/// float or for lanes.
+/// sin x of a float or of lanes for |x| <= pi/2, with a relative error below 2e-7: the series to x^11, whose next term
+/// is x^13/13! <= 6e-8.
 template <class Float>
 inline Float quarter_sine(Float x) {
   const Float z = x * x;

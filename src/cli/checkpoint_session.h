@@ -27,7 +27,7 @@ struct SavedRender {
 Result<SavedRender> read_saved_render(const std::filesystem::path& file, const Identity* own,
                                       const std::vector<std::string>& ignored = {});
 
-/// For one thread, between passes.
+/// Use it from one thread, between passes.
 class CheckpointSession {
  public:
   using Clock = std::chrono::steady_clock;

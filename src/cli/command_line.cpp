@@ -67,8 +67,8 @@ bool takes_arguments(const CLI::App& app) {
 /// The commands that tress had until version 0.2 and that tress-lab has now.
 constexpr std::array<std::string_view, 3> laboratory_commands{"fit", "far-field", "lobes"};
 
-/// A message about the first word that is no command or option, with the nearest one; empty if there is none. CLI11
-/// would only say that it did not expect the word.
+/// A message about the first word that is no command or option, with the nearest one; empty if all words are known.
+/// CLI11 would only say that it did not expect the word.
 std::string unknown_word(const CLI::App& root, const std::vector<std::string>& words) {
   const CLI::App* app = &root;
   std::string path = root.get_name();

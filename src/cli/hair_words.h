@@ -40,8 +40,8 @@ struct HairDifference {
 };
 std::vector<HairDifference> hair_differences(const adaptive::SliceDescription& here,
                                              const adaptive::SliceDescription& there);
-/// Of the slices of the same lobe and kind, the one that differs in the fewest parameters, then by the least; null if
-/// there is none.
+/// The slice of the same lobe and kind that differs in the fewest parameters, and among those by the least. Null
+/// without such slices.
 const adaptive::SliceDescription* nearest_hair(const adaptive::SliceDescription& slice,
                                                const std::vector<adaptive::SliceDescription>& among);
 

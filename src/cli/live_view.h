@@ -38,7 +38,7 @@ class LiveView {
   void refuse_look(const std::string& message);
 
   /// Shows the pass. Also shows the picture so far, if somebody has seen the last one and the share of time allows it,
-  /// or if the page has paused the render; it waits during a pause unless `interrupted`. save: writes the picture so
+  /// or if the page has paused the render. During a pause it waits unless `interrupted`. save: writes the picture so
   /// far. Returns false if the page requests a stop or another look.
   bool after_pass(const integrate::PassProgress& pass, const Outlook& ahead, const std::atomic<bool>& interrupted,
                   const std::function<void()>& save);

@@ -16,9 +16,9 @@ namespace tress::cli {
 /// content.
 using Identity = std::map<std::string, std::string>;
 
-/// For a scene file: every value under its JSON path. A text that is the name of a file gets the hash of its content;
-/// with ####, those of the frames around the shutter. For a bare groom: the hash of the file. options: those of the
-/// command that change the picture, by name.
+/// The identity of a scene file has every value under its JSON path. A text that is the name of a file gets the hash of
+/// its content; with ####, the hashes of the frames around the shutter. The identity of a bare groom has the hash of
+/// the file. options: options of the command that change the picture, by name.
 Identity identity_of(const std::filesystem::path& scene, const std::map<std::string, std::string>& options);
 
 /// Converts to JSON, and back; empty if the text is no object of texts.

@@ -12,7 +12,7 @@
 
 namespace tress::cli {
 
-/// For one thread, between passes.
+/// Use it from one thread, between passes.
 class RenderTelemetry {
  public:
   using Extra = adaptive::TelemetryWriter::Extra;

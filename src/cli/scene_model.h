@@ -10,7 +10,7 @@
 
 namespace tress::cli {
 
-/// For one thread, between passes.
+/// Use it from one thread, between passes.
 class SceneModel {
  public:
   /// settings must outlive it.

@@ -27,11 +27,11 @@ inline bool is_default_cache(const std::filesystem::path& file) { return file ==
 /// Error if there can be no such folder, or it cannot be written to.
 std::optional<Error> check_default_cache();
 
-/// Saves by adaptive::merge_into_cache, so other sessions may save into the file at the same time. One thread, between
-/// passes. Every step is a note on stderr; a refused file, which changes the result, is a warning. default_cache is a
-/// folder with a file for each slice (adaptive::CacheFolder), with a limit that is applied after each save; in all
-/// modes, the files of the render's slices act as the file. A file that is refused (truncated, corrupted, of another
-/// model, of a later format) is never written over, except with scratch, whose purpose is to replace it.
+/// Saves by adaptive::merge_into_cache, so other sessions may save into the file at the same time. Use it from one
+/// thread, between passes. Every step is a note on stderr; a refused file, which changes the result, is a warning.
+/// default_cache is a folder with a file for each slice (adaptive::CacheFolder). Its limit is applied after each save.
+/// In all modes, the files of the render's slices act as the file. A file that is refused (truncated, corrupted, of
+/// another model, of a later format) is never written over, except with scratch, whose purpose is to replace it.
 class WarmCacheSession {
  public:
   using Clock = std::chrono::steady_clock;
@@ -63,7 +63,7 @@ class WarmCacheSession {
   std::optional<double> cpu_seconds_spared() const;
   /// Logs the same as a note, if there were any.
   void tell_savings() const;
-  /// For telemetry: the beginning and end of the session, without the file and the mode.
+  /// The beginning and end of the session, for telemetry, without the file and the mode.
   nlohmann::ordered_json telemetry() const;
 
   /// The beginning and the end of the session, and the reason if refused.

@@ -166,8 +166,8 @@ Half shaken(const Half& half, const Colors& noise) {
   return out;
 }
 
-/// The share of the filter's result that is used, 0 to 1: the one with the least squared error of picture + share
-/// (filter - picture) over the pixels around, without the nearest. gain: the noise of the picture times its difference
+/// The share of the filter's result that is used, 0 to 1. It has the least squared error of picture + share (filter -
+/// picture) over the pixels around, without the nearest. gain: the noise of the picture times its difference
 /// from the filter's result, by halves.
 struct Trust {
   Numbers share, gain, way;

@@ -45,7 +45,7 @@ std::string ranges_text(const std::vector<std::size_t>& numbers);
 /// Reads FOLDER/farm.json. Error if the file is missing, is no valid plan, or has a later version.
 Result<Plan> read_plan(const std::filesystem::path& folder);
 std::optional<Error> write_plan(const std::filesystem::path& folder, const Plan& plan);
-/// The differences of two plans as text, "chunk: expected 2, found 4"; empty if there are none.
+/// The differences of two plans as text, "chunk: expected 2, found 4"; empty if they are equal.
 std::string differences(const Plan& expected, const Plan& found);
 
 }  // namespace tress::farm

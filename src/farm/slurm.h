@@ -28,8 +28,8 @@ std::string slurm_task_script(const Plan& plan, const std::filesystem::path& fol
 std::string slurm_merge_script(const Plan& plan, const std::filesystem::path& folder);
 
 /// The command that submits such a script; it prints the id of the job. after: ids of jobs that must have succeeded.
-/// offset: at most the number of the first task; it is subtracted from the numbers in the array, which Slurm limits to
-/// MaxArraySize.
+/// offset: at most the number of the first task. It is subtracted from the numbers in the array, because Slurm limits
+/// them to MaxArraySize.
 std::vector<std::string> slurm_array_command(const std::filesystem::path& folder, const SlurmOptions& options,
                                              const std::vector<std::size_t>& tasks,
                                              const std::vector<std::string>& after, std::size_t offset = 0);

@@ -37,7 +37,7 @@ struct TaskState {
   int status = 0;         ///< exit status of the last attempt
   std::string host, job;  ///< of the last attempt; job: the scheduler's id, may be empty
 };
-/// The state in the file; waiting if there is none or it cannot be parsed.
+/// The state in the file; waiting if the file does not exist or cannot be parsed.
 TaskState read_state(const std::filesystem::path& file);
 std::optional<Error> write_state(const std::filesystem::path& file, const TaskState& state);
 

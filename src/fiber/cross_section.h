@@ -41,7 +41,7 @@ struct CrossSection {
   double follow(double h, int max_order, double least, double* path_left, Visit&& visit) const;
 
   /// The share of the TRT ray at h that is GLINT: c = 1/(1 + ((dPhi/dh)/(4 sigma))^2), dPhi/dh the derivative of the
-  /// exit azimuth, by the chain rule. In [0, 1]: 1 at a caustic; it falls to 0 at the edges of the fiber and of a total
+  /// exit azimuth, by the chain rule. It is 1 at a caustic; it falls to 0 at the edges of the fiber and of a total
   /// internal reflection, and is 0 if that prevents the exit.
   double glint_share(double h, double sigma) const;
 

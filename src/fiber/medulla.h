@@ -11,7 +11,7 @@
 
 namespace tress::fiber {
 
-/// The medulla of FiberParameters. All members are 0 if there is none, so that fibers without one are equal.
+/// The medulla of FiberParameters. All members are 0 without a medulla, so that such fibers are equal.
 struct Medulla {
   float radius = 0, scattering = 0, asymmetry = 0, absorption = 0;
 

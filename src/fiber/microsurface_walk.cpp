@@ -18,7 +18,7 @@ struct Walker {
   float below = 1;
   bool beyond = false;  ///< whether it is on the far side of the interface
 
-  /// Moves to the next facet. False if there is none and the light leaves.
+  /// Moves to the next facet. False if the light leaves without meeting one.
   bool advance(const Beckmann& facets, float u) {
     const float cosine = glm::dot(direction, up);
     if (std::abs(cosine) < level) return true;

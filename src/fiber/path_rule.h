@@ -25,8 +25,8 @@ struct CentralMoments {
 /// has no more, or if rounding hides them. `length` holds its nodes, at least 0.
 PathRule gauss_rule(const CentralMoments& moments);
 
-/// Central moments from those about 0: raw[k] = integral of x^k. For measures that are about as wide as their distance
-/// from 0.
+/// Central moments from those about 0: raw[k] = integral of x^k. They are precise for measures that are about as wide
+/// as their distance from 0.
 CentralMoments central_moments(const std::array<double, 6>& raw);
 
 }  // namespace tress::fiber

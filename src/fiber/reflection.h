@@ -14,8 +14,8 @@
 
 namespace tress::fiber {
 
-/// Light reflected at the surface, for one known direction. With d = wrap(phi_i - phi_r) and the normal's azimuth nu =
-/// phi_r + d/2, its azimuthal density is F(|cos(d/2)|; theta_r) times the shape
+/// Light reflected at the surface, for one known direction. Let d = wrap(phi_i - phi_r), and let nu = phi_r + d/2 be
+/// the normal's azimuth. The azimuthal density is F(|cos(d/2)|; theta_r) times the shape
 ///  1/2 |dh/dphi_i| = 1/4 e^2 cos(d/2) / (w(phi_r) s^3),  s^2 = cos^2 nu + e^2 sin^2 nu.
 /// Fresnel and energy are both at |theta_d| = |theta_r|, so E_R N^_R is energy_density() without any division. Azimuths
 /// are absolute (from the major axis), in radians; densities are in 1/rad. There is no blur in azimuth. Immutable plain
@@ -77,7 +77,8 @@ class ReflectionLobe {
   /// F times the shape. Its integral over phi_i is E_R.
   float energy_density(float phi_i) const { return at(phi_i).energy_density; }
   /// Draws phi_i by the offset: h uniform with probability 1 - b, else |h| = 1 - x^2 with a random sign, b = (1 -
-  /// E_R)^2 / 2. u in [0, 1); all its bits are used. In [-pi, pi). It does not depend on the kind of Fresnel.
+  /// E_R)^2 / 2. u in [0, 1); all its bits are used. The result is in [-pi, pi). It does not depend on the kind of
+  /// Fresnel.
   float sample_azimuth(float u) const {
     const float b = grazing_share_;
     float h, cos_h;  // h and the cosine, of the angle between the point's ellipse parameter and that of h = 0

@@ -14,7 +14,7 @@
 namespace tress::fiber {
 
 /// SliceKey::lobe of slices of the rough target. Their parameters are {eta, eccentricity, roughness, tilt} and the
-/// medulla's radius, scattering, asymmetry and absorption, 0 if there is none. Change this number whenever the mean of
+/// medulla's radius, scattering, asymmetry and absorption, 0 without a medulla. Change this number whenever the mean of
 /// a node's draws changes: rows of old caches are then not used. Other draws with the same mean are no reason, because
 /// a row is tested by draws that it has not seen.
 constexpr std::uint32_t rough_slice_lobe = 16;
@@ -45,8 +45,8 @@ float theta_of(float height);
 /// it. Its model name is that of make_elliptical_target(), so that one service can learn both. Stateless; any thread.
 std::unique_ptr<adaptive::SampledTarget> make_rough_target();
 
-/// The nodes of a fiber. axis_a: theta_r, 0 to 85 degrees in steps of 5, and 87.5; of both signs if there is a tilt.
-/// axis_b: phi_r, 0 to 90 degrees in steps of 7.5; only 0 for a round fiber.
+/// The slice of a fiber. axis_a is theta_r: 0 to 85 degrees in steps of 5, and 87.5, of both signs if there is a tilt.
+/// axis_b is phi_r: 0 to 90 degrees in steps of 7.5, only 0 for a round fiber.
 adaptive::SliceDescription rough_slice(const FiberParameters& fiber);
 
 /// A node, and the conversion of directions to its coordinates.

@@ -48,9 +48,9 @@ constexpr float smallest_grid_sigma = 0.06981317f;
 /// at every vertex. Four degrees in radians may round below the limit and still count as on the grid.
 constexpr bool is_below_grid(float sigma_rad) { return sigma_rad < smallest_grid_sigma * (1 - 1e-5f); }
 
-/// axis_a: phi_r, uniform on [0, pi/2] with both ends, in steps of at most sigma/3 (one node for e = 1, where the
-/// relative azimuth does not depend on phi_r). axis_b: |theta_d|, ascending: 26 nodes uniform in the cosine from 1 to
-/// 0.04, then the cosines 0.02, 0.01 and that of 89.9 degrees: 29 nodes. Radians.
+/// The axes of a slice, in radians. axis_a is phi_r, uniform on [0, pi/2] with both ends, in steps of at most sigma/3.
+/// It has one node for e = 1, where the relative azimuth does not depend on phi_r. axis_b is |theta_d|, ascending, with
+/// 29 nodes: 26 uniform in the cosine from 1 to 0.04, then the cosines 0.02, 0.01 and that of 89.9 degrees.
 std::vector<float> azimuth_axis(float eccentricity, float sigma_rad);
 std::vector<float> inclination_axis();
 

@@ -25,17 +25,17 @@ std::optional<Error> wrong_service(const adaptive::Service* service, const std::
 /// Rows that answer in a form are credited at one event of light_interval, as many times; all others always.
 class DirectionRows {
  public:
-  /// For a direction that is given, not drawn: M has no light at most of these, and nothing is credited.
+  /// Serves a direction that is given, not drawn. M has no light at most of these, so nothing is credited.
   explicit DirectionRows(const adaptive::Service* service) : service_(service), reader_(service) {}
-  /// For a direction that the event draws. service null: there are no rows.
+  /// Serves a direction that the event draws. service: null if there are no rows.
   DirectionRows(const adaptive::Service* service, const FiberEvent& event)
       : service_(service),
         reader_(service),
         importance_(event.importance),
         tells_formed_(event.importance > 0 && static_cast<std::uint32_t>(event.xi1 * 0x1p24f) % light_interval == 0) {}
 
-  /// Gets the existing answers at node b of each run; null if there is none yet. Returns true if all exist. `Row` is
-  /// the type that the form writes. lobes: those of the runs.
+  /// Gets the existing answers at node b of each run; null if a node has no answer yet. Returns true if all exist.
+  /// `Row` is the type that the form writes. lobes: those of the runs.
   template <class Row, std::size_t n>
   bool read(const std::array<adaptive::RowRun, n>& runs, const std::array<Lobe, n>& lobes, std::uint32_t b,
             std::array<const Row*, n>& rows) {

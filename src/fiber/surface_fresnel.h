@@ -19,7 +19,7 @@ class SurfaceFresnel {
     if (kind == ReflectionFresnel::longitudinal) at_normal_ = exact(1);
   }
 
-  /// cosine: of the angle of incidence in the normal plane, |cos(d/2)|, in [0, 1]. In [0, 1].
+  /// The reflectance, in [0, 1]. cosine: |cos(d/2)|, of the angle of incidence in the normal plane, in [0, 1].
   float operator()(float cosine) const {
     switch (kind_) {
       case ReflectionFresnel::exact:

@@ -20,9 +20,8 @@ namespace tress::geometry {
 namespace {
 
 /// A stretch of a strand, from a place on one segment to the same place on the next, that is present or absent as a
-/// whole.
-/// Pieces of a ribbon overlap where they meet, at the inner side of a bend, and a ray may come to both. Embree has four
-/// to a segment: the ends are in the middle of a piece.
+/// whole. Pieces of a ribbon overlap at the inner side of a bend, where a ray may meet both. Embree makes four pieces
+/// of a segment, and a cell ends in the middle of a piece.
 struct Cell {
   std::uint32_t groom, strand, index;
   Cell(const StrandCurves& curves, std::uint32_t segment, float t)
@@ -49,7 +48,7 @@ class DrawnHits {
     std::erase_if(all_, [&](const Entry& other) { return other.distance > distance; });
     return true;
   }
-  /// The drawn hit, up to `limit`, with its distance; null if there is none.
+  /// The hit that is drawn up to `limit`, with its distance; null if no hit is drawn.
   const RTCHit* choose(float limit, float* distance) {
     std::ranges::sort(all_, {}, &Entry::distance);
     float let_through = 1;
@@ -84,7 +83,7 @@ struct RayQuery {
   DrawnHits* drawn = nullptr;  ///< the hits of a ray that draws from front to back (Ray::drawn)
 };
 
-/// The result does not depend on the order of the segments.
+/// Whether the ray hits the segment there. The result does not depend on the order of the segments.
 bool is_met(const StrandCurves& curves, std::uint32_t segment, float t, std::uint64_t key) {
   const Cell cell(curves, segment, t);
   return RandomStream(key, std::uint64_t{cell.groom} << 32 | cell.strand, cell.index).next() <
@@ -278,7 +277,7 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
   return hit;
 }
 
-/// A mesh with what its hits need.
+/// A mesh and the data that its hits need.
 struct Surface {
   const scene::Mesh* mesh;
   std::uint32_t index;
@@ -356,8 +355,8 @@ RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   return geometry;
 }
 
-/// Of rays aimed at an edge that two triangles share, 3.5 % slip through a scene without the robust flag, and 0.007 %
-/// with it.
+/// The flags of the scene. Measured on rays aimed at an edge that two triangles share: 3.5 % slip through without the
+/// robust flag, and 0.007 % with it.
 RTCSceneFlags scene_flags(const TreeOptions& tree, bool has_meshes) {
   using Robust = TreeOptions::Robust;
   const bool is_robust = tree.robust == Robust::always || (tree.robust == Robust::with_meshes && has_meshes);
@@ -401,7 +400,7 @@ struct FiberScene::Implementation {
   std::atomic<std::ptrdiff_t> embree_bytes{0};
   std::vector<StrandCurves> grooms;  ///< Embree and the filter point to these: they must not move
   std::vector<Surface> surfaces;
-  /// Converts what Embree found; nothing if it found no hit. key: the key of rays that leave the hit.
+  /// Converts the hit that Embree found; empty if it found none. key: the key of rays that leave the hit.
   std::optional<Hit> hit(const Ray& ray, const RTCRayHit& found, std::uint64_t key) const {
     if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     const float distance_cm = found.ray.tfar - start;
@@ -446,7 +445,7 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
     self.surfaces.push_back({&mesh, index, largest_coordinate(mesh)});
     if (!mesh.triangles.empty()) attach(self.scene, triangles(self.device, mesh), scene.grooms.size() + index);
   }
-  // Called from any thread; returns true to continue.
+  // Embree calls it from any thread; it returns true to continue.
   const auto tell = [](void* listener, double share) {
     (*static_cast<const std::function<void(double)>*>(listener))(share);
     return true;

@@ -61,7 +61,7 @@ struct StrandCurves {
   /// The probability that a ray hits the segment there, [0, 1]: the groom's presence times its own width over the
   /// widened one.
   float presence(std::uint32_t segment, float t) const;
-  /// For linear strands: the point of the axis.
+  /// The point of the axis of a linear strand.
   glm::vec3 axis(std::uint32_t segment, float t, float time) const;
   /// The motion of a place on the axis, in any basis, from the opening of the shutter to its closing, cm.
   glm::vec3 way(std::uint32_t segment, float t) const;

@@ -42,7 +42,7 @@ glm::dvec3 least_aligned_normal(const glm::dvec3& tangent, const Turned& turned,
   return glm::normalize(axis - glm::dot(axis, tangent) * tangent);
 }
 
-/// The unit vector, or 0.
+/// The unit vector along x, or 0 if x is 0.
 glm::dvec3 direction_of(const glm::dvec3& x) {
   const double length = glm::length(x);
   return length > 0 ? x / length : glm::dvec3(0);
@@ -105,12 +105,12 @@ std::vector<KnotFrame> frames_from(glm::dvec3 normal, const StrandKnots& knots, 
   return frames;
 }
 
-/// Of an axis and its opposite, returns the one nearer to `to`, or the axis if both are equally near.
+/// Returns the axis or its opposite, whichever is nearer to `to`; the axis if both are equally near.
 glm::dvec3 on_the_side_of(const glm::dvec3& to, const glm::dvec3& axis) {
   return glm::dot(axis, to) < -rounding ? -axis : axis;
 }
 
-/// Interpolates axes at the knots from those at the points; 0 means none.
+/// Interpolates axes at the knots from those at the points. 0 stands for no axis.
 std::vector<glm::dvec3> knot_axes(std::span<const glm::vec3> axis, StrandBasis basis) {
   const std::size_t count = axis.size(), stride = basis == StrandBasis::bezier ? 3 : 1;
   std::vector<glm::dvec3> at;

@@ -40,8 +40,8 @@ StrandKnots strand_knots(std::span<const glm::vec3> points, scene::StrandBasis b
 
 /// Frames at the knots by double reflection (Wang et al. 2008). The major axis leaves the root at root_angle_rad from
 /// root_normal and turns by turn_rad_per_cm times the length of the polygon of knots. turned_rad: the angle by which
-/// the strand has been turned about z (scene::Groom::turned_rad); the axes of root_normal turn with it, so that the
-/// frames do.
+/// the strand has been turned about z (scene::Groom::turned_rad). The axes of root_normal turn with it, so that the
+/// frames turn, too.
 std::vector<KnotFrame> strand_frames(const StrandKnots& knots, double root_angle_rad, double turn_rad_per_cm,
                                      double turned_rad = 0);
 

@@ -30,28 +30,29 @@ namespace tress::image {
 namespace {
 
 constexpr std::uint64_t most_pixels = std::uint64_t{1} << 26;
-/// Deflate makes at most 1032 bytes of one, which are 8 pixels each where a pixel has one bit.
+/// Deflate expands a byte to at most 1032 bytes, each of which is 8 pixels if a pixel has one bit.
 constexpr std::uint64_t most_pixels_of_a_byte = 8256;
 
 struct Free {
   void operator()(void* memory) const { stbi_image_free(memory); }
 };
 
-/// Big-endian.
+/// Reads a big-endian number.
 std::uint64_t number_at(std::span<const unsigned char> bytes, std::size_t at) {
   return std::uint64_t{bytes[at]} << 24 | std::uint64_t{bytes[at + 1]} << 16 | std::uint64_t{bytes[at + 2]} << 8 |
          bytes[at + 3];
 }
 
-/// Width and height as a PNG begins.
+/// Width and height from the first bytes of a PNG.
 std::optional<std::pair<std::uint64_t, std::uint64_t>> png_size(std::span<const unsigned char> bytes) {
   if (bytes.size() < 24) return std::nullopt;
   return std::pair(number_at(bytes, 16), number_at(bytes, 20));
 }
 
-/// Where a chunk of a PNG, up to its last one, is not whole: the decoder takes memory by the length that it says.
+/// The offset of a chunk that reaches beyond the end of a PNG; empty if all chunks are whole. The decoder would
+/// allocate the length that the chunk claims.
 std::optional<std::size_t> long_chunk(std::span<const unsigned char> bytes) {
-  constexpr std::size_t mark = 8, frame = 12;  // of a chunk: length, type, sum
+  constexpr std::size_t mark = 8, frame = 12;  // frame: length, type and checksum of a chunk
   for (std::size_t at = mark;;) {
     if (bytes.size() - at < frame) return at;
     const std::uint64_t length = number_at(bytes, at);
@@ -61,7 +62,7 @@ std::optional<std::size_t> long_chunk(std::span<const unsigned char> bytes) {
   }
 }
 
-/// Linear values of all that n bits can say.
+/// Linear values of all numbers of n bits.
 template <class Value>
 std::vector<float> table_of() {
   std::vector<float> table(std::size_t{std::numeric_limits<Value>::max()} + 1);
@@ -107,7 +108,7 @@ Result<ColorImage> parse_png(std::span<const unsigned char> bytes, const std::st
     return error("size", fmt::format("1 to {} pixels in a file of this size", most),
                  fmt::format("{} x {}", across, down));
   };
-  if (const auto claim = png_size(bytes)) {  // of which the decoder would only say that it is no picture
+  if (const auto claim = png_size(bytes)) {  // the decoder's error would not name the size
     if (auto refused = too_large(claim->first, claim->second)) return *refused;
   }
   if (const auto place = long_chunk(bytes))
@@ -140,10 +141,10 @@ std::string in_small_letters(std::string text) {
   return text;
 }
 
-/// The three channels of the color, or the one of grey; none where it is not clear which.
+/// The three channels of the color, or the one of grey; empty if it is not clear which they are.
 std::vector<std::string> color_channels(const std::vector<std::string>& names) {
   using Triple = std::array<std::string, 3>;
-  std::vector<std::pair<std::string, Triple>> layers;  // by their names in small letters, that of the picture first
+  std::vector<std::pair<std::string, Triple>> layers;  // by their names in lower case; the picture's own color is first
   for (const std::string& name : names) {
     const std::size_t dot = name.rfind('.');
     const std::string layer = dot == name.npos ? "" : name.substr(0, dot + 1), last = name.substr(layer.size());
@@ -175,7 +176,7 @@ glm::dmat3 xyz_from(const std::array<float, 8>& c) {
 
 constexpr std::array<float, 8> rec709{0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
 
-/// From colors of these chromaticities to Rec. 709; nothing where they are the same or no colors.
+/// The matrix from colors of these chromaticities to Rec. 709; empty if they are the same or invalid.
 std::optional<glm::dmat3> to_rec709(const std::array<float, 8>& c) {
   constexpr float rounding = 1e-3f;
   bool is_same = true;
@@ -191,7 +192,7 @@ std::optional<glm::dmat3> to_rec709(const std::array<float, 8>& c) {
   return glm::inverse(to) * adapt * from;
 }
 
-/// Infinite values become the largest finite one of their sign, NaN 0; how many.
+/// Replaces infinite values by the largest finite absolute value, with their sign, and NaN by 0. Returns their number.
 std::size_t mend(std::vector<glm::vec3>* pixels) {
   float largest = 0;
   for (const glm::vec3& pixel : *pixels)

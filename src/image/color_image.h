@@ -1,4 +1,4 @@
-// Pictures of color that a scene is made of: PNG and OpenEXR as linear RGB.
+// Color pictures for a scene: reads PNG and OpenEXR as linear RGB.
 #pragma once
 
 #include <filesystem>
@@ -14,21 +14,21 @@ namespace tress::image {
 struct ColorImage {
   int width = 0, height = 0;
   std::vector<glm::vec3> pixels;          ///< linear RGB of Rec. 709, row-major, top row first; finite
-  std::vector<std::string> remarks = {};  ///< what was chosen, converted and mended
+  std::vector<std::string> remarks = {};  ///< what was chosen, converted and replaced, for the user
 };
 
-/// Whether the bytes begin as a PNG does.
+/// Whether the bytes begin like a PNG.
 bool is_png(std::span<const unsigned char> bytes);
 
-/// A PNG (8 or 16 bit; grey becomes RGB, alpha is left out). Values are those of sRGB (IEC 61966-2-1),
-/// whatever profile the file has; the result is in [0, 1]. The size is held against 2^26 pixels and against the number
-/// of bytes before memory is taken. `name` is the file named in errors. Thread-safe.
+/// Reads a PNG (8 or 16 bit; grey becomes RGB, alpha is left out). Values count as sRGB (IEC 61966-2-1), whatever
+/// profile the file has; the result is in [0, 1]. Before memory is allocated, the size is checked against 2^26 pixels
+/// and against the number of bytes. name: the file to name in errors. Thread-safe.
 Result<ColorImage> parse_png(std::span<const unsigned char> bytes, const std::string& name);
 
-/// The color of an EXR: its R, G, B (or red, green, blue), those of its layer, of several the one called beauty,
-/// combined or rgba, or Y alone as grey. Of other channels nothing matters. The whole display window, black where it
-/// has no data. Colors of other chromaticities become those of Rec. 709 (white adapted by Bradford's cones); values
-/// that are not finite become the largest that is, NaN 0. All of this is remarked.
+/// Reads the color of an EXR: its R, G, B (or red, green, blue), those of its only layer, those of the layer called
+/// beauty, combined or rgba, or Y alone as grey. Other channels are ignored. The result is the whole display window,
+/// black where it has no data. Colors of other chromaticities are converted to Rec. 709 (white adapted by Bradford's
+/// cones). Infinite values become the largest finite one, and NaN becomes 0. `remarks` names what was done.
 Result<ColorImage> read_exr_color(const std::filesystem::path& file);
 
 /// sRGB to linear, both in [0, 1].

@@ -15,11 +15,11 @@ namespace {
 constexpr int longest_name = 255, most_parts = 1024, most_attributes = 65536;
 constexpr std::uint32_t magic = 20000630, many_parts = 0x1000;
 constexpr std::int64_t most_tile_bytes = std::int64_t{1} << 28;
-constexpr std::int64_t rows_of_a_block = 256;  ///< the most of any compression (DWAB)
-constexpr std::uint32_t channel_bytes = 18;    ///< the least that describes one
-constexpr std::int64_t most_deflated = 1032;   ///< bytes from one
+constexpr std::int64_t rows_of_a_block = 256;  ///< largest number of any compression (DWAB)
+constexpr std::uint32_t channel_bytes = 18;    ///< smallest size of the description of a channel
+constexpr std::int64_t most_deflated = 1032;   ///< largest number of bytes that deflate makes from one
 
-/// Values of these types are as long as the type says; OpenEXR reads that many bytes whatever the header tells.
+/// Sizes of the types with a fixed size. OpenEXR reads that many bytes, whatever size the header gives.
 constexpr std::array<std::pair<const char*, std::int64_t>, 26> fixed_sizes{{{"box2f", 16},
                                                                             {"box2i", 16},
                                                                             {"chromaticities", 32},
@@ -47,7 +47,7 @@ constexpr std::array<std::pair<const char*, std::int64_t>, 26> fixed_sizes{{{"bo
                                                                             {"v4f", 16},
                                                                             {"v4i", 16}}};
 
-/// Little-endian, as far as the file goes.
+/// Reads little-endian numbers and names until the end of the file.
 class HeaderReader {
  public:
   explicit HeaderReader(const std::filesystem::path& file) : in_(file, std::ios::binary) {}
@@ -61,7 +61,7 @@ class HeaderReader {
   }
   std::int64_t i32() { return static_cast<std::int32_t>(u32()); }
 
-  /// Up to a zero, which is not part of it. The stream fails where there is none within 255 characters.
+  /// Reads a name up to a zero byte. The stream fails if there is no zero within 255 characters.
   std::string name() {
     std::array<char, longest_name + 1> text{};
     in_.getline(text.data(), text.size(), '\0');
@@ -75,8 +75,8 @@ class HeaderReader {
   std::ifstream in_;
 };
 
-/// The bytes that OpenEXR reads as a value of this type, from its beginning at the reader; `size` where it believes the
-/// header. -1: of those it asks for too much memory.
+/// The number of bytes that OpenEXR reads for a value of this type, which begins at the reader. It is `size` where
+/// OpenEXR trusts the header, and -1 if OpenEXR would allocate too much memory.
 std::int64_t bytes_read(HeaderReader& reader, const std::string& type, std::int64_t size) {
   for (const auto& [name, bytes] : fixed_sizes)
     if (type == name) return bytes;
@@ -93,16 +93,16 @@ std::int64_t bytes_read(HeaderReader& reader, const std::string& type, std::int6
   return size;
 }
 
-/// Of one part: what decides how much OpenEXR allocates.
+/// The values of one part that decide how much OpenEXR allocates.
 struct Claims {
-  std::int64_t width = 0, height = 0;  ///< 0: no data window
+  std::int64_t width = 0, height = 0;  ///< 0 without a data window
   std::int64_t tile_width = 0, tile_height = 0;
   std::uint32_t channels = 1;
 };
 
 std::optional<Error> check(const Claims& claims, const std::string& file, std::int64_t file_bytes,
                            std::int64_t most_pixels) {
-  if (claims.width == 0) return std::nullopt;  // without a data window: OpenEXR says so
+  if (claims.width == 0) return std::nullopt;  // OpenEXR reports a missing data window
   const auto error = [&](const char* attribute, std::string expected, std::int64_t across, std::int64_t down) {
     return Error{file, std::string("header ") + attribute, std::move(expected), fmt::format("{} x {}", across, down)};
   };
@@ -137,7 +137,7 @@ std::optional<Error> check_exr_header(const std::filesystem::path& file, std::in
     Claims claims;
     for (bool first = true;; first = false) {
       const std::string name = reader.name();
-      if (!reader.good()) return std::nullopt;  // a header that is cut off
+      if (!reader.good()) return std::nullopt;  // the header is truncated; OpenEXR reports it
       if (name.empty()) {
         if (first) return std::nullopt;  // the last part was before
         break;

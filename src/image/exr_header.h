@@ -1,5 +1,5 @@
-// What an EXR file claims before OpenEXR believes it: OpenEXR allocates what a header asks for, a few hundred bytes of
-// which can ask for gigabytes.
+// Checks the claims of an EXR header before OpenEXR reads it. OpenEXR allocates what a header asks for, and a header of
+// a few hundred bytes can ask for gigabytes.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,10 @@
 
 namespace tress::image {
 
-/// Why the claims of the file's headers cannot be true or are too large, by the attribute: the value of every attribute
-/// lies in the file and is as long as its type, the data window has 1 to most_pixels pixels, a tile takes at most 2^28
-/// bytes, and the table of the picture's blocks fits into the file. Damage of other kinds is left to OpenEXR.
+/// Returns an error, with the attribute, if the claims of the file's headers are impossible or too large. The value of
+/// every attribute must lie in the file and be as long as its type. The data window must have 1 to most_pixels pixels,
+/// a tile must take at most 2^28 bytes, and the table of the picture's blocks must fit into the file. OpenEXR finds
+/// other kinds of damage.
 std::optional<Error> check_exr_header(const std::filesystem::path& file, std::int64_t most_pixels);
 
 }  // namespace tress::image

@@ -23,7 +23,7 @@ std::string layer_of(const std::string& channel) {
 
 namespace {
 
-/// Whether the layer is the one of this name or of a numbered set of this name.
+/// Whether the layer has this name or belongs to the numbered set of this name.
 bool is_of(const std::string& layer, const std::string& name) {
   if (!layer.starts_with(name)) return false;
   const std::string number = layer.substr(name.size());
@@ -54,14 +54,14 @@ void keep_layers(const std::vector<std::string>& layers, Picture* picture) {
 
 namespace {
 
-/// Of the pixels that two windows share.
+/// The window of the pixels that two windows share.
 Window overlap(const Window& a, const Window& b) {
   const int left = std::max(a.left, b.left), top = std::max(a.top, b.top);
   return {left, top, std::max(0, std::min(a.left + a.width, b.left + b.width) - left),
           std::max(0, std::min(a.top + a.height, b.top + b.height) - top)};
 }
 
-/// The pixels of a row of `window` that lies in the picture.
+/// The pixels of a row of `window`, which must lie in the picture.
 const float* row_of(const Picture& picture, const Channel& channel, const Window& window, int row) {
   return channel.pixels.data() +
          static_cast<std::size_t>(window.top + row - picture.top) * static_cast<std::size_t>(picture.width) +

@@ -1,4 +1,4 @@
-// Layered pictures: memory, OpenEXR, PNG preview, comparison. The only folder that includes OpenEXR.
+// Layered pictures: in memory, as OpenEXR and as PNG preview, and their comparison. Only this folder includes OpenEXR.
 #pragma once
 
 #include <array>
@@ -28,19 +28,19 @@ struct Window {
 };
 
 struct Picture {
-  int width = 0, height = 0;  ///< of what is there
-  /// A part of a larger image (EXR: the data window within the display window) begins here ...
+  int width = 0, height = 0;  ///< size of the pixels that are stored
+  /// Where the picture begins in a larger image of which it is a part (EXR: the data window within the display window).
   int left = 0, top = 0;
-  /// ... in an image of this size; 0: of the picture's own.
+  /// Size of that image; 0 if it is the picture itself.
   int whole_width = 0, whole_height = 0;
   std::vector<Channel> channels;
   std::map<std::string, std::string> metadata;  ///< header strings
-  /// 4 x 4 matrices of the header (M44f), row by row, for points as row vectors: worldToCamera, worldToNDC.
+  /// 4 x 4 matrices of the header (M44f), row by row, for row vectors: worldToCamera, worldToNDC.
   std::map<std::string, std::array<float, 16>> matrices;
-  /// Of the display window at distance 1 from the camera; 1 of a picture without one (screenWindowWidth).
+  /// Width of the display window at distance 1 from the camera (screenWindowWidth); 1 for a picture without a camera.
   float screen_width = 1;
-  std::array<float, 2> screen_center{0, 0};  ///< of it there, right and up, from where the camera looks
-  /// x, y of red, green, blue and white of what R, G, B are, where the header says it; else those of Rec. 709.
+  std::array<float, 2> screen_center{0, 0};  ///< its middle there, right and up from the view's axis
+  /// x, y of the red, green, blue and white of R, G, B, if the header has them; otherwise they are those of Rec. 709.
   std::optional<std::array<float, 8>> chromaticities = {};
   const Channel* find(const std::string& name) const;
   Window window() const { return {left, top, width, height}; }
@@ -49,52 +49,55 @@ struct Picture {
   }
 };
 
-/// The layer of a channel: what is before its last dot, "TT" of "TT.G"; "beauty" of R, G, B and A; else its name.
+/// The layer of a channel: the part before its last dot ("TT" for "TT.G"), "beauty" for R, G, B and A, otherwise its
+/// name.
 std::string layer_of(const std::string& channel);
-/// Leaves beauty and the named layers; a name is that of NAME00, NAME01, ... too. What the header says of mattes that
-/// are taken out goes with them.
+/// Removes all layers except beauty and the named ones. A name also stands for NAME00, NAME01, ... Entries of the
+/// header for removed mattes are removed, too.
 void keep_layers(const std::vector<std::string>& layers, Picture* picture);
 
-/// How many bits a channel has. half: 16 where they are enough; 32 for distances (Z), places (P, strand_uv), motion
-/// (forward), all variances, which span more, for ids (strand_id, mattes: Crypto...), and for layers with a value
-/// beyond 65504 or none above 1/256, whose halves would be infinite or coarse.
+/// Bits of a channel. full: 32. half: 16 where they are enough. It keeps 32 for distances (Z), places (P, strand_uv),
+/// motion (forward) and all variances, which span more, and for ids (strand_id, mattes: Crypto...). It also keeps 32
+/// for layers whose halves would be infinite or coarse: with a value beyond 65504, or without a value above 1/256.
 enum class Precision { half, full };
 
-/// zip: as small as it gets. none: several times larger, and written in a tenth of the time.
+/// zip: the smallest files. none: files several times larger, written in a tenth of the time.
 enum class Compression { zip, none };
 
-/// Scanline, one part. Written to a temporary file and renamed. A value that is not finite, or a part that reaches
-/// outside its image, is an error.
+/// Writes an EXR of one part with scanlines, through a temporary file that is renamed. Values that are not finite and
+/// pictures that reach outside their image are errors.
 std::optional<Error> write_exr(const std::filesystem::path& file, const Picture& picture,
                                Precision precision = Precision::full, Compression compression = Compression::zip);
-/// What read_exr() of a file of that precision would bring.
+/// Rounds all values to those that read_exr() would read from a file of that precision.
 void round_as_written(Picture* picture, Precision precision);
-/// Any EXR of one or more float or half channels, at most 2^28 pixels. Rejects NaN, truncated and foreign files.
+/// Reads any EXR of one or more float or half channels and at most 2^28 pixels. Rejects values that are not finite,
+/// truncated files and other formats.
 Result<Picture> read_exr(const std::filesystem::path& file);
 
-/// Which channels of a file are read, of the names of all; fewer than all may be of any type.
+/// Chooses the channels to read from the names of all channels of a file. Channels that are not chosen may have any
+/// type.
 using ChooseChannels = std::function<std::vector<std::string>(const std::vector<std::string>&)>;
-/// The same of some channels, values that are not finite included. An error where none is chosen.
+/// Reads some channels of an EXR, including values that are not finite. It is an error to choose no channel.
 Result<Picture> read_exr_channels(const std::filesystem::path& file, const ChooseChannels& choose);
-/// How a preview is made of a picture.
+/// Settings of a preview.
 struct Preview {
-  bool alpha = false;         ///< of A, straight: what is covered in its own color; else opaque
-  double exposure_stops = 0;  ///< R, G, B are scaled by 2 to this
+  bool alpha = false;         ///< whether the preview has the alpha of A, not premultiplied; otherwise it is opaque
+  double exposure_stops = 0;  ///< R, G, B are scaled by 2 to the power of this
   View view = View::standard;
-  std::string_view layer{};  ///< shown in place of R, G, B where the picture has it; its letters outlive this
+  std::string_view layer{};  ///< shown instead of R, G, B if the picture has it; its characters must outlive this
 };
 
-/// 8 bits of R, G, B as a display with sRGB primaries shows them. Opaque: over what R, G, B have, or over mid-grey
-/// where the picture has no background at all. Atomic like write_exr.
+/// Writes R, G, B with 8 bits for a display with sRGB primaries. An opaque preview of a picture without background is
+/// over mid-grey. The file is replaced atomically, as by write_exr.
 std::optional<Error> write_png(const std::filesystem::path& file, const Picture& picture, const Preview& preview = {});
 
-/// B against A over R, G, B of the pixels that both have: parts of images of one size.
+/// Difference of B from A in R, G, B, over the pixels that both have. Both must be parts of images of the same size.
 struct Difference {
   double rel_mse = 0;            ///< mean of (b-a)^2 / (a^2 + 1e-2 * mean(a)^2), per channel then mean
   double mae = 0;                ///< mean |b-a|
   std::array<double, 3> bias{};  ///< mean of b - a
   double largest = 0;            ///< max |b-a|
-  bool identical = false;        ///< every channel of both, bit for bit, there
+  bool identical = false;        ///< whether all channels are equal there, to the bit
 };
 Result<Difference> compare(const Picture& a, const Picture& b, const std::string& name_a, const std::string& name_b);
 

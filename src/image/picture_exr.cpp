@@ -1,4 +1,4 @@
-// OpenEXR in and out.
+// Reads and writes OpenEXR.
 #include <ImfArray.h>
 #include <ImfChannelList.h>
 #include <ImfChromaticities.h>
@@ -40,18 +40,18 @@ namespace {
 constexpr std::int64_t most_pixels = std::int64_t{1} << 28;
 constexpr int longest_side = 1 << 17;
 constexpr std::size_t most_channels = 1024;
-constexpr float least_of_halves = 1.0f / 256;  ///< the largest value of a layer; steps of halves are then 2e-5 of it
-constexpr int rows_at_a_time = 256;  ///< memory grows with what the file really holds, not with what it claims
+constexpr float least_of_halves = 1.0f / 256;  ///< a layer of halves has a value above this; steps are then 2e-5 of it
+constexpr int rows_at_a_time = 256;            ///< memory then grows with the data, not with the claims of the header
 
-/// No compression of OpenEXR makes more than this many bytes of floats from one (deflate 1032, halves doubled); DWA
-/// codes flat blocks of 64 once more. A picture that claims more is damaged.
+/// Largest number of bytes of floats in a file of this size. Deflate expands a byte to at most 1032, and halves double
+/// to floats; DWA also codes flat blocks of 64 values. A picture that claims more is damaged.
 std::uint64_t most_bytes(Imf::Compression compression, std::uint64_t file_bytes) {
   const bool dwa = compression == Imf::DWAA_COMPRESSION || compression == Imf::DWAB_COMPRESSION;
   const std::uint64_t slack = std::uint64_t{64} << 20, cap = std::uint64_t{8} << 30;
   return std::min(cap, slack + std::min(file_bytes, cap) * (dwa ? 65536 : 4096));
 }
 
-/// The pixel that is not finite, "channel X, pixel (x, y)"; empty if all are.
+/// The place of the first value that is not finite, as "channel X, pixel (x, y)"; empty if all are finite.
 std::string find_not_finite(const Channel& channel, int width) {
   const auto bad =
       std::find_if(channel.pixels.begin(), channel.pixels.end(), [](float x) { return !std::isfinite(x); });
@@ -86,11 +86,11 @@ std::optional<Error> check_layout(const std::filesystem::path& file, const Pictu
   return std::nullopt;
 }
 
-/// The layers whose values halves hold (Precision::half).
+/// The layers that are written as halves (Precision::half).
 std::set<std::string> layers_of_halves(const Picture& picture) {
   std::map<std::string, float> largest;
   for (const Channel& channel : picture.channels) {
-    if (channel.name == "A") continue;  // a share, which halves hold: it says nothing of how bright R, G, B are
+    if (channel.name == "A") continue;  // alpha fits in halves and does not show how bright R, G, B are
     float& most = largest[layer_of(channel.name)];
     for (const float x : channel.pixels) most = std::max(most, std::abs(x));
   }
@@ -104,8 +104,8 @@ std::set<std::string> layers_of_halves(const Picture& picture) {
   return layers;
 }
 
-/// Rows of `width` floats or halves, of which the first begins at pixel (left, top). The slice's base is where pixel
-/// (0, 0) would be: computed as an integer, it may lie outside the rows.
+/// A slice of rows of `width` floats or halves, of which the first begins at pixel (left, top). Its base is the address
+/// of pixel (0, 0), which may lie outside the rows and is therefore computed as an integer.
 template <class Value>
 Imf::Slice slice(Value* rows, int left, std::int64_t top, int width) {
   const auto row_bytes = static_cast<std::int64_t>(sizeof(Value)) * width;
@@ -121,7 +121,7 @@ Imath::M44f matrix_of(const std::array<float, 16>& rows) {
   return matrix;
 }
 
-/// A file in memory: OpenEXR's own stream loses the errors of its last buffer, and its destructors lose all.
+/// A file in memory. OpenEXR's own stream loses errors of its last buffer, and its destructors lose all errors.
 class MemoryStream : public Imf::OStream {
  public:
   MemoryStream() : Imf::OStream("picture") {}
@@ -160,7 +160,7 @@ std::optional<Error> write_exr(const std::filesystem::path& file, const Picture&
     Imf::FrameBuffer frame;
     std::set<std::string> of_halves;
     if (precision == Precision::half) of_halves = layers_of_halves(picture);
-    std::list<std::vector<half>> halves;  // as long as the frame points to them
+    std::list<std::vector<half>> halves;  // the frame points to them
     for (const auto& channel : picture.channels) {
       if (of_halves.contains(layer_of(channel.name))) {
         halves.emplace_back(channel.pixels.begin(), channel.pixels.end());

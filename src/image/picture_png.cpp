@@ -1,4 +1,4 @@
-// 8 bit previews.
+// Writes previews with 8 bits.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr float mid_grey = 0.18f;
 
-/// Of a value in [0, 1].
+/// Rounds a value in [0, 1] to 8 bits.
 std::uint8_t in_8_bits(float value) { return static_cast<std::uint8_t>(std::lround(255 * value)); }
 
 void append_bytes(void* context, void* data, int size) {
@@ -37,7 +37,7 @@ std::optional<Error> write_png(const std::filesystem::path& file, const Picture&
   for (const Channel* channel : rgb)
     if (!channel || channel->pixels.size() != pixels || pixels == 0)
       return Error{file.string(), "channels", "R, G and B of every pixel", "a picture without them"};
-  // A picture that carries its background shows it; one of hair alone lies over mid-grey.
+  // An opaque preview shows the background of the picture, or mid-grey if it has none.
   const Channel* alpha = preview.alpha || !picture.find("background.R") ? picture.find("A") : nullptr;
   const bool keeps_alpha = preview.alpha && alpha;
   const std::size_t bytes_per_pixel = keeps_alpha ? 4 : 3;

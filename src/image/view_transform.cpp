@@ -22,14 +22,14 @@ glm::vec3 encode_srgb(const glm::vec3& linear) {
   return {encode_srgb(linear.x), encode_srgb(linear.y), encode_srgb(linear.z)};
 }
 
-/// Finite, not negative.
+/// Makes a color finite and not negative.
 glm::vec3 bounded(const glm::vec3& color) {
   static constexpr float brightest = 1e6f;
   const auto one = [](float x) { return x > 0 ? std::min(x, brightest) : 0.0f; };
   return {one(color.x), one(color.y), one(color.z)};
 }
 
-/// Linear to linear, after the specification of Khronos: ToneMapping/PBR_Neutral.
+/// Converts linear to linear values by the specification of Khronos, ToneMapping/PBR_Neutral.
 glm::vec3 khronos_neutral(glm::vec3 color) {
   constexpr float fresnel = 0.04f, compressed_from = 0.8f - fresnel, desaturation = 0.15f;
   const float least = std::min({color.x, color.y, color.z});
@@ -42,13 +42,13 @@ glm::vec3 khronos_neutral(glm::vec3 color) {
   return glm::mix(color * (new_peak / peak), glm::vec3(new_peak), whiteness);
 }
 
-/// The polynomial that stands for the sigmoid of AgX, [0, 1] to [0, 1].
+/// The polynomial that approximates the sigmoid of AgX, from [0, 1] to [0, 1].
 float agx_curve(float x) {
   const float x2 = x * x, x4 = x2 * x2;
   return 15.5f * x4 * x2 - 40.14f * x4 * x + 31.96f * x4 - 6.868f * x2 * x + 0.4298f * x2 + 0.1191f * x - 0.00232f;
 }
 
-/// Linear to what the display gets: the primaries drawn in, the light by stops, the curve, the primaries drawn out.
+/// Converts linear to display values: inset of the primaries, logarithm in stops, curve, outset of the primaries.
 glm::vec3 agx(const glm::vec3& color) {
   const glm::mat3 inset(0.842479062253094f, 0.0423282422610123f, 0.0423756549057051f,   //
                         0.0784335999999992f, 0.878468636469772f, 0.0784336f,            //

@@ -55,7 +55,7 @@ MeasuredBias BiasAuditor::measured(const Film& film) const {
       const double squares = std::max(pixel.squares - 2 * mean * pixel.light + paths * mean * mean, 0.0);
       shown += paths * mean;
       traced += pixel.light;
-      variance += squares * (1 + paths / samples);  // the film's mean has noise of its own
+      variance += squares * (1 + paths / samples);  // the film's mean has noise, too
       bias.paths += pixel.paths;
     }
   }

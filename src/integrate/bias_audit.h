@@ -1,4 +1,4 @@
-// How far a picture is from what an unbiased model would have made of it, measured on a few of its samples.
+// Measures how far a picture is from that of an unbiased model, on a few of its samples.
 #pragma once
 
 #include <cstdint>
@@ -13,29 +13,29 @@
 
 namespace tress::integrate {
 
-/// Traces its own paths, with streams that the picture has not, through the same pixels. Thread-safety as of Film:
-/// distinct pixels from distinct threads. The same bits for any number of threads.
+/// Traces its own paths through the same pixels, with random streams that the picture does not use. Distinct pixels may
+/// be audited from distinct threads. The result is the same to the bit for any number of threads.
 class BiasAuditor {
  public:
-  /// All references must outlive it. options, brightness: of the render.
+  /// All references must outlive this object. options, brightness: those of the render.
   BiasAuditor(const BiasAudit& audit, const scene::Scene& scene, const geometry::FiberScene& fibers,
               const RenderOptions& options, float brightness, const image::Window& window);
 
-  /// Traces the pixel once more if the sample is one of the audited.
+  /// Traces the pixel once more if the sample is audited.
   void audit(int x, int y, std::uint32_t sample);
 
-  /// Against the film's means: each audited pixel counts as often as it was traced, so that what differs between
-  /// pixels is no noise.
+  /// Compares with the film's means. Each audited pixel counts as often as it was traced, so that differences between
+  /// pixels are not noise.
   MeasuredBias measured(const Film& film) const;
 
-  /// As of Film.
+  /// The state as named bytes, with the rules of Film::sections() and Film::set_sections().
   std::pair<std::string, std::string_view> section() const;
   bool set_section(const std::map<std::string, std::string>& sections);
 
  private:
   struct Sums {
-    double light = 0, squares = 0;  ///< of luminance
-    std::uint64_t paths = 0;        ///< 64 bits, so that no byte of it is unset
+    double light = 0, squares = 0;  ///< sums of luminance and of its square
+    std::uint64_t paths = 0;        ///< 64 bits, so that the struct has no padding
   };
 
   RenderOptions options_;

@@ -8,7 +8,7 @@
 namespace tress::integrate {
 namespace {
 
-constexpr double near_cm = 0.1;  ///< z of worldToNDC is 0 there, 1 at infinity
+constexpr double near_cm = 0.1;  ///< depth at which z of worldToNDC is 0; it is 1 at infinity
 
 std::array<float, 16> as_floats(const std::array<double, 16>& matrix) {
   std::array<float, 16> floats;
@@ -54,7 +54,7 @@ std::array<double, 16> CameraProjection::world_to_ndc() const {
   std::array<double, 16> ndc{};
   for (std::size_t row = 0; row < 16; row += 4) {
     const double x = camera[row], y = camera[row + 1], z = camera[row + 2], w = camera[row + 3];
-    const double over = orthographic_ ? w : z;  // what the rest is divided by
+    const double over = orthographic_ ? w : z;  // the divisor of the other components
     ndc[row] = 0.5 * (x / half_width_ + over) - shift_x_ * over;
     ndc[row + 1] = 0.5 * (over - y / half_height_) + shift_y_ * over;
     ndc[row + 2] = z - near_cm * w;

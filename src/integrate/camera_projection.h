@@ -1,4 +1,4 @@
-// Where points of the world are in the picture: the camera as matrices of an EXR header, and as a projection.
+// The camera as the matrices of an EXR header, and as the projection of points of the world to pixels.
 #pragma once
 
 #include <array>
@@ -12,42 +12,42 @@
 
 namespace tress::integrate {
 
-/// Unit, orthogonal: to the right and down in the picture, and into it. Where `up` is along the view, another axis
-/// stands in.
+/// Orthogonal unit vectors: to the right and down in the picture, and into it. If `up` is along the view, another axis
+/// replaces it.
 struct CameraAxes {
   explicit CameraAxes(const scene::Camera& camera);
   glm::vec3 right, down, forward;
 };
 
-/// Immutable; any thread. Of the middle of the lens: depth of field does not move what is projected.
+/// Projects through the middle of the lens, so depth of field does not move points. Immutable; thread-safe.
 class CameraProjection {
  public:
   CameraProjection(const scene::Camera& camera, const scene::Image& image);
 
-  /// From world, cm, to the camera: left-handed, x right, y up, z along the view. Row by row, for points as row vectors
-  /// (p' = p M, translation in the last row): the worldToCamera of OpenEXR and RenderMan.
+  /// The matrix from world, cm, to the camera: left-handed, x right, y up, z along the view. It is stored row by row
+  /// for row vectors (p' = p M, translation in the last row), as the worldToCamera of OpenEXR and RenderMan.
   std::array<double, 16> world_to_camera() const;
-  /// From world to 0..1, x right, y down, over the whole image, after division by the last component: the worldToNDC of
-  /// OpenEXR and RenderMan. There is no clipping; z is 1 - 0.1 cm / depth; of an
-  /// orthographic camera, whose last component is 1, the depth less 0.1 cm.
+  /// The matrix from world to 0..1 over the whole image, x right, y down, after division by the last component, as the
+  /// worldToNDC of OpenEXR and RenderMan. There is no clipping. z is 1 - 0.1 cm / depth; for an orthographic camera,
+  /// whose last component is 1, it is the depth minus 0.1 cm.
   std::array<double, 16> world_to_ndc() const;
 
-  /// Pixels of the whole image from its top left corner, x right, y down; pixel (0, 0) has its middle at (0.5, 0.5).
-  /// Nothing of a point that is not before the camera.
+  /// The point in pixels of the whole image, from its top left corner, x right, y down; the middle of pixel (0, 0) is
+  /// at (0.5, 0.5). Empty for a point that is not in front of the camera.
   std::optional<glm::dvec2> pixel(const glm::dvec3& world) const;
 
-  /// Of the picture at distance 1; orthographic: in cm.
+  /// Half the width and height of the picture at distance 1; in cm for an orthographic camera.
   glm::dvec2 half_size() const { return {half_width_, half_height_}; }
 
  private:
   glm::dvec3 eye_, right_, up_, forward_;
-  double half_width_, half_height_;  ///< of the picture, at depth 1
+  double half_width_, half_height_;  ///< as half_size()
   bool orthographic_;
   double shift_x_, shift_y_;
   double width_, height_;  ///< pixels
 };
 
-/// The picture's matrices and the width of its screen.
+/// Sets the matrices of the picture and the width of its screen.
 void describe_camera(const scene::Camera& camera, const scene::Image& image, image::Picture* picture);
 
 }  // namespace tress::integrate

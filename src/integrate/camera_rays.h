@@ -1,4 +1,4 @@
-// Rays of a camera, pinhole or thin lens, through the pixels of an image, with an importance-sampled pixel filter.
+// Rays of a pinhole or thin-lens camera through the pixels of an image, with an importance-sampled pixel filter.
 #pragma once
 
 #include <algorithm>
@@ -19,19 +19,19 @@ class CameraRays {
   /// The vertical field of view, or the height of an orthographic camera, spans image.height pixels.
   CameraRays(const scene::Camera& camera, const scene::Image& image);
 
-  /// Through pixel (x, y), y down from the top row, at an offset drawn from a tent of radius one pixel about its
-  /// centre, and of a camera with a lens from a point drawn uniformly on it, through the point of the plane in focus
-  /// that the ray of the lens's middle meets. u, u_lens uniform in [0,1)^2; every ray has weight 1.
+  /// A ray through pixel (x, y), y down from the top row, at an offset drawn from a tent of radius one pixel about its
+  /// centre. With a lens, the ray starts at a point drawn uniformly on the lens and goes to the point of the focal
+  /// plane that the ray through the lens's middle meets. u, u_lens: uniform in [0,1)^2. Every ray has weight 1.
   geometry::Ray ray(int x, int y, const std::array<float, 2>& u, const std::array<float, 2>& u_lens = {0, 0}) const;
 
-  /// Whether ray() looks at u_lens.
+  /// Whether ray() uses u_lens.
   bool has_lens() const { return lens_radius_cm_ > 0; }
 
-  /// Angle between the rays of neighbouring pixels, about a ray of this direction; 0 of an orthographic camera.
+  /// Angle between the rays of neighbouring pixels near a ray of this direction; 0 for an orthographic camera.
   float pixel_rad(const glm::vec3& direction) const {
     return orthographic_ ? 0 : pixel_ * glm::dot(direction, forward_);
   }
-  /// How wide a pixel is, cm, where a ray of this direction has come so far.
+  /// Width of a pixel, cm, at this distance along a ray of this direction.
   float pixel_cm(const glm::vec3& direction, float distance_cm) const {
     return orthographic_ ? pixel_ : pixel_rad(direction) * distance_cm;
   }
@@ -40,13 +40,14 @@ class CameraRays {
   /// Inverse CDF of the tent 1 - |x| on [-1, 1].
   static float tent(float u) { return u < 0.5f ? std::sqrt(2 * u) - 1 : 1 - std::sqrt(2 - 2 * u); }
 
-  /// Uniform on the lens: a disk of radius 1 by concentric squares (Shirley and Chiu 1997), or the regular polygon in
-  /// it. To the right and up.
+  /// A uniform point on the lens, to the right and up: on the unit disk by concentric squares (Shirley and Chiu 1997),
+  /// or on the regular polygon in it.
   std::array<float, 2> on_lens(const std::array<float, 2>& u) const;
 
-  /// corner: the top left at distance 1, from the eye; right, down: steps of one pixel there. Orthographic: in cm.
+  /// corner: from the eye to the top left of the picture at distance 1. right, down: steps of one pixel there. All are
+  /// in cm for an orthographic camera.
   glm::vec3 eye_, forward_, corner_, right_, down_;
-  float pixel_;  ///< length of such a step
+  float pixel_;  ///< length of a step of one pixel
   bool orthographic_;
   float lens_radius_cm_, focus_cm_;
   int blades_;
@@ -75,7 +76,7 @@ inline CameraRays::CameraRays(const scene::Camera& camera, const scene::Image& i
 inline std::array<float, 2> CameraRays::on_lens(const std::array<float, 2>& u) const {
   constexpr float pi = std::numbers::pi_v<float>;
   if (blades_ >= 3) {
-    // A triangle between the middle and two corners, and a uniform point in it.
+    // Draws a triangle between the middle and two corners, and a uniform point in it.
     const float scaled = u[0] * static_cast<float>(blades_);
     const float blade = std::min(std::floor(scaled), static_cast<float>(blades_ - 1));
     const float out = std::sqrt(scaled - blade), along = out * u[1];

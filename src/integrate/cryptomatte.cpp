@@ -13,7 +13,7 @@
 namespace tress::integrate {
 namespace {
 
-constexpr std::size_t most_ranks = 6;  ///< what the specification suggests
+constexpr std::size_t most_ranks = 6;  ///< the number that the specification suggests
 constexpr std::size_t strand_ranks = 12;
 
 std::uint32_t turned(std::uint32_t x, int bits) { return std::rotl(x, bits); }
@@ -25,10 +25,10 @@ std::uint32_t byte_at(std::string_view bytes, std::size_t i) { return static_cas
 struct Rank {
   float id = 0;
   std::uint32_t paths = 0;
-  std::uint32_t object = 0;  ///< the first with this name
+  std::uint32_t object = 0;  ///< the first object with this name
 };
 
-/// The ranks of a pixel. Names that several objects have are one.
+/// The ranks of a pixel. Objects with the same name share a rank.
 template <class IdOf>
 std::vector<Rank> ranked(std::span<const ObjectCounts::Count> counts, const IdOf& id_of) {
   std::vector<ObjectCounts::Count> met(counts.begin(), counts.end());
@@ -48,15 +48,16 @@ std::vector<Rank> ranked(std::span<const ObjectCounts::Count> counts, const IdOf
   return ranks;
 }
 
-/// Names that are not UTF-8, as files may have them, have their foreign bytes replaced; their ids are of the bytes.
+/// The manifest of a kind. In names that are not UTF-8, the invalid bytes are replaced; the ids come from the original
+/// bytes.
 std::string manifest_of(const MatteKind& kind) {
   nlohmann::ordered_json manifest = nlohmann::ordered_json::object();
   for (const std::string& name : kind.names) manifest[name] = hex_of_id(matte_id(name));
   return manifest.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-/// The layers of one kind from the counts of a film, and the entries of its header without a manifest. id_of: of an
-/// object that is counted.
+/// Adds the layers of one kind from the counts of a film, and the entries of the header except the manifest. id_of:
+/// returns the id of a counted object.
 template <class IdOf>
 void add_ranks(const Film& film, const ObjectCounts& counts, const MatteKind& kind, std::size_t rank_count,
                const IdOf& id_of, image::Picture* picture) {

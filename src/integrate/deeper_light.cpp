@@ -9,20 +9,20 @@ namespace tress::integrate {
 namespace {
 
 constexpr double fixed_point = 1 << 20;
-constexpr double most_light = 1 << 10;  ///< of the unit, of one copy as it is noted
+constexpr double most_light = 1 << 10;  ///< bound of the noted light of one copy, in the unit
 constexpr int hit_bits = 36;
-constexpr std::uint64_t most_hits = 1 << 20;  ///< of one copy as it is noted
-/// Copies that the rule of least variance times cost is multiplied with. What is learned of few paths has often not
-/// met the brightest yet, and too few copies cost more than too many (bench/README.md, what lies deeper).
+constexpr std::uint64_t most_hits = 1 << 20;  ///< bound of the noted hits of one copy
+/// Factor on the number of copies that the rule gives. Few paths have often not met the brightest light yet, and too
+/// few copies cost more than too many (bench/README.md, what lies deeper).
 constexpr double more_copies = 1.5;
-/// Of a sample, over the squared mean: a picture with less has no noise to speak of, and what is left is rounding.
+/// Least variance of a sample over the squared mean. Below it, a picture has almost no noise except rounding.
 constexpr double least_variance = 1e-4;
-const glm::dvec3 least_weight(1e-12);  ///< against 0 over 0
-constexpr int first_levels = 2;        ///< of the octree, below its root, from the start
+const glm::dvec3 least_weight(1e-12);  ///< prevents 0 over 0
+constexpr int first_levels = 2;        ///< initial levels of the octree below its root
 
 std::int64_t to_fixed(double value) { return static_cast<std::int64_t>(std::nearbyint(value * fixed_point)); }
 
-/// 0..23: the axis that a direction is nearest to, then the signs along the others.
+/// The class of a direction, 0..23: by the axis that it is nearest to, then by the signs along the others.
 int direction_class(const glm::vec3& direction) {
   const glm::vec3 size = glm::abs(direction);
   const int axis = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
@@ -93,7 +93,7 @@ void DeeperLight::note(std::size_t place, const glm::vec3& light, std::uint64_t 
   const double square = (relative.x * relative.x + relative.y * relative.y + relative.z * relative.z) / 3;
   if (!std::isfinite(square)) return;
   Notes& notes = notes_[place / directions][place % directions];
-  // Of unsigned integers, which wrap: the sum of signed ones is the same.
+  // The sums are of unsigned integers, which wrap, so they have the bits of sums of signed integers.
   const std::uint64_t count_and_hits = std::uint64_t{1} << hit_bits | std::min(hits, most_hits);
   notes.count_and_hits.fetch_add(count_and_hits, std::memory_order_relaxed);
   notes.light.fetch_add(static_cast<std::uint64_t>(to_fixed(std::clamp(mean, -most_light, most_light))),
@@ -161,7 +161,7 @@ DeeperLight::ColorSums DeeperLight::ColorNotes::taken() {
   return sums;
 }
 
-/// Notes are of leaves; a node has the sums of all that is in it, also from before it had children.
+/// Notes belong to leaves. The sums of a node include all notes within it, also those from before it had children.
 void DeeperLight::gather() {
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
     if (first_child_[node] != 0) continue;
@@ -183,7 +183,7 @@ void DeeperLight::gather() {
   }
 }
 
-/// A direction of the root leans on the mean over all directions, one of another node on that of its parent.
+/// The prior of a direction is the mean over all directions at the root, and the parent's direction at other nodes.
 void DeeperLight::expect() {
   if (noted_ == 0) return;
   Sums all;
@@ -197,7 +197,7 @@ void DeeperLight::expect() {
   ColorSums all_colors;
   for (std::size_t direction = 0; answers() && direction < directions; ++direction)
     all_colors.add(colors_[direction].sums);
-  // As much as so many paths weigh.
+  // The weight of answer_prior mean paths.
   const glm::dvec3 prior_weight = answer_prior / std::max(all_colors.count, 1.0) * all_colors.weight;
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
     for (std::size_t direction = 0; direction < directions; ++direction) {
@@ -212,7 +212,7 @@ void DeeperLight::expect() {
                                    static_cast<float>(std::sqrt(variance / expected.hits))};
       if (!answers()) continue;
       Color& color = colors_[node * directions + direction];
-      // What is met where answers are asked is little: the shape is that of all that is noted.
+      // Few paths are met where answers are used, so the ratio to the cell around comes from all notes.
       const double shape = around.light > 0 ? std::clamp(expected.light / around.light, 0.25, 4.0) : 1;
       const glm::dvec3 around_color =
           shape * (node == 0 ? all_colors.light / glm::max(all_colors.weight, least_weight)
@@ -245,7 +245,7 @@ void DeeperLight::add_children(std::uint32_t node) {
   }
 }
 
-/// Leaves that are met often get children, which begin with what is expected of their parent.
+/// Gives children to leaves that are met often. The children start with the estimates of their parent.
 void DeeperLight::refine() {
   const std::size_t old = nodes_.size();
   for (std::size_t node = 0; node < old && nodes_.size() + 8 <= most_nodes; ++node) {
@@ -262,7 +262,7 @@ void DeeperLight::refine() {
 void DeeperLight::make_room() {
   if (nodes_.size() <= room_) return;
   room_ = std::min(most_nodes, 2 * nodes_.size());
-  notes_ = std::make_unique<std::array<Notes, directions>[]>(room_);  // what had been noted has been gathered
+  notes_ = std::make_unique<std::array<Notes, directions>[]>(room_);  // gather() has taken the old notes
   if (answers()) color_notes_ = std::make_unique<ColorNotes[]>(room_ * directions);
 }
 

@@ -25,7 +25,7 @@ bool PixelSums::add(const PathSums& path, Ground ground, std::uint32_t first_sam
     ++dropped;
     return false;
   }
-  // Added up in doubles, as the means are that it is held against: sums of parts then agree with those of one render.
+  // The sum is in doubles, as the means are that it is compared with, so that sums of parts agree with one render.
   glm::dvec3 value(0.0);
   for (std::size_t layer = 0; layer < beauty_layers(ground); ++layer) value += glm::dvec3(path.layers[layer]);
   const glm::dvec3 before = samples > 0 ? beauty(ground) / static_cast<double>(samples) : glm::dvec3(0.0);
@@ -119,7 +119,7 @@ bool Film::add(int x, int y, const PathSums& path) {
   return true;
 }
 
-/// The nearest that was sampled: breadth first from all sampled pixels at once.
+/// Finds the nearest sampled pixels by a breadth-first search from all sampled pixels at once.
 std::vector<std::size_t> Film::shown_pixels() const {
   std::vector<std::size_t> source(pixels_.size(), no_pixel);
   std::vector<std::size_t> queue;
@@ -210,7 +210,7 @@ Brightening Film::excess() const {
     const double n = pixel.samples;
     light += luminance(pixel.beauty(Ground::nothing)) / n;
     excess += pixel.excess / n;
-    variance += pixel.excess_squares / (n * n);  // nearly all are 0: their mean square is their variance
+    variance += pixel.excess_squares / (n * n);  // nearly all are 0, so the mean square is the variance
   }
   const double truth = light - excess;
   if (!(truth > 0)) return {};

@@ -11,7 +11,7 @@
 namespace tress::integrate {
 namespace {
 
-/// Paths of one half of a pixel.
+/// Sums over the paths of one half of a pixel.
 struct Half {
   glm::dvec3 sum{0.0};
   double count = 0;
@@ -22,8 +22,8 @@ Half half_of(const PixelSums& pixel, bool odd, Ground ground) {
   return {pixel.beauty(ground) - pixel.odd_beauty, static_cast<double>(pixel.samples - pixel.odd_samples)};
 }
 
-/// Of two samples of n and m numbers: squared deviations from the mean of both, beyond those from their own means
-/// (Chan, Golub and LeVeque 1979).
+/// Sum of squared deviations from the common mean of two samples, beyond the deviations from their own means (Chan,
+/// Golub and LeVeque 1979).
 glm::dvec3 between(const Half& a, const Half& b) {
   if (!(a.count > 0) || !(b.count > 0)) return glm::dvec3(0.0);
   const glm::dvec3 apart = a.sum / a.count - b.sum / b.count;

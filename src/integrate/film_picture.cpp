@@ -1,4 +1,4 @@
-// The layered picture that is made of a film.
+// Makes the layered picture of a film.
 #include <algorithm>
 #include <array>
 #include <glm/common.hpp>
@@ -13,10 +13,11 @@ namespace tress::integrate {
 namespace {
 
 constexpr float largest = std::numeric_limits<float>::max();
-/// Paths are floats: where they are apart by less than this share of their mean they are alike, and sums are rounded.
+/// Relative variance below which paths count as equal. Paths are floats, so a smaller spread comes from rounded sums.
 constexpr double least_spread = 1e-12;
 
-/// As a picture tells it. Without the spread that rounding alone makes, which depends on the order of the sums.
+/// The variance as written to a picture. It leaves out the spread that comes from rounding alone, because that depends
+/// on the order of the sums.
 glm::dvec3 told_variance(const PixelSums& pixel, Ground ground) {
   glm::dvec3 variance = pixel.variance_of_mean();
   const double n = std::max(1u, pixel.samples);
@@ -26,12 +27,12 @@ glm::dvec3 told_variance(const PixelSums& pixel, Ground ground) {
   return glm::min(variance, static_cast<double>(largest));
 }
 
-/// Of the layers as they are in the file.
+/// Beauty as the sum of the layers as they are in the file.
 glm::vec3 shown_beauty(const PixelSums& pixel, Ground ground) {
   glm::vec3 sum(0.0f);
   for (std::size_t layer = 0; layer < beauty_layers(ground); ++layer)
     sum += glm::vec3(pixel.layers[layer] / static_cast<double>(pixel.samples));
-  return glm::clamp(sum, -largest, largest);  // a mean of finite sums is finite, but for the rounding of this one
+  return glm::clamp(sum, -largest, largest);  // rounding may exceed the largest float
 }
 
 }  // namespace
@@ -82,7 +83,7 @@ void Film::add_data_channels(const std::vector<std::size_t>& source, image::Pict
 image::Picture Film::picture() const {
   const std::vector<std::size_t> source = shown_pixels();
   image::Picture picture = beauty_of(source);
-  /// Adds a channel; `value` is asked of every pixel that is shown.
+  /// Adds a channel; `value` is called for every pixel that is shown.
   const auto add = [&](const std::string& name, auto&& value) {
     std::vector<float> pixels(pixels_.size(), 0.0f);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -90,7 +91,7 @@ image::Picture Film::picture() const {
     }
     picture.channels.push_back({name, std::move(pixels)});
   };
-  /// The same for three: a prefix with its dot, or none.
+  /// Adds three channels. prefix: ends with a dot, or is empty.
   const auto add_three = [&](const std::string& prefix, const char* const(&suffixes)[3], auto&& value) {
     for (int i = 0; i < 3; ++i) {
       add(prefix + suffixes[i], [&](const PixelSums& pixel) { return static_cast<float>(value(pixel)[i]); });

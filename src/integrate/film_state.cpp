@@ -1,4 +1,4 @@
-// The sums of a film as bytes, for checkpoints and parts of pictures; and films that are added to one another.
+// The sums of a film as bytes, for checkpoints and parts of pictures, and the addition of films.
 #include <cmath>
 #include <cstring>
 #include <type_traits>
@@ -11,7 +11,7 @@ namespace {
 static_assert(std::is_trivially_copyable_v<PixelSums> && std::is_trivially_copyable_v<DataSums> &&
               std::is_trivially_copyable_v<double>);
 
-// A sum that is new belongs into add() and is_finite() below too.
+// If you add a sum, add it to add() and is_finite() below, too.
 static_assert(sizeof(PixelSums) ==
               (layer_count + 5) * sizeof(glm::dvec3) + 9 * sizeof(std::uint64_t) + 4 * sizeof(std::uint32_t));
 
@@ -78,7 +78,7 @@ bool Film::set_sections(const std::map<std::string, std::string>& sections) {
 }
 
 void PixelSums::add(const PixelSums& later, Ground ground) {
-  // Chan, Golub and LeVeque 1979: of two samples the deviations from the mean of both.
+  // Deviations of two samples from their common mean (Chan, Golub and LeVeque 1979).
   if (samples > 0 && later.samples > 0) {
     const auto n = static_cast<double>(samples), m = static_cast<double>(later.samples);
     const glm::dvec3 apart = later.beauty(ground) / m - beauty(ground) / n;

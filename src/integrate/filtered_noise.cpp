@@ -10,9 +10,9 @@
 namespace tress::integrate {
 namespace {
 
-constexpr int first_look = 8;      ///< samples a pixel
-constexpr int looks_apart = 7;     ///< a seventh more samples each time
-constexpr double most_gained = 6;  ///< times less noise: what no filter of 13 x 13 pixels was seen to bring
+constexpr int first_look = 8;      ///< samples per pixel at the first measurement
+constexpr int looks_apart = 7;     ///< the next measurement comes after a seventh more samples
+constexpr double most_gained = 6;  ///< bound of the factor by which a filter of 13 x 13 pixels reduced noise in tests
 
 bool is_looked_at(int samples) {
   int next = first_look;

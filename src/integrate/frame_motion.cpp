@@ -14,7 +14,7 @@ scene::Camera during(const scene::Camera& still, const std::vector<scene::Camera
   return moments.empty() ? still : scene::camera_during(moments, time);
 }
 
-/// Rows grow downwards, v upwards.
+/// Motion between two places in pixels. Rows grow downwards, but v grows upwards.
 glm::vec2 moved(const std::optional<glm::dvec2>& from, const std::optional<glm::dvec2>& to) {
   if (!from || !to) return glm::vec2(0.0f);
   return {static_cast<float>(to->x - from->x), static_cast<float>(from->y - to->y)};

@@ -1,4 +1,4 @@
-// How far what is seen moves in the picture until the next frame.
+// The motion of points in the picture until the next frame.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -9,21 +9,22 @@
 
 namespace tress::integrate {
 
-/// Pixels to the right and up from this frame to the next, as Nuke's forward.u and forward.v: the place of a point in
-/// the picture of the next frame less that in this one. Immutable; any thread.
+/// Motion in pixels, to the right and up, as Nuke's forward.u and forward.v: the place of a point in the picture of the
+/// next frame minus that in this one. Immutable; thread-safe.
 class FrameMotion {
  public:
-  /// Of a scene whose next frame is known (Scene::next); of any other everything rests.
+  /// The next frame is Scene::next; without one, the camera and turntables rest.
   explicit FrameMotion(const scene::Scene& scene);
-  /// While the shutter is open, at this time of it in this frame and in the next.
+  /// The motion of points at this time of the shutter, [0, 1], in both frames.
   FrameMotion(const scene::Scene& scene, float time);
 
-  /// Of a point of a groom or mesh, cm, that goes this way while the shutter is open, and goes on like that until the
-  /// next frame unless a turntable turns it. 0 where it is behind the camera in either frame.
+  /// Motion of a point of a groom or mesh. world: cm. way: its movement while the shutter is open, cm, which goes on
+  /// until the next frame unless a turntable turns it. 0 if the point is behind the camera in either frame.
   glm::vec2 of_point(const glm::vec3& world, const glm::vec3& way = glm::vec3(0.0f)) const;
-  /// Of one of a light, which no turntable turns; its middle goes that way while the shutter is open.
+  /// Motion of a point of a light, which no turntable turns. way: movement of the light's middle while the shutter is
+  /// open, cm.
   glm::vec2 of_light(const glm::vec3& world, const glm::vec3& way = glm::vec3(0.0f)) const;
-  /// Of what is infinitely far away in this direction: the environment, which may turn, or what rests.
+  /// Motion of the infinitely distant environment in this direction. of_backdrop: it may turn. of_infinity: it rests.
   glm::vec2 of_backdrop(const glm::vec3& direction) const;
   glm::vec2 of_infinity(const glm::vec3& direction) const;
 
@@ -34,7 +35,7 @@ class FrameMotion {
   glm::dvec3 eye_, next_eye_;
   scene::ObjectTurn turn_;
   scene::ObjectTurn backdrop_turn_;
-  double ways_per_frame_ = 0;  ///< how often the shutter could be open in the time from frame to frame
+  double ways_per_frame_ = 0;  ///< time from frame to frame over the time that the shutter is open
 };
 
 }  // namespace tress::integrate

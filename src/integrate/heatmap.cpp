@@ -9,11 +9,11 @@
 namespace tress::integrate {
 namespace {
 
-/// Black, purple, red, orange, yellow, white: linear RGB at heats 0, 0.2, ... 1, brighter from each to the next.
+/// Linear RGB at heats 0, 0.2, ... 1: black, purple, red, orange, yellow, white. Each is brighter than the one before.
 constexpr std::array<std::array<float, 3>, 6> heat_colors{
     {{0, 0, 0}, {0.06f, 0.005f, 0.13f}, {0.35f, 0.02f, 0.1f}, {0.8f, 0.15f, 0.01f}, {0.95f, 0.55f, 0.05f}, {1, 1, 1}}};
 
-/// heat in [0, 1].
+/// The value of a channel for a heat in [0, 1].
 float heat_color(float heat, std::size_t channel) {
   const float place = heat * static_cast<float>(heat_colors.size() - 1);
   const auto below = std::min(static_cast<std::size_t>(place), heat_colors.size() - 2);

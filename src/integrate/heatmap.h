@@ -1,4 +1,4 @@
-// What each pixel costs, as a picture.
+// A picture of the cost of each pixel.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace tress::integrate {
 
-/// CPU time of the thread that runs, seconds. A call takes some 0.2 us.
+/// CPU time of the calling thread, seconds. A call takes about 0.2 us.
 double thread_cpu_seconds();
 
 /// The cost of one pixel's paths.
@@ -17,10 +17,10 @@ struct PixelCost {
   std::uint64_t paths = 0, vertices = 0, queries = 0, exact_queries = 0;
 };
 
-/// Channels, each a mean over the pixel's paths: `cpu_ns` (CPU time of the path itself, without learning; depends on
-/// the machine and its load), `vertices` (hits that scattered), `queries` (of the table), `exact` (of them answered by
-/// tracing); `paths` is their number. R, G, B show cpu_ns, black to white by way of purple and orange, white being its
-/// 99th percentile. Pixels row by row.
+/// Makes a picture with these channels: `paths` is the number of paths of the pixel, and the others are means over
+/// them. `cpu_ns` is the CPU time of the path itself without learning, which depends on the machine and its load.
+/// `vertices` are hits that scattered, `queries` those of the table, and `exact` queries answered by tracing. R, G, B
+/// show cpu_ns from black over purple and orange to white, which is its 99th percentile. pixels: row by row.
 image::Picture heatmap(const std::vector<PixelCost>& pixels, const image::Window& window);
 
 }  // namespace tress::integrate

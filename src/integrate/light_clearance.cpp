@@ -12,17 +12,17 @@ namespace tress::integrate {
 namespace {
 
 constexpr double half_unit = 0x1p-24;
-constexpr double largest_sliver = 3e3;  ///< of 3 longest^2 / (2 area): thinner triangles are met by next to no ray
+constexpr double largest_sliver = 3e3;  ///< bound of 3 longest^2 / (2 area): almost no ray meets a thinner triangle
 
 double largest_of(const glm::dvec3& p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
 
-/// A light as it lies along an axis: its middle, and how far it reaches from there. One that moves: the ball in which
-/// it is from one moment of the shutter to the next.
+/// The extent of a light: its middle, and how far it reaches from there along any axis. For a moving light it is the
+/// ball that contains it from one moment of the shutter to the next.
 struct Extent {
   glm::dvec3 center, u, v;
   double radius;
-  double size;           ///< of the light: its radius, or the sum of its half edges
-  bool is_flat = false;  ///< a rectangle that rests
+  double size;           ///< radius of the light, or the sum of its half edges
+  bool is_flat = false;  ///< true for a rectangle that does not move
 
   explicit Extent(const scene::LightShape& light)
       : center(light.center), u(0.0), v(0.0), radius(light.radius_cm), size(radius) {
@@ -49,7 +49,7 @@ struct Extent {
     }
     return largest;
   }
-  /// Whether points are all further away than `within`, along a unit axis.
+  /// Whether all points are further away than `within` along a unit axis.
   bool is_clear_of(const std::array<glm::dvec3, 3>& points, const glm::dvec3& axis, double within) const {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const glm::dvec3& point : points) {
@@ -61,7 +61,7 @@ struct Extent {
   }
 };
 
-/// The part of the bound that a triangle makes.
+/// The part of the bound that comes from a triangle.
 double triangle_bound(const std::array<glm::dvec3, 3>& p) {
   const double size = glm::length(glm::cross(p[1] - p[0], p[2] - p[0]));
   const double longest = std::max({glm::length(p[1] - p[0]), glm::length(p[2] - p[0]), glm::length(p[2] - p[1])});
@@ -69,12 +69,12 @@ double triangle_bound(const std::array<glm::dvec3, 3>& p) {
   return half_unit * (8.7 * std::max({largest_of(p[0]), largest_of(p[1]), largest_of(p[2])}) + sliver);
 }
 
-/// The part of the bound that does not depend on the ray; 0: no mesh is near. normal: of a rectangle.
+/// The part of the bound that does not depend on the ray; 0 if no mesh is near. normal: that of a rectangle.
 double fixed_bound(const Extent& extent, const glm::dvec3& normal, const scene::Scene& scene,
                    const SceneSize& of_scene) {
   const double world = std::max(of_scene.coordinate_cm, extent.largest_coordinate());
   const double of_light = half_unit * (1.8 * extent.largest_coordinate() + 8 * extent.size + 62 * of_scene.radius_cm);
-  // What a ray through all of the scene could mistake; a triangle adds its own.
+  // The bound for a ray across the whole scene, without the part of the triangle.
   const double near = of_light + half_unit * (8.7 + 6 * 2 * std::sqrt(3.0)) * world;
   const glm::dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
   double fixed_cm = 0;
@@ -84,7 +84,7 @@ double fixed_bound(const Extent& extent, const glm::dvec3& normal, const scene::
       const double own = triangle_bound(points), within = near + own;
       const glm::dvec3 across = glm::cross(points[1] - points[0], points[2] - points[0]);
       const double area = glm::length(across);
-      if (!(area > 0)) continue;  // never met
+      if (!(area > 0)) continue;  // no ray meets it
       const auto is_clear = [&](const glm::dvec3& axis) { return extent.is_clear_of(points, axis, within); };
       if (is_clear(x) || is_clear(y) || is_clear(z) || is_clear(across / area)) continue;
       if (extent.is_flat && is_clear(normal)) continue;

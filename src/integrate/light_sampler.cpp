@@ -12,8 +12,8 @@
 namespace tress::integrate {
 namespace {
 
-constexpr float even_share = 0.1f;       ///< of the draws, given to all lights alike
-constexpr std::size_t points_kept = 64;  ///< of a groom or mesh
+constexpr float even_share = 0.1f;       ///< share of the draws that chooses evenly among lights
+constexpr std::size_t points_kept = 64;  ///< points per groom or mesh
 constexpr int draws_per_point = 4;       ///< a sphere or rectangle needs one: their density is even
 
 /// Points of the scene that light falls on.

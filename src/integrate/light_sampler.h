@@ -1,4 +1,4 @@
-// The environment and the lights of a scene as one thing to draw from.
+// Draws from all lights of a scene, including the environment.
 #pragma once
 
 #include <array>
@@ -12,11 +12,11 @@
 
 namespace tress::integrate {
 
-/// Immutable; any thread. The scene must outlive it.
+/// Immutable; thread-safe. The scene must outlive it.
 ///
-/// A light is drawn in proportion to the light it sends on average to points spread over the scene, before shadows;
-/// a tenth of the draws goes to all alike, so that one that is near only somewhere is not forgotten. Black lights are
-/// never drawn. The environment is one of the lights.
+/// Nine tenths of the draws choose a light in proportion to the unshadowed light that it sends on average to points
+/// spread over the scene. One tenth chooses evenly, so that a light that is near only a part of the scene is drawn
+/// enough. Black lights are never drawn. The environment is one of the lights.
 class LightSampler {
  public:
   explicit LightSampler(const scene::Scene& scene);
@@ -27,21 +27,22 @@ class LightSampler {
     float distance_cm = std::numeric_limits<float>::infinity();  ///< to the light
     glm::vec3 radiance{0.0f};                                    ///< linear RGB, unshadowed
     std::size_t group = 0;                                       ///< index into scene::light_groups()
-    glm::vec3 way{0.0f};  ///< of the light, from the opening of the shutter to its closing, cm; of along()
-    float density = 0;    ///< 1/sr: of this light being drawn, and this direction to it; 0: no light
-    /// Of sample(): what is met on this way shadows. It ends above the light by LightClearance::bound_cm(), so that a
-    /// mesh flush with the light does not.
+    glm::vec3 way{0.0f};  ///< movement of the light while the shutter is open, cm; set by along()
+    float density = 0;    ///< density of drawing this light and this direction, 1/sr; 0: no light
+    /// The shadow ray, set by sample(). It ends LightClearance::bound_cm() above the light, so that a mesh flush with
+    /// the light casts no shadow.
     LightClearance::Segment shadow{};
-    bool is_seen = false;  ///< by the camera; of along()
+    bool is_seen = false;  ///< whether the camera sees the light; set by along()
   };
 
-  /// u_light, u uniform in [0, 1). time: of the shutter, [0, 1]; lights are where they are then.
+  /// Draws a light and a direction to it. u_light, u: uniform in [0, 1). time: time of the shutter, [0, 1], at which
+  /// the lights move.
   Arrival sample(const glm::vec3& point, float time, float u_light, const std::array<float, 2>& u) const;
 
-  /// Calls visit(Arrival) for each light that a ray in a unit direction meets within distance_cm, or flush with what it
-  /// meets there (LightClearance); infinity: the ray met nothing and sees distant lights and the environment. Lights
-  /// hide nothing. `density` is that of sample()
-  /// drawing this direction by this light, so that each light is an integral of its own.
+  /// Calls visit(Arrival) for each light that a ray in a unit direction meets within distance_cm, or flush with the hit
+  /// there (LightClearance). distance_cm is infinity if the ray met nothing; it then sees distant lights and the
+  /// environment. Lights hide nothing. `density` is that of sample() drawing this direction by this light, so that each
+  /// light is an integral of its own.
   template <class Visit>
   void along(const glm::vec3& origin, const glm::vec3& direction, float time, float distance_cm, Visit&& visit) const {
     const bool escapes = distance_cm == std::numeric_limits<float>::infinity();
@@ -68,22 +69,22 @@ class LightSampler {
     }
   }
 
-  /// The nearest light that the camera sees (scene::Light::visible) along a ray that meets something at distance_cm, or
-  /// nothing (infinity); density 0: none. `density` says nothing else.
+  /// The nearest light that the camera sees (scene::Light::visible) along a ray. distance_cm: where the ray meets
+  /// something; infinity if it does not. `density` is 0 if there is no such light; otherwise its value has no meaning.
   Arrival seen(const glm::vec3& origin, const glm::vec3& direction, float time, float distance_cm) const;
 
-  /// Whether sample() looks at u_light.
+  /// Whether sample() uses u_light.
   bool has_choice() const { return choices_.size() > 1; }
 
  private:
   struct Choice {
-    const scene::Light* light;  ///< null: the environment
+    const scene::Light* light;  ///< null for the environment
     float probability;
     std::size_t group = 0;
     LightClearance clearance{};
   };
-  /// Whether a ray in the direction of *arrival meets the light; distance, radiance and the light's own density go
-  /// there.
+  /// Whether a ray in the direction of *arrival meets the light. Sets distance, radiance and the light's own density in
+  /// *arrival.
   static bool meet(const scene::LightShape& light, const LightClearance& clearance, const glm::vec3& origin,
                    float distance_cm, Arrival* arrival) {
     const scene::LightSample met = scene::light_along(light, origin, arrival->direction);
@@ -98,8 +99,8 @@ class LightSampler {
                           Arrival* arrival);
 
   const scene::Scene& scene_;
-  bool some_seen_ = false;       ///< by the camera
-  std::vector<Choice> choices_;  ///< sum of the probabilities 1
+  bool some_seen_ = false;       ///< whether the camera sees any light
+  std::vector<Choice> choices_;  ///< their probabilities add up to 1
 };
 
 }  // namespace tress::integrate

@@ -11,7 +11,7 @@
 
 namespace tress::integrate {
 
-/// A direction in the frame with the cosine of its inclination, which the change of measure needs:
+/// A direction in the fiber's frame and the cosine of its inclination, which the change of measure needs:
 /// d(solid angle) = cos_theta dtheta dphi.
 struct LocalDirection {
   fiber::FiberDirection direction;

@@ -1,4 +1,4 @@
-// Which objects the paths of each pixel meet first, and how often.
+// Counts of the objects that the paths of each pixel meet first.
 #pragma once
 
 #include <cstddef>
@@ -10,22 +10,22 @@
 
 namespace tress::integrate {
 
-/// A pixel has room for a bounded number of objects. One that comes when there is no room is in no count: what all
-/// counts of a pixel lack of its covered paths is what was left out. Counts, not sums of floats: the order of samples
-/// does not matter but for what is left out, and a pixel's samples come in one order.
+/// A pixel has room for a bounded number of objects. Objects that come when there is no room are not counted, so the
+/// counts of a pixel may add up to less than its covered paths. The order of samples matters only for which objects are
+/// left out, and the samples of a pixel always come in the same order.
 ///
-/// Thread-safety: distinct pixels from distinct threads.
+/// Thread-safety: distinct threads may change distinct pixels.
 class ObjectCounts {
  public:
-  static constexpr std::size_t most_objects = 16;  ///< of a pixel
-  static constexpr std::size_t most_strands = 32;  ///< where strands are counted as objects
+  static constexpr std::size_t most_objects = 16;  ///< room per pixel
+  static constexpr std::size_t most_strands = 32;  ///< room per pixel if strands are counted as objects
 
   struct Count {
     std::uint32_t object = 0;
-    std::uint32_t paths = 0;  ///< 0: the room is free, and so is all after it
+    std::uint32_t paths = 0;  ///< 0 if this room and all after it are free
   };
 
-  /// objects: of the scene, numbered from 0. None: nothing is counted and no memory taken. room: of a pixel.
+  /// objects: number of objects in the scene; with 0, nothing is counted and no memory is used. room: counts per pixel.
   ObjectCounts(std::size_t pixels, std::size_t objects, std::size_t room = most_objects)
       : objects_(objects), room_(objects < room ? objects : room), counts_(pixels * room_) {}
 
@@ -38,8 +38,8 @@ class ObjectCounts {
     }
   }
 
-  /// Adds the counts of a pixel of the same scene whose paths came after these. False where they may be less than those
-  /// of all paths counted one by one: the later ones had no room for an object that has it here.
+  /// Adds the counts of a pixel of the same scene whose paths came after these. Returns false if the sum may be less
+  /// than counting all paths one by one, because `later` may have had no room for an object that has room here.
   bool add(std::size_t pixel, const ObjectCounts& later, std::size_t later_pixel) {
     if (room_ == 0) return true;
     const std::span<const Count> counts = later.of(later_pixel);
@@ -50,10 +50,10 @@ class ObjectCounts {
     return !may_lack;
   }
 
-  /// In the order in which they were met first; free room at the end.
+  /// The counts of a pixel in the order in which its objects were first met, with free room at the end.
   std::span<const Count> of(std::size_t pixel) const { return std::span(counts_).subspan(pixel * room_, room_); }
 
-  /// All counts as they lie in memory, and back; false if they are not of so many pixels and objects.
+  /// All counts as bytes of memory. set_bytes() returns false if they are not of as many pixels and objects.
   std::string_view bytes() const {
     return {reinterpret_cast<const char*>(counts_.data()), counts_.size() * sizeof(Count)};
   }

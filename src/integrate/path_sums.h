@@ -1,4 +1,4 @@
-// What a path brings: radiance by layer, what the first hit is like, queries of the table.
+// The results of a path: radiance by layer, properties of the first hit, queries of the table.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@
 
 namespace tress::integrate {
 
-/// Layers of a picture: the lobe of the first fiber hit, then surfaces first hit, lights that the camera sees, then
-/// what is behind everything.
+/// Layers of a picture: one for each lobe of a fiber hit first, then surfaces hit first, lights that the camera sees
+/// and the background.
 constexpr std::size_t surface_layer = fiber::lobe_count, emission_layer = surface_layer + 1,
                       background_layer = emission_layer + 1, layer_count = background_layer + 1;
 constexpr const char* layer_name(std::size_t layer) {
@@ -25,9 +25,10 @@ constexpr const char* layer_name(std::size_t layer) {
                                      : fiber::lobe_names[layer];
 }
 
-/// Light by the group of the light that it comes from (scene::light_groups). Of `count` groups; 0: nothing is kept.
+/// Light by the group of the light that it comes from (scene::light_groups). It has `count` groups; with 0 it keeps
+/// nothing.
 struct GroupLight {
-  std::array<glm::vec3, scene::most_light_groups> light{};  ///< linear RGB; the first `count`
+  std::array<glm::vec3, scene::most_light_groups> light{};  ///< linear RGB; only the first `count` are used
   std::size_t count = 0;
 
   explicit GroupLight(std::size_t groups = 0) : count(groups) {}
@@ -36,30 +37,30 @@ struct GroupLight {
   }
 };
 
-/// What one path brings: sums over its hits.
+/// The results of one path, as sums over its hits.
 struct PathSums {
   std::array<glm::vec3, layer_count> layers{};  ///< radiance, linear RGB
-  float coverage = 0;                           ///< 1: met a fiber or a surface; else this and the next four are 0
+  float coverage = 0;          ///< 1 if the path met a fiber or a surface; else 0, as are the next four members
   glm::vec3 albedo{0.0f};      ///< of one scattering: sum of the lobes' energies, or the surface's albedo
-  glm::vec3 normal{0.0f};      ///< unit, towards the camera: across the axis of a fiber, or of a surface
-  glm::vec3 tangent{0.0f};     ///< unit, of a fiber, root to tip; 0 of a surface
-  float distance_cm = 0;       ///< from the camera
-  std::uint32_t object = 0;    ///< what was met: index of the groom, or of the mesh after all grooms
-  glm::vec2 motion{0.0f};      ///< pixels right and up until the next frame, of what is seen or of the backdrop
-  DataHit data;                ///< of layers that are asked for
+  glm::vec3 normal{0.0f};      ///< unit, towards the camera: across a fiber's axis, or the normal of a surface
+  glm::vec3 tangent{0.0f};     ///< of a fiber, from root to tip, unit; 0 for a surface
+  float distance_cm = 0;       ///< distance of the first hit from the camera
+  std::uint32_t object = 0;    ///< object of the first hit: index of the groom, or of the mesh after all grooms
+  glm::vec2 motion{0.0f};      ///< motion of the first hit or the backdrop until the next frame: pixels right and up
+  DataHit data;                ///< values for the data layers that are requested
   std::uint32_t vertices = 0;  ///< hits that scattered
   std::uint32_t queries = 0, exact_queries = 0;
-  float objective = 0;  ///< sum over the queries
-  /// Luminance that the rows of the path's vertices bring too much, of either sign: traced at few vertices, which
-  /// stand for all (Scattered::excess).
+  float objective = 0;  ///< sum of the objectives of the queries
+  /// Estimated excess of luminance, of either sign, by the rows of the path's vertices. It is traced at few vertices,
+  /// which represent all (Scattering::excess).
   float excess = 0;
-  /// Luminance that answers in place of paths bring too much, of either sign (DeepLight::learned): of few of them,
-  /// which stand for all.
+  /// Estimated excess of luminance, of either sign, by answers that replace paths (DeepLight::learned). It is measured
+  /// on few of them, which represent all.
   float deep_light_excess = 0;
-  std::uint32_t deep_light_checks = 0;  ///< answers that were held against what paths find
-  bool sees_light = false;              ///< the camera's ray ends at a light
-  bool held_out = false;                ///< or at a matte, which shows nothing
-  GroupLight groups;                    ///< of all layers but the background
+  std::uint32_t deep_light_checks = 0;  ///< number of answers that were compared with paths
+  bool sees_light = false;              ///< whether the camera's ray ends at a light
+  bool held_out = false;                ///< whether it ends at a matte, which shows nothing
+  GroupLight groups;                    ///< light of all layers except the background
 
   PathSums() = default;
   explicit PathSums(std::size_t group_count) : groups(group_count) {}
@@ -71,7 +72,7 @@ struct PathSums {
     return sum;
   }
 
-  /// Whether all of it can go to the film: no channel is NaN or infinite, nor is the sum of the layers.
+  /// Whether all values are finite, including the sum of the layers, so that the film can take the path.
   bool is_finite() const {
     const glm::vec3 light = beauty();  // finite only if every layer is
     for (int c = 0; c < 3; ++c) {

@@ -14,7 +14,7 @@
 namespace tress::integrate {
 namespace {
 
-/// Stratified pairs of a path: what each is used for.
+/// The uses of the stratified pairs of a path.
 enum Dimension : std::uint32_t {
   pixel_position,
   grid_node,
@@ -27,24 +27,24 @@ enum Dimension : std::uint32_t {
   presence
 };
 
-/// How often it is asked what rows have too much: for one in so many paths that bring the picture's mean by a light,
-/// in proportion to what they bring, but for a share that is least so that what fits have left out is seen too; before
-/// any brightness is known, for one in so many that meet a light. Some 1 % of a render.
+/// How often the excess of rows is evaluated, which costs about 1 % of a render. It is done for one light in
+/// paths_per_excess that brings the picture's mean, in proportion to what a light brings, plus a least chance so that
+/// light which fits leave out is seen, too. Before the brightness is known, the chance is blind_chance.
 constexpr float paths_per_excess = 128, blind_chance = 1 / 256.0f, least_light_chance = 1 / 4096.0f;
-constexpr float surely_traced_share = 1.6f;  ///< of the picture's brightness (bench/README.md, steps)
+constexpr float surely_traced_share = 1.6f;  ///< in units of the picture's brightness (bench/README.md, steps)
 
 float luminance_of(const glm::vec3& color) { return std::max(0.0f, luminance(color)); }
 
 float mean_of(const glm::vec3& color) { return (color.x + color.y + color.z) / 3; }
 
-/// Of a fiber, unit: across its axis, towards where the ray comes from; the minor axis where that is along the fiber.
+/// Unit normal of a fiber: across its axis, towards the start of the ray; the minor axis if the ray is along the fiber.
 glm::vec3 normal_towards(const geometry::Hit& hit, const glm::vec3& ray_direction) {
   const glm::vec3 across = glm::dot(ray_direction, hit.u) * hit.u - ray_direction;
   const float length = glm::length(across);
   return length > 1e-4f ? across / length : hit.w;
 }
 
-/// The share of paths that are near at a first hit (RenderOptions::near_pixels), where a pixel is so wide.
+/// The share of paths that start from the hit point (RenderOptions::near_pixels). pixel_cm: width of a pixel there.
 float near_share(const geometry::Hit& hit, float pixel_cm, float near_pixels) {
   if (!(near_pixels > 0) || hit.is_surface) return 0;
   return std::clamp(2 * hit.semi_axis_cm / (pixel_cm * near_pixels) - 1, 0.0f, 1.0f);
@@ -93,7 +93,7 @@ float PathTracer::chance_of_light(float luminance) const {
 bool PathTracer::is_shadowed(const geometry::Hit& hit, const LightSampler::Arrival& light) const {
   geometry::Ray ray = ray_from(hit, light.shadow.direction);
   float distance_cm = light.shadow.distance_cm;
-  if (distance_cm < scene::distant_cm && ray.origin != hit.axis) {  // to the very point of the light that was drawn
+  if (distance_cm < scene::distant_cm && ray.origin != hit.axis) {  // aims at the drawn point of the light
     const glm::vec3 way = hit.axis + distance_cm * light.shadow.direction - ray.origin;
     distance_cm = glm::length(way);
     if (distance_cm > 0) ray.direction = way / distance_cm;
@@ -107,7 +107,7 @@ PathTracer::Lit PathTracer::light(const Vertex& vertex, float u_light, const std
   const LightSampler::Arrival light = lights_.sample(vertex.hit.axis, vertex.hit.time, u_light, u);
   if (!(light.density > 0) || light.radiance == glm::vec3(0.0f)) return none;
   if (vertex.hit.is_surface && !(glm::dot(vertex.hit.normal, light.direction) > 0)) return none;
-  // Evaluated first: most of what is drawn brings little, and a shadow ray costs as much as a look at the fiber.
+  // The fiber is evaluated before the shadow ray, which costs as much: most light samples bring little and end here.
   const Scattered value = scattering_.evaluate(vertex, light.direction, sums);
   const float density = static_cast<float>(vertex.light_samples) * light.density * value.solid_angle +
                         static_cast<float>(vertex.bcsdf_samples) * value.pdf;
@@ -172,7 +172,7 @@ glm::vec2 PathTracer::motion_of(const geometry::Ray& ray, const geometry::Hit* h
 PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   const std::uint64_t pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(scene_.image.width) + static_cast<std::uint64_t>(x);
-  // Even samples and odd ones are stratified apart, so that they are two independent pictures (PixelSums::odd_beauty).
+  // Even and odd samples are stratified separately, so that they are two independent pictures (PixelSums::odd_beauty).
   const PixelSampler stratified(options_.seed, pixel, sample & 1);
   const std::uint32_t in_half = sample >> 1;
   RandomStream random(options_.seed, pixel, sample);

@@ -1,4 +1,4 @@
-// One path from the camera: hits, light, scattering, roulette; radiance by the layer of the first hit.
+// Traces one path from the camera: hits, light, scattering, roulette. Radiance is by the layer of the first hit.
 #pragma once
 
 #include <cstdint>
@@ -15,73 +15,79 @@
 
 namespace tress::integrate {
 
-/// Immutable; any thread. All references must outlive it. `deeper`: what later hits go by (RenderOptions::roulette),
-/// and what they tell; null: nothing is learned.
+/// Thread-safe during a pass. All references must outlive it. deeper: what later hits use (RenderOptions::roulette) and
+/// add notes to; null if nothing is learned.
 ///
-/// With n_l light and n_b BCSDF samples at a hit, the balance heuristic turns both estimates of one light into the same
-/// expression, S L / (n_l p_light c + n_b Q): Q is the density of the BCSDF sampler in the vertex's own measure (dtheta
-/// dphi on a fiber, solid angle on a surface), c the solid angle per unit of it (cos theta_i, 1), and p_light the
-/// density in solid angle of drawing that light and the direction by it. Light samples add it; BCSDF samples add it for
-/// every light that they meet. At a vertex that can only be sampled n_l is 0.
+/// A hit has n_l light samples and n_b BCSDF samples. The balance heuristic turns both estimates of one light into the
+/// same expression, S L / (n_l p_light c + n_b Q). Q is the density of the BCSDF sampler in the vertex's own measure
+/// (dtheta dphi on a fiber, solid angle on a surface), and c is the solid angle per unit of it (cos theta_i, 1).
+/// p_light is the density in solid angle of drawing that light and the direction by it. Light samples add the
+/// expression once; BCSDF samples add it for every light that they meet. At a vertex that can only be sampled, n_l is
+/// 0.
 class PathTracer {
  public:
   PathTracer(const scene::Scene& scene, const geometry::FiberScene& fibers, const fiber::FiberModel& model,
              const std::vector<fiber::FiberId>& fiber_ids, const RenderOptions& options,
              const DeeperLight* deeper = nullptr);
 
-  /// One sample of pixel (x, y). Pure up to what the model's service notes. Not finite where fibers return more light
-  /// than falls on them (`gain` above 1) until floats end.
+  /// Traces one sample of pixel (x, y). Its only side effects are notes of the model's service and of `deeper`. The
+  /// result may be infinite where fibers return more light than falls on them (`gain` above 1).
   PathSums trace(int x, int y, std::uint32_t sample) const;
 
-  /// The same, with shadow rays by roulette: of a light sample that brings the picture less than 1.6 times its
-  /// `brightness` (mean of the channels, of what hair and surfaces show) only a share is traced. 0: all are traced.
+  /// Returns a tracer with roulette of shadow rays: only a share of the light samples is traced that bring less
+  /// than 1.6 times `brightness`. brightness: mean of hair and surfaces in the picture, over channels; with 0 all are
+  /// traced.
   PathTracer at_brightness(float brightness) const;
 
-  /// The mean luminance of what is seen of hair and surfaces, as far as it is known: what light is worth looking at
-  /// is measured by it. Between passes; any value leaves every mean as it is.
+  /// Sets the mean luminance of hair and surfaces in the picture, as far as it is known. It decides for which light the
+  /// excess of rows is evaluated; any value leaves every mean as it is. Call it between passes.
   void tell_brightness(double luminance) { brightness_ = static_cast<float>(luminance); }
 
  private:
-  /// What one light sample brings, by layer, and what of it is too much by the rows, in the mean.
+  /// Light of one light sample by layer, and an estimate of its excess by the errors of rows.
   struct Lit {
     ScatteredLayers layers{};
     glm::vec3 excess{0.0f};
-    std::size_t group = 0;  ///< of the light that was drawn
+    std::size_t group = 0;  ///< group of the light that was drawn
   };
-  /// Whether anything is met on the way to what LightSampler::sample() drew from the hit's axis.
+  /// Whether anything hides the point of a light that LightSampler::sample() drew from the hit's axis.
   bool is_shadowed(const geometry::Hit& hit, const LightSampler::Arrival& light) const;
-  /// Of the vertex. weight: of it in the picture, which its roulette goes by. Counts its queries in `sums`.
+  /// Takes one light sample of the vertex. weight: that of the vertex in the picture, for the roulette of shadow rays.
+  /// Counts its queries in `sums`.
   Lit light(const Vertex& vertex, float u_light, const std::array<float, 2>& u, const glm::vec3& weight,
             RandomStream& random, PathSums& sums) const;
-  /// The chance of asking what the rows have too much of light that brings so much luminance to the picture.
+  /// The chance of evaluating the excess of rows for light that brings this luminance to the picture.
   float chance_of_light(float luminance) const;
-  /// Light that a BCSDF sample of the vertex meets on its way of distance_cm, weighed against light samples; `groups`
-  /// get it times the throughput.
+  /// Light that a BCSDF sample of the vertex meets within distance_cm, weighted against light samples. Adds it, times
+  /// the throughput, to `groups`.
   glm::vec3 met_light(const Vertex& vertex, const Scattering::Sample& sample, float distance_cm,
                       const glm::vec3& throughput, GroupLight& groups) const;
-  /// Adds what one BCSDF sample of the first vertex brings, followed to its end (path_tree.cpp).
+  /// Adds the light of one BCSDF sample of the first vertex, followed to its end (path_tree.cpp).
   void follow(const Vertex& vertex, const Scattering::Sample& sample, RandomStream& random, PathSums& sums) const;
   struct Worth;
   struct Departure;
-  /// Where a drawn direction of a vertex of this worth leads.
+  /// Follows a drawn direction of a vertex with this worth to the next hit.
   Departure depart(const Vertex& vertex, const Scattering::Sample& sample, const Worth& worth, PathSums& sums) const;
   struct Arrival;
-  /// Hits that copies of the path still leave, each met by a copy of the one before.
+  /// The hits of the path whose copies are not all done; each was met by a copy from the one before.
   using Tree = std::vector<Arrival>;
-  /// At a hit that is met along `direction`; answered, where it can be. is_check: an earlier hit of the path has been.
+  /// Makes an Arrival for a hit that was met along `direction`, with an answer if possible. is_check: whether an
+  /// earlier hit of the path has an answer.
   Arrival arrive(const geometry::Hit& hit, const glm::vec3& direction, int depth, const Worth& worth,
                  bool is_check) const;
-  /// Whether and by how many copies a path goes on from a hit; the hit is then the last of `tree`.
+  /// Decides whether a path goes on from a hit, and by how many copies. If so, returns true and appends the hit to
+  /// `tree`.
   bool go_on(Arrival at, RandomStream& random, PathSums& sums, Tree& tree) const;
-  /// Starts the next copy at the last hit of `tree`. True: it goes on from a hit that is now the last.
+  /// Starts the next copy at the last hit of `tree`. Returns true if the copy met a hit that it goes on from, which is
+  /// now the last.
   bool step(Tree& tree, RandomStream& random, PathSums& sums) const;
   void end_copy(Arrival& hit) const;
-  /// Whether hits can be answered: constant during a pass.
+  /// Whether hits can have answers. Constant during a pass.
   bool answers() const { return deeper_ && deeper_->can_answer(); }
 
-  /// Of the camera as it is at a time of the shutter.
+  /// A ray of the camera at a time of the shutter, [0, 1].
   geometry::Ray camera_ray(int x, int y, const PixelSampler& stratified, std::uint32_t in_half, float time) const;
-  /// Where what the ray has met goes until the next frame; `hit`: null where it met nothing.
+  /// Motion of what the ray met until the next frame. hit: null if it met nothing.
   glm::vec2 motion_of(const geometry::Ray& ray, const geometry::Hit* hit, const LightSampler::Arrival& seen) const;
 
   const scene::Scene& scene_;
@@ -91,9 +97,9 @@ class PathTracer {
   FrameMotion motion_;
   LightSampler lights_;
   float brightness_ = 0;
-  std::size_t group_count_;  ///< 0: no light is kept by group
+  std::size_t group_count_;  ///< 0 if no light is kept by group
   Scattering scattering_;
-  float surely_traced_ = 0;  ///< what a light sample has to bring; 0: nothing
+  float surely_traced_ = 0;  ///< light samples that bring at least this are always traced; 0: all are
   const DeeperLight* deeper_;
 };
 

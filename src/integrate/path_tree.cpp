@@ -1,4 +1,4 @@
-// A path after its first hit: at every later one it ends, goes on, or parts into several.
+// A path after its first hit: at every later hit it ends, goes on or splits.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,58 +13,58 @@ namespace {
 
 constexpr float least_survival = 0.05f;
 constexpr float nowhere = std::numeric_limits<float>::infinity();
-/// Of one sample of a pixel: after so many hits no path parts, so that a sample has an end whatever was learned.
+/// Number of hits of a sample after which no path splits, so that every sample ends, whatever was learned.
 constexpr std::uint32_t most_parting_hits = 256;
 
-/// An answer in place of a path is held against what paths find as often as one in so many of its copies would have
-/// gone on, and at least so often. They are also all that answers are learned from: with a 16th, what a picture of few
-/// paths has learned is too little (bench/README.md, what lies deeper).
+/// An answer is checked by following a path for one in copies_per_check copies that it replaces, and for at least this
+/// share of hits. Answers are also learned from these paths alone, and fewer checks would be too few for pictures with
+/// few paths (bench/README.md, what lies deeper).
 constexpr float copies_per_check = 4, least_checks = 1 / 16.0f;
 
-/// How often it is asked what rows have too much: for one in so many directions that go on, times what they are worth.
+/// The excess of rows is evaluated for one in so many directions that go on, in proportion to their weight.
 constexpr float directions_per_excess = 32;
 
 float luminance_of(const glm::vec3& color) { return std::max(0.0f, luminance(color)); }
 
-/// Without regard to sign.
+/// The largest absolute value of a channel.
 float largest_channel(const glm::vec3& color) {
   return std::max({std::abs(color.x), std::abs(color.y), std::abs(color.z)});
 }
 
-/// The root of the throughput, from early on: variance times time is 0.78 to 0.91 of that of the throughput itself from
-/// the sixth hit on (bench/README.md, chart 7). A path that has lost nothing goes on: at 0.95 a path of 60 hits in
-/// white hair would weigh 20 (bench/atlas/README.md, study 5).
+/// The square root of the throughput, from early hits on. Variance times time is 0.78 to 0.91 of that with the
+/// throughput itself from the sixth hit on (bench/README.md, chart 7). A path without losses always goes on: with a
+/// survival of 0.95 a path of 60 hits in white hair would weigh 20 (bench/atlas/README.md, study 5).
 float survival(float throughput) { return std::clamp(std::sqrt(throughput), least_survival, 1.0f); }
 
 }  // namespace
 
-/// What a unit of light from a vertex brings to the picture, and what of that is too much by the rows of the vertices
-/// before it, in the mean. The mean of a product of independent values is the product of their means: errors that
-/// follow each other are multiplied as they are in the picture.
+/// The contribution to the picture of a unit of light from a vertex, and an estimate of its excess by the rows of the
+/// vertices before it. The mean of a product of independent values is the product of their means, so successive errors
+/// multiply as they do in the picture.
 struct PathTracer::Worth {
   glm::vec3 whole{0.0f}, too_much{0.0f};
 };
 
 struct PathTracer::Departure {
-  glm::vec3 weight{0.0f}, met{0.0f};  ///< of what comes from there; light met on the way
-  Worth worth;                        ///< of what comes from the hit
+  glm::vec3 weight{0.0f}, met{0.0f};  ///< weight: factor of light from there. met: light met on the way
+  Worth worth;                        ///< worth of light from the hit
   std::optional<geometry::Hit> hit;
 };
 
-/// A hit after the first. Light is in radiance along the way back from it, and what the path's weight does not know.
+/// A hit after the first. Its light is the radiance that leaves it back along the path, without the path's weight.
 struct PathTracer::Arrival {
   geometry::Hit hit;
-  glm::vec3 direction;              ///< of the ray that met it
-  int depth;                        ///< from 2
-  Worth worth;                      ///< of every copy
-  std::size_t place;                ///< of DeeperLight
-  std::optional<glm::vec3> answer;  ///< what all its copies are taken to bring: what they do bring tells the bias alone
-  bool is_check;                    ///< this hit or one before it has been answered
+  glm::vec3 direction;              ///< direction of the ray that met it
+  int depth;                        ///< number of the hit, from 2
+  Worth worth;                      ///< worth of light from each copy
+  std::size_t place;                ///< place in DeeperLight
+  std::optional<glm::vec3> answer;  ///< light that the picture takes from here; the copies then only measure its bias
+  bool is_check;                    ///< whether this hit or one before it has an answer
   float per_copy = 1;               ///< 1 over the mean number of copies
   int copies = 1, copies_left = 1;
-  glm::vec3 light{0.0f};  ///< of the copies that have ended
+  glm::vec3 light{0.0f};  ///< light of the copies that have ended
   std::uint64_t hits = 0;
-  glm::vec3 weight{0.0f}, copy_light{0.0f};  ///< of the copy under way; weight: of what comes from its next hit
+  glm::vec3 weight{0.0f}, copy_light{0.0f};  ///< of the current copy: factor of light from its next hit, and its light
   std::uint64_t copy_hits = 0;
 };
 
@@ -93,7 +93,7 @@ bool PathTracer::go_on(Arrival at, RandomStream& random, PathSums& sums, Tree& t
   at.copies = static_cast<int>(mean_copies);
   if (random.next() < mean_copies - static_cast<float>(at.copies)) ++at.copies;
   if (at.copies == 0) return false;
-  if (at.answer) {  // as if it had not been drawn: at its full weight it would part again and again
+  if (at.answer) {  // keeps the worth before roulette: with a larger one the path would split again and again
     ++sums.deep_light_checks;
   } else {
     at.worth = {at.worth.whole / mean_copies, at.worth.too_much / mean_copies};
@@ -104,7 +104,8 @@ bool PathTracer::go_on(Arrival at, RandomStream& random, PathSums& sums, Tree& t
   return true;
 }
 
-/// What may rest on answers is not learned from: errors would be handed on, and paths that met none are the short ones.
+/// Does not learn from light that may contain answers. Their errors would be passed on, and learning only from paths
+/// without answers would favor short ones.
 void PathTracer::end_copy(Arrival& hit) const {
   if (deeper_ && (hit.is_check || !answers())) {
     deeper_->note(hit.place, hit.copy_light, hit.copy_hits);
@@ -121,7 +122,7 @@ PathTracer::Departure PathTracer::depart(const Vertex& vertex, const Scattering:
   way.weight = sample.value.total() / sample.value.pdf;
   way.worth.whole = worth.whole * way.weight;
   const float largest = largest_channel(way.worth.whole);
-  if (!std::isfinite(largest)) {  // gains above 1, again and again: whatever it meets, the film will drop it
+  if (!std::isfinite(largest)) {  // gains above 1 have overflowed: the film will drop the path
     way.met = glm::vec3(nowhere);
     return way;
   }
@@ -203,7 +204,7 @@ void PathTracer::follow(const Vertex& vertex, const Scattering::Sample& sample, 
     if (ended.answer) {
       const glm::vec3 answered = *ended.answer * static_cast<float>(ended.copies);
       sums.deep_light_excess += luminance(ended.worth.whole * ended.per_copy * (answered - ended.light));
-      brought = glm::vec3(0.0f);  // the answer has been
+      brought = glm::vec3(0.0f);  // the path has already taken the answer
     }
     if (tree.empty()) {
       radiance += brought;
@@ -214,7 +215,7 @@ void PathTracer::follow(const Vertex& vertex, const Scattering::Sample& sample, 
     before.copy_hits += ended.hits;
     end_copy(before);
   }
-  // Everything after the first vertex scales its layers alike.
+  // All light after the first vertex scales its layers by the same factor.
   for (std::size_t layer = 0; layer < sample.value.layers.size(); ++layer) {
     sums.layers[layer] += sample.value.layers[layer] * (share / sample.value.pdf) * radiance;
   }

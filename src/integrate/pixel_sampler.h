@@ -1,4 +1,5 @@
-// Stratified numbers for the first dimensions of a pixel's paths: Sobol pairs, Owen-scrambled by hashing (Burley 2020).
+// Stratified numbers for the first dimensions of a pixel's paths: Sobol pairs with Owen scrambling by hashes (Burley
+// 2020).
 #pragma once
 
 #include <array>
@@ -8,8 +9,8 @@
 
 namespace tress::integrate {
 
-/// Pairs of uniforms in [0, 1): the pairs of one dimension over consecutive indices are a scrambled (0,2)-sequence;
-/// different dimensions, pixels and halves (0 or 1) are independent. Pure.
+/// Pairs of uniforms in [0, 1). The pairs of one dimension over consecutive indices are a scrambled (0,2)-sequence.
+/// Different dimensions, pixels and halves (0 or 1) are independent. Thread-safe, without state.
 class PixelSampler {
  public:
   PixelSampler(std::uint64_t seed, std::uint64_t pixel, std::uint32_t half)
@@ -19,7 +20,7 @@ class PixelSampler {
     const std::uint64_t first = mix_bits(key_ + dimension * 0x9e3779b97f4a7c15ull);
     const std::uint64_t second = mix_bits(first + 1);
     const std::uint32_t shuffled = reverse(scramble(reverse(index), static_cast<std::uint32_t>(first)));
-    // The sequence's bits from the least significant on, as the scramble wants them: reversed once, at the end.
+    // The scramble wants the bits of the sequence least significant first; they are reversed once, at the end.
     return {to_unit(reverse(scramble(shuffled, static_cast<std::uint32_t>(first >> 32)))),
             to_unit(reverse(scramble(sobol_second(shuffled), static_cast<std::uint32_t>(second))))};
   }
@@ -43,8 +44,8 @@ class PixelSampler {
     return x;
   }
 
-  /// Sobol's second dimension, its bits reversed. Bit k of the index adds the polynomial (1 + x)^k, modulo 2: all of
-  /// them at once by halves, since (1 + x)^(2^n) = 1 + x^(2^n).
+  /// Sobol's second dimension with its bits reversed. Bit k of the index adds the polynomial (1 + x)^k modulo 2. The
+  /// sum is computed by halves, since (1 + x)^(2^n) = 1 + x^(2^n).
   static std::uint32_t sobol_second(std::uint32_t index) {
     index ^= index >> 16;
     index ^= (index >> 8) & 0x00ff00ffu;

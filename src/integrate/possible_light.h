@@ -1,5 +1,5 @@
-// What light could bring to a picture, before any path has found it: so that no noise is told of paths that have not
-// met the light.
+// The light that could reach a picture before any path has found it, so that the noise of a picture includes light that
+// its paths have not met yet.
 #pragma once
 
 #include <vector>
@@ -13,29 +13,31 @@ namespace tress::integrate {
 
 struct PassProgress;
 
-/// By light that is drawn at what the camera sees first, as if nothing stood before it and all were white and scattered
-/// evenly: the mean M of a path's radiance, and its second moment over M^2, K, as light samples and sampled directions
-/// balance each other (FiberModel::balance()). K is about the number of paths of which one meets the light: 1 where
-/// light is sampled and fibers are wide; the sphere over a light's solid angle where it is met by chance alone.
+/// The mean M of a path's radiance, and K, its second moment over M^2. Both are estimated from light drawn at the first
+/// hits of the camera, as if there were no shadows and all objects were white and scattered evenly. Light samples and
+/// sampled directions balance each other as in the render (FiberModel::balance()). About one path in K meets the light:
+/// K is 1 where light is sampled and fibers are wide, and the sphere over a light's solid angle where only chance meets
+/// the light.
 ///
-/// Of n paths the sample variance knows what they have met. What they may have missed is met by one in n + K, as in the
-/// mean of a rate of which n paths have seen nothing and which was 1/K before; a meeting brings K M.
+/// The sample variance of n paths knows only light that they have met. Light that they may have missed is taken to be
+/// met by one path in n + K: the mean of a rate that was 1/K before and that n paths have not seen. Such a path brings
+/// K M.
 struct PossibleLight {
-  double mean = 0;    ///< M, of the channels; 0: the scene has no light
-  double spread = 1;  ///< K, 1 at least
+  double mean = 0;    ///< M, mean over channels; 0 if the scene has no light
+  double spread = 1;  ///< K, at least 1
 
-  /// Mean radiance of what n paths may not have met.
+  /// Mean radiance of the light that n paths may not have met.
   double unmet(double paths) const { return mean * spread / (paths + spread); }
-  /// Variance of one path's radiance by it.
+  /// Variance of one path's radiance by that light.
   double unmet_variance(double paths) const { return mean * spread * unmet(paths); }
 };
 
-/// The noise of a picture, as far as it is told: `noise`, `unmet_noise`, `light_paths`. Relative to what the picture
-/// shows, at least to what its paths may not have met, so that a black picture has a noise of more than 1.
+/// Sets `noise`, `unmet_noise` and `light_paths` of the progress. Noise is relative to the brightness of the picture,
+/// or to that of the light that its paths may not have met if this is more; so a black picture has a noise above 1.
 void tell_noise(const Film& film, const PossibleLight& possible, PassProgress& progress);
 
-/// Of the whole image, by 1,024 draws. Traces camera rays, asks no row, and is the same for the same scene, model and
-/// number of light samples at the first hit.
+/// Estimates PossibleLight for the whole image by 1,024 draws. It traces camera rays and queries no row. The result
+/// depends only on the scene, the model and the number of light samples at the first hit.
 PossibleLight possible_light(const scene::Scene& scene, const geometry::FiberScene& fibers,
                              const fiber::FiberModel& model, const std::vector<fiber::FiberId>& fiber_ids,
                              int light_samples);

@@ -39,8 +39,8 @@ int blocks_along(int length) { return (length + block_size - 1) / block_size; }
 
 struct PathCount {
   std::uint64_t paths = 0;
-  std::uint64_t covered = 0;  ///< of them, paths that met something
-  std::uint64_t dropped = 0;  ///< of them, paths that were not finite
+  std::uint64_t covered = 0;  ///< paths that met something
+  std::uint64_t dropped = 0;  ///< paths that were not finite
 };
 
 /// Samples the pixels of a pass that lie in one block, in order.
@@ -75,8 +75,8 @@ PathCount render_block(const PathTracer& tracer, BiasAuditor* auditor, int block
   return count;
 }
 
-/// Every pixel of a block belongs to one task, and a pass ends before the next begins: sums are added in the order of
-/// the samples whatever the number of threads.
+/// Samples the pixels of a pass. One task samples each block, and a pass ends before the next begins, so sums are added
+/// in the order of the samples for any number of threads.
 PathCount render_pass(const PathTracer& tracer, BiasAuditor* auditor, int pass, std::uint32_t first_sample,
                       const std::atomic<bool>& stop, SamplePlan& plan, Film& film) {
   const int blocks = blocks_along(film.window().width) * blocks_along(film.window().height);
@@ -92,15 +92,15 @@ PathCount render_pass(const PathTracer& tracer, BiasAuditor* auditor, int pass, 
 }
 
 struct Brightness {
-  float mean = 0;  ///< of the channels, of what hair and surfaces show; 0: black, or none was found
+  float mean = 0;  ///< mean of hair and surfaces over channels; 0 if they are black or were not found
   std::uint64_t paths = 0;
 };
 
-/// By a few paths spread over the whole image, so that it is that of every crop. It scales a roulette: no need to be
-/// near.
+/// Measures the brightness by a few paths spread over the whole image, so that it is the same for every crop. It only
+/// scales a roulette and need not be precise.
 Brightness measured_brightness(const PathTracer& tracer, const scene::Image& image, const std::atomic<bool>& stop) {
   constexpr std::uint64_t enough = 128, most_rays = 2048;
-  constexpr std::uint32_t own_sample = 1u << 31;  // of no picture
+  constexpr std::uint32_t own_sample = 1u << 31;  // an index that no picture uses
   const FlushDenormals flush;
   const std::uint64_t rays =
       std::min(most_rays, static_cast<std::uint64_t>(image.width) * static_cast<std::uint64_t>(image.height));
@@ -118,7 +118,7 @@ Brightness measured_brightness(const PathTracer& tracer, const scene::Image& ima
   return found;
 }
 
-/// What the pilot of the render that was saved has found; -1 if that is not there.
+/// The brightness that a saved render measured; mean is -1 if the state does not have it.
 Brightness saved_brightness(const RenderState& state) {
   Brightness brightness{-1, 0};
   const auto found = state.sections.find("pilot");
@@ -175,7 +175,7 @@ bool restored(const RenderState& state, DeeperLight& deeper) {
   return found != state.sections.end() && deeper.set_state(found->second);
 }
 
-/// After a pass, if there is enough to learn from.
+/// Updates `deeper` after a pass, if there are enough new paths.
 void learn_deeper(const Film& film, DeeperLight& deeper, PassProgress& progress) {
   const double start = thread_cpu_seconds();
   if (deeper.is_due(progress.paths_so_far)) deeper.update(picture_so_far(film), progress.paths_so_far);
@@ -262,7 +262,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     tell_excess();
     result.passes = pass + 1;
     if (!stop) plan.pass_ended(pass);
-    // Of an adaptive picture the passes are rounded.
+    // The passes of an adaptive picture are rounded to whole samples, so the planned total may be off.
     if (!stop && result.passes == progress.pass_count) progress.paths_total = progress.paths_so_far;
     if (on_pass && !on_pass(progress)) break;
   }

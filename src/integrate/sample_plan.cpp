@@ -10,11 +10,11 @@
 namespace tress::integrate {
 namespace {
 
-constexpr std::uint32_t first_samples = 8, growth = 4;  ///< of what is noted: 8, 32, 128 ...
-constexpr int reach = 2;                                ///< pixels, to each side
-constexpr double least_share = 0.5, most_share = 4;     ///< of the mean
+constexpr std::uint32_t first_samples = 8, growth = 4;  ///< notes are taken at 8, 32, 128 ... samples
+constexpr int reach = 2;                                ///< pixels to each side
+constexpr double least_share = 0.5, most_share = 4;     ///< in units of the mean
 
-/// The factor of `wanted` after which the mean of those above 0, each between the bounds, is 1.
+/// The factor for which the mean of the scaled values of `wanted` above 0, each clamped to the bounds, is 1.
 double scale_of(const std::vector<float>& wanted) {
   const auto mean_at = [&](double scale) {
     double sum = 0, count = 0;
@@ -47,7 +47,7 @@ std::uint32_t SamplePlan::samples_after(int pass, int x, int y) const {
     if (pass < initial_passes) return initial_pass(x, y) <= pass ? 1 : 0;
     return sample_of_pass(pass) + 1;
   }
-  // Parts of a sample are rounded up in some pixels of a tile and down in others.
+  // Fractions of a sample are rounded up in some pixels of a tile and down in others.
   const Share& share = shares_[index(x, y)];
   const double offset = (rank_in_tile(x & 7, y & 7) + 0.5) / 64;
   return share.base +
@@ -62,7 +62,7 @@ void SamplePlan::note_prefix(std::size_t pixel, const PixelSums& sums) {
                    1 + static_cast<float>(sums.vertices) / static_cast<float>(sums.traced())};
 }
 
-/// In proportion to the samples that a pixel should have; 0: nothing is noisy around it.
+/// Values in proportion to the samples that a pixel should have; 0 if nothing around it is noisy.
 std::vector<float> SamplePlan::wanted() const {
   std::vector<float> wanted(notes_.size(), 0.0f);
   const auto has_hit = [](const Note& note) { return note.cost > 1; };
@@ -88,7 +88,7 @@ std::vector<float> SamplePlan::wanted() const {
 
 void SamplePlan::pass_ended(int pass) {
   if (notes_.empty()) return;
-  // By the bounds of the shares every pixel has had what is noted after a mean of twice as many.
+  // By the bounds of the shares, every pixel has its noted samples after a mean of twice as many.
   const std::uint32_t mean = pass < initial_passes ? 1 : sample_of_pass(pass) + 1;
   if (mean != (shares_.empty() ? first_samples : 2 * times_.noted_samples)) return;
   const std::uint32_t next_mean = 2 * times_.noted_samples * growth, passes = next_mean - mean;
@@ -101,7 +101,7 @@ void SamplePlan::pass_ended(int pass) {
       const std::size_t i = index(x, y);
       planned[i].base = samples_after(pass, x, y);
       if (!(wanted_shares[i] > 0)) continue;
-      // What it lacks of its share of all samples when the next plan is made.
+      // Samples that the pixel needs until the next plan, for its share of all samples.
       const double share = std::clamp(scale * static_cast<double>(wanted_shares[i]), least_share, most_share);
       missing[i] = static_cast<float>(std::max(1e-3, (share * next_mean - planned[i].base) / passes));
     }

@@ -26,9 +26,9 @@ glm::vec3 to_frame(const geometry::Hit& hit, const glm::vec3& world) {
   return {glm::dot(world, hit.u), glm::dot(world, hit.v), glm::dot(world, hit.w)};
 }
 
-/// About the shading normal w; nothing through the face. Where the face is about to turn from the light the shading
-/// fades out before it (Chiang, Li and Burley 2019, "Taming the shadow terminator"), so that facets do not show as an
-/// edge between light and shadow.
+/// Scattering about the shading normal w, with no light through the face. The shading fades out before the face turns
+/// from the light (Chiang, Li and Burley 2019, "Taming the shadow terminator"), so that facets do not show at the edge
+/// between light and shadow.
 Scattered scattered_by_surface(const SurfaceMaterial& material, const geometry::Hit& hit, const glm::vec3& direction) {
   Scattered scattered;
   const glm::vec3 in = to_frame(hit, direction);
@@ -44,7 +44,7 @@ Scattered scattered_by_surface(const SurfaceMaterial& material, const geometry::
   return scattered;
 }
 
-/// Of the mesh's texture at a hit, or one color.
+/// Diffuse albedo of a mesh at a hit: from its texture, or its one color.
 glm::vec3 diffuse_at(const scene::Mesh& mesh, const geometry::Hit& hit) {
   if (!mesh.texture) return mesh.albedo;
   const glm::uvec3& corner = mesh.corner_uvs[hit.triangle];

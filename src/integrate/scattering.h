@@ -1,4 +1,4 @@
-// What paths meet and scatter on: fibers (FiberModel) and surfaces (surface_scattering.h) behind one interface.
+// Scattering at fibers (FiberModel) and surfaces (surface_scattering.h) behind one interface.
 #pragma once
 
 #include <array>
@@ -18,18 +18,18 @@ namespace tress::integrate {
 /// A hit and what scatters there.
 struct Vertex {
   geometry::Hit hit;
-  fiber::FiberEvent event;  ///< of a fiber
-  SurfaceMaterial surface;  ///< of a surface
-  glm::vec3 albedo{0.0f};   ///< of one scattering
-  bool evaluates = true;    ///< false: no light may be sampled (FiberModel::evaluates)
+  fiber::FiberEvent event;  ///< used if the hit is on a fiber
+  SurfaceMaterial surface;  ///< used if the hit is on a surface
+  glm::vec3 albedo{0.0f};   ///< albedo of one scattering
+  bool evaluates = true;    ///< false if no light may be sampled (FiberModel::evaluates)
   int light_samples = 1, bcsdf_samples = 1;
 };
 
-/// Index into Scene::fibers. Where a strand varies the bits of the hit choose among the fibers around the place: the
-/// same hit is always of the same one, and the mean over hits is what lies between them.
+/// Index of the hit's fiber in Scene::fibers. Where a strand varies, the bits of the hit choose among the fibers around
+/// the place. The same hit always gets the same fiber, and the mean over hits interpolates between them.
 std::uint32_t fiber_of(const scene::Scene& scene, const geometry::Hit& hit);
 
-/// Layers that a vertex scatters into: lobes of a fiber, or the surface.
+/// Light by the layers that a vertex scatters into: the lobes of a fiber, or the surface.
 using ScatteredLayers = std::array<glm::vec3, surface_layer + 1>;
 
 inline glm::vec3 total_of(const ScatteredLayers& layers) {
@@ -40,9 +40,9 @@ inline glm::vec3 total_of(const ScatteredLayers& layers) {
 
 /// Light scattered from one direction, in the vertex's own measure: dtheta dphi on a fiber, solid angle on a surface.
 struct Scattered {
-  ScatteredLayers layers{};  ///< S, which the radiance from there is multiplied with
-  float pdf = 0;             ///< Q, of drawing the direction; 0: nothing is scattered
-  float solid_angle = 1;     ///< per unit of the measure: cos theta_i on a fiber, 1 on a surface
+  ScatteredLayers layers{};  ///< S, the factor of the radiance from there
+  float pdf = 0;             ///< Q, density of drawing the direction; 0 if nothing is scattered
+  float solid_angle = 1;     ///< solid angle per unit of the measure: cos theta_i on a fiber, 1 on a surface
   glm::vec3 total() const { return total_of(layers); }
 };
 
@@ -51,16 +51,17 @@ class Scattering {
  public:
   Scattering(const scene::Scene& scene, const fiber::FiberModel& model, const std::vector<fiber::FiberId>& fiber_ids);
 
-  /// ray_direction: of the ray that met the hit. xi: the grid node of a fiber's event. importance: FiberModel::begin().
-  /// is_near: a fiber's event begins by FiberModel::begin_near().
+  /// Begins the scattering at a hit. ray_direction: direction of the ray that met the hit. xi: uniforms that choose the
+  /// grid node of a fiber's event. importance: as in FiberModel::begin(). is_near: whether a fiber's event begins with
+  /// FiberModel::begin_near().
   Vertex begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi,
                float importance, bool is_near = false) const;
 
-  /// direction: unit, world, away from the hit. Counts queries in `sums`.
+  /// Light scattered from a direction (unit, world, away from the hit). Counts queries in `sums`.
   Scattered evaluate(const Vertex& vertex, const glm::vec3& direction, PathSums& sums) const;
 
-  /// What the sum of the layers has too much at this direction, in the mean over events and `place`
-  /// (FiberModel::excess): 0 of surfaces, and where the model does not tell.
+  /// Excess of the sum of the layers at this direction, in the mean over events and `place` (FiberModel::excess). 0 for
+  /// surfaces, and for models without it.
   glm::vec3 excess(const Vertex& vertex, const glm::vec3& direction, float place) const;
   bool tells_excess() const { return tells_excess_; }
 
@@ -68,7 +69,7 @@ class Scattering {
     glm::vec3 direction{0, 0, 1};  ///< unit, world
     Scattered value;
   };
-  /// u: independent uniforms in [0, 1).
+  /// Draws a direction. u: independent uniforms in [0, 1). Counts queries in `sums`.
   Sample sample(const Vertex& vertex, const std::array<float, 4>& u, PathSums& sums) const;
 
  private:
@@ -77,7 +78,7 @@ class Scattering {
   const scene::Scene& scene_;
   const fiber::FiberModel& model_;
   const std::vector<fiber::FiberId>& fiber_ids_;
-  std::vector<std::optional<Coat>> coats_;  ///< of the meshes
+  std::vector<std::optional<Coat>> coats_;  ///< by mesh
   bool tells_excess_;
 };
 

@@ -1,4 +1,4 @@
-// Pixels that are spread evenly over an image, however many are taken.
+// A sequence of pixels whose first ones, however many, are spread evenly over an image.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace tress::integrate {
 
-/// Number i, from 0. Multiples of the two numbers that spread evenly over a square (Roberts 2018, the R2 sequence).
+/// Pixel i, from 0, of the R2 sequence (Roberts 2018): multiples of two numbers that spread evenly over a square.
 inline glm::ivec2 spread_pixel(std::uint64_t i, const scene::Image& image) {
   const double u = static_cast<double>(i) * 0.7548776662466927 + 0.5,
                v = static_cast<double>(i) * 0.5698402909980532 + 0.5;

@@ -12,7 +12,7 @@ bool StopRule::is_noise_known(const PassProgress& pass) {
 }
 
 const char* StopRule::reason_to_end(const PassProgress& pass, double noise_now, double elapsed) const {
-  if (seconds && pass.pass + 1 >= initial_passes) {  // every pixel has as many samples
+  if (seconds && pass.pass + 1 >= initial_passes) {  // every pixel has the same number of samples
     const int samples_at_most = pass.pass_count - initial_passes + 1;
     const double pixels = static_cast<double>(pass.paths_total) / samples_at_most;
     const double next = pass.seconds * pixels / std::max(1.0, static_cast<double>(pass.pixels));

@@ -1,4 +1,4 @@
-// When a render ends: after so many samples, so long a time, or at so little noise.
+// The rule that ends a render: by number of samples, by time or by noise.
 #pragma once
 
 #include <optional>
@@ -7,25 +7,24 @@
 
 namespace tress::integrate {
 
-/// At most one of the two; none: the samples of the scene.
+/// At most one of `seconds` and `noise` is set. If neither is, the render ends after the samples of the scene.
 struct StopRule {
   std::optional<double> seconds;  ///< since the command began; the picture then depends on the machine
-  std::optional<double> noise;    ///< of the picture, relative (PassProgress::noise)
+  std::optional<double> noise;    ///< relative noise of the picture (PassProgress::noise)
 
-  static constexpr int most_samples = 1 << 20;        ///< a pixel, whatever the rule
-  static constexpr int most_samples_noise = 1 << 14;  ///< a pixel, waiting for the noise to fall
-  /// Before the variance is believed: samples a pixel, and of the picture paths that brought its light
-  /// (PassProgress::light_paths) or still more samples a pixel.
+  static constexpr int most_samples = 1 << 20;        ///< per pixel, for any rule
+  static constexpr int most_samples_noise = 1 << 14;  ///< per pixel, for a rule by noise
+  /// The variance is trusted from least_samples_noise per pixel on, if the picture has least_light_paths paths that
+  /// brought its light (PassProgress::light_paths) or enough_samples_noise per pixel.
   static constexpr int least_samples_noise = 4, enough_samples_noise = 64;
   static constexpr double least_light_paths = 32;
 
-  /// Samples a pixel after which it ends at the latest; `asked`: those of the scene.
+  /// Largest number of samples per pixel. asked: samples of the scene.
   int samples(int asked) const { return seconds ? most_samples : noise ? most_samples_noise : asked; }
   static bool is_noise_known(const PassProgress& pass);
-  /// Why to end after this pass, `elapsed` seconds after the command began: "samples", "time", "noise"; null: go on.
-  /// Only where every pixel has as many samples, one at least. By time: where the next pass, if it goes like this one,
-  /// would end too late.
-  /// noise_now: that of the picture, or of what is made of it.
+  /// The reason to end after this pass: "samples", "time" or "noise"; null to go on. A render ends only where every
+  /// pixel has the same number of samples, at least one. It ends by time if a next pass as long as this one would end
+  /// too late. noise_now: noise of the picture, or of what is made of it. elapsed: seconds since the command began.
   const char* reason_to_end(const PassProgress& pass, double noise_now, double elapsed) const;
   const char* reason_to_end(const PassProgress& pass, double elapsed) const {
     return reason_to_end(pass, pass.noise, elapsed);

@@ -12,7 +12,7 @@ namespace {
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr float least_width = 1e-3f;
 
-/// Reflectance of a dielectric for unpolarised light from outside; cosine in [0, 1].
+/// Reflectance of a dielectric for unpolarized light from outside. cosine: in [0, 1].
 float fresnel(float cosine, float eta) {
   const float inside = std::sqrt(std::max(0.0f, 1 - (1 - cosine * cosine) / (eta * eta)));
   const float across = (cosine - eta * inside) / (cosine + eta * inside);
@@ -25,7 +25,7 @@ float largest(const glm::vec3& color) { return std::max({color.x, color.y, color
 }  // namespace
 
 Coat::Coat(float roughness, float eta) : width_(std::max(roughness * roughness, least_width)), eta_(eta) {
-  // F G2 / G1 averaged over the visible normals. At every cosine the same stratified numbers.
+  // The mean of F G2 / G1 over the visible normals, with the same stratified numbers at every cosine.
   constexpr int strata = 48;
   for (int i = 0; i <= cells; ++i) {
     const float root = static_cast<float>(i) / cells, cosine = std::max(root * root, 1e-4f);
@@ -86,7 +86,7 @@ float Coat::pdf(const glm::vec3& out, const glm::vec3& in) const {
 }
 
 glm::vec3 Coat::sample(const glm::vec3& out, const glm::vec2& u) const {
-  // Of the hemisphere that the facets are when stretched to a width of 1, a point as seen from there.
+  // Stretches the facets to a width of 1, where they are a hemisphere, and draws a visible point of it.
   const glm::vec3 seen = glm::normalize(glm::vec3(width_ * out.x, width_ * out.y, out.z));
   const float across = std::hypot(seen.x, seen.y);
   const glm::vec3 first = across > 1e-6f ? glm::vec3(-seen.y, seen.x, 0) / across : glm::vec3(1, 0, 0);
@@ -115,7 +115,7 @@ glm::vec3 SurfaceMaterial::value(const glm::vec3& in) const {
   return lambert * reaches + coat->value(out, in);
 }
 
-/// By what each part sends back, and neither less often than one time in ten.
+/// The share is in proportion to the light that the coat and the diffuse part reflect, within [0.1, 0.9].
 float SurfaceMaterial::coat_share() const {
   if (coat == nullptr) return 0;
   const float below = (1 - coat_albedo) * largest(diffuse);

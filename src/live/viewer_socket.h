@@ -27,7 +27,7 @@ struct Endpoint {
 /// text is not HOST:PORT, or the host is unknown.
 Result<Endpoint> find_endpoint(const std::string& text);
 
-/// For one thread; only `stop` may come from another, and ends every wait at once.
+/// Use it from one thread. Only `stop` may be called from another; it ends every wait at once.
 class ViewerSocket {
  public:
   ViewerSocket() = default;

@@ -19,7 +19,7 @@ namespace tress::fiber {
 /// of its order (R, TT, TRT, TRRT, the residual from p = 4 on) over a pdf of 1; evaluate() gives 0. A path that was
 /// absorbed has the weight 0.
 ///
-/// Of FiberParameters it reads eta, eccentricity, roughness (alpha, of every event), tilt, sigma_a, the medulla and
+/// It uses these FiberParameters: eta, eccentricity, roughness (alpha, of every event), tilt, sigma_a, the medulla and
 /// gain. It ignores those without a meaning for it: azimuthal_sigma, longitudinal_lambda, longitudinal_shape,
 /// reflection_fresnel. If the fiber splits off its glint, TRT paths are divided by the share that the smooth fiber has
 /// at this h.

@@ -35,7 +35,7 @@ struct LearnedRow {
 LearnedRow learn_row(const RowRequest& request);
 
 /// The share of a component's light that an absorption leaves, for path lengths of this mean and variance: (1 + sigma_a
-/// v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. In (0, 1].
+/// v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. It is in (0, 1].
 double transmitted_share(double sigma_a, double mean, double variance);
 
 }  // namespace tress::fiber

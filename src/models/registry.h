@@ -23,7 +23,7 @@ struct ModelSettings {
   /// Points of the quadrature over the fiber's width, for models that do one at every vertex; 0: the model's own
   /// number.
   int quadrature_points = 0;
-  /// For fiber3d: whether light that a facet masks is lost (fiber::Masked::is_lost).
+  /// Whether light that a facet of fiber3d masks is lost (fiber::Masked::is_lost).
   bool loses_masked_light = false;
 };
 

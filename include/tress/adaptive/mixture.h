@@ -40,7 +40,7 @@ struct Component {
 
 /// The share of a weight that remains where each ray loses the factor exp(-rate attribute): the gamma law of the
 /// attribute's moments, (1 + rate v/l)^(-l^2/v), or exp(-rate l) for v -> 0 (ESTIMATOR.md, E1). rate >= 0, in 1/unit of
-/// the attribute (hair: the absorption). In [0, 1].
+/// the attribute (hair: the absorption). The result is in [0, 1].
 double decayed_share(double rate, double attribute_mean, double attribute_variance);
 
 /// f(x) = sum_d weight_d p_d(x) + uniform_weight / 2 pi. Plain data; at most 8 components.

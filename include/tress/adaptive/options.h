@@ -16,8 +16,8 @@ struct Options {
   /// - mean g)^2, 1e-3 / 2 pi).
   double epsilon = 0.01;
   /// The same for rows of slices of samples, where the error is another quantity: chi^2 = integral (S - f)^2/f of all
-  /// parts, masses included, divided by the mass of the row, at the resolution of the test's cells: 16 by azimuth times
-  /// 8 by height, of equal mass in each part.
+  /// parts, masses included, divided by the mass of the row. Its resolution is that of the test's cells: 16 by azimuth
+  /// times 8 by height, of equal mass in each part.
   double sampled_epsilon = 0.07;
   /// Whether rows of samples learn until they pass their test at sampled_epsilon, however often they are queried. If
   /// off, the number of their events decides how many paths they get, and a row that has passed is refined further
@@ -35,12 +35,12 @@ struct Options {
   /// and `at_ceiling` reports it.
   std::size_t memory_bytes = std::size_t{256} << 20;
   /// Number of queries of an absent row, over all passes, before it is created. It is created at the end of the pass of
-  /// the last of them, because the published table does not change during a pass. For learners that wait for queries:
-  /// see queries_to_creation().
+  /// the last of them, because the published table does not change during a pass. Learners that
+  /// wait for queries have another number: see queries_to_creation().
   std::uint32_t queries_before_creation = 8;
   /// Share of the queries of rows of samples at which a host should draw from its target instead of the row, and pass
   /// what it drew to Service::hear(). It is four times as large for rows of few paths, and smaller where it would make
-  /// the picture noisier. In [0, 1]; 0: never. Keep it the same from the first pass on.
+  /// the picture noisier. The range is [0, 1]; 0 means never. Keep it the same from the first pass on.
   float heard_share = 1 / 64.0f;
   /// Whether the service draws paths of its own to teach rows of samples. If off, only paths that were passed to
   /// Service::hear() teach them, at most 1,024 a row, and there are no coarser rows; for nodes without a row, the host
@@ -59,13 +59,13 @@ struct Options {
   std::uint32_t max_components = 8;
   std::uint64_t seed = 0;
   /// Whether calls at a wrong time are reported by name in PassReport::misuse: readers while publish() runs, a view of
-  /// an earlier pass, a slice or form added during a pass. For the development of a host: all answers are then looked
-  /// up one by one.
+  /// an earlier pass, a slice or form added during a pass. Use it while you develop a host: all answers are
+  /// then looked up one by one.
   bool check_passes = false;
-  /// Called with a sentence for anything that a host may want to log and that is no error: the first time that the
-  /// memory limit holds rows back; a slice that has no room for an index; cached rows that no longer fit their target;
-  /// invalid draws of a target of samples; misuse. Called between passes only, inside add_slice(), load() and
-  /// publish(), by the thread that called those. May be empty.
+  /// Called with a sentence for anything that a host may want to log and that is no error. Examples are: the memory
+  /// limit holds rows back for the first time; a slice has no room for an index; cached rows no longer fit their
+  /// target; a target of samples gives invalid draws; misuse. Called between passes only, inside add_slice(), load()
+  /// and publish(), by the thread that called those. May be empty.
   std::function<void(const std::string& sentence)> log = nullptr;
 
   /// Sets one epsilon for rows of every kind.

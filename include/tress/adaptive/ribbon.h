@@ -25,8 +25,8 @@ struct RibbonKnot {
 /// Its mass on the line is 1, and it is continuous at the mode.
 enum class HeightLaw : std::uint8_t { normal = 0, logistic = 1 };
 
-/// For the law with this mode and these scales (> 0): the density at t, the mass below t, and the height with the mass
-/// u in [0, 1] below it, which is finite and within 19 scales of the mode.
+/// Values of the law with this mode and these scales (> 0): the density at t, the mass below t, and the height with the
+/// mass u in [0, 1] below it. That height is finite and within 19 scales of the mode.
 float height_density(HeightLaw law, float t, float mode, float scale_below, float scale_above);
 float height_share_below(HeightLaw law, float t, float mode, float scale_below, float scale_above);
 float sample_height(HeightLaw law, float u, float mode, float scale_below, float scale_above);
@@ -128,8 +128,8 @@ struct DecodedRow {
 };
 
 /// What is left of light whose attribute has these two means of decay, at another rate >= 0: the Laplace transform
-/// (1 + scale rate)^-shape of the gamma law that goes through both. In [0, 1]; 1 at rate 0. Light of one attribute
-/// alone has a scale of least_scale, which changes nothing that a float sees at rates that leave light.
+/// (1 + scale rate)^-shape of the gamma law that goes through both. It is in [0, 1], and 1 at rate 0. Light of one
+/// attribute alone has a scale of least_scale, which changes nothing that a float sees at rates that leave light.
 struct GammaDecay {
   static constexpr float least_scale = 1e-3f;
   float shape = 0, scale = least_scale;

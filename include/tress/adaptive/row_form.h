@@ -35,7 +35,7 @@ class RowForm {
   virtual const void* instead_of_row(std::uint32_t /*node*/) const { return nullptr; }
 };
 
-/// The answer of a node in some form; false if there is none yet. A value of eight bytes.
+/// The answer of a node in some form, a value of eight bytes. It converts to false if the node has no answer yet.
 class RowAnswer {
  public:
   RowAnswer() = default;

@@ -52,10 +52,11 @@ class Service {
   std::string model_name() const;
   bool has_target(SliceKind kind) const;
 
-  /// Registers a slice, or finds the one with that key. Between passes. Error, and nothing is changed, if: a slice of
-  /// that key exists with other axes, another blur or the other kind; it has no nodes, axes that do not ascend, a blur
-  /// that is not above 0 or a number that is not finite; the service has no target of its kind; or a slice of densities
-  /// uses more parameters than it may. See refusals() for a slice that load() brought with other axes.
+  /// Registers a slice, or finds the one with that key. Call it between passes. Returns an error and
+  /// changes nothing in these cases: a slice of that key exists with other axes, another blur or the other kind; the
+  /// slice has no nodes, axes that do not ascend, a blur that is not above 0 or a number that is not finite; the
+  /// service has no target of its kind; a slice of densities uses more parameters than it may. See refusals() for a
+  /// slice that load() brought with other axes.
   Result<SliceId> add_slice(const SliceDescription& description);
   /// A description without nodes if there is no such slice.
   const SliceDescription& slice(SliceId slice) const;

@@ -18,8 +18,8 @@ namespace tress::adaptive {
 
 /// Errors of the forms of rows, at the decay rates passed to Service::add_form (hair: with the colors in use, whereas
 /// `objective` is for clear hair). Relative squared L2 to the variation of the row at that rate, however little that
-/// is; for each row the largest over the rates of its slice, or over four of them. To 1 %, rounded up. One row in eight
-/// is measured, chosen by key, so that it takes little time.
+/// is; for each row the largest over the rates of its slice, or over four of them. They are rounded up, by at most 1 %.
+/// One row in eight is measured, chosen by key, so that it takes little time.
 struct AbsorbedObjective {
   std::uint64_t rows = 0;  ///< rows measured: those that converged in this session with known rates
   double p50 = 0, p90 = 0, max = 0;
@@ -65,7 +65,7 @@ struct PassReport {
   AbsorbedObjective absorbed_objective;                                               ///< over the session so far
   std::array<std::uint64_t, Mixture::max_components + 1> components{};  ///< converged mixtures by number of components
   std::array<std::uint64_t, KnotDensity::sizes> knots{};  ///< converged knot tables by number of knots: 32, 64, 128
-  double effective_sample_size = 0;  ///< mean over scored samples of (sum w)^2/(n sum w^2), w = g/q; 0 if none
+  double effective_sample_size = 0;  ///< mean over scored samples of (sum w)^2/(n sum w^2), w = g/q; 0 without any
   /// Upper bound of the relative error that the converged rows may cause in the mean radiance of the picture; E8 of
   /// ESTIMATOR.md has its assumptions. 0 if no light was reported (Service::credit).
   double bias_bound = 0;

@@ -9,7 +9,7 @@ namespace tress {
 
 /// A failure that the user can correct. Libraries return it and never throw it.
 struct Error {
-  std::string file;      ///< path of the file; empty if there is none
+  std::string file;      ///< path of the file; empty if no file is involved
   std::string place;     ///< the place in it: "byte 128", "/fibers/0/e", "section rows"; may be empty
   std::string expected;  ///< what should have been there
   std::string found;     ///< what was there
@@ -25,7 +25,7 @@ struct Error {
   }
 };
 
-/// A T, or the Error that prevented it. To read the wrong one is a programming mistake (throws).
+/// A T, or the Error that prevented it. Reading the wrong one is a programming mistake and throws.
 template <class T>
 class Result {
  public:

@@ -124,8 +124,8 @@ class FiberModel {
   }
   /// True if the model implements excess().
   virtual bool tells_excess() const { return false; }
-  /// The error of the model at wi that is due to its rows, 1/rad^2 by channel, of either sign: the sum over lobes of
-  /// the mean of S over the nodes that xi1 and xi2 may choose, minus S without grid and fit. The latter is the mean
+  /// The error of the model at wi that is due to its rows, 1/rad^2 by channel, of either sign. It is the sum over lobes
+  /// of the mean of S over the nodes that xi1 and xi2 may choose, minus S without grid and fit. The latter is the mean
   /// over `place`, uniform in [0, 1). It costs a trace, some 20 times an evaluation, and teaches the service nothing.
   virtual glm::vec3 excess(const FiberEvent& /*event*/, const FiberDirection& /*wi*/, float /*place*/) const {
     return glm::vec3(0.0f);

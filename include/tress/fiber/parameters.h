@@ -50,8 +50,8 @@ struct FiberParameters {
   std::array<std::optional<float>, 3> azimuthal_sigma{};
   /// ... and logistic scale in theta_h, R, TT, TRT, TRRT, [0.25, 45] degrees.
   std::array<std::optional<float>, 4> longitudinal_lambda{};
-  /// For a fiber that is given by the lobes of Chiang et al. 2016 (principled_hair.h): those lobes' own widths, which
-  /// the model `chiang2016` uses. All other models use the widths above instead.
+  /// The widths of the lobes of Chiang et al. 2016, for a fiber that is given by them (principled_hair.h). The model
+  /// `chiang2016` uses them; all other models use the widths above instead.
   std::optional<LobeWidthsGiven> published_widths{};
 
   LongitudinalShape longitudinal_shape = LongitudinalShape::logistic;
@@ -77,8 +77,8 @@ struct FiberParameters {
 std::array<float, 3> azimuthal_sigmas(const FiberParameters& fiber);
 
 /// Logistic scale lambda of lobe p = 0 (R), 1, 2, 3 for the known inclination theta_r, radians; R's is without the
-/// factor |cos(d/2)|. As set, else from the roughness: 0.390, 0.196/cos theta_r, 0.66, 0.9 alpha; in [0.25, 45]
-/// degrees.
+/// factor |cos(d/2)|. It is the value that is set, else it follows from the roughness as 0.390, 0.196/cos theta_r,
+/// 0.66, 0.9 alpha, within [0.25, 45] degrees.
 float longitudinal_lambda(const FiberParameters& fiber, int p, float theta_r);
 
 /// Tilt of lobe p in theta_h: -tau, tau/2, 3 tau/2, 5 tau/2. The model `elliptical` has no tilt for p = 3 and the
@@ -86,11 +86,10 @@ float longitudinal_lambda(const FiberParameters& fiber, int p, float theta_r);
 float lobe_tilt(const FiberParameters& fiber, int p);
 
 /// The tilt that roughness adds to TT, TRT and TRRT, whose lobe the residual has (0 for R, and if the lobe's lambda is
-/// set): light that enters a rough fiber at an inclination leaves it nearer to the normal plane. With t = |theta_r|,
-/// radians, and of the sign of theta_r,
-///  x = 0.3 alpha^2 tan t / cos^2 t (TT), 3 alpha^2 tan t (others),  shift = x/(1 + k x/t), k = 10 (TT), 4 (others): at
-///  most t/k.
-/// Fitted to fibers traced in three dimensions (bench/README.md, fiber3d; bench/atlas/README.md, maps).
+/// set): light that enters a rough fiber at an inclination leaves it nearer to the normal plane. It has the sign of
+/// theta_r and is at most t/k. With t = |theta_r|, radians, it is
+///  x = 0.3 alpha^2 tan t / cos^2 t (TT), 3 alpha^2 tan t (others),  shift = x/(1 + k x/t), k = 10 (TT), 4 (others).
+/// It is fitted to fibers traced in three dimensions (bench/README.md, fiber3d; bench/atlas/README.md, maps).
 float roughness_shift(const FiberParameters& fiber, int p, float theta_r);
 
 /// sigma_a that gives fibers of multiple scattering albedo `color` and azimuthal roughness beta_N (Chiang et al. 2016).

@@ -25,8 +25,8 @@ std::unique_ptr<adaptive::SampledTarget> make_rough_target();
 /// model; `exact` does not read it. Error for `corrected`, if the service was built on other targets, or if it is null
 /// and the estimator is not `exact`.
 ///
-/// Of FiberParameters it uses eta, eccentricity, roughness, tilt, sigma_a, the medulla, gain and split_glint. Widths
-/// and shapes of lobes have no meaning for a traced fiber.
+/// It uses these FiberParameters: eta, eccentricity, roughness, tilt, sigma_a, the medulla, gain and split_glint.
+/// Widths and shapes of lobes have no meaning for a traced fiber.
 Result<std::unique_ptr<FiberModel>> make_rough_model(Estimator estimator, adaptive::Service* service);
 
 }  // namespace tress::fiber

@@ -17,7 +17,7 @@ std::optional<Error> write_scripts(const Farm& opened, const farm::SlurmOptions&
 /// Submits the tasks that are left and the merge, and notes the jobs in FOLDER/submitted.json. Returns the exit status.
 int submit_to_slurm(const Farm& opened, const farm::SlurmOptions& options, const std::vector<std::size_t>& left);
 
-/// The ids of earlier jobs that Slurm still has in its queue, separated by commas; empty if there are none.
+/// The ids of earlier jobs that Slurm still has in its queue, separated by commas; empty if it has none of them.
 std::string jobs_in_queue(const std::filesystem::path& folder);
 
 /// Prints the commands for this scheduler; "none": for each of them.

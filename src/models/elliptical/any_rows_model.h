@@ -48,7 +48,7 @@ class AnyRowsModel : public RowModel {
   /// The answers of the rows of one direction.
   struct Answers {
     std::array<const AbsorbedRow*, 4> row;  ///< of a converged row, or of a node without a row; null: use g of `asked`
-    bool all = false;                       ///< whether none is null
+    bool all = false;                       ///< whether all of `row` are set
     /// The rows that had no answer yet; null if there are none.
     std::unique_ptr<std::array<adaptive::FormedLookup, 4>> asked;
   };
@@ -56,8 +56,8 @@ class AnyRowsModel : public RowModel {
   /// which path an answer is computed.
   void complete(const FiberEvent& event, const VertexConstants& constants, const Inclination& at, DirectionRows& rows,
                 Answers& answers) const;
-  /// Draws the azimuth of lobe p, whose row has not converged, by g of the node or of the vertex. u: for the channel,
-  /// the ray and the blur. In [-pi, pi), absolute.
+  /// Draws the azimuth of lobe p, whose row has not converged, by g of the node or of the vertex. u: numbers for the
+  /// channel, the ray and the blur. The result is absolute, in [-pi, pi).
   float sample_any(const FiberEvent& event, const VertexConstants& constants, int p, const Inclination& at,
                    const std::array<float, 3>& u, DirectionRows& rows, Answers& answers) const;
   static constexpr int nothing_drawn = -1;

@@ -17,10 +17,10 @@ struct CameraKey {
 };
 
 /// Either the camera moves on a level circle around `look_at`, counter-clockwise from above, with frame 0 on the side
-/// of -y; or the hair and the meshes turn the other way round under a camera that stays at frame 0, so that a frame
+/// of -y. Or the hair and the meshes turn the other way round under a camera that stays at frame 0, so that a frame
 /// shows the same side of them. Lights and the environment stay still either way.
 struct Turntable {
-  int frames = 1;                    ///< of one turn; frame numbers repeat after it
+  int frames = 1;                    ///< frames of one turn; frame numbers repeat after it
   bool turns_camera = false;         ///< otherwise the objects turn
   std::optional<glm::vec3> look_at;  ///< unset: the middle of the hair
   std::optional<float> distance_cm;  ///< from the axis; unset: so that all frames show all hair, from 8 degrees above
@@ -44,7 +44,7 @@ struct CameraDescription {
   Lens lens;                    ///< camera_at() sets the members of the cameras that it determines
   bool framed = true;           ///< placed to see all grooms
   double turn_rad = 0;          ///< if framed: around the hair, counter-clockwise from above; 0: from -y
-  std::vector<CameraKey> keys;  ///< by rising frame number
+  std::vector<CameraKey> keys;  ///< in order of rising frame number
   std::optional<Turntable> turntable;
   Shutter shutter = {};
   std::optional<double> frames_per_second = {};  ///< for files that count in seconds; unset: the file's own

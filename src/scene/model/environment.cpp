@@ -16,7 +16,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr float everywhere = static_cast<float>(1 / (4 * pi));  ///< density of a uniform direction
 constexpr int narrowest = 8;                                    ///< least number of columns of the coarsest copy
-constexpr float least_share = 0.02f;                            ///< of the mean, with Draw::contrast
+constexpr float least_share = 0.02f;                            ///< least weight over the mean, with Draw::contrast
 
 /// Draws x in [0, 1] with density proportional to (1 - x) at_0 + x at_1, both >= 0.
 double draw_linear(double at_0, double at_1, double u) {
@@ -37,7 +37,7 @@ std::size_t cell_of(const Key* begins, std::uint32_t first, std::uint32_t last, 
   return static_cast<std::size_t>(std::upper_bound(begins + first + 1, begins + last + 1, key) - begins) - 1;
 }
 
-constexpr std::size_t cells_a_part = 8;  ///< of a row, on average
+constexpr std::size_t cells_a_part = 8;  ///< mean number of cells in a part of a row
 
 std::vector<RadianceMap> coarser_maps(int width, int height, std::vector<glm::vec3> pixels) {
   std::vector<RadianceMap> maps;

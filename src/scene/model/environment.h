@@ -15,8 +15,8 @@ namespace tress::scene {
 class Environment {
  public:
   /// The weight by which directions are drawn. light: luminance, so that grey light has no noise. contrast: the part of
-  /// it above its mean, but at least 0.02 of the mean; for multiple importance sampling, where samples of the BCSDF
-  /// find the even light anyway (Karlik et al. 2019, "MIS compensation"; measured in bench/README.md).
+  /// it above its mean, but at least 0.02 of the mean. It serves multiple importance sampling, where samples of the
+  /// BCSDF find the even light anyway (Karlik et al. 2019, "MIS compensation"; measured in bench/README.md).
   enum class Draw { contrast, light };
 
   /// Constant radiance, linear RGB, >= 0.

@@ -49,7 +49,7 @@ struct Box {
   float longest_side() const;
 };
 
-/// The bounding box of the framed points, without those of stray strands; empty if there are none.
+/// The bounding box of the framed points, without those of stray strands; empty without points.
 std::optional<Box> box_of_strands(StrandBasis basis, std::span<const std::uint32_t> first_point,
                                   std::span<const glm::vec3> points);
 

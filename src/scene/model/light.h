@@ -23,9 +23,9 @@ struct LightSample {
 };
 
 /// Draws a direction towards `light` from `point` (cm); u1, u2 uniform in [0, 1). The density is uniform over the solid
-/// angle of the light at the point. That is the cone of a distant light or sphere (all directions inside a sphere,
-/// which shines inwards too; a spot is a sphere), or the spherical rectangle (Urena, Fajardo, King 2013) of a
-/// rectangle; a rectangle of less than 1e-6 sr is drawn by area. Every member is finite for every input, NaN included.
+/// angle of the light at the point. For a distant light, a sphere or a spot, that is a cone; inside a sphere, which
+/// shines inwards too, it is all directions. For a rectangle it is the spherical rectangle (Urena, Fajardo, King 2013);
+/// one of less than 1e-6 sr is drawn by area. Every member is finite for every input, NaN included.
 /// Pure; any thread.
 LightSample sample_light(const LightShape& light, const glm::vec3& point, float u1, float u2);
 

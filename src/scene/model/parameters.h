@@ -46,7 +46,7 @@ struct Parameter {
 std::span<const Parameter> parameters();
 
 /// Finds a parameter by the place of a value in a scene file, "/materials/3/gain/TT": any index matches, and names are
-/// those of the row. Null if there is none.
+/// those of the row. Null if there is no such parameter.
 const Parameter* parameter_at(std::string_view place);
 
 /// Finds a parameter by the name of an option, "--spp", which must exist. An option has one meaning and range in every

@@ -64,11 +64,12 @@ struct BetweenMoments {
 struct Image {
   int width = 512, height = 512;
   int samples = 64;
-  double exposure_stops = 0;                 ///< of the preview
-  image::View view = image::View::standard;  ///< of the preview
-  /// Strands that the camera sees thinner than so many pixels are drawn as wide, with as much less presence; 0: none.
+  double exposure_stops = 0;                 ///< exposure of the preview
+  image::View view = image::View::standard;  ///< view transform of the preview
+  /// Strands that the camera sees thinner than this many pixels are drawn that wide, with less presence in the same
+  /// proportion; 0: none.
   float least_width_px = 0;
-  bool transparent = false;  ///< beauty without what is behind the hair; else as Scene::environment_visible has it
+  bool transparent = false;  ///< whether beauty leaves out the background; else Scene::environment_visible decides
 };
 
 /// The differences of strands of one material: half ranges of uniform deviations with mean 0 (strand_fibers.h).
@@ -216,8 +217,8 @@ struct Groom {
   /// The number of equal parts into which stations divide each segment of a strand; root and tip are stations too. 0:
   /// strands do not vary along their length.
   std::uint32_t stations_a_segment = 0;
-  /// Per strand, or of strands along which it varies per station of its own, presence_stations a segment: how likely a
-  /// ray is to meet the strand where it comes to it, [0, 1]. Empty: 1 everywhere. Look it up by presence_at().
+  /// The probability that a ray which comes to the strand hits it, [0, 1]: per strand, or per station if it varies
+  /// along strands, with presence_stations a segment. Empty: 1 everywhere. Look it up by presence_at().
   std::vector<float> presence;
   std::uint32_t presence_stations = 0;
   std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries
@@ -249,7 +250,7 @@ struct Groom {
     const std::size_t station = first_station(strand) + static_cast<std::size_t>(whole) + (u < along - whole ? 1 : 0);
     return fiber[std::min(station, first_station(strand + 1) - 1)];
   }
-  /// Of a groom whose `presence` is not empty; linear between stations. place: in segments from the root.
+  /// The presence at a place, linear between stations, if `presence` is not empty. place: in segments from the root.
   float presence_at(std::uint32_t strand, float place) const {
     if (presence_stations == 0) return presence[strand];
     const float along = place * static_cast<float>(presence_stations), whole = std::floor(along);
@@ -281,7 +282,7 @@ struct NextFrame {
   Camera camera;
   ObjectTurn turn = {};              ///< from this frame to the next
   std::vector<Camera> moments = {};  ///< the same as Scene::camera_moments
-  double environment_turn_rad = 0;   ///< of the environment, from this frame to the next
+  double environment_turn_rad = 0;   ///< rotation of the environment from this frame to the next
 };
 
 struct Scene {

@@ -27,8 +27,8 @@ struct StrandPlace {
 struct Source {
   enum class Kind : std::uint8_t {
     constant,
-    attribute,  ///< of the file, times `value`
-    texture,    ///< over the roots, times `value`
+    attribute,  ///< attribute of the file, times `value`
+    texture,    ///< texture over the roots, times `value`
     ramp,       ///< parts at rising places, interpolated in between
     random,     ///< per strand: uniform between two parts, or the second with a probability
     mix,        ///< two parts, mixed: the third part, a number in [0, 1], is the share of the second

@@ -1,4 +1,4 @@
-// A picture laid over a mesh.
+// A picture as the texture of a mesh or of the roots of strands.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace tress::scene {
 
-/// Linear RGB in [0, 1], bilinear between the middles of its pixels, repeated in both directions. Stored as half
-/// floats: 6 bytes a pixel, steps of at most 0.0005. Immutable; any thread.
+/// Linear RGB in [0, 1], bilinear between the middles of its pixels, repeated in both directions. It is stored as half
+/// floats: 6 bytes a pixel, in steps of at most 0.0005. Immutable; thread-safe.
 class Texture {
  public:
   /// pixels: width x height values, row-major, top row first, in [0, 1]. Both sides at least 1.

@@ -56,7 +56,7 @@ struct ObjectTransform {
   glm::vec3 rotate_deg{0.0f};  ///< about x, then y, then z, after the scale
   glm::vec3 translate{0.0f};   ///< cm, after the turn
 
-  /// For column vectors.
+  /// The rotation as a matrix for column vectors.
   glm::dmat3 turn() const;
   /// The place of a point after the transform, cm. turn: the object's turn(), computed once for many points.
   glm::dvec3 of(const glm::dvec3& point, const glm::dmat3& turn) const {

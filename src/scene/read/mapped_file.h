@@ -34,7 +34,7 @@ class MappedFile {
   std::size_t size_;
 };
 
-/// The name of the file that is mapped at this address; null if none is. Safe in a signal handler. It covers the
+/// The name of the file that is mapped at this address; null if no file is. Safe in a signal handler. It covers the
 /// sixteen files that were mapped first.
 const char* name_of_mapping(const void* address);
 

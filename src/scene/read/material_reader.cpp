@@ -23,7 +23,7 @@ namespace {
 
 constexpr double radians = std::numbers::pi / 180;
 
-/// In the order of the enumerators.
+/// Names in the order of the enumerators.
 const std::vector<std::string> shapes{"logistic", "gaussian", "cauchy"};
 const std::vector<std::string> fresnels{"exact", "longitudinal", "bravais", "none"};
 

@@ -23,8 +23,8 @@ ReadValue read_number(const glm::vec3& unit);
 Source read_source(const JsonReader& json, const std::string& key, const ReadValue& read,
                    const glm::vec3& unit = glm::vec3(1.0f));
 
-/// A number that stands for one that varies: the mean of the values from which it is made, 0.5 for an attribute or a
-/// texture. For values that are numbers.
+/// A number that stands for a source of numbers: the mean of the values from which it is made, 0.5 for an attribute or
+/// a texture.
 float middle_of(const Source& source);
 
 /// Reads the key "color": three numbers, a source of them, or "file" for the color of the file.

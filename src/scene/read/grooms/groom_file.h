@@ -16,7 +16,7 @@
 
 namespace tress::scene {
 
-/// One set of curves of the file: a prim, an object, or the whole file. For display.
+/// One set of curves of the file, for display: a prim, an object, or the whole file.
 struct GroomPart {
   std::string name;              ///< its path in the file; empty if the format has none
   std::uint64_t strands = 0;     ///< before any are left out
@@ -109,7 +109,7 @@ struct GroomInput {
   /// The frame for animated data: linear between the samples around it, constant beyond the first and last; unset: the
   /// first sample.
   std::optional<double> frame = {};
-  /// For formats that count in seconds; unset: the file's own, or 24 if it has none.
+  /// The frame rate for formats that count in seconds; unset: the file's own, or 24 if it has none.
   std::optional<double> frames_per_second = {};
 };
 

@@ -15,9 +15,9 @@
 
 namespace tress::scene {
 
-/// The numbers of a value without brackets, or its words: "bspline", ["xformOp:translate"]. For time samples, the first
-/// one, or the value at a frame: numbers with a fraction are linear between the samples around it; all others, and
-/// those whose count differs in the next sample, are taken from the sample before. None has no numbers.
+/// The numbers of a value without brackets, or its words: "bspline", ["xformOp:translate"]. Time samples give the first
+/// one, or the value at a frame. Numbers with a fraction are linear between the samples around it. All others, and
+/// those whose count differs in the next sample, are taken from the sample before. The value `None` has no numbers.
 struct UsdaValue {
   std::vector<float> numbers;
   std::vector<double> precise;     ///< used instead, if few numbers were requested in full precision
@@ -41,7 +41,7 @@ UsdaValue read_usda_value(TextCursor* text, bool samples, UsdaNumbers kept_as, s
 /// Reads the metadata in parentheses after an attribute, if there is any: its interpolation.
 void read_usda_attribute_metadata(TextCursor* text, UsdaValue* value);
 
-/// For column vectors.
+/// A transform, for column vectors.
 struct UsdaTransform {
   glm::dmat4 to_parent{1.0};
   bool resets = false;     ///< whether it ignores the transforms of its parents (!resetXformStack!)
