@@ -18,9 +18,9 @@ struct PartHeader {
   int whole_width = 0, whole_height = 0;
   int from = 0, to = 0;  ///< samples of a pixel; the end is excluded
   bool opaque = false, glint = false, moving = false, emission = false;
-  bool halves = false;      ///< whether it has integrate::half_layers
-  bool deep_light = false;  ///< whether it uses integrate::DeepLight::learned
-  integrate::DataLayers data;
+  bool halves = false;                             ///< whether it has integrate::half_layers
+  bool deep_light = false;                         ///< whether it uses integrate::DeepLight::learned
+  integrate::DataLayers data;                      ///< layers of data that it holds
   bool frozen = false;                             ///< whether its paths do not depend on what others learn
   std::string table;                               ///< hash of the table
   std::vector<std::string> groups;                 ///< groups of lights
