@@ -216,9 +216,12 @@ Result<ColorImage> read_exr_color(const std::filesystem::path& file) {
       read_exr_channels(file, [&](const std::vector<std::string>& names) { return chosen = color_channels(names); });
   if (!picture) return picture.error();
   const Window part = picture->window(), whole = picture->whole();
-  constexpr std::int64_t most = std::int64_t{1} << 28;
+  // A few bytes of a header must not ask for memory without end: beyond a moderate size, the data must fill a share.
+  constexpr std::int64_t moderate = std::int64_t{1} << 24, largest_ratio = 64;
+  const std::int64_t most = std::min(most_color_pixels, std::max(moderate, largest_ratio * part.width * part.height));
   if (std::int64_t{whole.width} * whole.height > most)
-    return Error{file.string(), "header displayWindow", fmt::format("at most {} pixels", most),
+    return Error{file.string(), "header displayWindow",
+                 fmt::format("at most {} pixels about {} x {} with data", most, part.width, part.height),
                  fmt::format("{} x {}", whole.width, whole.height)};
   ColorImage image{whole.width, whole.height, {}};
   image.pixels.assign(static_cast<std::size_t>(whole.width) * static_cast<std::size_t>(whole.height), glm::vec3(0.0f));

@@ -5,8 +5,11 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
+
+#include "image/picture.h"
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
@@ -118,6 +121,25 @@ TEST(ColorImage, ClaimsAreHeldAgainstTheFile) {
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message().find("byte 33"), std::string::npos) << refused.error().message();
   EXPECT_FALSE(parse_png(Bytes{'G', 'I', 'F', '8', '9', 'a'}, "a.gif"));
+}
+
+// A display window is a claim of the header: it takes no memory unless the data fill a share of it.
+TEST(ColorImage, ADisplayWindowIsHeldAgainstItsData) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "wide_display_window.exr";
+  Picture picture{8, 4};
+  for (const char* name : {"R", "G", "B"}) picture.channels.push_back({name, std::vector<float>(32, 1.0f)});
+  picture.whole_width = 1 << 13;
+  picture.whole_height = 1 << 11;
+  ASSERT_FALSE(write_exr(file, picture));
+  const auto moderate = read_exr_color(file);
+  ASSERT_TRUE(moderate) << moderate.error().message();
+  EXPECT_EQ(moderate->pixels.size(), std::size_t{1} << 24);
+  picture.whole_height += 1;
+  ASSERT_FALSE(write_exr(file, picture));
+  const auto refused = read_exr_color(file);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find("displayWindow"), std::string::npos) << refused.error().message();
+  EXPECT_NE(refused.error().message().find("8192 x 2049"), std::string::npos) << refused.error().message();
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 namespace tress::scene {
 namespace {
 
-constexpr std::size_t most_pixels = std::size_t{1} << 27;
+constexpr std::size_t most_pixels = image::most_color_pixels;
 constexpr std::uintmax_t most_hdr_bytes = std::uintmax_t{1} << 30;
 constexpr float largest_radiance = 1e12f;  ///< its sums and products stay finite in 32 bits
 
@@ -21,9 +21,6 @@ Result<HdrPicture> read_hdr_map(const std::filesystem::path& file) {
 Result<HdrPicture> read_exr_map(const std::filesystem::path& file) {
   auto image = image::read_exr_color(file);
   if (!image) return image.error();
-  if (image->pixels.size() > most_pixels)
-    return Error{file.string(), "size", fmt::format("at most {} pixels", most_pixels),
-                 fmt::format("{}", image->pixels.size())};
   return HdrPicture{image->width, image->height, std::move(image->pixels), std::move(image->remarks)};
 }
 
