@@ -126,7 +126,9 @@ TEST(ColorImage, ClaimsAreHeldAgainstTheFile) {
 // A display window is a claim of the header: it takes no memory unless the data fill a share of it.
 TEST(ColorImage, ADisplayWindowIsHeldAgainstItsData) {
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "wide_display_window.exr";
-  Picture picture{8, 4};
+  Picture picture;
+  picture.width = 8;
+  picture.height = 4;
   for (const char* name : {"R", "G", "B"}) picture.channels.push_back({name, std::vector<float>(32, 1.0f)});
   picture.whole_width = 1 << 13;
   picture.whole_height = 1 << 11;
