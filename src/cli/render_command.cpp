@@ -355,6 +355,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       "more samples where the picture is noisier, --spp being their mean; default: on with --noise and --time");
   add_resolution(render, s.overrides);
   add_number(render, "--least-width", [&s](double x) { s.overrides.least_width_px = float(x); });
+  add_number(render, "--curve-error", [&s](double x) { s.overrides.curve_error_px = float(x); });
   add_layers(render, s);
   add_flag(render, "--denoise", [&s] { s.denoise = true; });
   add_precision(render, s.precision);

@@ -20,12 +20,15 @@ namespace tress::geometry {
 namespace {
 
 /// A stretch of a strand, from a place on one segment to the same place on the next, that is present or absent as a
-/// whole. Pieces of a ribbon overlap at the inner side of a bend, where a ray may meet both. Embree makes four pieces
-/// of a segment, and a cell ends in the middle of a piece.
+/// whole. Pieces of a ribbon overlap at the inner side of a bend, where a ray may meet both, so a cell ends in the
+/// middle of a piece.
 struct Cell {
   std::uint32_t groom, strand, index;
   Cell(const StrandCurves& curves, std::uint32_t segment, float t)
-      : groom(curves.groom), strand(curves.segments[segment].strand), index(t < 0.625f ? segment : segment + 1) {}
+      : groom(curves.groom),
+        strand(curves.segments[segment].strand),
+        index(t < end(float(curves.pieces)) ? segment : segment + 1) {}
+  static float end(float pieces) { return (std::floor(0.625f * pieces) + 0.5f) / pieces; }
   friend bool operator==(const Cell&, const Cell&) = default;
 };
 
@@ -319,7 +322,7 @@ RTCGeometry ribbons(RTCDevice device, const TreeOptions& tree, StrandCurves* cur
                              : curves->basis == scene::StrandBasis::bezier ? RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE
                                                                            : RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
   check(device, geometry);
-  if (tree.pieces > 0) rtcSetGeometryTessellationRate(geometry, tree.pieces);
+  rtcSetGeometryTessellationRate(geometry, tree.pieces > 0 ? tree.pieces : static_cast<float>(curves->pieces));
   rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned int>(curves->moments()));
   const auto share = [&](unsigned int moment, const std::vector<glm::vec4>& control) {
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, moment, RTC_FORMAT_FLOAT4, control.data(), 0,

@@ -80,7 +80,8 @@ struct TreeOptions {
   bool compact = false;  ///< half the memory, but slower rays
   /// Closes the gaps between triangles at their edges. Strands alone do not need it.
   enum class Robust { with_meshes, always, never } robust = Robust::with_meshes;
-  /// The number of straight pieces that Embree makes of each segment of a ribbon; 0: its default, 4.
+  /// The number of straight pieces that Embree makes of each segment of a ribbon; 0: as many as the picture asks
+  /// (scene::Image::curve_error_px).
   float pieces = 0;
 };
 

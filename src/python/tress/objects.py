@@ -93,6 +93,7 @@ class Image(_Object):
     height: Optional[int] = None
     samples: Optional[int] = None
     least_width: Optional[float] = None
+    curve_error: Optional[float] = None
     transparent: Optional[bool] = None
     exposure: Optional[float] = None
     view: Optional[str] = None

@@ -148,6 +148,14 @@ constexpr std::array table{
               "0",
               "strands that are seen thinner are drawn as wide and let the rest of the light through (`presence`), so "
               "that alpha of sparse ones has less noise; 0 leaves strands as they are"},
+    Parameter{"/image/curve_error",
+              "--curve-error",
+              number,
+              {0.001, 100},
+              "pixels",
+              "",
+              "0.1",
+              "how far the straight pieces that a curve is drawn by may lie beside it; a segment has 4 to 16 of them"},
     Parameter{"/image/transparent", "--transparent", flag, none, "", "", "false",
               "R, G, B have nothing of what is behind the hair, A is the share of it that the hair covers, and the PNG "
               "has it too; the backdrop is a layer of its own either way"},

@@ -84,6 +84,7 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   image.height = overrides.height.value_or(image.height);
   image.samples = overrides.samples.value_or(image.samples);
   image.least_width_px = overrides.least_width_px.value_or(image.least_width_px);
+  image.curve_error_px = overrides.curve_error_px.value_or(image.curve_error_px);
   image.transparent = overrides.transparent.value_or(image.transparent);
   image.exposure_stops = overrides.exposure_stops.value_or(image.exposure_stops);
   image.view = overrides.view.value_or(image.view);
