@@ -215,6 +215,7 @@ class Groom(_Object):
     frames: Optional[Sequence[Keys]] = None
     cm_per_unit: Optional[float] = None
     material: Optional[str] = None
+    looks: Optional[Sequence[Keys]] = None
 
 
 @dataclass(kw_only=True, slots=True)
