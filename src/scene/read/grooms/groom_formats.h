@@ -20,7 +20,7 @@ struct FormatItem {
 const char* why_not_used(std::span<const FormatItem> items, std::string_view name);
 
 std::span<const FormatItem> alembic_items();
-std::span<const FormatItem> usda_items();
+std::span<const FormatItem> usd_items();
 std::span<const FormatItem> pbrt_items();
 std::span<const FormatItem> ply_items();
 
