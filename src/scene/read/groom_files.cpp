@@ -34,7 +34,6 @@ std::string wanted() { return "a groom (" + groom_endings() + ")"; }
 
 /// How to convert a file of an unsupported kind into a supported one; empty if there is no way.
 std::string remedy_of(const std::string& kind) {
-  if (kind == "a binary USD file") return "a USD text (usdcat --flatten IN -o OUT.usda writes one)";
   if (kind.starts_with("an HDF5 file")) return "an Alembic archive of Ogawa (abcconvert -toOgawa IN OUT writes one)";
   if (kind.starts_with("a text in UTF-16")) return "a text in UTF-8 (iconv -f UTF-16 -t UTF-8 IN > OUT writes one)";
   return {};

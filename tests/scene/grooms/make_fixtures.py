@@ -480,7 +480,7 @@ def malformed():
     hair = (HERE / "same.hair").read_bytes()
     cases["cut.hair"] = (hair[:-5], "byte")
     cases["old.abc"] = (b"\x89HDF\r\n\x1a\n" + bytes(64), "HDF5")
-    cases["binary.usdc"] = (b"PXR-USDC" + bytes(64), "usdcat")
+    cases["binary.usdc"] = (b"PXR-USDC" + bytes(64), "88 bytes")
     # Whole at first sight: what is wrong is in samples of a later frame.
     for name, said, samples in (("samples_of_255", 255, 2), ("later_sample_cut", 2, 1)):
         def later(archive, said=said, samples=samples):

@@ -9,7 +9,9 @@
 
 #include "scene/read/grooms/groom_builder.h"
 #include "scene/read/grooms/groom_formats.h"
+#include "scene/read/grooms/text_cursor.h"
 #include "scene/read/grooms/usd_layer.h"
+#include "scene/read/grooms/usdz_file.h"
 
 namespace tress::scene {
 namespace {
@@ -421,6 +423,24 @@ std::span<const FormatItem> usd_items() { return usd_table; }
 
 Result<GroomFile> read_usda(const GroomInput& input) {
   return UsdReader(input, "a USD text", usda_layer(input)).read();
+}
+
+Result<GroomFile> read_usdc(const GroomInput& input) {
+  return UsdReader(input, "a binary USD file", usdc_layer(input)).read();
+}
+
+Result<GroomFile> read_usdz(const GroomInput& input) {
+  const auto file = read_usdz_file(input.bytes, input.name);
+  if (!file) return file.error();
+  GroomInput root = input;
+  root.bytes = without_byte_order_mark(file->root);
+  root.name = fmt::format("{}[{}]", input.name, file->name);  // as USD writes it
+  auto layer = is_usdc(root.bytes) ? usdc_layer(root) : usda_layer(root);
+  if (!is_usdc(root.bytes) && !is_usda(root.bytes))
+    return Error{root.name, "byte 0", "\"PXR-USDC\" or \"#usda 1.0\", the marks of layers of USD", "neither"};
+  for (const std::string& other : file->others)
+    layer->ignored.push_back({other.substr(0, 128), "of a .usdz the first layer is read"});
+  return UsdReader(root, "a USD archive (usdz)", std::move(layer)).read();
 }
 
 }  // namespace tress::scene

@@ -74,8 +74,9 @@ class UsdLayer {
   std::vector<IgnoredAttribute> ignored = {};
 };
 
-/// The reader of a layer as text. The bytes of the input must outlive it.
+/// The readers of the two forms of a layer. The bytes of the input must outlive them.
 std::unique_ptr<UsdLayer> usda_layer(const GroomInput& input);
+std::unique_ptr<UsdLayer> usdc_layer(const GroomInput& input);
 
 /// The scope that USD calls so; unset if there is none.
 std::optional<AttributeScope> usd_scope(std::string_view interpolation);
