@@ -66,7 +66,9 @@ Result<GroomFile> read_bytes(std::span<const unsigned char> bytes, const std::fi
   const auto start = bytes.first(std::min(bytes.size(), bytes_of_kind));
   const GroomFormat* format = groom_format_of(bytes);
   if (!format) {
-    format = known_kind_of(start).empty() || ending_of(file) == ".hair" ? format_by_name(file) : nullptr;
+    const std::string ending = ending_of(file);
+    const bool is_by_name = known_kind_of(start).empty() || ending == ".hair" || ending == ".usdz";
+    format = is_by_name ? format_by_name(file) : nullptr;
     const std::string kind = kind_of(start), remedy = remedy_of(kind);
     if (!format) return Error{file.string(), "byte 0", remedy.empty() ? wanted() : remedy, kind};
     if (!format->mark.empty()) return Error{file.string(), "byte 0", std::string(format->mark), kind_of(start)};

@@ -339,7 +339,15 @@ class UsdcLayer final : public UsdLayer {
           cursor_.fail_at(std::string(key), std::move(fault->expected), std::move(fault->found));
       }
     });
+    std::unordered_map<std::string_view, std::size_t> rank;
+    for (const std::string& name : order) rank.emplace(name, rank.size());
+    std::vector<std::pair<std::size_t, std::uint32_t>> children;
     for (const std::uint32_t child : path.children) {
+      const auto found = rank.find(token(paths_[child].token));
+      children.emplace_back(found == rank.end() ? rank.size() : found->second, child);
+    }
+    std::ranges::sort(children);
+    for (const auto& [place, child] : children) {
       if (error()) break;
       switch (paths_[child].type) {
         case of_prim:
@@ -358,13 +366,6 @@ class UsdcLayer final : public UsdLayer {
           break;
       }
     }
-    std::unordered_map<std::string_view, std::size_t> rank;
-    for (const std::string& name : order) rank.emplace(name, rank.size());
-    const auto rank_of = [&](const UsdPrim& child) {
-      const auto found = rank.find(child.name);
-      return found == rank.end() ? rank.size() : found->second;
-    };
-    std::ranges::stable_sort(prim.children, {}, rank_of);
     return prim;
   }
 
