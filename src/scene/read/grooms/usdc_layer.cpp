@@ -47,51 +47,25 @@ struct ValueType {
 };
 using enum NumberFormat;
 using Kind = ValueType::Kind;
+// clang-format off
 constexpr ValueType types[] = {
-    {1, Kind::numbers, boolean},
-    {2, Kind::numbers, u8},
-    {3, Kind::numbers, i32},
-    {4, Kind::numbers, u32},
-    {5, Kind::numbers, i64},
-    {6, Kind::numbers, u64},
-    {7, Kind::numbers, f16},
-    {8, Kind::numbers, f32},
-    {9, Kind::numbers, f64},
-    {10, Kind::string},
-    {11, Kind::token},
-    {13, Kind::matrix, f64, 4},
-    {14, Kind::matrix, f64, 9},
-    {15, Kind::matrix, f64, 16},
-    {16, Kind::quaternion, f64, 4},
-    {17, Kind::quaternion, f32, 4},
-    {18, Kind::quaternion, f16, 4},
-    {19, Kind::vector, f64, 2},
-    {20, Kind::vector, f32, 2},
-    {21, Kind::vector, f16, 2},
-    {22, Kind::vector, i32, 2},
-    {23, Kind::vector, f64, 3},
-    {24, Kind::vector, f32, 3},
-    {25, Kind::vector, f16, 3},
-    {26, Kind::vector, i32, 3},
-    {27, Kind::vector, f64, 4},
-    {28, Kind::vector, f32, 4},
-    {29, Kind::vector, f16, 4},
-    {30, Kind::vector, i32, 4},
-    {41, Kind::token, u32, 1, true},
-    {42, Kind::numbers, u32},
-    {48, Kind::numbers, f64, 1, true},
-    {50, Kind::string, u32, 1, true},
-    {value_block, Kind::nothing},
-    {56, Kind::numbers, f64},
+    {1, Kind::numbers, boolean},     {2, Kind::numbers, u8},          {3, Kind::numbers, i32},
+    {4, Kind::numbers, u32},         {5, Kind::numbers, i64},         {6, Kind::numbers, u64},
+    {7, Kind::numbers, f16},         {8, Kind::numbers, f32},         {9, Kind::numbers, f64},
+    {10, Kind::string},              {11, Kind::token},               {13, Kind::matrix, f64, 4},
+    {14, Kind::matrix, f64, 9},      {15, Kind::matrix, f64, 16},     {16, Kind::quaternion, f64, 4},
+    {17, Kind::quaternion, f32, 4},  {18, Kind::quaternion, f16, 4},  {19, Kind::vector, f64, 2},
+    {20, Kind::vector, f32, 2},      {21, Kind::vector, f16, 2},      {22, Kind::vector, i32, 2},
+    {23, Kind::vector, f64, 3},      {24, Kind::vector, f32, 3},      {25, Kind::vector, f16, 3},
+    {26, Kind::vector, i32, 3},      {27, Kind::vector, f64, 4},      {28, Kind::vector, f32, 4},
+    {29, Kind::vector, f16, 4},      {30, Kind::vector, i32, 4},      {41, Kind::token, u32, 1, true},
+    {42, Kind::numbers, u32},        {48, Kind::numbers, f64, 1, true}, {50, Kind::string, u32, 1, true},
+    {value_block, Kind::nothing},    {56, Kind::numbers, f64},
 };
-enum SpecType : std::uint32_t {
-  of_attribute = 1,
-  of_prim = 6,
-  of_root = 7,
-  of_relation = 8,
-  of_variant = 10,
-  of_variants = 11
-};
+// clang-format on
+
+/// What a path of the crate is.
+enum class SpecType : std::uint32_t { attribute = 1, prim = 6, stage = 7, relation = 8, variant = 10, variants = 11 };
 
 /// Numbers of a value as the file has them, or unpacked.
 struct PackedNumbers {
@@ -157,7 +131,6 @@ class UsdcLayer final : public UsdLayer {
       for (const unsigned char is_true : numbers.bytes()) value.texts.emplace_back(is_true ? "true" : "false");
     else
       keep(numbers, type->kind == Kind::quaternion, kept_as, &value);
-    if (done_with_ && numbers.own.empty() && numbers.bytes().size() >= done_block) done_with_(numbers.bytes());
     return value;
   }
 
@@ -170,7 +143,8 @@ class UsdcLayer final : public UsdLayer {
   };
   struct Path {
     std::uint32_t parent = no_index, token = 0, depth = 0;
-    std::uint32_t spec = no_index, type = 0;  ///< its first field in field_sets_, and what it is
+    std::uint32_t spec = no_index;  ///< its first field in field_sets_
+    SpecType type = {};
     bool is_read = false;
     std::vector<std::uint32_t> children = {};
   };
@@ -291,7 +265,7 @@ class UsdcLayer final : public UsdLayer {
         return cursor_.fail(fmt::format("specs of the {} paths and {} fields", paths_.size(), field_sets_.size()),
                             fmt::format("path {}, field {}", paths[i], fields[i]));
       paths_[paths[i]].spec = fields[i];
-      paths_[paths[i]].type = kinds[i];
+      paths_[paths[i]].type = SpecType{kinds[i]};
     }
   }
 
@@ -315,6 +289,7 @@ class UsdcLayer final : public UsdLayer {
   UsdPrim prim_at(std::uint32_t number) {
     const Path& path = paths_[number];
     UsdPrim prim;
+    prim.is_defined = false;  // as USD has it where no specifier says more
     if (path.parent != no_index) prim.name = printable(std::string(token(path.token).substr(0, 256)));
     std::vector<std::string> order;
     for_fields(path, [&](std::string_view key, std::uint64_t rep) {
@@ -334,7 +309,7 @@ class UsdcLayer final : public UsdLayer {
         cursor_.fail_at(path_of(number), flat_stage, std::string(key));
       } else if (is_usd_arc(key)) {
         read_arcs(number, key, ValueRep{rep}, &prim.arcs);
-      } else if (path.type == of_root && UsdStage::has(key)) {
+      } else if (path.type == SpecType::stage && UsdStage::has(key)) {
         if (auto fault = stage.take(key, value(rep, UsdNumbers::doubles)))
           cursor_.fail_at(std::string(key), std::move(fault->expected), std::move(fault->found));
       }
@@ -350,16 +325,16 @@ class UsdcLayer final : public UsdLayer {
     for (const auto& [place, child] : children) {
       if (error()) break;
       switch (paths_[child].type) {
-        case of_prim:
+        case SpecType::prim:
           prim.children.push_back(prim_at(child));
           ++prims;
           break;
-        case of_attribute:
-        case of_relation:
+        case SpecType::attribute:
+        case SpecType::relation:
           read_property(child, &prim);
           break;
-        case of_variant:
-        case of_variants:
+        case SpecType::variant:
+        case SpecType::variants:
           cursor_.fail_at(path_of(number), flat_stage, "variantSet");
           break;
         default:
@@ -373,7 +348,7 @@ class UsdcLayer final : public UsdLayer {
     const Path& path = paths_[number];
     const std::string name = printable(std::string(token(path.token)));
     UsdAttribute& attribute = prim->attributes[name];
-    if (path.type == of_relation) return;
+    if (path.type == SpecType::relation) return;
     for_fields(path, [&](std::string_view key, std::uint64_t rep) {
       if (key == "default") attribute.value = rep;
       if (key == "timeSamples") attribute.samples = rep;
@@ -532,22 +507,36 @@ class UsdcLayer final : public UsdLayer {
     for (std::size_t i = 0; i < places.size(); ++i) std::memcpy(&out->own[i * size], &table[places[i] * size], size);
   }
 
+  /// Converts the numbers, and lets go of what is read of a long list.
+  template <class To>
+  void convert(const PackedNumbers& numbers, To* out) {
+    const std::size_t size = bytes_of(numbers.format);
+    auto left = numbers.bytes();
+    while (!left.empty()) {
+      const auto part = left.first(std::min(left.size(), done_block));
+      convert_numbers(part, numbers.format, out);
+      if (done_with_ && numbers.own.empty() && part.size() == done_block) done_with_(part);
+      out += part.size() / size;
+      left = left.subspan(part.size());
+    }
+  }
+
   void keep(const PackedNumbers& numbers, bool is_quaternion, UsdNumbers kept_as, UsdValue* value) {
-    const std::size_t size = bytes_of(numbers.format), count = numbers.bytes().size() / size;
+    const std::size_t count = numbers.bytes().size() / bytes_of(numbers.format);
     if (kept_as == UsdNumbers::doubles) {
       value->precise.resize(count);
-      convert_numbers(numbers.bytes(), numbers.format, value->precise.data());
+      convert(numbers, value->precise.data());
       // The crate has the real part behind the others, texts have it first.
       for (auto at = value->precise.begin(); is_quaternion && value->precise.end() - at >= 4; at += 4)
         std::rotate(at, at + 3, at + 4);
-      return;
+    } else if (kept_as == UsdNumbers::triples && count % 3 == 0) {
+      static_assert(sizeof(glm::vec3) == 3 * sizeof(float));
+      value->triples.resize(count / 3);
+      if (count > 0) convert(numbers, &value->triples[0].x);
+    } else {
+      value->numbers.resize(count);
+      convert(numbers, value->numbers.data());
     }
-    static_assert(sizeof(glm::vec3) == 3 * sizeof(float));
-    const std::size_t triples = kept_as == UsdNumbers::triples ? count / 3 : 0;
-    value->triples.resize(triples);
-    value->numbers.resize(count - 3 * triples);
-    if (triples > 0) convert_numbers(numbers.bytes().first(3 * triples * size), numbers.format, &value->triples[0].x);
-    convert_numbers(numbers.bytes().subspan(3 * triples * size), numbers.format, value->numbers.data());
   }
 
   CrateCursor cursor_;
