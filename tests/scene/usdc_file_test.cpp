@@ -119,6 +119,13 @@ TEST(UsdcFile, EveryChangedByteIsRefusedOrRead) {
   }
 }
 
+TEST(UsdcFile, ValuesOfTypesThatAreNotReadAreNamed) {
+  const auto groom = read_groom_file(fixture("unread.usdc"));
+  ASSERT_TRUE(groom) << groom.error().message();
+  EXPECT_THAT(names_of(groom->ignored),
+              ElementsAre("primvars:displayColor: values of the crate's type 12 are not read"));
+}
+
 TEST(UsdcFile, OfAnArchiveTheFirstLayerIsRead) {
   const auto archive = read_groom_file(fixture("crates/same.usdz")),
              crate = read_groom_file(fixture("crates/same.usdc")),

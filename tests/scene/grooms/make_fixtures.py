@@ -516,6 +516,9 @@ def crates():
                                     ("b.usda", b"#usda 1.0\n")]))
     write("crates/same_text.usdz", usdz([("same.usda", (HERE / "same.usda").read_bytes())]))
 
+    text = (HERE / "same.usda").read_text()
+    write("unread.usdc", crate_writer.crate(text.replace("    def BasisCurves", "    asset primvars:displayColor = @a.png@\n    def BasisCurves")))
+
     class Looped(crate_writer.Crate):
         def tree(self, paths):
             rows = super().tree(paths)
@@ -527,7 +530,6 @@ def crates():
 
     toc = struct.unpack_from("<q", whole, 16)[0]
     tokens = struct.unpack_from("<q", whole, toc + 8 + 16)[0]
-    text = (HERE / "same.usda").read_text()
     cases = {"binary.usdc": (b"PXR-USDC" + bytes(64), "88 bytes"),
              "half.usdc": (whole[:len(whole) // 2], "table of contents"),
              "old.usdc": (patched(9, b"\1"), "version 0.4 to 0.12"),

@@ -1,5 +1,5 @@
-// A layer of USD as a tree of prims, the same from a text and from a binary file. Values stay in the file, and those that the
-// picture needs are read from there.
+// A layer of USD as a tree of prims, the same from a text and from a binary file. Values stay in the file, and those
+// that the picture needs are read from there.
 #pragma once
 
 #include <cstdint>
