@@ -12,8 +12,6 @@ namespace {
 
 /// LZ4 makes at most this many bytes of one: a match of any length takes a byte for each 255.
 constexpr std::uint64_t most_of_lz4 = 255;
-/// The most packed integers for each byte of the file.
-constexpr std::uint64_t most_packed = 1;
 
 }  // namespace
 
@@ -46,8 +44,8 @@ std::uint64_t CrateCursor::count(std::uint64_t bytes_each) {
   return hold(found, (bytes_.size() - at_) / bytes_each, "of them, as the bytes allow") ? found : 0;
 }
 
-std::uint64_t CrateCursor::packed_count(std::uint64_t found) {
-  return hold(found, most_packed * bytes_.size(), "of them, as the bytes allow") ? found : 0;
+std::uint64_t CrateCursor::packed_count(std::uint64_t found, std::uint64_t bytes_each) {
+  return hold(found, bytes_.size() / bytes_each, "of them, as the bytes allow") ? found : 0;
 }
 
 std::vector<unsigned char> CrateCursor::unpack(std::span<const unsigned char> packed, std::uint64_t most) {
@@ -136,7 +134,7 @@ void CrateCursor::fail(std::string expected, std::string found) {
 }
 
 void CrateCursor::fail_at(std::string place, std::string expected, std::string found) {
-  if (!error_) error_ = Error{name_, std::move(place), std::move(expected), std::move(found)};
+  if (!error_) error_ = Error{name_, place.substr(0, 256), std::move(expected), std::move(found)};
   at_ = bytes_.size();
 }
 

@@ -35,9 +35,8 @@ class CrateCursor {
   /// A number of things that follow, each of this many bytes or more.
   std::uint64_t count(std::uint64_t bytes_each);
   /// The same for integers that follow packed, where there are `found`. They can take far less than a byte each, but
-  /// each tells of something in the file that does not.
-  std::uint64_t packed_count(std::uint64_t found);
-  std::uint64_t packed_count() { return packed_count(number<std::uint64_t>()); }
+  /// each tells of something that has at least this many bytes elsewhere in the file.
+  std::uint64_t packed_count(std::uint64_t found, std::uint64_t bytes_each);
   /// Fails if `found` is not at most this.
   bool hold(std::uint64_t found, std::uint64_t most, std::string_view what);
 

@@ -22,6 +22,12 @@ constexpr std::size_t most_fields = 256;        ///< of one spec, which may shar
 /// Elements of a path below its prims: a property, a target, and that one's attribute.
 constexpr std::uint32_t deepest_path = deepest_prim + 8;
 constexpr std::size_t least_packed = 16;  ///< arrays below are never packed
+/// Bytes of a file for each entry of a table: of 200 files of others, none has less than 33 for a path or a spec, 40
+/// for a field and 14 for one in a list of fields.
+constexpr std::uint64_t bytes_of_entry = 4, bytes_of_listed = 1;
+constexpr std::size_t longest_name = 256;  ///< longer ones are cut
+/// Names may be used many times, but no valid file unfolds to this many times its bytes and this many more.
+constexpr std::uint64_t most_sharing = 16, most_text = std::uint64_t{1} << 20;
 
 /// A reference to a value.
 struct ValueRep {
@@ -188,14 +194,18 @@ class UsdcLayer final : public UsdLayer {
     read("SPECS", &UsdcLayer::read_specs);
   }
 
+  std::uint64_t packed_count(std::uint64_t bytes_each) {
+    return cursor_.packed_count(cursor_.number<std::uint64_t>(), bytes_each);
+  }
+
   void read_tokens() {
     const auto count = cursor_.number<std::uint64_t>(), size = cursor_.number<std::uint64_t>();
     characters_ = cursor_.unpacked(size);
     const std::string_view all(reinterpret_cast<const char*>(characters_.data()), characters_.size());
     if (!cursor_.hold(count, static_cast<std::uint64_t>(std::ranges::count(all, '\0')), "tokens, as they end")) return;
     tokens_.reserve(static_cast<std::size_t>(count));
-    for (std::size_t at = 0; tokens_.size() < count; at += tokens_.back().size() + 1)
-      tokens_.push_back(all.substr(at, all.find('\0', at) - at));
+    for (std::size_t at = 0; tokens_.size() < count; at = all.find('\0', at) + 1)
+      tokens_.push_back(all.substr(at, std::min(all.find('\0', at) - at, longest_name)));
   }
 
   void read_strings() {
@@ -204,7 +214,7 @@ class UsdcLayer final : public UsdLayer {
   }
 
   void read_fields() {
-    const std::uint64_t count = cursor_.packed_count();
+    const std::uint64_t count = packed_count(bytes_of_entry);
     const std::vector<std::uint32_t> tokens = cursor_.integers<std::uint32_t>(count);
     const std::vector<unsigned char> values = cursor_.unpacked(count * sizeof(std::uint64_t));
     if (error()) return;
@@ -215,13 +225,13 @@ class UsdcLayer final : public UsdLayer {
     }
   }
 
-  void read_field_sets() { field_sets_ = cursor_.integers<std::uint32_t>(cursor_.packed_count()); }
+  void read_field_sets() { field_sets_ = cursor_.integers<std::uint32_t>(packed_count(bytes_of_listed)); }
 
   /// Reads the tree of paths: for each its number, its token (negative for a property), and where its child and its
   /// sibling are: -2 neither, -1 a child next, 0 a sibling next, else a child next and a sibling so much further.
   void read_paths() {
-    paths_.resize(static_cast<std::size_t>(cursor_.packed_count()));
-    const std::uint64_t count = cursor_.packed_count();
+    paths_.resize(static_cast<std::size_t>(packed_count(bytes_of_entry)));
+    const std::uint64_t count = packed_count(bytes_of_entry);
     const std::vector<std::uint32_t> numbers = cursor_.integers<std::uint32_t>(count);
     const std::vector<std::int32_t> tokens = cursor_.integers<std::int32_t>(count),
                                     jumps = cursor_.integers<std::int32_t>(count);
@@ -256,7 +266,7 @@ class UsdcLayer final : public UsdLayer {
   }
 
   void read_specs() {
-    const std::uint64_t count = cursor_.packed_count();
+    const std::uint64_t count = packed_count(bytes_of_entry);
     const std::vector<std::uint32_t> paths = cursor_.integers<std::uint32_t>(count),
                                      fields = cursor_.integers<std::uint32_t>(count),
                                      kinds = cursor_.integers<std::uint32_t>(count);
@@ -290,7 +300,7 @@ class UsdcLayer final : public UsdLayer {
     const Path& path = paths_[number];
     UsdPrim prim;
     prim.is_defined = false;  // as USD has it where no specifier says more
-    if (path.parent != no_index) prim.name = printable(std::string(token(path.token).substr(0, 256)));
+    if (path.parent != no_index) prim.name = printable(std::string(token(path.token)));
     std::vector<std::string> order;
     for_fields(path, [&](std::string_view key, std::uint64_t rep) {
       const auto text = [&] {
@@ -383,7 +393,9 @@ class UsdcLayer final : public UsdLayer {
       }
       if (error() || !is_used) return;
       if (!file.empty()) return cursor_.fail_at(path_of(number), flat_stage, std::string(key) + " of another file");
-      if (to < paths_.size() && paths_[to].is_read) arcs->push_back(path_of(to));  // else it refers to nothing
+      if (to >= paths_.size() || !paths_[to].is_read) return;  // it refers to nothing
+      arcs->push_back(path_of(to));
+      hold_text(arc_bytes_ += arcs->back().size());
     };
     if (type == payload_value) return read_one(true);
     const auto lists = cursor_.number<std::uint8_t>();
@@ -401,7 +413,7 @@ class UsdcLayer final : public UsdLayer {
     std::string text;
     for (; number < paths_.size() && paths_[number].parent != no_index; number = paths_[number].parent)
       text = "/" + std::string(paths_[number].token < tokens_.size() ? tokens_[paths_[number].token] : "") + text;
-    return printable(text.empty() ? "/" : text.substr(0, 256));
+    return printable(text.empty() ? "/" : text);
   }
 
   // ---- values ------------------------------------------------------------------------------------------------------
@@ -425,12 +437,18 @@ class UsdcLayer final : public UsdLayer {
     return {};
   }
 
+  void hold_text(std::uint64_t bytes) {
+    cursor_.hold(bytes, most_sharing * cursor_.size() + most_text, "bytes of names, as the file allows");
+  }
+
   std::vector<std::string> texts(Kind kind, std::span<const unsigned char> numbers) {
     std::vector<std::string> all;
+    std::uint64_t bytes = 0;
     for (std::size_t at = 0; at + 4 <= numbers.size() && !error(); at += 4) {
       std::uint32_t number = 0;
       std::memcpy(&number, numbers.data() + at, sizeof number);
       all.emplace_back(kind == Kind::token ? token(number) : string(number));
+      hold_text(bytes += all.back().size());
     }
     return all;
   }
@@ -477,7 +495,7 @@ class UsdcLayer final : public UsdLayer {
       out.stored = cursor_.take(count * type.numbers * size);
       return out;
     }
-    unpack(cursor_.packed_count(count), &out);
+    unpack(cursor_.packed_count(count, bytes_of_listed), &out);
     return out;
   }
 
@@ -548,6 +566,7 @@ class UsdcLayer final : public UsdLayer {
   std::vector<Field> fields_;
   std::vector<Path> paths_;
   std::uint32_t root_ = no_index;
+  std::uint64_t arc_bytes_ = 0;  ///< of the paths that prims refer to
 };
 
 }  // namespace
