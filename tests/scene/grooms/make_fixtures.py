@@ -544,6 +544,11 @@ def crates():
              "far.usdc": (crate_writer.crate(text.replace('def Xform "Groom"', 'def Xform "Groom" (\n    prepend references = @hair.usd@\n)')),
                           "usdcat --flatten"),
              "down.usdc": (crate_writer.crate("#usda 1.0\n" + 'def "a" {' * 250 + "}" * 250), "200 prims"),
+             "names_shared.usdc": (crate_writer.crate("#usda 1.0\ndef Xform \"a\" { token[] xformOpOrder = [%s] }" %
+                                                      ", ".join(['"%s"' % ("x" * 300)] * 1500)), "bytes of names"),
+             "paths_shared.usdc": (crate_writer.crate("#usda 1.0\n" + ('def "%s" { ' % ("n" * 60)) * 90 + "}" * 90 +
+                                                      'def "r" ( inherits = [%s] ) { }' % ", ".join(["<" + ("/" + "n" * 60) * 90 + ">"] * 60)),
+                                   "bytes of names"),
              "packed.usdz": (usdz([("a.usda", b"#usda 1.0\n" * 20)], zipfile.ZIP_DEFLATED), "stored"),
              "picture_first.usdz": (usdz([("a.png", b"none"), ("a.usda", b"#usda 1.0\n")]), "first entry"),
              "no_table.usdz": (usdz([("a.usda", b"#usda 1.0\n")])[:-22], "table of a zip archive"),

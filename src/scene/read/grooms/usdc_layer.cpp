@@ -27,7 +27,7 @@ constexpr std::size_t least_packed = 16;  ///< arrays below are never packed
 constexpr std::uint64_t bytes_of_entry = 4, bytes_of_listed = 1;
 constexpr std::size_t longest_name = 256;  ///< longer ones are cut
 /// Names may be used many times, but no valid file unfolds to this many times its bytes and this many more.
-constexpr std::uint64_t most_sharing = 16, most_text = std::uint64_t{1} << 20;
+constexpr std::uint64_t most_sharing = 16, most_text = 65536;
 
 /// A reference to a value.
 struct ValueRep {
