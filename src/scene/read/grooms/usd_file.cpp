@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <unordered_map>
 #include <utility>
 
 #include "scene/read/grooms/groom_builder.h"
@@ -168,17 +169,23 @@ class UsdReader {
   }
 
   void visit_children(const Opinions& prims, const Place& here) {
-    std::vector<std::string> names;
+    struct Child {
+      Opinions opinions = {};
+      const UsdPrim* parent = nullptr;  ///< of the last opinion: of children with one name a parent has the first only
+    };
+    std::vector<Child> children;
+    std::unordered_map<std::string_view, std::size_t> places;
     for (const UsdPrim* prim : prims)
-      for (const UsdPrim& child : prim->children)
-        if (std::ranges::find(names, child.name) == names.end()) names.push_back(child.name);
-    for (const std::string& name : names) {
-      Opinions children;
-      for (const UsdPrim* prim : prims)
-        if (const UsdPrim* child = prim->child(name)) children.push_back(child);
+      for (const UsdPrim& child : prim->children) {
+        const auto [place, is_new] = places.try_emplace(child.name, children.size());
+        if (is_new) children.emplace_back();
+        Child& found = children[place->second];
+        if (std::exchange(found.parent, prim) != prim) found.opinions.push_back(&child);
+      }
+    for (const Child& child : children) {
       Place below = here;
-      below.path += "/" + name;
-      visit(children, std::move(below));
+      below.path += "/" + child.opinions[0]->name;
+      visit(child.opinions, std::move(below));
     }
   }
 
