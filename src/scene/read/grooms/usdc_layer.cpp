@@ -143,10 +143,6 @@ class UsdcLayer final : public UsdLayer {
   const std::optional<Error>& error() const override { return cursor_.error(); }
 
  private:
-  struct Field {
-    std::uint32_t token;
-    std::uint64_t value;
-  };
   struct Path {
     std::uint32_t parent = no_index, token = 0, depth = 0;
     std::uint32_t spec = no_index;  ///< its first field in field_sets_
@@ -215,14 +211,10 @@ class UsdcLayer final : public UsdLayer {
 
   void read_fields() {
     const std::uint64_t count = packed_count(bytes_of_entry);
-    const std::vector<std::uint32_t> tokens = cursor_.integers<std::uint32_t>(count);
+    field_tokens_ = cursor_.integers<std::uint32_t>(count);
     const std::vector<unsigned char> values = cursor_.unpacked(count * sizeof(std::uint64_t));
-    if (error()) return;
-    fields_.resize(tokens.size());
-    for (std::size_t i = 0; i < tokens.size(); ++i) {
-      fields_[i].token = tokens[i];
-      std::memcpy(&fields_[i].value, values.data() + i * sizeof(std::uint64_t), sizeof(std::uint64_t));
-    }
+    field_values_.resize(values.size() / sizeof(std::uint64_t));
+    if (!values.empty()) std::memcpy(field_values_.data(), values.data(), values.size());
   }
 
   void read_field_sets() { field_sets_ = cursor_.integers<std::uint32_t>(packed_count(bytes_of_listed)); }
@@ -286,12 +278,11 @@ class UsdcLayer final : public UsdLayer {
   void for_fields(const Path& path, const Take& take) {
     for (std::size_t i = path.spec, left = most_fields; !error(); ++i, --left) {
       if (i < field_sets_.size() && field_sets_[i] == no_index) return;
-      if (i >= field_sets_.size() || field_sets_[i] >= fields_.size() || left == 0)
-        return cursor_.fail_at("FIELDSETS",
-                               fmt::format("at most {} fields of the {}, and an end", most_fields, fields_.size()),
-                               i < field_sets_.size() ? fmt::format("field {}", field_sets_[i]) : "none");
-      const Field& field = fields_[field_sets_[i]];
-      take(token(field.token), field.value);
+      if (i >= field_sets_.size() || field_sets_[i] >= field_values_.size() || left == 0)
+        return cursor_.fail_at(
+            "FIELDSETS", fmt::format("at most {} fields of the {}, and an end", most_fields, field_values_.size()),
+            i < field_sets_.size() ? fmt::format("field {}", field_sets_[i]) : "none");
+      take(token(field_tokens_[field_sets_[i]]), field_values_[field_sets_[i]]);
     }
   }
 
@@ -563,7 +554,8 @@ class UsdcLayer final : public UsdLayer {
   std::vector<unsigned char> characters_;
   std::vector<std::string_view> tokens_;
   std::vector<std::uint32_t> strings_, field_sets_;
-  std::vector<Field> fields_;
+  std::vector<std::uint32_t> field_tokens_;
+  std::vector<std::uint64_t> field_values_;
   std::vector<Path> paths_;
   std::uint32_t root_ = no_index;
   std::uint64_t arc_bytes_ = 0;  ///< of the paths that prims refer to
