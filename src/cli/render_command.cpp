@@ -340,7 +340,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
   render
       ->add_option_function<std::string>(
           "SCENE", [&s](const std::string& file) { s.scene = file; },
-          "scene JSON, strands (.hair, .abc, .usda, .pbrt, .ply, .data), or a folder of them")
+          "scene JSON, strands (.hair, .abc, .usda, .usdc, .usdz, .pbrt, .ply, .data), or a folder of them")
       ->required();
   add_file(render, "-o,--output", [&s](const std::string& file) { s.output = file; },
            "picture; a .png is written beside it", {".exr"})

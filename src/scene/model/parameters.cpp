@@ -444,7 +444,8 @@ constexpr std::array table{
               "half range of one factor of the absorption"},
     Parameter{"/materials/N/variation/seed", "", whole, seeds, "", "", "0", "other strands for another number"},
     Parameter{"/grooms/N/file", "", text, none, "", "", "this or `generate`",
-              "a path to a groom: .hair, .abc, .usda, .pbrt, .ply, .data, told by content; #### in its name is the "
+              "a path to a groom: .hair, .abc, .usda, .usdc, .usdz, .pbrt, .ply, .data, told by content; #### in its "
+              "name is the "
               "number of the frame"},
     Parameter{"/grooms/N/points_per_strand",
               "--points-per-strand",
