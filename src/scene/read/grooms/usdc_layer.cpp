@@ -53,22 +53,43 @@ struct ValueType {
 };
 using enum NumberFormat;
 using Kind = ValueType::Kind;
-// clang-format off
 constexpr ValueType types[] = {
-    {1, Kind::numbers, boolean},     {2, Kind::numbers, u8},          {3, Kind::numbers, i32},
-    {4, Kind::numbers, u32},         {5, Kind::numbers, i64},         {6, Kind::numbers, u64},
-    {7, Kind::numbers, f16},         {8, Kind::numbers, f32},         {9, Kind::numbers, f64},
-    {10, Kind::string},              {11, Kind::token},               {13, Kind::matrix, f64, 4},
-    {14, Kind::matrix, f64, 9},      {15, Kind::matrix, f64, 16},     {16, Kind::quaternion, f64, 4},
-    {17, Kind::quaternion, f32, 4},  {18, Kind::quaternion, f16, 4},  {19, Kind::vector, f64, 2},
-    {20, Kind::vector, f32, 2},      {21, Kind::vector, f16, 2},      {22, Kind::vector, i32, 2},
-    {23, Kind::vector, f64, 3},      {24, Kind::vector, f32, 3},      {25, Kind::vector, f16, 3},
-    {26, Kind::vector, i32, 3},      {27, Kind::vector, f64, 4},      {28, Kind::vector, f32, 4},
-    {29, Kind::vector, f16, 4},      {30, Kind::vector, i32, 4},      {41, Kind::token, u32, 1, true},
-    {42, Kind::numbers, u32},        {48, Kind::numbers, f64, 1, true}, {50, Kind::string, u32, 1, true},
-    {value_block, Kind::nothing},    {56, Kind::numbers, f64},
+    {1, Kind::numbers, boolean},
+    {2, Kind::numbers, u8},
+    {3, Kind::numbers, i32},
+    {4, Kind::numbers, u32},
+    {5, Kind::numbers, i64},
+    {6, Kind::numbers, u64},
+    {7, Kind::numbers, f16},
+    {8, Kind::numbers, f32},
+    {9, Kind::numbers, f64},
+    {10, Kind::string},
+    {11, Kind::token},
+    {13, Kind::matrix, f64, 4},
+    {14, Kind::matrix, f64, 9},
+    {15, Kind::matrix, f64, 16},
+    {16, Kind::quaternion, f64, 4},
+    {17, Kind::quaternion, f32, 4},
+    {18, Kind::quaternion, f16, 4},
+    {19, Kind::vector, f64, 2},
+    {20, Kind::vector, f32, 2},
+    {21, Kind::vector, f16, 2},
+    {22, Kind::vector, i32, 2},
+    {23, Kind::vector, f64, 3},
+    {24, Kind::vector, f32, 3},
+    {25, Kind::vector, f16, 3},
+    {26, Kind::vector, i32, 3},
+    {27, Kind::vector, f64, 4},
+    {28, Kind::vector, f32, 4},
+    {29, Kind::vector, f16, 4},
+    {30, Kind::vector, i32, 4},
+    {41, Kind::token, u32, 1, true},
+    {42, Kind::numbers, u32},
+    {48, Kind::numbers, f64, 1, true},
+    {50, Kind::string, u32, 1, true},
+    {value_block, Kind::nothing},
+    {56, Kind::numbers, f64},
 };
-// clang-format on
 
 /// What a path of the crate is.
 enum class SpecType : std::uint32_t { attribute = 1, prim = 6, stage = 7, relation = 8, variant = 10, variants = 11 };
