@@ -1,5 +1,6 @@
 // What is said of a file that is neither a scene nor a groom.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -17,7 +18,7 @@ namespace {
 using namespace std::string_literals;
 
 std::string refusal(const std::string& name, const std::string& bytes) {
-  const auto file = std::filesystem::path(testing::TempDir()) / name;
+  const auto file = std::filesystem::path(testing::TempDir()) / (std::to_string(getpid()) + "_" + name);
   std::ofstream(file, std::ios::binary) << bytes;
   const auto scene = load_scene(file);
   std::filesystem::remove(file);
