@@ -4,7 +4,7 @@ tress_library(tress_image KIND STATIC INCLUDES src FOLDERS src/image LINK tress_
 tress_library(tress_denoise KIND STATIC INCLUDES src FOLDERS src/denoise LINK tress_image glm::glm PRIVATE TBB::tbb fmt::fmt)
 
 tress_library(tress_scene KIND STATIC INCLUDES src FOLDERS src/scene/model src/scene/generate src/scene/read src/scene/read/grooms
-  LINK tress_fiber tress_image glm::glm PRIVATE nlohmann_json::nlohmann_json fmt::fmt ZLIB::ZLIB)
+  LINK tress_fiber tress_image glm::glm PRIVATE nlohmann_json::nlohmann_json fmt::fmt ZLIB::ZLIB PkgConfig::lz4)
 
 tress_library(tress_geometry KIND STATIC INCLUDES src FOLDERS src/geometry LINK tress_scene PRIVATE embree TBB::tbb)
 

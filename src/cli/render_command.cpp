@@ -340,7 +340,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
   render
       ->add_option_function<std::string>(
           "SCENE", [&s](const std::string& file) { s.scene = file; },
-          "scene JSON, strands (.hair, .abc, .usda, .pbrt, .ply, .data), or a folder of them")
+          "scene JSON, strands (.hair, .abc, .usda, .usdc, .usdz, .pbrt, .ply, .data), or a folder of them")
       ->required();
   add_file(render, "-o,--output", [&s](const std::string& file) { s.output = file; },
            "picture; a .png is written beside it", {".exr"})
@@ -355,6 +355,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       "more samples where the picture is noisier, --spp being their mean; default: on with --noise and --time");
   add_resolution(render, s.overrides);
   add_number(render, "--least-width", [&s](double x) { s.overrides.least_width_px = float(x); });
+  add_number(render, "--curve-error", [&s](double x) { s.overrides.curve_error_px = float(x); });
   add_layers(render, s);
   add_flag(render, "--denoise", [&s] { s.denoise = true; });
   add_precision(render, s.precision);

@@ -20,12 +20,15 @@ namespace tress::geometry {
 namespace {
 
 /// A stretch of a strand, from a place on one segment to the same place on the next, that is present or absent as a
-/// whole. Pieces of a ribbon overlap at the inner side of a bend, where a ray may meet both. Embree makes four pieces
-/// of a segment, and a cell ends in the middle of a piece.
+/// whole. Pieces of a ribbon overlap at the inner side of a bend, where a ray may meet both, so a cell ends in the
+/// middle of a piece.
 struct Cell {
   std::uint32_t groom, strand, index;
   Cell(const StrandCurves& curves, std::uint32_t segment, float t)
-      : groom(curves.groom), strand(curves.segments[segment].strand), index(t < 0.625f ? segment : segment + 1) {}
+      : groom(curves.groom),
+        strand(curves.segments[segment].strand),
+        index(t < end(float(curves.pieces)) ? segment : segment + 1) {}
+  static float end(float pieces) { return (std::floor(0.625f * pieces) + 0.5f) / pieces; }
   friend bool operator==(const Cell&, const Cell&) = default;
 };
 
@@ -79,8 +82,9 @@ struct RayQuery {
   float start;                                      ///< distance from Embree's origin to where the ray starts
   bool from_camera;
   float time;
-  std::uint64_t key;           ///< decides which segments with a presence are hit
-  DrawnHits* drawn = nullptr;  ///< the hits of a ray that draws from front to back (Ray::drawn)
+  std::uint64_t key;                   ///< decides which segments with a presence are hit
+  const glm::vec3* came_by = nullptr;  ///< of a ray that leaves a fiber (Ray::came_by)
+  DrawnHits* drawn = nullptr;          ///< the hits of a ray that draws from front to back (Ray::drawn)
 };
 
 /// Whether the ray hits the segment there. The result does not depend on the order of the segments.
@@ -143,6 +147,12 @@ glm::vec3 direction_of(const RTCFilterFunctionNArguments* arguments, unsigned in
           RTCRayN_dir_z(arguments->ray, n, i)};
 }
 
+glm::vec3 origin_of(const RTCFilterFunctionNArguments* arguments, unsigned int i) {
+  const unsigned int n = arguments->N;
+  return {RTCRayN_org_x(arguments->ray, n, i), RTCRayN_org_y(arguments->ray, n, i),
+          RTCRayN_org_z(arguments->ray, n, i)};
+}
+
 /// The same for linear strands. Embree reports v = 0 for them and ends every segment in a round cap, so the lateral
 /// offset is computed here, and a hit on a cap counts only if it joins a bend.
 bool is_outside_linear(const StrandCurves& curves, const RTCFilterFunctionNArguments* arguments, unsigned int i,
@@ -153,9 +163,7 @@ bool is_outside_linear(const StrandCurves& curves, const RTCFilterFunctionNArgum
   const bool is_cap = along <= 0 || along >= 1;
   if (!is_cap && !curves.elliptical()) return false;
   const glm::vec3 direction = direction_of(arguments, i);
-  const glm::vec3 origin(RTCRayN_org_x(arguments->ray, n, i), RTCRayN_org_y(arguments->ray, n, i),
-                         RTCRayN_org_z(arguments->ray, n, i));
-  const glm::vec3 position = origin + RTCRayN_tfar(arguments->ray, n, i) * direction;
+  const glm::vec3 position = origin_of(arguments, i) + RTCRayN_tfar(arguments->ray, n, i) * direction;
   if (is_cap && !curves.is_in_joint(segment, along, position, direction, time)) return true;
   if (!curves.elliptical()) return false;
   const float lateral =
@@ -172,6 +180,10 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
     if (arguments->valid[i] == 0) continue;
     const std::uint32_t segment = RTCHitN_primID(arguments->hit, n, i);
     const float along = RTCHitN_u(arguments->hit, n, i);
+    if (RTCRayN_tfar(arguments->ray, n, i) < query.start) {  // of a ray that looks for meshes before its start
+      arguments->valid[i] = 0;
+      continue;
+    }
     const bool is_own = curves.groom == query.start_groom && segment - query.first_own < query.own_count;
     if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < 2 * curves.semi_axis(segment, along, query.time)) {
       arguments->valid[i] = 0;
@@ -190,10 +202,22 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-/// The filter of a mesh that the camera does not see.
-void unseen_filter(const RTCFilterFunctionNArguments* arguments) {
-  if (!reinterpret_cast<const RayQuery*>(arguments->context)->from_camera) return;
-  for (unsigned int i = 0; i < arguments->N; ++i) arguments->valid[i] = 0;
+/// Whether a ray that leaves a fiber meets the mesh from within, on its way to the side from which light came to it.
+bool is_from_within(const RTCFilterFunctionNArguments* arguments, unsigned int i, const glm::vec3& came_by) {
+  const glm::vec3 normal = slope_of(arguments, i), direction = direction_of(arguments, i);
+  const glm::vec3 point = origin_of(arguments, i) + RTCRayN_tfar(arguments->ray, arguments->N, i) * direction;
+  return glm::dot(normal, direction) * glm::dot(normal, came_by - point) > 0;
+}
+
+/// Rejects hits on meshes that the camera does not see, and hits from within of rays that leave a fiber.
+void mesh_filter(const RTCFilterFunctionNArguments* arguments) {
+  const auto& query = *reinterpret_cast<const RayQuery*>(arguments->context);
+  const bool is_unseen = query.from_camera && !static_cast<const scene::Mesh*>(arguments->geometryUserPtr)->visible;
+  for (unsigned int i = 0; i < arguments->N; ++i) {
+    if (arguments->valid[i] == 0) continue;
+    if (is_unseen || (query.came_by != nullptr && is_from_within(arguments, i, *query.came_by)))
+      arguments->valid[i] = 0;
+  }
 }
 
 bool count_bytes(void* user, ssize_t bytes, bool) {
@@ -202,8 +226,8 @@ bool count_bytes(void* user, ssize_t bytes, bool) {
 }
 
 /// Embree ignores ribbons within two radii of a ray's origin. So Embree's origin lies that far behind ours, and tnear
-/// excludes what is nearer than our start.
-RTCRay embree_ray(const Ray& ray, float start) {
+/// excludes what is nearer than our start, except for a ray that leaves a fiber, which may be in a mesh there.
+RTCRay embree_ray(const Ray& ray, float start, bool has_meshes) {
   const glm::vec3 origin = ray.origin - start * ray.direction;
   RTCRay out{};
   out.org_x = origin.x;
@@ -212,16 +236,16 @@ RTCRay embree_ray(const Ray& ray, float start) {
   out.dir_x = ray.direction.x;
   out.dir_y = ray.direction.y;
   out.dir_z = ray.direction.z;
-  out.tnear = start;
+  out.tnear = ray.came_by && has_meshes ? 0 : start;
   out.tfar = std::numeric_limits<float>::infinity();
   out.mask = 0xFFFFFFFF;
   out.time = ray.time;
   return out;
 }
 
-RTCRayHit unmet(const Ray& ray, float start) {
+RTCRayHit unmet(const Ray& ray, float start, bool has_meshes) {
   RTCRayHit found{};
-  found.ray = embree_ray(ray, start);
+  found.ray = embree_ray(ray, start, has_meshes);
   found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   return found;
@@ -242,6 +266,7 @@ RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, floa
   query.start = start;
   query.from_camera = ray.from_camera;
   query.time = ray.time;
+  if (ray.came_by) query.came_by = &*ray.came_by;
   return query;
 }
 
@@ -273,6 +298,7 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
   hit.strand = curves.segments[found.primID].strand;
   hit.place = static_cast<float>(curves.segments[found.primID].place) + found.u;
   hit.time = ray.time;
+  hit.came_by = hit.position - std::min(distance_cm, sine > 0 ? semi_axis / sine : distance_cm) * ray.direction;
   hit.way = curves.way(found.primID, found.u);
   return hit;
 }
@@ -319,7 +345,7 @@ RTCGeometry ribbons(RTCDevice device, const TreeOptions& tree, StrandCurves* cur
                              : curves->basis == scene::StrandBasis::bezier ? RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE
                                                                            : RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
   check(device, geometry);
-  if (tree.pieces > 0) rtcSetGeometryTessellationRate(geometry, tree.pieces);
+  rtcSetGeometryTessellationRate(geometry, tree.pieces > 0 ? tree.pieces : static_cast<float>(curves->pieces));
   rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned int>(curves->moments()));
   const auto share = [&](unsigned int moment, const std::vector<glm::vec4>& control) {
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, moment, RTC_FORMAT_FLOAT4, control.data(), 0,
@@ -351,7 +377,9 @@ RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   for (const scene::MeshMoment& later : mesh.later)
     copy(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, later.positions, ++moment);
   copy(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles, 0);
-  if (!mesh.visible) rtcSetGeometryIntersectFilterFunction(geometry, unseen_filter);
+  rtcSetGeometryUserData(geometry, const_cast<scene::Mesh*>(&mesh));
+  rtcSetGeometryIntersectFilterFunction(geometry, mesh_filter);
+  rtcSetGeometryOccludedFilterFunction(geometry, mesh_filter);
   return geometry;
 }
 
@@ -403,7 +431,7 @@ struct FiberScene::Implementation {
   /// Converts the hit that Embree found; empty if it found none. key: the key of rays that leave the hit.
   std::optional<Hit> hit(const Ray& ray, const RTCRayHit& found, std::uint64_t key) const {
     if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    const float distance_cm = found.ray.tfar - start;
+    const float distance_cm = std::max(found.ray.tfar - start, 0.0f);
     Hit hit = found.hit.geomID < grooms.size()
                   ? fiber_hit(grooms[found.hit.geomID], ray, distance_cm, found.hit)
                   : surface_hit(surfaces[found.hit.geomID - grooms.size()], ray, distance_cm, found.hit);
@@ -463,7 +491,7 @@ std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
   const std::uint64_t key = self.sparse ? key_of(ray) : 0;
   if (self.sparse && ray.drawn >= 0) return intersect_drawn(ray, key);
   RayQuery query = ray_query(ray, self.grooms, self.start, key);
-  RTCRayHit found = unmet(ray, self.start);
+  RTCRayHit found = unmet(ray, self.start, !self.surfaces.empty());
   embree::intersect1(self.scene, &query.context, &found);
   return self.hit(ray, found, key);
 }
@@ -473,7 +501,7 @@ std::optional<Hit> FiberScene::intersect_drawn(const Ray& ray, std::uint64_t key
   RayQuery query = ray_query(ray, self.grooms, self.start, key);
   DrawnHits drawn(ray.drawn);
   query.drawn = &drawn;
-  RTCRayHit found = unmet(ray, self.start);
+  RTCRayHit found = unmet(ray, self.start, !self.surfaces.empty());
   embree::intersect1(self.scene, &query.context, &found);
   if (const RTCHit* hit = drawn.choose(found.ray.tfar, &found.ray.tfar)) found.hit = *hit;
   return self.hit(ray, found, key);
@@ -484,7 +512,7 @@ bool FiberScene::has_presence() const { return implementation_->sparse; }
 bool FiberScene::occluded(const Ray& ray, float distance_cm) const {
   const Implementation& self = *implementation_;
   RayQuery query = ray_query(ray, self.grooms, self.start, self.sparse ? key_of(ray) : 0);
-  RTCRay shadow = embree_ray(ray, self.start);
+  RTCRay shadow = embree_ray(ray, self.start, !self.surfaces.empty());
   shadow.tfar = self.start + distance_cm;
   embree::occluded1(self.scene, &query.context, &shadow);
   return shadow.tfar < 0;

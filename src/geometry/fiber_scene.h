@@ -28,6 +28,9 @@ struct Ray {
   /// others are independent.
   std::uint64_t key = 0;
   float drawn = -1;
+  /// For a ray that leaves a fiber: a point of the ray that arrived there, before it met the fiber. What the ray cannot
+  /// have entered it does not leave: a mesh between this point and the start is hit from this point's side only.
+  std::optional<glm::vec3> came_by = {};
 };
 
 /// The place where a ray meets a fiber or a surface. The fields of the other kind keep their defaults.
@@ -43,11 +46,12 @@ struct Hit {
   glm::vec3 u, v, w;
   std::uint32_t groom = no_index;  ///< index into Scene::grooms
   std::uint32_t strand = no_index;
-  float place = 0;        ///< position on the strand, in segments from its root (scene::StrandSegments)
-  float time = 0;         ///< time of the ray
-  std::uint64_t key = 0;  ///< key of rays that leave it, from the key and direction of the ray
-  glm::vec3 way{0.0f};    ///< motion of the point that was hit, from the opening of the shutter to its closing, cm
-  float lateral = 0;      ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
+  float place = 0;          ///< position on the strand, in segments from its root (scene::StrandSegments)
+  float time = 0;           ///< time of the ray
+  std::uint64_t key = 0;    ///< key of rays that leave it, from the key and direction of the ray
+  glm::vec3 came_by{0.0f};  ///< fiber: a point of the ray outside of the fiber, before it (Ray::came_by)
+  glm::vec3 way{0.0f};      ///< motion of the point that was hit, from the opening of the shutter to its closing, cm
+  float lateral = 0;        ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
   /// The same over the half width w(phi) of the silhouette, in [-1, 1]: the h of fiber models, towards rising azimuth
   /// of the direction backwards.
   float share = 0;
@@ -69,7 +73,9 @@ glm::vec3 start_of(const Hit& hit, const glm::vec3& direction);
 
 /// The ray that leaves a hit in a unit direction, at the same time.
 inline Ray ray_from(const Hit& hit, const glm::vec3& direction) {
-  return {start_of(hit, direction), direction, hit.groom, hit.strand, false, hit.time, hit.key};
+  Ray ray{start_of(hit, direction), direction, hit.groom, hit.strand, false, hit.time, hit.key};
+  if (!hit.is_surface) ray.came_by = hit.came_by;
+  return ray;
 }
 
 /// Options for building the tree over a scene. The defaults were measured to be the fastest (bench/README.md, rays);
@@ -80,16 +86,19 @@ struct TreeOptions {
   bool compact = false;  ///< half the memory, but slower rays
   /// Closes the gaps between triangles at their edges. Strands alone do not need it.
   enum class Robust { with_meshes, always, never } robust = Robust::with_meshes;
-  /// The number of straight pieces that Embree makes of each segment of a ribbon; 0: its default, 4.
+  /// The number of straight pieces that Embree makes of each segment of a ribbon; 0: as many as the picture asks
+  /// (scene::Image::curve_error_px).
   float pieces = 0;
 };
 
 /// Flat ribbons along B-splines or polygons (scene::Groom::linear), as wide as the elliptical silhouette, and two-sided
 /// triangles, for camera and shadow rays alike. A ray hits a ribbon where it passes nearest to the axis, and only ahead
 /// of its start. A bend of a polygon is filled on its outer side by a sector of the silhouette's width. The strand on
-/// which a ray starts (Ray::start_strand) cannot be hit within two radii of the start; every other one can. Things that
-/// move (scene::Groom::later, scene::Mesh::later) are hit where they are at the ray's time. If strands have a presence,
-/// a ray hits each segment with that probability, independently of the segments before it.
+/// which a ray starts (Ray::start_strand) cannot be hit within two radii of the start; every other one can. A fiber
+/// that lies on a mesh, or in it up to its axis, is lit as what of it is outside: a ray that leaves it passes the mesh
+/// outwards and not inwards, even before its start (Ray::came_by). Things that move (scene::Groom::later,
+/// scene::Mesh::later) are hit where they are at the ray's time. If strands have a presence, a ray hits each segment
+/// with that probability, independently of the segments before it.
 ///
 /// Built once; intersect and occluded: any thread.
 class FiberScene {

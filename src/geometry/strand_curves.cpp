@@ -156,6 +156,35 @@ KnotFrame between(const KnotFrame& a, const KnotFrame& b, float share) {
   return {(1 - share) * a.normal + share * b.normal, (1 - share) * a.angle + share * b.angle};
 }
 
+/// The largest second derivative of a segment, cm.
+float bend_of(const StrandCurves& curves, const std::vector<glm::vec4>& control, std::uint32_t segment) {
+  const glm::vec4* p = &control[curves.first_control[segment]];
+  const auto second = [&](int i) {
+    return glm::length(glm::vec3(p[i]) - 2.0f * glm::vec3(p[i + 1]) + glm::vec3(p[i + 2]));
+  };
+  return (curves.basis == StrandBasis::bezier ? 6 : 1) * std::max(second(0), second(1));
+}
+
+/// A piece of 1 / n of a segment stays within bend / (8 n^2) of it.
+int pieces_for(const StrandCurves& curves, const scene::Camera& camera, const scene::Image& image) {
+  if (curves.is_linear()) return least_pieces;
+  std::vector<float> needed;
+  needed.reserve(curves.first_control.size());
+  for (std::uint32_t segment = 0; segment < curves.first_control.size(); ++segment) {
+    const glm::vec3 middle(curves.control[curves.first_control[segment] + 1]);
+    const float pixel_cm = scene::pixel_cm_at(camera, image, middle);
+    float bend = bend_of(curves, curves.control, segment);
+    for (const auto& later : curves.later_control) bend = std::max(bend, bend_of(curves, later, segment));
+    needed.push_back(pixel_cm > 0 ? std::sqrt(bend / (8 * image.curve_error_px * pixel_cm)) : 0);
+  }
+  if (needed.empty()) return least_pieces;
+  const auto most = needed.end() - 1 - std::ptrdiff_t(needed.size() / 1000);
+  std::ranges::nth_element(needed, most);
+  int pieces = least_pieces;
+  while (pieces < most_pieces && float(pieces) < *most) pieces *= 2;
+  return pieces;
+}
+
 }  // namespace
 
 FiberFrame StrandCurves::frame(std::uint32_t segment, float t, const glm::vec3& tangent, float time) const {
@@ -280,6 +309,8 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   curves.first_segment.push_back(static_cast<std::uint32_t>(curves.segments.size()));
   const auto is_own = [](const glm::vec4& control, float own) { return control.w == own; };
   if (std::ranges::equal(curves.control, curves.own_axis, is_own)) curves.own_axis = {};
+  curves.pieces =
+      pieces_for(curves, scene.camera_moments.empty() ? scene.camera : scene.camera_moments.front(), scene.image);
   curves.is_sparse = curves.with_presence != nullptr || !curves.own_axis.empty();
   return curves;
 }

@@ -27,6 +27,9 @@ struct SegmentFrames {
   KnotFrame from, to;
 };
 
+/// Straight pieces that a ribbon's segments are made of. Embree tests as many as these at once, and allows no more.
+inline constexpr int least_pieces = 4, most_pieces = 16;
+
 /// One groom in the form for Embree. A strand of n points has n - 1 segments. As a B-spline it has n + 2 control
 /// points, and the segment with first control point c runs from knot c + 1 to knot c + 2. A linear strand has its n
 /// points, and a segment runs from c to c + 1. An open B-spline has its n control points and n - 3 segments. A Bezier
@@ -46,6 +49,8 @@ struct StrandCurves {
   bool radii_change = false;                               ///< whether they change while the shutter is open
   float least_eccentricity = 1;                            ///< the smallest of all strands
   scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< basis of the groom
+  /// Straight pieces of each segment: as many as image.curve_error_px asks of all but a thousandth of the segments.
+  int pieces = least_pieces;
 
   std::vector<std::vector<glm::vec4>> later_control;     ///< at the later moments; empty if the groom does not move
   std::vector<std::vector<SegmentFrames>> later_frames;  ///< at the later moments, per segment

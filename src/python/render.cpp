@@ -113,6 +113,7 @@ scene::Overrides overrides_of(const Arguments& given) {
   overrides.width = given.number<int>("width", "--resolution");
   overrides.height = given.number<int>("height", "--resolution");
   overrides.least_width_px = given.number<float>("least_width", "--least-width");
+  overrides.curve_error_px = given.number<float>("curve_error", "--curve-error");
   overrides.frame = given.number<int>("frame", "--frame");
   return overrides;
 }

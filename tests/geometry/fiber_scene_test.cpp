@@ -216,5 +216,43 @@ TEST_P(FiberSceneTest, survives_degenerate_input) {
   EXPECT_FALSE(FiberScene(no_grooms).occluded({{0, 0, 0}, {0, 1, 0}}));
 }
 
+/// An arc of four control points, cubic and open, cut into pieces by a camera that sees `pixels` a cm.
+bool is_seen_on_arc(int pixels, float curve_error_px, float u) {
+  scene::Scene scene;
+  scene.materials.resize(1);
+  scene::Groom groom;
+  groom.basis = scene::StrandBasis::bezier;
+  groom.points = {{-1, 0, 0}, {-1, 2, 0}, {1, 2, 0}, {1, 0, 0}};
+  groom.radius_cm.assign(4, 0.01f);
+  groom.first_point = {0, 4};
+  scene.grooms.push_back(groom);
+  scene.camera.eye = {0, 0, 10};
+  scene.camera.look_at = {0, 0, 0};
+  scene.camera.orthographic_height_cm = 4;
+  scene.image.height = 4 * pixels;
+  scene.image.curve_error_px = curve_error_px;
+  scene::assign_fibers(&scene);
+  const float s = 1 - u;
+  const auto sum = [&](const std::array<float, 4>& w) {
+    return w[0] * groom.points[0] + w[1] * groom.points[1] + w[2] * groom.points[2] + w[3] * groom.points[3];
+  };
+  const glm::vec3 point = sum({s * s * s, 3 * s * s * u, 3 * s * u * u, u * u * u});
+  return FiberScene(scene).intersect({point + glm::vec3(0, 0, 5), {0, 0, -1}}).has_value();
+}
+
+// The second derivative of the arc is at most 17 cm: pieces lie up to 17 / (8 n^2) beside it, 0.13 cm for four, 0.03 cm
+// for eight and 0.008 cm for sixteen, and the radius is 0.01 cm. (Long strands of few points were seen with corners, a
+// fault by the name of facets.)
+TEST(Curves, HaveAsManyPiecesAsThePictureAsks) {
+  for (const float u : {0.125f, 0.875f}) {
+    EXPECT_FALSE(is_seen_on_arc(1, 1, u)) << "four pieces";
+    EXPECT_FALSE(is_seen_on_arc(100, 100, u));
+    EXPECT_TRUE(is_seen_on_arc(1, 0.01f, u + 0.01f)) << "sixteen";
+  }
+  EXPECT_FALSE(is_seen_on_arc(1, 0.1f, 0.0625f)) << "eight";
+  for (int piece = 0; piece < 16; ++piece)
+    EXPECT_TRUE(is_seen_on_arc(100, 0.1f, (static_cast<float>(piece) + 0.5f) / 16)) << piece;
+}
+
 }  // namespace
 }  // namespace tress::geometry

@@ -85,6 +85,7 @@ Scene curved_scene(StrandBasis basis) {
     }
     groom.first_point.push_back(static_cast<std::uint32_t>(groom.points.size()));
   }
+  scene.image.curve_error_px = 100;  // as many pieces, the fewest, in every scene
   scene::assign_fibers(&scene);
   return scene;
 }

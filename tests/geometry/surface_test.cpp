@@ -57,12 +57,12 @@ scene::Scene only(const scene::Mesh& mesh) {
   return scene;
 }
 
-/// A fiber of radius 0.01 along x at z = 1, over a square at z = 0.
-scene::Scene fiber_over_square() {
+/// A fiber of radius 0.01 along x at this height, over a square at z = 0.
+scene::Scene fiber_over_square(float height = 1) {
   scene::Scene scene = only(square(4, 0));
   scene.materials.resize(1);
   scene::Groom groom;
-  groom.points = {{-3, 0, 1}, {0, 0, 1}, {3, 0, 1}};
+  groom.points = {{-3, 0, height}, {0, 0, height}, {3, 0, height}};
   groom.radius_cm = {0.01f, 0.01f, 0.01f};
   groom.first_point = {0, 3};
   scene.grooms.push_back(groom);
@@ -272,6 +272,46 @@ TEST(ShadingNormal, IsBetweenThoseOfTheCornersAndFacesTheRay) {
       EXPECT_GT(-glm::dot(n, glm::normalize(ray)), 0.009f);
       EXPECT_GT(n.z, 0);
     }
+}
+
+// Fibers that lay on skin were black (a fault by the name of hair_on_skin), since most of their light started within
+// the body. Now what leaves away from the sheet is free, and what leaves towards it meets it, whatever the height of
+// the axis and whichever side light comes from. No ray gets to the other side.
+TEST(Surface, AFiberThatLiesOnASheetIsLitOnTheSideThatLightCameFrom) {
+  for (const float height : {0.0f, 0.0005f, 0.002f, 0.006f, 0.01f, 0.02f}) {
+    for (const float side : {1.0f, -1.0f}) {
+      const scene::Scene scene = fiber_over_square(side * height);
+      const FiberScene intersector(scene);
+      RandomStream random(0xf1be, 7);
+      int hits = 0;
+      for (int i = 0; i < 2000; ++i) {
+        const float y = 0.0098f * (2 * random.next() - 1);
+        const glm::vec3 target(random.next(), y, side * height);
+        glm::vec3 down = random_direction(random);
+        down.z = -side * (0.2f + std::abs(down.z));
+        down = glm::normalize(down);
+        const std::optional<Hit> hit = intersector.intersect({target - 2.0f * down, down});
+        ASSERT_TRUE(hit);
+        if (hit->is_surface) continue;  // the ray passed beside what is outside
+        ++hits;
+        glm::vec3 away = random_direction(random);
+        away.z = side * (0.05f + std::abs(away.z));
+        away = glm::normalize(away);
+        EXPECT_FALSE(intersector.intersect(ray_from(*hit, away))) << height << " " << i;
+        EXPECT_FALSE(intersector.occluded(ray_from(*hit, away)));
+        // A flat line may start so deep that the two radii before its start are in the body, too: it is caught there.
+        const glm::vec3 inwards(away.x, away.y, -away.z);
+        const std::optional<Hit> skin = intersector.intersect(ray_from(*hit, inwards));
+        if (height >= 0.01f || std::abs(inwards.z) > 0.45f) {
+          ASSERT_TRUE(skin && skin->is_surface) << height << " " << i;
+          EXPECT_EQ(skin->normal.z, side);
+          EXPECT_GE(skin->distance_cm, 0);
+          EXPECT_TRUE(intersector.occluded(ray_from(*hit, inwards)));
+        }
+      }
+      EXPECT_GT(hits, 500);
+    }
+  }
 }
 
 }  // namespace

@@ -62,6 +62,14 @@ TEST(CameraMotion, NamesTheFrameThatSeesNothing) {
             "s.json: /camera at frame 1: look_at: expected a point other than eye, found the same point");
 }
 
+TEST(CameraMotion, StraightUpOrDownNeedsNoUp) {
+  for (const char* camera : {R"({"eye": [0, 0, 20], "look_at": [0, 0, 0]})", R"({"eye": [0, 0, -20]})",
+                             R"({"frames": [{"frame": 0, "eye": [0, 0, 3]}]})"})
+    EXPECT_EQ(at(described(camera), 0).up, glm::vec3(0, 1, 0)) << camera;
+  EXPECT_EQ(at(described(R"({"eye": [0, -9, 20]})"), 0).up, glm::vec3(0, 0, 1));
+  EXPECT_FALSE(parse(R"({"eye": [0, 0, 20], "up": [0, 0, 1]})")) << "it was said, and is along the view";
+}
+
 TEST(CameraMotion, RefusesWhatContradicts) {
   const std::pair<std::string, std::string> wrong[] = {
       {R"({"frames": []})", "/camera/frames: expected one frame or more, found none"},
@@ -69,7 +77,7 @@ TEST(CameraMotion, RefusesWhatContradicts) {
       {R"({"frames": [{"eye": [1, 2, 3]}]})", "/camera/frames/0/frame: expected this key"},
       {R"({"frames": [{"frame": 3, "eye": [1, 2, 3]}, {"frame": 3, "eye": [1, 2, 3]}]})",
        "/camera/frames/1/frame: expected more than 3, the frame before, found 3"},
-      {R"({"frames": [{"frame": 3, "eye": [0, 0, 3]}]})", "/camera/frames/0/up"},
+      {R"({"frames": [{"frame": 3, "eye": [0, 0, 3], "up": [0, 0, 2]}]})", "/camera/frames/0/up"},
       {R"({"frames": [{"frame": 3, "eye": [0, 1, 3]}], "eye": [1, 2, 3]})", "/camera: expected frames or turntable"},
       {R"({"frames": [{"frame": 3, "eye": [0, 1, 3]}], "turntable": {"frames": 3}})", "/camera: expected at most one"},
       {R"({"turntable": {}})", "/camera/turntable/frames: expected this key"},

@@ -461,7 +461,7 @@ TEST(FileFaults, ExrEnvRefused) {
 /// A USD text with every attribute of the table: what is not used is named with the reason of the table, and all else
 /// is not named.
 TEST(FileFaults, EveryItemOfUsdIsUsedOrNamed) {
-  for (const FormatItem& item : usda_items()) {
+  for (const FormatItem& item : usd_items()) {
     const fs::path file = fs::path(testing::TempDir()) / "item.usda";
     std::ofstream(file)
         << "#usda 1.0\ndef BasisCurves \"h\" { uniform token type = \"linear\" int[] curveVertexCounts = [2] "

@@ -1,5 +1,6 @@
 // What is said of a file that is neither a scene nor a groom.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -17,7 +18,7 @@ namespace {
 using namespace std::string_literals;
 
 std::string refusal(const std::string& name, const std::string& bytes) {
-  const auto file = std::filesystem::path(testing::TempDir()) / name;
+  const auto file = std::filesystem::path(testing::TempDir()) / (std::to_string(getpid()) + "_" + name);
   std::ofstream(file, std::ios::binary) << bytes;
   const auto scene = load_scene(file);
   std::filesystem::remove(file);
@@ -46,7 +47,7 @@ TEST(FileKind, IsToldOfWhatIsNeitherASceneNorAGroom) {
 
 TEST(FileKind, SaysWhatMakesAGroomThatCanBeRead) {
   const std::vector<std::pair<std::string, std::string>> files{{"\x89HDF\r\n\x1a\n\0"s, "abcconvert -toOgawa"},
-                                                               {"PXR-USDC\0"s, "usdcat"},
+                                                               {"PXR-USDC\0"s, "a header of 88 bytes"},
                                                                {"\x1f\x8b\x08\0"s, "packed by gzip"}};
   for (const auto& [bytes, remedy] : files) {
     for (const char* name : {"tress_kind.abc", "tress_kind"}) {

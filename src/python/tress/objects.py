@@ -93,6 +93,7 @@ class Image(_Object):
     height: Optional[int] = None
     samples: Optional[int] = None
     least_width: Optional[float] = None
+    curve_error: Optional[float] = None
     transparent: Optional[bool] = None
     exposure: Optional[float] = None
     view: Optional[str] = None
@@ -214,6 +215,7 @@ class Groom(_Object):
     frames: Optional[Sequence[Keys]] = None
     cm_per_unit: Optional[float] = None
     material: Optional[str] = None
+    looks: Optional[Sequence[Keys]] = None
 
 
 @dataclass(kw_only=True, slots=True)

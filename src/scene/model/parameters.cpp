@@ -34,7 +34,8 @@ constexpr std::array table{
               "where a camera that sees all grooms stands: counter-clockwise from above, 0 is -y"},
     Parameter{"/camera/eye", "", triple, world, cm, "", "", "where the camera is"},
     Parameter{"/camera/look_at", "", triple, world, cm, "", "[0, 0, 0]", "the middle of the picture"},
-    Parameter{"/camera/up", "", triple, world, "", "", "[0, 0, 1]", "the direction that is up in the picture"},
+    Parameter{"/camera/up", "", triple, world, "", "", "[0, 0, 1], straight up or down [0, 1, 0]",
+              "the direction that is up in the picture"},
     Parameter{"/camera/vertical_fov_deg", "", number, {0.1, 150}, degrees, "", "30", "vertical angle of view"},
     Parameter{"/camera/focal_length_mm",
               "",
@@ -148,6 +149,14 @@ constexpr std::array table{
               "0",
               "strands that are seen thinner are drawn as wide and let the rest of the light through (`presence`), so "
               "that alpha of sparse ones has less noise; 0 leaves strands as they are"},
+    Parameter{"/image/curve_error",
+              "--curve-error",
+              number,
+              {0.001, 100},
+              "pixels",
+              "",
+              "0.1",
+              "how far the straight pieces that a curve is drawn by may lie beside it; a segment has 4 to 16 of them"},
     Parameter{"/image/transparent", "--transparent", flag, none, "", "", "false",
               "R, G, B have nothing of what is behind the hair, A is the share of it that the hair covers, and the PNG "
               "has it too; the backdrop is a layer of its own either way"},
@@ -435,7 +444,8 @@ constexpr std::array table{
               "half range of one factor of the absorption"},
     Parameter{"/materials/N/variation/seed", "", whole, seeds, "", "", "0", "other strands for another number"},
     Parameter{"/grooms/N/file", "", text, none, "", "", "this or `generate`",
-              "a path to a groom: .hair, .abc, .usda, .pbrt, .ply, .data, told by content; #### in its name is the "
+              "a path to a groom: .hair, .abc, .usda, .usdc, .usdz, .pbrt, .ply, .data, told by content; #### in its "
+              "name is the "
               "number of the frame"},
     Parameter{"/grooms/N/points_per_strand",
               "--points-per-strand",
@@ -494,6 +504,10 @@ constexpr std::array table{
     Parameter{"/grooms/N/translate", "", triple, {-1e6, 1e6}, cm, "", "[0, 0, 0]", "after the turn"},
     Parameter{"/grooms/N/frames/N/frame", "", whole, frames, "", "", "needed", "a keyframe's number; as of a mesh"},
     Parameter{"/grooms/N/material", "", text, none, "", "", "the first", "its name; without any materials: brown hair"},
+    Parameter{"/grooms/N/looks/N/material", "", text, none, "", "", "needed",
+              "the name of another material, for some of the strands; the others have the groom's"},
+    Parameter{"/grooms/N/looks/N/share", "", number, share, "", "", "needed",
+              "the share of strands that have it, of all together at most 1; asked at their roots", true},
     Parameter{"/grooms/N/length_cm", "", number, {0.1, 1000}, cm, "", "by kind", "length along the fall"},
     Parameter{"/grooms/N/length_variation", "", number, half_range, "", "", "by kind",
               "half range of a factor of the length"},

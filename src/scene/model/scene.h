@@ -69,7 +69,8 @@ struct Image {
   /// Strands that the camera sees thinner than this many pixels are drawn that wide, with less presence in the same
   /// proportion; 0: none.
   float least_width_px = 0;
-  bool transparent = false;  ///< whether beauty leaves out the background; else Scene::environment_visible decides
+  float curve_error_px = 0.1f;  ///< how far straight pieces of a curve may lie beside it, > 0
+  bool transparent = false;     ///< whether beauty leaves out the background; else Scene::environment_visible decides
 };
 
 /// The differences of strands of one material: half ranges of uniform deviations with mean 0 (strand_fibers.h).

@@ -21,6 +21,9 @@ Camera read_view(const JsonReader& json, Camera camera) {
     camera.focal_length_mm = 0;
   }
   if (const auto x = json.number("focal_length_mm")) camera.focal_length_mm = static_cast<float>(*x);
+  const auto fault = fault_of(camera);
+  const bool is_along_default = fault && fault->key == "up" && camera.up == Camera{}.up;
+  if (is_along_default && !json.has("up")) camera.up = {0, 1, 0};  // it looks straight up or down
   return camera;
 }
 

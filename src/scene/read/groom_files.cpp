@@ -34,7 +34,6 @@ std::string wanted() { return "a groom (" + groom_endings() + ")"; }
 
 /// How to convert a file of an unsupported kind into a supported one; empty if there is no way.
 std::string remedy_of(const std::string& kind) {
-  if (kind == "a binary USD file") return "a USD text (usdcat --flatten IN -o OUT.usda writes one)";
   if (kind.starts_with("an HDF5 file")) return "an Alembic archive of Ogawa (abcconvert -toOgawa IN OUT writes one)";
   if (kind.starts_with("a text in UTF-16")) return "a text in UTF-8 (iconv -f UTF-16 -t UTF-8 IN > OUT writes one)";
   return {};
@@ -67,7 +66,9 @@ Result<GroomFile> read_bytes(std::span<const unsigned char> bytes, const std::fi
   const auto start = bytes.first(std::min(bytes.size(), bytes_of_kind));
   const GroomFormat* format = groom_format_of(bytes);
   if (!format) {
-    format = known_kind_of(start).empty() || ending_of(file) == ".hair" ? format_by_name(file) : nullptr;
+    const std::string ending = ending_of(file);
+    const bool is_by_name = known_kind_of(start).empty() || ending == ".hair" || ending == ".usdz";
+    format = is_by_name ? format_by_name(file) : nullptr;
     const std::string kind = kind_of(start), remedy = remedy_of(kind);
     if (!format) return Error{file.string(), "byte 0", remedy.empty() ? wanted() : remedy, kind};
     if (!format->mark.empty()) return Error{file.string(), "byte 0", std::string(format->mark), kind_of(start)};

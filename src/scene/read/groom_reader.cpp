@@ -6,10 +6,12 @@
 
 #include "scene/read/grooms/told_basis.h"
 #include "scene/read/scene_file.h"
+#include "scene/read/source_reader.h"
 
 namespace tress::scene {
 namespace {
 
+constexpr std::size_t most_looks = 64;
 constexpr std::uint64_t most_generated_points = 100'000'000;
 constexpr Taper usual_generated_taper{.root = 1, .tip = 0.4};
 
@@ -62,6 +64,35 @@ std::uint32_t read_material_reference(const JsonReader& json, const std::vector<
   return 0;
 }
 
+std::vector<GroomLook> read_looks(const JsonReader& json, const std::vector<Material>& materials) {
+  std::vector<GroomLook> looks;
+  float sum = 0;
+  for (const auto& item : json.items("looks", most_looks)) {
+    if (!item.object({"material", "share"}) || !item.need({"material", "share"})) return looks;
+    looks.push_back(
+        {read_material_reference(item, materials), read_source(item, "share", read_number(glm::vec3(1.0f)))});
+    if (looks.back().share.kind == Source::Kind::constant) sum += looks.back().share.value.x;
+  }
+  if (sum > 1 + 1e-6f) json.fail("looks", "shares of at most 1 together", fmt::format("{:g}", sum));
+  return looks;
+}
+
+/// The attributes of the file that the materials and the shares of a groom use, each once.
+std::vector<std::string> attributes_of(const GroomDescription& groom, const std::vector<Material>& materials) {
+  std::vector<std::string> names;
+  const auto add = [&](std::uint32_t material) {
+    if (material >= materials.size()) return;
+    for (const std::string& name : attributes_of(materials[material]))
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  };
+  add(groom.material);
+  for (const GroomLook& look : groom.looks) {
+    add(look.material);
+    look.share.add_attributes(&names);
+  }
+  return names;
+}
+
 }  // namespace
 
 GroomDescription read_groom(const JsonReader& json, const std::vector<Material>& materials) {
@@ -69,7 +100,8 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
   const auto shapes = shape_keys();
   std::vector<std::string> known{"name",  "file",       "generate",  "strands",     "seed",     "radius_cm",
                                  "taper", "basis",      "up",        "cm_per_unit", "material", "points_per_strand",
-                                 "scale", "rotate_deg", "translate", "frames",      "normals",  "widths"};
+                                 "scale", "rotate_deg", "translate", "frames",      "normals",  "widths",
+                                 "looks"};
   known.insert(known.end(), shapes.begin(), shapes.end());
   if (!json.object(known) || !json.at_most_one({"file", "generate"})) return groom;
   groom.name = json.text("name");
@@ -107,14 +139,18 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
   }
   groom.path = read_path(json);
   groom.material = read_material_reference(json, materials);
-  if (groom.material < materials.size())
-    for (const std::string& name : attributes_of(materials[groom.material])) {
-      groom.placement.colors = true;
-      groom.placement.attribute = name;
-      if (!kind) continue;
-      json.fail("material", "a material with a color, beside \"generate\"",
-                name.empty() ? "one with \"color\": \"file\"" : "one with an attribute of a file");
-    }
+  groom.looks = read_looks(json, materials);
+  const std::vector<std::string> attributes = attributes_of(groom, materials);
+  if (attributes.size() > 1)
+    json.fail("looks", "one attribute of the file in all materials and shares",
+              fmt::format("\"{}\"", fmt::join(attributes, "\", \"")));
+  for (const std::string& name : attributes) {
+    groom.placement.colors = true;
+    groom.placement.attribute = name;
+    if (!kind) continue;
+    json.fail(groom.looks.empty() ? "material" : "looks", "colors and numbers, beside \"generate\"",
+              name.empty() ? "\"color\": \"file\"" : "an attribute of a file");
+  }
   return groom;
 }
 

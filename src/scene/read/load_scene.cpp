@@ -23,6 +23,7 @@
 #include "scene/model/parameters.h"
 #include "scene/read/assembly.h"
 #include "scene/read/groom_files.h"
+#include "scene/read/groom_looks.h"
 #include "scene/read/grooms/groom_formats.h"
 #include "scene/read/input_files.h"
 #include "scene/read/look.h"
@@ -84,6 +85,7 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
   image.height = overrides.height.value_or(image.height);
   image.samples = overrides.samples.value_or(image.samples);
   image.least_width_px = overrides.least_width_px.value_or(image.least_width_px);
+  image.curve_error_px = overrides.curve_error_px.value_or(image.curve_error_px);
   image.transparent = overrides.transparent.value_or(image.transparent);
   image.exposure_stops = overrides.exposure_stops.value_or(image.exposure_stops);
   image.view = overrides.view.value_or(image.view);
@@ -129,13 +131,23 @@ std::optional<Error> load_textures(const Sources& from, std::vector<std::string>
   return std::nullopt;
 }
 
-/// The error for a groom whose roots have no place on the textures of its material.
-std::optional<Error> fault_of_roots(const Groom& groom, const Material& material) {
-  bool has_texture = false;
-  for_each_source(material, [&](const Source& source) { has_texture = has_texture || source.has_texture(); });
-  if (!has_texture || !groom.root_uv.empty()) return std::nullopt;
-  return Error{groom.name, "root uv", fmt::format("those of its strands, for the texture of \"{}\"", material.name),
-               "none"};
+/// The error for a groom whose roots have no place on the textures of its materials and of their shares.
+std::optional<Error> fault_of_roots(const Groom& groom, const std::vector<GroomLook>& looks,
+                                    const std::vector<Material>& materials) {
+  if (!groom.root_uv.empty()) return std::nullopt;
+  std::vector<std::string> with_texture;
+  const auto ask = [&](const Material& material) {
+    bool has_texture = false;
+    for_each_source(material, [&](const Source& source) { has_texture = has_texture || source.has_texture(); });
+    if (has_texture) with_texture.push_back("\"" + material.name + "\"");
+  };
+  ask(materials[groom.material]);
+  for (const GroomLook& look : looks) {
+    ask(materials[look.material]);
+    if (look.share.has_texture()) with_texture.push_back("the share of \"" + materials[look.material].name + "\"");
+  }
+  if (with_texture.empty()) return std::nullopt;
+  return Error{groom.name, "root uv", "those of its strands, for the texture of " + with_texture.front(), "none"};
 }
 
 /// Makes the lights of the scene, including the sun of its sky.
@@ -361,7 +373,9 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
     taken.insert(mesh->object);
     if (!mesh->triangles.empty()) scene.meshes.push_back(std::move(*mesh));
   }
-  for (const auto& groom_description : description.grooms) {
+  for (auto& groom_description : description.grooms) {
+    for (GroomLook& look : groom_description.looks)
+      if (auto error = load_textures(from, &scene.warnings, &look.share)) return *error;
     auto groom = make_groom(groom_description, motion.moments(), from, &scene);
     if (!groom) return groom.error();
     const std::string usual = groom_description.file ? std::filesystem::path(*groom_description.file).stem().string()
@@ -370,11 +384,11 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
     taken.insert(groom->object);
     apply_taper(groom_description.taper, &*groom);
     groom->material = groom_description.material;
-    if (auto error = fault_of_roots(*groom, scene.materials[groom->material])) return *error;
+    if (auto error = fault_of_roots(*groom, groom_description.looks, scene.materials)) return *error;
     if (groom->strand_count() == 0)
       scene.warnings.push_back(groom->name + ": no strand is left to draw");
     else
-      scene.grooms.push_back(std::move(*groom));
+      for (Groom& part : divided(std::move(*groom), groom_description.looks)) scene.grooms.push_back(std::move(part));
   }
   if (unstyled != nullptr) *unstyled = {scene.materials, scene.lights, scene.environment};
   if (auto error = apply_look(overrides, &scene)) return *error;

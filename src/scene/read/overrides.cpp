@@ -42,6 +42,7 @@ std::optional<Error> fault_of(const Overrides& o) {
   check("--resolution", o.height);
   check("--spp", o.samples);
   check("--least-width", o.least_width_px);
+  check("--curve-error", o.curve_error_px);
   check("--frame", o.frame);
   check("--turn", o.turn_deg);
   check("--shutter", o.shutter);

@@ -30,6 +30,7 @@ struct Overrides {
   bool strict = false;  ///< whether data of a file of strands that no picture shows are an error
   std::optional<int> width = {}, height = {}, samples = {};
   std::optional<float> least_width_px = {};
+  std::optional<float> curve_error_px = {};
   std::optional<bool> transparent = {};
   std::optional<double> exposure_stops = {};
   std::optional<image::View> view = {};

@@ -10,11 +10,13 @@ namespace {
 constexpr std::size_t most_materials = 4096, most_grooms = 4096, most_lights = 1024, most_meshes = 4096;
 
 void read_image(const JsonReader& json, Image* image) {
-  if (!json.object({"width", "height", "samples", "least_width", "transparent", "exposure", "view"})) return;
+  if (!json.object({"width", "height", "samples", "least_width", "curve_error", "transparent", "exposure", "view"}))
+    return;
   image->width = static_cast<int>(json.integer("width").value_or(image->width));
   image->height = static_cast<int>(json.integer("height").value_or(image->height));
   image->samples = static_cast<int>(json.integer("samples").value_or(image->samples));
   image->least_width_px = static_cast<float>(json.number("least_width").value_or(image->least_width_px));
+  image->curve_error_px = static_cast<float>(json.number("curve_error").value_or(image->curve_error_px));
   image->transparent = json.boolean("transparent").value_or(image->transparent);
   image->exposure_stops = json.number("exposure").value_or(image->exposure_stops);
   if (const auto view = json.choice("view", image::view_names())) image->view = *image::view_of(*view);

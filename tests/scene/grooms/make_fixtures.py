@@ -3,13 +3,17 @@
 
 same.*: the same nine strands in every format, of numbers that a float has exactly. bases/: every basis, wrap and
 interpolation of USD with points on the curves as textbooks evaluate them (expected.txt). malformed/: files that must be
-refused, and in malformed/expected.txt what the message must name. The corpora of the fuzz targets are copies.
+refused, and in malformed/expected.txt what the message must name. crates/: texts of USD here and in ../faults as .usdc
+and .usdz. The corpora of the fuzz targets are copies.
 """
+import io
 import math
 import pathlib
 import shutil
 import struct
+import zipfile
 
+import crate_writer
 import ogawa_writer as ogawa
 
 HERE = pathlib.Path(__file__).parent
@@ -480,7 +484,6 @@ def malformed():
     hair = (HERE / "same.hair").read_bytes()
     cases["cut.hair"] = (hair[:-5], "byte")
     cases["old.abc"] = (b"\x89HDF\r\n\x1a\n" + bytes(64), "HDF5")
-    cases["binary.usdc"] = (b"PXR-USDC" + bytes(64), "usdcat")
     # Whole at first sight: what is wrong is in samples of a later frame.
     for name, said, samples in (("samples_of_255", 255, 2), ("later_sample_cut", 2, 1)):
         def later(archive, said=said, samples=samples):
@@ -492,11 +495,79 @@ def malformed():
         write("malformed/timed_%s.abc" % name, ogawa.archive_of(later))
     for name, (content, _) in cases.items():
         write("malformed/" + name, content)
-    write("malformed/expected.txt", "".join("%s\t%s\n" % (name, word) for name, (_, word) in sorted(cases.items())))
+    words = {name: word for name, (_, word) in cases.items()} | crates()
+    write("malformed/expected.txt", "".join("%s\t%s\n" % item for item in sorted(words.items())))
+
+
+# The texts that become crates too, each of another version of the format.
+CRATES = {"same": 8, "colored": 7, "normals": 6, "types": 5, "bases/catmullRom_pinned": 8, "bases/bezier_periodic": 4,
+          "bases/bspline_nonperiodic": 6, "bases/linear_pinned": 12, "../faults/animated_normals": 8, "../faults/defts": 4,
+          "../faults/flatinst": 8, "../faults/idxid": 5, "../faults/idxw": 6, "../faults/inh": 8, "../faults/nan": 9,
+          "../faults/one_thick": 8, "../faults/scaled": 10, "../faults/utf8id": 8, "../faults/vary": 7,
+          "../faults/visafter": 11}
+
+
+def crates():
+    for source, minor in CRATES.items():
+        write("crates/%s.usdc" % pathlib.Path(source).name, crate_writer.crate((HERE / (source + ".usda")).read_text(), minor))
+    whole = (HERE / "crates/types.usdc").read_bytes()
+    write("crates/types_8.usdc", crate_writer.crate((HERE / "types.usda").read_text()))
+    write("crates/same.usdz", usdz([("groom/same.usdc", (HERE / "crates/same.usdc").read_bytes()), ("textures/a.png", b"none"),
+                                    ("b.usda", b"#usda 1.0\n")]))
+    write("crates/same_text.usdz", usdz([("same.usda", (HERE / "same.usda").read_bytes())]))
+
+    text = (HERE / "same.usda").read_text()
+    write("unread.usdc", crate_writer.crate(text.replace("    def BasisCurves", "    asset primvars:displayColor = @a.png@\n    def BasisCurves")))
+
+    class Looped(crate_writer.Crate):
+        def tree(self, paths):
+            rows = super().tree(paths)
+            rows[2][0] = rows[1][0]
+            return rows
+
+    def patched(at, content):
+        return whole[:at] + content + whole[at + len(content):]
+
+    toc = struct.unpack_from("<q", whole, 16)[0]
+    tokens = struct.unpack_from("<q", whole, toc + 8 + 16)[0]
+    cases = {"binary.usdc": (b"PXR-USDC" + bytes(64), "88 bytes"),
+             "half.usdc": (whole[:len(whole) // 2], "table of contents"),
+             "old.usdc": (patched(9, b"\1"), "version 0.4 to 0.12"),
+             "newer.usdc": (patched(9, b"\x0d"), "version 0.4 to 0.12"),
+             "contents_outside.usdc": (patched(16, b"\xff" * 8), "table of contents"),
+             "section_outside.usdc": (patched(toc + 8 + 24, b"\xff" * 4), "section within"),
+             "no_tokens.usdc": (patched(toc + 8, b"X"), "section TOKENS"),
+             "tokens_of_2_to_40.usdc": (patched(tokens, b"\0" * 5 + b"\1"), "tokens"),
+             "unpacked_of_2_to_40.usdc": (patched(tokens + 8, b"\0" * 5 + b"\1"), "bytes unpacked"),
+             "not_lz4.usdc": (patched(tokens + 25, b"\xf0" + b"\xff" * 60), "LZ4"),
+             "paths_twice.usdc": (bytes(Looped(text).bytes), "once"),
+             "far.usdc": (crate_writer.crate(text.replace('def Xform "Groom"', 'def Xform "Groom" (\n    prepend references = @hair.usd@\n)')),
+                          "usdcat --flatten"),
+             "down.usdc": (crate_writer.crate("#usda 1.0\n" + 'def "a" {' * 250 + "}" * 250), "200 prims"),
+             "names_shared.usdc": (crate_writer.crate("#usda 1.0\ndef Xform \"a\" { token[] xformOpOrder = [%s] }" %
+                                                      ", ".join(['"%s"' % ("x" * 300)] * 1500)), "bytes of names"),
+             "paths_shared.usdc": (crate_writer.crate("#usda 1.0\n" + ('def "%s" { ' % ("n" * 60)) * 90 + "}" * 90 +
+                                                      'def "r" ( inherits = [%s] ) { }' % ", ".join(["<" + ("/" + "n" * 60) * 90 + ">"] * 60)),
+                                   "bytes of names"),
+             "packed.usdz": (usdz([("a.usda", b"#usda 1.0\n" * 20)], zipfile.ZIP_DEFLATED), "stored"),
+             "picture_first.usdz": (usdz([("a.png", b"none"), ("a.usda", b"#usda 1.0\n")]), "first entry"),
+             "no_table.usdz": (usdz([("a.usda", b"#usda 1.0\n")])[:-22], "table of a zip archive"),
+             "not_usd.usdz": (usdz([("a.usda", b"none")]), "marks of layers")}
+    for name, (content, _) in cases.items():
+        write("malformed/" + name, content)
+    return {name: word for name, (_, word) in cases.items()}
+
+
+def usdz(entries, method=zipfile.ZIP_STORED):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", method) as archive:
+        for name, content in entries:
+            archive.writestr(zipfile.ZipInfo(name), content, method)
+    return stream.getvalue()
 
 
 def corpora():
-    for target, ending in (("hair", ".hair"), ("alembic", ".abc"), ("usda", ".usda"), ("pbrt", ".pbrt"), ("usc", ".data"), ("ply", ".ply")):
+    for target, ending in (("hair", ".hair"), ("alembic", ".abc"), ("usda", ".usda"), ("usdc", ".usdc"), ("usdc", ".usdz"), ("pbrt", ".pbrt"), ("usc", ".data"), ("ply", ".ply")):
         folder = CORPUS / target
         folder.mkdir(parents=True, exist_ok=True)
         for file in sorted(HERE.rglob("*" + ending)):

@@ -4,6 +4,8 @@
 #include <array>
 #include <string>
 
+#include "scene/read/grooms/usdz_file.h"
+
 namespace tress::scene {
 namespace {
 
@@ -17,8 +19,10 @@ constexpr std::array formats{
     GroomFormat{"a .hair groom", ".hair", "\"HAIR\", the mark of a .hair file",
                 [](std::span<const unsigned char> bytes) { return begins(bytes, "HAIR"); },
                 [](const GroomInput& input) { return parse_hair_file(input.bytes, input.name, input.done_with); }},
-    GroomFormat{"a USD text", ".usda", "\"#usda 1.0\", the mark of a USD text",
-                [](std::span<const unsigned char> bytes) { return begins(bytes, "#usda "); }, read_usda},
+    GroomFormat{"a USD text", ".usda", "\"#usda 1.0\", the mark of a USD text", is_usda, read_usda},
+    GroomFormat{"a binary USD file", ".usdc", "\"PXR-USDC\", the mark of a binary USD file", is_usdc, read_usdc},
+    GroomFormat{"a USD archive (usdz)", ".usdz", "a zip archive with a layer of USD as its first entry", is_usdz,
+                read_usdz},
     GroomFormat{"an Alembic archive (Ogawa)", ".abc", "\"Ogawa\", the mark of an Alembic archive",
                 [](std::span<const unsigned char> bytes) { return begins(bytes, "Ogawa"); }, read_alembic},
     GroomFormat{"a pbrt scene", ".pbrt", "", is_pbrt, read_pbrt},
@@ -34,6 +38,9 @@ const char* why_not_used(std::span<const FormatItem> items, std::string_view nam
   const auto found = std::ranges::find(items, name, &FormatItem::name);
   return found == items.end() ? "nothing here has a use for it" : found->why;
 }
+
+bool is_usda(std::span<const unsigned char> bytes) { return begins(bytes, "#usda "); }
+bool is_usdc(std::span<const unsigned char> bytes) { return begins(bytes, "PXR-USDC"); }
 
 std::span<const GroomFormat> groom_formats() { return formats; }
 

@@ -20,7 +20,7 @@ struct FormatItem {
 const char* why_not_used(std::span<const FormatItem> items, std::string_view name);
 
 std::span<const FormatItem> alembic_items();
-std::span<const FormatItem> usda_items();
+std::span<const FormatItem> usd_items();
 std::span<const FormatItem> pbrt_items();
 std::span<const FormatItem> ply_items();
 
@@ -51,6 +51,8 @@ Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const st
 
 // The readers of the other formats.
 Result<GroomFile> read_usda(const GroomInput& input);
+Result<GroomFile> read_usdc(const GroomInput& input);
+Result<GroomFile> read_usdz(const GroomInput& input);
 Result<GroomFile> read_alembic(const GroomInput& input);
 Result<GroomFile> read_pbrt(const GroomInput& input);
 Result<GroomFile> read_usc_data(const GroomInput& input);
@@ -59,6 +61,9 @@ Result<GroomFile> read_ply(const GroomInput& input);
 /// The names after Include and Import in a scene of pbrt; empty for another file.
 std::vector<std::string> pbrt_includes(std::span<const unsigned char> bytes);
 
+/// Whether the bytes have the mark of a USD text, or of a crate.
+bool is_usda(std::span<const unsigned char> bytes);
+bool is_usdc(std::span<const unsigned char> bytes);
 /// Whether a text begins like a scene of pbrt.
 bool is_pbrt(std::span<const unsigned char> bytes);
 /// Whether the counts of strands and points lead exactly to the end.

@@ -6,53 +6,15 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <type_traits>
 
 #include "scene/read/grooms/groom_file.h"
+#include "scene/read/grooms/number_formats.h"
 
 namespace tress::scene {
 namespace {
 
 constexpr std::uint64_t is_data = std::uint64_t{1} << 63;
 constexpr std::size_t key_bytes = 16, hash_bytes = 32;
-
-/// Bytes of one number, by its type.
-std::size_t bytes_of(std::uint8_t pod) {
-  static constexpr std::uint8_t sizes[] = {1, 1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8};
-  return pod < std::size(sizes) ? sizes[pod] : 0;
-}
-
-float of_half(std::uint16_t half) {
-  const int exponent = (half >> 10) & 31, mantissa = half & 1023;
-  const float sign = half & 0x8000 ? -1.0f : 1.0f;
-  if (exponent == 31) return mantissa ? NAN : sign * INFINITY;
-  return sign * (exponent ? std::ldexp(static_cast<float>(mantissa + 1024), exponent - 25)
-                          : std::ldexp(static_cast<float>(mantissa), -24));
-}
-
-template <class To, class From>
-To converted(From x) {
-  if constexpr (std::is_integral_v<To> && std::is_floating_point_v<From>)
-    return std::abs(x) < From(1e15) ? static_cast<To>(x) : To{-1};  // NaN too
-  else if constexpr (std::is_same_v<To, float> && std::is_same_v<From, double>)
-    return to_float(x);
-  else
-    return static_cast<To>(x);
-}
-
-template <class From, class To>
-void convert(std::span<const unsigned char> bytes, std::vector<To>* out) {
-  out->resize(bytes.size() / sizeof(From));
-  if constexpr (std::is_same_v<From, To>) {
-    if (!out->empty()) std::memcpy(out->data(), bytes.data(), out->size() * sizeof(From));
-  } else {
-    for (std::size_t i = 0; i < out->size(); ++i) {
-      From x;
-      std::memcpy(&x, bytes.data() + i * sizeof x, sizeof x);
-      (*out)[i] = converted<To>(x);
-    }
-  }
-}
 
 /// Reads the bytes of headers in order.
 struct HeaderBytes {
@@ -349,50 +311,16 @@ template <class T>
 std::vector<T> OgawaFile::numbers(const OgawaProperty& property, std::uint64_t index) {
   std::vector<T> out;
   const auto bytes = sample(property, index);
-  const std::size_t size = bytes_of(property.pod);
+  const auto format = static_cast<NumberFormat>(property.pod);
+  const std::size_t size = property.is_text() ? 0 : bytes_of(format);
   if (bytes.empty()) return out;
   if (size == 0 || bytes.size() % (size * property.extent) != 0) {
     fail(property.group, fmt::format("values of {} numbers in {}", property.extent, property.name.substr(0, 64)),
          size == 0 ? "texts" : fmt::format("{} bytes", bytes.size()));
     return out;
   }
-  switch (property.pod) {
-    case 0:
-    case 1:
-      convert<std::uint8_t>(bytes, &out);
-      break;
-    case 2:
-      convert<std::int8_t>(bytes, &out);
-      break;
-    case 3:
-      convert<std::uint16_t>(bytes, &out);
-      break;
-    case 4:
-      convert<std::int16_t>(bytes, &out);
-      break;
-    case 5:
-      convert<std::uint32_t>(bytes, &out);
-      break;
-    case 6:
-      convert<std::int32_t>(bytes, &out);
-      break;
-    case 7:
-      convert<std::uint64_t>(bytes, &out);
-      break;
-    case 8:
-      convert<std::int64_t>(bytes, &out);
-      break;
-    case 10:
-      convert<float>(bytes, &out);
-      break;
-    case 11:
-      convert<double>(bytes, &out);
-      break;
-    default:
-      out.resize(bytes.size() / 2);
-      for (std::size_t i = 0; i < out.size(); ++i)
-        out[i] = converted<T>(of_half(static_cast<std::uint16_t>(bytes[2 * i] | bytes[2 * i + 1] << 8)));
-  }
+  out.resize(bytes.size() / size);
+  convert_numbers(bytes, format, out.data());
   if (done_with_ && bytes.size() >= done_block) done_with_(bytes);
   return out;
 }

@@ -1,4 +1,4 @@
-// Attributes of a prim in a USD text: their values, and their transforms.
+// Attributes of a prim of USD: their values, and their transforms.
 #pragma once
 
 #include <cstdint>
@@ -7,48 +7,39 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "scene/read/grooms/groom_builder.h"
-#include "scene/read/grooms/text_cursor.h"
 
 namespace tress::scene {
 
 /// The numbers of a value without brackets, or its words: "bspline", ["xformOp:translate"]. Time samples give the first
 /// one, or the value at a frame. Numbers with a fraction are linear between the samples around it. All others, and
 /// those whose count differs in the next sample, are taken from the sample before. The value `None` has no numbers.
-struct UsdaValue {
+struct UsdValue {
   std::vector<float> numbers;
   std::vector<double> precise;     ///< used instead, if few numbers were requested in full precision
   std::vector<glm::vec3> triples;  ///< used instead, if triples were requested; `numbers` has the rest
   std::vector<std::string> texts;
   std::optional<AttributeScope> scope;  ///< its interpolation
   bool is_animated = false;             ///< there were more time samples
+  std::string not_read = {};            ///< why the file has numbers or words that are not here; usually empty
   /// The time of the one sample that the values come from, if the frame is after it: the next sample has another count,
   /// or there is none.
   std::optional<double> held_since = {};
 };
 
 /// The form in which the numbers of a value are kept.
-enum class UsdaNumbers : std::uint8_t { floats, doubles, triples };
-
-/// Reads what follows the "=" of an attribute. samples: whether it is a table of time samples. frame: the frame to take
-/// from them; unset: the first. is_held: must not be interpolated, such as counts and ids.
-UsdaValue read_usda_value(TextCursor* text, bool samples, UsdaNumbers kept_as, std::optional<double> frame = {},
-                          bool is_held = false);
-
-/// Reads the metadata in parentheses after an attribute, if there is any: its interpolation.
-void read_usda_attribute_metadata(TextCursor* text, UsdaValue* value);
+enum class UsdNumbers : std::uint8_t { floats, doubles, triples };
 
 /// A transform, for column vectors.
-struct UsdaTransform {
+struct UsdTransform {
   glm::dmat4 to_parent{1.0};
   bool resets = false;     ///< whether it ignores the transforms of its parents (!resetXformStack!)
   std::string fault = {};  ///< an operation that is unknown or has the wrong numbers
 };
 
 /// The transform of a prim from its xformOpOrder and the operations that it names.
-UsdaTransform usda_transform(const std::map<std::string, UsdaValue, std::less<>>& attributes);
+UsdTransform usd_transform(const std::map<std::string, UsdValue, std::less<>>& attributes);
 
 }  // namespace tress::scene

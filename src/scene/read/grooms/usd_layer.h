@@ -1,0 +1,86 @@
+// A layer of USD as a tree of prims, the same from a text and from a binary file. Values stay in the file, and those
+// that the picture needs are read from there.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scene/read/grooms/groom_file.h"
+#include "scene/read/grooms/usd_values.h"
+#include "tress/base/error.h"
+
+namespace tress::scene {
+
+constexpr int deepest_prim = 200;
+constexpr const char* flat_stage = "a flat stage (usdcat --flatten IN -o OUT.usda writes one)";
+
+/// The places of an attribute's values in the file, which the layer can read.
+struct UsdAttribute {
+  std::optional<std::uint64_t> value = {}, samples = {};
+  std::optional<AttributeScope> scope = {};
+  bool is_triple = false;  ///< whether its type has three numbers
+};
+
+struct UsdPrim {
+  std::string name, type;
+  bool is_defined = true, is_active = true;
+  std::vector<std::string> arcs = {};  ///< paths of prims with weaker opinions
+  std::map<std::string, UsdAttribute, std::less<>> attributes = {};
+  std::vector<UsdPrim> children = {};
+
+  const UsdPrim* child(std::string_view named) const;
+};
+
+/// What a layer says of the stage, with the defaults of USD: a unit of 0.01 m, and y up.
+struct UsdStage {
+  double cm_per_unit = 1, time_codes_per_second = 24;
+  bool y_up = true;
+
+  static bool has(std::string_view key);
+  struct Fault {
+    std::string expected, found;
+  };
+  /// Takes the value of a key that it has, with its numbers as doubles.
+  std::optional<Fault> take(std::string_view key, const UsdValue& value);
+};
+
+/// A time sample: its time code, and the place of its value in the file.
+struct UsdSample {
+  double time = 0;
+  std::uint64_t at = 0;
+};
+
+/// Reads a layer. It keeps the first failure; afterwards everything is empty.
+class UsdLayer {
+ public:
+  virtual ~UsdLayer() = default;
+  /// Reads the tree, whose root is the prim without a name.
+  virtual UsdPrim read() = 0;
+  virtual std::vector<UsdSample> samples(std::uint64_t at) = 0;
+  virtual UsdValue value(std::uint64_t at, UsdNumbers kept_as) = 0;
+  virtual const std::optional<Error>& error() const = 0;
+
+  /// The value of an attribute: samples win over the default. Samples give the first one, or the value at a frame.
+  /// is_held: must not be interpolated, such as counts and ids.
+  UsdValue value_of(const UsdAttribute& attribute, UsdNumbers kept_as, std::optional<double> frame, bool is_held);
+
+  UsdStage stage = {};
+  std::uint64_t prims = 0;  ///< number in the tree
+  std::vector<IgnoredAttribute> ignored = {};
+};
+
+/// The readers of the two forms of a layer. The bytes of the input must outlive them.
+std::unique_ptr<UsdLayer> usda_layer(const GroomInput& input);
+std::unique_ptr<UsdLayer> usdc_layer(const GroomInput& input);
+
+/// The scope that USD calls so; unset if there is none.
+std::optional<AttributeScope> usd_scope(std::string_view interpolation);
+/// Whether the key of a prim refers to other prims.
+bool is_usd_arc(std::string_view key);
+
+}  // namespace tress::scene

@@ -1,0 +1,90 @@
+#include "scene/read/grooms/usd_values.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/ext/vector_double3.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <numbers>
+#include <string>
+#include <utility>
+
+namespace tress::scene {
+namespace {
+
+glm::dmat4 rotation(const std::string& axes, const std::vector<double>& degrees) {
+  // rotateXYZ turns about x first: for column vectors, z y x.
+  glm::dmat4 turn(1.0);
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const auto axis = static_cast<int>(axes[i] - 'X');
+    glm::dvec3 about(0.0);
+    about[axis] = 1;
+    const double angle = degrees[axes.size() == 1 ? 0 : static_cast<std::size_t>(axis)] * std::numbers::pi / 180;
+    turn = glm::rotate(glm::dmat4(1.0), angle, about) * turn;
+  }
+  return turn;
+}
+
+glm::dmat4 of_quaternion(const std::vector<double>& q) {
+  const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  if (!(size > 0)) return glm::dmat4(1.0);
+  const double w = q[0] / size, x = q[1] / size, y = q[2] / size, z = q[3] / size;
+  return {{1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y), 0},
+          {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x), 0},
+          {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y), 0},
+          {0, 0, 0, 1}};
+}
+
+/// Applies one operation such as "translate" with its numbers; false if it is unknown or has the wrong numbers.
+bool operation(const std::string& kind, const std::vector<double>& n, glm::dmat4* out) {
+  if (kind == "translate" && n.size() == 3) {
+    *out = glm::translate(glm::dmat4(1.0), glm::dvec3(n[0], n[1], n[2]));
+  } else if (kind == "scale" && n.size() == 3) {
+    *out = glm::scale(glm::dmat4(1.0), glm::dvec3(n[0], n[1], n[2]));
+  } else if (kind == "orient" && n.size() == 4) {
+    *out = of_quaternion(n);
+  } else if (kind == "transform" && n.size() == 16) {
+    for (int c = 0; c < 4; ++c)
+      for (int r = 0; r < 4; ++r) (*out)[c][r] = n[static_cast<std::size_t>(4 * c + r)];
+  } else if (kind.starts_with("rotate")) {
+    const std::string axes = kind.substr(6);
+    static constexpr const char* known[] = {"X", "Y", "Z", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"};
+    if (std::ranges::find(known, axes) == std::end(known) || n.size() != axes.size()) return false;
+    *out = rotation(axes, n);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+UsdTransform usd_transform(const std::map<std::string, UsdValue, std::less<>>& attributes) {
+  UsdTransform transform;
+  const auto order = attributes.find("xformOpOrder");
+  if (order == attributes.end()) return transform;
+  for (std::string name : order->second.texts) {
+    if (name == "!resetXformStack!") {
+      transform.resets = true;
+      transform.to_parent = glm::dmat4(1.0);
+      continue;
+    }
+    const bool inverts = name.starts_with("!invert!");
+    if (inverts) name = name.substr(8);
+    const auto found = attributes.find(name);
+    if (found == attributes.end() || !name.starts_with("xformOp:")) {
+      transform.fault = name;
+      continue;
+    }
+    const std::string kind = name.substr(8, name.find(':', 8) - 8);
+    glm::dmat4 one(1.0);
+    if (!operation(kind, found->second.precise, &one)) transform.fault = name;
+    if (inverts && glm::determinant(one) != 0) one = glm::inverse(one);
+    transform.to_parent = transform.to_parent * one;
+  }
+  return transform;
+}
+
+}  // namespace tress::scene
