@@ -182,12 +182,14 @@ std::string object_name(const std::optional<std::string>& name, const std::strin
 /// Places the moving parts of a scene.
 class Motion {
  public:
-  Motion(const SceneDescription& description, std::optional<int> frame, const std::string& name)
+  Motion(const SceneDescription& description, std::optional<int> frame, const std::string& name,
+         const glm::dvec3& origin)
       : camera_(description.camera),
         environment_(description.environment),
         shutter_(description.camera.shutter),
         name_(name),
         frame_(frame.value_or(camera_.keys.empty() ? 0 : camera_.keys.front().frame)) {
+    moments_.origin = origin;
     for (int i = 0; i < (shutter_.is_open() ? shutter_.samples : 1); ++i)
       moments_.frames.push_back(shutter_.is_open() ? frame_ + shutter_.moment(i) : frame_);
     moments_.is_asked = frame || shutter_.is_open();
@@ -292,6 +294,30 @@ Result<SceneDescription> describe(const std::filesystem::path& file, const Overr
   return parse_scene_file(*bytes, file.string());
 }
 
+/// Counts the places of a camera that is far from 0 from a point near it. Returns that point, or 0.
+glm::dvec3 bring_near(CameraDescription* camera) {
+  constexpr float far_cm = 4096;  ///< floats there are 0.0005 cm apart, an eighth of a hair's radius
+  std::optional<glm::vec3> seen;
+  if (!camera->keys.empty())
+    seen = camera->keys.front().camera.look_at;
+  else if (camera->turntable)
+    seen = camera->turntable->look_at;
+  else if (!camera->framed)
+    seen = camera->camera.look_at;
+  if (!seen || glm::length(*seen) < far_cm) return glm::dvec3(0.0);
+  const glm::vec3 origin = glm::round(*seen);
+  const auto shift = [&](glm::vec3& point) { point = glm::vec3(glm::dvec3(point) - glm::dvec3(origin)); };
+  const auto shift_view = [&](Camera& view) {
+    shift(view.eye);
+    shift(view.look_at);
+  };
+  shift_view(camera->camera);
+  for (CameraKey& key : camera->keys) shift_view(key.camera);
+  if (camera->turntable && camera->turntable->look_at) shift(*camera->turntable->look_at);
+  if (camera->lens.focus_point) shift(*camera->lens.focus_point);
+  return glm::dvec3(origin);
+}
+
 /// Whether some frames differ from others.
 bool moves(const SceneDescription& description) {
   const auto has_keys = [](const auto& object) { return !object.path.keys.empty(); };
@@ -356,7 +382,8 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
       if (!fault) fault = load_textures(from, &scene.warnings, &source);
     });
   if (fault) return *fault;
-  const Motion motion(description, overrides.frame, name);
+  scene.origin = bring_near(&description.camera);
+  const Motion motion(description, overrides.frame, name, scene.origin);
   auto lights = make_lights(description, motion.moments(), name);
   if (!lights) return lights.error();
   scene.lights = std::move(*lights);
