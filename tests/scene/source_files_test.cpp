@@ -121,7 +121,7 @@ TEST_F(SourceFiles, AttributesThatAreNotThereAreErrorsThatNameOthers) {
                               "grooms": [{"generate": "wavy", "material": "m"}]})");
   const auto generated = load_scene(folder_ / "generated.json");
   ASSERT_FALSE(generated);
-  EXPECT_NE(generated.error().message().find("found one with an attribute of a file"), std::string::npos);
+  EXPECT_NE(generated.error().message().find("found an attribute of a file"), std::string::npos);
 }
 
 TEST_F(SourceFiles, TexturesLieOverTheRoots) {
