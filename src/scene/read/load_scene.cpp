@@ -1,6 +1,7 @@
 #include "scene/read/load_scene.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -131,23 +132,31 @@ std::optional<Error> load_textures(const Sources& from, std::vector<std::string>
   return std::nullopt;
 }
 
-/// The error for a groom whose roots have no place on the textures of its materials and of their shares.
+/// The error for a groom with roots that have no place on the textures of its materials and of their shares.
 std::optional<Error> fault_of_roots(const Groom& groom, const std::vector<GroomLook>& looks,
                                     const std::vector<Material>& materials) {
-  if (!groom.root_uv.empty()) return std::nullopt;
-  std::vector<std::string> with_texture;
-  const auto ask = [&](const Material& material) {
-    bool has_texture = false;
-    for_each_source(material, [&](const Source& source) { has_texture = has_texture || source.has_texture(); });
-    if (has_texture) with_texture.push_back("\"" + material.name + "\"");
+  std::optional<Error> fault;
+  const auto ask = [&](const Source& source, const std::string& user) {
+    source.for_each_texture([&](const Texture& texture) {
+      const auto missing = std::ranges::find_if(groom.root_uv, [&](const glm::vec2& uv) { return !texture.is_at(uv); });
+      if (fault || (!groom.root_uv.empty() && missing == groom.root_uv.end())) return;
+      fault = Error{groom.name, "root uv", "those of its strands, for the texture of " + user, "none"};
+      if (groom.root_uv.empty()) return;
+      std::vector<int> tiles;
+      for (const auto& [number, tile] : texture.tiles()) tiles.push_back(number);
+      fault->expected = fmt::format("places on the tiles {} of the texture of {}", fmt::join(tiles, ", "), user);
+      fault->found = fmt::format("({:g}, {:g})", missing->x, missing->y);
+    });
   };
-  ask(materials[groom.material]);
+  const auto ask_material = [&](const Material& material) {
+    for_each_source(material, [&](const Source& source) { ask(source, "\"" + material.name + "\""); });
+  };
+  ask_material(materials[groom.material]);
   for (const GroomLook& look : looks) {
-    ask(materials[look.material]);
-    if (look.share.has_texture()) with_texture.push_back("the share of \"" + materials[look.material].name + "\"");
+    ask_material(materials[look.material]);
+    ask(look.share, "the share of \"" + materials[look.material].name + "\"");
   }
-  if (with_texture.empty()) return std::nullopt;
-  return Error{groom.name, "root uv", "those of its strands, for the texture of " + with_texture.front(), "none"};
+  return fault;
 }
 
 /// Makes the lights of the scene, including the sun of its sky.
