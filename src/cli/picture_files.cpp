@@ -51,7 +51,7 @@ void describe_request(const RenderSettings& settings, const scene::Scene& scene,
   header["version"] = version();
   if (settings.overrides.frame) header["frame"] = std::to_string(*settings.overrides.frame);
   header["camera"] = camera_text(scene.camera);
-  integrate::describe_camera(scene.camera, scene.image, picture);
+  integrate::describe_camera(scene.camera, scene.image, picture, scene.origin);
   header["exposure"] = fmt::format("{} stops, of the PNG alone", scene.image.exposure_stops);
   header["view"] =
       image::view_names()[static_cast<std::size_t>(scene.image.view)] + ", of the PNG alone; these pixels are linear";

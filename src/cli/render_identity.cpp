@@ -16,6 +16,7 @@
 #include "cli/options.h"
 #include "cli/telemetry_lines.h"
 #include "scene/read/groom_files.h"
+#include "scene/read/input_files.h"
 #include "tress/version.h"
 
 namespace tress::cli {
@@ -36,7 +37,10 @@ std::optional<std::string> content_of(const std::filesystem::path& file) {
 std::string with_content(const std::string& text, const std::filesystem::path& folder) {
   if (text.empty() || text.size() > 4096) return text;
   const std::optional<std::string> content = content_of(folder / text);
-  return content ? text + " with content " + *content : text;
+  std::string all = content ? text + " with content " + *content : text;
+  for (const auto& [number, tile] : scene::udim_files(folder / text))
+    all += fmt::format(" with content {} in tile {}", content_of(tile).value_or("none"), number);
+  return all;
 }
 
 /// Whether the value at this place of a scene names a file: its key is `file` or `texture`, or ends in `_file`.

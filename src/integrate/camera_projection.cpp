@@ -16,6 +16,14 @@ std::array<float, 16> as_floats(const std::array<double, 16>& matrix) {
   return floats;
 }
 
+/// The matrix for points that are counted from 0, of one for points counted from an origin.
+std::array<double, 16> from_zero(std::array<double, 16> matrix, const glm::dvec3& origin) {
+  for (std::size_t column = 0; column < 4; ++column)
+    for (std::size_t row = 0; row < 3; ++row)
+      matrix[12 + column] -= origin[static_cast<int>(row)] * matrix[4 * row + column];
+  return matrix;
+}
+
 }  // namespace
 
 CameraAxes::CameraAxes(const scene::Camera& camera) : forward(glm::normalize(camera.look_at - camera.eye)) {
@@ -72,10 +80,11 @@ std::optional<glm::dvec2> CameraProjection::pixel(const glm::dvec3& world) const
                     height_ * (0.5 - 0.5 * glm::dot(from_eye, up_) / (over * half_height_) + shift_y_));
 }
 
-void describe_camera(const scene::Camera& camera, const scene::Image& image, image::Picture* picture) {
+void describe_camera(const scene::Camera& camera, const scene::Image& image, image::Picture* picture,
+                     const glm::dvec3& origin) {
   const CameraProjection projection(camera, image);
-  picture->matrices["worldToCamera"] = as_floats(projection.world_to_camera());
-  picture->matrices["worldToNDC"] = as_floats(projection.world_to_ndc());
+  picture->matrices["worldToCamera"] = as_floats(from_zero(projection.world_to_camera(), origin));
+  picture->matrices["worldToNDC"] = as_floats(from_zero(projection.world_to_ndc(), origin));
   const glm::dvec2 half = projection.half_size();
   picture->screen_width = static_cast<float>(2 * half.x);
   picture->screen_center = {static_cast<float>(2 * half.x * double{camera.shift_x}),

@@ -48,6 +48,8 @@ class CameraProjection {
 };
 
 /// Sets the matrices of the picture and the width of its screen.
-void describe_camera(const scene::Camera& camera, const scene::Image& image, image::Picture* picture);
+/// origin: as Scene::origin; the matrices are for points counted from 0.
+void describe_camera(const scene::Camera& camera, const scene::Image& image, image::Picture* picture,
+                     const glm::dvec3& origin = glm::dvec3(0.0));
 
 }  // namespace tress::integrate

@@ -27,7 +27,7 @@ double FilteredNoise::after(const PassProgress& pass) {
   const int samples = static_cast<int>(sample_of_pass(pass.pass)) + 1;
   if (pass.noise > most_gained * target_ || !is_looked_at(samples)) return unfiltered;
   image::Picture picture = pass.film->picture();
-  describe_camera(scene_.camera, scene_.image, &picture);
+  describe_camera(scene_.camera, scene_.image, &picture, scene_.origin);
   const Result<denoise::Denoised> found = denoise::denoise(picture, "");
   if (!found) return unfiltered;
   last_ = std::hypot(found->noise(), pass.unmet_noise);

@@ -52,7 +52,7 @@ float near_share(const geometry::Hit& hit, float pixel_cm, float near_pixels) {
 
 DataHit data_of(const scene::Scene& scene, const geometry::Hit& hit, const DataLayers& asked) {
   DataHit data;
-  data.position = hit.position;
+  data.position = glm::vec3(glm::dvec3(hit.position) + scene.origin);
   if (hit.is_surface) return data;
   const scene::Groom& groom = scene.grooms[hit.groom];
   data.on_strand = true;

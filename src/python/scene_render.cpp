@@ -207,7 +207,7 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
                                        return goes_on && end == nullptr;
                                      });
   if (outcome.result.interrupted) outcome.stopped_by = "caller";
-  integrate::describe_camera(scene.camera, scene.image, &outcome.result.picture);
+  integrate::describe_camera(scene.camera, scene.image, &outcome.result.picture, scene.origin);
   if (request.denoise) filter(&outcome);
   if (learned.service) outcome.cache_hash = adaptive::cache_hash(*learned.service->rows());
   if (cache) {

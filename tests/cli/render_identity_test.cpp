@@ -30,6 +30,18 @@ TEST_F(RenderIdentity, HasTheContentOfWhatTheSceneReads) {
     EXPECT_NE(before.at(place), after.at(place)) << place;
 }
 
+TEST_F(RenderIdentity, HasTheContentOfEveryTileOfATexture) {
+  const std::string scene = R"({"materials": [{"name": "m", "color": {"texture": "t.<UDIM>.png"}}]})",
+                    place = "/materials/0/color/texture";
+  write_text(path("t.1001.png"), "first");
+  const std::string one = of_scene(scene).at(place);
+  write_text(path("t.1012.png"), "first");
+  const std::string two = of_scene(scene).at(place);
+  write_text(path("t.1012.png"), "second");
+  EXPECT_NE(one, two);
+  EXPECT_NE(two, of_scene(scene).at(place));
+}
+
 /// A text that happens to be the name of a file beside the scene is that text: parts whose folders hold other files of
 /// that name are of one picture.
 TEST_F(RenderIdentity, TakesOtherTextsForWhatTheyAre) {

@@ -133,5 +133,27 @@ TEST(CameraProjection, APictureGetsTheMatricesAndTheWidthOfItsScreen) {
   EXPECT_NEAR(picture.matrices.at("worldToNDC")[15], CameraProjection(camera, image).world_to_ndc()[15], 1e-5);
 }
 
+// A camera far from 0 counts from an origin near it: its matrices take points of the world all the same.
+TEST(CameraProjection, MatricesAreForPointsCountedFromZero) {
+  scene::Camera camera;
+  camera.eye = {3, -20, 5};
+  camera.look_at = {0, 1, 2};
+  const scene::Image image;
+  const glm::dvec3 origin(4000, -8000, 16000);
+  image::Picture near, far;
+  describe_camera(camera, image, &near);
+  describe_camera(camera, image, &far, origin);
+  const glm::dvec4 point(1, 2, 3, 1), moved = point + glm::dvec4(origin, 0);
+  for (const char* name : {"worldToCamera", "worldToNDC"})
+    for (std::size_t column = 0; column < 4; ++column) {
+      double a = 0, b = 0;
+      for (int row = 0; row < 4; ++row) {
+        a += point[row] * double{near.matrices.at(name)[4 * static_cast<std::size_t>(row) + column]};
+        b += moved[row] * double{far.matrices.at(name)[4 * static_cast<std::size_t>(row) + column]};
+      }
+      EXPECT_NEAR(a, b, 0.02) << name << " " << column << ": floats of 16000 are 0.001 apart, times 5 terms and scale";
+    }
+}
+
 }  // namespace
 }  // namespace tress::integrate

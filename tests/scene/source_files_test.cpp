@@ -121,7 +121,30 @@ TEST_F(SourceFiles, AttributesThatAreNotThereAreErrorsThatNameOthers) {
                               "grooms": [{"generate": "wavy", "material": "m"}]})");
   const auto generated = load_scene(folder_ / "generated.json");
   ASSERT_FALSE(generated);
-  EXPECT_NE(generated.error().message().find("found one with an attribute of a file"), std::string::npos);
+  EXPECT_NE(generated.error().message().find("found an attribute of a file"), std::string::npos);
+}
+
+TEST_F(SourceFiles, TexturesOfTilesAreThoseThatExist) {
+  const auto copy = [&](const char* name) {
+    fs::copy_file(folder_ / "skin.png", folder_ / name, fs::copy_options::overwrite_existing);
+  };
+  const std::string tiles = R"("sigma_a": {"texture": "scalp.<UDIM>.png"})";
+  EXPECT_NE(refusal(tiles).find("scalp.<UDIM>.png: expected files of tiles, 1001 to 1999"), std::string::npos)
+      << refusal(tiles);
+  copy("scalp.1002.png");
+  EXPECT_NE(refusal(tiles).find("expected places on the tiles 1002 of the texture of \"m\", found (0.25, 0.5)"),
+            std::string::npos)
+      << refusal(tiles);
+  copy("scalp.1001.png");
+  const auto loaded = scene(tiles);
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  std::vector<std::string> warnings;
+  const auto skin = load_texture(folder_ / "skin.png", &warnings);
+  ASSERT_TRUE(skin);
+  const Source& source = loaded->materials[0].pigment->source;
+  EXPECT_EQ(source.texture->tiles().size(), 2u);
+  EXPECT_EQ(source.at({.root_uv = {0.25f, 0.5f}}), skin->at({0.25f, 0.5f}));
+  EXPECT_EQ(source.at({.root_uv = {1.25f, 0.5f}}), skin->at({0.25f, 0.5f}));
 }
 
 TEST_F(SourceFiles, TexturesLieOverTheRoots) {

@@ -47,6 +47,22 @@ TEST(Texture, IsRepeatedAndContinuousThere) {
   expect_near(texture.at({0.9999999f, 1}), texture.at({0, 0}));
 }
 
+TEST(Texture, TilesLieSideBySideByTheirNumbers) {
+  const Texture tiles(std::map<int, Texture>{
+      {1001, Texture(1, 1, {{1, 0, 0}})}, {1002, Texture(1, 1, {{0, 1, 0}})}, {1011, Texture(2, 2, four)}});
+  expect_near(tiles.at({0.5f, 0.5f}), {1, 0, 0});
+  expect_near(tiles.at({1.01f, 0.99f}), {0, 1, 0});
+  expect_near(tiles.at({0.25f, 1.75f}), four[0]);
+  expect_near(tiles.at({2.5f, 0.5f}), tiles.mean());
+  expect_near(tiles.mean(), {0.5f, 0.5f, 0.5f / 3});
+  EXPECT_TRUE(tiles.is_at({1.5f, 0.5f}));
+  for (const glm::vec2 uv : {glm::vec2(2.5f, 0.5f), glm::vec2(-0.1f, 0.5f), glm::vec2(10.5f, 0)})
+    EXPECT_FALSE(tiles.is_at(uv));
+  EXPECT_EQ(udim_tile({9.5f, 99.5f}), 0) << "2000";
+  EXPECT_EQ(udim_tile({8.5f, 99.5f}), 1999);
+  EXPECT_TRUE(Texture(2, 2, four).is_at({7, -3}));
+}
+
 TEST(Texture, OneOfOnePixelIsItsColor) {
   const Texture texture(1, 1, {{0.25f, 0.5f, 0.75f}});
   for (const float x : {-0.7f, 0.0f, 0.5f, 1.0f}) expect_near(texture.at({x, 2 * x}), {0.25f, 0.5f, 0.75f});

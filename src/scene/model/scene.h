@@ -224,6 +224,7 @@ struct Groom {
   std::uint32_t presence_stations = 0;
   std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries
   std::vector<glm::vec3> points;           ///< cm
+  glm::dvec3 origin{0.0};                  ///< cm: has been subtracted from points that are not yet placed; else 0
   std::vector<float> radius_cm;            ///< per point: radius of the circle with the same mean projected width
   /// The attribute of the file that its material uses, in [0, 1], linear RGB if it is a color: per point if it differs
   /// along a strand, else per strand. Empty unless its material uses one.
@@ -288,7 +289,10 @@ struct NextFrame {
 
 struct Scene {
   std::string source;  ///< the file that it was loaded from
-  Camera camera;       ///< at the frame, independent of the shutter
+  /// The point of the world, cm, from which all places of the scene are counted: 0 unless the camera is far from 0,
+  /// where floats are coarser than hair.
+  glm::dvec3 origin{0.0};
+  Camera camera;  ///< at the frame, independent of the shutter
   Shutter shutter;
   std::vector<Camera> camera_moments;  ///< at the moments of the shutter; empty if it does not move
   std::optional<NextFrame> next;       ///< set in every frame of a scene that has keyframes or a turntable

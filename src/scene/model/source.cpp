@@ -53,10 +53,6 @@ bool Source::varies_along(bool attribute_varies) const {
          std::ranges::any_of(parts, [=](const Source& part) { return part.varies_along(attribute_varies); });
 }
 
-bool Source::has_texture() const {
-  return kind == Kind::texture || std::ranges::any_of(parts, [](const Source& part) { return part.has_texture(); });
-}
-
 void Source::add_attributes(std::vector<std::string>* names) const {
   if (kind == Kind::attribute && std::ranges::find(*names, attribute) == names->end()) names->push_back(attribute);
   for (const Source& part : parts) part.add_attributes(names);

@@ -55,7 +55,12 @@ struct Source {
   bool varies_along(bool attribute_varies) const;
   /// Appends the attributes that it uses, each once.
   void add_attributes(std::vector<std::string>* names) const;
-  bool has_texture() const;
+  /// Calls visit(texture) for each texture that it uses.
+  template <class Visit>
+  void for_each_texture(const Visit& visit) const {
+    if (texture) visit(*texture);
+    for (const Source& part : parts) part.for_each_texture(visit);
+  }
 
   friend bool operator==(const Source&, const Source&) = default;
 };

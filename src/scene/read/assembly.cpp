@@ -283,12 +283,13 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
     notes->push_back(name + ": \"basis\" is not used, the file says what its points are");
   groom.basis = *file.basis;
   groom.radius_cm = radii_of(&file, placement, scale.cm_per_unit, name, notes);
-  const auto turned = [&](const glm::vec3& x) { return y_up ? glm::vec3(x.x, -x.z, x.y) : x; };
+  const auto turned = [&]<class Vector>(const Vector& x) { return y_up ? Vector(x.x, -x.z, x.y) : x; };
   const auto placed = [&](std::vector<glm::vec3>& points) {
     for (glm::vec3& point : points) point = turned(static_cast<float>(scale.cm_per_unit) * point);
     return std::move(points);
   };
   groom.is_animated = file.is_animated;
+  groom.origin = turned(scale.cm_per_unit * file.origin);
   groom.first_point = std::move(file.first_point);
   groom.points = placed(file.points);
   for (std::vector<glm::vec3>& points : file.later) groom.later.push_back({placed(points)});
@@ -347,12 +348,13 @@ std::optional<double> beyond_world(const glm::dvec3& point) {
   return std::nullopt;
 }
 
-std::optional<Error> move_points(const ObjectTransform& transform, const std::string& name,
+/// from: has been subtracted from the points.
+std::optional<Error> move_points(const ObjectTransform& transform, const glm::dvec3& from, const std::string& name,
                                  std::vector<glm::vec3>* points) {
-  if (transform == ObjectTransform{}) return std::nullopt;
+  if (transform == ObjectTransform{} && from == glm::dvec3(0.0)) return std::nullopt;
   const glm::dmat3 turn = transform.turn();
   for (glm::vec3& point : *points) {
-    const glm::dvec3 placed = transform.of(glm::dvec3(point), turn);
+    const glm::dvec3 placed = transform.of(glm::dvec3(point) + from, turn);
     if (const auto beyond = beyond_world(placed))
       return Error{name, "points", fmt::format("coordinates within {:g} cm", world_cm),
                    fmt::format("{:g} cm once it is scaled, turned and moved", *beyond)};
@@ -416,10 +418,11 @@ std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom*
   if (moves && groom->later.empty()) groom->later.assign(moments.size() - 1, {groom->points});
   for (std::size_t i = 0; i < groom->later.size(); ++i) {
     const ObjectTransform& then = moments[std::min(i + 1, moments.size() - 1)];
-    if (auto error = move_points(then, groom->name, &groom->later[i].points)) return error;
+    if (auto error = move_points(then, groom->origin, groom->name, &groom->later[i].points)) return error;
     groom->later[i].turned = then.turn() * glm::transpose(first.turn());
   }
-  if (auto error = move_points(first, groom->name, &groom->points)) return error;
+  if (auto error = move_points(first, groom->origin, groom->name, &groom->points)) return error;
+  groom->origin = glm::dvec3(0.0);
   const glm::dmat3 turn = first.turn();
   for (glm::vec3& axis : groom->minor_axis) axis = glm::vec3(turn * glm::dvec3(axis));
   scale_radii(moments, groom);

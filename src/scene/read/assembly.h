@@ -55,12 +55,13 @@ struct ObjectTransform {
   double scale = 1;            ///< scale of the object, including its radii
   glm::vec3 rotate_deg{0.0f};  ///< about x, then y, then z, after the scale
   glm::vec3 translate{0.0f};   ///< cm, after the turn
+  glm::dvec3 origin{0.0};      ///< cm: the point that becomes 0 after all (Scene::origin)
 
   /// The rotation as a matrix for column vectors.
   glm::dmat3 turn() const;
   /// The place of a point after the transform, cm. turn: the object's turn(), computed once for many points.
   glm::dvec3 of(const glm::dvec3& point, const glm::dmat3& turn) const {
-    return turn * (scale * point) + glm::dvec3(translate);
+    return turn * (scale * point) + glm::dvec3(translate) - origin;
   }
   friend bool operator==(const ObjectTransform&, const ObjectTransform&) = default;
 };

@@ -1,6 +1,7 @@
 #include "scene/read/load_scene.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -131,23 +132,31 @@ std::optional<Error> load_textures(const Sources& from, std::vector<std::string>
   return std::nullopt;
 }
 
-/// The error for a groom whose roots have no place on the textures of its materials and of their shares.
+/// The error for a groom with roots that have no place on the textures of its materials and of their shares.
 std::optional<Error> fault_of_roots(const Groom& groom, const std::vector<GroomLook>& looks,
                                     const std::vector<Material>& materials) {
-  if (!groom.root_uv.empty()) return std::nullopt;
-  std::vector<std::string> with_texture;
-  const auto ask = [&](const Material& material) {
-    bool has_texture = false;
-    for_each_source(material, [&](const Source& source) { has_texture = has_texture || source.has_texture(); });
-    if (has_texture) with_texture.push_back("\"" + material.name + "\"");
+  std::optional<Error> fault;
+  const auto ask = [&](const Source& source, const std::string& user) {
+    source.for_each_texture([&](const Texture& texture) {
+      const auto missing = std::ranges::find_if(groom.root_uv, [&](const glm::vec2& uv) { return !texture.is_at(uv); });
+      if (fault || (!groom.root_uv.empty() && missing == groom.root_uv.end())) return;
+      fault = Error{groom.name, "root uv", "those of its strands, for the texture of " + user, "none"};
+      if (groom.root_uv.empty()) return;
+      std::vector<int> tiles;
+      for (const auto& [number, tile] : texture.tiles()) tiles.push_back(number);
+      fault->expected = fmt::format("places on the tiles {} of the texture of {}", fmt::join(tiles, ", "), user);
+      fault->found = fmt::format("({:g}, {:g})", missing->x, missing->y);
+    });
   };
-  ask(materials[groom.material]);
+  const auto ask_material = [&](const Material& material) {
+    for_each_source(material, [&](const Source& source) { ask(source, "\"" + material.name + "\""); });
+  };
+  ask_material(materials[groom.material]);
   for (const GroomLook& look : looks) {
-    ask(materials[look.material]);
-    if (look.share.has_texture()) with_texture.push_back("the share of \"" + materials[look.material].name + "\"");
+    ask_material(materials[look.material]);
+    ask(look.share, "the share of \"" + materials[look.material].name + "\"");
   }
-  if (with_texture.empty()) return std::nullopt;
-  return Error{groom.name, "root uv", "those of its strands, for the texture of " + with_texture.front(), "none"};
+  return fault;
 }
 
 /// Makes the lights of the scene, including the sun of its sky.
@@ -182,12 +191,14 @@ std::string object_name(const std::optional<std::string>& name, const std::strin
 /// Places the moving parts of a scene.
 class Motion {
  public:
-  Motion(const SceneDescription& description, std::optional<int> frame, const std::string& name)
+  Motion(const SceneDescription& description, std::optional<int> frame, const std::string& name,
+         const glm::dvec3& origin)
       : camera_(description.camera),
         environment_(description.environment),
         shutter_(description.camera.shutter),
         name_(name),
         frame_(frame.value_or(camera_.keys.empty() ? 0 : camera_.keys.front().frame)) {
+    moments_.origin = origin;
     for (int i = 0; i < (shutter_.is_open() ? shutter_.samples : 1); ++i)
       moments_.frames.push_back(shutter_.is_open() ? frame_ + shutter_.moment(i) : frame_);
     moments_.is_asked = frame || shutter_.is_open();
@@ -292,6 +303,30 @@ Result<SceneDescription> describe(const std::filesystem::path& file, const Overr
   return parse_scene_file(*bytes, file.string());
 }
 
+/// Counts the places of a camera that is far from 0 from a point near it. Returns that point, or 0.
+glm::dvec3 bring_near(CameraDescription* camera) {
+  constexpr float far_cm = 4096;  ///< floats there are 0.0005 cm apart, an eighth of a hair's radius
+  std::optional<glm::vec3> seen;
+  if (!camera->keys.empty())
+    seen = camera->keys.front().camera.look_at;
+  else if (camera->turntable)
+    seen = camera->turntable->look_at;
+  else if (!camera->framed)
+    seen = camera->camera.look_at;
+  if (!seen || glm::length(*seen) < far_cm) return glm::dvec3(0.0);
+  const glm::vec3 origin = glm::round(*seen);
+  const auto shift = [&](glm::vec3& point) { point = glm::vec3(glm::dvec3(point) - glm::dvec3(origin)); };
+  const auto shift_view = [&](Camera& view) {
+    shift(view.eye);
+    shift(view.look_at);
+  };
+  shift_view(camera->camera);
+  for (CameraKey& key : camera->keys) shift_view(key.camera);
+  if (camera->turntable && camera->turntable->look_at) shift(*camera->turntable->look_at);
+  if (camera->lens.focus_point) shift(*camera->lens.focus_point);
+  return glm::dvec3(origin);
+}
+
 /// Whether some frames differ from others.
 bool moves(const SceneDescription& description) {
   const auto has_keys = [](const auto& object) { return !object.path.keys.empty(); };
@@ -356,7 +391,8 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
       if (!fault) fault = load_textures(from, &scene.warnings, &source);
     });
   if (fault) return *fault;
-  const Motion motion(description, overrides.frame, name);
+  scene.origin = bring_near(&description.camera);
+  const Motion motion(description, overrides.frame, name, scene.origin);
   auto lights = make_lights(description, motion.moments(), name);
   if (!lights) return lights.error();
   scene.lights = std::move(*lights);

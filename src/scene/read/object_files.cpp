@@ -149,11 +149,17 @@ Result<GroomFile> read_numbered_groom(const std::filesystem::path& pattern, cons
 /// Reads a file that may have samples of many times.
 Result<GroomFile> read_timed_groom(const std::filesystem::path& path, const GroomDescription& description,
                                    const FrameMoments& moments) {
+  glm::dvec3 origin(0.0);
   const auto read = [&](std::optional<double> frame) {
     return read_groom_file(path, description.points_per_strand, frame, moments.frames_per_second,
-                           description.placement.attribute);
+                           description.placement.attribute, origin);
   };
-  auto groom = read(moments.is_asked ? std::optional(moments.frames.front()) : std::nullopt);
+  const auto first = moments.is_asked ? std::optional(moments.frames.front()) : std::nullopt;
+  auto groom = read(first);
+  if (groom && moments.origin != glm::dvec3(0.0) && !groom->points.empty()) {  // the scene is far from 0
+    origin = glm::round(glm::dvec3(groom->points.front()));
+    groom = read(first);
+  }
   if (!groom || !groom->is_animated) return groom;
   const auto name_at = [&](double frame) { return fmt::format("{} at frame {:.10g}", path.string(), frame); };
   std::vector<std::vector<float>> widths{groom->width};
@@ -249,7 +255,10 @@ Result<Groom> groom_in_its_axes(const GroomDescription& description, const Frame
 
 std::vector<ObjectTransform> transforms(const ObjectPath& path, const FrameMoments& moments) {
   std::vector<ObjectTransform> all;
-  for (const double frame : moments.frames) all.push_back(path.at(frame));
+  for (const double frame : moments.frames) {
+    all.push_back(path.at(frame));
+    all.back().origin = moments.origin;
+  }
   return all;
 }
 

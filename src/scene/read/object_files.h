@@ -24,6 +24,7 @@ struct FrameMoments {
   std::vector<double> frames;
   bool is_asked = false;  ///< if not by a frame or an open shutter, animated files give their first samples
   std::optional<double> frames_per_second = {};
+  glm::dvec3 origin{0.0};  ///< Scene::origin
 };
 
 /// The placements of an object at each of the moments.

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string_view>
+#include <system_error>
 
 #include "image/color_image.h"
 #include "scene/read/input_files.h"
@@ -33,9 +36,9 @@ Result<image::ColorImage> read(const std::filesystem::path& file, bool is_encode
   return image::read_exr_color(file);
 }
 
-}  // namespace
+constexpr std::string_view tile_word = "<UDIM>";
 
-Result<Texture> load_texture(const std::filesystem::path& file, std::vector<std::string>* warnings, bool is_encoded) {
+Result<Texture> load_picture(const std::filesystem::path& file, std::vector<std::string>* warnings, bool is_encoded) {
   auto image = read(file, is_encoded);
   if (!image) return image.error();
   if (image->pixels.size() > most_pixels)
@@ -53,6 +56,36 @@ Result<Texture> load_texture(const std::filesystem::path& file, std::vector<std:
     warnings->push_back(fmt::format("{}: {} of {} values are outside 0..1 and taken for its ends: an albedo is a share",
                                     file.string(), clamped, 3 * image->pixels.size()));
   return Texture(image->width, image->height, image->pixels);
+}
+
+}  // namespace
+
+std::map<int, std::filesystem::path> udim_files(const std::filesystem::path& file) {
+  std::map<int, std::filesystem::path> files;
+  const std::string name = file.filename().string();
+  const std::size_t place = name.rfind(tile_word);
+  if (place == name.npos) return files;
+  std::error_code unknown;
+  for (int tile = first_udim_tile; tile <= last_udim_tile; ++tile) {
+    const auto of_tile = file.parent_path() / std::string(name).replace(place, tile_word.size(), std::to_string(tile));
+    if (std::filesystem::exists(of_tile, unknown)) files.emplace(tile, of_tile);
+  }
+  return files;
+}
+
+Result<Texture> load_texture(const std::filesystem::path& file, std::vector<std::string>* warnings, bool is_encoded) {
+  if (file.filename().string().find(tile_word) == std::string::npos) return load_picture(file, warnings, is_encoded);
+  std::map<int, Texture> tiles;
+  for (const auto& [number, path] : udim_files(file)) {
+    auto tile = load_picture(path, warnings, is_encoded);
+    if (!tile) return tile;
+    tiles.emplace(number, std::move(*tile));
+  }
+  if (tiles.empty())
+    return Error{file.string(), "",
+                 fmt::format("files of tiles, {} to {} in place of {}", first_udim_tile, last_udim_tile, tile_word),
+                 "none"};
+  return Texture(std::move(tiles));
 }
 
 }  // namespace tress::scene

@@ -82,6 +82,7 @@ class AlembicReader {
         builder_(input.name, "an Alembic archive (Ogawa)"),
         most_vertices_(most_sharing * input.bytes.size() / sizeof(glm::vec3)) {
     if (!attribute_.empty()) builder_.file().attribute = attribute_;
+    builder_.file().origin = input.origin;
     const auto own = file_.frames_per_second();
     if (input.frame) seconds_ = *input.frame / input.frames_per_second.value_or(own.value_or(usual_frames_per_second));
     if (input.frame && own && !input.frames_per_second)

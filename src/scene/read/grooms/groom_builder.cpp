@@ -388,10 +388,10 @@ std::optional<IgnoredAttribute> leave_out_broken(const std::string& set, std::si
 }
 
 void GroomBuilder::place(const CurveSet& set, std::size_t old_points, std::size_t old_strands) {
-  const bool moves = set.to_file != glm::dmat4(1.0);
+  const bool moves = set.to_file != glm::dmat4(1.0) || file_.origin != glm::dvec3(0.0);
   for (std::size_t i = old_points; moves && i < file_.points.size(); ++i) {
     glm::vec3& point = file_.points[i];
-    const glm::dvec3 placed(set.to_file * glm::dvec4(glm::dvec3(point), 1.0));
+    const glm::dvec3 placed = glm::dvec3(set.to_file * glm::dvec4(glm::dvec3(point), 1.0)) - file_.origin;
     for (int c = 0; c < 3; ++c) point[c] = to_float(placed[c]);
   }
   if (const auto broken = leave_out_broken(set.name, old_strands, &file_)) ignore(broken->name, broken->why);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <glm/ext/vector_double3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
@@ -46,6 +47,7 @@ struct GroomFile {
   std::vector<std::vector<glm::vec3>> later = {};
   /// Widths at the later moments, in the form of `width`, which must then be there too; empty if they do not change.
   std::vector<std::vector<float>> later_width = {};
+  glm::dvec3 origin{0.0};    ///< has been subtracted from all points (GroomInput::origin)
   bool is_animated = false;  ///< whether the file has other samples for other times
   /// Per point, a diameter, finite, >= 0, or width_not_said; empty: default_width. A strand is invisible where it is 0.
   std::vector<float> width = {};
@@ -111,6 +113,9 @@ struct GroomInput {
   std::optional<double> frame = {};
   /// The frame rate for formats that count in seconds; unset: the file's own, or 24 if it has none.
   std::optional<double> frames_per_second = {};
+  /// The point that becomes 0, in the file's units and axes, for formats that have transforms: it is subtracted in
+  /// double before coordinates are rounded to floats.
+  glm::dvec3 origin{0.0};
 };
 
 }  // namespace tress::scene

@@ -83,6 +83,7 @@ class UsdReader {
         attribute_(input.attribute.empty() ? "primvars:displayColor" : "primvars:" + input.attribute),
         most_vertices_(most_sharing * (input.bytes.size() / least_bytes_of_vertex + 1)) {
     if (!input.attribute.empty()) builder_.file().attribute = input.attribute;
+    builder_.file().origin = input.origin;
   }
 
   Result<GroomFile> read() {
