@@ -9,6 +9,7 @@
 #include <string>
 
 #include "scene/read/load_scene.h"
+#include "scene/read/scene_strands.h"
 
 namespace tress::scene {
 namespace {
@@ -80,6 +81,10 @@ TEST_F(FarScene, HasThePlacesOfTheOneAtZeroCountedFromItsOrigin) {
       ASSERT_EQ(scene.meshes.size(), 1u);
       EXPECT_EQ(scene.meshes[0].positions, near.meshes[0].positions);
       EXPECT_EQ(scene.lights[0].center, near.lights[0].center);
+      const auto strands = strands_of(scene), strands_near = strands_of(near);
+      ASSERT_TRUE(strands && strands_near);
+      EXPECT_LT(glm::distance(strands->points[2], strands_near->points[2] + glm::vec3(static_cast<float>(far))), 0.01f)
+          << "the world's own places, rounded";
     }
 }
 

@@ -7,11 +7,11 @@ namespace {
 
 bool has_color_a_point(const Groom& groom) { return groom.color.size() == groom.points.size(); }
 
-/// color_a_point: one color for each point, else one for each strand.
-void append(const Groom& groom, bool color_a_point, GroomFile* all) {
+/// color_a_point: one color for each point, else one for each strand. origin: of the groom's points.
+void append(const Groom& groom, const glm::dvec3& origin, bool color_a_point, GroomFile* all) {
   const auto before = static_cast<std::uint32_t>(all->points.size());
   for (std::size_t s = 1; s < groom.first_point.size(); ++s) all->first_point.push_back(before + groom.first_point[s]);
-  all->points.insert(all->points.end(), groom.points.begin(), groom.points.end());
+  for (const glm::vec3& point : groom.points) all->points.emplace_back(glm::dvec3(point) + origin);
   for (const float radius : groom.radius_cm) all->width.push_back(2 * radius);
   for (std::uint32_t s = 0; all->has_color && s < groom.strand_count(); ++s)
     for (std::uint32_t i = groom.first_point[s];
@@ -34,7 +34,7 @@ Result<GroomFile> strands_of(const Scene& scene) {
   }
   if (points == 0) return Error{scene.source, "/grooms", "strands", "none"};
   if (points > most_groom_points) return Error{scene.source, "/grooms", "2^32 points at most", std::to_string(points)};
-  for (const Groom& groom : scene.grooms) append(groom, color_a_point, &all);
+  for (const Groom& groom : scene.grooms) append(groom, scene.origin, color_a_point, &all);
   all.basis = scene.grooms.front().basis;
   all.cm_per_unit = 1;
   all.y_up = false;
