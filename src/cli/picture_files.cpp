@@ -50,7 +50,9 @@ void describe_request(const RenderSettings& settings, const scene::Scene& scene,
   header["command"] = settings.command;
   header["version"] = version();
   if (settings.overrides.frame) header["frame"] = std::to_string(*settings.overrides.frame);
-  header["camera"] = camera_text(scene.camera);
+  scene::Camera camera = scene.camera;
+  for (glm::vec3* place : {&camera.eye, &camera.look_at}) *place = glm::vec3(glm::dvec3(*place) + scene.origin);
+  header["camera"] = camera_text(camera);
   integrate::describe_camera(scene.camera, scene.image, picture, scene.origin);
   header["exposure"] = fmt::format("{} stops, of the PNG alone", scene.image.exposure_stops);
   header["view"] =
