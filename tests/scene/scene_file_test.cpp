@@ -58,7 +58,7 @@ TEST(SceneFile, NamesThePathAndTheExpectation) {
       {R"({"image": {"width": 0}, )" + groom + "}", "/image/width"},
       {R"({"image": {"width": 65536, "height": 65536}, )" + groom + "}", "/image"},
       {R"({"camera": {"eye": [0, 0, null]}, )" + groom + "}", "/camera/eye/2"},
-      {R"({"camera": {"eye": [0, 0, 1], "look_at": [0, 0, 0]}, )" + groom + "}", "/camera/up"},
+      {R"({"camera": {"eye": [0, 0, 1], "look_at": [0, 0, 0], "up": [0, 0, 1]}, )" + groom + "}", "/camera/up"},
       {R"({"environment": {"constant": [-1, 0, 0]}, )" + groom + "}", "/environment/constant/0"},
       {R"({"materials": [{"color": [1, 1, 1]}], )" + groom + "}", "/materials/0/color/0"},
       {R"({"materials": [{"longitudinal_lambda_deg": {"R": 0}}], )" + groom + "}",
