@@ -28,6 +28,7 @@ struct Cell {
       : groom(curves.groom),
         strand(curves.segments[segment].strand),
         index(t < end(float(curves.pieces)) ? segment : segment + 1) {}
+  /// The middle of the piece that 0.625 of the segment lies in.
   static float end(float pieces) { return (std::floor(0.625f * pieces) + 0.5f) / pieces; }
   friend bool operator==(const Cell&, const Cell&) = default;
 };

@@ -28,8 +28,8 @@ struct Ray {
   /// others are independent.
   std::uint64_t key = 0;
   float drawn = -1;
-  /// For a ray that leaves a fiber: a point of the ray that arrived there, before it met the fiber. What the ray cannot
-  /// have entered it does not leave: a mesh between this point and the start is hit from this point's side only.
+  /// For a ray that leaves a fiber: a point of the ray that arrived there, cm, before it met the fiber. A mesh between
+  /// this point and the start is hit only by rays that come from this point's side, so that light stays on that side.
   std::optional<glm::vec3> came_by = {};
 };
 

@@ -9,7 +9,7 @@
 namespace tress::scene {
 namespace {
 
-/// What a share is asked at: the root of a strand.
+/// Returns the root of a strand, where shares are evaluated.
 StrandPlace root_of(const Groom& groom, std::uint32_t strand, std::uint64_t salt) {
   StrandPlace root;
   root.strand = mix_bits(salt ^ static_cast<std::uint64_t>(groom.strand_id(strand)));
