@@ -217,12 +217,19 @@ Result<ColorImage> read_exr_color(const std::filesystem::path& file) {
   if (!picture) return picture.error();
   const Window part = picture->window(), whole = picture->whole();
   // A few bytes of a header must not ask for memory without end: beyond a moderate size, the data must fill a share.
-  constexpr std::int64_t moderate = std::int64_t{1} << 24, largest_ratio = 64;
-  const std::int64_t most = std::min(most_color_pixels, std::max(moderate, largest_ratio * part.width * part.height));
-  if (std::int64_t{whole.width} * whole.height > most)
-    return Error{file.string(), "header displayWindow",
-                 fmt::format("at most {} pixels about {} x {} with data", most, part.width, part.height),
+  constexpr std::int64_t moderate = std::int64_t{1} << 24, largest_ratio = 64, pixels_of_a_byte = 4096;
+  const auto size_error = [&](std::string expected) {
+    return Error{file.string(), "header displayWindow", std::move(expected),
                  fmt::format("{} x {}", whole.width, whole.height)};
+  };
+  std::error_code code;
+  const auto bytes = static_cast<std::int64_t>(std::filesystem::file_size(file, code));
+  const std::int64_t filled = std::min(largest_ratio * part.width * part.height, pixels_of_a_byte * (code ? 0 : bytes));
+  const std::int64_t most = std::min(most_color_pixels, std::max(moderate, filled));
+  if (std::int64_t{whole.width} * whole.height > most)
+    return size_error(fmt::format("at most {} pixels about {} x {} with data", most, part.width, part.height));
+  if (std::max(whole.width, whole.height) > longest_color_side)
+    return size_error(fmt::format("sides of at most {} pixels", longest_color_side));
   ColorImage image{whole.width, whole.height, {}};
   image.pixels.assign(static_cast<std::size_t>(whole.width) * static_cast<std::size_t>(whole.height), glm::vec3(0.0f));
   for (std::size_t c = 0; c < 3; ++c) {

@@ -14,6 +14,8 @@ namespace tress::image {
 
 /// The most pixels of a color image that is read from an EXR.
 inline constexpr std::int64_t most_color_pixels = std::int64_t{1} << 27;
+/// The longest side of such an image, in pixels.
+inline constexpr int longest_color_side = 1 << 17;
 
 struct ColorImage {
   int width = 0, height = 0;
@@ -32,7 +34,8 @@ Result<ColorImage> parse_png(std::span<const unsigned char> bytes, const std::st
 /// Reads the color of an EXR: its R, G, B (or red, green, blue), those of its only layer, those of the layer called
 /// beauty, combined or rgba, or Y alone as grey. Other channels are ignored. The result is the whole display window,
 /// black where it has no data. A window of more than 2^24 pixels is refused if it has more than 64 times as many as the
-/// data or more than most_color_pixels. Colors of other chromaticities are converted to Rec. 709 (white adapted by
+/// data, more than 4096 for a byte of the file, or more than most_color_pixels; so is a longer side than
+/// longest_color_side. Colors of other chromaticities are converted to Rec. 709 (white adapted by
 /// Bradford's cones). Infinite values become the largest finite one, and NaN becomes 0. `remarks` names what was done.
 Result<ColorImage> read_exr_color(const std::filesystem::path& file);
 

@@ -142,6 +142,29 @@ TEST(ColorImage, ADisplayWindowIsHeldAgainstItsData) {
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message().find("displayWindow"), std::string::npos) << refused.error().message();
   EXPECT_NE(refused.error().message().find("8192 x 2049"), std::string::npos) << refused.error().message();
+  picture.whole_width = (1 << 17) + 1;
+  picture.whole_height = 4;
+  ASSERT_FALSE(write_exr(file, picture));
+  const auto long_side = read_exr_color(file);
+  ASSERT_FALSE(long_side);
+  EXPECT_NE(long_side.error().message().find("131073 x 4"), std::string::npos) << long_side.error().message();
+}
+
+TEST(ColorImage, ALargeDisplayWindowNeedsBytes) {
+  // A share of 1 / 64 has data, but the data are black, which compresses to a few thousand bytes.
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "flat_card.exr";
+  Picture picture;
+  picture.width = 1 << 10;
+  picture.height = 1 << 9;
+  for (const char* name : {"R", "G", "B"})
+    picture.channels.push_back({name, std::vector<float>(std::size_t{1} << 19, 0.0f)});
+  picture.whole_width = 1 << 13;
+  picture.whole_height = 1 << 12;
+  ASSERT_FALSE(write_exr(file, picture));
+  ASSERT_LT(std::filesystem::file_size(file) * 4096, std::size_t{1} << 25);
+  const auto refused = read_exr_color(file);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find("8192 x 4096"), std::string::npos) << refused.error().message();
 }
 
 }  // namespace
