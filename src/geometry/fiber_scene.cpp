@@ -297,7 +297,7 @@ Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, con
   hit.w = frame.w;
   hit.groom = curves.groom;
   hit.strand = curves.segments[found.primID].strand;
-  hit.place = static_cast<float>(curves.segments[found.primID].place) + found.u;
+  hit.place = curves.segments[found.primID].place_at(found.u);
   hit.time = ray.time;
   hit.came_by = hit.position - std::min(distance_cm, sine > 0 ? semi_axis / sine : distance_cm) * ray.direction;
   hit.way = curves.way(found.primID, found.u);

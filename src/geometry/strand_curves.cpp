@@ -1,9 +1,12 @@
 #include "geometry/strand_curves.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <initializer_list>
 #include <numbers>
+#include <optional>
 #include <ranges>
 
 #include "scene/model/camera.h"
@@ -42,6 +45,68 @@ std::vector<std::uint32_t> drawn_points(const scene::Groom& groom, std::uint32_t
   return drawn;
 }
 
+/// Unit tangents of two segments where they meet, root to tip. Both are 0 if either segment has no length.
+struct Bend {
+  glm::vec3 in{0.0f}, out{0.0f};
+};
+
+/// Bends below 0.02 rad have no joint: the wedge that they leave open is 0.01 radii squared.
+constexpr float least_corner_cosine = 0.9998f;
+
+/// The direction of the first of these vectors that is not 0 to within rounding of coordinates as large as `size`; 0 if
+/// all are.
+glm::vec3 first_direction(std::initializer_list<glm::vec3> candidates, float size) {
+  for (const glm::vec3& x : candidates)
+    if (const float length = glm::length(x); length > 1e-6f * size) return x / length;
+  return glm::vec3(0.0f);
+}
+
+/// a, b: the four control points of the segment before and of the one after.
+Bend bend_between(StrandBasis basis, const glm::vec4* a, const glm::vec4* b) {
+  const glm::vec3 a0(a[0]), a1(a[1]), a2(a[2]), a3(a[3]), b0(b[0]), b1(b[1]), b2(b[2]), b3(b[3]);
+  const auto largest = [](const glm::vec3& x) { return std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)}); };
+  const float size = std::max(largest(a3), largest(b0));
+  Bend bend;
+  if (basis == StrandBasis::bezier) {
+    bend = {first_direction({a3 - a2, a3 - a1, a3 - a0}, size), first_direction({b1 - b0, b2 - b0, b3 - b0}, size)};
+  } else {
+    // The tangent is the first derivative that is not 0. At the end of a segment, an even one counts backwards.
+    const glm::vec3 slope = a3 - a1, second = a1 - 2.0f * a2 + a3;
+    if (const glm::vec3 along = first_direction({slope}, size); along != glm::vec3(0.0f)) return {along, along};
+    bend = {first_direction({-second, a3 - a0}, size), first_direction({second, b3 - b0}, size)};
+  }
+  return bend.in == glm::vec3(0.0f) || bend.out == glm::vec3(0.0f) ? Bend{} : bend;
+}
+
+/// The place where a segment with these four control points begins, with its semi-axis.
+glm::vec4 start_of(StrandBasis basis, const glm::vec4* p) {
+  return basis == StrandBasis::bezier ? p[0] : (p[0] + 4.0f * p[1] + p[2]) / 6.0f;
+}
+
+float axis_at_start(StrandBasis basis, const float* axis) {
+  return basis == StrandBasis::bezier ? axis[0] : (axis[0] + 4 * axis[1] + axis[2]) / 6;
+}
+
+/// Control points of the joint between two segments, of which these are the first control points. It turns evenly from
+/// one tangent to the other within a tenth of the semi-axis.
+std::array<glm::vec4, 4> joint_control(StrandBasis basis, const std::vector<glm::vec4>& control, std::uint32_t before,
+                                       std::uint32_t after) {
+  const Bend bend = bend_between(basis, &control[before], &control[after]);
+  const glm::vec4 at = start_of(basis, &control[after]);
+  glm::vec3 middle = bend.in + bend.out;
+  const float length = glm::length(middle);
+  if (length > 1e-3f)
+    middle /= length;
+  else if (bend.in != glm::vec3(0.0f))
+    middle = root_normal(bend.in);
+  const float step = 0.05f * at.w;
+  const auto point = [&](const glm::vec3& offset) { return at + glm::vec4(step * offset, 0.0f); };
+  const glm::vec4 b0 = point(-0.5f * middle - bend.in), b1 = point(-0.5f * middle), b2 = point(0.5f * middle),
+                  b3 = point(0.5f * middle + bend.out);
+  if (basis == StrandBasis::bezier) return {b0, b1, b2, b3};
+  return {6.0f * b0 - 7.0f * b1 + 2.0f * b2, 2.0f * b1 - b2, 2.0f * b2 - b1, 2.0f * b1 - 7.0f * b2 + 6.0f * b3};
+}
+
 /// The data of a strand besides its points.
 struct StrandShape {
   std::uint32_t index;
@@ -58,7 +123,11 @@ class StrandAdder {
         curves_(curves) {
     curves_.later_control.resize(groom.later.size());
     curves_.later_frames.resize(groom.later.size());
-    for (auto& moment : curves_.later_control) moment.reserve(curves.control.capacity());
+    all_control_.push_back(&curves_.control);
+    for (auto& moment : curves_.later_control) {
+      moment.reserve(curves.control.capacity());
+      all_control_.push_back(&moment);
+    }
     for (auto& moment : curves_.later_frames) moment.reserve(curves.segments.capacity());
   }
 
@@ -75,14 +144,7 @@ class StrandAdder {
     const auto base = static_cast<std::uint32_t>(curves_.control.size());
     if (image_.least_width_px > 0) widen(p, strand.eccentricity);
     add_control(p, curves_.control);
-    const std::uint32_t stride = groom_.basis == StrandBasis::bezier ? 3 : 1, controls = curves_.is_linear() ? 2 : 4;
-    for (std::uint32_t i = 0; i + 1 < frames.size(); ++i) {
-      const std::uint32_t first = base + stride * i;
-      curves_.first_control.push_back(first);
-      StrandSegment segment{frames[i], frames[i + 1], {}, strand.index, i, strand.eccentricity};
-      for (std::uint32_t c = 0; c < controls; ++c) segment.semi_axis[c] = curves_.control[first + c].w;
-      curves_.segments.push_back(segment);
-    }
+    later_.clear();
     for (std::size_t moment = 0; moment < groom_.later.size(); ++moment) {
       const std::vector<glm::vec3> moved = points(moment + 1);
       if (const std::vector<float>& radii = groom_.later[moment].radius_cm; !radii.empty()) {
@@ -91,15 +153,64 @@ class StrandAdder {
         curves_.radii_change = true;
       }
       add_control(moved, curves_.later_control[moment]);
-      std::vector<KnotFrame> then = later_frames(strand_knots(moved, groom_.basis), frames[0], knots.tangent[0],
-                                                 groom_.later[moment].turned, strand.turn_rad_per_cm);
+      later_.push_back(later_frames(strand_knots(moved, groom_.basis), frames[0], knots.tangent[0],
+                                    groom_.later[moment].turned, strand.turn_rad_per_cm));
       // Axes from a file turn with the strand: their angles about it stay.
-      for (std::size_t i = 0; has_axes && i < then.size(); ++i) then[i].angle = frames[i].angle;
-      for (std::size_t i = 0; i + 1 < then.size(); ++i) curves_.later_frames[moment].push_back({then[i], then[i + 1]});
+      for (std::size_t i = 0; has_axes && i < frames.size(); ++i) later_.back()[i].angle = frames[i].angle;
+    }
+    const std::uint32_t stride = groom_.basis == StrandBasis::bezier ? 3 : 1;
+    std::optional<std::uint32_t> before;  // the last segment with a length
+    for (std::uint32_t i = 0; i + 1 < frames.size(); ++i) {
+      const std::uint32_t first = base + stride * i;
+      if (has_length(first)) {
+        if (before && is_corner(*before, first)) {
+          const StrandSegment joint{frames[i], frames[i], {}, strand.index, i, strand.eccentricity, 0};
+          add_segment(add_joint_control(*before, first), joint, i);
+        }
+        before = first;
+      }
+      add_segment(first, {frames[i], frames[i + 1], {}, strand.index, i, strand.eccentricity}, i);
     }
   }
 
  private:
+  /// Adds a segment with these control points. knot: where it begins.
+  void add_segment(std::uint32_t first, StrandSegment segment, std::uint32_t knot) {
+    curves_.first_control.push_back(first);
+    const std::uint32_t controls = curves_.is_linear() ? 2 : 4;
+    for (std::uint32_t c = 0; c < controls; ++c) segment.semi_axis[c] = curves_.control[first + c].w;
+    curves_.segments.push_back(segment);
+    const std::uint32_t end = segment.advance > 0 ? knot + 1 : knot;
+    for (std::size_t moment = 0; moment < later_.size(); ++moment)
+      curves_.later_frames[moment].push_back({later_[moment][knot], later_[moment][end]});
+  }
+
+  /// Whether the control points of a segment differ at any moment. Linear strands have no joints and are not asked.
+  bool has_length(std::uint32_t first) const {
+    return !curves_.is_linear() && std::ranges::any_of(all_control_, [first](const std::vector<glm::vec4>* control) {
+      const auto at = control->begin() + first;
+      return std::any_of(at + 1, at + 4, [at](const glm::vec4& p) { return glm::vec3(p) != glm::vec3(*at); });
+    });
+  }
+
+  /// Returns the first of the control points.
+  std::uint32_t add_joint_control(std::uint32_t before, std::uint32_t after) {
+    const auto first = static_cast<std::uint32_t>(curves_.control.size());
+    for (std::vector<glm::vec4>* control : all_control_)
+      for (const glm::vec4& point : joint_control(curves_.basis, *control, before, after)) control->push_back(point);
+    if (!curves_.own_axis.empty())
+      curves_.own_axis.insert(curves_.own_axis.end(), 4, axis_at_start(curves_.basis, &curves_.own_axis[after]));
+    return first;
+  }
+
+  /// Whether a joint is needed, at any moment, between the segments with these first control points.
+  bool is_corner(std::uint32_t before, std::uint32_t after) const {
+    return std::ranges::any_of(all_control_, [&](const std::vector<glm::vec4>* control) {
+      const Bend bend = bend_between(curves_.basis, &(*control)[before], &(*control)[after]);
+      return bend.in != glm::vec3(0.0f) && glm::dot(bend.in, bend.out) < least_corner_cosine;
+    });
+  }
+
   void set_axes(const std::vector<float>& radius_cm, float eccentricity) {
     axes_.clear();
     const double axis_per_radius = fiber::major_semi_axis(1.0, eccentricity);
@@ -147,9 +258,11 @@ class StrandAdder {
   const scene::Image& image_;
   const scene::Camera& camera_;
   StrandCurves& curves_;
-  std::vector<std::uint32_t> drawn_;  ///< points of the strand that is being added
-  std::vector<float> axes_;           ///< major semi-axes at those points, cm
-  std::vector<float> widening_;       ///< factors of the axes; empty if there is no least width
+  std::vector<std::uint32_t> drawn_;                  ///< points of the strand that is being added
+  std::vector<float> axes_;                           ///< major semi-axes at those points, cm
+  std::vector<float> widening_;                       ///< factors of the axes; empty if there is no least width
+  std::vector<std::vector<glm::vec4>*> all_control_;  ///< at every moment
+  std::vector<std::vector<KnotFrame>> later_;         ///< frames of the strand at the later moments
 };
 
 KnotFrame between(const KnotFrame& a, const KnotFrame& b, float share) {
@@ -209,7 +322,7 @@ float StrandCurves::semi_axis(std::uint32_t segment, float t, float time) const 
 
 float StrandCurves::presence(std::uint32_t segment, float t) const {
   const StrandSegment& of = segments[segment];
-  const float presence = with_presence != nullptr ? with_presence->presence_at(of.strand, float(of.place) + t) : 1;
+  const float presence = with_presence != nullptr ? with_presence->presence_at(of.strand, of.place_at(t)) : 1;
   if (own_axis.empty()) return presence;
   std::array<float, 4> own{};
   std::copy_n(own_axis.begin() + first_control[segment], is_linear() ? 2 : 4, own.begin());

@@ -18,8 +18,11 @@ namespace tress::geometry {
 struct alignas(64) StrandSegment {
   KnotFrame from, to;              ///< frames at its ends
   std::array<float, 4> semi_axis;  ///< major semi-axes at its control points, cm; linear strands use the first two
-  std::uint32_t strand, place;     ///< place: number of segments of the strand before this one
+  std::uint32_t strand, place;     ///< place: number of segments of the strand before this one, joints not counted
   float eccentricity;
+  float advance = 1;  ///< by how much the place on the strand grows from end to end: 1, or 0 in a joint
+
+  float place_at(float t) const { return static_cast<float>(place) + t * advance; }
 };
 
 /// Frames at the ends of a segment.
@@ -33,8 +36,10 @@ inline constexpr int least_pieces = 4, most_pieces = 16;
 /// One groom in the form for Embree. A strand of n points has n - 1 segments. As a B-spline it has n + 2 control
 /// points, and the segment with first control point c runs from knot c + 1 to knot c + 2. A linear strand has its n
 /// points, and a segment runs from c to c + 1. An open B-spline has its n control points and n - 3 segments. A Bezier
-/// segment runs from c to c + 3. For strands that move, all this is at the shutter's opening; between moments, control
-/// points, radii and frames change linearly. Times are in [0, 1], 0 if nothing moves.
+/// segment runs from c to c + 3. Where two segments meet at an angle, a joint is between them: a segment far shorter
+/// than wide that turns from one tangent to the other, so that its ribbon fills the wedge at the outer side of the
+/// bend. (Linear strands have is_in_joint() instead.) For strands that move, all this is at the shutter's opening;
+/// between moments, control points, radii and frames change linearly. Times are in [0, 1], 0 if nothing moves.
 struct StrandCurves {
   std::uint32_t groom = 0;                   ///< index into Scene::grooms
   std::vector<glm::vec4> control;            ///< xyz, cm; w = major semi-axis, cm
