@@ -322,6 +322,7 @@ Hit surface_hit(const Surface& surface, const Ray& ray, float distance_cm, const
   hit.w = shading_normal(mesh, found.primID, found.u, found.v, hit.normal, ray.direction, ray.time);
   hit.u = root_normal(hit.w);
   hit.v = glm::cross(hit.w, hit.u);
+  if (hit.w != hit.normal) hit.lift = way_to_smooth(mesh, found.primID, found.u, found.v, hit.normal, ray.time);
   hit.is_surface = true;
   hit.mesh = surface.index;
   hit.triangle = found.primID;
@@ -409,9 +410,13 @@ void attach(RTCScene scene, RTCGeometry geometry, std::size_t index) {
 }  // namespace
 
 glm::vec3 start_of(const Hit& hit, const glm::vec3& direction) {
+  if (hit.is_surface) {
+    constexpr float grazing = 0.1f;  // cosine about the triangle's normal from which on the start is its own
+    return hit.axis + std::clamp(1 - glm::dot(hit.normal, direction) / grazing, 0.0f, 1.0f) * hit.lift;
+  }
   const glm::vec3 side = glm::cross(direction, hit.u);
   const float sine = glm::length(side);
-  if (hit.is_surface || !(sine > 1e-6f)) return hit.axis;
+  if (!(sine > 1e-6f)) return hit.axis;
   return hit.axis +
          (hit.share * hit.semi_axis_cm * half_width(direction, hit.v, hit.w, hit.eccentricity) / sine) * side;
 }

@@ -63,12 +63,20 @@ struct Hit {
   std::uint32_t triangle = no_index;
   float second = 0, third = 0;  ///< weights of the triangle's second and third corner
   glm::vec3 normal{0.0f};       ///< unit, geometric, on the side that the ray came from
+  /// The way from the triangle to the smooth surface that it stands for, cm; 0 where that is not known to be convex.
+  glm::vec3 lift{0.0f};
+
+  /// Whether light from this direction may reach a surface: from above its triangle or, where that stands for a convex
+  /// smooth surface, from above that surface.
+  bool faces(const glm::vec3& direction) const { return glm::dot(lift == glm::vec3(0.0f) ? normal : w, direction) > 0; }
 };
 
 /// The start of the ray that leaves a hit in a unit direction, cm. At a fiber it passes the axis at the same share of
 /// the silhouette's half width, and on the same side, as the ray that came. This is exact for a smooth circular fiber
 /// at any order, since its normals point at the axis (angular momentum), and it keeps the transport reciprocal. A ray
-/// from the axis would light a dense bundle too evenly: tests/geometry/bundle_statistical_test.cpp.
+/// from the axis would light a dense bundle too evenly: tests/geometry/bundle_statistical_test.cpp. At a surface, a ray
+/// that grazes the triangle or goes below it starts from the smooth surface (Hit::lift), so that coarse meshes have no
+/// jagged edge between light and shadow.
 glm::vec3 start_of(const Hit& hit, const glm::vec3& direction);
 
 /// The ray that leaves a hit in a unit direction, at the same time.

@@ -1,9 +1,11 @@
 #include "geometry/surface_hits.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <optional>
 
 namespace tress::geometry {
 namespace {
@@ -31,6 +33,15 @@ class AtTime {
   const Points *before_, *after_ = nullptr;
   float share_ = 0;
 };
+
+/// The normals at the corners of a triangle, of any length and on either side; empty if one has none.
+std::optional<std::array<glm::vec3, 3>> corner_normals(const scene::Mesh& mesh, std::uint32_t triangle, float time) {
+  if (mesh.corner_normals.empty()) return std::nullopt;
+  const glm::uvec3 corner = mesh.corner_normals[triangle];
+  if (corner.x == scene::no_normal || corner.y == scene::no_normal || corner.z == scene::no_normal) return std::nullopt;
+  const AtTime normals(mesh, time, &scene::Mesh::normals, &scene::MeshMoment::normals);
+  return std::array<glm::vec3, 3>{normals[corner.x], normals[corner.y], normals[corner.z]};
+}
 
 }  // namespace
 
@@ -81,11 +92,9 @@ glm::vec3 surface_way(const scene::Mesh& mesh, std::uint32_t triangle, float sec
 
 glm::vec3 shading_normal(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third,
                          const glm::vec3& normal, const glm::vec3& ray_direction, float time) {
-  if (mesh.corner_normals.empty()) return normal;
-  const glm::uvec3 corner = mesh.corner_normals[triangle];
-  if (corner.x == scene::no_normal || corner.y == scene::no_normal || corner.z == scene::no_normal) return normal;
-  const AtTime normals(mesh, time, &scene::Mesh::normals, &scene::MeshMoment::normals);
-  const glm::vec3 a = normals[corner.x], b = normals[corner.y], c = normals[corner.z];
+  const std::optional<std::array<glm::vec3, 3>> normals = corner_normals(mesh, triangle, time);
+  if (!normals) return normal;
+  const auto& [a, b, c] = *normals;
   if (a == glm::vec3(0.0f) || b == glm::vec3(0.0f) || c == glm::vec3(0.0f)) return normal;
   glm::vec3 between = (1 - second - third) * a + second * b + third * c;
   const float length = glm::length(between);
@@ -99,6 +108,27 @@ glm::vec3 shading_normal(const scene::Mesh& mesh, std::uint32_t triangle, float 
   if (with_face < 0) between = -between;
   const float towards = -glm::dot(between, ray_direction);
   return towards >= grazing ? between : glm::normalize(between + (towards - grazing) * ray_direction);
+}
+
+glm::vec3 way_to_smooth(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third,
+                        const glm::vec3& normal, float time) {
+  const std::optional<std::array<glm::vec3, 3>> normals = corner_normals(mesh, triangle, time);
+  if (!normals) return glm::vec3(0.0f);
+  const AtTime positions(mesh, time, &scene::Mesh::positions, &scene::MeshMoment::positions);
+  const glm::uvec3& corner = mesh.triangles[triangle];
+  const std::array<glm::vec3, 3> corners{positions[corner.x], positions[corner.y], positions[corner.z]};
+  const std::array<float, 3> weight{1 - second - third, second, third};
+  const glm::vec3 point = weight[0] * corners[0] + weight[1] * corners[1] + weight[2] * corners[2];
+  glm::vec3 way(0.0f);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const float length = glm::length((*normals)[i]);
+    if (!(length > 0)) return glm::vec3(0.0f);
+    const glm::vec3 up = (*normals)[i] * (glm::dot((*normals)[i], normal) < 0 ? -1 / length : 1 / length);
+    for (std::size_t other = 0; other < 3; ++other)
+      if (other != i && !(glm::dot(corners[other] - corners[i], up) < 0)) return glm::vec3(0.0f);
+    way -= weight[i] * glm::dot(point - corners[i], up) * up;
+  }
+  return way;
 }
 
 }  // namespace tress::geometry

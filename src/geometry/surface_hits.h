@@ -32,4 +32,10 @@ glm::vec3 surface_way(const scene::Mesh& mesh, std::uint32_t triangle, float sec
 glm::vec3 shading_normal(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third,
                          const glm::vec3& normal, const glm::vec3& ray_direction, float time = 0);
 
+/// The way from a point of a triangle to the smooth surface that the normals of its corners stand for, cm (Hanika 2021,
+/// "Hacking the Shadow Terminator"). It is 0 unless the surface is convex there as seen from the side of `normal`:
+/// every corner below the tangent planes of the others.
+glm::vec3 way_to_smooth(const scene::Mesh& mesh, std::uint32_t triangle, float second, float third,
+                        const glm::vec3& normal, float time = 0);
+
 }  // namespace tress::geometry

@@ -106,7 +106,7 @@ PathTracer::Lit PathTracer::light(const Vertex& vertex, float u_light, const std
   const Lit none;
   const LightSampler::Arrival light = lights_.sample(vertex.hit.axis, vertex.hit.time, u_light, u);
   if (!(light.density > 0) || light.radiance == glm::vec3(0.0f)) return none;
-  if (vertex.hit.is_surface && !(glm::dot(vertex.hit.normal, light.direction) > 0)) return none;
+  if (vertex.hit.is_surface && !vertex.hit.faces(light.direction)) return none;
   // The fiber is evaluated before the shadow ray, which costs as much: most light samples bring little and end here.
   const Scattered value = scattering_.evaluate(vertex, light.direction, sums);
   const float density = static_cast<float>(vertex.light_samples) * light.density * value.solid_angle +

@@ -63,7 +63,7 @@ PossibleLight possible_light(const scene::Scene& scene, const geometry::FiberSce
     const float time = random.next(), u_light = random.next(), u1 = random.next(), u2 = random.next();
     const LightSampler::Arrival light = lights.sample(hit.axis, time, u_light, {u1, u2});
     if (!(light.density > 0)) continue;
-    if (hit.is_surface && !(glm::dot(hit.normal, light.direction) > 0)) continue;
+    if (hit.is_surface && !hit.faces(light.direction)) continue;
     const double balance =
         hit.is_surface ? of_surface : static_cast<double>(model.balance(fiber_ids[fiber_of(scene, hit)]));
     const double radiance = (static_cast<double>(light.radiance.x) + static_cast<double>(light.radiance.y) +

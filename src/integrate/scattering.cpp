@@ -26,18 +26,18 @@ glm::vec3 to_frame(const geometry::Hit& hit, const glm::vec3& world) {
   return {glm::dot(world, hit.u), glm::dot(world, hit.v), glm::dot(world, hit.w)};
 }
 
-/// Scattering about the shading normal w, with no light through the face. The shading fades out before the face turns
-/// from the light (Chiang, Li and Burley 2019, "Taming the shadow terminator"), so that facets do not show at the edge
-/// between light and shadow.
+/// Scattering about the shading normal w. Where rays can start from the smooth surface (Hit::lift), light is let in
+/// that comes from below the triangle. Elsewhere the shading fades out before the triangle turns from the light
+/// (Chiang, Li and Burley 2019, "Taming the shadow terminator"), so that facets do not show at the edge between light
+/// and shadow.
 Scattered scattered_by_surface(const SurfaceMaterial& material, const geometry::Hit& hit, const glm::vec3& direction) {
   Scattered scattered;
   const glm::vec3 in = to_frame(hit, direction);
-  const float of_face = glm::dot(hit.normal, direction);
   scattered.pdf = material.pdf(in);
-  if (!(in.z > 0 && of_face > 0)) return scattered;
+  if (!(in.z > 0 && hit.faces(direction))) return scattered;
   float fade = 1;
-  if (hit.w != hit.normal) {
-    const float share = std::min(1.0f, of_face / (in.z * glm::dot(hit.w, hit.normal)));
+  if (hit.w != hit.normal && hit.lift == glm::vec3(0.0f)) {
+    const float share = std::min(1.0f, glm::dot(hit.normal, direction) / (in.z * glm::dot(hit.w, hit.normal)));
     fade = share * (1 + share * (1 - share));
   }
   scattered.layers[surface_layer] = material.value(in) * fade;
