@@ -97,7 +97,6 @@ def test_a_filtered_picture_has_the_noisy_one_beside_it():
 def test_a_border_renders_its_part():
     scene = start()
     lock(scene)
-    scene.tress.estimator = "exact"  # a part of a picture has the bits of the whole then
     whole = rendered(scene, "whole")
     render = scene.render
     render.use_border = render.use_crop_to_border = True
@@ -123,6 +122,46 @@ def test_particle_hair_and_its_emitter_are_handed_over():
     told = subprocess.run([TRESS, "info", os.path.join(FOLDER, "kept", keys["grooms"][0]["file"])], check=True,
                           capture_output=True, text=True).stdout
     expect("strands   1000" in told, "1000 strands are expected: " + told)
+
+
+def coverage_by(scene, engine, seed):
+    from tress_render import files
+    scene.render.engine = engine
+    scene.cycles.seed = scene.tress.seed = seed
+    scene.render.filepath = os.path.join(FOLDER, f"shape_{engine}_{seed}.exr")
+    bpy.ops.render.render(write_still=True)
+    channels = files.read_exr(scene.render.filepath).channels
+    return next(pixels for name, pixels in channels.items() if name.split(".")[-1] == "A")
+
+
+def overlap(a, b):
+    return float(np.minimum(a, b).sum() / max(a.sum(), b.sum()))
+
+
+def test_sparse_strands_have_the_shape_that_cycles_draws():
+    """Arcs, curls and short strands of few points, by coverage: as near to Cycles as another seed of Cycles is, less
+    0.03 for Cycles' straight pieces."""
+    t = np.linspace(0, 1, 5)
+    curl = np.stack([0.06 * np.cos(4 * np.pi * t), 0 * t, 0.2 * t - 0.1], 1)
+    arcs = {n: 0.1 * np.stack([np.cos(np.linspace(0, np.pi, n)), np.zeros(n), np.sin(np.linspace(0, np.pi, n)) - 0.5], 1)
+            for n in (3, 4, 6)}
+    shapes = {"arc of 3": [arcs[3]], "arc of 4": [arcs[4]], "arc of 6": [arcs[6]], "curl": [curl],
+              "short": [0.3 * arcs[3] + (0.03 * k - 0.08, 0, 0) for k in range(6)]}
+    for name, strands in shapes.items():
+        scene = start(96, 96, samples=64)
+        camera = grooms.add_camera(scene, eye=(0, -1, 0))
+        camera.data.type, camera.data.ortho_scale = "ORTHO", 0.26
+        grooms.add_hair_curves(scene, np.array(strands, np.float32), grooms.hair_material(Melanin=0.5), radius=0.001,
+                               tip=1.0)
+        scene.render.film_transparent = True
+        settings = scene.render.image_settings
+        settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGBA", "32"
+        scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.device = 64, False, "CPU"
+        scene.cycles_curves.subdivisions = 4
+        cycles = coverage_by(scene, "CYCLES", 1)
+        same_shape, found = overlap(cycles, coverage_by(scene, "CYCLES", 2)), overlap(cycles, coverage_by(scene, "TRESS", 1))
+        print(f"{name}: overlap with Cycles {found:.3f}, of two seeds of it {same_shape:.3f}")
+        expect(found > same_shape - 0.03, f"{name}: the overlap with Cycles is {found:.3f}, of two seeds {same_shape:.3f}")
 
 
 def test_huangs_model_hands_over_its_aspect_ratio_and_gains_where_blender_has_it():

@@ -165,6 +165,10 @@ T by_the_book(const std::string& basis, const std::vector<T>& values, std::size_
   const bool is_mirrored = basis == "bspline" || basis == "catmull_rom";
   const std::size_t step = basis == "bezier" ? 3 : basis == "hermite" ? 2 : 1;
   std::vector<T> p = is_mirrored ? with_ends_mirrored(values) : values;
+  if (basis.starts_with("clamped")) {
+    p.insert(p.begin(), values.front());
+    p.push_back(values.back());
+  }
   if (basis == "hermite") {  // point, point, tangent, tangent as the weights have them
     std::vector<T> q{p[2 * i], p[2 * i + 1], p[2 * i + 2], p[2 * i + 3]};
     return mixed(q, 0, weights(basis, t));
@@ -195,7 +199,7 @@ std::string ply_of(const std::vector<std::vector<glm::vec3>>& strands, const std
 }
 
 TEST_F(InAScene, StrandsOfEveryBasisThatItSaysAreThoseOfTheTextbook) {
-  ASSERT_EQ(basis_names().size(), 7u);
+  ASSERT_EQ(basis_names().size(), 8u);
   for (const std::string& basis : basis_names()) {
     const std::size_t count = basis == "hermite" ? 8 : 7;
     std::vector<std::vector<glm::vec3>> strands(2);

@@ -52,8 +52,8 @@ TEST(SceneFile, NamesThePathAndTheExpectation) {
       {R"({"grooms": [{"generate": "straight", "file": "a.hair"}]})", "/grooms/0"},
       {R"({"grooms": [{"generate": "straight", "material": "x"}]})", "/grooms/0/material"},
       {R"({"grooms": [{"generate": "straight", "basis": "cubic"}]})",
-       "s.json: /grooms/0/basis: expected one of bspline, linear, catmull_rom, open_bspline, open_catmull_rom, bezier, "
-       "hermite, found \"cubic\""},
+       "s.json: /grooms/0/basis: expected one of bspline, linear, catmull_rom, clamped_catmull_rom, open_bspline, "
+       "open_catmull_rom, bezier, hermite, found \"cubic\""},
       {R"({"grooms": [{"generate": "straight", "basis": true}]})", "/grooms/0/basis"},
       {R"({"image": {"width": 0}, )" + groom + "}", "/image/width"},
       {R"({"image": {"width": 65536, "height": 65536}, )" + groom + "}", "/image"},

@@ -147,7 +147,7 @@ class Export:
         path = self._file(name, "hair")
         files.write_hair(path, lengths, points * self.cm, widths, colors)
         keys = {"name": self._free_name(name), "file": os.path.basename(path), "material": material, "up": "z",
-                "cm_per_unit": 1.0, "basis": "catmull_rom"}  # as the viewport and Cycles draw it
+                "cm_per_unit": 1.0, "basis": "clamped_catmull_rom"}  # as the viewport and Cycles draw it
         self.keys["grooms"].append(keys)
 
     def _curves(self, ob, matrix):

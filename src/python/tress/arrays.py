@@ -38,8 +38,8 @@ class Strands:
     width: diameters in the unit of the points: one for all, one a strand, or one a point. Without it 0.008 cm.
     color: linear RGB in [0, 1], (strand, 3) or one a point; used by a material with color="file" or a source that
     names the attribute "color".
-    basis: what the points are: "bspline" (the default; through root and tip), "linear", "catmull_rom", "open_bspline",
-    "open_catmull_rom", "bezier", "hermite".
+    basis: what the points are: "bspline" (the default; through root and tip), "linear", "catmull_rom",
+    "clamped_catmull_rom", "open_bspline", "open_catmull_rom", "bezier", "hermite".
     normal: (strand, point, 3) or one a point, along the minor axes of the fibers' cross-sections, any length; 0 where
     there is none. Without it the axes are the material's.
     id: a whole number a strand, which tells what is random of it; without it its index does. root_uv: (strand, 2),

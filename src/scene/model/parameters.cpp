@@ -479,10 +479,11 @@ constexpr std::array table{
               "1, 1; generated 1, 0.4 but for `single_fiber`",
               "factors of the radius, linear along the length of the strand"},
     Parameter{"/grooms/N/basis", "", choice, none, "",
-              "bspline, linear, catmull_rom, open_bspline, open_catmull_rom, bezier, hermite",
+              "bspline, linear, catmull_rom, clamped_catmull_rom, open_bspline, open_catmull_rom, bezier, hermite",
               "the file's, else bspline",
               "of what does not say: uniform cubic B-splines that the points control (through root and tip, rounding "
-              "bends), straight from point to point, smooth through every point; open ones end before their first and "
+              "bends), straight from point to point, smooth through every point (clamped: with ends repeated, as "
+              "Blender draws it); open ones end before their first and "
               "last point; Bezier segments (3 n + 1 points), point and tangent in turn"},
     Parameter{"/grooms/N/up", "--up", choice, none, "", "y, z",
               "the file's, else z; of a bare file by how its strands fall",

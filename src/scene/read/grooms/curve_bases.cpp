@@ -16,6 +16,7 @@ std::uint64_t least_of(CurveBasis basis) { return basis == CurveBasis::linear ? 
 
 /// False for Bezier and Hermite curves, which reach their ends anyway.
 bool is_pinned(const CurveKind& kind) {
+  if (kind.wrap == CurveWrap::repeated) return kind.basis == CurveBasis::catmull_rom;
   return kind.wrap == CurveWrap::pinned && (kind.basis == CurveBasis::bspline || kind.basis == CurveBasis::catmull_rom);
 }
 
@@ -29,6 +30,7 @@ class Vertices {
     const auto count = static_cast<std::int64_t>(given_.size());
     if (i >= 0 && i < count) return given_[static_cast<std::size_t>(i)];
     if (wrap_ == CurveWrap::periodic) return given_[static_cast<std::size_t>((i % count + count) % count)];
+    if (wrap_ == CurveWrap::repeated) return i < 0 ? given_.front() : given_.back();
     return i < 0 ? 2.0f * given_[0] - given_[1] : 2.0f * given_[given_.size() - 1] - given_[given_.size() - 2];
   }
 
@@ -96,7 +98,7 @@ CurveKind kind_of(StrandBasis basis) {
 
 std::string words(const CurveKind& kind) {
   static constexpr std::array bases{"linear", "cubic bezier", "cubic bspline", "cubic catmullRom", "cubic hermite"};
-  static constexpr std::array wraps{"nonperiodic", "periodic", "pinned"};
+  static constexpr std::array wraps{"nonperiodic", "periodic", "pinned", "ends repeated"};
   return std::string(bases[static_cast<std::size_t>(kind.basis)]) + ", " + wraps[static_cast<std::size_t>(kind.wrap)];
 }
 

@@ -13,8 +13,9 @@ namespace tress::scene {
 
 /// The meaning of the vertices of a curve.
 enum class CurveBasis : std::uint8_t { linear, bezier, bspline, catmull_rom, hermite };
-/// The ends of a curve. pinned: it begins and ends at its first and last vertex, P[-1] = 2 P[0] - P[1].
-enum class CurveWrap : std::uint8_t { nonperiodic, periodic, pinned };
+/// The ends of a curve. pinned: it begins and ends at its first and last vertex, P[-1] = 2 P[0] - P[1]. repeated: the
+/// same for Catmull-Rom curves with P[-1] = P[0], as Blender has them.
+enum class CurveWrap : std::uint8_t { nonperiodic, periodic, pinned, repeated };
 
 struct CurveKind {
   CurveBasis basis = CurveBasis::linear;

@@ -16,6 +16,7 @@ struct NamedKind {
 constexpr NamedKind named_kinds[] = {{"bspline", {CurveBasis::bspline, CurveWrap::pinned}},
                                      {"linear", {CurveBasis::linear, CurveWrap::nonperiodic}},
                                      {"catmull_rom", {CurveBasis::catmull_rom, CurveWrap::pinned}},
+                                     {"clamped_catmull_rom", {CurveBasis::catmull_rom, CurveWrap::repeated}},
                                      {"open_bspline", {CurveBasis::bspline, CurveWrap::nonperiodic}},
                                      {"open_catmull_rom", {CurveBasis::catmull_rom, CurveWrap::nonperiodic}},
                                      {"bezier", {CurveBasis::bezier, CurveWrap::nonperiodic}},

@@ -10,7 +10,8 @@
 
 namespace tress::scene {
 
-/// Values of the key "basis": bspline, linear, catmull_rom (through every point, ends mirrored), open_bspline,
+/// Values of the key "basis": bspline, linear, catmull_rom (through every point, ends mirrored),
+/// clamped_catmull_rom (the same with ends repeated, as Blender draws it), open_bspline,
 /// open_catmull_rom (from the second point to the last but one), bezier (3 n + 1 points), hermite (point and tangent in
 /// turn).
 const std::vector<std::string>& basis_names();
