@@ -1,9 +1,10 @@
 """The live page, the report and the lobe viewer in a real browser.
 
-    tests/browser/pages_in_chromium.py TRESS CHROMIUM SCENE FOLDER    # screenshots are left in FOLDER
+    tests/browser/pages_in_chromium.py TRESS LABORATORY CHROMIUM SCENE FOLDER    # screenshots are left in FOLDER
 """
 import json
 import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -15,7 +16,8 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from chromium import Page  # noqa: E402
 
 tress, laboratory, chromium, scene, folder = sys.argv[1:6]
-os.makedirs(folder, exist_ok=True)
+shutil.rmtree(folder, ignore_errors=True)  # a cache of an earlier run would leave nothing to learn
+os.makedirs(folder)
 
 
 def at(name):
@@ -236,7 +238,7 @@ def report():
         page.call("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=0, uploadThroughput=0)
         page.open("file://" + os.path.realpath(at("report.html")))
         page.until("document.querySelectorAll('main table').length >= 2")
-        check(page.value("document.querySelectorAll('.chart canvas').length") == 7, "seven charts, offline")
+        check(page.value("document.querySelectorAll('.chart canvas').length") == 9, "nine charts, offline")
         check(page.value("""[...document.querySelectorAll('.chart canvas')].every((c) => c.getContext('2d').getImageData(0, 0, c.width, c.height)
           .data.some((x) => x > 0))"""), "every chart is drawn")
         check("of rough, chi-square" in page.value("document.body.textContent"), "what the error of a row of samples is")
