@@ -23,7 +23,7 @@ struct EllipticalFiber {
   FiberParameters parameters;
   LobeWidths widths;
   std::array<float, 4> sigma{};         ///< blur of each of row_lobes, radians
-  std::array<bool, 4> proposes_only{};  ///< their rows are of smallest_grid_sigma and only propose
+  std::array<bool, 4> proposes_only{};  ///< their rows have smallest_grid_sigma and serve only as proposals
   /// Whether converged rows alone can answer: there is a service, and no lobe only proposes.
   bool answers_by_rows = false;
   int vertex_rays = 256;
