@@ -34,7 +34,8 @@ class DisplayClient {
   /// Stops at once.
   ~DisplayClient() = default;
 
-  /// Whether a picture shown now would be sent: the previous one has been, and the share of time allows it. Any thread.
+  /// Whether a picture shown now would be sent: the previous one is done, and the share of time allows another. Any
+  /// thread.
   bool wants_picture() const;
   /// Replaces a picture that still waits. If a picture has another size or other channels, the viewer starts with a new
   /// image.
