@@ -49,7 +49,7 @@ const adaptive::SliceDescription* nearest_hair(const adaptive::SliceDescription&
 struct SliceContents {
   adaptive::SliceDescription slice;
   std::uint64_t open = 0, converged = 0;
-  std::uint64_t samples = 0;      ///< number that taught the converged rows
+  std::uint64_t samples = 0;      ///< number from which the converged rows were learned
   std::vector<float> objectives;  ///< of the converged rows: bounds of their errors
 };
 

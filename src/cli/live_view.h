@@ -19,8 +19,8 @@ namespace tress::cli {
 /// Viewers and the live page. Does nothing if nobody watches. One thread at a time.
 class LiveView {
  public:
-  /// Error if the viewer's host is unknown, the page cannot be served, or its reference picture cannot be read. A
-  /// viewer that is missing is searched for while the render runs.
+  /// Error if the viewer's host is unknown, the page cannot be served, or its reference picture cannot be read. If the
+  /// viewer is not running yet, the render goes on and tries to connect again.
   static Result<std::unique_ptr<LiveView>> open(const RenderSettings& settings);
 
   /// Call it before the first pass. service: null without rows; it must outlive the render.

@@ -17,7 +17,7 @@
 
 namespace tress::cli {
 
-/// The finite number that the whole text spells, with nothing else around it.
+/// Parses a finite number; empty if the text has anything else in it.
 std::optional<double> parse_number(const std::string& text);
 std::optional<std::uint64_t> parse_unsigned(const std::string& text);
 /// The same for whole numbers, with or without a "-".

@@ -52,7 +52,7 @@ std::size_t max_array_size() {
   return std::size_t(parse_unsigned(shown.out.substr(begin, end - begin)).value_or(usual_max_array_size));
 }
 
-/// The same as a script, where ids are variables of the shell.
+/// The script that submits the tasks and the merge by hand; ids of jobs are variables of the shell.
 std::string slurm_submit_script(const Farm& opened, const farm::SlurmOptions& options,
                                 const std::vector<std::size_t>& left) {
   std::string text = "#!/bin/bash\n# Submits a farm of tress by hand; tress farm --submit slurm does it too.\nset -e\n";

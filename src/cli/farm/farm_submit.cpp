@@ -41,7 +41,7 @@ const std::set<std::string>& options_of_tasks() {
   return names;
 }
 
-/// Checks the options by the parser of a render, here and not on another machine. Throws WrongUsage.
+/// Checks the options with the parser of a render, before any machine starts a task. Throws WrongUsage.
 void check_render_options(const farm::Plan& plan) {
   for (const std::string& word : plan.options) {
     if (options_of_tasks().contains(word.substr(0, word.find('='))))
