@@ -1,4 +1,4 @@
-// Measures how far a row is from draws that it was not fitted to (ESTIMATOR.md, E9).
+// Measures the error of a row on draws that it was not fitted to (ESTIMATOR.md, E9).
 #pragma once
 
 #include <array>

@@ -53,7 +53,7 @@ struct alignas(16) KnotRow {
 struct alignas(16) RibbonAnswer {
   RibbonRow row;
   float objective;      ///< bound of its last test, as RowView::objective; if interpolated, the largest of its parents
-  std::uint32_t paths;  ///< number of paths that taught it; if interpolated, the smallest of its parents
+  std::uint32_t paths;  ///< number from which it was learned; if interpolated, the smallest of its parents
   bool has_converged;   ///< whether it has passed its test
   std::size_t bytes() const { return sizeof(RibbonAnswer); }
 };

@@ -8,7 +8,7 @@
 //     packed answers, packed stored rows, packed earlier rows; u32 number of interpolated nodes, each u32; u64 paths
 //     heard, u32 number of nodes with some, each u32 node, u32 number of exits, each f32 azimuth, height, weight,
 //     attribute, u8 part; u32 number of forms, each u32 number, u32 nodes made
-//   u32 number of slices that nobody uses, each: text, a cache file of its own
+//   u32 number of unused slices, each: text, a cache file of its own
 //   u32 number of rows in order of creation, each: u32 slice, node, u8 kind, u8 audit and whether a row of samples has
 //   converged, u8 failed tests, f32 energy,
 //     u32 generation, u64 count, and what its kind has (SavedRow)
