@@ -43,7 +43,7 @@ struct CachedRow {
   std::shared_ptr<const RibbonRow> ribbons;
   float energy = 0;
   float objective = 0;            ///< the bound that passed the test, relative squared L2; 0 for open rows
-  std::uint64_t count = 0;        ///< number of g evaluations, or of paths, that taught it
+  std::uint64_t count = 0;        ///< number of g evaluations, or of paths, from which it was learned
   std::vector<SketchBin> sketch;  ///< of an open row in a slice of densities, in ascending order of index
 };
 

@@ -42,9 +42,9 @@ struct Options {
   /// what it drew to Service::hear(). It is four times as large for rows of few paths, and smaller where it would make
   /// the picture noisier. The range is [0, 1]; 0 means never. Keep it the same from the first pass on.
   float heard_share = 1 / 64.0f;
-  /// Whether the service draws paths of its own to teach rows of samples. If off, only paths that were passed to
-  /// Service::hear() teach them, at most 1,024 a row, and there are no coarser rows; for nodes without a row, the host
-  /// draws from the target and passes the paths on. This shows what the host's own paths teach.
+  /// Whether the service draws paths of its own for rows of samples. If off, rows learn only from paths that were
+  /// passed to Service::hear(), at most 1,024 a row, and there are no coarser rows; for nodes without a row, the host
+  /// draws from the target and passes the paths on. This shows what can be learned from the host's own paths.
   bool own_paths = true;
   /// Share of the proposal that always stays uniform, for converged and open rows (it bounds the weight by 1/(1-u)).
   float uniform_share_converged = 0.02f;
