@@ -69,7 +69,7 @@ struct Image {
   /// Strands that the camera sees thinner than this many pixels are drawn that wide, with less presence in the same
   /// proportion; 0: none.
   float least_width_px = 0;
-  float curve_error_px = 0.1f;  ///< how far straight pieces of a curve may lie beside it, > 0
+  float curve_error_px = 0.1f;  ///< largest distance of straight pieces from their curve, pixels, > 0
   bool transparent = false;     ///< whether beauty leaves out the background; else Scene::environment_visible decides
 };
 

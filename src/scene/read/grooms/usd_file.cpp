@@ -18,7 +18,7 @@ namespace tress::scene {
 namespace {
 
 constexpr int deepest_arc = 16;
-/// Prims may share what they refer to, but no valid layer unfolds to this many times its prims and its bytes.
+/// Prims may share what they refer to, but no valid layer expands to this many times its prims and its bytes.
 constexpr std::uint64_t most_sharing = 16, least_bytes_of_vertex = 8;
 
 /// Attributes of curves. Those without effect on the picture are listed as used.
@@ -300,8 +300,8 @@ class UsdReader {
     builder_.file().is_animated = builder_.file().is_animated || animated_;
   }
 
-  /// Moves points by their velocities if they come from one sample only, because the next sample has another number of
-  /// points or there is none.
+  /// Moves points by their velocities if they come from one sample only, because the next sample is missing or has
+  /// another number of points.
   void go_on(const Opinions& prims, UsdValue* points) {
     const UsdAttribute* velocities = find(prims, "velocities");
     if (!velocities || !frame_ || !points->held_since) return;
