@@ -33,7 +33,7 @@ struct Cell {
   friend bool operator==(const Cell&, const Cell&) = default;
 };
 
-/// The hits of a ray on strands with a presence, in any order, as far as they have to be known.
+/// The hits of a ray on strands with a presence, in any order, as far as they are needed.
 class DrawnHits {
  public:
   explicit DrawnHits(float drawn) : drawn_(drawn) {}
@@ -76,7 +76,7 @@ class DrawnHits {
   std::vector<Entry> all_;
 };
 
-/// What the filter knows about a ray. Embree passes a pointer to the first member.
+/// The data of a ray for the filter. Embree passes a pointer to the first member.
 struct RayQuery {
   embree::RayContext context;
   std::uint32_t start_groom, first_own, own_count;  ///< the segments of the strand that the ray leaves
