@@ -57,7 +57,7 @@ class DirectionRows {
       write_down(found.row.slice, found.row.node, found.row.pass, lobe, light_interval);
     return found;
   }
-  /// The row at a node, in whatever state.
+  /// The row at a node, in any state.
   adaptive::FormedLookup ask(const adaptive::FormedRows& rows, std::uint32_t node, Lobe lobe) {
     adaptive::FormedLookup found = service_->look_up(rows, node);
     if (importance_ > 0 && !(found.answer && !found.answer.has_row()))

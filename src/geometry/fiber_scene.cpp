@@ -332,7 +332,7 @@ Hit surface_hit(const Surface& surface, const Ray& ray, float distance_cm, const
   return hit;
 }
 
-/// Embree reports a failure, mostly lack of memory, only when asked. `made`: the object that it returned.
+/// Throws if Embree has failed, mostly for lack of memory, which it reports on request only. `made`: its result.
 void check(RTCDevice device, const void* made) {
   const RTCError error = rtcGetDeviceError(device);  // without a device: the error of this thread
   if (made != nullptr && error == RTC_ERROR_NONE) return;

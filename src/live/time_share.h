@@ -1,4 +1,4 @@
-// Limits how often something is done beside a render, so that all of it takes no more than a share of the time.
+// Limits how often a task runs during a render, so that it takes at most a share of the time.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// The fiber model of a scene if nobody names one: its materials alone decide. Options of accuracy (an epsilon, an
+// The fiber model of a scene if none is named: its materials alone decide. Options of accuracy (an epsilon, an
 // estimator, a learner, a cache) never change the model.
 #pragma once
 

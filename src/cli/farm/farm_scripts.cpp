@@ -135,7 +135,7 @@ int submit_to_slurm(const Farm& opened, const farm::SlurmOptions& options, const
     }
     jobs.push_back(id);
     fmt::print("{} {}\n", what, id);
-    // This is noted at once, so that the next submission knows of one that is killed here.
+    // Written at once, so that the next submission finds the jobs if this one is killed here.
     const auto error = note_jobs(opened.folder, jobs);
     if (error) log_error(error->message());
     return !error;

@@ -50,9 +50,9 @@ class TracedFibers {
   /// estimate over its mean. That is the density of one facet about its own directions: reflection at a slope of alpha
   /// has the width 2 alpha, and light that leaves a medium of index eta has the width (eta - 1) alpha.
   ///
-  /// A share of it is used that was chosen by pictures. At 1.5, 3 and 6 times the density of a uniform sphere, straight
-  /// brown hair in a studio, all of it estimated, with 16 samples, has a noise of 1.22, 1.23 and 1.30 (3.0 without
-  /// light samples); in a sunlit city it has 0.87, 0.83 and 0.82.
+  /// The share of it that is used was chosen by pictures. At 1.5, 3 and 6 times the density of a uniform sphere,
+  /// straight brown hair in a studio, all of it estimated, with 16 samples, has a noise of 1.22, 1.23 and 1.30 (3.0
+  /// without light samples); in a sunlit city it has 0.87, 0.83 and 0.82.
   static float balance(const FiberParameters& fiber, const EnergyTable& energies, Offset offset);
 
   /// event: its fiber, known direction (clamped()) and xi are read; h: as in FiberModel::begin().

@@ -219,7 +219,7 @@ struct Groom {
   /// strands do not vary along their length.
   std::uint32_t stations_a_segment = 0;
   /// The probability that a ray which comes to the strand hits it, [0, 1]: per strand, or per station if it varies
-  /// along strands, with presence_stations a segment. Empty: 1 everywhere. Look it up by presence_at().
+  /// along strands, with presence_stations per segment. Empty: 1 everywhere. Look it up by presence_at().
   std::vector<float> presence;
   std::uint32_t presence_stations = 0;
   std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries

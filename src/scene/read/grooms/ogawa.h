@@ -55,8 +55,8 @@ class OgawaFile {
 
   /// The samples around a time in seconds; the first or the last beyond them.
   OgawaMoment around(const OgawaProperty& property, double seconds) const;
-  /// The number of frames a second at which the archive was written: from its metadata, else from the distance of
-  /// samples if these do not fall on frames of 24 a second. Empty if neither gives it.
+  /// The number of frames per second at which the archive was written: from its metadata, else from the distance of
+  /// samples if these do not fall on frames of 24 per second. Empty if neither gives it.
   std::optional<double> frames_per_second() const;
   /// The time of a sample, seconds; 0 if it is not recorded.
   double seconds_of(const OgawaProperty& property, std::uint64_t sample) const;

@@ -361,7 +361,7 @@ class UsdReader {
     return true;
   }
 
-  /// Returns the first that exists of two names for one thing.
+  /// Returns the value of the first of these names that exists.
   UsdValue first_of(const Opinions& prims, const Place& here, std::initializer_list<const char*> names,
                     std::string* name) {
     for (const char* candidate : names) {
@@ -373,7 +373,7 @@ class UsdReader {
     return {};
   }
 
-  /// Returns one tuple for each curve, from values that are one a curve or one a vertex; the root's vertex is used.
+  /// Returns one tuple for each curve, from values that are one per curve or per vertex; the root's vertex is used.
   template <class T>
   std::vector<T> at_roots(const std::vector<T>& values, std::size_t size, const CurveSet& set,
                           const std::string& name) {
