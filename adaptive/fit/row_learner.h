@@ -84,7 +84,7 @@ class RowLearner {
   /// Called when a row opens: it is created, reopened (with an empty sketch), or loaded from a cache, either open (with
   /// a sketch) or converged at a larger epsilon (has_fit). Afterwards has_fit should hold.
   virtual void begin(FitContext& context) = 0;
-  /// Called at the end of a pass, before the row's test: evaluate here what is needed whatever the test says.
+  /// Called at the end of a pass, before the row's test: evaluate here what is needed for any result of the test.
   virtual void before_test(FitContext& context);
   /// Called after the test if the row is still open.
   virtual void learn(FitContext& context) = 0;

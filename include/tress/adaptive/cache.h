@@ -146,7 +146,7 @@ std::size_t cached_bytes(const SliceDescription& slice, std::uint32_t format);
 std::size_t cached_bytes(const CachedRow& row);
 
 /// A cache file as a source of rows, in about 100 KB of memory. It stays the file that was opened, even if another
-/// replaces it meanwhile. If somebody writes into the file meanwhile, failure() reports it, or a reader refuses the
+/// replaces it meanwhile. If another process writes into the file, failure() reports it, or a reader refuses the
 /// rows.
 class CacheFile final : public RowSource {
  public:

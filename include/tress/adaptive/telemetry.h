@@ -106,7 +106,7 @@ class TelemetryWriter {
   using Extra = std::map<std::string, std::string>;
 
   static Result<std::unique_ptr<TelemetryWriter>> create(const std::filesystem::path& file);
-  /// Continues an existing file after its first so many bytes; the rest is cut off. Error if it has fewer bytes, or
+  /// Continues an existing file after its first `bytes` bytes; the rest is cut off. Error if it has fewer bytes, or
   /// they do not end a line.
   static Result<std::unique_ptr<TelemetryWriter>> resume(const std::filesystem::path& file, std::uint64_t bytes);
   /// Bytes written to the file so far.
