@@ -40,7 +40,7 @@ struct Learning {
 
   Mixture fit;  ///< the proposal
   bool has_fit = false;
-  std::unique_ptr<const KnotDensity> knots;  ///< what answers for the row in place of `fit`, if set
+  std::unique_ptr<const KnotDensity> knots;  ///< the answer of the row in place of `fit`, if set
   float objective = -1;                      ///< bound of the last test; negative before the first
   std::uint64_t count = 0;                   ///< g evaluations so far, without those of the running pass
   /// `fit` as readers see it, in the table's store; null before the first fit.
@@ -73,7 +73,7 @@ struct Learning {
   }
 };
 
-/// Changes only between passes, one thread per row. Its Slot holds what answers for it, and so its state.
+/// Changes only between passes, one thread per row. Its Slot has its answer, and so its state.
 struct Row {
   Row(std::uint32_t slice_index, std::uint32_t node_index) : slice(slice_index), node(node_index) {}
 

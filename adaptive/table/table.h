@@ -127,7 +127,7 @@ class Service::Table {
     std::unique_ptr<const RibbonAnswer> ribbons;
     std::unique_ptr<const SampledRefusal> refusal;
   };
-  /// What answers for a node of samples. kept: owns the answer if the table had no room for it.
+  /// The answer of a node of samples. kept: owns the answer if the table had no room for it.
   struct SampledAnswer {
     const RibbonAnswer* answer = nullptr;
     std::shared_ptr<const RibbonAnswer> kept;
@@ -258,7 +258,7 @@ class Service::Table {
   struct SavedRow;
   struct SavedSlice;
   struct SavedTable;
-  /// Makes the checks that need the targets, and makes what answers for the rows.
+  /// Makes the checks that need the targets, and the answers of the rows.
   std::optional<Error> rebuild(SavedTable& saved);
   std::optional<Error> check_rows(SavedTable& saved, SliceId id) const;
   void take_over(SavedTable& saved);
@@ -286,7 +286,7 @@ class Service::Table {
   void tell(const std::string& sentence) const {
     if (options_.log) options_.log(sentence);
   }
-  /// Logs what a user should know about a pass.
+  /// Logs misuse, full memory, unusable draws and reopened rows.
   void tell_of(const PassReport& report);
   /// Notes a node that does not exist and, if passes are checked, a reader inside publish(). True if it noted one.
   bool is_misuse(const char* call, SliceId slice, std::uint32_t node);
@@ -310,7 +310,7 @@ class Service::Table {
   /// Traces a node. Returns null and reports it if the target throws or gives rays that TracedRay does not allow.
   std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
   Slot& slot_of(const Row& row) const { return slices_[row.slice]->slots[row.node]; }
-  /// Bytes of the row and of what answers for it.
+  /// Bytes of the row and of its answer.
   std::size_t bytes_of(const Row& row) const;
   /// Updates the slot of the row, which readers use from now on. One row at a time.
   void show(Row& row, Outcome& outcome);
