@@ -110,7 +110,7 @@ class LongitudinalLobe {
   float density_of_shape(float x) const;
   float sample_of_shape(float u) const;
 
-  float slope_, shift_;  ///< of scaled()
+  float slope_, shift_;  ///< the coefficients of scaled()
   float nearest_;        ///< |x| of the point of the range nearest to the mode
   float scale_;          ///< 1/(2 width) over the scaled mass
   LongitudinalShape shape_;

@@ -40,7 +40,7 @@ struct SplitExit {
 
 /// The rules by which trace_split() ends a path.
 struct SplitRules {
-  float roulette_below = 0.15f;  ///< of unit flux: a smaller weight survives with the probability of that weight
+  float roulette_below = 0.15f;  ///< share of unit flux: a smaller weight survives with the probability of that weight
   float longest_way = 200;       ///< major semi-axes: light inside past this and TRRT leaves where it is
 };
 

@@ -71,7 +71,7 @@ class RowGrid {
   /// The distribution of choose_azimuth() over xi: node `first`, or with the probability `share` the one after it.
   struct Between {
     std::uint32_t first, second;
-    float share;  ///< of the second node, [0, 1)
+    float share;  ///< probability of the second node, [0, 1)
   };
   Between between_azimuths(float folded_phi) const { return between(folded_phi * steps_per_radian_, last_a_); }
   Between between_inclinations(float theta_d) const { return between(inclination_coordinate(theta_d), last_b_); }

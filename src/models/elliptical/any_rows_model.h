@@ -73,7 +73,7 @@ class AnyRowsModel : public RowModel {
   std::uint64_t hash_of_event(const FiberDirection& wr, float xi1, float xi2) const;
 
   Estimator estimator_;
-  float uniform_share_ = 0;  ///< of the proposal of converged rows
+  float uniform_share_ = 0;  ///< uniform share of the proposal of converged rows
   EllipticalFibers fibers_;
 
  private:

@@ -1,4 +1,4 @@
-// The data of a fiber of the elliptical model, mostly references to what fibers share.
+// The data of a fiber of the elliptical model, mostly references to data that fibers share.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ struct EllipticalFiber {
   bool answers_by_rows = false;
   int vertex_rays = 256;
   std::shared_ptr<const EnergyTable> energies;
-  std::array<std::shared_ptr<const ColoredRows>, 4> rows;  ///< of row_lobes; null without a service
+  std::array<std::shared_ptr<const ColoredRows>, 4> rows;  ///< rows of each of row_lobes; null without a service
 };
 
 }  // namespace tress::fiber

@@ -58,7 +58,7 @@ double varied(double x, double half_range, RandomStream& random) {
 struct StrandDraws {
   FiberKey key;
   double width, width_u, sigma_u;  ///< factor on the roughness and the widths, and the numbers that round both
-  double factor, color_u;          ///< on the absorption
+  double factor, color_u;          ///< factor on the absorption, and the number that rounds it
 };
 
 /// Sets a key's roughness; the material's widths follow it as they follow its own.

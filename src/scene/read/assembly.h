@@ -27,7 +27,7 @@ constexpr double smallest_radius_cm = 5e-4, largest_radius_cm = 0.05;
 /// only if they are those of hair.
 struct WidthUse {
   enum class Kind { usual, file, clamp } kind = Kind::usual;  ///< file: used whatever the unit
-  double scale = 1;                                           ///< for `file`
+  double scale = 1;                                           ///< factor on the widths, for `file`
 
   friend bool operator==(const WidthUse&, const WidthUse&) = default;
 };
@@ -40,7 +40,7 @@ constexpr const char* width_use_words = "file, clamp or scale=S with S > 0 and a
 struct WidthPlan {
   bool are_used = false;
   double typical_radius_cm = 0;  ///< median of those that are not 0; 0: the file has none
-  double cm_per_unit = 1;        ///< for widths
+  double cm_per_unit = 1;        ///< unit of the widths
   bool clamps = false;
 
   float radius_of(float width) const;

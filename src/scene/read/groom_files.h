@@ -24,8 +24,8 @@ Result<GroomFile> read_groom_file(const std::filesystem::path& file,
 /// formats.
 std::vector<std::filesystem::path> included_files(const std::filesystem::path& file);
 
-/// Whether read_groom_file() supports its format, by content or else by name, or knows how to convert it. False if it
-/// cannot be read.
+/// Whether read_groom_file() supports its format, by content or else by name, or its error can advise how to convert
+/// it. False if it cannot be read.
 bool is_groom_file(const std::filesystem::path& file);
 
 }  // namespace tress::scene

@@ -27,7 +27,7 @@ struct EnvironmentDescription {
   std::string file;  ///< as written
   glm::vec3 constant{1.0f};
   GradientSky sky;
-  std::optional<Light> sun;  ///< of the sky: a distant light, before rotation and scale
+  std::optional<Light> sun;  ///< sun of the sky: a distant light, before rotation and scale
   double rotate_deg = 0;
   std::vector<TurnKey> keys;  ///< if there are any, they replace `rotate_deg`
   float scale = 1;

@@ -172,7 +172,7 @@ class UsdReader {
   void visit_children(const Opinions& prims, const Place& here) {
     struct Child {
       Opinions opinions = {};
-      const UsdPrim* parent = nullptr;  ///< of the last opinion: of children with one name a parent has the first only
+      const UsdPrim* parent = nullptr;  ///< that of the last opinion; it contributes only its first child of a name
     };
     std::vector<Child> children;
     std::unordered_map<std::string_view, std::size_t> places;

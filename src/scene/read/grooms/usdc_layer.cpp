@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t header_bytes = 88;
 constexpr int oldest = 4, newest = 12;          ///< minor versions; 4 packs the tables
 constexpr std::uint32_t no_index = 0xffffffff;  ///< ends the fields of a spec
-constexpr std::size_t most_fields = 256;        ///< of one spec, which may share them with others
+constexpr std::size_t most_fields = 256;        ///< limit for one spec, which may share them with others
 /// Elements of a path below its prims: a property, a target, and that one's attribute.
 constexpr std::uint32_t deepest_path = deepest_prim + 8;
 constexpr std::size_t least_packed = 16;  ///< arrays below are never packed
@@ -579,7 +579,7 @@ class UsdcLayer final : public UsdLayer {
   std::vector<std::uint64_t> field_values_;
   std::vector<Path> paths_;
   std::uint32_t root_ = no_index;
-  std::uint64_t arc_bytes_ = 0;  ///< of the paths that prims refer to
+  std::uint64_t arc_bytes_ = 0;  ///< size of the paths that prims refer to
 };
 
 }  // namespace
