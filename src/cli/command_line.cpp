@@ -115,9 +115,9 @@ std::string version_text() {
 
 /// The settings of tress help.
 struct HelpSettings {
-  std::vector<std::string> words;  ///< of a command; empty: the whole program
+  std::vector<std::string> words;  ///< names of a command; empty: the whole program
   bool manual = false;
-  std::string completion;  ///< for this shell; empty: none
+  std::string completion;  ///< shell to write a completion for; empty: none
 };
 
 int run_help(const CLI::App& tress, const HelpSettings& settings) {

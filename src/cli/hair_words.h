@@ -50,7 +50,7 @@ struct SliceContents {
   adaptive::SliceDescription slice;
   std::uint64_t open = 0, converged = 0;
   std::uint64_t samples = 0;      ///< number from which the converged rows were learned
-  std::vector<float> objectives;  ///< of the converged rows: bounds of their errors
+  std::vector<float> objectives;  ///< bounds of the errors of converged rows
 };
 
 /// A kind of hair in a table: the slices that have its parameters.

@@ -19,7 +19,7 @@ std::vector<std::filesystem::path> other_places(const std::filesystem::path& fil
 
 /// Removes the files that killed saves left beside `file`, which was just written, and logs it.
 void remove_leftovers(const std::filesystem::path& file);
-/// Logs what has been removed.
+/// Logs the removed files.
 void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers);
 
 /// Error if the folder of `file` cannot be written, or if `file` exists and is no warm cache: only a cache may be

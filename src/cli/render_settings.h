@@ -60,7 +60,7 @@ struct RenderSettings {
   std::optional<std::filesystem::path> checkpoint;  ///< empty: beside the output
   double checkpoint_interval = 30;                  ///< seconds
   double checkpoint_deadline = 20;                  ///< seconds for which a pass may continue after a signal
-  std::optional<int> samples_from, samples_to;      ///< of the samples of a pixel; the end is excluded
+  std::optional<int> samples_from, samples_to;      ///< range of a pixel's samples; the end is excluded
   std::optional<std::filesystem::path> part;        ///< output for `tress merge`
   std::optional<std::string> display_server;        ///< HOST:PORT of a viewer
   std::optional<std::string> serve;                 ///< ADDRESS:PORT of the live page; empty: a free port

@@ -90,7 +90,7 @@ class WarmCacheSession {
   void refuse(const std::string& reason);
 
   std::filesystem::path file_;
-  std::optional<adaptive::CacheFolder> folder_;  ///< of default_cache
+  std::optional<adaptive::CacheFolder> folder_;  ///< set for default_cache
   std::uint64_t limit_ = std::uint64_t{1} << 30;
   CacheMode mode_;
   std::string model_;

@@ -84,7 +84,7 @@ struct RayQuery {
   bool from_camera;
   float time;
   std::uint64_t key;                   ///< decides which segments with a presence are hit
-  const glm::vec3* came_by = nullptr;  ///< of a ray that leaves a fiber (Ray::came_by)
+  const glm::vec3* came_by = nullptr;  ///< Ray::came_by of a ray that leaves a fiber
   DrawnHits* drawn = nullptr;          ///< the hits of a ray that draws from front to back (Ray::drawn)
 };
 

@@ -15,8 +15,8 @@
 
 namespace tress::integrate {
 
-/// Thread-safe during a pass. All references must outlive it. deeper: what later hits use (RenderOptions::roulette) and
-/// add notes to; null if nothing is learned.
+/// Thread-safe during a pass. All references must outlive it. deeper: used by later hits
+/// (RenderOptions::roulette), which add notes to it; null if nothing is learned.
 ///
 /// A hit has n_l light samples and n_b BCSDF samples. The balance heuristic turns both estimates of one light into the
 /// same expression, S L / (n_l p_light c + n_b Q). Q is the density of the BCSDF sampler in the vertex's own measure

@@ -15,7 +15,7 @@
 
 namespace tress::integrate {
 
-/// A hit and what scatters there.
+/// A hit and the data for scattering there.
 struct Vertex {
   geometry::Hit hit;
   fiber::FiberEvent event;  ///< used if the hit is on a fiber

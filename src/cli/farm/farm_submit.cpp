@@ -49,7 +49,7 @@ void check_render_options(const farm::Plan& plan) {
           fmt::format("after --: expected options that all tasks share, found {}, which each has its own", word));
   }
   CLI::App app("", "tress");
-  const Command render = add_render(app, {});  // keeps what the parser fills
+  const Command render = add_render(app, {});  // owns the settings that the parser fills
   std::vector<std::string> words{"render", plan.scene.string(), "-o", "a.exr", "--checkpoint", "a.checkpoint"};
   if (plan.split > 0) words.insert(words.end(), {"--part", "a.part"});
   words.insert(words.end(), plan.options.begin(), plan.options.end());
