@@ -22,8 +22,8 @@ struct EnergyFactors {
 /// The energies of a row's parts over those of the table at its node, without gains. At sigma_a 0 and at both
 /// Ribbon::decay_rates the row estimates the energy of a part without bias: its mass times the mean decay of its knots.
 /// The logarithm of the ratio to the table is interpolated in sigma_a up to the first rate and in ln sigma_a up to the
-/// second, and is constant beyond, where the table's distribution of lengths is scaled to the row's amount of light.
-/// Masses are scaled to the table's sum at the node in clear hair.
+/// second. Beyond it is constant: the table has the distribution of lengths, the row the amount of light. Masses are
+/// scaled to the table's sum at the node in clear hair.
 ///
 /// The estimates from few paths are noisy, so the logarithm is weighted by n^1.5/(n^1.5 + 1400^1.5), n the row's paths,
 /// or by more if the row and the table differ by more than the row's noise. Immutable; any thread.
