@@ -1,4 +1,4 @@
-// What encoder and decoder share. CACHE_FORMAT.md defines every byte.
+// The parts of the cache format that encoder and decoder share. CACHE_FORMAT.md defines every byte.
 #pragma once
 
 #include <cstdint>
@@ -56,8 +56,8 @@ class ByteSink {
   /// False if there is no room; append() is then not called again.
   virtual bool append(std::string_view bytes) = 0;
 };
-/// Writes the whole file, in pieces of some 32 KB. False if the sink has no room, or the rows have a failure() or were
-/// not the same in every round. It goes through the rows five times.
+/// Writes the whole file, in pieces of some 32 KB, from five rounds over the rows. False if the sink has no room, the
+/// rows have a failure(), or the rounds differ.
 bool write_cache(RowSource& rows, ByteSink& out);
 
 /// Writes the row as it stands in section rows, without what its state does not store.

@@ -60,7 +60,7 @@ class PackedSliceRows final : public RowSource {
   void rewind() override { reader_.reset(); }
   const SliceDescription* next_slice() override;
   const CachedRow* next_row() override { return reader_ ? reader_->next_row() : nullptr; }
-  /// Reports values that no file may have: the host made rows that cannot be read back.
+  /// Set if the rows have values that no cache may have, so that they cannot be read back.
   std::optional<Error> failure() const override { return reader_ ? reader_->failure() : std::nullopt; }
 
  private:

@@ -30,7 +30,7 @@ class CacheReader final : public RowSource {
 
   const std::string& model() const override { return model_; }
   void rewind() override { begin(format::Section::sketches); }
-  /// Reads, in place of a file, so many rows of a slice, as they stand in sections rows and sketches.
+  /// Begins to read this many rows of one slice, from the bytes of sections rows and sketches, instead of a whole file.
   void begin_rows(const SliceDescription& slice, std::uint32_t rows, const ByteSource& table,
                   const ByteSource& sketches);
   const SliceDescription* next_slice() override;
@@ -51,7 +51,8 @@ class CacheReader final : public RowSource {
   bool read_to_the_end(format::Section deepest);
   bool checksum_of(std::size_t start, std::size_t size, std::uint64_t* sum);
 
-  // The steps of read_to_the_end() and of a user's rounds; they read only sections up to `deepest`.
+  // The steps of read_to_the_end() and of a round by next_slice() and next_row(). They read only sections up to
+  // `deepest`.
   void begin(format::Section deepest);
   bool reads(format::Section section) const { return section <= deepest_; }
   bool end_of(format::Section section);

@@ -27,8 +27,8 @@ struct CellTables {
   void set(std::size_t part, const Ribbon& ribbon);
 };
 
-/// u times `us` and v times `vs`, rounded down, are the cell u vs + v, of a part after those of the parts before it:
-/// (u, v) as Ribbon::cdf() to 1e-6. x in [-pi, pi). Arrays of whole eights.
+/// Finds the cell of each exit, floor(us u) vs + floor(vs v), with (u, v) as in Ribbon::cdf() to 1e-6. The cells of a
+/// part follow those of the parts before it. x in [-pi, pi). All arrays have a multiple of eight elements.
 void find_cells(const CellTables& tables, std::int32_t us, std::int32_t vs, std::size_t n, const float* x,
                 const float* t, const std::int32_t* part, std::int32_t* cell);
 

@@ -1,4 +1,4 @@
-// Measures how far a row is from draws that it was not fitted to (ESTIMATOR.md, E9).
+// Measures the error of a row on draws that it was not fitted to (ESTIMATOR.md, E9).
 #pragma once
 
 #include <array>
@@ -21,8 +21,8 @@ struct SampledTest {
   double bound() const { return chi2 + 3.1 * deviation; }
 };
 
-/// The light of a row by cells: what the row expects in each, and what the sets of paths brought. The sum of several
-/// rows has the same form.
+/// The light of a row by cells: expected by the row, and observed in the sets of paths. The sum of several rows has the
+/// same form.
 struct HeldOutCells {
   static constexpr std::size_t sets = 4, cells_u = 16, cells_v = 8, cells = cells_u * cells_v;
 

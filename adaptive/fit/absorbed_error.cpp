@@ -21,8 +21,8 @@ constexpr double darkest = 69;         // exp(-69) = 1e-30
 constexpr double flattest = 1e-6;      // in E^2/(2 pi), of which rounding of floats is 1e-10
 constexpr std::size_t cell_steps = 4;  // Boole's rule is exact for the square of a parabola minus a line
 
-/// What absorption leaves of the light, relative to what it leaves of the least absorbed ray. The relative error does
-/// not depend on that scale, and the values fit into floats at any rate.
+/// The light that absorption leaves, in units of the share that is left of the least absorbed ray. The relative error
+/// does not depend on that scale, and the values fit into floats at any rate.
 struct Absorption {
   double rate, least;
   float of_ray(float weight, float attribute) const {

@@ -18,7 +18,7 @@ constexpr std::size_t points_a_cell = 4;
 // degree 5, and so for the squared difference of a parabola and a line.
 constexpr std::array boole{7.0 / 90, 32.0 / 90, 12.0 / 90, 32.0 / 90, 7.0 / 90};
 
-/// The samples that are fitted to: g at four points a cell, beginning at -pi.
+/// The samples that are fitted to: g at four points per cell, beginning at -pi.
 class Samples {
  public:
   explicit Samples(const TracedNodes& nodes) : nodes_(nodes) {}

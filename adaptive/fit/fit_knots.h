@@ -10,7 +10,7 @@ namespace tress::adaptive {
 
 struct KnotFit {
   KnotDensity table;              ///< its mass is nodes.energy(); it has no attributes
-  double objective = 0;           ///< relative squared L2 against g, by Boole's rule on four points a cell
+  double objective = 0;           ///< relative squared L2 against g, by Boole's rule on four points per cell
   std::uint32_t evaluations = 0;  ///< number of evaluations of g: 128, 256 or 512
 };
 

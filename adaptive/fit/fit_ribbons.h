@@ -10,16 +10,16 @@
 
 namespace tress::adaptive {
 
-/// How the ribbons of a row are fitted.
+/// The rule by which the ribbons of a row are fitted.
 struct RibbonFitRule {
   int rounds = 4;
-  bool from_parent = false;  ///< a part that has a parent starts from it, others from moments
+  bool from_parent = false;  ///< whether a part that has a parent starts from it; others start from moments
   bool parents_law = false;  ///< whether a part that has a parent keeps its law; others take the likelier law
   float kappa = 0;           ///< number of exits that a parent counts for, in fits from a parent
   RibbonPrior prior;
 
-  /// The rule for so many paths. A fit to few paths depends on its start: it starts from the parent and is held to it,
-  /// or, without a parent, starts from moments. With more paths, such a start would only trap the fit in a poor
+  /// The rule for this many paths. A fit to few paths depends on its start: it starts from the parent and is held to
+  /// it, or, without a parent, starts from moments. With more paths, such a start would only trap the fit in a poor
   /// optimum.
   static RibbonFitRule of(std::uint64_t paths, bool has_parent, float kappa) {
     constexpr std::uint64_t many = 2048;

@@ -25,10 +25,10 @@ struct StagedRow {
 
 /// Learns the row at (a, b) from `paths` paths, a multiple of 4: the first paths/4 of streams 0 to 3, so that the paths
 /// of a stage are the first ones of all later stages.
-/// `before`: the row that the first `paths_before` of them gave; the others test it. If the fit to all paths is worse
-/// on those, `before` is kept, with the energies of all paths.
-/// `parent`: a prediction by other nodes, tested by all paths if `before` is null. If its T + deviation is below 0.3,
-/// the fit is held to it, by fewer exits the larger that is (RibbonFitRule).
+/// `before`: the row fitted to the first `paths_before` of them; the other paths test it. If the fit to all paths is
+/// worse on those, `before` is kept, with the energies of all paths. `parent`: a prediction from other nodes, tested by
+/// all paths if `before` is null. If its T + deviation is below 0.3, it is the prior of the fit, and counts for fewer
+/// exits the larger that is (RibbonFitRule).
 /// Both may be null. Pure. Any thread.
 StagedRow learn_stage(const SampledTarget& target, const SliceDescription& slice, float a, float b, std::uint32_t paths,
                       std::uint32_t paths_before, const RibbonRow* before, const RibbonRow* parent);

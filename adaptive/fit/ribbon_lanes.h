@@ -39,14 +39,14 @@ using BroadLanes = LayerLanes<Ribbon::broad_knots>;
 /// The exits between two neighbouring knots of either layer, with the numbers of the knots before them.
 struct RibbonPiece {
   std::uint32_t begin, end, main, broad;
-  float main_x0, main_inverse_width, broad_x0, broad_inverse_width;  ///< of the azimuth, radians
+  float main_x0, main_inverse_width, broad_x0, broad_inverse_width;  ///< in azimuth, radians
 };
 
 struct RibbonLanes {
   MainLanes main;
   BroadLanes broad;
   Lanes count;                           ///< in exits of equal weight
-  std::array<HeightLaw, fit_lanes> law;  ///< of the main layer
+  std::array<HeightLaw, fit_lanes> law;  ///< law of the main layer
   std::array<bool, fit_lanes> active;    ///< inactive ones are computed too, but their values are unused
   /// The pieces between two neighbouring knots that contain exits.
   std::array<std::array<RibbonPiece, Ribbon::main_knots + Ribbon::broad_knots + 1>, RowExits::most_parts> pieces;

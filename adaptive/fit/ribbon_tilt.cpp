@@ -73,7 +73,7 @@ namespace {
 
 constexpr int most_tilt_steps = 6;
 constexpr double largest_tilt_step = 0.5, largest_tilt = 2;  // change of the logarithm of a density
-constexpr double near_enough = 1e-6;                         // the mean of 1e12 exits is known no better
+constexpr double near_enough = 1e-6;                         // the standard error of a mean of 1e12 exits
 
 using Four = std::array<double, 4>;
 using Matrix = std::array<Four, 4>;

@@ -32,7 +32,7 @@ struct FitContext {
   Mixture& fit;                               ///< published: the proposal of the next pass
   bool& has_fit;                              ///< whether `fit` has been published
   std::unique_ptr<const KnotDensity>& knots;  ///< the table that close() has put in place of `fit`
-  std::uint64_t& count;                       ///< evaluations of g that taught the row, including the host's
+  std::uint64_t& count;                       ///< evaluations of g from which the row was learned, including the host's
   /// Number of azimuths that were drawn from `fit` and scored since it was published. The host's own azimuths are not
   /// kept. A learner that wants single ones draws as many anew (replay), so that nothing depends on the order in which
   /// threads brought them.
@@ -57,12 +57,12 @@ struct FitContext {
   ObservedPair draw_own();
   /// Evaluates g in the gaps of the sketch (Gap fill).
   void fill_gaps();
-  /// Runs the row's test on all scores and on what is known. Returns false and does nothing while there are too few
+  /// Runs the row's test on all scores and on largest_error(). Returns false and does nothing while there are too few
   /// scores.
   bool test();
-  /// Bounds the relative squared L2 error of `fit` (known_error), from the steps that the row's variation was made of.
-  /// If those leave open whether it is within epsilon, g is evaluated half way between them too. If the error is not
-  /// within epsilon, they are offered to the sketch. Needs has_fit.
+  /// Bounds the relative squared L2 error of `fit` (known_error) from g at the steps of nodes.grid(). If these leave
+  /// open whether the error is within epsilon, g is also evaluated half way between them and offered to the sketch. If
+  /// the bound exceeds epsilon, the steps are offered too. Needs has_fit.
   double largest_error();
 };
 
@@ -84,7 +84,7 @@ class RowLearner {
   /// Called when a row opens: it is created, reopened (with an empty sketch), or loaded from a cache, either open (with
   /// a sketch) or converged at a larger epsilon (has_fit). Afterwards has_fit should hold.
   virtual void begin(FitContext& context) = 0;
-  /// Called at the end of a pass, before the row's test: evaluate here what is needed whatever the test says.
+  /// Called at the end of a pass, before the row's test: evaluate here what is needed for any result of the test.
   virtual void before_test(FitContext& context);
   /// Called after the test if the row is still open.
   virtual void learn(FitContext& context) = 0;

@@ -13,7 +13,7 @@ namespace tress::adaptive {
 
 struct SampledRow {
   RibbonRow row;            ///< fitted to all paths
-  float objective = 1;      ///< bound() of the last test, which was of the row of the stage before; >= 0
+  float objective = 1;      ///< bound() of the last test, which tested the previous stage's row; >= 0
   std::uint32_t paths = 0;  ///< number of paths at the last stage
   enum class Verdict : std::uint8_t {
     converged,  ///< bound() <= epsilon

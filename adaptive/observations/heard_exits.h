@@ -48,7 +48,7 @@ class HeardExits {
   std::uint64_t paths_ = 0;
 };
 
-/// Whether the exit is valid for a target of so many parts (SampledTarget).
+/// Whether the exit is valid for a target of this many parts (SampledTarget).
 bool is_exit(const SampledExit& exit, std::uint32_t parts);
 
 }  // namespace tress::adaptive

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::size_t batch = 256;         // candidates traced between two checks of memory
-constexpr std::uint32_t audit_one_in = 8;  // one converged row of a cache in so many is audited, chosen by key
+constexpr std::uint32_t audit_one_in = 8;  // one converged row of a cache in this many is audited, chosen by key
 
 }  // namespace
 

@@ -40,9 +40,9 @@ struct Learning {
 
   Mixture fit;  ///< the proposal
   bool has_fit = false;
-  std::unique_ptr<const KnotDensity> knots;  ///< what answers for the row in place of `fit`, if set
+  std::unique_ptr<const KnotDensity> knots;  ///< the answer of the row in place of `fit`, if set
   float objective = -1;                      ///< bound of the last test; negative before the first
-  std::uint64_t count = 0;                   ///< g evaluations that taught it, without those of the running pass
+  std::uint64_t count = 0;                   ///< g evaluations so far, without those of the running pass
   /// `fit` as readers see it, in the table's store; null before the first fit.
   const PackedMixture* published = nullptr;
   /// The cached row, while a row that converged at a larger epsilon is open again; snapshots save it until then.
@@ -73,7 +73,7 @@ struct Learning {
   }
 };
 
-/// Changes only between passes, one thread per row. Its Slot holds what answers for it, and so its state.
+/// Changes only between passes, one thread per row. Its Slot has its answer, and so its state.
 struct Row {
   Row(std::uint32_t slice_index, std::uint32_t node_index) : slice(slice_index), node(node_index) {}
 
@@ -82,7 +82,7 @@ struct Row {
   float energy = 0;              ///< mass of g
   std::uint32_t generation = 0;  ///< raised by each reopening, raise_generation()
   // The next two hold for a row that no longer learns; a row that learns has them in `learning`.
-  std::uint64_t count : 48 = 0;  ///< g evaluations that taught it
+  std::uint64_t count : 48 = 0;  ///< g evaluations from which it was learned
   std::uint64_t failed : 8 = 0;  ///< tests failed in all; 255 stands for 255 or more
   Audit audit = Audit::none;
   std::unique_ptr<Learning> learning;  ///< null once converged, and in slices of samples

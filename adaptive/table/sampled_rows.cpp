@@ -48,7 +48,7 @@ std::uint32_t stage_after(std::uint32_t paths) {
   return next == sampled_stages.end() ? 0 : *next;
 }
 
-/// The stage of a row with so many events: one path for two events, rounded up to a stage.
+/// The stage of a row with this many events: one path for two events, rounded up to a stage.
 std::uint32_t stage_for(double events, std::uint32_t most) {
   std::uint32_t stage = sampled_stages.front();
   while (stage < most && static_cast<double>(stage) * events_per_path <= events) stage = stage_after(stage);

@@ -53,7 +53,7 @@ struct alignas(16) KnotRow {
 struct alignas(16) RibbonAnswer {
   RibbonRow row;
   float objective;      ///< bound of its last test, as RowView::objective; if interpolated, the largest of its parents
-  std::uint32_t paths;  ///< number of paths that taught it; if interpolated, the smallest of its parents
+  std::uint32_t paths;  ///< number from which it was learned; if interpolated, the smallest of its parents
   bool has_converged;   ///< whether it has passed its test
   std::size_t bytes() const { return sizeof(RibbonAnswer); }
 };
@@ -63,7 +63,7 @@ struct alignas(16) SampledRefusal {
   std::size_t bytes() const { return sizeof(SampledRefusal); }
 };
 
-/// One node and what answers for it.
+/// One node and its answer.
 struct alignas(16) Slot {
   static constexpr std::uint32_t no_row = ~0u;
   /// What the word points to. It is in the lowest two bits of the word or, if both are set, in the lowest four.
@@ -113,7 +113,7 @@ struct alignas(16) Slot {
     const Kind kind = kind_of(word.load(std::memory_order_relaxed));
     return kind == Kind::mixture || kind == Kind::knots || kind == Kind::ribbons;
   }
-  /// Bytes of what answers for a row; 0 for a Learning.
+  /// Bytes of the answer of a row; 0 for a Learning.
   std::size_t answer_bytes() const {
     if (const PackedMixture* fit = mixture()) return fit->bytes();
     if (const KnotRow* table = knots()) return table->bytes();
@@ -121,7 +121,7 @@ struct alignas(16) Slot {
     return refusal() != nullptr ? refusal()->bytes() : 0;
   }
 
-  /// Replaces what answered, and deletes that if it was owned. Call it between passes.
+  /// Replaces the answer, and deletes the old one if it was owned. Call it between passes.
   template <class T>
   void set(const T* target, Kind kind) {
     delete knots();

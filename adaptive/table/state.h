@@ -8,10 +8,10 @@
 //     packed answers, packed stored rows, packed earlier rows; u32 number of interpolated nodes, each u32; u64 paths
 //     heard, u32 number of nodes with some, each u32 node, u32 number of exits, each f32 azimuth, height, weight,
 //     attribute, u8 part; u32 number of forms, each u32 number, u32 nodes made
-//   u32 number of slices that nobody uses, each: text, a cache file of its own
+//   u32 number of unused slices, each: text, a cache file of its own
 //   u32 number of rows in order of creation, each: u32 slice, node, u8 kind, u8 audit and whether a row of samples has
 //   converged, u8 failed tests, f32 energy,
-//     u32 generation, u64 count, and what its kind has (SavedRow)
+//     u32 generation, u64 count, and the fields of its kind (SavedRow)
 //
 // text: u32 length, bytes. packed: PackedSlice::write. All is little-endian; floats are written by their bits, which
 // keeps a negative zero.
@@ -31,7 +31,7 @@ constexpr std::uint32_t state_version = 3;
 /// The bit of RibbonAnswer::has_converged in the byte that holds Row::audit.
 constexpr std::uint8_t converged_row = 0x80;
 
-/// What answers for a saved row.
+/// The kind of answer of a saved row.
 enum class Kind : std::uint8_t { answer = 0, learning = 1, refusal = 2 };
 
 inline void write_text(ByteWriter& out, std::string_view text) {

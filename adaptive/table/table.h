@@ -38,7 +38,7 @@ class Service::Table {
       samples_ = std::make_unique<GuardedSamples>(*samples, [this](Error e) { note(std::move(e)); });
   }
 
-  // service.cpp: what readers do
+  // service.cpp: calls of readers
   RowView look_up(SliceId slice, std::uint32_t a, std::uint32_t b);
   RowView peek(SliceId slice, std::uint32_t a, std::uint32_t b);
   double light(SliceId slice, std::uint32_t a, std::uint32_t b) const;
@@ -114,7 +114,7 @@ class Service::Table {
     std::uint64_t light;
     std::unique_ptr<const TracedNodes> nodes;
   };
-  /// What one row did in a pass.
+  /// The result of a pass for one row.
   struct Outcome {
     std::uint64_t g_evaluations = 0, validation_draws = 0, refits = 0, bad_fits = 0, traces = 0;
     std::uint32_t failed = 0;  ///< tests that a row of samples did not pass
@@ -127,7 +127,7 @@ class Service::Table {
     std::unique_ptr<const RibbonAnswer> ribbons;
     std::unique_ptr<const SampledRefusal> refusal;
   };
-  /// What answers for a node of samples. kept: owns the answer if the table had no room for it.
+  /// The answer of a node of samples. kept: owns the answer if the table had no room for it.
   struct SampledAnswer {
     const RibbonAnswer* answer = nullptr;
     std::shared_ptr<const RibbonAnswer> kept;
@@ -159,7 +159,7 @@ class Service::Table {
   // creations.cpp
   /// Makes rows of the candidates, in their order, until memory is full. Appends to changes_. True if all had room.
   bool admit(std::vector<Candidate>& candidates, PassReport& report);
-  /// Fills a new row from the cache, if that has it, where it may have converged; otherwise opens or learns it.
+  /// Fills a new row from the cache, if that has a row that may answer; otherwise opens or learns it.
   Outcome settle(Row& row) const;
   /// Opens a row of a density. cached: the row of a cache, or null.
   Outcome open(Row& row, const CachedRow* cached) const;
@@ -179,7 +179,7 @@ class Service::Table {
   void grow_level(SliceId slice, std::size_t level, const std::vector<std::uint32_t>& again, std::vector<bool>& moved,
                   PassReport& report);
   bool learns_to_epsilon() const { return options_.learns_to_epsilon || options_.picture_error > 0; }
-  /// The largest number of paths that a row of samples is taught by.
+  /// The largest number of paths from which a row of samples is learned.
   std::uint32_t most_paths() const;
   /// Events by node of a level: the events of each node are shared among the nodes of the level around it.
   std::vector<double> gathered_events(const Slice& slice, std::size_t level) const;
@@ -217,7 +217,7 @@ class Service::Table {
   /// Opens the row: runs what its learner does before the first pass.
   void begin(Row& row, Outcome& outcome) const;
   std::uint64_t draw_validation(Row& row, const Options& options) const;
-  /// Answers the row by its mean for good, where its error would be invisible. Evaluates no g.
+  /// Lets the row answer by its mean for good, where its error would be invisible. Evaluates no g.
   void leave_unfitted(Row& row, Outcome& outcome) const;
   /// The options of the service with the row's own epsilon.
   Options options_of(const Row& row) const;
@@ -258,7 +258,7 @@ class Service::Table {
   struct SavedRow;
   struct SavedSlice;
   struct SavedTable;
-  /// Makes the checks that need the targets, and makes what answers for the rows.
+  /// Makes the checks that need the targets, and the answers of the rows.
   std::optional<Error> rebuild(SavedTable& saved);
   std::optional<Error> check_rows(SavedTable& saved, SliceId id) const;
   void take_over(SavedTable& saved);
@@ -286,7 +286,7 @@ class Service::Table {
   void tell(const std::string& sentence) const {
     if (options_.log) options_.log(sentence);
   }
-  /// Logs what a user should know about a pass.
+  /// Logs misuse, full memory, unusable draws and reopened rows.
   void tell_of(const PassReport& report);
   /// Notes a node that does not exist and, if passes are checked, a reader inside publish(). True if it noted one.
   bool is_misuse(const char* call, SliceId slice, std::uint32_t node);
@@ -310,13 +310,13 @@ class Service::Table {
   /// Traces a node. Returns null and reports it if the target throws or gives rays that TracedRay does not allow.
   std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
   Slot& slot_of(const Row& row) const { return slices_[row.slice]->slots[row.node]; }
-  /// Bytes of the row and of what answers for it.
+  /// Bytes of the row and of its answer.
   std::size_t bytes_of(const Row& row) const;
-  /// Puts what readers see of the row from now on into its slot. One row at a time.
+  /// Updates the slot of the row, which readers use from now on. One row at a time.
   void show(Row& row, Outcome& outcome);
-  /// Does that for a row that learns. If it has converged, its result is shown and its Learning is freed.
+  /// The same for a row that learns. If it has converged, its result is shown and its Learning is freed.
   void show_learning(Row& row, bool converged);
-  /// Makes a cached row answer, without learning. has_converged: whether a row of samples counts as converged.
+  /// Lets a cached row answer, without learning. has_converged: whether a row of samples counts as converged.
   void show_cached(Row& row, const CachedRow& cached, bool has_converged);
 
   Options options_;
@@ -325,7 +325,7 @@ class Service::Table {
   std::size_t learner_bytes_;  ///< bytes of the learner of each open row
   std::vector<std::unique_ptr<Slice>> slices_;
   std::map<SliceKey, SliceId, KeyLess> slice_of_key_;
-  std::map<SliceKey, PackedSlice, KeyLess> unused_;  ///< cached slices that no add_slice() asked for
+  std::map<SliceKey, PackedSlice, KeyLess> unused_;  ///< cached slices that were not added by add_slice()
   std::deque<Row> rows_;                             ///< in order of creation
   MixtureStore mixtures_;                            ///< the published fits
   std::vector<RowChange> changes_;

@@ -1,5 +1,5 @@
-// Hashes of the contents of texts and files, as sixteen digits: equal contents have equal hashes; others almost never
-// have.
+// Hashes of the contents of texts and files, as sixteen digits: equal contents have equal hashes; different contents
+// almost never do.
 #pragma once
 
 #include <cstdint>

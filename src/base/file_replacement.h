@@ -1,4 +1,4 @@
-// Replaces a file piece by piece, for contents that are never whole in memory; otherwise as replace_file().
+// Replaces a file like replace_file(), but piece by piece, for contents that are never whole in memory.
 #pragma once
 
 #include <filesystem>

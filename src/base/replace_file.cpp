@@ -59,7 +59,7 @@ bool flush_folder(const fs::path& file) {
   return ::fsync(opened.number()) == 0 || errno == EINVAL;
 }
 
-/// Sets mode and owner as they were. If the group cannot be kept, the new group gets no more rights than everybody.
+/// Sets mode and owner as they were. If the group cannot be kept, the new group gets no more rights than others.
 void keep_permissions(int descriptor, const struct stat& old) {
   mode_t mode = old.st_mode & 0777;
   const bool kept = ::fchown(descriptor, old.st_uid, old.st_gid) == 0 ||

@@ -41,7 +41,7 @@ std::optional<Error> SaveLock::acquire(const std::filesystem::path& file, const 
 }
 
 SaveLock::~SaveLock() {
-  // Removes the file while the lock is held, so that nobody can lock a file that is about to lose its name.
+  // Removes the file while the lock is held, so that no other process locks a file that is about to lose its name.
   if (opened_.is_open() && is_still_there()) ::unlink(path_.c_str());
 }
 

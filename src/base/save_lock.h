@@ -12,7 +12,7 @@ namespace tress {
 
 /// Holds an exclusive flock on `FILE.lock`, which is made and removed with it. The lock is not on the cache, which each
 /// save replaces, and not on its folder, which NFS cannot lock and others lock for reasons of their own. The kernel
-/// frees it however a session ends, so the lock file of a killed session blocks nobody.
+/// frees it however a session ends, so the lock file of a killed session does not block others.
 class SaveLock {
  public:
   /// `file`: the real one, no link; `name`: its name in errors. Waits while another holds the lock. Error if the lock

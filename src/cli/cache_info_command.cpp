@@ -231,7 +231,7 @@ std::optional<WarmStart> warm_start_of(const CacheSettings& settings, int* statu
   return found;
 }
 
-/// Prints what is the same for a file and for a folder of files.
+/// Prints the lines that a file and a folder of files have in common.
 int print_contents(const CacheSettings& settings, const Contents& contents, nlohmann::ordered_json json,
                    const std::string& head) {
   const std::vector<TableHair> hair = hair_of(contents.held);

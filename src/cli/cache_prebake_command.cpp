@@ -161,7 +161,7 @@ class PrebakeJob {
   TelemetryLines& telemetry_;
   int threads_;
   fiber::ModelService learned_;
-  adaptive::Service* service_ = nullptr;  ///< of learned_
+  adaptive::Service* service_ = nullptr;  ///< the service in learned_
   std::string hash_;
 };
 

@@ -31,8 +31,8 @@ Result<SavedRender> read_saved_render(const std::filesystem::path& file, const I
 class CheckpointSession {
  public:
   using Clock = std::chrono::steady_clock;
-  /// A save waits until the time since the last one is this many times the time that the last one took, which limits
-  /// the cost of saving. The first one waits for the interval alone.
+  /// After a save, the next one waits at least this many times as long as the save took, which limits the cost of
+  /// saving. The first save waits for the interval alone.
   static constexpr int share = 100;
 
   CheckpointSession(std::filesystem::path file, double interval_seconds, Identity identity);
@@ -44,7 +44,7 @@ class CheckpointSession {
   /// Writes the file. If that fails the old file stays, a warning is logged once until a save succeeds, and the next
   /// save tries again. service: null without rows. True if it was written.
   bool save(const integrate::PassProgress& pass, const adaptive::Service* service, const nlohmann::json& progress);
-  /// Sets the time that a save took, with everything else written beside it; the next one waits accordingly.
+  /// Sets the duration of the last save, with all files that were written beside it; the next save waits accordingly.
   void spent(Clock::duration time) { spent_seconds_ = std::chrono::duration<double>(time).count(); }
   /// Removes the file, because the render is done.
   void remove() const;

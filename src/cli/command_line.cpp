@@ -115,9 +115,9 @@ std::string version_text() {
 
 /// The settings of tress help.
 struct HelpSettings {
-  std::vector<std::string> words;  ///< of a command; empty: the whole program
+  std::vector<std::string> words;  ///< names of a command; empty: the whole program
   bool manual = false;
-  std::string completion;  ///< for this shell; empty: none
+  std::string completion;  ///< shell to write a completion for; empty: none
 };
 
 int run_help(const CLI::App& tress, const HelpSettings& settings) {
@@ -213,8 +213,8 @@ int run_checked(int argc, char** argv, const Program& program) {
   }
 }
 
-/// Handles the case that another program cuts a groom while it is read: logs an error and exits. Any other mapping
-/// keeps the signal.
+/// Handles SIGBUS, which the system sends if another program truncates a groom while it is read: logs an error and
+/// exits. For any other mapping the signal keeps its default action.
 void tell_cut_file(int, siginfo_t* info, void*) {
   const char* name = scene::name_of_mapping(info->si_addr);
   if (name == nullptr) {

@@ -12,7 +12,7 @@
 namespace tress::cli {
 
 /// A command that has been added to the parser, and the function to run once its options are parsed. Exit status: 0
-/// done, 1 could not, 2 wrong usage, 130, 143 or 129 interrupted by a signal with everything saved.
+/// success, 1 failure, 2 wrong usage, 130, 143 or 129 interrupted by a signal with everything saved.
 struct Command {
   CLI::App* app;
   std::function<int()> run;

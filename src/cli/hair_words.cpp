@@ -41,7 +41,7 @@ bool has_blur_of(const SliceDescription& slice, double roughness) {
   return std::abs(slice.key.parameters[2] - usual) <= 1e-5f * usual;
 }
 
-/// Turns "blur_deg" into "blur ... degrees".
+/// The parameter in words, such as "blur 5.73 degrees".
 std::string in_words(const HairParameter& parameter) {
   constexpr std::string_view ending = "_deg";
   const bool is_angle = parameter.name.ends_with(ending);

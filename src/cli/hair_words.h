@@ -49,8 +49,8 @@ const adaptive::SliceDescription* nearest_hair(const adaptive::SliceDescription&
 struct SliceContents {
   adaptive::SliceDescription slice;
   std::uint64_t open = 0, converged = 0;
-  std::uint64_t samples = 0;      ///< number that taught the converged rows
-  std::vector<float> objectives;  ///< of the converged rows: bounds of their errors
+  std::uint64_t samples = 0;      ///< number from which the converged rows were learned
+  std::vector<float> objectives;  ///< bounds of the errors of converged rows
 };
 
 /// A kind of hair in a table: the slices that have its parameters.

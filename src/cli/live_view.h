@@ -16,11 +16,11 @@
 
 namespace tress::cli {
 
-/// Viewers and the live page. Does nothing if nobody watches. One thread at a time.
+/// Viewers and the live page. Does nothing without a viewer. One thread at a time.
 class LiveView {
  public:
-  /// Error if the viewer's host is unknown, the page cannot be served, or its reference picture cannot be read. A
-  /// viewer that is missing is searched for while the render runs.
+  /// Error if the viewer's host is unknown, the page cannot be served, or its reference picture cannot be read. If the
+  /// viewer is not running yet, the render goes on and tries to connect again.
   static Result<std::unique_ptr<LiveView>> open(const RenderSettings& settings);
 
   /// Call it before the first pass. service: null without rows; it must outlive the render.
@@ -29,7 +29,7 @@ class LiveView {
   void offer_sliders(std::vector<live::RenderServer::Slider> sliders);
   /// Whether the page has requested another look. Any thread.
   bool is_look_asked() const { return page_ != nullptr && page_->is_look_asked(); }
-  /// Shows the picture of the look that ends, after so many passes, if the page has only an older one. Otherwise the
+  /// Shows the picture of the look that ends, after `passes` passes, if the page has only an older one. Otherwise the
   /// page would compare the next look with that one.
   void leave_look(image::Picture picture, int passes);
   /// Returns the requested look; begin() must follow, with the service of that time.
@@ -37,9 +37,9 @@ class LiveView {
   /// Reports to the page why the scene cannot have the look that it requested.
   void refuse_look(const std::string& message);
 
-  /// Shows the pass. Also shows the picture so far, if somebody has seen the last one and the share of time allows it,
-  /// or if the page has paused the render. During a pause it waits unless `interrupted`. save: writes the picture so
-  /// far. Returns false if the page requests a stop or another look.
+  /// Shows the pass. Also shows the picture so far, if a viewer has received the last one and the share of time allows
+  /// it, or if the page has paused the render. During a pause it waits unless `interrupted`. save: writes the picture
+  /// so far. Returns false if the page requests a stop or another look.
   bool after_pass(const integrate::PassProgress& pass, const Outlook& ahead, const std::atomic<bool>& interrupted,
                   const std::function<void()>& save);
   /// Shows the final picture; waits until it has arrived, or until the viewer has taken nothing for a while.
@@ -57,7 +57,7 @@ class LiveView {
   static constexpr double copying_share = 0.004, table_share = 0.001;
 
   /// Number of pictures that are shown at once after a change of the look, in addition to that share, until there are
-  /// some samples a pixel.
+  /// some samples per pixel.
   static constexpr int pictures_at_once = 6;
 
   const RenderSettings& settings_;

@@ -17,7 +17,7 @@
 
 namespace tress::cli {
 
-/// The finite number that the whole text spells, with nothing else around it.
+/// Parses a finite number; empty if the text has anything else in it.
 std::optional<double> parse_number(const std::string& text);
 std::optional<std::uint64_t> parse_unsigned(const std::string& text);
 /// The same for whole numbers, with or without a "-".
@@ -29,7 +29,7 @@ struct Resolution {
   int width, height;
 };
 std::optional<Resolution> parse_resolution(const std::string& text);
-/// Parses "X0,Y0,X1,Y1": pixels [X0, X1) x [Y0, Y1), at least one, of an image of no more than 2^24 a side.
+/// Parses "X0,Y0,X1,Y1": pixels [X0, X1) x [Y0, Y1), at least one, of an image of at most 2^24 per side.
 std::optional<image::Window> parse_crop(const std::string& text);
 
 std::string joined(const std::vector<std::string>& words, const std::string& between);

@@ -9,8 +9,8 @@
 
 namespace tress::cli {
 
-/// Makes a temporary file beside the end of `file`'s links and removes it. Error if the folder is missing or cannot be
-/// written, if `file` is a folder or device, or if its name is too long. `file` itself is not touched.
+/// Makes and removes a temporary file beside the file to which `file` links. Error if the folder is missing or cannot
+/// be written, if `file` is a folder or device, or if its name is too long. `file` itself is not touched.
 std::optional<Error> check_output(const std::filesystem::path& file);
 
 /// Other places for a file that cannot be written to `file`, best first. They have its own name, or that name with an
@@ -19,7 +19,7 @@ std::vector<std::filesystem::path> other_places(const std::filesystem::path& fil
 
 /// Removes the files that killed saves left beside `file`, which was just written, and logs it.
 void remove_leftovers(const std::filesystem::path& file);
-/// Logs what has been removed.
+/// Logs the removed files.
 void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers);
 
 /// Error if the folder of `file` cannot be written, or if `file` exists and is no warm cache: only a cache may be

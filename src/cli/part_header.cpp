@@ -26,7 +26,7 @@ const json& member(const json& told, const char* name) {
   return found == told.end() ? none : *found;
 }
 
-/// Reads so many whole numbers of a JSON array, each in [0, 2^24].
+/// Reads N whole numbers of a JSON array, each in [0, 2^24].
 template <std::size_t N>
 bool read_numbers(const json& value, std::array<int, N>* numbers) {
   if (!value.is_array() || value.size() != N) return false;

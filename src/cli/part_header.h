@@ -21,7 +21,7 @@ struct PartHeader {
   bool halves = false;                             ///< whether it has integrate::half_layers
   bool deep_light = false;                         ///< whether it uses integrate::DeepLight::learned
   integrate::DataLayers data;                      ///< layers of data that it holds
-  bool frozen = false;                             ///< whether its paths do not depend on what others learn
+  bool frozen = false;                             ///< whether no path depends on what was learned during the render
   std::string table;                               ///< hash of the table
   std::vector<std::string> groups;                 ///< groups of lights
   std::vector<integrate::MatteKind> mattes;        ///< empty: without object ids

@@ -11,7 +11,7 @@
 
 namespace tress::cli {
 
-/// Writes into the header what was requested and what was rendered with it.
+/// Writes into the header what was requested, and the values that the render used for it.
 void describe_request(const RenderSettings& settings, const scene::Scene& scene, const Identity& identity,
                       image::Picture* picture);
 
@@ -23,11 +23,11 @@ class PictureFiles {
  public:
   using Write = std::function<std::optional<Error>(const std::filesystem::path&)>;
 
-  /// Writes to `file`, or, with a message, to one of the other places. Returns the place; empty if there is none.
+  /// Writes to `file`, or, with a message, to one of the other places. Returns the place; empty if all fail.
   std::optional<std::filesystem::path> write(const std::filesystem::path& file, const Write& to);
-  /// Logs an error of a file that has no other place.
+  /// Logs the error, if there is one, and sets failed().
   void tell(const std::optional<Error>& error);
-  /// Whether a file is not where it should be.
+  /// Whether a file could not be written to its own place.
   bool failed() const { return failed_; }
 
  private:

@@ -1,4 +1,4 @@
-// Makes the preview of a picture as its header says.
+// The preview settings of a picture, from its header.
 #pragma once
 
 #include <map>

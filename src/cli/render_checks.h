@@ -10,8 +10,8 @@ namespace tress::cli {
 /// X0, Y0, X1, Y1 as on the command line.
 std::array<int, 4> edges_of(const image::Window& window);
 
-/// Logs what is wrong: a crop or samples beyond the scene's, a group of lights that it does not have, a file that
-/// cannot be written. Exit status: 0 if nothing is, 2 for options, 1 for files.
+/// Logs the errors: a crop or samples beyond the scene's, an unknown group of lights, a file that cannot be written.
+/// Returns the exit status: 0 without an error, 2 for options, 1 for files.
 int log_refusal(const RenderSettings& settings, const scene::Scene& scene);
 
 }  // namespace tress::cli

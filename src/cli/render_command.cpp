@@ -420,9 +420,9 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
             if (const std::string message = contradiction(*render, *settings); !message.empty()) {
               throw WrongUsage(message);
             }
-            // With the same noise in every frame, the noise would look like a dirty pane before the hair.
             settings->told = told_options(*render);
             settings->render.halves = settings->keeps_halves || settings->denoise;
+            // Each frame has its own seed: noise that stays in place would look like a dirty pane before the hair.
             settings->seed_of_frame = !render->count("--seed");
             if (!render->count("--seed")) {
               settings->render.seed = static_cast<std::uint64_t>(settings->overrides.frame.value_or(0));

@@ -6,8 +6,8 @@
 
 namespace tress::cli {
 
-/// Returns the exit status of the command. If there are many frames it is 0 if all exist, and 1 if one could not be
-/// rendered; the others are rendered.
+/// Returns the exit status of the command. With many frames it is 0 if all pictures exist at the end, and 1 if one
+/// could not be rendered; the others are rendered nevertheless.
 int run_render(const RenderSettings& settings);
 
 }  // namespace tress::cli

@@ -21,7 +21,7 @@ using Identity = std::map<std::string, std::string>;
 /// the file. options: options of the command that change the picture, by name.
 Identity identity_of(const std::filesystem::path& scene, const std::map<std::string, std::string>& options);
 
-/// Converts to JSON, and back; empty if the text is no object of texts.
+/// Converts to JSON and back; parsing returns empty if the text is not a JSON object of strings.
 std::string identity_text(const Identity& identity);
 std::optional<Identity> parse_identity(const std::string& text);
 

@@ -33,11 +33,11 @@ struct RenderSettings {
   image::Precision precision = image::Precision::half;
   std::optional<std::vector<std::string>> layers;  ///< besides beauty; unset: all
   bool keeps_halves = false;                       ///< whether integrate::half_layers are written
-  bool denoise = false;                            ///< whether it is filtered at the end; `render` then has halves
+  bool denoise = false;                            ///< whether to filter at the end; `render` then has halves
   scene::Overrides overrides;
-  integrate::RenderOptions render;              ///< its samples come from the scene, its roulette from below
+  integrate::RenderOptions render;              ///< samples come from the scene, roulette from below
   std::optional<integrate::Roulette> roulette;  ///< unset: learned if the model learns rows, else throughput
-  StopRule stop;                                ///< replaces those samples
+  StopRule stop;                                ///< replaces the scene's samples
   std::optional<bool> adaptive;                 ///< unset: if `stop` ends the render by noise or time
   std::optional<int> threads;                   ///< unset: one per hardware thread that the process may use
   std::string model{fiber::usual_model};        ///< one of fiber::models()
@@ -46,7 +46,7 @@ struct RenderSettings {
   std::optional<int> quadrature_points;         ///< for models that use them
   fiber::Estimator estimator = fiber::Estimator::fitted;
   adaptive::Options table;
-  std::optional<float> audited_share;  ///< of the samples, for measuring the bias
+  std::optional<float> audited_share;  ///< share of the samples that measure the bias
   std::optional<std::filesystem::path> warm_cache;
   CacheMode cache_mode = CacheMode::append;
   std::uint64_t cache_limit = std::uint64_t{1} << 30;  ///< limit of default_cache, bytes
@@ -60,10 +60,10 @@ struct RenderSettings {
   std::optional<std::filesystem::path> checkpoint;  ///< empty: beside the output
   double checkpoint_interval = 30;                  ///< seconds
   double checkpoint_deadline = 20;                  ///< seconds for which a pass may continue after a signal
-  std::optional<int> samples_from, samples_to;      ///< of the samples of a pixel; the end is excluded
+  std::optional<int> samples_from, samples_to;      ///< range of a pixel's samples; the end is excluded
   std::optional<std::filesystem::path> part;        ///< output for `tress merge`
   std::optional<std::string> display_server;        ///< HOST:PORT of a viewer
-  std::optional<std::string> serve;                 ///< of the live page: ADDRESS:PORT; empty: a free port
+  std::optional<std::string> serve;                 ///< ADDRESS:PORT of the live page; empty: a free port
   std::optional<std::filesystem::path> serve_reference;
 };
 

@@ -25,10 +25,11 @@ class RenderTelemetry {
   /// Writes a line for each row that changes from now on, if the settings request it; all slices must have been added
   /// to the service. The service calls this object until its listener is replaced.
   void listen(adaptive::Service* service);
-  /// Adds the error of the rows against the picture's own paths whenever their number has passed a power of 2.
+  /// Writes a line for a pass. Whenever the number of the picture's own paths passes a power of 2, the line has the
+  /// test of the rows by these paths.
   void pass(const integrate::PassProgress& pass);
   void summary(const char* status, Extra fields, const WarmCacheSession* cache);
-  /// Replaces header() if a checkpoint already has so many passes.
+  /// Replaces header() in a render that continues from a checkpoint with this many passes.
   void resume(int passes) { passes_told_ = passes; }
 
   std::uint64_t bytes() const { return lines_.bytes(); }
@@ -45,7 +46,7 @@ class RenderTelemetry {
 
 /// {"paths": ..., "chi2": ..., "deviation": ..., "common_chi2": ..., "common_deviation": ...}.
 std::string heard_text(const adaptive::HeardTest& test);
-/// {"value": ..., "error": ...}: of brightness, relative.
+/// {"value": ..., "error": ...}, relative to the brightness.
 std::string brightening_text(const integrate::Brightening& excess);
 /// {"value": ..., "error": ..., "paths": ...}.
 std::string deep_light_text(const integrate::DeepLightBias& bias);

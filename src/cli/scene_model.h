@@ -26,7 +26,7 @@ class SceneModel {
   std::string target_name() const { return learned_.target->model_name(); }
   /// The id of each of the scene's fibers.
   const std::vector<fiber::FiberId>& fiber_ids() const { return fiber_ids_; }
-  /// The same fibers without rows, if the bias is measured; else null.
+  /// The same fibers in a model without rows, for measuring the bias; null if it is not measured.
   const integrate::BiasAudit* audit() const { return unbiased_ ? &audit_ : nullptr; }
 
   /// Passes what was learned on to the next frame. The model is destroyed: nothing may be called after this.

@@ -30,7 +30,7 @@ class TelemetryLines {
     return TelemetryLines(std::move(*writer));
   }
 
-  /// Continues after so many bytes of the file. If that is impossible it logs so and starts the file anew.
+  /// Continues after this many bytes of the file. If that is impossible it logs a warning and starts the file anew.
   static Result<TelemetryLines> resume(const std::optional<std::filesystem::path>& file, std::uint64_t bytes) {
     if (!file) return TelemetryLines(nullptr);
     auto writer = adaptive::TelemetryWriter::resume(*file, bytes);

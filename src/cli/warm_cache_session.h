@@ -28,10 +28,11 @@ inline bool is_default_cache(const std::filesystem::path& file) { return file ==
 std::optional<Error> check_default_cache();
 
 /// Saves by adaptive::merge_into_cache, so other sessions may save into the file at the same time. Use it from one
-/// thread, between passes. Every step is a note on stderr; a refused file, which changes the result, is a warning.
+/// thread, between passes. Every step logs a note; a refused file, which changes the result, logs a warning.
 /// default_cache is a folder with a file for each slice (adaptive::CacheFolder). Its limit is applied after each save.
-/// In all modes, the files of the render's slices act as the file. A file that is refused (truncated, corrupted, of
-/// another model, of a later format) is never written over, except with scratch, whose purpose is to replace it.
+/// In all modes, the files of the render's slices together stand for the one file. A file that is refused (truncated,
+/// corrupted, of another model, of a later format) is never overwritten, except with scratch, whose purpose is to
+/// replace it.
 class WarmCacheSession {
  public:
   using Clock = std::chrono::steady_clock;
@@ -61,18 +62,18 @@ class WarmCacheSession {
   /// The estimated cost of learning the known rows, in seconds of CPU, at the pace of those that this session learned;
   /// empty if it learned too few.
   std::optional<double> cpu_seconds_spared() const;
-  /// Logs the same as a note, if there were any.
+  /// Logs a note with the number of known rows, if any, and this cost.
   void tell_savings() const;
-  /// The beginning and end of the session, for telemetry, without the file and the mode.
+  /// What was loaded and saved, for telemetry, without the file and the mode.
   nlohmann::ordered_json telemetry() const;
 
-  /// The beginning and the end of the session, and the reason if refused.
+  /// What was loaded and saved, and the reason for a refusal or failure.
   const std::string& loaded() const { return loaded_; }  ///< "loaded", "absent", "refused", "not asked"
   const std::string& saved() const { return saved_; }  ///< "saved", "merged", "refused", "frozen", "failed", "not yet"
   const std::string& reason() const { return reason_; }  ///< for a refusal or failure; else empty
   std::uint64_t rows_loaded() const { return rows_loaded_; }
-  /// The number of loaded rows that answer by their fit from the first query on, and the samples (g evaluations, or
-  /// paths) that taught them originally.
+  /// The number of loaded rows that answer by their fit from the first query on, and of the samples (g evaluations, or
+  /// paths) from which they were learned.
   std::uint64_t rows_known() const { return rows_known_; }
   std::uint64_t samples_known() const { return samples_known_; }
   std::uint64_t rows_saved() const { return rows_saved_; }
@@ -89,7 +90,7 @@ class WarmCacheSession {
   void refuse(const std::string& reason);
 
   std::filesystem::path file_;
-  std::optional<adaptive::CacheFolder> folder_;  ///< of default_cache
+  std::optional<adaptive::CacheFolder> folder_;  ///< set for default_cache
   std::uint64_t limit_ = std::uint64_t{1} << 30;
   CacheMode mode_;
   std::string model_;

@@ -70,7 +70,7 @@ struct WarmStart {
   std::vector<WarmGroom> grooms;
 };
 
-/// Traces a small picture of the scene, 64 pixels along its longer side and 4 samples a pixel, with the cache frozen.
+/// Traces a small picture of the scene, 64 pixels along its longer side and 4 samples per pixel, with the cache frozen.
 /// The same cache and scene give the same figures. settings: model, learner and threads' arena of a render that would
 /// load the cache. Error if the cache cannot be read.
 Result<WarmStart> measure_warm_start(const RenderSettings& settings, scene::Scene scene,

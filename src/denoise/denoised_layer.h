@@ -11,7 +11,7 @@ namespace tress::denoise {
 /// The layer of the filtered R, G, B, which previews show (image::Preview::layer).
 inline constexpr const char* denoised_layer = "denoised";
 
-/// Smallest number of samples a pixel: two in each half, so that both have a variance.
+/// Smallest number of samples per pixel: two in each half, so that both have a variance.
 inline constexpr int least_samples = 4;
 
 /// A text with its error and the change of brightness.

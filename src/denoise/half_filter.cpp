@@ -22,7 +22,7 @@
 namespace tress::denoise {
 namespace {
 
-// These were chosen on straight and curly locks of 16 and 64 samples a pixel, and tested on others (bench/README.md,
+// These were chosen on straight and curly locks of 16 and 64 samples per pixel, and tested on others (bench/README.md,
 // Denoising).
 constexpr double along = 3, across = 0.5;  ///< pixels, standard deviations of the Gaussian where all hair runs one way
 constexpr int reach = 6;                   ///< pixels to each side over which a mean is taken

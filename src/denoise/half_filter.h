@@ -35,9 +35,8 @@ struct Denoised {
 /// Replaces every pixel by a weighted mean of those around it. The weight is a Gaussian, long along the tangent of the
 /// hair in the picture and narrow across, times the likeness of the pixels' neighbourhoods in units of the noise. This
 /// is non-local means (Buades, Coll and Morel 2005), with variances and two buffers by Rousselle, Knaus and Zwicker
-/// (2012). One
-/// half gets its weights from the other, so that the errors of weights and values are independent. Where the halves
-/// show that the unfiltered picture is nearer to the truth, it is returned in part or in whole.
+/// (2012). One half gets its weights from the other, so that the errors of weights and values are independent. Where
+/// the halves show that the unfiltered picture is nearer to the truth, it is returned in part or in whole.
 /// Deterministic for any number of threads of the calling oneTBB arena. Works on any finite picture of tress. Error if
 /// a layer or matrix that it needs is missing, or if there are too few samples for variances. name: the file to name in
 /// errors.

@@ -23,8 +23,8 @@ struct Plan {
   int chunk = 1;                     ///< frames in a task, at least 1
   int split = 0;                     ///< number of tasks that share the samples of each frame; 0: frames are not split
   int samples = 0;                   ///< per pixel, where frames are split
-  int retries = 2;                   ///< of a task that fails
-  std::vector<std::string> options;  ///< of tress render, passed to every task
+  int retries = 2;                   ///< how often a failed task is tried again
+  std::vector<std::string> options;  ///< options of tress render, passed to every task
 };
 
 /// A task: some frames, or a share of the samples of one frame.

@@ -35,7 +35,7 @@ struct TaskState {
   Phase phase = Phase::waiting;
   int attempts = 0;       ///< begun, and not ended by a signal
   int status = 0;         ///< exit status of the last attempt
-  std::string host, job;  ///< of the last attempt; job: the scheduler's id, may be empty
+  std::string host, job;  ///< place of the last attempt; job: the scheduler's id, may be empty
 };
 /// The state in the file; waiting if the file does not exist or cannot be parsed.
 TaskState read_state(const std::filesystem::path& file);

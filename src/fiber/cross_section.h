@@ -51,7 +51,7 @@ struct CrossSection {
  private:
   friend class RayBatch;
   double cos_phi_, sin_phi_;      ///< cosine and sine of phi_r
-  double cos_entry_, sin_entry_;  ///< of the ellipse parameter where the ray with h = 0 enters
+  double cos_entry_, sin_entry_;  ///< the same of the ellipse parameter where the ray with h = 0 enters
   double inverse_cos_theta_t_;
 };
 

@@ -25,8 +25,8 @@ struct LobeEnergies {
 class EnergyTable {
  public:
   /// `clear` must be of energy_key(fiber); many fibers share it. Reads sigma_a, gain and reflection_fresnel of the
-  /// fiber. E_R is that of its kind of Fresnel for a smooth surface, times the rough surface's share of the smooth
-  /// one's.
+  /// fiber. E_R is that of a smooth surface with this kind of Fresnel, times the ratio of rough to smooth E_R under
+  /// exact Fresnel.
   EnergyTable(std::shared_ptr<const ClearEnergies> clear, const FiberParameters& fiber);
 
   /// phi_r absolute, any turn; theta within +-pi/2. If the energy of a lobe other than R is below 1e-3 here, clear or
@@ -35,8 +35,8 @@ class EnergyTable {
   /// The same without this step.
   LobeEnergies interpolated(float phi_r, float theta) const;
 
-  /// Energies of one channel under any sigma_a, with exact Fresnel and without gain. It is slow; use it for what is
-  /// made once.
+  /// Energies of one channel under any sigma_a, with exact Fresnel and without gain. It is slow; do not call it at
+  /// every vertex.
   std::array<double, lobe_count> without_gain(float phi_r, float theta, float sigma_a) const;
 
   const ClearEnergies& clear() const { return *clear_; }

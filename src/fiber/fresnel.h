@@ -12,8 +12,7 @@ inline double bravais_index(double eta, double theta) {
   return std::sqrt(eta * eta - s * s) / std::max(std::cos(theta), 1e-6);
 }
 
-/// Mean over both polarisations of the squared amplitudes, from the projected cosines on the air side and inside. The
-/// same in both directions.
+/// Unpolarised reflectance from the projected cosines on the air side and inside; the same for light from either side.
 inline double fresnel_reflectance(double eta, double eta_prime, double cos_air, double cos_inside) {
   const double inside = eta_prime * cos_inside;
   const double rs = (cos_air - inside) / (cos_air + inside);
@@ -22,8 +21,8 @@ inline double fresnel_reflectance(double eta, double eta_prime, double cos_air, 
   return 0.5 * (rs * rs + rp * rp);
 }
 
-/// Mean of the two polarisations for a projected ray in air with cosine `cos_gamma` of the angle to the projected
-/// normal, inclination theta; *cos_gamma_t receives the projected refracted cosine (always from eta').
+/// Unpolarised reflectance for a projected ray in air. cos_gamma: cosine of its angle to the projected normal;
+/// *cos_gamma_t receives the projected refracted cosine (always from eta').
 inline double fresnel_entering(double eta, double eta_prime, double cos_gamma, double* cos_gamma_t) {
   const double sin2 = std::max(1 - cos_gamma * cos_gamma, 0.0) / (eta_prime * eta_prime);
   *cos_gamma_t = std::sqrt(1 - sin2);

@@ -23,7 +23,7 @@ class LaneStack {
   float at(std::size_t f, std::size_t i) const { return field(f)[i]; }
   std::uint32_t word(std::size_t f, std::size_t i) const { return std::bit_cast<std::uint32_t>(field(f)[i]); }
 
-  /// Makes room for so many more records.
+  /// Makes room for this many more records.
   void reserve(std::size_t more) {
     if (size_ + more + slack <= stride_) return;
     const std::size_t room = (size_ + more + slack + 1023) / 1024 * 1024;

@@ -98,7 +98,7 @@ class LongitudinalLobe {
   }
   LongitudinalLobe(float slope, float shift, float nearest, float scale, LongitudinalShape shape)
       : slope_(slope), shift_(shift), nearest_(nearest), scale_(scale), shape_(shape) {}
-  /// The logistic scale over the width of a law with the same half width.
+  /// The logistic scale divided by the width of the law that has the same half width.
   static float inverse_width_factor(LongitudinalShape shape) {
     return shape == LongitudinalShape::logistic   ? 1.0f
            : shape == LongitudinalShape::gaussian ? 0.66794038f
@@ -110,7 +110,7 @@ class LongitudinalLobe {
   float density_of_shape(float x) const;
   float sample_of_shape(float u) const;
 
-  float slope_, shift_;  ///< of scaled()
+  float slope_, shift_;  ///< the coefficients of scaled()
   float nearest_;        ///< |x| of the point of the range nearest to the mode
   float scale_;          ///< 1/(2 width) over the scaled mass
   LongitudinalShape shape_;

@@ -42,7 +42,7 @@ double logistic_scale_of(double beta) {
 constexpr std::array<double, 4> lambda_per_deviation{0.429, 0.405, 0.416, 0.416};
 /// The blur of the exit azimuth over the standard deviation of the logistic law, fitted likewise: TT, TRT, TRRT.
 constexpr std::array<double, 3> azimuth_per_deviation{1.08, 2.53, 2.53};
-constexpr double logistic_deviation = std::numbers::pi / std::numbers::sqrt3;  ///< of scale 1
+constexpr double logistic_deviation = std::numbers::pi / std::numbers::sqrt3;  ///< of a logistic of scale 1
 /// lambda, which is in theta_h, of a lobe over its standard deviation of theta_i; `chiang2016` inverts it.
 constexpr double published_lambda_per_deviation = 0.5 / logistic_deviation;
 

@@ -3,8 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-// Loops over lanes are compiled twice, the second time for vectors of four doubles without fused operations, so with
-// the same bits. Sanitizers run before such functions can be resolved.
+// Loops over lanes are compiled twice, the second time for vectors of four doubles without fused operations, so the
+// bits are the same. Sanitized builds have one version only, because sanitizers run before target clones can be
+// resolved.
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
 #define TRESS_SANITIZED

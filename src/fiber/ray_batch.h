@@ -1,4 +1,4 @@
-// Traces sixteen rays through a cross-section side by side: the time to trace a node is latency, which lanes hide.
+// Traces sixteen rays through a cross-section at once in vector lanes, which hides the latency of each step.
 #pragma once
 
 #include "fiber/cross_section.h"
@@ -6,7 +6,8 @@
 namespace tress::fiber {
 
 /// Steps 16 rays from order to order, in plain loops over lanes that compilers vectorise. The arithmetic is that of
-/// CrossSection::follow without branches: at total internal reflection, cos_t = 0 gives reflectance 1. One thread each.
+/// CrossSection::follow without branches: at total internal reflection, cos_t = 0 gives reflectance 1. One thread per
+/// object.
 class RayBatch {
  public:
   static constexpr int lanes = 16;

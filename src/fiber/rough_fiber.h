@@ -40,7 +40,7 @@ struct SplitExit {
 
 /// The rules by which trace_split() ends a path.
 struct SplitRules {
-  float roulette_below = 0.15f;  ///< of unit flux: a smaller weight survives with the probability of that weight
+  float roulette_below = 0.15f;  ///< share of unit flux: a smaller weight survives with the probability of that weight
   float longest_way = 200;       ///< major semi-axes: light inside past this and TRRT leaves where it is
 };
 
@@ -60,7 +60,7 @@ enum class Masked {
 /// and of the steps where they end, with the normal u and the area tan tau; both are rough. Light meets one of them in
 /// proportion to the area that it sees, inside and out, and light that then heads for the surface meets it again. A
 /// tilted normal alone would lose half the light at 60 degrees, which the rising faces guide along the fiber. (The idea
-/// of the second face: Schuessler et al. 2017.) Without a tilt it is the fiber of the file.
+/// of the second face: Schuessler et al. 2017.) Without a tilt the fiber is that of fiber3d.csv.
 ///
 /// A medulla (FiberParameters) is entered without refraction. In it light makes free flights, scatters between them by
 /// Henyey and Greenstein's law, and keeps exp(-medulla_absorption l) over its length l; sigma_a absorbs in the cortex

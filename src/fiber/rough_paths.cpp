@@ -605,7 +605,7 @@ struct Kernel {
       const F side = hn::IfThenElse(now_inside, Splat(-1), Splat(1));
       FaceOf(Has(tags, is_step), side, ny, nz, fx, fy, fz);
 
-      // Moves to the next facet, which rising light meets by chance; `again`: it already is there.
+      // Moves to the next facet, which rising light meets with some probability; with `again` it is already there.
       const F rises = Dot(vx, vy, vz, fx, fy, fz), steep = Steepness(rises, inverse_alpha);
       const Mask up = hn::Gt(rises, zero);
       F lambda, bell;

@@ -39,10 +39,10 @@ class RoughPathExits {
   LaneStack records_{fields};
 };
 
-/// Follows paths as a wavefront of surface events, 16 at a time. Facets, choices and weights are in the mean those of
+/// Follows paths as a wavefront of surface events, 16 at a time. The expected light is that of
 /// RoughFiber::trace_split() with Masked::meets_others, but both lights that stay at a facet are followed, each with
-/// its own roulette. The result of a path depends on its own numbers alone, and by rounding on the instruction set, but
-/// not on the paths traced beside it. One thread.
+/// its own roulette. The result of a path depends on its own numbers and, by rounding, on the instruction set, not on
+/// the paths traced with it. One thread.
 class RoughPaths {
  public:
   static constexpr std::uint32_t most_sets = 16;
@@ -71,7 +71,7 @@ class RoughPaths {
 
  private:
   struct Memory;
-  /// The memory that the last RoughPaths of this thread left: new pages cost more than the paths on them.
+  /// Memory that this thread's last RoughPaths has left, for reuse: new pages cost more time than the paths on them.
   static std::unique_ptr<Memory>& spare();
 
   RoughFiber fiber_;

@@ -25,7 +25,7 @@ constexpr float largest_height = 12;
 /// With a limit between 0.2 and 0.4, a path takes 0.6 to 0.7 of the time that it takes at 0.02. Standard errors of
 /// energies are then 0 to 10 % larger; below an alpha of 0.1 up to 20 %.
 constexpr float roulette_below = 0.25f;
-constexpr std::uint32_t most_at_once = 4096;  // number of paths of which a thread keeps the memory: 1 MB
+constexpr std::uint32_t most_at_once = 4096;  // number of paths for which a thread keeps memory: 1 MB
 constexpr float to_the_end = std::numeric_limits<float>::infinity();
 
 float clamped(float height) { return std::clamp(height, -largest_height, largest_height); }

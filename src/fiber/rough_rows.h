@@ -15,8 +15,8 @@ namespace tress::fiber {
 
 /// SliceKey::lobe of slices of the rough target. Their parameters are {eta, eccentricity, roughness, tilt} and the
 /// medulla's radius, scattering, asymmetry and absorption, 0 without a medulla. Change this number whenever the mean of
-/// a node's draws changes: rows of old caches are then not used. Other draws with the same mean are no reason, because
-/// a row is tested by draws that it has not seen.
+/// a node's draws changes, so that rows of old caches are not used. Different draws with the same mean need no new
+/// number, because a row is tested on draws that it has not seen.
 constexpr std::uint32_t rough_slice_lobe = 16;
 
 /// Parts of a node: R, TT, TRT and all that leaves later.
@@ -33,16 +33,17 @@ inline float specular_height(float theta_r) { return height_of(-theta_r); }
 /// The inverse: theta in [-pi/2, pi/2].
 float theta_of(float height);
 
-/// Draws split paths without a length limit, at wr = (theta_r, phi_r) = (a, b), on scrambled Sobol points: h and the
-/// first three facets; the rest comes from a stream for each path. Exits of RoughPaths are at
+/// Draws split paths without a length limit, at wr = (theta_r, phi_r) = (a, b). Scrambled Sobol points give h and the
+/// first three facets; all further numbers come from a stream for each path. Exits of RoughPaths are at
 ///  azimuth = phi_i - phi_r,  height = height_of(theta_i) - specular_height(theta_r),
 /// with the weight of clear light (minus what a medulla absorbs) and the path length in the cortex, in major semi-axes,
 /// as attribute. Weights have the mean of RoughFiber::trace(), where absorption leaves exp(-sigma_a way) of them. (a,
 /// b) need not be a node.
 ///
 /// draw_sets() takes less time than four calls of draw(). The exits of a path are the same up to rounding on every
-/// instruction set. On one instruction set they have the same bits, apart from their order, whatever is drawn beside
-/// it. Its model name is that of make_elliptical_target(), so that one service can learn both. Stateless; any thread.
+/// instruction set. On one instruction set they have the same bits, apart from their order, whatever else the call
+/// draws. Its model name is that of make_elliptical_target(), so that one service can learn both. Stateless; any
+/// thread.
 std::unique_ptr<adaptive::SampledTarget> make_rough_target();
 
 /// The slice of a fiber. axis_a is theta_r: 0 to 85 degrees in steps of 5, and 87.5, of both signs if there is a tilt.
@@ -64,10 +65,10 @@ struct RoughNode {
   float theta(float height, float theta_r) const { return theta_of(height_sign * height + specular_height(theta_r)); }
 };
 
-/// Chooses nodes of a rough_slice(), so that in the mean over xi a function of the nodes is interpolated linearly in
-/// theta_r and in phi_r. Directions are folded by the symmetries of the ellipse and, without a tilt, of the cylinder.
-/// Beyond 87.5 degrees it is the last node. Heights are relative to the specular cone of the true theta_r: RoughNode
-/// takes that, not the node's. Immutable; any thread.
+/// Chooses nodes of a rough_slice() at random, such that the expected value of a function of the node is its linear
+/// interpolation in theta_r and in phi_r. Directions are folded by the symmetries of the ellipse and, without a tilt,
+/// of the cylinder. Beyond 87.5 degrees it is the last node. Heights are relative to the specular cone of the true
+/// theta_r, not of the node's, so RoughNode takes the true one. Immutable; any thread.
 class RoughGrid {
  public:
   explicit RoughGrid(const adaptive::SliceDescription& slice);

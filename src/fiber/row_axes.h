@@ -44,8 +44,8 @@ inline FoldedAzimuth fold_azimuth(float phi_r) {
 
 /// The smallest blur for the grid of a slice: 4 degrees. Radians.
 constexpr float smallest_grid_sigma = 0.06981317f;
-/// Whether a blur is smaller than that. The grid would then have too many rows, so rows only propose, and g is traced
-/// at every vertex. Four degrees in radians may round below the limit and still count as on the grid.
+/// Whether a blur is smaller than that. The grid would then have too many rows, so rows serve only as proposals, and g
+/// is traced at every vertex. Four degrees in radians may round below the limit and still count as on the grid.
 constexpr bool is_below_grid(float sigma_rad) { return sigma_rad < smallest_grid_sigma * (1 - 1e-5f); }
 
 /// The axes of a slice, in radians. axis_a is phi_r, uniform on [0, pi/2] with both ends, in steps of at most sigma/3.
@@ -54,8 +54,8 @@ constexpr bool is_below_grid(float sigma_rad) { return sigma_rad < smallest_grid
 std::vector<float> azimuth_axis(float eccentricity, float sigma_rad);
 std::vector<float> inclination_axis();
 
-/// Chooses nodes of a slice: floor(coordinate + xi) on each axis, so that in the mean over xi a function of the nodes
-/// is interpolated linearly in phi_r and in cos theta_d. Immutable; any thread.
+/// Chooses nodes of a slice: floor(coordinate + xi) on each axis, such that the expected value of a function of the
+/// node is its linear interpolation in phi_r and in cos theta_d. Immutable; any thread.
 class RowGrid {
  public:
   /// Copies the axes of an elliptical_slice().
@@ -68,10 +68,10 @@ class RowGrid {
   Node choose(float folded_phi, float theta_d, float xi1, float xi2) const {
     return {choose_azimuth(folded_phi, xi1), choose_inclination(theta_d, xi2)};
   }
-  /// The mean of choose_azimuth() over xi: node `first`, or with the probability `share` the one after it.
+  /// The distribution of choose_azimuth() over xi: node `first`, or with the probability `share` the one after it.
   struct Between {
     std::uint32_t first, second;
-    float share;  ///< of the second node, [0, 1)
+    float share;  ///< probability of the second node, [0, 1)
   };
   Between between_azimuths(float folded_phi) const { return between(folded_phi * steps_per_radian_, last_a_); }
   Between between_inclinations(float theta_d) const { return between(inclination_coordinate(theta_d), last_b_); }

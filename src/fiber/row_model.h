@@ -15,17 +15,18 @@
 
 namespace tress::fiber {
 
-/// The error if a model cannot use this service; empty if it can.
+/// Returns the error if a model cannot use this service; empty if it can.
 std::optional<Error> wrong_service(const adaptive::Service* service, const std::string& target,
                                    adaptive::SliceKind kind);
 
-/// The rows that one direction looks up. A model has no other way to its rows. Look-ups are recorded, and once the
+/// The rows that one direction looks up. A model has no other access to its rows. Look-ups are recorded, and once the
 /// direction is drawn each row is credited with the light that it brings (ESTIMATOR.md, E8):
 ///  importance of the event * S/Q,  S the luminance of the row's lobe.
-/// Rows that answer in a form are credited at one event of light_interval, as many times; all others always.
+/// Rows that answer in a form are credited at one event in light_interval, with light_interval times the light; all
+/// other rows at every event.
 class DirectionRows {
  public:
-  /// Serves a direction that is given, not drawn. M has no light at most of these, so nothing is credited.
+  /// Serves a direction that is given, not drawn. At most of these M is negligible, so nothing is credited.
   explicit DirectionRows(const adaptive::Service* service) : service_(service), reader_(service) {}
   /// Serves a direction that the event draws. service: null if there are no rows.
   DirectionRows(const adaptive::Service* service, const FiberEvent& event)
@@ -56,7 +57,7 @@ class DirectionRows {
       write_down(found.row.slice, found.row.node, found.row.pass, lobe, light_interval);
     return found;
   }
-  /// The row at a node, in whatever state.
+  /// The row at a node, in any state.
   adaptive::FormedLookup ask(const adaptive::FormedRows& rows, std::uint32_t node, Lobe lobe) {
     adaptive::FormedLookup found = service_->look_up(rows, node);
     if (importance_ > 0 && !(found.answer && !found.answer.has_row()))
@@ -134,18 +135,18 @@ class RowModel : public FiberModel {
   virtual FiberValue value(const FiberEvent& event, const FiberDirection& wi, DirectionRows& rows) const = 0;
 };
 
-/// The one row that an event looks up for all its directions, when it begins, and what the event keeps of it. It is the
-/// first member of the constants of an EventRowModel.
+/// The one row that an event looks up when it begins, for all its directions. It is the first member of the constants
+/// of an EventRowModel.
 struct EventRow {
   const adaptive::FormedRows* formed = nullptr;  ///< null if no row was looked up
   const void* block = nullptr;                   ///< from the form; null if not converged, or for lack of memory
   std::uint32_t node = 0, pass = 0;
   bool has_converged = false;
-  std::uint8_t times = 0;  ///< number of times that the light of a direction is credited, see RowOfEvent
+  std::uint8_t times = 0;  ///< how often the light of a direction is credited, see RowOfEvent
 };
 
-/// The access of an EventRowModel to its row, once an event. A converged row is credited at one event of
-/// light_interval, as many times.
+/// The access of an EventRowModel to its row, once per event. A converged row is credited at one event in
+/// light_interval, with light_interval times the light.
 class RowOfEvent {
  public:
   /// Counts a query. The result is the same whether another thread has looked up the row before or not.

@@ -44,7 +44,7 @@ class SurfaceFresnel {
   }
 
   /// Sine of the angle of incidence where F has a kink, because p is totally reflected from there on: eta'' of
-  /// `bravais`; 1 or more if there is none.
+  /// `bravais`; 1 or more without a kink.
   float total_reflection() const { return kind_ == ReflectionFresnel::bravais ? eta2_ / std::sqrt(eta_prime2_) : 1; }
 
  private:

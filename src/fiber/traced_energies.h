@@ -21,7 +21,7 @@ struct EnergyKey {
   friend auto operator<=>(const EnergyKey&, const EnergyKey&) = default;
 };
 
-/// Takes the roughness of the material, whatever widths of lobes are also given.
+/// Uses the material's roughness, even if lobe widths are given too.
 EnergyKey energy_key(const FiberParameters& fiber);
 
 /// Moments 0 to 5 of y = e^(-decay l) over the clear light of a lobe other than R, l the path length inside in major

@@ -33,7 +33,7 @@ struct Cell {
   friend bool operator==(const Cell&, const Cell&) = default;
 };
 
-/// The hits of a ray on strands with a presence, in any order, as far as they have to be known.
+/// The hits of a ray on strands with a presence, in any order, as far as they are needed.
 class DrawnHits {
  public:
   explicit DrawnHits(float drawn) : drawn_(drawn) {}
@@ -76,7 +76,7 @@ class DrawnHits {
   std::vector<Entry> all_;
 };
 
-/// What the filter knows about a ray. Embree passes a pointer to the first member.
+/// The data of a ray for the filter. Embree passes a pointer to the first member.
 struct RayQuery {
   embree::RayContext context;
   std::uint32_t start_groom, first_own, own_count;  ///< the segments of the strand that the ray leaves
@@ -84,7 +84,7 @@ struct RayQuery {
   bool from_camera;
   float time;
   std::uint64_t key;                   ///< decides which segments with a presence are hit
-  const glm::vec3* came_by = nullptr;  ///< of a ray that leaves a fiber (Ray::came_by)
+  const glm::vec3* came_by = nullptr;  ///< Ray::came_by of a ray that leaves a fiber
   DrawnHits* drawn = nullptr;          ///< the hits of a ray that draws from front to back (Ray::drawn)
 };
 
@@ -333,7 +333,7 @@ Hit surface_hit(const Surface& surface, const Ray& ray, float distance_cm, const
   return hit;
 }
 
-/// Embree reports a failure, mostly lack of memory, only when asked. `made`: the object that it returned.
+/// Throws if Embree has failed, mostly for lack of memory, which it reports on request only. `made`: its result.
 void check(RTCDevice device, const void* made) {
   const RTCError error = rtcGetDeviceError(device);  // without a device: the error of this thread
   if (made != nullptr && error == RTC_ERROR_NONE) return;

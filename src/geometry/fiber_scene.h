@@ -22,10 +22,10 @@ struct Ray {
   std::uint32_t start_groom = no_index, start_strand = no_index;
   bool from_camera = false;  ///< whether it passes through meshes that the camera does not see (scene::Mesh::visible)
   float time = 0;            ///< 0 at the opening of the shutter, 1 at its closing
-  /// These two decide which strands with a presence (scene::Groom::presence) the ray hits. If `drawn` is in [0, 1), it
-  /// hits the first strand up to which strands hide more than this share. If it is below 0, a hash of the key, the
-  /// direction and the place decides for each stretch of a segment's length: equal rays hit the same stretches, and
-  /// others are independent.
+  /// These two decide which strands with a presence (scene::Groom::presence) the ray hits. If `drawn` is in [0, 1), the
+  /// ray hits the first strand at which the strands so far hide more than this share. If it is below 0, a hash of the
+  /// key, the direction and the place decides for each stretch of a segment's length: equal rays hit the same
+  /// stretches, and others are independent.
   std::uint64_t key = 0;
   float drawn = -1;
   /// For a ray that leaves a fiber: a point of the ray that arrived there, cm, before it met the fiber. A mesh between
@@ -94,8 +94,8 @@ struct TreeOptions {
   bool compact = false;  ///< half the memory, but slower rays
   /// Closes the gaps between triangles at their edges. Strands alone do not need it.
   enum class Robust { with_meshes, always, never } robust = Robust::with_meshes;
-  /// The number of straight pieces that Embree makes of each segment of a ribbon; 0: as many as the picture asks
-  /// (scene::Image::curve_error_px).
+  /// The number of straight pieces that Embree makes of each segment of a ribbon; 0: as many as
+  /// scene::Image::curve_error_px requires.
   float pieces = 0;
 };
 
@@ -103,7 +103,7 @@ struct TreeOptions {
 /// triangles, for camera and shadow rays alike. A ray hits a ribbon where it passes nearest to the axis, and only ahead
 /// of its start. A bend of a polygon is filled on its outer side by a sector of the silhouette's width. The strand on
 /// which a ray starts (Ray::start_strand) cannot be hit within two radii of the start; every other one can. A fiber
-/// that lies on a mesh, or in it up to its axis, is lit as what of it is outside: a ray that leaves it passes the mesh
+/// that lies on a mesh, or in it up to its axis, is lit like its part outside: a ray that leaves it passes the mesh
 /// outwards and not inwards, even before its start (Ray::came_by). Things that move (scene::Groom::later,
 /// scene::Mesh::later) are hit where they are at the ray's time. If strands have a presence, a ray hits each segment
 /// with that probability, independently of the segments before it.

@@ -54,7 +54,8 @@ struct StrandCurves {
   bool radii_change = false;                               ///< whether they change while the shutter is open
   float least_eccentricity = 1;                            ///< the smallest of all strands
   scene::StrandBasis basis = scene::StrandBasis::bspline;  ///< basis of the groom
-  /// Straight pieces of each segment: as many as image.curve_error_px asks of all but a thousandth of the segments.
+  /// The number of straight pieces of each segment: enough for image.curve_error_px in all but a thousandth of the
+  /// segments.
   int pieces = least_pieces;
 
   std::vector<std::vector<glm::vec4>> later_control;     ///< at the later moments; empty if the groom does not move

@@ -25,7 +25,8 @@ struct Turned {
   glm::dvec3 back(const glm::dvec3& a) const { return {cosine * a.x + sine * a.y, cosine * a.y - sine * a.x, a.z}; }
 };
 
-/// Points that are turned are rounded: a strand that goes straight down must be as far from x as from y in every frame.
+/// The tolerance for rounding of turned points. Without it, the axis for a strand that goes straight down, as far from
+/// x as from y, would differ between frames.
 constexpr double rounding = 1e-5;
 
 /// Returns the axis least aligned with the tangent, made orthogonal to it; the first of those that are equal to within

@@ -34,8 +34,8 @@ struct StrandKnots {
 };
 
 /// The knots of a strand with these points, root first. bspline: one for each point, with ends continued by reflection.
-/// linear: the points; the tangent at one halves the bend, and also where two Bezier segments meet. If points coincide,
-/// the tangent is that of a neighbour.
+/// linear: the points. The tangent at a point of a polygon, and where two Bezier segments meet, halves the bend. If
+/// points coincide, the tangent is that of a neighbour.
 StrandKnots strand_knots(std::span<const glm::vec3> points, scene::StrandBasis basis);
 
 /// Frames at the knots by double reflection (Wang et al. 2008). The major axis leaves the root at root_angle_rad from
@@ -57,10 +57,10 @@ std::vector<KnotFrame> later_frames(const StrandKnots& knots, const KnotFrame& f
                                     const glm::dmat3& turned, double turn_rad_per_cm);
 
 /// Turns the frames of a strand (strand_frames() at `knots`) so that their minor axes are those given at its points
-/// (unit, or 0 if there is none; interpolated as the points are). A cross-section looks the same from behind, so an
-/// axis also stands for its opposite, and it turns the shorter way from one knot to the next. If a knot has no axis, or
-/// one along the tangent (within 0.001 rad), the angle changes evenly between the knots around it and is constant
-/// beyond the outermost ones. If no knot has an axis, it returns false and turns nothing.
+/// (unit, or 0 for none; interpolated as the points are). A cross-section looks the same from behind, so an axis also
+/// stands for its opposite, and it turns the shorter way from one knot to the next. If a knot has no axis, or one along
+/// the tangent (within 0.001 rad), the angle changes evenly between the knots around it and is constant beyond the
+/// outermost ones. If no knot has an axis, it returns false and turns nothing.
 bool turn_to_minor_axes(const StrandKnots& knots, std::span<const glm::vec3> minor_axis, scene::StrandBasis basis,
                         std::vector<KnotFrame>* frames);
 

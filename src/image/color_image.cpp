@@ -216,7 +216,7 @@ Result<ColorImage> read_exr_color(const std::filesystem::path& file) {
       read_exr_channels(file, [&](const std::vector<std::string>& names) { return chosen = color_channels(names); });
   if (!picture) return picture.error();
   const Window part = picture->window(), whole = picture->whole();
-  // A few bytes of a header must not ask for memory without end: beyond a moderate size, the data must fill a share.
+  // A short header must not cause an allocation of any size: beyond a moderate size, the data must fill a share.
   constexpr std::int64_t moderate = std::int64_t{1} << 24, largest_ratio = 64, pixels_of_a_byte = 4096;
   const auto size_error = [&](std::string expected) {
     return Error{file.string(), "header displayWindow", std::move(expected),

@@ -24,7 +24,7 @@ class LightSampler {
   /// Light that may come from one direction.
   struct Arrival {
     glm::vec3 direction{0, 0, 1};                                ///< unit, world
-    float distance_cm = std::numeric_limits<float>::infinity();  ///< to the light
+    float distance_cm = std::numeric_limits<float>::infinity();  ///< distance to the light
     glm::vec3 radiance{0.0f};                                    ///< linear RGB, unshadowed
     std::size_t group = 0;                                       ///< index into scene::light_groups()
     glm::vec3 way{0.0f};  ///< movement of the light while the shutter is open, cm; set by along()

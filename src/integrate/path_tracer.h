@@ -15,8 +15,8 @@
 
 namespace tress::integrate {
 
-/// Thread-safe during a pass. All references must outlive it. deeper: what later hits use (RenderOptions::roulette) and
-/// add notes to; null if nothing is learned.
+/// Thread-safe during a pass. All references must outlive it. deeper: used by later hits
+/// (RenderOptions::roulette), which add notes to it; null if nothing is learned.
 ///
 /// A hit has n_l light samples and n_b BCSDF samples. The balance heuristic turns both estimates of one light into the
 /// same expression, S L / (n_l p_light c + n_b Q). Q is the density of the BCSDF sampler in the vertex's own measure
@@ -34,8 +34,8 @@ class PathTracer {
   /// result may be infinite where fibers return more light than falls on them (`gain` above 1).
   PathSums trace(int x, int y, std::uint32_t sample) const;
 
-  /// Returns a tracer with roulette of shadow rays: only a share of the light samples is traced that bring less
-  /// than 1.6 times `brightness`. brightness: mean of hair and surfaces in the picture, over channels; with 0 all are
+  /// Returns a tracer with roulette of shadow rays: of the light samples that bring less than 1.6 times `brightness`,
+  /// only a share is traced. brightness: mean of hair and surfaces in the picture, over channels; with 0 all are
   /// traced.
   PathTracer at_brightness(float brightness) const;
 

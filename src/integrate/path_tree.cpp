@@ -21,7 +21,7 @@ constexpr std::uint32_t most_parting_hits = 256;
 /// few paths (bench/README.md, what lies deeper).
 constexpr float copies_per_check = 4, least_checks = 1 / 16.0f;
 
-/// The excess of rows is evaluated for one in so many directions that go on, in proportion to their weight.
+/// The excess of rows is evaluated for one in this many directions that go on, in proportion to their weight.
 constexpr float directions_per_excess = 32;
 
 float luminance_of(const glm::vec3& color) { return std::max(0.0f, luminance(color)); }

@@ -19,9 +19,9 @@ struct PassProgress;
 /// K is 1 where light is sampled and fibers are wide, and the sphere over a light's solid angle where only chance meets
 /// the light.
 ///
-/// The sample variance of n paths knows only light that they have met. Light that they may have missed is taken to be
-/// met by one path in n + K: the mean of a rate that was 1/K before and that n paths have not seen. Such a path brings
-/// K M.
+/// The sample variance of n paths includes only light that they have met. Light that they may have missed is assumed to
+/// be met by one path in n + K: the mean of a rate that was 1/K before, after n paths that have not met it. Such a path
+/// brings K M.
 struct PossibleLight {
   double mean = 0;    ///< M, mean over channels; 0 if the scene has no light
   double spread = 1;  ///< K, at least 1

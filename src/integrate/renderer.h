@@ -57,9 +57,9 @@ struct RenderState {
 
 struct RenderOptions {
   int samples = 64;       ///< samples per pixel
-  int first_sample = 0;   ///< index of the first sample, where others render those before it
-  int light_samples = 2;  ///< at the first hit, over all lights; later hits have 1; with 0 no hit has any
-  int bcsdf_samples = 1;  ///< at the first hit, each goes on as a path; later hits have 1
+  int first_sample = 0;   ///< index of the first sample, if other renders take those before it
+  int light_samples = 2;  ///< number at the first hit, over all lights; later hits have 1; 0: none at any hit
+  int bcsdf_samples = 1;  ///< number at the first hit, each goes on as a path; later hits have 1
   int max_depth = 256;    ///< largest number of hits of a path, on fibers and surfaces
   Roulette roulette = Roulette::learned;
   int roulette_depth = 4;  ///< first hit with roulette by throughput, which is used until enough is learned

@@ -15,7 +15,7 @@
 
 namespace tress::integrate {
 
-/// A hit and what scatters there.
+/// A hit and the data for scattering there.
 struct Vertex {
   geometry::Hit hit;
   fiber::FiberEvent event;  ///< used if the hit is on a fiber
@@ -60,8 +60,8 @@ class Scattering {
   /// Light scattered from a direction (unit, world, away from the hit). Counts queries in `sums`.
   Scattered evaluate(const Vertex& vertex, const glm::vec3& direction, PathSums& sums) const;
 
-  /// Excess of the sum of the layers at this direction, in the mean over events and `place` (FiberModel::excess). 0 for
-  /// surfaces, and for models without it.
+  /// An estimate of the excess of all layers together at this direction; its mean over events and `place` has no bias
+  /// (FiberModel::excess). 0 for surfaces, and for models without it.
   glm::vec3 excess(const Vertex& vertex, const glm::vec3& direction, float place) const;
   bool tells_excess() const { return tells_excess_; }
 

@@ -24,7 +24,7 @@ struct StopRule {
   static bool is_noise_known(const PassProgress& pass);
   /// The reason to end after this pass: "samples", "time" or "noise"; null to go on. A render ends only where every
   /// pixel has the same number of samples, at least one. It ends by time if a next pass as long as this one would end
-  /// too late. noise_now: noise of the picture, or of what is made of it. elapsed: seconds since the command began.
+  /// too late. noise_now: noise of the picture, or of the filtered picture. elapsed: seconds since the command began.
   const char* reason_to_end(const PassProgress& pass, double noise_now, double elapsed) const;
   const char* reason_to_end(const PassProgress& pass, double elapsed) const {
     return reason_to_end(pass, pass.noise, elapsed);

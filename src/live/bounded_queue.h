@@ -23,8 +23,8 @@ class BoundedQueue final : public httplib::TaskQueue {
   using Task = std::function<void()>;
   using Enqueued = decltype(std::declval<httplib::TaskQueue&>().enqueue(Task()));  // void or bool, by version
 
-  /// closing: once it is set, nobody waits for room, and the server closes new connections at once. It must outlive the
-  /// queue.
+  /// closing: once it is set, no thread waits for room, and the server closes new connections at once. It must outlive
+  /// the queue.
   BoundedQueue(std::size_t threads, std::size_t room, const std::atomic<bool>& closing)
       : room_(room), closing_(closing) {
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });

@@ -24,9 +24,9 @@ namespace tress::live {
 class DisplayClient {
  public:
   struct Options {
-    double cpu_share = 0.003;                  ///< of the time since construction, for its thread
-    std::chrono::milliseconds patience{3000};  ///< with a viewer that takes nothing
-    std::chrono::milliseconds retry{500};      ///< between two attempts to connect
+    double cpu_share = 0.003;                  ///< share of the time since construction that its thread may use
+    std::chrono::milliseconds patience{3000};  ///< time to wait for a viewer that takes nothing
+    std::chrono::milliseconds retry{500};      ///< time between two attempts to connect
   };
   /// name: the picture's name in the viewer.
   DisplayClient(Endpoint viewer, std::string name) : DisplayClient(std::move(viewer), std::move(name), Options{}) {}
@@ -34,7 +34,8 @@ class DisplayClient {
   /// Stops at once.
   ~DisplayClient() = default;
 
-  /// Whether a picture shown now would be sent: the previous one has been, and the share of time allows it. Any thread.
+  /// Whether a picture shown now would be sent: the previous one is done, and the share of time allows another. Any
+  /// thread.
   bool wants_picture() const;
   /// Replaces a picture that still waits. If a picture has another size or other channels, the viewer starts with a new
   /// image.
@@ -66,10 +67,10 @@ class DisplayClient {
   bool is_last_ = false, last_arrived_ = false;
   TimeShare time_;
   ViewerSocket socket_;                             ///< used by the thread only, as the rest
-  std::vector<std::optional<std::uint64_t>> sent_;  ///< hash of what the viewer has, by layer, then by tile
-  std::vector<std::string> channels_;               ///< of the viewer's image; empty if it has none
+  std::vector<std::optional<std::uint64_t>> sent_;  ///< hash of the pixels that the viewer has, by layer, then by tile
+  std::vector<std::string> channels_;               ///< channels of the viewer's image; empty without one
   int width_ = 0, height_ = 0;
-  bool has_stalled_ = false;  ///< at the last attempt to send
+  bool has_stalled_ = false;  ///< whether the last attempt to send stalled
   TimeShare::Clock::time_point next_attempt_{};
   std::jthread thread_;  ///< declared last, so that it ends before everything that it uses
 };

@@ -56,7 +56,7 @@ class RenderServer {
   };
   Asked take_asked();
 
-  /// A parameter of the picture that the page can change; the picture then starts anew.
+  /// A parameter of the picture that the page can change; the render then starts anew.
   struct Slider {
     std::string name, label;
     double least = 0, most = 1, step = 0.01;
@@ -65,10 +65,10 @@ class RenderServer {
   /// Call it once; without sliders, no change is accepted.
   void offer_sliders(std::vector<Slider> sliders);
   using Look = std::map<std::string, double>;  ///< values by the names of the sliders that were moved
-  /// Whether a change waits to be taken. Any thread.
+  /// Whether a change waits for take_look(). Any thread.
   bool is_look_asked() const;
-  /// Returns the last change; every value is in the range of its slider. The passes of the page start anew, and the
-  /// picture is kept as the one before the change.
+  /// Returns the last change; every value is in the range of its slider. The page's list of passes is cleared, and the
+  /// last picture is kept as the one before the change.
   Look take_look();
 
   bool is_paused() const;

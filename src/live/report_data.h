@@ -9,7 +9,7 @@
 
 namespace tress::live {
 
-/// Share of the queries of the last pass answered by fits, from which on a run is reported as converged.
+/// A run is reported as converged if fits answered at least this share of the queries of its last pass.
 inline constexpr double converged_share = 0.95;
 /// Number of rows that are listed, those of most light first.
 inline constexpr std::size_t most_rows_listed = 50;

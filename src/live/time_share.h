@@ -1,4 +1,4 @@
-// Limits how often something is done beside a render, so that all of it takes no more than a share of the time.
+// Limits how often a task runs during a render, so that it takes at most a share of the time.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@ class TimeShare {
   /// share: of the time since `start`, in (0, 1].
   explicit TimeShare(double share, Clock::time_point start = Clock::now()) : share_(share), start_(start) {}
 
-  /// Whether one more time stays within the share, if it takes as long as the last one. The first time is always due.
+  /// Whether doing it once more, in the time that it took last, stays within the share. The first time is always due.
   bool is_due(Clock::time_point now = Clock::now()) const {
     return last_ < Seconds(0) || (spent_ + last_) <= share_ * Seconds(now - start_);
   }

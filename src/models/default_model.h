@@ -1,4 +1,4 @@
-// The fiber model of a scene if nobody names one: its materials alone decide. Options of accuracy (an epsilon, an
+// The fiber model of a scene if none is named: its materials alone decide. Options of accuracy (an epsilon, an
 // estimator, a learner, a cache) never change the model.
 #pragma once
 
@@ -11,15 +11,15 @@
 
 namespace tress::fiber {
 
-/// The usual choice by chart 4 (bench/README.md): a third of the error of `elliptical` or less, at 0.95 to 1.14 times
-/// its time, warm.
+/// The usual choice (bench/README.md, chart 4): at most a third of the error of `elliptical`, in 0.95 to 1.14 times its
+/// time with a warm cache.
 inline constexpr const char* usual_model = "rough";
 
 /// Whether the fiber sets widths of lobes, another shape or a Fresnel term: a traced fiber has no lobes to which they
 /// could apply.
 bool shapes_lobes(const FiberParameters& fiber);
 
-/// Whether there are fibers, all have the lobes of Chiang et al. 2016, and none needs a feature that the model of these
+/// Whether all fibers, at least one, have the lobes of Chiang et al. 2016 and need no feature that the model of these
 /// lobes lacks.
 bool have_published_lobes(std::span<const FiberParameters> fibers);
 

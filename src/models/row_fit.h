@@ -29,7 +29,7 @@ using CircularDensity = std::function<double(double)>;
 /// The target of a row, its fit and their parts.
 struct RowFit {
   CircularDensity target, fit;
-  std::vector<CircularDensity> parts;  ///< of the fit, summing to it: components, uniform part; empty for R
+  std::vector<CircularDensity> parts;  ///< terms of the fit: components, uniform part; empty for R
   double energy = 0;                   ///< mass of the target
   std::size_t components = 0;
   std::uint64_t evaluations = 0;

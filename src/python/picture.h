@@ -11,7 +11,7 @@ namespace tress::python {
 struct SharedPicture {
   image::Picture picture;
   image::Preview preview;
-  pybind11::dict stats;  ///< of the render that made it; empty for a picture from a file
+  pybind11::dict stats;  ///< statistics of its render; empty for a picture from a file
 };
 
 }  // namespace tress::python

@@ -10,7 +10,7 @@ namespace py = pybind11;
 namespace tress::python {
 namespace {
 
-/// The longest time until a signal is seen.
+/// The longest time until a signal is noticed.
 constexpr std::chrono::milliseconds look_interval{50};
 
 PyObject* error_type = nullptr;

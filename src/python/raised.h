@@ -31,15 +31,15 @@ inline void check(const std::optional<Error>& error) {
 /// Makes tress.Error and the translation of Raised.
 void bind_error(pybind11::module_& module);
 
-/// Runs work on a thread of its own without the GIL. Meanwhile the calling thread waits, looks for signals (Ctrl-C),
-/// and answers what the work asks of Python.
+/// Runs work on a thread of its own without the GIL. Meanwhile the calling thread waits, checks for signals (Ctrl-C),
+/// and runs the questions that the work passes to ask().
 class Worker {
  public:
   /// Set once the caller wants to stop: after a signal, or an exception of Python in ask(). Any thread.
   const std::atomic<bool>& stop() const { return stop_; }
 
   /// Called by the work: runs `question` on the calling thread with the GIL. False if it failed or a signal came; run()
-  /// then throws that.
+  /// then throws the exception.
   bool ask(const std::function<bool()>& question);
 
   /// Call it with the GIL. It returns when `work` has ended, and throws what Python threw, or else what `work` threw.

@@ -48,7 +48,7 @@ struct RenderOutcome {
   double epsilon = 0;
 };
 
-/// Renders on so many threads. on_pass: called after each pass; if it returns false, the render ends there. Saves the
+/// Renders with request.threads. on_pass: called after each pass; if it returns false, the render ends there. Saves the
 /// warm cache however it ends. Error if values contradict each other, if a required cache cannot be used, or if one
 /// cannot be saved.
 Result<RenderOutcome> render_scene(const scene::Scene& scene, const RenderRequest& request,

@@ -36,15 +36,15 @@ struct CachedRow {
   std::uint32_t node = 0;           ///< a * axis_b.size() + b
   RowState state = RowState::open;  ///< open or converged
   std::uint32_t generation = 0;     ///< raised each time the row is reopened
-  Mixture fit;                      ///< of a converged row that has neither of the next two; otherwise empty
-  KnotDensity knots;                ///< of a converged row that is a knot table of mass `energy`; otherwise empty
+  Mixture fit;                      ///< fit of a converged row that has neither of the next two; otherwise empty
+  KnotDensity knots;                ///< set for a converged row that is a knot table of mass `energy`; else empty
   /// The ribbons of a converged row of a slice of samples, of mass `energy`; null for all others. Shared, since they do
   /// not change.
   std::shared_ptr<const RibbonRow> ribbons;
   float energy = 0;
   float objective = 0;            ///< the bound that passed the test, relative squared L2; 0 for open rows
-  std::uint64_t count = 0;        ///< number of g evaluations, or of paths, that taught it
-  std::vector<SketchBin> sketch;  ///< of an open row in a slice of densities, in ascending order of index
+  std::uint64_t count = 0;        ///< number of g evaluations, or of paths, from which it was learned
+  std::vector<SketchBin> sketch;  ///< set for an open row in a slice of densities, in ascending order of index
 };
 
 struct CachedSlice {
@@ -130,7 +130,7 @@ TableSnapshot collect(RowSource& rows);
 /// xxHash3 of the model's name and of the rules that define g and a sketch.
 std::uint64_t model_hash(const std::string& model);
 
-/// Counts of what a cache contains.
+/// Counts of the contents of a cache.
 struct CacheContents {
   std::uint32_t format = 0;  ///< format version
   std::uint64_t bytes = 0;   ///< size of the file
@@ -146,7 +146,7 @@ std::size_t cached_bytes(const SliceDescription& slice, std::uint32_t format);
 std::size_t cached_bytes(const CachedRow& row);
 
 /// A cache file as a source of rows, in about 100 KB of memory. It stays the file that was opened, even if another
-/// replaces it meanwhile. If somebody writes into the file meanwhile, failure() reports it, or a reader refuses the
+/// replaces it meanwhile. If another process writes into the file, failure() reports it, or a reader refuses the
 /// rows.
 class CacheFile final : public RowSource {
  public:
@@ -174,7 +174,7 @@ Result<TableSnapshot> load_cache(const std::filesystem::path& file, const std::s
 
 /// The result of a save.
 struct CacheSave {
-  CacheContents contents;                      ///< what the file now contains
+  CacheContents contents;                      ///< contents of the saved file
   std::vector<std::filesystem::path> removed;  ///< temporary files left by saves that were killed
 };
 

@@ -47,7 +47,7 @@ class CacheFolder {
   /// Loads the rows of the slices that the service has.
   Loaded load(Service& service);
 
-  /// Counts of what the files of the service's slices contain now. removed: temporary files left by saves that were
+  /// Counts of the contents of the files of the service's slices. removed: temporary files left by saves that were
   /// killed.
   struct Saved {
     CacheContents contents;

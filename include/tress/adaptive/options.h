@@ -30,9 +30,9 @@ struct Options {
   /// samples, whose epsilons are within [0.005, 0.5].
   double picture_error = 0;
   /// Limit in bytes for rows, sketches, traced nodes and their memo, and forms of rows. Beyond it no row is created,
-  /// and forms of rows are not kept; forms make room for rows at a publish(). The index of the slices, 32 bytes a node,
-  /// may take as much again, or 16 MB if that is more. A slice that has no room for an index is traced at every query,
-  /// and `at_ceiling` reports it.
+  /// and forms of rows are not kept; forms make room for rows at a publish(). The index of the slices, 32 bytes per
+  /// node, may take as much again, or 16 MB if that is more. A slice that has no room for an index is traced at every
+  /// query, and `at_ceiling` reports it.
   std::size_t memory_bytes = std::size_t{256} << 20;
   /// Number of queries of an absent row, over all passes, before it is created. It is created at the end of the pass of
   /// the last of them, because the published table does not change during a pass. Learners that
@@ -42,9 +42,9 @@ struct Options {
   /// what it drew to Service::hear(). It is four times as large for rows of few paths, and smaller where it would make
   /// the picture noisier. The range is [0, 1]; 0 means never. Keep it the same from the first pass on.
   float heard_share = 1 / 64.0f;
-  /// Whether the service draws paths of its own to teach rows of samples. If off, only paths that were passed to
-  /// Service::hear() teach them, at most 1,024 a row, and there are no coarser rows; for nodes without a row, the host
-  /// draws from the target and passes the paths on. This shows what the host's own paths teach.
+  /// Whether the service draws paths of its own for rows of samples. If off, rows learn only from paths that were
+  /// passed to Service::hear(), at most 1,024 per row, and there are no coarser rows; for nodes without a row, the host
+  /// draws from the target and passes the paths on. This shows what can be learned from the host's own paths.
   bool own_paths = true;
   /// Share of the proposal that always stays uniform, for converged and open rows (it bounds the weight by 1/(1-u)).
   float uniform_share_converged = 0.02f;

@@ -117,7 +117,7 @@ class RibbonRow {
   std::array<std::byte, most_parts * part_bytes> bytes_{};
 };
 
-/// A row whose parts are decoded: for who reads several things of it. A part without mass is the uniform density.
+/// A row with decoded parts, for readers of several of its values. A part without mass is the uniform density.
 struct DecodedRow {
   DecodedRow() = default;
   explicit DecodedRow(const RibbonRow& row);
@@ -127,9 +127,10 @@ struct DecodedRow {
   std::array<Ribbon, RibbonRow::most_parts> ribbon;
 };
 
-/// What is left of light whose attribute has these two means of decay, at another rate >= 0: the Laplace transform
-/// (1 + scale rate)^-shape of the gamma law that goes through both. It is in [0, 1], and 1 at rate 0. Light of one
-/// attribute alone has a scale of least_scale, which changes nothing that a float sees at rates that leave light.
+/// The share of light that is left at any rate >= 0, from the mean decays of its attribute at two rates: the Laplace
+/// transform (1 + scale rate)^-shape of the gamma law that goes through both. It is in [0, 1], and 1 at rate 0. Light
+/// of one attribute alone has a scale of least_scale, which makes no difference in single precision at rates that leave
+/// light.
 struct GammaDecay {
   static constexpr float least_scale = 1e-3f;
   float shape = 0, scale = least_scale;

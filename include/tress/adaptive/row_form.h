@@ -107,7 +107,7 @@ class FormedRows {
   std::unique_ptr<RowEntry[]> owned_;
 };
 
-/// The result of a look-up in a form: the answer of a converged row, or else the row, to be answered by g and taught.
+/// The result of a look-up in a form: the answer of a converged row, or else the row itself, which is answered by g.
 struct FormedLookup {
   RowAnswer answer;
   RowView row;  ///< observe, score and credit it in any state

@@ -1,4 +1,4 @@
-// The result of a look-up: the answer of one row, and the row's identity for counting, teaching and crediting.
+// The result of a look-up: the answer of one row, and its identity for calls that observe, score or credit it.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct RowView {
   /// In a slice of samples, the answer of a row, open or converged, or, if `state` is absent, of coarser rows around
   /// the node. Null for all others.
   const RibbonRow* ribbons = nullptr;
-  std::uint32_t paths = 0;  ///< number that taught `ribbons`; for coarser rows around the node, the smallest
+  std::uint32_t paths = 0;  ///< number of paths of `ribbons`; for coarser rows around the node, the smallest
   /// g, for every state except converged. Null for converged rows, and in a slice of samples, where the host draws from
   /// its target itself. Owned by the service, or by `kept` beyond the memory limit.
   const TracedNodes* nodes = nullptr;

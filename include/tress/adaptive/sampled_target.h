@@ -1,4 +1,4 @@
-// The target of the service where nobody can evaluate it: densities over a cylinder from which the host can only draw.
+// The target of the service where it cannot be evaluated: densities over a cylinder from which the host can only draw.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The service that learns while it is asked. Start here.
+// The service that learns while it answers queries. Start here.
 //
 //   Service service(options, target);
 //   SliceId slice = *service.add_slice(description);
@@ -62,9 +62,9 @@ class Service {
   const SliceDescription& slice(SliceId slice) const;
   std::uint32_t slice_count() const;
 
-  /// Takes over the rows of a cache. Before the first pass, before or after add_slice. Slices that nobody uses are kept
-  /// for snapshot(). Rows whose stored bound exceeds epsilon become open, with their parameters as the fit. Error if
-  /// the model differs or a slice's axes differ from the description; nothing is then taken.
+  /// Takes over the rows of a cache. Before the first pass, before or after add_slice. Slices that are never added are
+  /// kept for snapshot(). Rows whose stored bound exceeds epsilon become open, with their parameters as the fit. Error
+  /// if the model differs or a slice's axes differ from the description; nothing is then taken.
   /// Rows are checked against the target of this session: sketches at once, some converged rows when they are first
   /// looked up, and then all rows of a slice of which one does not fit. Rows that no longer fit are learned anew
   /// (rows_reopened). An error of the source itself (a file that fails while it is read) is returned too; the rows
@@ -120,8 +120,8 @@ class Service {
   /// of samples.
   void observe(const RowView& row, float x, float g) const;
   /// Reports one path to a node of samples: the host drew it from the target itself, at a direction around the node,
-  /// and used it in its picture. `exit` is where the path left, with weight 0 if it did not. It teaches no row and
-  /// changes no answer of look_up(); it measures how far the rows are from the target. Any state. Invalid exits
+  /// and used it in its picture. `exit` is where the path left, with weight 0 if it did not. It measures how far the
+  /// rows are from the target; rows learn from it only if Options::own_paths is off. Any state. Invalid exits
   /// (SampledTarget) are left out.
   void hear(const RowView& row, const SampledExit& exit) const;
   /// Does what observe does, and scores the published fit: x must have been drawn from this row's own proposal, whose

@@ -26,8 +26,8 @@ struct AbsorbedObjective {
   friend bool operator==(const AbsorbedObjective&, const AbsorbedObjective&) = default;
 };
 
-/// The error of rows of samples against the host's own paths (Service::hear), which taught no row: the integral of (S -
-/// f)^2/f divided by the mass, at the resolution of Options::sampled_epsilon.
+/// The error of rows of samples against the host's own paths (Service::hear), from which no row was learned: the
+/// integral of (S - f)^2/f divided by the mass, at the resolution of Options::sampled_epsilon.
 struct HeardTest {
   std::uint64_t paths = 0;  ///< number kept, at nodes with 64 of them or more
   double chi2 = 0;          ///< mean over the nodes, weighted by their paths; unbiased, so it may be below 0
@@ -106,7 +106,7 @@ class TelemetryWriter {
   using Extra = std::map<std::string, std::string>;
 
   static Result<std::unique_ptr<TelemetryWriter>> create(const std::filesystem::path& file);
-  /// Continues an existing file after its first so many bytes; the rest is cut off. Error if it has fewer bytes, or
+  /// Continues an existing file after its first `bytes` bytes; the rest is cut off. Error if it has fewer bytes, or
   /// they do not end a line.
   static Result<std::unique_ptr<TelemetryWriter>> resume(const std::filesystem::path& file, std::uint64_t bytes);
   /// Bytes written to the file so far.

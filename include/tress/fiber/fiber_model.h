@@ -1,4 +1,4 @@
-// The one BCSDF interface that the integrator knows; models/ has one file per model behind it.
+// The BCSDF interface, the only one that the integrator uses.
 //
 // Everything is a density in dtheta_i dphi_i (ESTIMATOR.md, E5): L_r = integral S L_i dtheta_i dphi_i.
 // wr is the known direction (towards the camera), wi the sampled one. f = S / cos^2 theta_i and
@@ -126,7 +126,7 @@ class FiberModel {
   virtual bool tells_excess() const { return false; }
   /// The error of the model at wi that is due to its rows, 1/rad^2 by channel, of either sign. It is the sum over lobes
   /// of the mean of S over the nodes that xi1 and xi2 may choose, minus S without grid and fit. The latter is the mean
-  /// over `place`, uniform in [0, 1). It costs a trace, some 20 times an evaluation, and teaches the service nothing.
+  /// over `place`, uniform in [0, 1). It costs a trace, some 20 times an evaluation, and rows do not learn from it.
   virtual glm::vec3 excess(const FiberEvent& /*event*/, const FiberDirection& /*wi*/, float /*place*/) const {
     return glm::vec3(0.0f);
   }

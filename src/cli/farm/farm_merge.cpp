@@ -15,7 +15,7 @@
 namespace tress::cli {
 namespace {
 
-/// Logs what is missing; false if anything is.
+/// Logs the tasks that are not done; returns whether all are.
 bool is_whole(const Farm& opened) {
   std::vector<std::size_t> missing;
   for (std::size_t task = 0; task < opened.tasks.size(); ++task) {

@@ -52,7 +52,7 @@ std::size_t max_array_size() {
   return std::size_t(parse_unsigned(shown.out.substr(begin, end - begin)).value_or(usual_max_array_size));
 }
 
-/// The same as a script, where ids are variables of the shell.
+/// The script that submits the tasks and the merge by hand; ids of jobs are variables of the shell.
 std::string slurm_submit_script(const Farm& opened, const farm::SlurmOptions& options,
                                 const std::vector<std::size_t>& left) {
   std::string text = "#!/bin/bash\n# Submits a farm of tress by hand; tress farm --submit slurm does it too.\nset -e\n";
@@ -135,7 +135,7 @@ int submit_to_slurm(const Farm& opened, const farm::SlurmOptions& options, const
     }
     jobs.push_back(id);
     fmt::print("{} {}\n", what, id);
-    // This is noted at once, so that the next submission knows of one that is killed here.
+    // Written at once, so that the next submission finds the jobs if this one is killed here.
     const auto error = note_jobs(opened.folder, jobs);
     if (error) log_error(error->message());
     return !error;

@@ -20,7 +20,7 @@ int submit_to_slurm(const Farm& opened, const farm::SlurmOptions& options, const
 /// The ids of earlier jobs that Slurm still has in its queue, separated by commas; empty if it has none of them.
 std::string jobs_in_queue(const std::filesystem::path& folder);
 
-/// Prints the commands for this scheduler; "none": for each of them.
+/// Prints the commands for this scheduler, or for all of them if it is "none".
 void tell_commands(const Farm& opened, const std::string& scheduler);
 
 }  // namespace tress::cli

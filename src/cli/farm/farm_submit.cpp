@@ -41,7 +41,7 @@ const std::set<std::string>& options_of_tasks() {
   return names;
 }
 
-/// Checks the options by the parser of a render, here and not on another machine. Throws WrongUsage.
+/// Checks the options with the parser of a render, before any machine starts a task. Throws WrongUsage.
 void check_render_options(const farm::Plan& plan) {
   for (const std::string& word : plan.options) {
     if (options_of_tasks().contains(word.substr(0, word.find('='))))
@@ -49,7 +49,7 @@ void check_render_options(const farm::Plan& plan) {
           fmt::format("after --: expected options that all tasks share, found {}, which each has its own", word));
   }
   CLI::App app("", "tress");
-  const Command render = add_render(app, {});  // keeps what the parser fills
+  const Command render = add_render(app, {});  // owns the settings that the parser fills
   std::vector<std::string> words{"render", plan.scene.string(), "-o", "a.exr", "--checkpoint", "a.checkpoint"};
   if (plan.split > 0) words.insert(words.end(), {"--part", "a.part"});
   words.insert(words.end(), plan.options.begin(), plan.options.end());

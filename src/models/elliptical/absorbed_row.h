@@ -33,7 +33,7 @@ struct alignas(64) AbsorbedRow {
   glm::vec3 amplitude[2]{glm::vec3(0.0f), glm::vec3(0.0f)};  ///< mass by channel over Z: the factor on E/(1 + E)^2
   glm::vec3 uniform{0.0f};                                   ///< density of the uniform part by channel
 
-  std::uint32_t tail = 0;                            ///< objective; its lowest byte has these:
+  std::uint32_t tail = 0;                            ///< objective, with these flags in its lowest byte:
   static constexpr std::uint32_t has_no_row = 0x80;  ///< the node is uniform and has no row in the service
   static constexpr std::uint32_t has_knots = 0x40;
   static constexpr std::uint32_t size_bits = 0x3f;  ///< number of further lines, or log2 of the number of knots

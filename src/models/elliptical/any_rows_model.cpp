@@ -102,8 +102,8 @@ FiberValue AnyRowsModel::value_of_any(const FiberEvent& event, const VertexConst
   const float x = constants.fold.relative(wi.phi, event.wr.phi);
   const std::optional<float> correct = correction(constants, wi);
   // If one lobe is traced at every vertex, that trace has the rays of all lobes. `corrected` then does the same as
-  // `exact`, without the noise of correcting 1 direction of 16 (the error of a furnace of e 0.5, alpha 0.05 was 17
-  // means and is now 0.36).
+  // `exact`, without the noise of correcting 1 direction in 16. (The error of a furnace with e 0.5, alpha 0.05 is 0.36
+  // of the mean; it would be 17.)
   const bool exact_anyway =
       estimator_ == Estimator::corrected &&
       std::any_of(fiber.proposes_only.begin(), fiber.proposes_only.end(), [](bool only) { return only; });

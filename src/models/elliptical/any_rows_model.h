@@ -52,8 +52,8 @@ class AnyRowsModel : public RowModel {
     /// The rows that had no answer yet; null if there are none.
     std::unique_ptr<std::array<adaptive::FormedLookup, 4>> asked;
   };
-  /// Makes the answers of converged rows that nobody has made yet, so that the work of other threads does not decide by
-  /// which path an answer is computed.
+  /// Makes the answers of converged rows that no thread has made yet, so that an event takes the same path through the
+  /// code whatever other threads have done.
   void complete(const FiberEvent& event, const VertexConstants& constants, const Inclination& at, DirectionRows& rows,
                 Answers& answers) const;
   /// Draws the azimuth of lobe p, whose row has not converged, by g of the node or of the vertex. u: numbers for the
@@ -73,7 +73,7 @@ class AnyRowsModel : public RowModel {
   std::uint64_t hash_of_event(const FiberDirection& wr, float xi1, float xi2) const;
 
   Estimator estimator_;
-  float uniform_share_ = 0;  ///< of the proposal of converged rows
+  float uniform_share_ = 0;  ///< uniform share of the proposal of converged rows
   EllipticalFibers fibers_;
 
  private:

@@ -42,7 +42,7 @@ class ColoredRows {
   /// once.
   glm::vec3 absorbed_mass(std::uint32_t node, const adaptive::TracedNodes& nodes) const;
 
-  /// The memory without what the service counts.
+  /// The memory that the service does not count.
   std::size_t bytes() const { return sizeof(*this) + slice_->node_count * 3 * sizeof(float); }
 
  private:

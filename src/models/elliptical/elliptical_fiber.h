@@ -1,4 +1,4 @@
-// The data of a fiber of the elliptical model, mostly references to what fibers share.
+// The data of a fiber of the elliptical model, mostly references to data that fibers share.
 #pragma once
 
 #include <array>
@@ -23,12 +23,12 @@ struct EllipticalFiber {
   FiberParameters parameters;
   LobeWidths widths;
   std::array<float, 4> sigma{};         ///< blur of each of row_lobes, radians
-  std::array<bool, 4> proposes_only{};  ///< their rows are of smallest_grid_sigma and only propose
+  std::array<bool, 4> proposes_only{};  ///< their rows have smallest_grid_sigma and serve only as proposals
   /// Whether converged rows alone can answer: there is a service, and no lobe only proposes.
   bool answers_by_rows = false;
   int vertex_rays = 256;
   std::shared_ptr<const EnergyTable> energies;
-  std::array<std::shared_ptr<const ColoredRows>, 4> rows;  ///< of row_lobes; null without a service
+  std::array<std::shared_ptr<const ColoredRows>, 4> rows;  ///< rows of each of row_lobes; null without a service
 };
 
 }  // namespace tress::fiber

@@ -21,8 +21,8 @@ class RowReader {
         phi_r_(folded_phi_r),
         channel_weights_(channel_weights) {}
 
-  /// Draws x, the folded relative azimuth, from the proposal of the row, which has not converged; null: from the
-  /// vertex, for a model without a service. u in [0, 1).
+  /// Draws x, the folded relative azimuth, from the proposal of a row that has not converged. row null: from a trace at
+  /// the vertex, for a model without a service. u in [0, 1).
   float sample(const adaptive::RowView* row, float theta_d, float u_channel, float u_ray, float u_blur) const;
 
   /// Shape and proposal at x of a row that has not converged; `drawn`: whether sample() drew x from it. Passes g there
@@ -32,8 +32,8 @@ class RowReader {
   /// The same, traced at (phi_r, theta_d).
   RowValue evaluate_at_vertex(float theta_d, float x) const;
 
-  /// The difference per channel between g at (phi_r, theta_d) and `shape`, the answer at x. place in [0, 1): of the
-  /// rays; uniform over directions.
+  /// The difference per channel between g at (phi_r, theta_d) and `shape`, the answer at x. place: of each ray in its
+  /// share of h, uniform in [0, 1) over directions.
   glm::vec3 correction(const glm::vec3& shape, float theta_d, float x, float place) const;
 
  private:

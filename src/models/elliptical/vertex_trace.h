@@ -14,7 +14,7 @@ struct VertexKey {
   float eta = 0, eccentricity = 0, phi_r = 0, theta_d = 0;
   int rays = 0;
   glm::vec3 sigma_a{0.0f};
-  float place = 0.5f;     ///< of each ray in its share of h, [0, 1): 0.5: the midpoint rule; random: unbiased
+  float place = 0.5f;     ///< place of each ray in its share of h, [0, 1); 0.5: midpoints; random: unbiased
   float glint_sigma = 0;  ///< blur of TRT, radians, if GLINT is split off it; else 0
   friend bool operator==(const VertexKey&, const VertexKey&) = default;
 };

@@ -12,7 +12,7 @@
 
 namespace tress::fiber {
 
-/// A fiber with no more luminance in all its lobes counts as black: a smaller value may be denormal, and its inverse
+/// Largest luminance of all lobes at which a fiber counts as black. A smaller value may be denormal, and its inverse
 /// infinite.
 constexpr float darkest_energy = 1e-30f;
 constexpr float smallest_pdf = 1e-30f;  ///< pdf if every lobe has underflowed; S is nearly 0 there

@@ -1,4 +1,4 @@
-// What a color leaves of the light at a knot of a ribbon.
+// The share of the light at a knot of a ribbon that a color leaves.
 #pragma once
 
 #include <array>
@@ -9,9 +9,9 @@
 
 namespace tress::fiber {
 
-/// GammaDecay::at() of the three channels of one sigma_a (1 / fiber radius), by a table: -ln of it over -ln of the
-/// first decay depends on the ratio of the logarithms of both decays alone. A packed row has 256 such ratios, at equal
-/// steps, and the table has an entry for each; between them it is linear. Immutable; any thread.
+/// GammaDecay::at() of the three channels of one sigma_a (1 / fiber radius), from a table. The logarithm of the result
+/// over that of the first decay depends only on the ratio of the logarithms of both decays. A packed row has 256 such
+/// ratios, at equal steps, and the table has an entry for each; it is linear between them. Immutable; any thread.
 class ColoredDecays {
  public:
   explicit ColoredDecays(const glm::vec3& sigma_a);

@@ -21,7 +21,7 @@
 
 namespace tress::fiber {
 
-/// An inclination in the form for rows. theta within +-pi/2.
+/// An inclination as rows use it. theta within +-pi/2.
 struct AxialPlace {
   float cosine;  ///< at least 1e-7
   float height;  ///< asinh tan theta = ln((1 + sin |theta|)/cos theta), with the sign of theta

@@ -116,9 +116,9 @@ class RoughModel final : public EventRowModel {
     return event;
   }
 
-  /// Whether this event, by its own numbers alone, draws a path of the fiber instead of its row: by default one in 64,
-  /// or one in 16 for rows of at most 512 paths. A path weighs up to 1 where a sample of the row weighs m, the albedo.
-  /// The variance of samples then grows by at most share (1/m - 1), which is kept below 0.03.
+  /// Whether this event, by its own numbers alone, draws a path of the fiber and not from its row: by default one in
+  /// 64, or one in 16 for rows of at most 512 paths. A path weighs up to 1 where a sample of the row weighs m, the
+  /// albedo. The variance of samples then grows by at most share (1/m - 1), which is kept below 0.03.
   bool listens(const FiberEvent& event, const LobeShares& shares, const RoughRow& row) const {
     constexpr std::uint32_t few_paths = 512;
     constexpr float more_of_few = 4, most_variance = 0.03f;
@@ -132,8 +132,8 @@ class RoughModel final : public EventRowModel {
     return static_cast<float>(hash >> 40) * 0x1p-24f < share;
   }
 
-  /// Corrects the energies of the table by what the row knows of its parts. All lobes together, without gains, get the
-  /// row's factor of the whole, whatever changes between the node and wr, so that clear hair keeps all light.
+  /// Scales the table's energies by the row's factors for its parts, then all lobes together, so that their sum without
+  /// gains changes by the row's factor for the whole. So clear hair keeps all light, although wr is not at the node.
   static void scale_energies(FiberEvent& event, const RoughRow& row,
                              const std::array<Float4, lobe_count>& inverse_gain) {
     std::array<Float4, lobe_count> energy;
@@ -223,8 +223,8 @@ class RoughModel final : public EventRowModel {
     tell_of_estimate(event, constants, wi, value);
     return value;
   }
-  /// Sets everything but S. The pdf is the density that balances the event against sampled lights, which may be any
-  /// function.
+  /// Sets everything but S. The pdf is the density that balances the event against sampled lights; any positive
+  /// function would be valid.
   void tell_of_estimate(const FiberEvent& event, const RoughConstants& constants, const FiberDirection& wi,
                         FiberValue& value) const {
     value.pdf = fibers_.balance(event.fiber) * std::max(std::cos(wi.theta), 1e-4f);

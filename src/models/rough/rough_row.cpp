@@ -93,7 +93,7 @@ HWY_INLINE std::uint16_t StepsOf(float value, float per_unit) {
   return static_cast<std::uint16_t>(static_cast<int>(std::clamp(value * per_unit + 0.5f, 0.0f, most_steps)));
 }
 
-/// Writes the layer in steps, and takes what they say for the layer's densities.
+/// Writes the layer in steps, and rounds the layer's densities to them.
 template <std::size_t count>
 void Pack(Layer<count>& layer, std::array<PackedKnot, count>& packed, LayerUnits& units) {
   for (std::size_t c = 0; c < 3; ++c) {

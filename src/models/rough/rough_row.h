@@ -25,8 +25,7 @@ struct LayerUnits {
   Float4 law = splat(0), law_from = splat(0);
 };
 
-/// A part of a row under one absorption, of mass 1 in each channel. Azimuths are in 65536ths of a turn from -pi on,
-/// minus 32768.
+/// A part of a row under one absorption, of mass 1 in each channel. Azimuths are in 65536ths of a turn, from -32768 on.
 struct alignas(64) RoughPart {
   static constexpr std::size_t main_knots = adaptive::Ribbon::main_knots, broad_knots = adaptive::Ribbon::broad_knots;
   static constexpr std::size_t group = 4, groups = main_knots / group;
@@ -45,14 +44,14 @@ struct alignas(64) RoughRow {
   static constexpr std::size_t parts = 4;
   Int4 is_normal;  ///< by part: all bits set if the law of its main layer is HeightLaw::normal
   float objective = 0;
-  std::uint32_t paths = 0;           ///< number that taught it
+  std::uint32_t paths = 0;           ///< number of paths from which it was learned
   std::array<Float4, parts> energy;  ///< from EnergyFactors; lane 3 is 1
   Float4 whole_energy = splat(1);    ///< from EnergyFactors; lane 3 is 1
   std::array<RoughPart, parts> part;
 };
 
-/// Colors a row: each knot's density times what the color leaves there, by channel, then mass 1. Where no light is left
-/// in a channel of a part, it has the clear shape. memory: aligned to 64, of sizeof(RoughRow).
+/// Colors a row: multiplies each knot's density by what the color leaves there, by channel, then scales each channel to
+/// mass 1. A channel of a part without any light left gets the clear shape. memory: aligned to 64, of sizeof(RoughRow).
 const RoughRow* put_rough_row(const adaptive::DecodedRow& row, float objective, std::uint32_t paths,
                               const ColoredDecays& decays, const EnergyFactors& energies, void* memory);
 

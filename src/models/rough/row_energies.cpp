@@ -14,20 +14,20 @@ using adaptive::Ribbon;
 using adaptive::RibbonKnot;
 
 constexpr std::size_t rates = 3;  // the rates of the comparison: 0 and Ribbon::decay_rates
-/// Limits of a ratio: with less than `darkest` of all light it means nothing, and it is clamped to largest_ratio. At
-/// grazing light and with a tilt that lets in little light, the table, which interpolates by cosines, may be off by
-/// more than a factor of 2.
+/// Limits of a ratio: energies below the share `darkest` of all light are not compared, and ratios are clamped to
+/// largest_ratio. At grazing light and with a tilt that lets in little light, the table, which interpolates by cosines,
+/// may be off by more than a factor of 2.
 constexpr double darkest = 1e-5, largest_ratio = 16;
 
-/// Number of paths at which a row knows its energies as well as the table does, and the power of the number of paths by
-/// which the variance falls (its points are Sobol's). Over 32 nodes the row's whole differs from 2^18 paths by 0.020
+/// Number of paths at which a row's energies are as precise as the table's, and the power of the number of paths by
+/// which their variance falls (the points are Sobol's). Over 32 nodes the row's whole differs from 2^18 paths by 0.020
 /// (512 paths), 0.007 (2,048) and 0.002 (8,192) at sigma_a 0.1; the table's differs by 0.009.
 constexpr double paths_of_table = 1400, power_of_paths = 1.5;
 /// For a part with the share m of all light, the variance of the logarithm in the row is at most about this (1/m - 1) /
 /// paths^1.5. If row and table differ by more than three standard deviations, the table is wrong.
 constexpr double variance_of_part = 6, deviations = 3;
 
-/// The weight of `logarithm`, the row's energy over the table's. known: that energy, as a share of all light.
+/// The weight of `logarithm`, ln of the row's energy over the table's. known: the row's energy as a share of all light.
 double trust(double logarithm, double known, std::uint64_t paths) {
   const double n = std::pow(static_cast<double>(paths), power_of_paths);
   const double variance = variance_of_part * (1 / std::min(known, 1.0) - 1) / n;

@@ -1,4 +1,4 @@
-// The energies of a row's parts according to the draws that taught it, compared to the energy table.
+// The energies of a row's parts, estimated from the row's own paths, relative to the energy table.
 #pragma once
 
 #include <array>
@@ -20,18 +20,18 @@ struct EnergyFactors {
 };
 
 /// The energies of a row's parts over those of the table at its node, without gains. At sigma_a 0 and at both
-/// Ribbon::decay_rates the row knows the energy of a part without bias: its mass times the mean decay of its knots. The
-/// logarithm of the ratio to the table is interpolated in sigma_a up to the first rate and in ln sigma_a up to the
-/// second, and is constant beyond: the table knows the distribution of lengths, the row the amount of light. Masses are
+/// Ribbon::decay_rates the row estimates the energy of a part without bias: its mass times the mean decay of its knots.
+/// The logarithm of the ratio to the table is interpolated in sigma_a up to the first rate and in ln sigma_a up to the
+/// second. Beyond it is constant: the table has the distribution of lengths, the row the amount of light. Masses are
 /// scaled to the table's sum at the node in clear hair.
 ///
-/// A row of few paths knows little of either, so the logarithm is weighted by n^1.5/(n^1.5 + 1400^1.5), n its paths, or
-/// by more if the row and the table differ by more than the row's noise. Immutable; any thread.
+/// The estimates from few paths are noisy, so the logarithm is weighted by n^1.5/(n^1.5 + 1400^1.5), n the row's paths,
+/// or by more if the row and the table differ by more than the row's noise. Immutable; any thread.
 class RowEnergies {
  public:
   RowEnergies(std::shared_ptr<const EnergyTable> table, const glm::vec3& sigma_a)
       : table_(std::move(table)), sigma_a_(sigma_a) {}
-  /// Of a row at this node, radians, that so many paths have taught.
+  /// Returns the factors for a row at this node, in radians, that was learned from this many paths.
   EnergyFactors at(const adaptive::DecodedRow& row, std::uint64_t paths, float theta_r, float phi_r) const;
 
  private:

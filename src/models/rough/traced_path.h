@@ -20,7 +20,7 @@ struct TracedEvent {
   std::uint64_t seed;  ///< from all numbers of the event
 };
 
-/// A path for the picture, under the fiber's color, and for the test of a row, in clear hair.
+/// A path that serves the picture, under the fiber's color, and the test of a row, in clear hair.
 struct HeardSample {
   FiberSample sample;      ///< the same as from TracedFibers::sample()
   int order = 0;           ///< number of times it was inside
@@ -46,14 +46,13 @@ class TracedFibers {
   std::size_t bytes() const { return (fibers_.capacity() + clear_.capacity()) * sizeof(RoughFiber); }
 
   /// The density that balances estimate() against sampled lights, 1/sr, for FiberModel::balance(). Any value leaves the
-  /// mean unchanged. The variance of the light of one direction, of solid angle W if the light is sampled alone, is
-  /// least if the balance is the second moment of an estimate over its mean. That is the density of one facet about its
-  /// own directions: reflection at a slope of alpha has the width 2 alpha, and light that leaves a medium of index eta
-  /// has (eta - 1) alpha.
+  /// mean unchanged. For light from one direction the variance is least if the balance is the second moment of an
+  /// estimate over its mean. That is the density of one facet about its own directions: reflection at a slope of alpha
+  /// has the width 2 alpha, and light that leaves a medium of index eta has the width (eta - 1) alpha.
   ///
-  /// The share of it that is used comes from pictures. Straight brown hair in a studio, all of it estimated, with 16
-  /// samples, has a noise of 1.22 at 1.5 times a sphere's density, 1.23 at 3, 1.30 at 6, and 3.0 without light samples;
-  /// in a sunlit city it has 0.87, 0.83 and 0.82.
+  /// The share of it that is used was chosen by pictures. At 1.5, 3 and 6 times the density of a uniform sphere,
+  /// straight brown hair in a studio, all of it estimated, with 16 samples, has a noise of 1.22, 1.23 and 1.30 (3.0
+  /// without light samples); in a sunlit city it has 0.87, 0.83 and 0.82.
   static float balance(const FiberParameters& fiber, const EnergyTable& energies, Offset offset);
 
   /// event: its fiber, known direction (clamped()) and xi are read; h: as in FiberModel::begin().
@@ -65,8 +64,8 @@ class TracedFibers {
   /// Traces one path: S is its throughput times the gain, in the lobe of its order, over a pdf of 1.
   FiberSample sample(FiberId id, const TracedEvent& event, const FiberParameters& fiber,
                      const std::array<float, 4>& u) const;
-  /// The same, traced clear and colored afterwards, so that the service hears the same path for every color. key: of
-  /// its random stream, besides the event's numbers and u.
+  /// The same, traced clear and colored afterwards, so that the service receives the same path for every color. key:
+  /// selects the random stream, besides the event's numbers and u.
   HeardSample listen(FiberId id, const TracedEvent& event, const FiberParameters& fiber, const std::array<float, 4>& u,
                      std::uint64_t key) const;
   /// Estimates S at wi without bias by RoughFiber::estimate(), times the gain, with numbers that depend only on the

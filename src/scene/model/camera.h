@@ -61,10 +61,10 @@ Result<Camera> camera_at(const CameraDescription& description, std::optional<dou
 /// two.
 Camera camera_during(const std::vector<Camera>& moments, float time);
 
-/// How wide a pixel is, cm, at the depth of a point before the camera; 0 beside the eye and behind it.
+/// The width of a pixel, cm, at the depth of a point in front of the camera; 0 for points beside the eye and behind it.
 float pixel_cm_at(const Camera& camera, const Image& image, const glm::vec3& point);
 
-/// How far grooms and meshes are turned in a frame.
+/// The rotation of grooms and meshes in a frame.
 ObjectTurn object_turn_at(const CameraDescription& description, std::optional<double> frame,
                           const std::vector<Groom>& grooms);
 

@@ -59,7 +59,7 @@ class Environment {
   void make_guides();
   /// The weight at a knot, from its luminance.
   float weight(const glm::vec3& knot) const;
-  /// Bilinear, as in RadianceMap::at().
+  /// The weight at a place, bilinear as in RadianceMap::at().
   float weight_at(const RadianceMap::Place& place) const;
 
   RadianceMap map_;                          ///< empty: constant

@@ -11,8 +11,8 @@ namespace tress::scene {
 
 constexpr double world_cm = 1e6;                                   ///< largest distance of a coordinate from the origin
 constexpr std::int64_t most_image_pixels = std::int64_t{1} << 26;  ///< width times height
-constexpr double past_int64 = 9223372036854775808.0;               ///< 2^63; as an end, 2^63 - 1 is the last
-constexpr double past_uint64 = 2 * past_int64;                     ///< 2^64; as an end, 2^64 - 1 is the last
+constexpr double past_int64 = 9223372036854775808.0;               ///< 2^63; a range that ends here includes 2^63 - 1
+constexpr double past_uint64 = 2 * past_int64;                     ///< 2^64; a range that ends here includes 2^64 - 1
 
 /// A range that includes both ends unless they are open.
 struct Range {

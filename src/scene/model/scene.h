@@ -69,7 +69,7 @@ struct Image {
   /// Strands that the camera sees thinner than this many pixels are drawn that wide, with less presence in the same
   /// proportion; 0: none.
   float least_width_px = 0;
-  float curve_error_px = 0.1f;  ///< how far straight pieces of a curve may lie beside it, > 0
+  float curve_error_px = 0.1f;  ///< largest distance of straight pieces from their curve, pixels, > 0
   bool transparent = false;     ///< whether beauty leaves out the background; else Scene::environment_visible decides
 };
 
@@ -219,7 +219,7 @@ struct Groom {
   /// strands do not vary along their length.
   std::uint32_t stations_a_segment = 0;
   /// The probability that a ray which comes to the strand hits it, [0, 1]: per strand, or per station if it varies
-  /// along strands, with presence_stations a segment. Empty: 1 everywhere. Look it up by presence_at().
+  /// along strands, with presence_stations per segment. Empty: 1 everywhere. Look it up by presence_at().
   std::vector<float> presence;
   std::uint32_t presence_stations = 0;
   std::vector<std::uint32_t> first_point;  ///< strand_count + 1 entries

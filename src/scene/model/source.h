@@ -38,7 +38,7 @@ struct Source {
 
   Kind kind = Kind::constant;
   glm::vec3 value{0.0f};
-  std::string attribute = {};  ///< its name in the file; empty: the color, under the names that the format knows
+  std::string attribute = {};  ///< its name in the file; empty: the color, under the format's names for it
   std::string file = {};       ///< file of the texture, as named in the scene
   bool is_encoded = true;      ///< whether whole numbers in its file are sRGB; else they are shares of the largest
   std::shared_ptr<const Texture> texture = {};  ///< read from that file

@@ -58,7 +58,7 @@ double varied(double x, double half_range, RandomStream& random) {
 struct StrandDraws {
   FiberKey key;
   double width, width_u, sigma_u;  ///< factor on the roughness and the widths, and the numbers that round both
-  double factor, color_u;          ///< on the absorption
+  double factor, color_u;          ///< factor on the absorption, and the number that rounds it
 };
 
 /// Sets a key's roughness; the material's widths follow it as they follow its own.
@@ -241,7 +241,7 @@ std::uint32_t usual_stations_of(const Groom& groom) {
   return all == 0 ? 1 : static_cast<std::uint32_t>((usual_stations * groom.strand_count() + all - 1) / all);
 }
 
-/// How many stations a segment of its strands has.
+/// The number of stations in a segment of the groom's strands; 0 if they do not vary along their length.
 std::uint32_t stations_of(const Scene& scene, const Groom& groom) {
   const Pigment* pigment = pigment_of(scene, groom);
   const std::optional<Source>& roughness = scene.materials[groom.material].roughness;
@@ -250,8 +250,8 @@ std::uint32_t stations_of(const Scene& scene, const Groom& groom) {
   return varies ? usual_stations_of(groom) : 0;
 }
 
-/// Fills what the groom has of its material's presence; nothing where that is 1 everywhere, or of an attribute that the
-/// file has not.
+/// Sets the presence of the groom from its material; leaves it empty if it is 1 everywhere, or comes from an attribute
+/// that the file does not have.
 void assign_presence(const Material& material, Groom* groom) {
   groom->presence.clear();
   groom->presence_stations = 0;

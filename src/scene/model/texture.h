@@ -16,7 +16,7 @@ int udim_tile(const glm::vec2& uv);
 inline constexpr int first_udim_tile = 1001, last_udim_tile = 1999;
 
 /// Linear RGB in [0, 1], bilinear between the middles of its pixels, repeated in both directions; or tiles of UDIM,
-/// each such a picture. It is stored as half floats: 6 bytes a pixel, in steps of at most 0.0005. Immutable;
+/// each such a picture. It is stored as half floats: 6 bytes per pixel, in steps of at most 0.0005. Immutable;
 /// thread-safe.
 class Texture {
  public:

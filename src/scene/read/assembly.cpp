@@ -341,7 +341,7 @@ ObjectTransform ObjectPath::at(double frame) const {
 
 namespace {
 
-/// A coordinate outside of the world; empty if there is none.
+/// A coordinate outside of the world; empty if all are inside.
 std::optional<double> beyond_world(const glm::dvec3& point) {
   for (int c = 0; c < 3; ++c)
     if (!(std::abs(point[c]) <= world_cm)) return point[c];

@@ -27,7 +27,7 @@ constexpr double smallest_radius_cm = 5e-4, largest_radius_cm = 0.05;
 /// only if they are those of hair.
 struct WidthUse {
   enum class Kind { usual, file, clamp } kind = Kind::usual;  ///< file: used whatever the unit
-  double scale = 1;                                           ///< for `file`
+  double scale = 1;                                           ///< factor on the widths, for `file`
 
   friend bool operator==(const WidthUse&, const WidthUse&) = default;
 };
@@ -36,18 +36,19 @@ struct WidthUse {
 std::optional<WidthUse> width_use_of(std::string_view text);
 constexpr const char* width_use_words = "file, clamp or scale=S with S > 0 and at most 10^6";
 
-/// How a file's widths are converted in a given unit.
+/// The conversion of a file's widths in a given unit.
 struct WidthPlan {
   bool are_used = false;
   double typical_radius_cm = 0;  ///< median of those that are not 0; 0: the file has none
-  double cm_per_unit = 1;        ///< for widths
+  double cm_per_unit = 1;        ///< unit of the widths
   bool clamps = false;
 
   float radius_of(float width) const;
 };
 WidthPlan plan_widths(const GroomFile& file, const WidthUse& use, double cm_per_unit, bool is_unit_said);
 
-/// Gives strands without widths, beside others that have some, the usual width, for formats that cannot leave it out.
+/// Gives strands without widths, in a file where others have some, the usual width, for formats that need one
+/// everywhere.
 void say_widths(GroomFile* file);
 
 /// The placement of an object of the scene.

@@ -12,8 +12,8 @@
 namespace tress::scene {
 
 /// Reads a regular file of strands. Its format is detected by its content, or else by the ending of its name. The file
-/// is mapped, not copied: it must not be cut while it is read. A gzip file is unpacked in memory, up to 4 GB. The name
-/// "-" is standard input, which can be read once. points_per_strand: for formats that do not record it. frame,
+/// is mapped, not copied: it must not be truncated while it is read. A gzip file is unpacked in memory, up to 4 GB. The
+/// name "-" is standard input, which can be read once. points_per_strand: for formats that do not record it. frame,
 /// frames_per_second, attribute and origin: as in GroomInput.
 Result<GroomFile> read_groom_file(const std::filesystem::path& file,
                                   std::optional<std::uint32_t> points_per_strand = {}, std::optional<double> frame = {},
@@ -24,8 +24,8 @@ Result<GroomFile> read_groom_file(const std::filesystem::path& file,
 /// formats.
 std::vector<std::filesystem::path> included_files(const std::filesystem::path& file);
 
-/// Whether read_groom_file() supports its format, by content or else by name, or knows how to convert it. False if it
-/// cannot be read.
+/// Whether read_groom_file() supports its format, by content or else by name, or its error can advise how to convert
+/// it. False if it cannot be read.
 bool is_groom_file(const std::filesystem::path& file);
 
 }  // namespace tress::scene

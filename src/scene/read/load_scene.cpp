@@ -250,7 +250,7 @@ class Motion {
   }
 
  private:
-  /// The cameras at the moments of the shutter, so many frames ahead; empty if the camera rests.
+  /// The cameras at the moments of the shutter, this many frames ahead; empty if the camera rests.
   Result<std::vector<Camera>> cameras_of(int frames_on, const Scene& scene) const {
     std::vector<Camera> cameras;
     const bool moves = !camera_.keys.empty() || (camera_.turntable && camera_.turntable->turns_camera);
@@ -341,7 +341,7 @@ bool moves(const SceneDescription& description) {
 
 /// Warns of hair that is hardly visible, usually because of a wrong unit or width. Strands cover less than a pixel of
 /// 50,000 of the picture, or less than a hundredth of it and more than a tenth of them are thinner than a tenth of a
-/// pixel. It checks up to 2000 strands a groom.
+/// pixel. It checks up to 2000 strands per groom.
 void warn_of_thin_strands(Scene* scene) {
   constexpr std::uint32_t most_measured = 2000;
   const Camera& camera = scene->camera;

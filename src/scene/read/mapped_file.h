@@ -11,7 +11,7 @@
 namespace tress::scene {
 
 /// A regular file of at least one byte, mapped for reading. Pages are read on access and belong to the file cache, not
-/// to the memory of the process. If someone cuts the file meanwhile, access raises SIGBUS, as with every mapping;
+/// to the memory of the process. If another process truncates the file, access raises SIGBUS, as with every mapping;
 /// name_of_mapping() gives a handler its name. Movable, one owner.
 class MappedFile {
  public:

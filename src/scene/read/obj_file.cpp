@@ -130,7 +130,7 @@ class ObjReader {
     return std::nullopt;
   }
 
-  /// Converts a number from 1 on, or from -1 backwards; no_normal if there is none of that number among `count` so far.
+  /// Converts a number from 1 on, or from -1 backwards, to an index; no_normal if it is not among the `size` so far.
   static std::uint32_t index_of(std::int64_t number, std::size_t size) {
     const auto count = static_cast<std::int64_t>(size);
     const std::int64_t from_zero = number > 0 ? number - 1 : number + count;

@@ -22,7 +22,7 @@ struct FrameMoments {
   /// The frames at which objects are evaluated, at least one: that of the picture if the shutter is closed, else those
   /// of its moments.
   std::vector<double> frames;
-  bool is_asked = false;  ///< if not by a frame or an open shutter, animated files give their first samples
+  bool is_asked = false;  ///< by a frame or an open shutter; otherwise animated files give their first samples
   std::optional<double> frames_per_second = {};
   glm::dvec3 origin{0.0};  ///< Scene::origin
 };

@@ -21,8 +21,8 @@ struct Overrides {
   std::optional<glm::vec3> sigma_a = {};
   std::optional<std::string> hair = {};  ///< one of hair_color_names()
   std::optional<float> eccentricity = {}, roughness = {};
-  std::optional<double> tilt_deg = {};     ///< of the cuticle scales
-  std::optional<double> light_scale = {};  ///< of the environment and every light
+  std::optional<double> tilt_deg = {};     ///< tilt of the cuticle scales
+  std::optional<double> light_scale = {};  ///< factor on the environment and every light
   std::optional<bool> y_up = {};
   std::optional<double> cm_per_unit = {};
   std::optional<std::string> widths = {};  ///< text for width_use_of()
@@ -34,11 +34,11 @@ struct Overrides {
   std::optional<bool> transparent = {};
   std::optional<double> exposure_stops = {};
   std::optional<image::View> view = {};
-  std::optional<int> frame = {};                          ///< for what moves
+  std::optional<int> frame = {};                          ///< frame of everything that moves
   std::optional<std::pair<double, double>> shutter = {};  ///< when it opens and closes, in frames relative to that one
   std::optional<int> motion_samples = {};
   std::optional<double> frames_per_second = {};
-  std::optional<double> turn_deg = {};  ///< for a camera that is placed to see the hair
+  std::optional<double> turn_deg = {};  ///< turn of a camera that is placed to see the hair
 };
 
 /// The error if a caller set an option out of the range of its parameter; the command line has checked its own.

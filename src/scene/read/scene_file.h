@@ -27,7 +27,7 @@ struct EnvironmentDescription {
   std::string file;  ///< as written
   glm::vec3 constant{1.0f};
   GradientSky sky;
-  std::optional<Light> sun;  ///< of the sky: a distant light, before rotation and scale
+  std::optional<Light> sun;  ///< sun of the sky: a distant light, before rotation and scale
   double rotate_deg = 0;
   std::vector<TurnKey> keys;  ///< if there are any, they replace `rotate_deg`
   float scale = 1;
@@ -45,7 +45,7 @@ struct LightDescription {
 /// Another material for some strands of a groom.
 struct GroomLook {
   std::uint32_t material = 0;
-  Source share;  ///< share of the strands that have it, [0, 1], asked at their roots
+  Source share;  ///< share of the strands that have it, [0, 1], evaluated at their roots
 };
 
 struct GroomDescription {
@@ -89,7 +89,7 @@ EnvironmentDescription read_environment(const JsonReader& json);
 /// The sun as a light of the scene: scaled with its sky and turned by `rotate_deg` with it.
 std::optional<Light> sun_of(const EnvironmentDescription& environment, double rotate_deg);
 
-/// The Light::group of a light or an environment; empty if there is none.
+/// The Light::group of a light or an environment; empty without one.
 std::string read_light_group(const JsonReader& json);
 
 /// Reads one element of /lights.

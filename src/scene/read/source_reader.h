@@ -30,7 +30,7 @@ float middle_of(const Source& source);
 /// Reads the key "color": three numbers, a source of them, or "file" for the color of the file.
 Source read_color_source(const JsonReader& json);
 
-/// Gives the material an absorption that varies. If the source is a constant it gives none, and returns the constant.
+/// Makes the source the absorption of the material if it varies. If it is a constant, returns that instead.
 std::optional<glm::vec3> take_pigment(Source source, decltype(Pigment::sigma_a) sigma_a, Material* material);
 
 }  // namespace tress::scene

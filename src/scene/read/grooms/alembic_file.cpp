@@ -19,7 +19,7 @@ namespace {
 
 constexpr int deepest_object = 200;
 constexpr double usual_frames_per_second = 24;
-/// Objects may share their data, but no valid archive unfolds to this many times its bytes.
+/// Objects may share their data, but no valid archive expands to this many times its bytes.
 constexpr std::uint64_t most_sharing = 16;
 
 /// The properties of curves.
@@ -167,7 +167,7 @@ class AlembicReader {
     }
     const Properties properties = file_.properties(object);
     if (const OgawaProperty* visible = find(properties, "visible")) {
-      const std::vector<std::int64_t> says = held(*visible);  // 0 hidden and 1 shown, whatever is above; -1 inherited
+      const std::vector<std::int64_t> says = held(*visible);  // 0 hidden, 1 shown, whatever the parent is; -1 inherited
       const bool was_seen = here.is_seen;
       if (!says.empty() && says[0] >= 0) here.is_seen = says[0] > 0;
       if (was_seen && !here.is_seen) ignore(path, "it is hidden (visible)");
@@ -321,7 +321,7 @@ class AlembicReader {
     return {};
   }
 
-  /// Returns one tuple for each curve, from an attribute that has one a curve or one a vertex; the root's vertex is
+  /// Returns one tuple for each curve, from an attribute that has one per curve or per vertex; the root's vertex is
   /// used. Empty, with a remark, if it has neither.
   template <class T>
   std::vector<T> at_roots(const Param<T>& given, std::uint32_t extent, const CurveSet& set) {

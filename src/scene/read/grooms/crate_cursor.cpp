@@ -10,7 +10,7 @@
 namespace tress::scene {
 namespace {
 
-/// LZ4 makes at most this many bytes of one: a match of any length takes a byte for each 255.
+/// The largest expansion by LZ4: a match of any length takes a byte for each 255 bytes.
 constexpr std::uint64_t most_of_lz4 = 255;
 
 }  // namespace

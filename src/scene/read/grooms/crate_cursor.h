@@ -34,10 +34,10 @@ class CrateCursor {
   std::span<const unsigned char> take(std::uint64_t size);
   /// A number of things that follow, each of this many bytes or more.
   std::uint64_t count(std::uint64_t bytes_each);
-  /// The same for integers that follow packed, where there are `found`. They can take far less than a byte each, but
-  /// each tells of something that has at least this many bytes elsewhere in the file.
+  /// The same for `found` packed integers. These can take far less than a byte each, but each describes an entry that
+  /// has at least this many bytes elsewhere in the file.
   std::uint64_t packed_count(std::uint64_t found, std::uint64_t bytes_each);
-  /// Fails if `found` is not at most this.
+  /// Fails if `found` is more than `most`.
   bool hold(std::uint64_t found, std::uint64_t most, std::string_view what);
 
   /// A number of bytes, and those bytes unpacked to exactly this size.

@@ -26,11 +26,11 @@ struct CurveKind {
 /// Text such as "cubic bspline, pinned".
 std::string words(const CurveKind& kind);
 
-/// The reason why a curve cannot have so many vertices: "a multiple of 3"; empty if it can. Too few for a segment are
-/// no error.
+/// The reason why a curve cannot have this number of vertices: "a multiple of 3"; empty if it can. Too few for a
+/// segment are no error.
 std::string fault_of(const CurveKind& kind, std::uint64_t vertices);
 
-/// The number of segments of a curve of so many vertices; 0: too few.
+/// The number of segments of a curve with this number of vertices; 0: too few.
 std::uint64_t segments_of(const CurveKind& kind, std::uint64_t vertices);
 
 /// The number of its varying values: one where segments meet, and one at each end.

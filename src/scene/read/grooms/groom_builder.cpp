@@ -16,8 +16,8 @@
 namespace tress::scene {
 namespace {
 
-/// Makes room for so many more at once, but at least for half as many as there are, so that many small sets do not copy
-/// everything each time.
+/// Makes room for this many more at once, but at least for half as many as there are, so that many small sets do not
+/// copy everything each time.
 template <class T>
 void make_room(std::vector<T>* values, std::size_t more) {
   const std::size_t needed = values->size() + more;
@@ -141,7 +141,7 @@ void append_by_knots(std::span<const T> control, std::span<const double> knots, 
   }
 }
 
-/// All knots of a curve with so many vertices; empty if they never rise, or fall somewhere.
+/// All knots of a curve with this number of vertices; empty if they never rise, or fall somewhere.
 std::vector<double> whole_knots(std::span<const double> given, std::size_t vertices) {
   std::vector<double> knots(given.begin(), given.end());
   if (knots.size() == vertices + 2) {

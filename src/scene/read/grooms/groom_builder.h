@@ -69,7 +69,7 @@ class GroomBuilder {
   /// Gives access to remarks, units and ignored attributes, before finish().
   GroomFile& file() { return file_; }
 
-  /// Fails if there are no strands: with the error of the first set that was left out, else with what is not used.
+  /// Fails if there are no strands: with the error of the first set that was left out, else with a list of unused data.
   Result<GroomFile> finish();
 
  private:

@@ -94,7 +94,7 @@ constexpr std::uint64_t most_groom_points = 0xffffffffu;
 
 /// Called with a part of a file's bytes that has been read and will hardly be read again. May be empty.
 using DoneWith = std::function<void(std::span<const unsigned char>)>;
-/// How much readers read between two such calls.
+/// The number of bytes that readers read between two such calls.
 constexpr std::size_t done_block = std::size_t{8} << 20;
 
 /// A file to be read, and further requests to its reader.

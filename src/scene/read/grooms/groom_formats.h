@@ -66,7 +66,7 @@ bool is_usda(std::span<const unsigned char> bytes);
 bool is_usdc(std::span<const unsigned char> bytes);
 /// Whether a text begins like a scene of pbrt.
 bool is_pbrt(std::span<const unsigned char> bytes);
-/// Whether the counts of strands and points lead exactly to the end.
+/// Whether the counts of strands and points give exactly the size of the file.
 bool is_usc_data(std::span<const unsigned char> bytes);
 
 }  // namespace tress::scene

@@ -12,8 +12,8 @@ enum class NumberFormat : std::uint8_t { boolean, u8, i8, u16, i16, u32, i32, u6
 
 std::size_t bytes_of(NumberFormat format);
 
-/// Converts all numbers of the bytes; `out` has room for them. Where whole numbers are wanted, one without a place in
-/// 64 bits becomes -1; a double too large for a float becomes infinite. To: float, double or std::int64_t.
+/// Converts all numbers of the bytes; `out` has room for them. For whole numbers, one that does not fit into 64 bits
+/// becomes -1; a double too large for a float becomes infinite. To: float, double or std::int64_t.
 template <class To>
 void convert_numbers(std::span<const unsigned char> bytes, NumberFormat format, To* out);
 

@@ -26,7 +26,7 @@ struct OgawaProperty {
   std::uint32_t time_sampling = 0;
   std::uint64_t group = 0;  ///< place of its samples or its properties; 0: none
 
-  /// The metadata value for a key such as "geoScope"; empty if there is none.
+  /// The metadata value for a key such as "geoScope"; empty if it is missing.
   std::string_view value_of(std::string_view key) const;
 };
 
@@ -55,12 +55,12 @@ class OgawaFile {
 
   /// The samples around a time in seconds; the first or the last beyond them.
   OgawaMoment around(const OgawaProperty& property, double seconds) const;
-  /// The number of frames a second at which the archive was written: from its metadata, else from the distance of
-  /// samples if these do not fall on frames of 24 a second. Empty if neither gives it.
+  /// The number of frames per second at which the archive was written: from its metadata, else from the distance of
+  /// samples if these do not fall on frames of 24 per second. Empty if neither gives it.
   std::optional<double> frames_per_second() const;
   /// The time of a sample, seconds; 0 if it is not recorded.
   double seconds_of(const OgawaProperty& property, std::uint64_t sample) const;
-  /// A sample, without its key; empty if there is none.
+  /// A sample, without its key; empty if it is missing.
   std::span<const unsigned char> sample(const OgawaProperty& property, std::uint64_t index = 0);
   /// The numbers of a sample, converted from any type.
   std::vector<float> floats(const OgawaProperty& property, std::uint64_t index = 0);

@@ -234,7 +234,7 @@ class PbrtReader {
     transform(glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(eye, 1))), true);
   }
 
-  /// Adds the curves of an object once more. A scene may use objects many times, but no valid one unfolds to this many
+  /// Adds the curves of an object once more. A scene may use objects many times, but no valid one expands to this many
   /// times its bytes.
   void add_instance(const std::string& name, TextCursor* text) {
     constexpr std::size_t most_sharing = 16;

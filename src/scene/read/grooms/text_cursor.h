@@ -39,10 +39,10 @@ class TextCursor {
   std::string_view word();
   /// The next word without taking it.
   std::string_view peek_word();
-  /// Takes a text in " or ', or in three of them; returns it without the quotes, with escapes as written. Fails if
-  /// there is none.
+  /// Takes a text in " or ', or in three of them; returns it without the quotes, with escapes as written. Fails without
+  /// one.
   std::string_view quoted();
-  /// Takes a finite number, inf or nan. Fails if there is none.
+  /// Takes a finite number, inf or nan. Fails at anything else.
   double number();
   /// Whether a number may begin here.
   bool is_number();

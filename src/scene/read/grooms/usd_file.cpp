@@ -18,7 +18,7 @@ namespace tress::scene {
 namespace {
 
 constexpr int deepest_arc = 16;
-/// Prims may share what they refer to, but no valid layer unfolds to this many times its prims and its bytes.
+/// Prims may share what they refer to, but no valid layer expands to this many times its prims and its bytes.
 constexpr std::uint64_t most_sharing = 16, least_bytes_of_vertex = 8;
 
 /// Attributes of curves. Those without effect on the picture are listed as used.
@@ -172,7 +172,7 @@ class UsdReader {
   void visit_children(const Opinions& prims, const Place& here) {
     struct Child {
       Opinions opinions = {};
-      const UsdPrim* parent = nullptr;  ///< of the last opinion: of children with one name a parent has the first only
+      const UsdPrim* parent = nullptr;  ///< that of the last opinion; it contributes only its first child of a name
     };
     std::vector<Child> children;
     std::unordered_map<std::string_view, std::size_t> places;
@@ -300,8 +300,8 @@ class UsdReader {
     builder_.file().is_animated = builder_.file().is_animated || animated_;
   }
 
-  /// Moves points by their velocities if they come from one sample only, because the next sample has another number of
-  /// points or there is none.
+  /// Moves points by their velocities if they come from one sample only, because the next sample is missing or has
+  /// another number of points.
   void go_on(const Opinions& prims, UsdValue* points) {
     const UsdAttribute* velocities = find(prims, "velocities");
     if (!velocities || !frame_ || !points->held_since) return;
@@ -361,7 +361,7 @@ class UsdReader {
     return true;
   }
 
-  /// Returns the first that exists of two names for one thing.
+  /// Returns the value of the first of these names that exists.
   UsdValue first_of(const Opinions& prims, const Place& here, std::initializer_list<const char*> names,
                     std::string* name) {
     for (const char* candidate : names) {
@@ -373,7 +373,7 @@ class UsdReader {
     return {};
   }
 
-  /// Returns one tuple for each curve, from values that are one a curve or one a vertex; the root's vertex is used.
+  /// Returns one tuple for each curve, from values that are one per curve or per vertex; the root's vertex is used.
   template <class T>
   std::vector<T> at_roots(const std::vector<T>& values, std::size_t size, const CurveSet& set,
                           const std::string& name) {

@@ -36,7 +36,7 @@ struct UsdPrim {
   const UsdPrim* child(std::string_view named) const;
 };
 
-/// What a layer says of the stage, with the defaults of USD: a unit of 0.01 m, and y up.
+/// The stage metadata of a layer, with the defaults of USD: a unit of 0.01 m, and y up.
 struct UsdStage {
   double cm_per_unit = 1, time_codes_per_second = 24;
   bool y_up = true;
@@ -45,7 +45,7 @@ struct UsdStage {
   struct Fault {
     std::string expected, found;
   };
-  /// Takes the value of a key that it has, with its numbers as doubles.
+  /// Stores the value of a key for which has() is true, with its numbers as doubles.
   std::optional<Fault> take(std::string_view key, const UsdValue& value);
 };
 
@@ -78,7 +78,7 @@ class UsdLayer {
 std::unique_ptr<UsdLayer> usda_layer(const GroomInput& input);
 std::unique_ptr<UsdLayer> usdc_layer(const GroomInput& input);
 
-/// The scope that USD calls so; unset if there is none.
+/// The scope of an interpolation in USD; unset for an unknown name.
 std::optional<AttributeScope> usd_scope(std::string_view interpolation);
 /// Whether the key of a prim refers to other prims.
 bool is_usd_arc(std::string_view key);

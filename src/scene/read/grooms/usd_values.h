@@ -24,8 +24,8 @@ struct UsdValue {
   std::optional<AttributeScope> scope;  ///< its interpolation
   bool is_animated = false;             ///< there were more time samples
   std::string not_read = {};            ///< why the file has numbers or words that are not here; usually empty
-  /// The time of the one sample that the values come from, if the frame is after it: the next sample has another count,
-  /// or there is none.
+  /// The time of the one sample that the values come from, if the frame is after it and the next sample has another
+  /// count or does not exist.
   std::optional<double> held_since = {};
 };
 

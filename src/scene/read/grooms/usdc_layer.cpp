@@ -18,15 +18,15 @@ namespace {
 constexpr std::size_t header_bytes = 88;
 constexpr int oldest = 4, newest = 12;          ///< minor versions; 4 packs the tables
 constexpr std::uint32_t no_index = 0xffffffff;  ///< ends the fields of a spec
-constexpr std::size_t most_fields = 256;        ///< of one spec, which may share them with others
+constexpr std::size_t most_fields = 256;        ///< limit for one spec, which may share them with others
 /// Elements of a path below its prims: a property, a target, and that one's attribute.
 constexpr std::uint32_t deepest_path = deepest_prim + 8;
 constexpr std::size_t least_packed = 16;  ///< arrays below are never packed
-/// Bytes of a file for each entry of a table: of 200 files of others, none has less than 33 for a path or a spec, 40
-/// for a field and 14 for one in a list of fields.
+/// Least bytes of a file for each entry of a table, and of a list of fields. In 200 files of other programs, a path or
+/// a spec has at least 33, a field 40 and an entry of a list 14.
 constexpr std::uint64_t bytes_of_entry = 4, bytes_of_listed = 1;
 constexpr std::size_t longest_name = 256;  ///< longer ones are cut
-/// Names may be used many times, but no valid file unfolds to this many times its bytes and this many more.
+/// Names may be shared, but no valid file expands to most_sharing times its bytes plus most_text.
 constexpr std::uint64_t most_sharing = 16, most_text = 65536;
 
 /// A reference to a value.
@@ -91,7 +91,7 @@ constexpr ValueType types[] = {
     {56, Kind::numbers, f64},
 };
 
-/// What a path of the crate is.
+/// The kind of the object at a path of the crate.
 enum class SpecType : std::uint32_t { attribute = 1, prim = 6, stage = 7, relation = 8, variant = 10, variants = 11 };
 
 /// Numbers of a value as the file has them, or unpacked.
@@ -294,7 +294,7 @@ class UsdcLayer final : public UsdLayer {
 
   // ---- the tree ----------------------------------------------------------------------------------------------------
 
-  /// Calls with each field of a path: its name and its value.
+  /// Calls take(name, value) for each field of a path.
   template <class Take>
   void for_fields(const Path& path, const Take& take) {
     for (std::size_t i = path.spec, left = most_fields; !error(); ++i, --left) {
@@ -307,11 +307,11 @@ class UsdcLayer final : public UsdLayer {
     }
   }
 
-  /// Its depth is that of the paths, which is held.
+  /// Builds a prim with its children. The depth of this recursion is that of the paths, which is limited.
   UsdPrim prim_at(std::uint32_t number) {
     const Path& path = paths_[number];
     UsdPrim prim;
-    prim.is_defined = false;  // as USD has it where no specifier says more
+    prim.is_defined = false;  // the default of USD without a specifier
     if (path.parent != no_index) prim.name = printable(std::string(token(path.token)));
     std::vector<std::string> order;
     for_fields(path, [&](std::string_view key, std::uint64_t rep) {
@@ -430,7 +430,7 @@ class UsdcLayer final : public UsdLayer {
 
   // ---- values ------------------------------------------------------------------------------------------------------
 
-  /// Goes as far as a number here says, counted from that number: nested values are before what holds them.
+  /// Follows an offset: reads a number and moves that far from its place. Nested values come before their container.
   void follow() {
     const std::uint64_t from = cursor_.at();
     const auto way = cursor_.number<std::uint64_t>();  // negative ones wrap to a place outside
@@ -537,7 +537,7 @@ class UsdcLayer final : public UsdLayer {
     for (std::size_t i = 0; i < places.size(); ++i) std::memcpy(&out->own[i * size], &table[places[i] * size], size);
   }
 
-  /// Converts the numbers, and lets go of what is read of a long list.
+  /// Converts the numbers. Passes parts of a long list that have been read to done_with_.
   template <class To>
   void convert(const PackedNumbers& numbers, To* out) {
     const std::size_t size = bytes_of(numbers.format);
@@ -579,7 +579,7 @@ class UsdcLayer final : public UsdLayer {
   std::vector<std::uint64_t> field_values_;
   std::vector<Path> paths_;
   std::uint32_t root_ = no_index;
-  std::uint64_t arc_bytes_ = 0;  ///< of the paths that prims refer to
+  std::uint64_t arc_bytes_ = 0;  ///< size of the paths that prims refer to
 };
 
 }  // namespace

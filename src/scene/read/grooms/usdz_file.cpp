@@ -34,8 +34,8 @@ bool is_usdz(std::span<const unsigned char> bytes) {
          is_layer(text_at(bytes, entry_bytes, number_at(bytes, 26, 2)));
 }
 
-/// The table of the entries is at the end of the archive, before a record that tells its place and may have a remark
-/// behind it.
+/// The table of the entries is near the end of the archive. A record after it gives its place, and may end with a
+/// comment.
 Result<UsdzFile> read_usdz_file(std::span<const unsigned char> bytes, const std::string& name) {
   const auto fail = [&](std::size_t at, std::string expected, std::string found) {
     return Error{name, fmt::format("byte {}", at), std::move(expected), std::move(found)};

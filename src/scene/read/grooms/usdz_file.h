@@ -14,7 +14,7 @@ namespace tress::scene {
 bool is_usdz(std::span<const unsigned char> bytes);
 
 struct UsdzFile {
-  std::string name;                     ///< of the first entry, the root layer
+  std::string name;                     ///< name of the first entry, the root layer
   std::span<const unsigned char> root;  ///< its bytes, among those of the file
   std::vector<std::string> others;      ///< names of all other entries
 };
