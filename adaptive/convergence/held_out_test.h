@@ -19,6 +19,8 @@ struct SampledTest {
   double chi2 = 0, deviation = 0;
   /// The value that must be within epsilon. A fit whose error is epsilon passes one test with a probability of 0.001.
   double bound() const { return chi2 + 3.1 * deviation; }
+  /// What is above epsilon only if the error is, but for one test in a thousand.
+  double lower() const { return chi2 - 3.1 * deviation; }
 };
 
 /// The light of a row by cells: expected by the row, and observed in the sets of paths. The sum of several rows has the

@@ -98,7 +98,7 @@ Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t path
   if (before != nullptr) *answer = *before;
   std::uint32_t had = before != nullptr ? before->paths : 0;
   for (;;) {
-    const bool is_tested = had > 0 && !answer->has_converged;
+    const bool was_converged = answer->has_converged, is_tested = had > 0 && !was_converged;
     const StagedRow staged = learn_stage(teacher, slice, a, b, paths, had, had > 0 ? &answer->row : nullptr,
                                          had == 0 && parent != nullptr ? &parent->row : nullptr);
     outcome.g_evaluations += paths - had;
@@ -112,13 +112,17 @@ Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t path
       test = test_samples(*samples_, slice, a, b, staged.row, 0, paths);
       outcome.g_evaluations += paths;
     }
-    if (is_tested || (had == 0 && options_.own_paths))
+    // The fit that answered was made with the paths of the test before, so that its own test comes only now.
+    const bool is_found_wrong = was_converged && staged.tested && may_converge(paths) && test.lower() > epsilon;
+    if (is_found_wrong) answer->has_converged = false;
+    if (is_tested || is_found_wrong || (had == 0 && options_.own_paths))
       answer->objective = static_cast<float>(std::max(test.bound(), 0.0));
     const bool passes = is_tested && may_converge(paths) && static_cast<double>(answer->objective) <= epsilon;
-    outcome.failed += is_tested && may_converge(paths) && !passes ? 1 : 0;
+    outcome.failed += is_found_wrong || (is_tested && may_converge(paths) && !passes) ? 1 : 0;
     outcome.converged = outcome.converged || passes;
     answer->has_converged = answer->has_converged || passes;
-    answer->row = staged.row;
+    // A row that is learned to epsilon keeps the fit that passed: one to the paths that tested it has passed nothing.
+    answer->row = passes && learns_to_epsilon() ? staged.before : staged.row;
     answer->paths = had = paths;
     paths = stage_after(paths);
     if (!learns_to_epsilon() || answer->has_converged || paths == 0) break;
