@@ -15,6 +15,7 @@
 #include <iostream>
 #include <iterator>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "image/color_image.h"
@@ -457,6 +458,76 @@ TEST(FileFaults, ExrEnvRefused) {
 }
 
 // ---- the tables ---------------------------------------------------------------------------------------------------
+
+/// A .hair file that says one item otherwise than the file without one.
+std::string hair_with(std::string_view item) {
+  std::string bytes;
+  const auto put = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  const auto put_array = [&](std::uint32_t count, float value) {
+    for (std::uint32_t i = 0; i < count; ++i) put(value);
+  };
+  const auto bit = [&](std::string_view array, std::uint32_t value) { return item == array ? value : 0; };
+  const std::uint32_t strands = item == "strands" ? 3 : 2, segments = item == "segments of all strands" ? 1 : 2,
+                      points = strands * (segments + 1),
+                      bits = 2 + bit("segments", 1) + bit("thickness", 4) + bit("transparency", 8) + bit("colors", 16);
+  bytes = "HAIR";
+  for (const std::uint32_t number : {strands, points, bits, segments}) put(number);
+  put(item == "thickness of all strands" ? 0.1f : 0.0f);
+  put(item == "transparency of all strands" ? 0.5f : 0.0f);
+  put_array(3, item == "color of all strands" ? 0.5f : 0.0f);
+  bytes.append(88, item == "remark" ? 'r' : '\0');
+  if (bits & 1)
+    for (const std::uint16_t one : {1, 3}) put(one);
+  for (std::uint32_t i = 0; i < 3 * points; ++i) put(static_cast<float>(i) + (item == "points" ? 1.0f : 0.0f));
+  if (bits & 4) put_array(points, 0.1f);
+  if (bits & 8) put_array(points, 0.5f);
+  if (bits & 16) put_array(3 * points, 0.5f);
+  return bytes;
+}
+
+/// The same as a .data file.
+std::string usc_data_with(std::string_view item) {
+  std::string bytes;
+  const auto put = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  const std::int32_t strands = item == "strands" ? 3 : 2, points = item == "points of a strand" ? 4 : 3;
+  put(strands);
+  for (std::int32_t s = 0; s < strands; ++s) {
+    put(points);
+    for (std::int32_t i = 0; i < 3 * points; ++i) put(static_cast<float>(i) + (item == "points" ? 1.0f : 0.0f));
+  }
+  return bytes;
+}
+
+/// Each item has a file of its own: what is used makes another groom than the file without it, and what is not used is
+/// named with the reason of the table.
+void expect_used_or_named(std::span<const FormatItem> items, std::string (*with)(std::string_view item)) {
+  const fs::path file = fs::path(testing::TempDir()) / "item.bytes";
+  const auto groom_with = [&](std::string_view item) {
+    std::ofstream(file, std::ios::binary) << with(item);
+    auto groom = read_groom_file(file);
+    EXPECT_TRUE(groom) << groom.error().message();
+    return std::move(*groom);
+  };
+  const auto drawn = [](const GroomFile& g) {
+    return std::tuple(g.first_point, g.points, g.width, g.default_width, g.has_color, g.color, g.default_color);
+  };
+  const GroomFile without = groom_with("");
+  EXPECT_TRUE(without.ignored.empty());
+  for (const FormatItem& item : items) {
+    const GroomFile groom = groom_with(item.name);
+    const bool is_used = *item.why == 0 && item.name != "remark";
+    EXPECT_EQ(drawn(groom) != drawn(without), is_used) << item.name;
+    if (*item.why == 0)
+      EXPECT_TRUE(groom.ignored.empty()) << item.name;
+    else
+      EXPECT_THAT(ignored(groom), ElementsAre(std::string(item.name) + ": " + item.why));
+  }
+  fs::remove(file);
+}
+
+TEST(FileFaults, EveryItemOfHairFilesIsUsedOrNamed) { expect_used_or_named(hair_items(), hair_with); }
+
+TEST(FileFaults, EveryItemOfUscDataIsUsedOrNamed) { expect_used_or_named(usc_data_items(), usc_data_with); }
 
 /// A USD text with every attribute of the table: what is not used is named with the reason of the table, and all else
 /// is not named.
