@@ -529,6 +529,38 @@ TEST(FileFaults, EveryItemOfHairFilesIsUsedOrNamed) { expect_used_or_named(hair_
 
 TEST(FileFaults, EveryItemOfUscDataIsUsedOrNamed) { expect_used_or_named(usc_data_items(), usc_data_with); }
 
+/// What a USD file says of its curves elsewhere than in their attributes, as a text and as a crate.
+TEST(FileFaults, WhatUsdSaysAroundCurvesIsUsedOrNamed) {
+  for (const char* name : {"said.usda", "../grooms/crates/said.usdc"}) {
+    const GroomFile groom = read(name);
+    EXPECT_THAT(ignored(groom),
+                testing::UnorderedElementsAre(
+                    "h: clipAssetPaths: time samples of other files are not read",
+                    "r: offset: times of what it refers to are taken as they are there",
+                    "h.primvars:displayColor: colorSpace srgb_rec709_scene: colors are taken for linear Rec. 709",
+                    "/a: colorSpace:name lin_ap1_scene: colors are taken for linear Rec. 709",
+                    "/a: model:drawMode: curves are drawn, not cards in their place",
+                    "primvars:displayOpacity: hair is not transparent by an attribute",
+                    "ids: primvars:id is in its place", "/a/h: 1 of 2 colors: they are clamped to [0, 1]"));
+    EXPECT_THAT(groom.materials, ElementsAre("/a/h: bound to a USD material, which is not read",
+                                             "/a/h/s: bound to a USD material, which is not read"));
+    ASSERT_EQ(groom.color.size(), 6u) << name;
+    EXPECT_EQ(groom.color[3], glm::vec3(0, 1, 0)) << "indices of None are none";
+    ASSERT_EQ(groom.root_uv.size(), 3u) << name;
+    EXPECT_EQ(groom.root_uv[0], glm::vec2(0.75f, 1)) << "of texture coordinates of three numbers the first two";
+    EXPECT_EQ(groom.root_uv[1], glm::vec2(0.25f, 0.5f));
+    EXPECT_EQ(groom.id[1], 8);
+  }
+}
+
+TEST(FileFaults, SplinesOfAUsdTextAreNamed) {
+  const auto groom = read_groom_file(two_prims(
+      "int[] curveVertexCounts = [2] point3f[] points = [(1,0,0),(1,0,5)] double xformOp:rotateX = 5 double "
+      "xformOp:rotateX.spline = { bezier, 1: 10, 2: 20 } uniform token[] xformOpOrder = [\"xformOp:rotateX\"]"));
+  ASSERT_TRUE(groom) << groom.error().message();
+  EXPECT_THAT(ignored(*groom), ElementsAre("a.xformOp:rotateX: animation by splines is not read"));
+}
+
 /// A USD text with every attribute of the table: what is not used is named with the reason of the table, and all else
 /// is not named.
 TEST(FileFaults, EveryItemOfUsdIsUsedOrNamed) {

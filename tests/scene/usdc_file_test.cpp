@@ -84,7 +84,7 @@ TEST(UsdcFile, EveryCrateHasTheStrandsOfItsText) {
     }
     ++crates;
   }
-  EXPECT_EQ(crates, 21);
+  EXPECT_EQ(crates, 22);
 }
 
 TEST(UsdcFile, EveryTruncationIsRefused) {

@@ -504,7 +504,7 @@ CRATES = {"same": 8, "colored": 7, "normals": 6, "types": 5, "bases/catmullRom_p
           "bases/bspline_nonperiodic": 6, "bases/linear_pinned": 12, "../faults/animated_normals": 8, "../faults/defts": 4,
           "../faults/flatinst": 8, "../faults/idxid": 5, "../faults/idxw": 6, "../faults/inh": 8, "../faults/nan": 9,
           "../faults/one_thick": 8, "../faults/scaled": 10, "../faults/utf8id": 8, "../faults/vary": 7,
-          "../faults/visafter": 11}
+          "../faults/visafter": 11, "../faults/said": 9}
 
 
 def crates():

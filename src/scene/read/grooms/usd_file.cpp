@@ -21,6 +21,8 @@ constexpr int deepest_arc = 16;
 /// Prims may share what they refer to, but no valid layer unfolds to this many times its prims and its bytes.
 constexpr std::uint64_t most_sharing = 16, least_bytes_of_vertex = 8;
 
+constexpr const char* why_no_cards = "curves are drawn, not cards in their place";
+
 /// Attributes of curves. Those without effect on the picture are listed as used.
 constexpr FormatItem usd_table[] = {
     {"type", ""},
@@ -46,17 +48,20 @@ constexpr FormatItem usd_table[] = {
     {"extent", ""},
     {"doubleSided", ""},
     {"orientation", ""},
+    {"colorSpace:name", ""},
     {"accelerations", "points go straight on by their velocities"},
     {"primvars:displayOpacity", "hair is not transparent by an attribute"},
     {"primvars:skel:jointIndices", "skeletons do not move curves"},
     {"primvars:skel:jointWeights", "skeletons do not move curves"},
     {"primvars:skel:geomBindTransform", "skeletons do not move curves"},
-    {"model:drawMode", "curves are drawn, not cards in their place"},
+    {"model:drawMode", why_no_cards},
 };
 
 /// Types of prims that do not affect the picture themselves.
 constexpr std::string_view quiet_types[] = {"",         "Xform",      "Scope",    "Material", "Shader",     "NodeGraph",
                                             "SkelRoot", "GeomSubset", "Skeleton", "Camera",   "BasisCurves"};
+
+bool is_binding(std::string_view name) { return name.starts_with("material:binding"); }
 
 bool is_of_transform(std::string_view name) { return name.starts_with("xformOp:") || name == "xformOpOrder"; }
 
@@ -104,6 +109,8 @@ class UsdReader {
     glm::dmat4 to_file{1.0};
     std::string purpose = "default";  ///< from the nearest prim that sets one
     int depth = 0, arcs = 0;
+    bool has_material = false;  ///< whether this prim or one above is bound to a material
+    bool is_in_curves = false;
     /// Primvars of prims above that have a single value.
     std::map<std::string, const UsdAttribute*, std::less<>> primvars = {};
   };
@@ -210,11 +217,21 @@ class UsdReader {
     if (!place(prims, &here)) return;
     if (word_of(prims, "visibility", "inherited") == "invisible") return builder_.ignore(here.path, "it is invisible");
     here.purpose = word_of(prims, "purpose", here.purpose.c_str());
+    const std::string mode = word_of(prims, "model:drawMode", "default");
+    if (mode != "default" && mode != "inherited") builder_.ignore(here.path + ": model:drawMode", why_no_cards);
+    if (const std::string space = word_of(prims, "colorSpace:name", ""); !is_taken_space(space))
+      builder_.ignore(here.path + ": colorSpace:name " + printable(space.substr(0, 64)), why_one_space);
+    const bool is_bound = std::ranges::any_of(prims, [](const UsdPrim* prim) {
+      return std::ranges::any_of(prim->attributes, [](const auto& one) { return is_binding(one.first); });
+    });
+    here.has_material = here.has_material || is_bound;
+    if (type == "GeomSubset" && here.is_in_curves && is_bound) tell_material(here);
     if (type == "BasisCurves") {
       if (here.purpose == "guide" || here.purpose == "proxy")
         builder_.ignore(here.path, "its purpose is guide or proxy");
       else
         use(prims, here);
+      here.is_in_curves = true;
     } else if (std::ranges::find(quiet_types, type) == std::end(quiet_types)) {
       builder_.ignore(fmt::format("{} {}", type, here.path), "prims of this type are not read");
     }
@@ -292,6 +309,7 @@ class UsdReader {
       return fail(fmt::format("at most {} vertices, as the bytes allow", most_vertices_), "more");
     if (failed()) return;
     name_what_is_left(prims, here);
+    if (here.has_material) tell_material(here);
     if (set.vertex_counts.empty()) return builder_.ignore(here.path, "it has no curves");
     take_attributes(prims, here, &set);
     if (failed()) return;
@@ -312,18 +330,20 @@ class UsdReader {
     for (std::size_t i = 0; i < way.triples.size(); ++i) points->triples[i] += seconds * way.triples[i];
   }
 
+  void tell_material(const Place& here) {
+    builder_.file().materials.push_back(here.path + ": bound to a USD material, which is not read");
+  }
+
+  /// Names the attributes of curves, and the primvars that they inherit, that are not used.
   void name_what_is_left(const Opinions& prims, const Place& here) {
+    const auto name_one = [&](const std::string& name) {
+      const bool says_more = name.ends_with(":indices") || name.starts_with("userProperties:");
+      if (says_more || is_binding(name) || is_of_transform(name) || name == attribute_) return;
+      if (const char* why = why_not_used(usd_table, name); *why != 0) builder_.ignore(name.substr(0, 128), why);
+    };
     for (const UsdPrim* prim : prims)
-      for (const auto& [name, attribute] : prim->attributes) {
-        if (name == "material:binding")
-          builder_.file().materials.push_back(here.path + ": bound to a USD material, which is not read");
-        const std::string_view base =
-            std::string_view(name).substr(0, name.ends_with(":indices") ? name.size() - 8 : name.size());
-        if (name.starts_with("userProperties:") || name.starts_with("material:binding") || is_of_transform(name))
-          continue;
-        if (const char* why = why_not_used(usd_table, base); *why != 0 && base != attribute_)
-          builder_.ignore(name.substr(0, 128), why);
-      }
+      for (const auto& [name, attribute] : prim->attributes) name_one(name);
+    for (const auto& [name, attribute] : here.primvars) name_one(name);
   }
 
   /// The value of a primvar at every place where it is given, by its indices if it has some.
@@ -336,14 +356,24 @@ class UsdReader {
     }
     if (!found) return {};
     UsdValue value = value_of(*found, name);
-    if (!at) return value;
-    const std::vector<double> indices = value_of(*at, name + ":indices").precise;
-    const bool fits = !indices.empty() && look_up(indices, 1, &value.triples) &&
-                      look_up(indices, name.ends_with("st") || name.ends_with("uv") ? 2 : 1, &value.numbers) &&
-                      look_up(indices, 1, &value.precise);
-    if (fits) return value;
-    builder_.ignore(name, "its indices point outside");
-    return {};
+    const bool is_pair = name.ends_with("st") || name.ends_with("uv");
+    const std::size_t size = !is_pair ? 1 : found->is_triple ? 3 : 2;
+    if (const UsdValue indices = at ? value_of(*at, name + ":indices") : UsdValue{}; at && !indices.is_blocked) {
+      const std::vector<double>& places = indices.precise;
+      const bool fits = !places.empty() && look_up(places, 1, &value.triples) &&
+                        look_up(places, size, &value.numbers) && look_up(places, 1, &value.precise);
+      if (!fits) {
+        builder_.ignore(name, "its indices point outside");
+        return {};
+      }
+    }
+    if (size == 3) {  // a third coordinate of a texture has no place on a root
+      std::vector<float> pairs;
+      for (std::size_t i = 0; i + 2 < value.numbers.size(); i += 3)
+        pairs.insert(pairs.end(), {value.numbers[i], value.numbers[i + 1]});
+      value.numbers = std::move(pairs);
+    }
+    return value;
   }
 
   /// size: number of numbers in a value.
@@ -361,16 +391,22 @@ class UsdReader {
     return true;
   }
 
-  /// Returns the first that exists of two names for one thing.
+  /// Returns the first that exists of several names for one thing, and names the others.
   UsdValue first_of(const Opinions& prims, const Place& here, std::initializer_list<const char*> names,
                     std::string* name) {
+    name->clear();
+    UsdValue first;
     for (const char* candidate : names) {
+      if (!name->empty()) {
+        if (find(prims, candidate)) builder_.ignore(candidate, *name + " is in its place");
+        continue;
+      }
       UsdValue value = primvar(prims, here, candidate);
       if (value.numbers.empty() && value.triples.empty() && value.precise.empty()) continue;
       *name = candidate;
-      return value;
+      first = std::move(value);
     }
-    return {};
+    return first;
   }
 
   /// Returns one tuple for each curve, from values that are one a curve or one a vertex; the root's vertex is used.

@@ -94,4 +94,11 @@ bool is_usd_arc(std::string_view key) {
   return std::ranges::find(keys, key) != std::end(keys);
 }
 
+bool is_taken_space(std::string_view color_space) {
+  static constexpr std::string_view spaces[] = {"", "lin_rec709_scene", "lin_rec709", "lin_srgb", "raw", "data"};
+  return std::ranges::find(spaces, color_space) != std::end(spaces);
+}
+
+bool is_usd_clip(std::string_view key) { return key == "clips" || key == "clipAssetPaths"; }
+
 }  // namespace tress::scene

@@ -82,5 +82,14 @@ std::unique_ptr<UsdLayer> usdc_layer(const GroomInput& input);
 std::optional<AttributeScope> usd_scope(std::string_view interpolation);
 /// Whether the key of a prim refers to other prims.
 bool is_usd_arc(std::string_view key);
+/// Whether the key of a prim says that other files have its time samples.
+bool is_usd_clip(std::string_view key);
+/// Whether colors of this space are what they are taken for: linear Rec. 709.
+bool is_taken_space(std::string_view color_space);
+
+constexpr const char* why_no_splines = "animation by splines is not read";
+constexpr const char* why_one_space = "colors are taken for linear Rec. 709";
+constexpr const char* why_no_clips = "time samples of other files are not read";
+constexpr const char* why_no_offset = "times of what it refers to are taken as they are there";
 
 }  // namespace tress::scene
