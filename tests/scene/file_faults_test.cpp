@@ -586,10 +586,17 @@ TEST(FileFaults, EveryPropertyOfPlyIsUsedOrNamed) {
   for (const FormatItem& item : ply_items()) {
     if (item.name.size() == 1 && item.name[0] >= 'x') continue;
     const fs::path file = fs::path(testing::TempDir()) / "item.ply";
-    std::ofstream(file)
-        << "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
-           "property float "
-        << item.name << "\nend_header\n0 0 0 1\n0 0 5 1\n";
+    const auto with_others = [&](std::string_view others) {  // a color has three
+      return others.find(item.name) == others.npos ? std::string(item.name) : std::string(others);
+    };
+    const std::string names = with_others(item.name.size() == 1 ? "r g b" : "red green blue");
+    std::ofstream out(file);
+    out << "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
+    std::istringstream words(names);
+    std::string values;
+    for (std::string word; words >> word; values += " 1") out << "property float " << word << "\n";
+    out << "end_header\n0 0 0" << values << "\n0 0 5" << values << "\n";
+    out.close();
     const auto groom = read_groom_file(file, 2);
     ASSERT_TRUE(groom) << groom.error().message();
     if (*item.why == 0)
@@ -598,6 +605,29 @@ TEST(FileFaults, EveryPropertyOfPlyIsUsedOrNamed) {
       EXPECT_THAT(ignored(*groom), ElementsAre("property " + std::string(item.name) + ": " + item.why));
     fs::remove(file);
   }
+}
+
+TEST(FileFaults, PropertiesOfPlyThatAreNotTakenAreNamed) {
+  const fs::path file = fs::path(testing::TempDir()) / "two.ply";
+  const auto named = [&](const std::string& properties, const std::string& values, const std::string& rest = "",
+                         const std::string& body = "") {
+    std::ofstream(file)
+        << "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+        << properties << rest << "end_header\n0 0 0 " << values << "\n0 0 5 " << values << "\n"
+        << body;
+    const auto groom = read_groom_file(file, 2);
+    EXPECT_TRUE(groom) << groom.error().message();
+    return ignored(*groom);
+  };
+  const std::string why = ": another is in its place, or what belongs to it is not there";
+  EXPECT_THAT(named("property float width\nproperty float radius\n", "1 1"), ElementsAre("property radius" + why));
+  EXPECT_THAT(named("property float red\nproperty float green\n", "1 1"),
+              ElementsAre("property red" + why, "property green" + why));
+  EXPECT_THAT(
+      named("property int strand_id\n", "1",
+            "element edge 1\nproperty int vertex1\nproperty int vertex2\nproperty uchar red\n", "0 1 9\n"),
+      ElementsAre("property red of edges: those of vertices are read", "element edge: strand ids join the vertices"));
+  fs::remove(file);
 }
 
 TEST(FileFaults, EveryDirectiveOfPbrtIsNamed) {
