@@ -14,6 +14,7 @@
 #include <glm/matrix.hpp>
 #include <iostream>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -640,6 +641,38 @@ TEST(FileFaults, EveryDirectiveOfPbrtIsNamed) {
     EXPECT_THAT(ignored(*groom), ElementsAre(std::string(item.name) + " \"other\": " + item.why));
     fs::remove(file);
   }
+}
+
+TEST(FileFaults, EveryParameterOfPbrtCurvesIsUsedOrNamed) {
+  for (const FormatItem& item : pbrt_curve_items()) {
+    const fs::path file = fs::path(testing::TempDir()) / "item.pbrt";
+    const bool is_there = item.name == "P";
+    std::ofstream(file) << "WorldBegin\nShape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2 0 0 3]"
+                        << (is_there ? "" : fmt::format(" \"float {}\" 3", item.name)) << "\n";
+    const auto groom = read_groom_file(file);
+    ASSERT_TRUE(groom) << groom.error().message();
+    if (*item.why == 0)
+      EXPECT_TRUE(groom->ignored.empty()) << item.name;
+    else
+      EXPECT_THAT(ignored(*groom), ElementsAre("curve " + std::string(item.name) + ": " + item.why));
+    fs::remove(file);
+  }
+}
+
+TEST(FileFaults, MaterialsOfPbrtAreToldWithWhatIsNotRead) {
+  const fs::path file = fs::path(testing::TempDir()) / "materials.pbrt";
+  const std::string curve = "Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2 0 0 3]\n";
+  std::ofstream(file) << "WorldBegin\nMaterial \"coateddiffuse\" \"rgb reflectance\" [.9 .6 .1]\n"
+                      << curve << "Material \"hair\" \"float eumelanin\" 1 \"texture beta_m\" \"t\"\n"
+                      << curve << "NamedMaterial \"none\"\nColorSpace \"srgb\"\n"
+                      << curve;
+  const auto groom = read_groom_file(file);
+  ASSERT_TRUE(groom) << groom.error().message();
+  ASSERT_EQ(groom->materials.size(), 2u);
+  EXPECT_EQ(groom->materials[0], "coateddiffuse: a material that is not hair, which is not read");
+  EXPECT_THAT(groom->materials[1], testing::EndsWith("; not read: beta_m"));
+  EXPECT_THAT(ignored(*groom), ElementsAre("NamedMaterial \"none\": no MakeNamedMaterial before it has the name"));
+  fs::remove(file);
 }
 
 }  // namespace
