@@ -583,6 +583,36 @@ TEST(FileFaults, EveryItemOfUsdIsUsedOrNamed) {
   }
 }
 
+/// An archive in which a property of no meaning has the name of the item: what is not used is named with the reason of
+/// the table, and no other is named as without use.
+TEST(FileFaults, EveryItemOfAlembicIsUsedOrNamed) {
+  std::ifstream in(fault("../grooms/placeholders.abc"), std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(in)), {});
+  for (const FormatItem& item : alembic_items()) {
+    const std::string size(1, static_cast<char>(item.name.size()));
+    const std::size_t at = whole.find(size + std::string(item.name.size(), '_'));
+    ASSERT_NE(at, whole.npos) << item.name;
+    const fs::path file = fs::path(testing::TempDir()) / "item.abc";
+    std::ofstream(file, std::ios::binary) << std::string(whole).replace(at + 1, item.name.size(), item.name);
+    const auto groom = read_groom_file(file);
+    ASSERT_TRUE(groom) << groom.error().message();
+    if (*item.why == 0)
+      EXPECT_THAT(ignored(*groom), testing::Not(Contains(std::string(item.name) + ": nothing here has a use for it")));
+    else
+      EXPECT_THAT(ignored(*groom), Contains(std::string(item.name) + ": " + item.why));
+    fs::remove(file);
+  }
+}
+
+TEST(FileFaults, WhatAlembicSaysAroundCurvesIsNamed) {
+  EXPECT_THAT(ignored(read("said.abc")),
+              testing::UnorderedElementsAre(
+                  "densityMask: nothing here has a use for it", ".material.assign: a scene's material says it",
+                  "Material: objects of this kind are not read", "color: Cd is in its place",
+                  ".arbGeomParams/width: width is in its place", "groom_width: width is in its place",
+                  "N: it has 2 numbers, where normals have 3"));
+}
+
 TEST(FileFaults, EveryPropertyOfPlyIsUsedOrNamed) {
   for (const FormatItem& item : ply_items()) {
     if (item.name.size() == 1 && item.name[0] >= 'x') continue;

@@ -181,6 +181,27 @@ def moving():
 
     write("moving.abc", ogawa.archive_of(build))
 
+    def placeholders(archive):  # names of every length, in whose places a test puts others
+        params = [archive.array("_" * size, "i32", [0], 1, ogawa.scope("con", "int32_t")) for size in range(1, 24)]
+        return [("hair", ogawa.curves(archive, [2], [(0, 0, 0), (0, 0, 1)], (1, 0, 0, 0), params=params), ogawa.CURVE)]
+
+    write("placeholders.abc", ogawa.archive_of(placeholders))
+
+    def said(archive):
+        geometry = [archive.array("P", "f32", [0, 0, 0, 0, 0, 1], 3), archive.array("nVertices", "i32", [2]),
+                    archive.scalar("curveBasisAndType", "u8", (1, 0, 0, 0)), archive.array("width", "f32", [0.1]),
+                    archive.array("N", "f32", [1, 0, 0, 1], 2),
+                    archive.nested(".arbGeomParams", [archive.array("Cd", "f32", [1, 0, 0], 3),
+                                                      archive.array("color", "f32", [0, 1, 0], 3),
+                                                      archive.array("width", "f32", [0.2]),
+                                                      archive.array("groom_width", "f32", [0.3])])]
+        hair = archive.object([archive.nested(".geom", geometry, "schema=AbcGeom_Curve_v2"),
+                               archive.array("densityMask", "u32", [0]), archive.array("guid", "u32", [0]),
+                               archive.scalar(".material.assign", "u8", [0])], [])
+        return [("hair", hair, ogawa.CURVE), ("red", archive.object([], []), "schema=AbcMaterial_Material_v1")]
+
+    write("../faults/said.abc", ogawa.archive_of(said))
+
     def growing(archive):
         geometry = [archive.samples("P", "f32", [[0, 0, 0, 0, 0, 1], [0, 0, 0, 0, 0, 1, 0, 0, 2]], 3),
                     archive.samples("nVertices", "i32", [[2], [3]]),
