@@ -329,6 +329,12 @@ TEST(FileFaults, ABrokenPrimDoesNotCostTheOthers) {
   EXPECT_THAT(ignored(*groom), ElementsAre("/a: expected 3 vertices, as 1 curves have them, found 2"));
 }
 
+TEST(FileFaults, CurvesOfTooFewPointsAreNamed) {
+  const auto groom = read_groom_file(two_prims("int[] curveVertexCounts = [1] point3f[] points = [(1,0,0)]"));
+  ASSERT_TRUE(groom) << groom.error().message();
+  EXPECT_THAT(ignored(*groom), ElementsAre("1 of 2 strands: they have too few points for a segment"));
+}
+
 TEST(FileFaults, StrandsWithoutWidthsBesideOthersAreSeen) {
   auto groom = read_groom_file(two_prims("int[] curveVertexCounts = [2] point3f[] points = [(1,0,0),(1,0,5)]"));
   ASSERT_TRUE(groom) << groom.error().message();
