@@ -329,6 +329,16 @@ TEST(FileFaults, ABrokenPrimDoesNotCostTheOthers) {
   EXPECT_THAT(ignored(*groom), ElementsAre("/a: expected 3 vertices, as 1 curves have them, found 2"));
 }
 
+TEST(FileFaults, OperationsAlongOneAxisAndThoseWithoutAValue) {
+  const auto groom = read_groom_file(two_prims(
+      "int[] curveVertexCounts = [2] point3f[] points = [(1,2,3),(1,2,5)] double xformOp:translateX = 5 float "
+      "xformOp:scaleY = 3 double3 xformOp:translate:a = None uniform token[] xformOpOrder = [\"xformOp:translateX\", "
+      "\"xformOp:scaleY\", \"xformOp:translate:a\"]"));
+  ASSERT_TRUE(groom) << groom.error().message();
+  EXPECT_EQ(groom->points[1], glm::vec3(6, 6, 5));
+  EXPECT_THAT(ignored(*groom), ElementsAre("/a: xformOp:translate:a: it has no value"));
+}
+
 TEST(FileFaults, CurvesOfTooFewPointsAreNamed) {
   const auto groom = read_groom_file(two_prims("int[] curveVertexCounts = [1] point3f[] points = [(1,0,0)]"));
   ASSERT_TRUE(groom) << groom.error().message();

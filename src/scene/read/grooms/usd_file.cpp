@@ -252,6 +252,8 @@ class UsdReader {
     if (!transform.fault.empty() && !failed())
       error_ = Error{name_, here->path, "an xformOp that USD has, with as many numbers as it needs",
                      transform.fault.substr(0, 64)};
+    if (!transform.missing.empty())
+      builder_.ignore(here->path + ": " + printable(transform.missing.substr(0, 64)), "it has no value");
     here->to_file = transform.resets ? transform.to_parent : here->to_file * transform.to_parent;
     return !failed();
   }

@@ -36,8 +36,9 @@ enum class UsdNumbers : std::uint8_t { floats, doubles, triples };
 /// A transform, for column vectors.
 struct UsdTransform {
   glm::dmat4 to_parent{1.0};
-  bool resets = false;     ///< whether it ignores the transforms of its parents (!resetXformStack!)
-  std::string fault = {};  ///< an operation that is unknown or has the wrong numbers
+  bool resets = false;       ///< whether it ignores the transforms of its parents (!resetXformStack!)
+  std::string fault = {};    ///< an operation that is unknown or has the wrong numbers
+  std::string missing = {};  ///< one that has no value
 };
 
 /// The transform of a prim from its xformOpOrder and the operations that it names.
