@@ -201,7 +201,7 @@ class UsdaLayer final : public UsdLayer {
     const bool samples = name.ends_with(".timeSamples"), is_connection = name.ends_with(".connect");
     if (name.ends_with(".spline")) {
       name.resize(name.size() - 7);
-      ignored.push_back({prim->name + "." + name, why_no_splines});
+      ignored.push_back({prim->name + "." + name.substr(0, 128), why_no_splines});
       if (text_.take('=')) text_.skip_value();
       return;
     }
@@ -212,7 +212,8 @@ class UsdaLayer final : public UsdLayer {
     std::string color_space;
     const std::optional<AttributeScope> scope = read_scope(&color_space);
     if (name.starts_with("primvars:") && !is_taken_space(color_space))
-      ignored.push_back({prim->name + "." + name + ": colorSpace " + printable(color_space), why_one_space});
+      ignored.push_back(
+          {prim->name + "." + name.substr(0, 128) + ": colorSpace " + printable(color_space), why_one_space});
     if (is_connection || text_.error()) return;
     UsdAttribute& attribute = prim->attributes[name];
     if (scope) attribute.scope = scope;
