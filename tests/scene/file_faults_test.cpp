@@ -339,6 +339,18 @@ TEST(FileFaults, OperationsAlongOneAxisAndThoseWithoutAValue) {
   EXPECT_THAT(ignored(*groom), ElementsAre("/a: xformOp:translate:a: it has no value"));
 }
 
+/// Its name ends as that of texture coordinates does, which have two numbers.
+TEST(FileFaults, AnAttributeOfOneNumberHasIndicesToo) {
+  const auto groom =
+      read_groom_file(two_prims("int[] curveVertexCounts = [2] point3f[] points = [(1,0,0),(1,0,5)] float[] "
+                                "primvars:dust = [0.25, 0.5] (interpolation = \"vertex\") int[] "
+                                "primvars:dust:indices = [1, 0]"),
+                      {}, {}, {}, "dust");
+  ASSERT_TRUE(groom) << groom.error().message();
+  EXPECT_EQ(groom->color_at(0, 0), glm::vec3(0.5f));
+  EXPECT_EQ(groom->color_at(0, 1), glm::vec3(0.25f));
+}
+
 TEST(FileFaults, CurvesOfTooFewPointsAreNamed) {
   const auto groom = read_groom_file(two_prims("int[] curveVertexCounts = [1] point3f[] points = [(1,0,0)]"));
   ASSERT_TRUE(groom) << groom.error().message();

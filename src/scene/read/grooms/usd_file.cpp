@@ -61,6 +61,8 @@ constexpr FormatItem usd_table[] = {
 constexpr std::string_view quiet_types[] = {"",         "Xform",      "Scope",    "Material", "Shader",     "NodeGraph",
                                             "SkelRoot", "GeomSubset", "Skeleton", "Camera",   "BasisCurves"};
 
+constexpr std::initializer_list<const char*> root_uv_names = {"primvars:groom_root_uv", "primvars:st", "primvars:uv"};
+
 bool is_binding(std::string_view name) { return name.starts_with("material:binding"); }
 
 bool is_of_transform(std::string_view name) { return name.starts_with("xformOp:") || name == "xformOpOrder"; }
@@ -358,7 +360,7 @@ class UsdReader {
     }
     if (!found) return {};
     UsdValue value = value_of(*found, name);
-    const bool is_pair = name.ends_with("st") || name.ends_with("uv");
+    const bool is_pair = std::ranges::find(root_uv_names, name) != root_uv_names.end();
     const std::size_t size = !is_pair ? 1 : found->is_triple ? 3 : 2;
     if (const UsdValue indices = at ? value_of(*at, name + ":indices") : UsdValue{}; at && !indices.is_blocked) {
       const std::vector<double>& places = indices.precise;
@@ -447,7 +449,7 @@ class UsdReader {
     const UsdValue ids = first_of(prims, here, {"primvars:id", "primvars:ids", "ids", "primvars:groom_id"}, &name);
     for (const double id : at_roots(ids.precise, 1, *set, name))
       set->id.push_back(std::abs(id) < 1e15 ? static_cast<std::int64_t>(id) : -1);
-    const UsdValue uv = first_of(prims, here, {"primvars:groom_root_uv", "primvars:st", "primvars:uv"}, &name);
+    const UsdValue uv = first_of(prims, here, root_uv_names, &name);
     const std::vector<float> pairs = at_roots(uv.numbers, 2, *set, name);
     for (std::size_t i = 0; i + 1 < pairs.size(); i += 2) set->root_uv.emplace_back(pairs[i], pairs[i + 1]);
   }
