@@ -36,7 +36,8 @@ class Text:
         self.at, self.specs = 0, []
         root = []
         if self.peek() == "(":
-            self.metadata(root, {"metersPerUnit": "double", "upAxis": "token", "timeCodesPerSecond": "double", "doc": "string"})
+            self.metadata(root, {"metersPerUnit": "double", "upAxis": "token", "timeCodesPerSecond": "double", "doc": "string",
+                                 "defaultPrim": "token"})
         self.specs.append(("/", 7, root))
         names = []
         while self.peek():

@@ -535,6 +535,110 @@ def crates():
     write("crates/types_8.usdc", crate_writer.crate((HERE / "types.usda").read_text()))
     write("crates/same.usdz", usdz([("groom/same.usdc", (HERE / "crates/same.usdc").read_bytes()), ("textures/a.png", b"none"),
                                     ("b.usda", b"#usda 1.0\n")]))
+    hair = """#usda 1.0
+(
+    defaultPrim = "hair"
+    metersPerUnit = 1
+)
+
+def Xform "hair"
+{
+    def BasisCurves "h"
+    {
+        uniform token type = "linear"
+        int[] curveVertexCounts = [2]
+        point3f[] points = [(0, 0, 0), (0, 0, 5)]
+        float[] widths = [0.5, 0.25]
+    }
+}
+"""
+    package = {
+        "root.usda": """#usda 1.0
+(
+    metersPerUnit = 0.01
+    upAxis = "Z"
+    subLayers = [ @./looks/red.usda@, @looks/none.usda@ ]
+)
+
+def "a" (
+    references = @geo/hair.usdc@
+)
+{
+}
+
+def "b" (
+    prepend payload = @./geo/middle.usda@</m>
+)
+{
+    double3 xformOp:translate = (1, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+
+def "c" (
+    references = @geo/none.usda@</m>
+)
+{
+}
+""",
+        "looks/red.usda": """#usda 1.0
+
+over "a"
+{
+    over "h"
+    {
+        color3f[] primvars:displayColor = [(1, 0, 0)]
+        float[] widths = [1, 2]
+    }
+}
+
+over "b" (
+    references = </spare>
+)
+{
+}
+
+class "spare"
+{
+    def BasisCurves "more"
+    {
+        uniform token type = "linear"
+        int[] curveVertexCounts = [2]
+        point3f[] points = [(9, 0, 0), (9, 0, 5)]
+    }
+}
+""",
+        "geo/hair.usdc": crate_writer.crate(hair),
+        "geo/middle.usda": """#usda 1.0
+
+def "m" (
+    active = true
+    references = [ @hair.usdc@</hair>, </n> ]
+)
+{
+}
+
+def "n"
+{
+    double3 xformOp:translate = (7, 7, 7)
+
+    def "deep" (
+        references = @geo/deep.usda@</d>
+    )
+    {
+    }
+}
+""",
+        "geo/deep.usda": """#usda 1.0
+
+def BasisCurves "d"
+{
+    uniform token type = "linear"
+    int[] curveVertexCounts = [2]
+    point3f[] points = [(0, 8, 0), (0, 8, 5)]
+}
+""",
+        "a.png": b"none", "spare.usda": "#usda 1.0\n"}
+    write("crates/package.usdz", usdz([(name, text if isinstance(text, bytes) else text.encode()) for name, text in package.items()]))
     write("crates/same_text.usdz", usdz([("same.usda", (HERE / "same.usda").read_bytes())]))
 
     text = (HERE / "same.usda").read_text()

@@ -187,6 +187,7 @@ class UsdReader {
     std::unordered_map<std::string_view, std::size_t> places;
     for (const UsdPrim* prim : prims)
       for (const UsdPrim& child : prim->children) {
+        if (child.name.starts_with(usdz_graft)) continue;
         const auto [place, is_new] = places.try_emplace(child.name, children.size());
         if (is_new) children.emplace_back();
         Child& found = children[place->second];
@@ -210,8 +211,8 @@ class UsdReader {
     }
     const Opinions prims = with_arcs(direct, &here);
     const bool is_defined = std::ranges::any_of(direct, &UsdPrim::is_defined);
-    const bool is_active = std::ranges::all_of(direct, &UsdPrim::is_active);
-    if (!is_defined || !is_active) return;
+    const auto active = std::ranges::find_if(prims, [](const UsdPrim* prim) { return prim->is_active.has_value(); });
+    if (!is_defined || (active != prims.end() && !*(*active)->is_active)) return;
     std::string type;
     for (const UsdPrim* prim : prims)
       if (type.empty()) type = prim->type;
@@ -478,17 +479,14 @@ Result<GroomFile> read_usdc(const GroomInput& input) {
 }
 
 Result<GroomFile> read_usdz(const GroomInput& input) {
-  const auto file = read_usdz_file(input.bytes, input.name);
+  auto file = read_usdz_file(input.bytes, input.name);
   if (!file) return file.error();
-  GroomInput root = input;
-  root.bytes = without_byte_order_mark(file->root);
-  root.name = fmt::format("{}[{}]", input.name, file->name);  // as USD writes it
-  auto layer = is_usdc(root.bytes) ? usdc_layer(root) : usda_layer(root);
-  if (!is_usdc(root.bytes) && !is_usda(root.bytes))
-    return Error{root.name, "byte 0", "\"PXR-USDC\" or \"#usda 1.0\", the marks of layers of USD", "neither"};
-  for (const std::string& other : file->others)
-    layer->ignored.push_back({other.substr(0, 128), "of a .usdz the first layer is read"});
-  return UsdReader(root, "a USD archive (usdz)", std::move(layer)).read();
+  const auto root = without_byte_order_mark(file->layers[0].bytes);
+  GroomInput named = input;
+  named.name = fmt::format("{}[{}]", input.name, file->layers[0].name);  // as USD writes it
+  if (!is_usdc(root) && !is_usda(root))
+    return Error{named.name, "byte 0", "\"PXR-USDC\" or \"#usda 1.0\", the marks of layers of USD", "neither"};
+  return UsdReader(named, "a USD archive (usdz)", usdz_layer(input, std::move(*file))).read();
 }
 
 }  // namespace tress::scene

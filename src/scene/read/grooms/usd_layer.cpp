@@ -56,6 +56,8 @@ std::optional<UsdStage::Fault> UsdStage::take(std::string_view key, const UsdVal
 
 UsdValue UsdLayer::value_of(const UsdAttribute& attribute, UsdNumbers kept_as, std::optional<double> frame,
                             bool is_held) {
+  if (attribute.layer != nullptr && attribute.layer != this)
+    return attribute.layer->value_of(attribute, kept_as, frame, is_held);
   UsdValue value;
   if (error() || (!attribute.samples && !attribute.value)) return value;
   if (!attribute.samples) {

@@ -96,11 +96,36 @@ class UsdaLayer final : public UsdLayer {
  private:
   void read_stage_metadata() {
     read_metadata("a key of the stage, or \")\"", [&](const std::string& key) {
+      if (key == "subLayers") return read_sub_layers();
+      if (key == "defaultPrim") {
+        default_prim = text_.quoted();
+        return;
+      }
       if (!UsdStage::has(key)) return text_.skip_value();
       UsdValue value;
       read_items(&text_, UsdNumbers::doubles, &value);
       if (auto fault = stage.take(key, value); fault && !text_.error())
         text_.fail(std::move(fault->expected), std::move(fault->found));
+    });
+  }
+
+  /// Reads [ @file@, @file@ (offset = 1) ].
+  void read_sub_layers() {
+    if (!text_.expect('[', "before sublayers")) return;
+    while (!text_.error() && !text_.take(']')) {
+      if (!text_.expect('@', "before a file")) return;
+      sub_layers.emplace_back(text_.until('@'));
+      read_offset(sub_layers.back());
+      text_.take(',');
+    }
+  }
+
+  /// Names the offset of a layer, if there is one.
+  void read_offset(const std::string& name) {
+    read_metadata("offset or scale", [&](const std::string& word) {
+      if (word == "offset" || word == "scale")
+        ignored.push_back({printable(name.substr(0, 128)) + ": " + word, why_no_offset});
+      text_.skip_value();
     });
   }
 
@@ -116,7 +141,7 @@ class UsdaLayer final : public UsdLayer {
       if (text_.take(';') || text_.take(',')) continue;
       const std::string key(text_.word());
       if (key.empty()) return text_.fail_here(expected);
-      if (composes_otherwise(key)) return text_.fail(flat_stage, key);
+      if (composes_otherwise(key) && !(follows && key == "subLayers")) return text_.fail(flat_stage, key);
       if (text_.take('=')) read(key);
     }
   }
@@ -150,17 +175,16 @@ class UsdaLayer final : public UsdLayer {
     ++prims;
   }
 
-  /// Reads </Path>, [</Path>, </Path>] or None: references within the same layer.
+  /// Reads </Path>, [</Path>, @file@</Path>] or None.
   void read_arcs(const std::string& key, UsdPrim* prim) {
     const bool is_list = text_.take('[');
     while (!text_.error() && !(is_list && text_.take(']'))) {
-      if (text_.peek() == '@') return text_.fail(flat_stage, key + " of another file");
-      if (text_.take('<')) {
-        prim->arcs.emplace_back(text_.until('>'));
-        read_metadata("offset or scale", [&](const std::string& word) {
-          if (word == "offset" || word == "scale") ignored.push_back({prim->name + ": " + word, why_no_offset});
-          text_.skip_value();
-        });
+      if (text_.peek() == '@' && !follows) return text_.fail(flat_stage, key + " of another file");
+      std::string file;
+      if (text_.take('@')) file = fmt::format("@{}@", text_.until('@'));
+      if (const bool has_path = text_.take('<'); has_path || !file.empty()) {
+        prim->arcs.push_back(file + std::string(has_path ? text_.until('>') : ""));
+        read_offset(prim->name);
       } else {
         text_.skip_value();
       }
@@ -217,6 +241,7 @@ class UsdaLayer final : public UsdLayer {
     if (is_connection || text_.error()) return;
     UsdAttribute& attribute = prim->attributes[name];
     if (scope) attribute.scope = scope;
+    attribute.layer = this;
     attribute.is_triple = is_triple;
     if (has_value) (samples ? attribute.samples : attribute.value) = at;
   }

@@ -328,6 +328,12 @@ class UsdcLayer final : public UsdLayer {
         prim.is_active = text() != "false";
       } else if (key == "primChildren") {
         order = value(rep, UsdNumbers::floats).texts;
+      } else if (key == "defaultPrim" && path.type == SpecType::stage) {
+        default_prim = text();
+      } else if (key == "subLayers" && follows) {
+        sub_layers = value(rep, UsdNumbers::floats).texts;
+      } else if (key == "subLayerOffsets" && follows) {
+        name_offsets(ValueRep{rep});
       } else if (key == "subLayers" || key == "variantSetNames" || key == "variantSetChildren" || key == "relocates" ||
                  key == "layerRelocates") {
         cursor_.fail_at(path_of(number), flat_stage, std::string(key));
@@ -374,6 +380,7 @@ class UsdcLayer final : public UsdLayer {
     const Path& path = paths_[number];
     const std::string name = printable(std::string(token(path.token)));
     UsdAttribute& attribute = prim->attributes[name];
+    attribute.layer = this;
     if (path.type == SpecType::relation) return;
     for_fields(path, [&](std::string_view key, std::uint64_t rep) {
       if (key == "default") attribute.value = rep;
@@ -416,9 +423,11 @@ class UsdcLayer final : public UsdLayer {
         cursor_.number<std::uint64_t>();
       }
       if (error() || !is_used) return;
-      if (!file.empty()) return cursor_.fail_at(path_of(number), flat_stage, std::string(key) + " of another file");
-      if (to >= paths_.size() || !paths_[to].is_read) return;  // it refers to nothing
-      arcs->push_back(path_of(to));
+      if (!file.empty() && !follows)
+        return cursor_.fail_at(path_of(number), flat_stage, std::string(key) + " of another file");
+      const bool has_path = to < paths_.size() && paths_[to].is_read && to != root_;
+      if (!has_path && file.empty()) return;  // it refers to nothing
+      arcs->push_back((file.empty() ? "" : fmt::format("@{}@", file)) + (has_path ? path_of(to) : ""));
       hold_text(arc_bytes_ += arcs->back().size());
     };
     if (type == payload_value) return read_one(true);
@@ -430,6 +439,15 @@ class UsdcLayer final : public UsdLayer {
       if (!(lists & bit)) continue;
       for (std::uint64_t left = cursor_.count(sizeof(std::uint32_t)); left > 0 && !error(); --left)
         read_one(bit != 8 && bit != 16);
+    }
+  }
+
+  /// Names the sublayers' offsets and scales of time, other than 0 and 1.
+  void name_offsets(ValueRep rep) {
+    cursor_.go_to(rep.payload(), "offsets of sublayers");
+    for (std::uint64_t left = cursor_.count(2 * sizeof(double)); left > 0 && !error(); --left) {
+      const auto offset = cursor_.number<double>(), scale = cursor_.number<double>();
+      if (offset != 0 || scale != 1) ignored.push_back({"subLayers: offset", why_no_offset});
     }
   }
 
