@@ -14,7 +14,9 @@
 #include <glm/matrix.hpp>
 #include <iostream>
 #include <iterator>
+#include <sstream>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "image/color_image.h"
@@ -327,6 +329,34 @@ TEST(FileFaults, ABrokenPrimDoesNotCostTheOthers) {
   EXPECT_THAT(ignored(*groom), ElementsAre("/a: expected 3 vertices, as 1 curves have them, found 2"));
 }
 
+TEST(FileFaults, OperationsAlongOneAxisAndThoseWithoutAValue) {
+  const auto groom = read_groom_file(two_prims(
+      "int[] curveVertexCounts = [2] point3f[] points = [(1,2,3),(1,2,5)] double xformOp:translateX = 5 float "
+      "xformOp:scaleY = 3 double3 xformOp:translate:a = None uniform token[] xformOpOrder = [\"xformOp:translateX\", "
+      "\"xformOp:scaleY\", \"xformOp:translate:a\"]"));
+  ASSERT_TRUE(groom) << groom.error().message();
+  EXPECT_EQ(groom->points[1], glm::vec3(6, 6, 5));
+  EXPECT_THAT(ignored(*groom), ElementsAre("/a: xformOp:translate:a: it has no value"));
+}
+
+/// Its name ends as that of texture coordinates does, which have two numbers.
+TEST(FileFaults, AnAttributeOfOneNumberHasIndicesToo) {
+  const auto groom =
+      read_groom_file(two_prims("int[] curveVertexCounts = [2] point3f[] points = [(1,0,0),(1,0,5)] float[] "
+                                "primvars:dust = [0.25, 0.5] (interpolation = \"vertex\") int[] "
+                                "primvars:dust:indices = [1, 0]"),
+                      {}, {}, {}, "dust");
+  ASSERT_TRUE(groom) << groom.error().message();
+  EXPECT_EQ(groom->color_at(0, 0), glm::vec3(0.5f));
+  EXPECT_EQ(groom->color_at(0, 1), glm::vec3(0.25f));
+}
+
+TEST(FileFaults, CurvesOfTooFewPointsAreNamed) {
+  const auto groom = read_groom_file(two_prims("int[] curveVertexCounts = [1] point3f[] points = [(1,0,0)]"));
+  ASSERT_TRUE(groom) << groom.error().message();
+  EXPECT_THAT(ignored(*groom), ElementsAre("1 of 2 strands: they have too few points for a segment"));
+}
+
 TEST(FileFaults, StrandsWithoutWidthsBesideOthersAreSeen) {
   auto groom = read_groom_file(two_prims("int[] curveVertexCounts = [2] point3f[] points = [(1,0,0),(1,0,5)]"));
   ASSERT_TRUE(groom) << groom.error().message();
@@ -458,6 +488,108 @@ TEST(FileFaults, ExrEnvRefused) {
 
 // ---- the tables ---------------------------------------------------------------------------------------------------
 
+/// A .hair file that says one item otherwise than the file without one.
+std::string hair_with(std::string_view item) {
+  std::string bytes;
+  const auto put = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  const auto put_array = [&](std::uint32_t count, float value) {
+    for (std::uint32_t i = 0; i < count; ++i) put(value);
+  };
+  const auto bit = [&](std::string_view array, std::uint32_t value) { return item == array ? value : 0; };
+  const std::uint32_t strands = item == "strands" ? 3 : 2, segments = item == "segments of all strands" ? 1 : 2,
+                      points = strands * (segments + 1),
+                      bits = 2 + bit("segments", 1) + bit("thickness", 4) + bit("transparency", 8) + bit("colors", 16);
+  bytes = "HAIR";
+  for (const std::uint32_t number : {strands, points, bits, segments}) put(number);
+  put(item == "thickness of all strands" ? 0.1f : 0.0f);
+  put(item == "transparency of all strands" ? 0.5f : 0.0f);
+  put_array(3, item == "color of all strands" ? 0.5f : 0.0f);
+  bytes.append(88, item == "remark" ? 'r' : '\0');
+  if (bits & 1)
+    for (const std::uint16_t one : {1, 3}) put(one);
+  for (std::uint32_t i = 0; i < 3 * points; ++i) put(static_cast<float>(i) + (item == "points" ? 1.0f : 0.0f));
+  if (bits & 4) put_array(points, 0.1f);
+  if (bits & 8) put_array(points, 0.5f);
+  if (bits & 16) put_array(3 * points, 0.5f);
+  return bytes;
+}
+
+/// The same as a .data file.
+std::string usc_data_with(std::string_view item) {
+  std::string bytes;
+  const auto put = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  const std::int32_t strands = item == "strands" ? 3 : 2, points = item == "points of a strand" ? 4 : 3;
+  put(strands);
+  for (std::int32_t s = 0; s < strands; ++s) {
+    put(points);
+    for (std::int32_t i = 0; i < 3 * points; ++i) put(static_cast<float>(i) + (item == "points" ? 1.0f : 0.0f));
+  }
+  return bytes;
+}
+
+/// Each item has a file of its own: what is used makes another groom than the file without it, and what is not used is
+/// named with the reason of the table.
+void expect_used_or_named(std::span<const FormatItem> items, std::string (*with)(std::string_view item)) {
+  const fs::path file = fs::path(testing::TempDir()) / "item.bytes";
+  const auto groom_with = [&](std::string_view item) {
+    std::ofstream(file, std::ios::binary) << with(item);
+    auto groom = read_groom_file(file);
+    EXPECT_TRUE(groom) << groom.error().message();
+    return std::move(*groom);
+  };
+  const auto drawn = [](const GroomFile& g) {
+    return std::tuple(g.first_point, g.points, g.width, g.default_width, g.has_color, g.color, g.default_color);
+  };
+  const GroomFile without = groom_with("");
+  EXPECT_TRUE(without.ignored.empty());
+  for (const FormatItem& item : items) {
+    const GroomFile groom = groom_with(item.name);
+    const bool is_used = *item.why == 0 && item.name != "remark";
+    EXPECT_EQ(drawn(groom) != drawn(without), is_used) << item.name;
+    if (*item.why == 0)
+      EXPECT_TRUE(groom.ignored.empty()) << item.name;
+    else
+      EXPECT_THAT(ignored(groom), ElementsAre(std::string(item.name) + ": " + item.why));
+  }
+  fs::remove(file);
+}
+
+TEST(FileFaults, EveryItemOfHairFilesIsUsedOrNamed) { expect_used_or_named(hair_items(), hair_with); }
+
+TEST(FileFaults, EveryItemOfUscDataIsUsedOrNamed) { expect_used_or_named(usc_data_items(), usc_data_with); }
+
+/// What a USD file says of its curves elsewhere than in their attributes, as a text and as a crate.
+TEST(FileFaults, WhatUsdSaysAroundCurvesIsUsedOrNamed) {
+  for (const char* name : {"said.usda", "../grooms/crates/said.usdc"}) {
+    const GroomFile groom = read(name);
+    EXPECT_THAT(ignored(groom),
+                testing::UnorderedElementsAre(
+                    "h: clipAssetPaths: time samples of other files are not read",
+                    "r: offset: times of what it refers to are taken as they are there",
+                    "h.primvars:displayColor: colorSpace srgb_rec709_scene: colors are taken for linear Rec. 709",
+                    "/a: colorSpace:name lin_ap1_scene: colors are taken for linear Rec. 709",
+                    "/a: model:drawMode: curves are drawn, not cards in their place",
+                    "primvars:displayOpacity: hair is not transparent by an attribute",
+                    "ids: primvars:id is in its place", "/a/h: 1 of 2 colors: they are clamped to [0, 1]"));
+    EXPECT_THAT(groom.materials, ElementsAre("/a/h: bound to a USD material, which is not read",
+                                             "/a/h/s: bound to a USD material, which is not read"));
+    ASSERT_EQ(groom.color.size(), 6u) << name;
+    EXPECT_EQ(groom.color[3], glm::vec3(0, 1, 0)) << "indices of None are none";
+    ASSERT_EQ(groom.root_uv.size(), 3u) << name;
+    EXPECT_EQ(groom.root_uv[0], glm::vec2(0.75f, 1)) << "of texture coordinates of three numbers the first two";
+    EXPECT_EQ(groom.root_uv[1], glm::vec2(0.25f, 0.5f));
+    EXPECT_EQ(groom.id[1], 8);
+  }
+}
+
+TEST(FileFaults, SplinesOfAUsdTextAreNamed) {
+  const auto groom = read_groom_file(two_prims(
+      "int[] curveVertexCounts = [2] point3f[] points = [(1,0,0),(1,0,5)] double xformOp:rotateX = 5 double "
+      "xformOp:rotateX.spline = { bezier, 1: 10, 2: 20 } uniform token[] xformOpOrder = [\"xformOp:rotateX\"]"));
+  ASSERT_TRUE(groom) << groom.error().message();
+  EXPECT_THAT(ignored(*groom), ElementsAre("a.xformOp:rotateX: animation by splines is not read"));
+}
+
 /// A USD text with every attribute of the table: what is not used is named with the reason of the table, and all else
 /// is not named.
 TEST(FileFaults, EveryItemOfUsdIsUsedOrNamed) {
@@ -479,14 +611,51 @@ TEST(FileFaults, EveryItemOfUsdIsUsedOrNamed) {
   }
 }
 
+/// An archive in which a property of no meaning has the name of the item: what is not used is named with the reason of
+/// the table, and no other is named as without use.
+TEST(FileFaults, EveryItemOfAlembicIsUsedOrNamed) {
+  std::ifstream in(fault("../grooms/placeholders.abc"), std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(in)), {});
+  for (const FormatItem& item : alembic_items()) {
+    const std::string size(1, static_cast<char>(item.name.size()));
+    const std::size_t at = whole.find(size + std::string(item.name.size(), '_'));
+    ASSERT_NE(at, whole.npos) << item.name;
+    const fs::path file = fs::path(testing::TempDir()) / "item.abc";
+    std::ofstream(file, std::ios::binary) << std::string(whole).replace(at + 1, item.name.size(), item.name);
+    const auto groom = read_groom_file(file);
+    ASSERT_TRUE(groom) << groom.error().message();
+    if (*item.why == 0)
+      EXPECT_THAT(ignored(*groom), testing::Not(Contains(std::string(item.name) + ": nothing here has a use for it")));
+    else
+      EXPECT_THAT(ignored(*groom), Contains(std::string(item.name) + ": " + item.why));
+    fs::remove(file);
+  }
+}
+
+TEST(FileFaults, WhatAlembicSaysAroundCurvesIsNamed) {
+  EXPECT_THAT(ignored(read("said.abc")),
+              testing::UnorderedElementsAre(
+                  "densityMask: nothing here has a use for it", ".material.assign: a scene's material says it",
+                  "Material: objects of this kind are not read", "color: Cd is in its place",
+                  ".arbGeomParams/width: width is in its place", "groom_width: width is in its place",
+                  "N: it has 2 numbers, where normals have 3"));
+}
+
 TEST(FileFaults, EveryPropertyOfPlyIsUsedOrNamed) {
   for (const FormatItem& item : ply_items()) {
     if (item.name.size() == 1 && item.name[0] >= 'x') continue;
     const fs::path file = fs::path(testing::TempDir()) / "item.ply";
-    std::ofstream(file)
-        << "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
-           "property float "
-        << item.name << "\nend_header\n0 0 0 1\n0 0 5 1\n";
+    const auto with_others = [&](std::string_view others) {  // a color has three
+      return others.find(item.name) == others.npos ? std::string(item.name) : std::string(others);
+    };
+    const std::string names = with_others(item.name.size() == 1 ? "r g b" : "red green blue");
+    std::ofstream out(file);
+    out << "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
+    std::istringstream words(names);
+    std::string values;
+    for (std::string word; words >> word; values += " 1") out << "property float " << word << "\n";
+    out << "end_header\n0 0 0" << values << "\n0 0 5" << values << "\n";
+    out.close();
     const auto groom = read_groom_file(file, 2);
     ASSERT_TRUE(groom) << groom.error().message();
     if (*item.why == 0)
@@ -495,6 +664,29 @@ TEST(FileFaults, EveryPropertyOfPlyIsUsedOrNamed) {
       EXPECT_THAT(ignored(*groom), ElementsAre("property " + std::string(item.name) + ": " + item.why));
     fs::remove(file);
   }
+}
+
+TEST(FileFaults, PropertiesOfPlyThatAreNotTakenAreNamed) {
+  const fs::path file = fs::path(testing::TempDir()) / "two.ply";
+  const auto named = [&](const std::string& properties, const std::string& values, const std::string& rest = "",
+                         const std::string& body = "") {
+    std::ofstream(file)
+        << "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+        << properties << rest << "end_header\n0 0 0 " << values << "\n0 0 5 " << values << "\n"
+        << body;
+    const auto groom = read_groom_file(file, 2);
+    EXPECT_TRUE(groom) << groom.error().message();
+    return ignored(*groom);
+  };
+  const std::string why = ": another is in its place, or what belongs to it is not there";
+  EXPECT_THAT(named("property float width\nproperty float radius\n", "1 1"), ElementsAre("property radius" + why));
+  EXPECT_THAT(named("property float red\nproperty float green\n", "1 1"),
+              ElementsAre("property red" + why, "property green" + why));
+  EXPECT_THAT(
+      named("property int strand_id\n", "1",
+            "element edge 1\nproperty int vertex1\nproperty int vertex2\nproperty uchar red\n", "0 1 9\n"),
+      ElementsAre("property red of edges: those of vertices are read", "element edge: strand ids join the vertices"));
+  fs::remove(file);
 }
 
 TEST(FileFaults, EveryDirectiveOfPbrtIsNamed) {
@@ -507,6 +699,38 @@ TEST(FileFaults, EveryDirectiveOfPbrtIsNamed) {
     EXPECT_THAT(ignored(*groom), ElementsAre(std::string(item.name) + " \"other\": " + item.why));
     fs::remove(file);
   }
+}
+
+TEST(FileFaults, EveryParameterOfPbrtCurvesIsUsedOrNamed) {
+  for (const FormatItem& item : pbrt_curve_items()) {
+    const fs::path file = fs::path(testing::TempDir()) / "item.pbrt";
+    const bool is_there = item.name == "P";
+    std::ofstream(file) << "WorldBegin\nShape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2 0 0 3]"
+                        << (is_there ? "" : fmt::format(" \"float {}\" 3", item.name)) << "\n";
+    const auto groom = read_groom_file(file);
+    ASSERT_TRUE(groom) << groom.error().message();
+    if (*item.why == 0)
+      EXPECT_TRUE(groom->ignored.empty()) << item.name;
+    else
+      EXPECT_THAT(ignored(*groom), ElementsAre("curve " + std::string(item.name) + ": " + item.why));
+    fs::remove(file);
+  }
+}
+
+TEST(FileFaults, MaterialsOfPbrtAreToldWithWhatIsNotRead) {
+  const fs::path file = fs::path(testing::TempDir()) / "materials.pbrt";
+  const std::string curve = "Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2 0 0 3]\n";
+  std::ofstream(file) << "WorldBegin\nMaterial \"coateddiffuse\" \"rgb reflectance\" [.9 .6 .1]\n"
+                      << curve << "Material \"hair\" \"float eumelanin\" 1 \"texture beta_m\" \"t\"\n"
+                      << curve << "NamedMaterial \"none\"\nColorSpace \"srgb\"\n"
+                      << curve;
+  const auto groom = read_groom_file(file);
+  ASSERT_TRUE(groom) << groom.error().message();
+  ASSERT_EQ(groom->materials.size(), 2u);
+  EXPECT_EQ(groom->materials[0], "coateddiffuse: a material that is not hair, which is not read");
+  EXPECT_THAT(groom->materials[1], testing::EndsWith("; not read: beta_m"));
+  EXPECT_THAT(ignored(*groom), ElementsAre("NamedMaterial \"none\": no MakeNamedMaterial before it has the name"));
+  fs::remove(file);
 }
 
 }  // namespace

@@ -193,6 +193,25 @@ TEST(GroomAssembly, AnAxisThatIsSaidWinsAndAGuessIsSaid) {
   }
 }
 
+TEST(HairFile, WhatNoPictureShowsIsNamed) {
+  const auto ignored = [](const Bytes& bytes) {
+    const auto hair = parse_hair_file(bytes, "x.hair");
+    return hair && hair->ignored.size() == 1 ? hair->ignored[0].name + ": " + hair->ignored[0].why : "";
+  };
+  auto bytes = small_file();
+  put<float>(&bytes, 20, -1.0f);
+  EXPECT_EQ(ignored(bytes), "thickness of all strands: it is negative or no number and taken for none");
+  bytes = small_file();
+  put<float>(&bytes, 28, 1.5f);
+  EXPECT_EQ(ignored(bytes), "1 of 1 colors: they are clamped to [0, 1]");
+  put<std::uint32_t>(&bytes, 12, 1 + 2 + 16);  // colors of the points take its place
+  for (std::size_t i = 0; i < 18; ++i) put<float>(&bytes, 206 + 4 * i, i == 4 ? -1.0f : i == 17 ? 3.0f : 1.0f);
+  EXPECT_EQ(ignored(bytes), "2 of 6 colors: they are clamped to [0, 1]");
+  bytes = small_file();
+  bytes.resize(bytes.size() + 5);
+  EXPECT_EQ(ignored(bytes), "5 bytes behind the arrays: no array is there");
+}
+
 /// A groom laid out as downloaded files are: no segments array, with or without thickness, and a comment.
 Bytes groom_file(std::uint32_t strands, std::uint32_t points_a_strand, bool thickness) {
   const std::uint32_t points = strands * points_a_strand;

@@ -20,6 +20,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::UnorderedElementsAre;
 
 namespace fs = std::filesystem;
 using Bytes = std::vector<unsigned char>;
@@ -84,7 +85,7 @@ TEST(UsdcFile, EveryCrateHasTheStrandsOfItsText) {
     }
     ++crates;
   }
-  EXPECT_EQ(crates, 21);
+  EXPECT_EQ(crates, 22);
 }
 
 TEST(UsdcFile, EveryTruncationIsRefused) {
@@ -134,8 +135,35 @@ TEST(UsdcFile, OfAnArchiveTheFirstLayerIsRead) {
   ASSERT_TRUE(of_text) << of_text.error().message();
   EXPECT_EQ(archive->points, crate->points);
   EXPECT_EQ(of_text->points, crate->points);
-  EXPECT_THAT(names_of(archive->ignored), ElementsAre("textures/a.png: of a .usdz the first layer is read",
-                                                      "b.usda: of a .usdz the first layer is read"));
+  EXPECT_THAT(names_of(archive->ignored),
+              UnorderedElementsAre("textures/a.png: of a .usdz the first layer and those that it needs are read",
+                                   "b.usda: of a .usdz the first layer and those that it needs are read"));
+}
+
+/// Sublayers, references to a default prim and to a path, and layers that these refer to.
+TEST(UsdcFile, LayersOfAnArchiveAreFollowed) {
+  const auto groom = read_groom_file(fixture("crates/package.usdz"));
+  ASSERT_TRUE(groom) << groom.error().message();
+  EXPECT_EQ(groom->cm_per_unit, 1);
+  ASSERT_EQ(groom->parts.size(), 4u);
+  EXPECT_EQ(groom->parts[0].name, "/a/h");
+  EXPECT_EQ(groom->parts[1].name, "/b/h");
+  EXPECT_EQ(groom->points[0], glm::vec3(0));
+  EXPECT_EQ(groom->parts[2].name, "/b/deep");
+  EXPECT_EQ(groom->parts[3].name, "/b/more");
+  EXPECT_EQ(groom->points[2], glm::vec3(1, 0, 0));
+  EXPECT_EQ(groom->points[4], glm::vec3(1, 8, 0));
+  EXPECT_EQ(groom->points[6], glm::vec3(10, 0, 0));
+  EXPECT_THAT(groom->width,
+              ElementsAre(1, 2, 0.5f, 0.25f, width_not_said, width_not_said, width_not_said, width_not_said))
+      << "a sublayer is stronger than what a prim refers to";
+  EXPECT_EQ(groom->color_at(0, 0), glm::vec3(1, 0, 0));
+  EXPECT_THAT(names_of(groom->ignored),
+              UnorderedElementsAre("b: what a sublayer refers to is added to what the layer above refers to",
+                                   "looks/none.usda: this sublayer is not in the archive, or in itself",
+                                   "/c: what it refers to is not there: @geo/none.usda@/m",
+                                   "a.png: of a .usdz the first layer and those that it needs are read",
+                                   "spare.usda: of a .usdz the first layer and those that it needs are read"));
 }
 
 TEST(UsdcFile, ALayerInAnArchiveIsNamedAsUsdNamesIt) {

@@ -57,6 +57,16 @@ Result<std::vector<unsigned char>> standard_input() {
   return bytes;
 }
 
+/// Names strands of too few points for a segment, which nothing draws.
+void name_short_strands(GroomFile* groom) {
+  std::size_t count = 0;
+  for (std::uint32_t s = 0; s < groom->strand_count(); ++s)
+    if (groom->first_point[s + 1] - groom->first_point[s] < 2 && !std::ranges::binary_search(groom->broken, s)) ++count;
+  if (count > 0)
+    groom->ignored.push_back(
+        {fmt::format("{} of {} strands", count, groom->strand_count()), "they have too few points for a segment"});
+}
+
 /// Reads a groom from its bytes. done_with: as in GroomInput.
 Result<GroomFile> read_bytes(std::span<const unsigned char> bytes, const std::filesystem::path& file,
                              const DoneWith& done_with, std::optional<std::uint32_t> points_per_strand,
@@ -78,8 +88,10 @@ Result<GroomFile> read_bytes(std::span<const unsigned char> bytes, const std::fi
     auto read = read_input_file(other, "a file that the groom includes", most_part_bytes);
     return read ? unpacked(std::move(*read), other.string(), most_part_bytes) : read;
   };
-  return format->read(
+  auto groom = format->read(
       {bytes, file.string(), other_file, points_per_strand, attribute, done_with, frame, frames_per_second, origin});
+  if (groom) name_short_strands(&*groom);
+  return groom;
 }
 
 }  // namespace

@@ -36,7 +36,8 @@ class Text:
         self.at, self.specs = 0, []
         root = []
         if self.peek() == "(":
-            self.metadata(root, {"metersPerUnit": "double", "upAxis": "token", "timeCodesPerSecond": "double", "doc": "string"})
+            self.metadata(root, {"metersPerUnit": "double", "upAxis": "token", "timeCodesPerSecond": "double", "doc": "string",
+                                 "defaultPrim": "token"})
         self.specs.append(("/", 7, root))
         names = []
         while self.peek():
@@ -81,7 +82,11 @@ class Text:
             self.take("=")
             value = self.value()
             if key in ("references", "payload", "inherits", "specializes"):
-                fields.append(("inheritPaths" if key == "inherits" else key, key, (order, value if isinstance(value, list) else [value])))
+                offset = []
+                if self.peek() == "(":
+                    self.metadata(offset, {"offset": "double"})
+                targets = value if isinstance(value, list) else [value]
+                fields.append(("inheritPaths" if key == "inherits" else key, key, (order, targets, offset[0][2] if offset else 0)))
             elif key in types:
                 fields.append((key, types[key], value))
 
@@ -95,7 +100,7 @@ class Text:
         if kind:
             fields.append(("typeName", "token", kind))
         if self.peek() == "(":
-            self.metadata(fields, {"active": "bool", "instanceable": "bool", "kind": "token"})
+            self.metadata(fields, {"active": "bool", "instanceable": "bool", "kind": "token", "clipAssetPaths": "asset[]"})
         properties, children = {}, []
         self.take("{")
         while not self.take("}"):
@@ -136,7 +141,7 @@ class Text:
                 if kind != "rel":
                     fields.append(("default", kind, value))
         if self.peek() == "(":
-            self.metadata(fields, {"interpolation": "token"})
+            self.metadata(fields, {"interpolation": "token", "colorSpace": "token"})
 
 
 def flat(value):
@@ -267,7 +272,7 @@ class Crate:
             return self.inlined(code, numbers[0])
         return code << 48 | self.put(content)
 
-    def arcs(self, kind, order, targets):
+    def arcs(self, kind, order, targets, offset):
         items = b""
         for target in targets:
             file, path = ("", target) if target[0] == "<" else (target.strip("@"), "<>")
@@ -275,9 +280,9 @@ class Crate:
             if kind in ("inherits", "specializes"):
                 items += number
             elif kind == "references":  # with custom data of one key
-                items += struct.pack("<I", self.string(file)) + number + struct.pack("<ddQIqQ", 0, 1, 1, self.string("note"), 8, self.rep("int", 7))
+                items += struct.pack("<I", self.string(file)) + number + struct.pack("<ddQIqQ", offset, 1, 1, self.string("note"), 8, self.rep("int", 7))
             else:
-                items += struct.pack("<I", self.string(file)) + number + (struct.pack("<dd", 0, 1) if self.minor >= 8 else b"")
+                items += struct.pack("<I", self.string(file)) + number + (struct.pack("<dd", offset, 1) if self.minor >= 8 else b"")
         if kind == "payload" and self.minor < 8:
             return 47 << 48 | self.put(items)
         bit = {"": 3, "add": 4, "prepend": 32, "append": 64, "delete": 8}[order]

@@ -181,6 +181,27 @@ def moving():
 
     write("moving.abc", ogawa.archive_of(build))
 
+    def placeholders(archive):  # names of every length, in whose places a test puts others
+        params = [archive.array("_" * size, "i32", [0], 1, ogawa.scope("con", "int32_t")) for size in range(1, 24)]
+        return [("hair", ogawa.curves(archive, [2], [(0, 0, 0), (0, 0, 1)], (1, 0, 0, 0), params=params), ogawa.CURVE)]
+
+    write("placeholders.abc", ogawa.archive_of(placeholders))
+
+    def said(archive):
+        geometry = [archive.array("P", "f32", [0, 0, 0, 0, 0, 1], 3), archive.array("nVertices", "i32", [2]),
+                    archive.scalar("curveBasisAndType", "u8", (1, 0, 0, 0)), archive.array("width", "f32", [0.1]),
+                    archive.array("N", "f32", [1, 0, 0, 1], 2),
+                    archive.nested(".arbGeomParams", [archive.array("Cd", "f32", [1, 0, 0], 3),
+                                                      archive.array("color", "f32", [0, 1, 0], 3),
+                                                      archive.array("width", "f32", [0.2]),
+                                                      archive.array("groom_width", "f32", [0.3])])]
+        hair = archive.object([archive.nested(".geom", geometry, "schema=AbcGeom_Curve_v2"),
+                               archive.array("densityMask", "u32", [0]), archive.array("guid", "u32", [0]),
+                               archive.scalar(".material.assign", "u8", [0])], [])
+        return [("hair", hair, ogawa.CURVE), ("red", archive.object([], []), "schema=AbcMaterial_Material_v1")]
+
+    write("../faults/said.abc", ogawa.archive_of(said))
+
     def growing(archive):
         geometry = [archive.samples("P", "f32", [[0, 0, 0, 0, 0, 1], [0, 0, 0, 0, 0, 1, 0, 0, 2]], 3),
                     archive.samples("nVertices", "i32", [[2], [3]]),
@@ -504,7 +525,7 @@ CRATES = {"same": 8, "colored": 7, "normals": 6, "types": 5, "bases/catmullRom_p
           "bases/bspline_nonperiodic": 6, "bases/linear_pinned": 12, "../faults/animated_normals": 8, "../faults/defts": 4,
           "../faults/flatinst": 8, "../faults/idxid": 5, "../faults/idxw": 6, "../faults/inh": 8, "../faults/nan": 9,
           "../faults/one_thick": 8, "../faults/scaled": 10, "../faults/utf8id": 8, "../faults/vary": 7,
-          "../faults/visafter": 11}
+          "../faults/visafter": 11, "../faults/said": 9}
 
 
 def crates():
@@ -514,6 +535,110 @@ def crates():
     write("crates/types_8.usdc", crate_writer.crate((HERE / "types.usda").read_text()))
     write("crates/same.usdz", usdz([("groom/same.usdc", (HERE / "crates/same.usdc").read_bytes()), ("textures/a.png", b"none"),
                                     ("b.usda", b"#usda 1.0\n")]))
+    hair = """#usda 1.0
+(
+    defaultPrim = "hair"
+    metersPerUnit = 1
+)
+
+def Xform "hair"
+{
+    def BasisCurves "h"
+    {
+        uniform token type = "linear"
+        int[] curveVertexCounts = [2]
+        point3f[] points = [(0, 0, 0), (0, 0, 5)]
+        float[] widths = [0.5, 0.25]
+    }
+}
+"""
+    package = {
+        "root.usda": """#usda 1.0
+(
+    metersPerUnit = 0.01
+    upAxis = "Z"
+    subLayers = [ @./looks/red.usda@, @looks/none.usda@ ]
+)
+
+def "a" (
+    references = @geo/hair.usdc@
+)
+{
+}
+
+def "b" (
+    prepend payload = @./geo/middle.usda@</m>
+)
+{
+    double3 xformOp:translate = (1, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+
+def "c" (
+    references = @geo/none.usda@</m>
+)
+{
+}
+""",
+        "looks/red.usda": """#usda 1.0
+
+over "a"
+{
+    over "h"
+    {
+        color3f[] primvars:displayColor = [(1, 0, 0)]
+        float[] widths = [1, 2]
+    }
+}
+
+over "b" (
+    references = </spare>
+)
+{
+}
+
+class "spare"
+{
+    def BasisCurves "more"
+    {
+        uniform token type = "linear"
+        int[] curveVertexCounts = [2]
+        point3f[] points = [(9, 0, 0), (9, 0, 5)]
+    }
+}
+""",
+        "geo/hair.usdc": crate_writer.crate(hair),
+        "geo/middle.usda": """#usda 1.0
+
+def "m" (
+    active = true
+    references = [ @hair.usdc@</hair>, </n> ]
+)
+{
+}
+
+def "n"
+{
+    double3 xformOp:translate = (7, 7, 7)
+
+    def "deep" (
+        references = @geo/deep.usda@</d>
+    )
+    {
+    }
+}
+""",
+        "geo/deep.usda": """#usda 1.0
+
+def BasisCurves "d"
+{
+    uniform token type = "linear"
+    int[] curveVertexCounts = [2]
+    point3f[] points = [(0, 8, 0), (0, 8, 5)]
+}
+""",
+        "a.png": b"none", "spare.usda": "#usda 1.0\n"}
+    write("crates/package.usdz", usdz([(name, text if isinstance(text, bytes) else text.encode()) for name, text in package.items()]))
     write("crates/same_text.usdz", usdz([("same.usda", (HERE / "same.usda").read_bytes())]))
 
     text = (HERE / "same.usda").read_text()

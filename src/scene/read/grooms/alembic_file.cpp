@@ -22,7 +22,7 @@ constexpr double usual_frames_per_second = 24;
 /// Objects may share their data, but no valid archive expands to this many times its bytes.
 constexpr std::uint64_t most_sharing = 16;
 
-/// The properties of curves.
+/// The properties of curves, and of their objects and those above.
 constexpr FormatItem alembic_table[] = {
     {"P", ""},
     {"nVertices", ""},
@@ -50,6 +50,14 @@ constexpr FormatItem alembic_table[] = {
     {"groom_version_major", ""},
     {"groom_version_minor", ""},
     {"groom_tool", ""},
+    {".geom", ""},
+    {".xform", ""},
+    {".instanceSource", ""},
+    {"visible", ""},
+    {"guid", ""},      // XGen
+    {"ItemName", ""},  // XGen
+    {".material", "a scene's material says it"},
+    {".material.assign", "a scene's material says it"},
     {"w", "curves are not rational: weights of points are not read"},
     {"pscale", "no width but a factor of one"},
     {"groom_group_id", "all groups are one groom"},
@@ -173,13 +181,16 @@ class AlembicReader {
       if (was_seen && !here.is_seen) ignore(path, "it is hidden (visible)");
     }
     const auto has_schema = [&](std::string_view schema) { return object.metadata.find(schema) != std::string::npos; };
-    if (has_schema("AbcGeom_Xform_")) {
+    const bool is_xform = has_schema("AbcGeom_Xform_");
+    if (is_xform || (has_schema("AbcGeom_Curve_") && here.is_seen)) name_what_is_left(properties);
+    if (is_xform) {
       if (const OgawaProperty* xform = find(properties, ".xform")) here.to_file = transform(*xform, path, here.to_file);
     } else if (has_schema("AbcGeom_Curve_")) {
       if (const OgawaProperty* geometry = find(properties, ".geom"); geometry && here.is_seen)
         add_curves(*geometry, path, here.to_file);
-    } else if (const std::size_t at = object.metadata.find("schema=AbcGeom_"); at != std::string::npos) {
-      ignore(object.metadata.substr(at + 15, object.metadata.find('_', at + 15) - at - 15),
+    } else if (const std::size_t at = object.metadata.find("schema=Abc"); at != std::string::npos) {
+      const std::size_t name = object.metadata.find('_', at) + 1;  // schema=AbcGeom_PolyMesh_v1
+      ignore(printable(object.metadata.substr(name, object.metadata.find('_', name) - name).substr(0, 64)),
              "objects of this kind are not read");
     }
     ++here.depth;
@@ -309,16 +320,20 @@ class AlembicReader {
     return out;
   }
 
-  /// Finds the first of the names that exists, in the parameters or, if it begins with a dot, in the geometry itself.
+  /// Finds the first of the names that exists, in the parameters or, if it begins with a dot, in the geometry itself,
+  /// and names the others.
   template <class T>
   Param<T> first_of(const Properties& geometry, const Properties& params, std::initializer_list<const char*> names) {
+    Param<T> first;
     for (const std::string_view name : names) {
-      const bool is_own = name[0] == '.';
-      if (Param<T> found = param<T>(is_own ? find(geometry, name.substr(1)) : find(params, name));
-          !found.numbers.empty())
-        return found;
+      const OgawaProperty* property = name[0] == '.' ? find(geometry, name.substr(1)) : find(params, name);
+      if (first.numbers.empty())
+        first = param<T>(property);
+      else if (property)
+        ignore((property->name == first.name ? ".arbGeomParams/" : "") + property->name.substr(0, 64),
+               first.name + " is in its place");
     }
-    return {};
+    return first;
   }
 
   /// Returns one tuple for each curve, from an attribute that has one per curve or per vertex; the root's vertex is
@@ -498,6 +513,8 @@ class AlembicReader {
     if (const Param<float> normal = first_of<float>(geometry, params, {".N", "N"});
         normal.extent == 3 && !normal.numbers.empty())
       set->normal = {triples(normal.numbers), normal.scope, normal.name};
+    else if (!normal.numbers.empty())
+      ignore("N", fmt::format("it has {} numbers, where normals have 3", normal.extent));
     if (const OgawaProperty* normals = find(geometry, "N"); normals && normals->samples > 1 && seconds_)
       builder_.file().remarks.push_back(set->name +
                                         ": normals change in time; while the shutter is open those of its "
@@ -506,13 +523,17 @@ class AlembicReader {
       set->color = color_of(param<float>(find(params, attribute_)));
     else
       for (const char* name : {"groom_color", "displayColor", "Cd", "color"})
-        if (set->color.values.empty()) set->color = color_of(param<float>(find(params, name)));
+        if (set->color.values.empty())
+          set->color = color_of(param<float>(find(params, name)));
+        else if (find(params, name))
+          ignore(name, set->color.name + " is in its place");
     set->id = at_roots(first_of<std::int64_t>(geometry, params, {"groom_id", "id"}), 1, *set);
     const std::vector<float> uv = at_roots(first_of<float>(geometry, params, {"groom_root_uv", ".uv"}), 2, *set);
     for (std::size_t i = 0; i + 1 < uv.size(); i += 2) set->root_uv.emplace_back(uv[i], uv[i + 1]);
     if (const OgawaProperty* knots = find(geometry, ".knots"))
       set->knots = file_.doubles(*knots, moment_of(*knots).before);
-    name_what_is_left(geometry, params);
+    name_what_is_left(geometry);
+    name_what_is_left(params);
     return true;
   }
 
@@ -537,12 +558,11 @@ class AlembicReader {
     return color;
   }
 
-  void name_what_is_left(const Properties& geometry, const Properties& params) {
-    for (const Properties* properties : {&geometry, &params})
-      for (const OgawaProperty& property : *properties) {
-        const char* why = why_not_used(alembic_items(), property.name);
-        if (*why != 0 && property.name != attribute_) ignore(property.name.substr(0, 64), why);
-      }
+  void name_what_is_left(const Properties& properties) {
+    for (const OgawaProperty& property : properties) {
+      const char* why = why_not_used(alembic_table, property.name);
+      if (*why != 0 && property.name != attribute_) ignore(property.name.substr(0, 64), why);
+    }
   }
 
   std::string name_;

@@ -59,17 +59,22 @@ void append_attribute(const CurveSet& set, StrandBasis drawn, AttributeScope sco
                  });
 }
 
-/// The color clamped to [0, 1]; NaN becomes 0.
-glm::vec3 clamped(glm::vec3 color) {
-  for (int c = 0; c < 3; ++c) color[c] = color[c] > 0 ? std::min(color[c], 1.0f) : 0.0f;
-  return color;
-}
-
 }  // namespace
 
 std::string words(AttributeScope scope) {
   static constexpr const char* names[] = {"constant", "uniform", "varying", "vertex"};
   return names[static_cast<std::size_t>(scope)];
+}
+
+glm::vec3 clamped_color(glm::vec3 color, std::uint64_t* changed) {
+  constexpr float rounding = 1e-4f;  // less than half a step of 12 bits
+  bool is_good = true;
+  for (int c = 0; c < 3; ++c) {
+    is_good = is_good && color[c] >= -rounding && color[c] <= 1 + rounding;
+    color[c] = color[c] > 0 ? std::min(color[c], 1.0f) : 0.0f;
+  }
+  *changed += is_good ? 0 : 1;
+  return color;
 }
 
 GroomBuilder::GroomBuilder(std::string name, std::string format) : name_(std::move(name)) {
@@ -340,9 +345,15 @@ void GroomBuilder::add_vectors(const CurveSet& set, const CurveAttribute<glm::ve
   std::vector<glm::vec3>& out = is_color ? file_.color : file_.normal;
   const auto scope = scope_of(set, attribute.values.size(), attribute.scope, attribute.name);
   if ((!scope && out.empty()) || file_.points.size() == old_points) return;
+  std::uint64_t changed = 0, overshot = 0;
+  for (const glm::vec3& color : attribute.values)
+    if (is_color) clamped_color(color, &changed);
+  if (changed > 0)
+    ignore(fmt::format("{}{}{} of {} colors", set.name, set.name.empty() ? "" : ": ", changed, attribute.values.size()),
+           why_clamped);
   const glm::vec3 before = is_color ? file_.default_color : glm::vec3(0.0f);
   if (is_color && scope == AttributeScope::constant && out.empty()) {
-    const glm::vec3 one = clamped(attribute.values[0]);
+    const glm::vec3 one = clamped_color(attribute.values[0], &overshot);
     if (old_points == 0 || (file_.has_color && one == before)) {
       file_.default_color = one;
       file_.has_color = true;
@@ -356,7 +367,7 @@ void GroomBuilder::add_vectors(const CurveSet& set, const CurveAttribute<glm::ve
   const glm::dmat3 turn = glm::transpose(glm::inverse(glm::dmat3(set.to_file)));
   for (std::size_t i = old_points; i < out.size(); ++i) {
     if (is_color) {
-      out[i] = clamped(out[i]);
+      out[i] = clamped_color(out[i], &overshot);  // smooth colors may pass beyond by themselves
       continue;
     }
     const glm::dvec3 turned = turn * glm::dvec3(out[i]);

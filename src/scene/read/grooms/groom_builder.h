@@ -51,6 +51,10 @@ CurveSet part_of(const CurveSet& set, std::span<const unsigned char> keep);
 /// Returns a remark about them, or nothing if there are none.
 std::optional<IgnoredAttribute> leave_out_broken(const std::string& set, std::size_t from, GroomFile* file);
 
+/// The color clamped to [0, 1], where NaN becomes 0. Counts the colors that this changes by more than rounding.
+glm::vec3 clamped_color(glm::vec3 color, std::uint64_t* changed);
+constexpr const char* why_clamped = "they are clamped to [0, 1]";
+
 /// Collects the sets. Attributes with an invalid number of values, and sets whose numbers do not fit each other, are
 /// reported as ignored attributes.
 class GroomBuilder {

@@ -19,9 +19,12 @@ struct FormatItem {
 /// The reason why an item, even one without a row, is not used; empty if it is used.
 const char* why_not_used(std::span<const FormatItem> items, std::string_view name);
 
+std::span<const FormatItem> hair_items();
+std::span<const FormatItem> usc_data_items();
 std::span<const FormatItem> alembic_items();
 std::span<const FormatItem> usd_items();
 std::span<const FormatItem> pbrt_items();
+std::span<const FormatItem> pbrt_curve_items();
 std::span<const FormatItem> ply_items();
 
 struct GroomFormat {

@@ -14,6 +14,22 @@ namespace {
 static_assert(std::endian::native == std::endian::little, ".hair files are little endian");
 
 constexpr std::size_t header_bytes = 128;
+/// Everything that a file can say, by the place where it says it.
+constexpr const char* why_opaque = "fibers are as opaque as their absorption";
+constexpr FormatItem hair_table[] = {
+    {"strands", ""},
+    {"points", ""},
+    {"segments", ""},
+    {"segments of all strands", ""},
+    {"thickness", ""},
+    {"thickness of all strands", ""},
+    {"transparency", why_opaque},
+    {"transparency of all strands", why_opaque},
+    {"colors", ""},
+    {"color of all strands", ""},
+    {"remark", ""},
+};
+
 constexpr std::uint32_t has_segments = 1, has_points = 2, has_thickness = 4, has_transparency = 8, has_colors = 16;
 
 template <class T>
@@ -24,6 +40,8 @@ T read(std::span<const unsigned char> bytes, std::size_t offset) {
 }
 
 }  // namespace
+
+std::span<const FormatItem> hair_items() { return hair_table; }
 
 Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name,
                                   const DoneWith& done_with) {
@@ -56,7 +74,13 @@ Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const st
   GroomFile hair;
   hair.format = "a .hair groom";
   hair.default_width = read<float>(bytes, 20);
-  if (!(hair.default_width >= 0 && hair.default_width <= largest_coordinate)) hair.default_width = 0;
+  if (!(hair.default_width >= 0 && hair.default_width <= largest_coordinate)) {
+    if (!(bits & has_thickness))
+      hair.ignored.push_back({"thickness of all strands", "it is negative or no number and taken for none"});
+    hair.default_width = 0;
+  }
+  if (needed < bytes.size())
+    hair.ignored.push_back({fmt::format("{} bytes behind the arrays", bytes.size() - needed), "no array is there"});
   hair.parts = {{.name = "", .strands = strands, .points = points}};
   hair.first_point.reserve(strands + 1);
   hair.first_point.push_back(0);
@@ -104,24 +128,24 @@ Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const st
   }
   if (bits & has_thickness) offset += 4 * points;
   if (bits & has_transparency) offset += 4 * points;
+  std::uint64_t clamped = 0;
   const auto read_color = [&](std::size_t byte) {
-    glm::vec3 color(0.0f);  // also if it is not a number
-    for (int c = 0; c < 3; ++c)
-      if (const auto x = read<float>(bytes, byte + 4 * static_cast<std::size_t>(c)); x > 0)
-        color[c] = std::min(x, 1.0f);
-    return color;
+    return clamped_color({read<float>(bytes, byte), read<float>(bytes, byte + 4), read<float>(bytes, byte + 8)},
+                         &clamped);
   };
   hair.default_color = read_color(28);
   hair.has_color = (bits & has_colors) != 0 || hair.default_color != glm::vec3(0.0f);
-  if (bits & has_transparency)
-    hair.ignored.push_back({"transparency", "fibers are as opaque as their absorption"});
-  else if (const auto all = read<float>(bytes, 24); all > 0 && all <= 1)
-    hair.ignored.push_back(
-        {"transparency", fmt::format("{:g} of all strands; fibers are as opaque as their absorption", all)});
   if (bits & has_colors) {
+    clamped = 0;
     hair.color.reserve(points);
     for (std::uint64_t i = 0; i < points; ++i) hair.color.push_back(read_color(offset + 12 * i));
   }
+  if (clamped > 0)
+    hair.ignored.push_back({fmt::format("{} of {} colors", clamped, bits & has_colors ? points : 1), why_clamped});
+  if (bits & has_transparency)
+    hair.ignored.push_back({"transparency", why_opaque});
+  else if (read<float>(bytes, 24) != 0)
+    hair.ignored.push_back({"transparency of all strands", why_opaque});
   return hair;
 }
 

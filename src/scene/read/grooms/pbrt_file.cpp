@@ -75,6 +75,22 @@ constexpr FormatItem pbrt_table[] = {
     {"AreaLightSource", "only curves are read"},
     {"Attribute", "parameters for all shapes that follow are not read"},
     {"TransformTimes", "strands stand still: they are where the shutter opens"},
+    {"ColorSpace", "colors are taken for linear Rec. 709"},
+    {"MakeNamedMedium", "only curves are read"},
+};
+
+/// Parameters of curves.
+constexpr FormatItem pbrt_curve_table[] = {
+    {"P", ""},
+    {"N", ""},
+    {"basis", ""},
+    {"degree", ""},
+    {"type", ""},  // fibers are round, and ribbons have normals
+    {"width", ""},
+    {"width0", ""},
+    {"width1", ""},
+    {"splitdepth", ""},
+    {"alpha", "hair is not transparent by an attribute"},
 };
 
 const char* why_of(std::string_view directive) {
@@ -303,6 +319,7 @@ class PbrtReader {
       else
         objects_[*object_].push_back({std::move(p), to_world_, material_});
     } else if (const char* why = why_of(directive); *why != 0) {
+      if (directive == "ColorSpace" && kind == "srgb") return;
       ignore(directive + " \"" + kind.substr(0, 32) + "\"", why);
     } else if (directive == "Material") {
       material_ = hair_of(kind, p);
@@ -311,12 +328,14 @@ class PbrtReader {
     } else if (directive == "NamedMaterial") {
       const auto found = named_.find(kind);
       material_ = found == named_.end() ? "" : found->second;
+      if (found == named_.end())
+        ignore("NamedMaterial \"" + kind.substr(0, 32) + "\"", "no MakeNamedMaterial before it has the name");
     }
   }
 
-  /// A hair material as options of the command line; empty for another kind.
+  /// A hair material as options of the command line, with the parameters that these do not have.
   static std::string hair_of(const std::string& kind, const Parameters& p) {
-    if (kind != "hair") return {};
+    if (kind != "hair") return kind.substr(0, 32) + ": a material that is not hair, which is not read";
     const auto triple = [&](std::string_view name, std::string* out, const char* option) {
       const auto found = p.by_name.find(name);
       if (found == p.by_name.end() || found->second.numbers.size() != 3) return false;
@@ -334,8 +353,12 @@ class PbrtReader {
                   : fmt::format("--melanin {:g},{:g}", p.number("eumelanin", has_melanin ? 0 : 1.3),
                                 p.number("pheomelanin", 0));
     }
-    return fmt::format("hair: {} --eccentricity 1; eta {:g}, tilt {:g} degrees, beta_m {:g}, beta_n {:g}", color,
-                       p.number("eta", 1.55), p.number("alpha", 2), p.number("beta_m", 0.3), p.number("beta_n", 0.3));
+    std::string others;
+    for (const auto& [name, values] : p.by_name)
+      if (name != "type" && values.numbers.empty()) others += "; not read: " + printable(name.substr(0, 32));
+    return fmt::format("hair: {} --eccentricity 1; eta {:g}, tilt {:g} degrees, beta_m {:g}, beta_n {:g}{}", color,
+                       p.number("eta", 1.55), p.number("alpha", 2), p.number("beta_m", 0.3), p.number("beta_n", 0.3),
+                       others.substr(0, 256));
   }
 
   /// Converts quadratic curves into cubic Bezier segments, exactly; empty if the number of points does not fit.
@@ -361,6 +384,9 @@ class PbrtReader {
     std::vector<glm::dvec3> points;
     for (std::size_t i = 0; i < n.size(); i += 3)
       points.emplace_back(to_world_ * glm::dvec4(n[i], n[i + 1], n[i + 2], 1.0));
+    for (const auto& [name, values] : p.by_name)
+      if (const char* why = why_not_used(pbrt_curve_table, name); *why != 0)
+        ignore("curve " + printable(name.substr(0, 32)), why);
     const std::string basis = p.text("basis", "bezier");
     const double degree = p.number("degree", 3);
     if ((basis != "bezier" && basis != "bspline") || (degree != 2 && degree != 3))
@@ -498,6 +524,7 @@ std::vector<std::string> pbrt_includes(std::span<const unsigned char> bytes) {
 bool is_pbrt(std::span<const unsigned char> bytes) { return is_directive(TextCursor(bytes, "").peek_word()); }
 
 std::span<const FormatItem> pbrt_items() { return pbrt_table; }
+std::span<const FormatItem> pbrt_curve_items() { return pbrt_curve_table; }
 
 Result<GroomFile> read_pbrt(const GroomInput& input) { return PbrtReader(input).read(); }
 

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
@@ -243,7 +244,12 @@ class PlyReader {
     set_.color.name = attribute.empty() ? "red, green, blue" : attribute;
     if (!attribute.empty()) builder_.file().attribute = attribute;
     set_.width.scope = set_.color.scope = AttributeScope::vertex;
-    for (const Property& property : properties_) name_what_is_left(property.name);
+    std::set<std::size_t> used{x, y, z};
+    for (const auto& place : {width ? width : radius, strand}) used.insert(place.value_or(x));
+    if (has_color || !attribute.empty())
+      for (const auto& place : {place_of({"red", "r"}), place_of({"green", "g"}), place_of({"blue", "b"})})
+        used.insert(place.value_or(x));
+    for (std::size_t i = 0; i < properties_.size(); ++i) name_what_is_left(properties_[i].name, used.contains(i));
   }
 
   /// Reads pairs of vertices, if they directly follow the vertices.
@@ -256,6 +262,8 @@ class PlyReader {
       const Property& property = edge_properties_[i];
       if (property.name == "vertex1") from = i;
       if (property.name == "vertex2") to = i;
+      if (property.name != "vertex1" && property.name != "vertex2")
+        builder_.ignore("property " + property.name + " of edges", "those of vertices are read");
       offsets.push_back(stride);
       stride += is_ascii_ ? 2 : bytes_of(property.type);
     }
@@ -326,9 +334,11 @@ class PlyReader {
     return order;
   }
 
-  void name_what_is_left(const std::string& name) {
-    if (const char* why = why_not_used(ply_table, name); *why != 0 && name != input_.attribute)
-      builder_.ignore("property " + name, why);
+  void name_what_is_left(const std::string& name, bool is_used) {
+    const char* why = why_not_used(ply_table, name);
+    if (is_used || name == input_.attribute) return;
+    builder_.ignore("property " + name,
+                    *why != 0 ? why : "another is in its place, or what belongs to it is not there");
   }
 
   void cut_strands() {
@@ -337,6 +347,7 @@ class PlyReader {
       order = order_by_ids(&set_.vertex_counts);
     else if (!edges_.empty())
       order = order_by_edges(&set_.vertex_counts);
+    if (!ids_.empty() && has_edges_) builder_.ignore("element edge", "strand ids join the vertices");
     if (!order.empty()) {
       const auto sort = [&](auto* values) {
         auto sorted = *values;

@@ -9,6 +9,9 @@
 namespace tress::scene {
 namespace {
 
+/// Everything that a file can say.
+constexpr FormatItem usc_data_table[] = {{"strands", ""}, {"points of a strand", ""}, {"points", ""}};
+
 constexpr std::uint64_t point_bytes = 12;
 
 std::int64_t number_at(std::span<const unsigned char> bytes, std::size_t at) {
@@ -18,6 +21,8 @@ std::int64_t number_at(std::span<const unsigned char> bytes, std::size_t at) {
 }
 
 }  // namespace
+
+std::span<const FormatItem> usc_data_items() { return usc_data_table; }
 
 bool is_usc_data(std::span<const unsigned char> bytes) {
   if (bytes.size() < 8) return false;

@@ -21,6 +21,8 @@ constexpr int deepest_arc = 16;
 /// Prims may share what they refer to, but no valid layer expands to this many times its prims and its bytes.
 constexpr std::uint64_t most_sharing = 16, least_bytes_of_vertex = 8;
 
+constexpr const char* why_no_cards = "curves are drawn, not cards in their place";
+
 /// Attributes of curves. Those without effect on the picture are listed as used.
 constexpr FormatItem usd_table[] = {
     {"type", ""},
@@ -46,17 +48,22 @@ constexpr FormatItem usd_table[] = {
     {"extent", ""},
     {"doubleSided", ""},
     {"orientation", ""},
+    {"colorSpace:name", ""},
     {"accelerations", "points go straight on by their velocities"},
     {"primvars:displayOpacity", "hair is not transparent by an attribute"},
     {"primvars:skel:jointIndices", "skeletons do not move curves"},
     {"primvars:skel:jointWeights", "skeletons do not move curves"},
     {"primvars:skel:geomBindTransform", "skeletons do not move curves"},
-    {"model:drawMode", "curves are drawn, not cards in their place"},
+    {"model:drawMode", why_no_cards},
 };
 
 /// Types of prims that do not affect the picture themselves.
 constexpr std::string_view quiet_types[] = {"",         "Xform",      "Scope",    "Material", "Shader",     "NodeGraph",
                                             "SkelRoot", "GeomSubset", "Skeleton", "Camera",   "BasisCurves"};
+
+constexpr std::initializer_list<const char*> root_uv_names = {"primvars:groom_root_uv", "primvars:st", "primvars:uv"};
+
+bool is_binding(std::string_view name) { return name.starts_with("material:binding"); }
 
 bool is_of_transform(std::string_view name) { return name.starts_with("xformOp:") || name == "xformOpOrder"; }
 
@@ -104,6 +111,8 @@ class UsdReader {
     glm::dmat4 to_file{1.0};
     std::string purpose = "default";  ///< from the nearest prim that sets one
     int depth = 0, arcs = 0;
+    bool has_material = false;  ///< whether this prim or one above is bound to a material
+    bool is_in_curves = false;
     /// Primvars of prims above that have a single value.
     std::map<std::string, const UsdAttribute*, std::less<>> primvars = {};
   };
@@ -178,6 +187,7 @@ class UsdReader {
     std::unordered_map<std::string_view, std::size_t> places;
     for (const UsdPrim* prim : prims)
       for (const UsdPrim& child : prim->children) {
+        if (child.name.starts_with(usdz_graft)) continue;
         const auto [place, is_new] = places.try_emplace(child.name, children.size());
         if (is_new) children.emplace_back();
         Child& found = children[place->second];
@@ -201,8 +211,8 @@ class UsdReader {
     }
     const Opinions prims = with_arcs(direct, &here);
     const bool is_defined = std::ranges::any_of(direct, &UsdPrim::is_defined);
-    const bool is_active = std::ranges::all_of(direct, &UsdPrim::is_active);
-    if (!is_defined || !is_active) return;
+    const auto active = std::ranges::find_if(prims, [](const UsdPrim* prim) { return prim->is_active.has_value(); });
+    if (!is_defined || (active != prims.end() && !*(*active)->is_active)) return;
     std::string type;
     for (const UsdPrim* prim : prims)
       if (type.empty()) type = prim->type;
@@ -210,11 +220,21 @@ class UsdReader {
     if (!place(prims, &here)) return;
     if (word_of(prims, "visibility", "inherited") == "invisible") return builder_.ignore(here.path, "it is invisible");
     here.purpose = word_of(prims, "purpose", here.purpose.c_str());
+    const std::string mode = word_of(prims, "model:drawMode", "default");
+    if (mode != "default" && mode != "inherited") builder_.ignore(here.path + ": model:drawMode", why_no_cards);
+    if (const std::string space = word_of(prims, "colorSpace:name", ""); !is_taken_space(space))
+      builder_.ignore(here.path + ": colorSpace:name " + printable(space.substr(0, 64)), why_one_space);
+    const bool is_bound = std::ranges::any_of(prims, [](const UsdPrim* prim) {
+      return std::ranges::any_of(prim->attributes, [](const auto& one) { return is_binding(one.first); });
+    });
+    here.has_material = here.has_material || is_bound;
+    if (type == "GeomSubset" && here.is_in_curves && is_bound) tell_material(here);
     if (type == "BasisCurves") {
       if (here.purpose == "guide" || here.purpose == "proxy")
         builder_.ignore(here.path, "its purpose is guide or proxy");
       else
         use(prims, here);
+      here.is_in_curves = true;
     } else if (std::ranges::find(quiet_types, type) == std::end(quiet_types)) {
       builder_.ignore(fmt::format("{} {}", type, here.path), "prims of this type are not read");
     }
@@ -235,6 +255,8 @@ class UsdReader {
     if (!transform.fault.empty() && !failed())
       error_ = Error{name_, here->path, "an xformOp that USD has, with as many numbers as it needs",
                      transform.fault.substr(0, 64)};
+    if (!transform.missing.empty())
+      builder_.ignore(here->path + ": " + printable(transform.missing.substr(0, 64)), "it has no value");
     here->to_file = transform.resets ? transform.to_parent : here->to_file * transform.to_parent;
     return !failed();
   }
@@ -292,6 +314,7 @@ class UsdReader {
       return fail(fmt::format("at most {} vertices, as the bytes allow", most_vertices_), "more");
     if (failed()) return;
     name_what_is_left(prims, here);
+    if (here.has_material) tell_material(here);
     if (set.vertex_counts.empty()) return builder_.ignore(here.path, "it has no curves");
     take_attributes(prims, here, &set);
     if (failed()) return;
@@ -312,18 +335,20 @@ class UsdReader {
     for (std::size_t i = 0; i < way.triples.size(); ++i) points->triples[i] += seconds * way.triples[i];
   }
 
+  void tell_material(const Place& here) {
+    builder_.file().materials.push_back(here.path + ": bound to a USD material, which is not read");
+  }
+
+  /// Names the attributes of curves, and the primvars that they inherit, that are not used.
   void name_what_is_left(const Opinions& prims, const Place& here) {
+    const auto name_one = [&](const std::string& name) {
+      const bool says_more = name.ends_with(":indices") || name.starts_with("userProperties:");
+      if (says_more || is_binding(name) || is_of_transform(name) || name == attribute_) return;
+      if (const char* why = why_not_used(usd_table, name); *why != 0) builder_.ignore(name.substr(0, 128), why);
+    };
     for (const UsdPrim* prim : prims)
-      for (const auto& [name, attribute] : prim->attributes) {
-        if (name == "material:binding")
-          builder_.file().materials.push_back(here.path + ": bound to a USD material, which is not read");
-        const std::string_view base =
-            std::string_view(name).substr(0, name.ends_with(":indices") ? name.size() - 8 : name.size());
-        if (name.starts_with("userProperties:") || name.starts_with("material:binding") || is_of_transform(name))
-          continue;
-        if (const char* why = why_not_used(usd_table, base); *why != 0 && base != attribute_)
-          builder_.ignore(name.substr(0, 128), why);
-      }
+      for (const auto& [name, attribute] : prim->attributes) name_one(name);
+    for (const auto& [name, attribute] : here.primvars) name_one(name);
   }
 
   /// The value of a primvar at every place where it is given, by its indices if it has some.
@@ -336,14 +361,24 @@ class UsdReader {
     }
     if (!found) return {};
     UsdValue value = value_of(*found, name);
-    if (!at) return value;
-    const std::vector<double> indices = value_of(*at, name + ":indices").precise;
-    const bool fits = !indices.empty() && look_up(indices, 1, &value.triples) &&
-                      look_up(indices, name.ends_with("st") || name.ends_with("uv") ? 2 : 1, &value.numbers) &&
-                      look_up(indices, 1, &value.precise);
-    if (fits) return value;
-    builder_.ignore(name, "its indices point outside");
-    return {};
+    const bool is_pair = std::ranges::find(root_uv_names, name) != root_uv_names.end();
+    const std::size_t size = !is_pair ? 1 : found->is_triple ? 3 : 2;
+    if (const UsdValue indices = at ? value_of(*at, name + ":indices") : UsdValue{}; at && !indices.is_blocked) {
+      const std::vector<double>& places = indices.precise;
+      const bool fits = !places.empty() && look_up(places, 1, &value.triples) &&
+                        look_up(places, size, &value.numbers) && look_up(places, 1, &value.precise);
+      if (!fits) {
+        builder_.ignore(name, "its indices point outside");
+        return {};
+      }
+    }
+    if (size == 3) {  // a third coordinate of a texture has no place on a root
+      std::vector<float> pairs;
+      for (std::size_t i = 0; i + 2 < value.numbers.size(); i += 3)
+        pairs.insert(pairs.end(), {value.numbers[i], value.numbers[i + 1]});
+      value.numbers = std::move(pairs);
+    }
+    return value;
   }
 
   /// size: number of numbers in a value.
@@ -361,16 +396,22 @@ class UsdReader {
     return true;
   }
 
-  /// Returns the value of the first of these names that exists.
+  /// Returns the value of the first of these names that exists, and names the others as not used.
   UsdValue first_of(const Opinions& prims, const Place& here, std::initializer_list<const char*> names,
                     std::string* name) {
+    name->clear();
+    UsdValue first;
     for (const char* candidate : names) {
+      if (!name->empty()) {
+        if (find(prims, candidate)) builder_.ignore(candidate, *name + " is in its place");
+        continue;
+      }
       UsdValue value = primvar(prims, here, candidate);
       if (value.numbers.empty() && value.triples.empty() && value.precise.empty()) continue;
       *name = candidate;
-      return value;
+      first = std::move(value);
     }
-    return {};
+    return first;
   }
 
   /// Returns one tuple for each curve, from values that are one per curve or per vertex; the root's vertex is used.
@@ -409,7 +450,7 @@ class UsdReader {
     const UsdValue ids = first_of(prims, here, {"primvars:id", "primvars:ids", "ids", "primvars:groom_id"}, &name);
     for (const double id : at_roots(ids.precise, 1, *set, name))
       set->id.push_back(std::abs(id) < 1e15 ? static_cast<std::int64_t>(id) : -1);
-    const UsdValue uv = first_of(prims, here, {"primvars:groom_root_uv", "primvars:st", "primvars:uv"}, &name);
+    const UsdValue uv = first_of(prims, here, root_uv_names, &name);
     const std::vector<float> pairs = at_roots(uv.numbers, 2, *set, name);
     for (std::size_t i = 0; i + 1 < pairs.size(); i += 2) set->root_uv.emplace_back(pairs[i], pairs[i + 1]);
   }
@@ -438,17 +479,14 @@ Result<GroomFile> read_usdc(const GroomInput& input) {
 }
 
 Result<GroomFile> read_usdz(const GroomInput& input) {
-  const auto file = read_usdz_file(input.bytes, input.name);
+  auto file = read_usdz_file(input.bytes, input.name);
   if (!file) return file.error();
-  GroomInput root = input;
-  root.bytes = without_byte_order_mark(file->root);
-  root.name = fmt::format("{}[{}]", input.name, file->name);  // as USD writes it
-  auto layer = is_usdc(root.bytes) ? usdc_layer(root) : usda_layer(root);
-  if (!is_usdc(root.bytes) && !is_usda(root.bytes))
-    return Error{root.name, "byte 0", "\"PXR-USDC\" or \"#usda 1.0\", the marks of layers of USD", "neither"};
-  for (const std::string& other : file->others)
-    layer->ignored.push_back({other.substr(0, 128), "of a .usdz the first layer is read"});
-  return UsdReader(root, "a USD archive (usdz)", std::move(layer)).read();
+  const auto root = without_byte_order_mark(file->layers[0].bytes);
+  GroomInput named = input;
+  named.name = fmt::format("{}[{}]", input.name, file->layers[0].name);  // as USD writes it
+  if (!is_usdc(root) && !is_usda(root))
+    return Error{named.name, "byte 0", "\"PXR-USDC\" or \"#usda 1.0\", the marks of layers of USD", "neither"};
+  return UsdReader(named, "a USD archive (usdz)", usdz_layer(input, std::move(*file))).read();
 }
 
 }  // namespace tress::scene

@@ -56,6 +56,8 @@ std::optional<UsdStage::Fault> UsdStage::take(std::string_view key, const UsdVal
 
 UsdValue UsdLayer::value_of(const UsdAttribute& attribute, UsdNumbers kept_as, std::optional<double> frame,
                             bool is_held) {
+  if (attribute.layer != nullptr && attribute.layer != this)
+    return attribute.layer->value_of(attribute, kept_as, frame, is_held);
   UsdValue value;
   if (error() || (!attribute.samples && !attribute.value)) return value;
   if (!attribute.samples) {
@@ -93,5 +95,12 @@ bool is_usd_arc(std::string_view key) {
   static constexpr std::string_view keys[] = {"references", "payload", "inherits", "inheritPaths", "specializes"};
   return std::ranges::find(keys, key) != std::end(keys);
 }
+
+bool is_taken_space(std::string_view color_space) {
+  static constexpr std::string_view spaces[] = {"", "lin_rec709_scene", "lin_rec709", "lin_srgb", "raw", "data"};
+  return std::ranges::find(spaces, color_space) != std::end(spaces);
+}
+
+bool is_usd_clip(std::string_view key) { return key == "clips" || key == "clipAssetPaths"; }
 
 }  // namespace tress::scene

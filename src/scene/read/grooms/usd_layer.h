@@ -17,10 +17,16 @@
 namespace tress::scene {
 
 constexpr int deepest_prim = 200;
+/// The beginning of the names of prims that hold layers of an archive, which are not part of its stage.
+constexpr char usdz_graft = '@';
 constexpr const char* flat_stage = "a flat stage (usdcat --flatten IN -o OUT.usda writes one)";
 
-/// The places of an attribute's values in the file, which the layer can read.
+class UsdLayer;
+struct UsdzFile;
+
+/// The places of an attribute's values in the file, which its layer can read.
 struct UsdAttribute {
+  UsdLayer* layer = nullptr;
   std::optional<std::uint64_t> value = {}, samples = {};
   std::optional<AttributeScope> scope = {};
   bool is_triple = false;  ///< whether its type has three numbers
@@ -28,8 +34,11 @@ struct UsdAttribute {
 
 struct UsdPrim {
   std::string name, type;
-  bool is_defined = true, is_active = true;
-  std::vector<std::string> arcs = {};  ///< paths of prims with weaker opinions
+  bool is_defined = true;
+  std::optional<bool> is_active = {};  ///< unset: weaker opinions say it
+  /// Paths of prims with weaker opinions. Of another layer, where those are followed: "@file@/path", or "@file@" for
+  /// its default prim.
+  std::vector<std::string> arcs = {};
   std::map<std::string, UsdAttribute, std::less<>> attributes = {};
   std::vector<UsdPrim> children = {};
 
@@ -71,16 +80,30 @@ class UsdLayer {
 
   UsdStage stage = {};
   std::uint64_t prims = 0;  ///< number in the tree
+  bool follows = false;     ///< whether other layers are read: set before read(); else one that is needed is an error
+  std::vector<std::string> sub_layers = {};  ///< files with weaker opinions, the strongest first
+  std::string default_prim = {};
   std::vector<IgnoredAttribute> ignored = {};
 };
 
 /// The readers of the two forms of a layer. The bytes of the input must outlive them.
 std::unique_ptr<UsdLayer> usda_layer(const GroomInput& input);
 std::unique_ptr<UsdLayer> usdc_layer(const GroomInput& input);
+/// The layers of an archive as one: the root layer and those that it needs.
+std::unique_ptr<UsdLayer> usdz_layer(const GroomInput& input, UsdzFile file);
 
 /// The scope of an interpolation in USD; unset for an unknown name.
 std::optional<AttributeScope> usd_scope(std::string_view interpolation);
 /// Whether the key of a prim refers to other prims.
 bool is_usd_arc(std::string_view key);
+/// Whether the key of a prim says that other files have its time samples.
+bool is_usd_clip(std::string_view key);
+/// Whether colors of this space are what they are taken for: linear Rec. 709.
+bool is_taken_space(std::string_view color_space);
+
+constexpr const char* why_no_splines = "animation by splines is not read";
+constexpr const char* why_one_space = "colors are taken for linear Rec. 709";
+constexpr const char* why_no_clips = "time samples of other files are not read";
+constexpr const char* why_no_offset = "times of what it refers to are taken as they are there";
 
 }  // namespace tress::scene

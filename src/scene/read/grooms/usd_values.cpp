@@ -39,10 +39,15 @@ glm::dmat4 of_quaternion(const std::vector<double>& q) {
 
 /// Applies one operation such as "translate" with its numbers; false if it is unknown or has the wrong numbers.
 bool operation(const std::string& kind, const std::vector<double>& n, glm::dmat4* out) {
-  if (kind == "translate" && n.size() == 3) {
-    *out = glm::translate(glm::dmat4(1.0), glm::dvec3(n[0], n[1], n[2]));
-  } else if (kind == "scale" && n.size() == 3) {
-    *out = glm::scale(glm::dmat4(1.0), glm::dvec3(n[0], n[1], n[2]));
+  const bool moves = kind.starts_with("translate");
+  if (moves || kind.starts_with("scale")) {  // along all axes, or one: translateX
+    const std::string axis = kind.substr(moves ? 9 : 5);
+    const bool is_one = axis == "X" || axis == "Y" || axis == "Z";
+    if ((!axis.empty() && !is_one) || n.size() != (is_one ? 1 : 3)) return false;
+    glm::dvec3 by(moves ? 0.0 : 1.0);
+    for (int i = 0; i < 3; ++i)
+      if (!is_one || i == axis[0] - 'X') by[i] = n[is_one ? 0 : static_cast<std::size_t>(i)];
+    *out = moves ? glm::translate(glm::dmat4(1.0), by) : glm::scale(glm::dmat4(1.0), by);
   } else if (kind == "orient" && n.size() == 4) {
     *out = of_quaternion(n);
   } else if (kind == "transform" && n.size() == 16) {
@@ -74,8 +79,12 @@ UsdTransform usd_transform(const std::map<std::string, UsdValue, std::less<>>& a
     const bool inverts = name.starts_with("!invert!");
     if (inverts) name = name.substr(8);
     const auto found = attributes.find(name);
-    if (found == attributes.end() || !name.starts_with("xformOp:")) {
+    if (!name.starts_with("xformOp:")) {
       transform.fault = name;
+      continue;
+    }
+    if (found == attributes.end() || (found->second.precise.empty() && found->second.not_read.empty())) {
+      transform.missing = name;  // USD skips it
       continue;
     }
     const std::string kind = name.substr(8, name.find(':', 8) - 8);

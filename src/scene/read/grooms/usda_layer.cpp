@@ -9,7 +9,9 @@
 namespace tress::scene {
 namespace {
 
-bool composes_otherwise(std::string_view key) { return key == "subLayers" || key == "variantSets"; }
+bool composes_otherwise(std::string_view key) {
+  return key == "subLayers" || key == "variantSets" || key == "relocates";
+}
 
 void keep(double x, UsdNumbers kept_as, UsdValue* value) {
   if (kept_as == UsdNumbers::doubles) return value->precise.push_back(x);
@@ -45,6 +47,7 @@ void read_items(TextCursor* text, UsdNumbers kept_as, UsdValue* value) {
       text->skip_value();
     } else if (depth == 0 && text->peek_word() == "None") {
       text->word();
+      value->is_blocked = true;
     } else if (c == 'N' || c == 't' || c == 'f' || c == 'T' || c == 'F') {  // None, true, false
       value->texts.emplace_back(text->word());
     } else {
@@ -93,11 +96,36 @@ class UsdaLayer final : public UsdLayer {
  private:
   void read_stage_metadata() {
     read_metadata("a key of the stage, or \")\"", [&](const std::string& key) {
+      if (key == "subLayers") return read_sub_layers();
+      if (key == "defaultPrim") {
+        default_prim = text_.quoted();
+        return;
+      }
       if (!UsdStage::has(key)) return text_.skip_value();
       UsdValue value;
       read_items(&text_, UsdNumbers::doubles, &value);
       if (auto fault = stage.take(key, value); fault && !text_.error())
         text_.fail(std::move(fault->expected), std::move(fault->found));
+    });
+  }
+
+  /// Reads [ @file@, @file@ (offset = 1) ].
+  void read_sub_layers() {
+    if (!text_.expect('[', "before sublayers")) return;
+    while (!text_.error() && !text_.take(']')) {
+      if (!text_.expect('@', "before a file")) return;
+      sub_layers.emplace_back(text_.until('@'));
+      read_offset(sub_layers.back());
+      text_.take(',');
+    }
+  }
+
+  /// Names the offset of a layer, if there is one.
+  void read_offset(const std::string& name) {
+    read_metadata("offset or scale", [&](const std::string& word) {
+      if (word == "offset" || word == "scale")
+        ignored.push_back({printable(name.substr(0, 128)) + ": " + word, why_no_offset});
+      text_.skip_value();
     });
   }
 
@@ -113,7 +141,7 @@ class UsdaLayer final : public UsdLayer {
       if (text_.take(';') || text_.take(',')) continue;
       const std::string key(text_.word());
       if (key.empty()) return text_.fail_here(expected);
-      if (composes_otherwise(key)) return text_.fail(flat_stage, key);
+      if (composes_otherwise(key) && !(follows && key == "subLayers")) return text_.fail(flat_stage, key);
       if (text_.take('=')) read(key);
     }
   }
@@ -138,6 +166,7 @@ class UsdaLayer final : public UsdLayer {
       } else if (is_usd_arc(key)) {
         read_arcs(key, &prim);
       } else {
+        if (is_usd_clip(key)) ignored.push_back({prim.name + ": " + key, why_no_clips});
         text_.skip_value();
       }
     });
@@ -146,14 +175,16 @@ class UsdaLayer final : public UsdLayer {
     ++prims;
   }
 
-  /// Reads </Path>, [</Path>, </Path>] or None: references within the same layer.
+  /// Reads </Path>, [</Path>, @file@</Path>] or None.
   void read_arcs(const std::string& key, UsdPrim* prim) {
     const bool is_list = text_.take('[');
     while (!text_.error() && !(is_list && text_.take(']'))) {
-      if (text_.peek() == '@') return text_.fail(flat_stage, key + " of another file");
-      if (text_.take('<')) {
-        prim->arcs.emplace_back(text_.until('>'));
-        if (text_.peek() == '(') text_.skip_value();  // skips a layer offset
+      if (text_.peek() == '@' && !follows) return text_.fail(flat_stage, key + " of another file");
+      std::string file;
+      if (text_.take('@')) file = fmt::format("@{}@", text_.until('@'));
+      if (const bool has_path = text_.take('<'); has_path || !file.empty()) {
+        prim->arcs.push_back(file + std::string(has_path ? text_.until('>') : ""));
+        read_offset(prim->name);
       } else {
         text_.skip_value();
       }
@@ -192,20 +223,31 @@ class UsdaLayer final : public UsdLayer {
     std::string name(text_.word());
     if (name.empty()) return text_.fail_here("the name of an attribute");
     const bool samples = name.ends_with(".timeSamples"), is_connection = name.ends_with(".connect");
+    if (name.ends_with(".spline")) {
+      name.resize(name.size() - 7);
+      ignored.push_back({prim->name + "." + name.substr(0, 128), why_no_splines});
+      if (text_.take('=')) text_.skip_value();
+      return;
+    }
     if (samples) name.resize(name.size() - 12);
     const bool has_value = text_.take('=');
     const std::size_t at = text_.at();
     if (has_value) text_.skip_value();
-    const std::optional<AttributeScope> scope = read_scope();
+    std::string color_space;
+    const std::optional<AttributeScope> scope = read_scope(&color_space);
+    if (name.starts_with("primvars:") && !is_taken_space(color_space))
+      ignored.push_back(
+          {prim->name + "." + name.substr(0, 128) + ": colorSpace " + printable(color_space), why_one_space});
     if (is_connection || text_.error()) return;
     UsdAttribute& attribute = prim->attributes[name];
     if (scope) attribute.scope = scope;
+    attribute.layer = this;
     attribute.is_triple = is_triple;
     if (has_value) (samples ? attribute.samples : attribute.value) = at;
   }
 
   /// Reads the metadata in parentheses after an attribute, if there is any, for its interpolation.
-  std::optional<AttributeScope> read_scope() {
+  std::optional<AttributeScope> read_scope(std::string* color_space) {
     std::optional<AttributeScope> scope;
     if (!text_.take('(')) return scope;
     while (!text_.error() && !text_.take(')')) {
@@ -219,6 +261,8 @@ class UsdaLayer final : public UsdLayer {
         if (!text_.take('=')) continue;  // "append" comes before its key
         if (key == "interpolation")
           scope = usd_scope(text_.quoted());
+        else if (key == "colorSpace")
+          *color_space = text_.quoted().substr(0, 64);
         else
           text_.skip_value();
       }

@@ -147,7 +147,8 @@ class UsdcLayer final : public UsdLayer {
       value.not_read = fmt::format("values of the crate's type {} are not read", rep.type());
       return value;
     }
-    if (error() || type->kind == Kind::nothing) return value;
+    value.is_blocked = type->kind == Kind::nothing;
+    if (error() || value.is_blocked) return value;
     cursor_.go_to(rep.is_inlined() ? 0 : rep.payload(), "a value");
     const PackedNumbers numbers =
         rep.is_inlined() ? inlined(*type, static_cast<std::uint32_t>(rep.payload())) : stored(*type, rep);
@@ -327,10 +328,19 @@ class UsdcLayer final : public UsdLayer {
         prim.is_active = text() != "false";
       } else if (key == "primChildren") {
         order = value(rep, UsdNumbers::floats).texts;
-      } else if (key == "subLayers" || key == "variantSetNames" || key == "variantSetChildren") {
+      } else if (key == "defaultPrim" && path.type == SpecType::stage) {
+        default_prim = text();
+      } else if (key == "subLayers" && follows) {
+        sub_layers = value(rep, UsdNumbers::floats).texts;
+      } else if (key == "subLayerOffsets" && follows) {
+        name_offsets(ValueRep{rep});
+      } else if (key == "subLayers" || key == "variantSetNames" || key == "variantSetChildren" || key == "relocates" ||
+                 key == "layerRelocates") {
         cursor_.fail_at(path_of(number), flat_stage, std::string(key));
       } else if (is_usd_arc(key)) {
         read_arcs(number, key, ValueRep{rep}, &prim.arcs);
+      } else if (is_usd_clip(key)) {
+        ignored.push_back({prim.name + ": " + std::string(key), why_no_clips});
       } else if (path.type == SpecType::stage && UsdStage::has(key)) {
         if (auto fault = stage.take(key, value(rep, UsdNumbers::doubles)))
           cursor_.fail_at(std::string(key), std::move(fault->expected), std::move(fault->found));
@@ -370,15 +380,19 @@ class UsdcLayer final : public UsdLayer {
     const Path& path = paths_[number];
     const std::string name = printable(std::string(token(path.token)));
     UsdAttribute& attribute = prim->attributes[name];
+    attribute.layer = this;
     if (path.type == SpecType::relation) return;
     for_fields(path, [&](std::string_view key, std::uint64_t rep) {
       if (key == "default") attribute.value = rep;
       if (key == "timeSamples") attribute.samples = rep;
-      if (key == "spline") ignored.push_back({path_of(number), "animation by splines is not read"});
-      if (key != "interpolation" && key != "typeName") return;
+      if (key == "spline") ignored.push_back({path_of(number), why_no_splines});
+      if (key != "interpolation" && key != "typeName" && key != "colorSpace") return;
       const UsdValue text = value(rep, UsdNumbers::floats);
       if (text.texts.empty()) return;
-      if (key == "interpolation")
+      if (key == "colorSpace") {
+        if (name.starts_with("primvars:") && !is_taken_space(text.texts[0]))
+          ignored.push_back({prim->name + "." + name + ": colorSpace " + printable(text.texts[0]), why_one_space});
+      } else if (key == "interpolation")
         attribute.scope = usd_scope(text.texts[0]);
       else
         attribute.is_triple = text.texts[0].find('3') != std::string::npos;
@@ -397,16 +411,23 @@ class UsdcLayer final : public UsdLayer {
     const auto read_one = [&](bool is_used) {
       const std::string_view file = is_path ? std::string_view() : string(cursor_.number<std::uint32_t>());
       const auto to = cursor_.number<std::uint32_t>();
-      if (is_reference || (!is_path && minor_ >= 8)) cursor_.take(2 * sizeof(double));  // a layer offset
+      if (is_reference || (!is_path && minor_ >= 8)) {
+        const bool is_offset = cursor_.number<double>() != 0, is_scaled = cursor_.number<double>() != 1;
+        if ((is_offset || is_scaled) && is_used)
+          ignored.push_back({printable(std::string(token(paths_[number].token))) + (is_offset ? ": offset" : ": scale"),
+                             why_no_offset});
+      }
       for (std::uint64_t left = is_reference ? cursor_.count(12) : 0; left > 0 && !error(); --left) {
         cursor_.number<std::uint32_t>();  // custom data: a name and a value
         follow();
         cursor_.number<std::uint64_t>();
       }
       if (error() || !is_used) return;
-      if (!file.empty()) return cursor_.fail_at(path_of(number), flat_stage, std::string(key) + " of another file");
-      if (to >= paths_.size() || !paths_[to].is_read) return;  // it refers to nothing
-      arcs->push_back(path_of(to));
+      if (!file.empty() && !follows)
+        return cursor_.fail_at(path_of(number), flat_stage, std::string(key) + " of another file");
+      const bool has_path = to < paths_.size() && paths_[to].is_read && to != root_;
+      if (!has_path && file.empty()) return;  // it refers to nothing
+      arcs->push_back((file.empty() ? "" : fmt::format("@{}@", file)) + (has_path ? path_of(to) : ""));
       hold_text(arc_bytes_ += arcs->back().size());
     };
     if (type == payload_value) return read_one(true);
@@ -418,6 +439,15 @@ class UsdcLayer final : public UsdLayer {
       if (!(lists & bit)) continue;
       for (std::uint64_t left = cursor_.count(sizeof(std::uint32_t)); left > 0 && !error(); --left)
         read_one(bit != 8 && bit != 16);
+    }
+  }
+
+  /// Names the sublayers' offsets and scales of time, other than 0 and 1.
+  void name_offsets(ValueRep rep) {
+    cursor_.go_to(rep.payload(), "offsets of sublayers");
+    for (std::uint64_t left = cursor_.count(2 * sizeof(double)); left > 0 && !error(); --left) {
+      const auto offset = cursor_.number<double>(), scale = cursor_.number<double>();
+      if (offset != 0 || scale != 1) ignored.push_back({"subLayers: offset", why_no_offset});
     }
   }
 

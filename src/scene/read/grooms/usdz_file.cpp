@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <string_view>
+#include <utility>
 
 namespace tress::scene {
 namespace {
@@ -45,39 +47,45 @@ Result<UsdzFile> read_usdz_file(std::span<const unsigned char> bytes, const std:
   while (end > first && number_at(bytes, end - 1, 4) != end_mark) --end;
   if (end == first) return fail(bytes.size(), "the table of a zip archive at its end", "none");
   --end;
-  UsdzFile file;
-  std::size_t at = number_at(bytes, end + 16, 4), root_at = bytes.size(), root_size = 0;
+  struct Row {
+    std::string name;
+    std::size_t row_at, at;
+    std::uint32_t method, size;
+  };
+  std::vector<Row> entries;
+  std::size_t at = number_at(bytes, end + 16, 4);
   const std::uint32_t rows = number_at(bytes, end + 10, 2);
   for (std::uint32_t row = 0; row < rows; ++row) {
     if (at > end || end - at < row_bytes || number_at(bytes, at, 4) != row_mark)
       return fail(std::min(at, bytes.size()), fmt::format("entry {} of {} in the table of the archive", row + 1, rows),
                   "none");
-    std::string entry = text_at(bytes, at + row_bytes, number_at(bytes, at + 28, 2));
-    const std::size_t entry_at = number_at(bytes, at + 42, 4);
-    if (entry_at < root_at) {
-      if (!file.name.empty()) file.others.push_back(file.name);
-      const std::uint32_t method = number_at(bytes, at + 10, 2);
-      if (method != 0)
-        return fail(at, fmt::format("entries that are stored, as .usdz has them (zip -0)"),
-                    fmt::format("{}, packed by method {}", entry, method));
-      root_at = entry_at;
-      root_size = number_at(bytes, at + 24, 4);
-      file.name = std::move(entry);
-    } else {
-      file.others.push_back(std::move(entry));
-    }
+    entries.push_back({text_at(bytes, at + row_bytes, number_at(bytes, at + 28, 2)), at, number_at(bytes, at + 42, 4),
+                       number_at(bytes, at + 10, 2), number_at(bytes, at + 24, 4)});
     at += row_bytes + number_at(bytes, at + 28, 2) + number_at(bytes, at + 30, 2) + number_at(bytes, at + 32, 2);
   }
   if (rows == 0) return fail(end, "a layer of USD in the archive", "no entries");
-  if (!is_layer(file.name)) return fail(root_at, "a layer of USD (.usd, .usda, .usdc) as the first entry", file.name);
-  if (root_at > end || end - root_at < entry_bytes || number_at(bytes, root_at, 4) != entry_mark)
-    return fail(std::min(root_at, bytes.size()), fmt::format("the entry {}", file.name), "none");
-  const std::size_t data_at =
-      root_at + entry_bytes + number_at(bytes, root_at + 26, 2) + number_at(bytes, root_at + 28, 2);
-  if (data_at > end || root_size > end - data_at)
-    return fail(root_at, fmt::format("{} bytes of {}", root_size, file.name),
-                fmt::format("{}", data_at > end ? 0 : end - data_at));
-  file.root = bytes.subspan(data_at, root_size);
+  std::ranges::sort(entries, {}, [](const Row& entry) { return std::pair(entry.at, entry.row_at); });
+  UsdzFile file;
+  for (const Row& entry : entries) {
+    const bool is_first = &entry == entries.data();
+    std::optional<Error> fault;
+    if (!is_layer(entry.name))
+      fault = fail(entry.at, "a layer of USD (.usd, .usda, .usdc) as the first entry", entry.name);
+    else if (entry.method != 0)
+      fault = fail(entry.row_at, "entries that are stored, as .usdz has them (zip -0)",
+                   fmt::format("{}, packed by method {}", entry.name, entry.method));
+    else if (entry.at > end || end - entry.at < entry_bytes || number_at(bytes, entry.at, 4) != entry_mark)
+      fault = fail(std::min(entry.at, bytes.size()), fmt::format("the entry {}", entry.name), "none");
+    else if (const std::size_t data_at =
+                 entry.at + entry_bytes + number_at(bytes, entry.at + 26, 2) + number_at(bytes, entry.at + 28, 2);
+             data_at > end || entry.size > end - data_at)
+      fault = fail(entry.at, fmt::format("{} bytes of {}", entry.size, entry.name),
+                   fmt::format("{}", data_at > end ? 0 : end - data_at));
+    else
+      file.layers.push_back({entry.name, bytes.subspan(data_at, entry.size)});
+    if (fault && is_first) return *fault;
+    if (fault) file.others.push_back(entry.name);
+  }
   return file;
 }
 

@@ -14,9 +14,12 @@ namespace tress::scene {
 bool is_usdz(std::span<const unsigned char> bytes);
 
 struct UsdzFile {
-  std::string name;                     ///< name of the first entry, the root layer
-  std::span<const unsigned char> root;  ///< its bytes, among those of the file
-  std::vector<std::string> others;      ///< names of all other entries
+  struct Entry {
+    std::string name;
+    std::span<const unsigned char> bytes = {};  ///< among those of the file
+  };
+  std::vector<Entry> layers;        ///< that are stored as they are; the first is the root layer
+  std::vector<std::string> others;  ///< names of all other entries
 };
 
 /// Finds the entries. `name` is the file named in errors, which give the byte.
