@@ -34,6 +34,7 @@ struct LightDraw {
   float time;
   float u_light;
   std::array<float, 2> u;
+  std::uint32_t object;
 };
 
 /// A ray that was drawn by a BCSDF, and how far it got: infinity where it met nothing.
@@ -88,8 +89,8 @@ TRESS_WRAPPED(Scattering::Sample, sample,
               "_ZNK5tress9integrate10Scattering6sampleERKNS0_6VertexERKSt5arrayIfLm4EERNS0_8PathSumsE",
               const Scattering*, const Vertex&, const std::array<float, 4>&, PathSums&)
 TRESS_WRAPPED(LightSampler::Arrival, draw_light,
-              "_ZNK5tress9integrate12LightSampler6sampleERKN3glm3vecILi3EfLNS2_9qualifierE0EEEffRKSt5arrayIfLm2EE",
-              const LightSampler*, const glm::vec3&, float, float, const std::array<float, 2>&)
+              "_ZNK5tress9integrate12LightSampler6sampleERKN3glm3vecILi3EfLNS2_9qualifierE0EEEffRKSt5arrayIfLm2EEj",
+              const LightSampler*, const glm::vec3&, float, float, const std::array<float, 2>&, std::uint32_t)
 
 #undef TRESS_WRAPPED
 
@@ -144,12 +145,12 @@ Scattering::Sample wrapped_sample(const Scattering* self, const Vertex& vertex, 
 }
 
 LightSampler::Arrival wrapped_draw_light(const LightSampler* self, const glm::vec3& point, float time, float u_light,
-                                         const std::array<float, 2>& u) {
+                                         const std::array<float, 2>& u, std::uint32_t object) {
   if (recording) {
     recording->steps.push_back(Step::draw_light);
-    recording->light_draws.push_back({point, time, u_light, u});
+    recording->light_draws.push_back({point, time, u_light, u, object});
   }
-  return real_draw_light(self, point, time, u_light, u);
+  return real_draw_light(self, point, time, u_light, u, object);
 }
 
 }  // namespace tress::bench

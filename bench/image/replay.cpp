@@ -195,14 +195,14 @@ class Workbench {
   void draw_lights() {
     Sum sum;
     for (const LightDraw& draw : paths_.light_draws)
-      sum.add(lights_->sample(draw.point, draw.time, draw.u_light, draw.u).density);
+      sum.add(lights_->sample(draw.point, draw.time, draw.u_light, draw.u, draw.object).density);
   }
   void met_lights() {
     Sum sum;
     for (const Way& way : paths_.ways) met_light(way, sum);
   }
   void met_light(const Way& way, Sum& sum) const {
-    lights_->along(way.ray.origin, way.ray.direction, way.ray.time, way.distance_cm,
+    lights_->along(way.ray.origin, way.ray.direction, way.ray.time, way.distance_cm, scene::no_object,
                    [&](const LightSampler::Arrival& light) { sum.add(light.density); });
   }
 
@@ -246,7 +246,7 @@ class Workbench {
         }
         case Step::draw_light: {
           const LightDraw& draw = paths_.light_draws[drawn++];
-          if (parts.lights) sum.add(lights_->sample(draw.point, draw.time, draw.u_light, draw.u).density);
+          if (parts.lights) sum.add(lights_->sample(draw.point, draw.time, draw.u_light, draw.u, draw.object).density);
           break;
         }
       }

@@ -81,7 +81,7 @@ struct RayQuery {
   embree::RayContext context;
   std::uint32_t start_groom, first_own, own_count;  ///< the segments of the strand that the ray leaves
   float start;                                      ///< distance from Embree's origin to where the ray starts
-  bool from_camera;
+  const std::uint8_t* passed;                       ///< scene::ObjectMarks by geometry; null: it passes nothing
   float time;
   std::uint64_t key;                   ///< decides which segments with a presence are hit
   const glm::vec3* came_by = nullptr;  ///< Ray::came_by of a ray that leaves a fiber
@@ -172,7 +172,8 @@ bool is_outside_linear(const StrandCurves& curves, const RTCFilterFunctionNArgum
   return is_outside(curves, segment, along, lateral, slope_of(arguments, i), direction, time);
 }
 
-/// Rejects hits outside the silhouette, and hits on the strand that the ray leaves within two radii of its start.
+/// Rejects hits outside the silhouette, hits on the strand that the ray leaves within two radii of its start, and all
+/// hits on a groom that the ray passes.
 void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
   const auto& curves = *static_cast<const StrandCurves*>(arguments->geometryUserPtr);
   const auto& query = *reinterpret_cast<const RayQuery*>(arguments->context);
@@ -181,7 +182,9 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
     if (arguments->valid[i] == 0) continue;
     const std::uint32_t segment = RTCHitN_primID(arguments->hit, n, i);
     const float along = RTCHitN_u(arguments->hit, n, i);
-    if (RTCRayN_tfar(arguments->ray, n, i) < query.start) {  // of a ray that looks for meshes before its start
+    const bool is_passed = query.passed != nullptr && query.passed[curves.groom] != 0;
+    const bool is_before_start = RTCRayN_tfar(arguments->ray, n, i) < query.start;  // where it looks for meshes only
+    if (is_passed || is_before_start) {
       arguments->valid[i] = 0;
       continue;
     }
@@ -210,13 +213,14 @@ bool is_from_within(const RTCFilterFunctionNArguments* arguments, unsigned int i
   return glm::dot(normal, direction) * glm::dot(normal, came_by - point) > 0;
 }
 
-/// Rejects hits on meshes that the camera does not see, and hits from within of rays that leave a fiber.
+/// Rejects hits on meshes that the ray passes, and hits from within of rays that leave a fiber.
 void mesh_filter(const RTCFilterFunctionNArguments* arguments) {
   const auto& query = *reinterpret_cast<const RayQuery*>(arguments->context);
-  const bool is_unseen = query.from_camera && !static_cast<const scene::Mesh*>(arguments->geometryUserPtr)->visible;
   for (unsigned int i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] == 0) continue;
-    if (is_unseen || (query.came_by != nullptr && is_from_within(arguments, i, *query.came_by)))
+    const bool is_passed =
+        query.passed != nullptr && query.passed[RTCHitN_geomID(arguments->hit, arguments->N, i)] != 0;
+    if (is_passed || (query.came_by != nullptr && is_from_within(arguments, i, *query.came_by)))
       arguments->valid[i] = 0;
   }
 }
@@ -252,8 +256,9 @@ RTCRayHit unmet(const Ray& ray, float start, bool has_meshes) {
   return found;
 }
 
-/// key: the ray's key; it is not used if no strand has a presence.
-RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, float start, std::uint64_t key) {
+/// key: the ray's key; it is not used if no strand has a presence. unseen: by rays of its kind.
+RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, float start, std::uint64_t key,
+                   const scene::ObjectMarks& unseen) {
   RayQuery query;
   query.key = key;
   embree::init(&query.context);
@@ -265,7 +270,8 @@ RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, floa
     query.own_count = first[1] - first[0];
   }
   query.start = start;
-  query.from_camera = ray.from_camera;
+  const scene::ObjectMarks& passed = ray.passed != nullptr ? *ray.passed : unseen;
+  query.passed = passed.empty() ? nullptr : passed.data();
   query.time = ray.time;
   if (ray.came_by) query.came_by = &*ray.came_by;
   return query;
@@ -379,7 +385,6 @@ RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   for (const scene::MeshMoment& later : mesh.later)
     copy(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, later.positions, ++moment);
   copy(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles, 0);
-  rtcSetGeometryUserData(geometry, const_cast<scene::Mesh*>(&mesh));
   rtcSetGeometryIntersectFilterFunction(geometry, mesh_filter);
   rtcSetGeometryOccludedFilterFunction(geometry, mesh_filter);
   return geometry;
@@ -445,6 +450,11 @@ struct FiberScene::Implementation {
     return hit;
   }
 
+  const scene::ObjectMarks& unseen(const Ray& ray) const {
+    return ray.from_camera ? unseen_by_camera : unseen_indirectly;
+  }
+
+  scene::ObjectMarks unseen_by_camera, unseen_indirectly, without_shadow;
   bool sparse = false;  ///< whether strands of some groom have a presence
   float start = 0;      ///< distance of Embree's origin behind a ray's, cm
   RTCDevice device = nullptr;
@@ -461,6 +471,9 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
   check(self.device, self.scene);
   rtcSetSceneFlags(self.scene, scene_flags(tree, !scene.meshes.empty()));
   rtcSetSceneBuildQuality(self.scene, build_quality(tree.quality));
+  self.unseen_by_camera = scene::marked_objects(scene, [](const auto& object) { return !object.visibility.camera; });
+  self.unseen_indirectly = scene::marked_objects(scene, [](const auto& object) { return !object.visibility.indirect; });
+  self.without_shadow = scene::marked_objects(scene, [](const auto& object) { return !object.visibility.shadow; });
   self.grooms.reserve(scene.grooms.size());
   float largest_axis = 0;
   for (std::uint32_t index = 0; index < scene.grooms.size(); ++index) {
@@ -496,7 +509,7 @@ std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
   const Implementation& self = *implementation_;
   const std::uint64_t key = self.sparse ? key_of(ray) : 0;
   if (self.sparse && ray.drawn >= 0) return intersect_drawn(ray, key);
-  RayQuery query = ray_query(ray, self.grooms, self.start, key);
+  RayQuery query = ray_query(ray, self.grooms, self.start, key, self.unseen(ray));
   RTCRayHit found = unmet(ray, self.start, !self.surfaces.empty());
   embree::intersect1(self.scene, &query.context, &found);
   return self.hit(ray, found, key);
@@ -504,7 +517,7 @@ std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
 
 std::optional<Hit> FiberScene::intersect_drawn(const Ray& ray, std::uint64_t key) const {
   const Implementation& self = *implementation_;
-  RayQuery query = ray_query(ray, self.grooms, self.start, key);
+  RayQuery query = ray_query(ray, self.grooms, self.start, key, self.unseen(ray));
   DrawnHits drawn(ray.drawn);
   query.drawn = &drawn;
   RTCRayHit found = unmet(ray, self.start, !self.surfaces.empty());
@@ -517,7 +530,7 @@ bool FiberScene::has_presence() const { return implementation_->sparse; }
 
 bool FiberScene::occluded(const Ray& ray, float distance_cm) const {
   const Implementation& self = *implementation_;
-  RayQuery query = ray_query(ray, self.grooms, self.start, self.sparse ? key_of(ray) : 0);
+  RayQuery query = ray_query(ray, self.grooms, self.start, self.sparse ? key_of(ray) : 0, self.without_shadow);
   RTCRay shadow = embree_ray(ray, self.start, !self.surfaces.empty());
   shadow.tfar = self.start + distance_cm;
   embree::occluded1(self.scene, &query.context, &shadow);

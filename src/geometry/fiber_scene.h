@@ -20,7 +20,7 @@ struct Ray {
   glm::vec3 direction;  ///< unit
   /// The strand that the ray leaves, if there is one (ray_from sets both).
   std::uint32_t start_groom = no_index, start_strand = no_index;
-  bool from_camera = false;  ///< whether it passes through meshes that the camera does not see (scene::Mesh::visible)
+  bool from_camera = false;  ///< whether it meets what the camera sees (scene::Visibility)
   float time = 0;            ///< 0 at the opening of the shutter, 1 at its closing
   /// These two decide which strands with a presence (scene::Groom::presence) the ray hits. If `drawn` is in [0, 1), the
   /// ray hits the first strand at which the strands so far hide more than this share. If it is below 0, a hash of the
@@ -31,6 +31,8 @@ struct Ray {
   /// For a ray that leaves a fiber: a point of the ray that arrived there, cm, before it met the fiber. A mesh between
   /// this point and the start is hit only by rays that come from this point's side, so that light stays on that side.
   std::optional<glm::vec3> came_by = {};
+  /// The objects that it passes through (scene::ObjectMarks). Null: those that rays of its kind do not meet.
+  const scene::ObjectMarks* passed = nullptr;
 };
 
 /// The place where a ray meets a fiber or a surface. The fields of the other kind keep their defaults.
@@ -107,6 +109,9 @@ struct TreeOptions {
 /// outwards and not inwards, even before its start (Ray::came_by). Things that move (scene::Groom::later,
 /// scene::Mesh::later) are hit where they are at the ray's time. If strands have a presence, a ray hits each segment
 /// with that probability, independently of the segments before it.
+///
+/// Objects may be left out for rays of a kind (scene::Visibility): rays of the camera, other rays of `intersect`, and
+/// rays of `occluded`.
 ///
 /// Built once; intersect and occluded: any thread.
 class FiberScene {

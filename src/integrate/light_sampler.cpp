@@ -51,6 +51,7 @@ LightSampler::LightSampler(const scene::Scene& scene) : scene_(scene) {
   const std::vector<std::string> groups = scene::light_groups(scene);
   if (scene.environment.mean() != glm::vec3(0.0f)) {
     choices_.push_back({nullptr, 0, scene::group_index(groups, scene.environment_group)});
+    link(scene.environment_links);
     fluence.push_back(4 * std::numbers::pi * static_cast<double>(luminance(scene.environment.mean())));
   }
   if (!scene.lights.empty()) {
@@ -60,6 +61,7 @@ LightSampler::LightSampler(const scene::Scene& scene) : scene_(scene) {
       const auto is_black = [](const scene::LightShape& shape) { return shape.radiance == glm::vec3(0.0f); };
       if (is_black(light) && std::ranges::all_of(light.later, is_black)) continue;
       choices_.push_back({&light, 0, scene::group_index(groups, light.group), LightClearance(light, scene, size)});
+      link(light.links);
       some_seen_ = some_seen_ || light.visible;
       double sum = mean_fluence(light, points);
       for (const scene::LightShape& moment : light.later) sum += mean_fluence(moment, points);
@@ -74,6 +76,21 @@ LightSampler::LightSampler(const scene::Scene& scene) : scene_(scene) {
     choices_[i].probability = static_cast<float>((1 - even_share) * share + even_share / count);
   }
   if (choices_.size() == 1) choices_[0].probability = 1;
+  if (std::ranges::all_of(choices_, [](const Choice& choice) { return choice.unlit.empty(); })) return;
+  lit_share_.resize(scene.grooms.size() + scene.meshes.size(), 0.0f);
+  for (std::size_t object = 0; object < lit_share_.size(); ++object)
+    for (const Choice& choice : choices_)
+      if (choice.unlit.empty() || choice.unlit[object] == 0) lit_share_[object] += choice.probability;
+}
+
+/// Links the last light.
+void LightSampler::link(const scene::LightLinks& links) {
+  Choice& choice = choices_.back();
+  choice.unlit = scene::marked_objects(scene_, [&](const auto& object) { return !links.lit.has(object.object); });
+  choice.passed = scene::marked_objects(
+      scene_, [&](const auto& object) { return !object.visibility.shadow || !links.blocking.has(object.object); });
+  choice.needs_shadow_ray =
+      choice.passed != scene::marked_objects(scene_, [](const auto& object) { return !object.visibility.indirect; });
 }
 
 bool LightSampler::meet_moving(const Choice& choice, const glm::vec3& origin, float time, float distance_cm,
@@ -85,14 +102,16 @@ bool LightSampler::meet_moving(const Choice& choice, const glm::vec3& origin, fl
 }
 
 LightSampler::Arrival LightSampler::sample(const glm::vec3& point, float time, float u_light,
-                                           const std::array<float, 2>& u) const {
+                                           const std::array<float, 2>& u, std::uint32_t object) const {
   Arrival arrival;
   if (choices_.empty()) return arrival;
   std::size_t chosen = 0;
-  for (float below = choices_[0].probability; u_light >= below && chosen + 1 < choices_.size();) {
-    below += choices_[++chosen].probability;
+  for (float below = probability_at(choices_[0], object); u_light >= below && chosen + 1 < choices_.size();) {
+    below += probability_at(choices_[++chosen], object);
   }
   const Choice& choice = choices_[chosen];
+  const float probability = probability_at(choice, object);
+  arrival.passed = &choice.passed;
   arrival.group = choice.group;
   if (choice.light != nullptr) {
     const auto draw = [&](const scene::LightShape& light, const LightClearance& clearance) {
@@ -101,7 +120,7 @@ LightSampler::Arrival LightSampler::sample(const glm::vec3& point, float time, f
       arrival.distance_cm = drawn.distance;
       arrival.shadow = clearance.shadow(point, drawn.direction, drawn.distance);
       arrival.radiance = drawn.radiance;
-      arrival.density = choice.probability * drawn.pdf_solid_angle;
+      arrival.density = probability * drawn.pdf_solid_angle;
     };
     if (choice.light->later.empty()) {
       draw(*choice.light, choice.clearance);
@@ -114,7 +133,7 @@ LightSampler::Arrival LightSampler::sample(const glm::vec3& point, float time, f
     arrival.direction = scene::turned_with_environment(scene_, drawn.direction, time);
     arrival.shadow = {arrival.direction, arrival.distance_cm};
     arrival.radiance = drawn.radiance;
-    arrival.density = choice.probability * drawn.pdf_solid_angle;
+    arrival.density = probability * drawn.pdf_solid_angle;
   }
   return arrival;
 }
@@ -123,7 +142,7 @@ LightSampler::Arrival LightSampler::seen(const glm::vec3& origin, const glm::vec
                                          float distance_cm) const {
   Arrival nearest;
   if (!some_seen_) return nearest;
-  along(origin, direction, time, distance_cm, [&](const Arrival& light) {
+  along(origin, direction, time, distance_cm, scene::no_object, [&](const Arrival& light) {
     const bool nearer = !(nearest.density > 0) || light.distance_cm < nearest.distance_cm;
     if (light.is_seen && nearer) nearest = light;
   });

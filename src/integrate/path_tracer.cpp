@@ -98,13 +98,15 @@ bool PathTracer::is_shadowed(const geometry::Hit& hit, const LightSampler::Arriv
     distance_cm = glm::length(way);
     if (distance_cm > 0) ray.direction = way / distance_cm;
   }
+  ray.passed = light.passed;
   return fibers_.occluded(ray, distance_cm);
 }
 
 PathTracer::Lit PathTracer::light(const Vertex& vertex, float u_light, const std::array<float, 2>& u,
                                   const glm::vec3& weight, RandomStream& random, PathSums& sums) const {
   const Lit none;
-  const LightSampler::Arrival light = lights_.sample(vertex.hit.axis, vertex.hit.time, u_light, u);
+  const LightSampler::Arrival light =
+      lights_.sample(vertex.hit.axis, vertex.hit.time, u_light, u, object_of(scene_, vertex.hit));
   if (!(light.density > 0) || light.radiance == glm::vec3(0.0f)) return none;
   if (vertex.hit.is_surface && !vertex.hit.faces(light.direction)) return none;
   // The fiber is evaluated before the shadow ray, which costs as much: most light samples bring little and end here.
@@ -134,8 +136,14 @@ glm::vec3 PathTracer::met_light(const Vertex& vertex, const Scattering::Sample& 
   glm::vec3 radiance(0.0f);
   const float drawn = static_cast<float>(vertex.bcsdf_samples) * sample.value.pdf;
   const float per_light = static_cast<float>(vertex.light_samples) * sample.value.solid_angle;
-  lights_.along(geometry::start_of(vertex.hit, sample.direction), sample.direction, vertex.hit.time, distance_cm,
+  geometry::Ray ray = ray_from(vertex.hit, sample.direction);
+  lights_.along(ray.origin, sample.direction, vertex.hit.time, distance_cm, object_of(scene_, vertex.hit),
                 [&](const LightSampler::Arrival& light) {
+                  if (light.needs_shadow_ray) {
+                    ray.direction = light.shadow.direction;
+                    ray.passed = light.passed;
+                    if (fibers_.occluded(ray, light.shadow.distance_cm)) return;
+                  }
                   const glm::vec3 share = light.radiance * (drawn / (drawn + per_light * light.density));
                   radiance += share;
                   groups.add(light.group, throughput * share);
@@ -220,7 +228,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
   sums.distance_cm = hit->distance_cm;
   if (scene_.next) sums.motion = motion_of(ray, &*hit, seen);
   if (options_.data.has_any()) sums.data = data_of(scene_, *hit, options_.data);
-  sums.object = hit->is_surface ? static_cast<std::uint32_t>(scene_.grooms.size()) + hit->mesh : hit->groom;
+  sums.object = object_of(scene_, *hit);
   const auto light_samples = static_cast<std::uint32_t>(vertex.light_samples);
   for (std::uint32_t i = 0; i < light_samples; ++i) {
     const std::uint32_t index = in_half * light_samples + i;

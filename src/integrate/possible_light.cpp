@@ -61,7 +61,7 @@ PossibleLight possible_light(const scene::Scene& scene, const geometry::FiberSce
     const geometry::Hit& hit = hits[i % hits.size()];
     RandomStream random(0, i, 0);
     const float time = random.next(), u_light = random.next(), u1 = random.next(), u2 = random.next();
-    const LightSampler::Arrival light = lights.sample(hit.axis, time, u_light, {u1, u2});
+    const LightSampler::Arrival light = lights.sample(hit.axis, time, u_light, {u1, u2}, object_of(scene, hit));
     if (!(light.density > 0)) continue;
     if (hit.is_surface && !hit.faces(light.direction)) continue;
     const double balance =

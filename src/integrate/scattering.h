@@ -29,6 +29,11 @@ struct Vertex {
 /// the place. The same hit always gets the same fiber, and the mean over hits interpolates between them.
 std::uint32_t fiber_of(const scene::Scene& scene, const geometry::Hit& hit);
 
+/// The object that was hit, as in scene::ObjectMarks.
+inline std::uint32_t object_of(const scene::Scene& scene, const geometry::Hit& hit) {
+  return hit.is_surface ? static_cast<std::uint32_t>(scene.grooms.size()) + hit.mesh : hit.groom;
+}
+
 /// Light by the layers that a vertex scatters into: the lobes of a fiber, or the surface.
 using ScatteredLayers = std::array<glm::vec3, surface_layer + 1>;
 

@@ -265,7 +265,7 @@ TEST(Camera, DoesNotSeeAMeshThatIsInvisibleWhichShadesTheHairAllTheSame) {
   const RenderResult alone = rendered(scene);
   scene.meshes = {wall(-9, -2)};  // between the camera and the hair
   scene.meshes[0].albedo = glm::vec3(0.0f);
-  scene.meshes[0].visible = false;
+  scene.meshes[0].visibility.camera = false;
   const RenderResult shaded = rendered(scene);
   EXPECT_EQ(channel(alone, "coverage"), channel(shaded, "coverage"));
   EXPECT_EQ(channel(alone, "Z"), channel(shaded, "Z"));

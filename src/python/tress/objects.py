@@ -111,6 +111,8 @@ class Environment(_Object):
     scale: Optional[float] = None
     sky: Optional[Keys] = None
     group: Optional[str] = None
+    light_link: Optional[Keys] = None
+    shadow_link: Optional[Keys] = None
     pixels: Optional[np.ndarray] = None
 
 
@@ -128,6 +130,8 @@ class Light(_Object):
     frames: Optional[Sequence[Keys]] = None
     visible: Optional[bool] = None
     group: Optional[str] = None
+    light_link: Optional[Keys] = None
+    shadow_link: Optional[Keys] = None
 
 
 @dataclass(kw_only=True, slots=True)
@@ -146,6 +150,8 @@ class Mesh(_Object):
     albedo_file: Optional[str] = None
     coat: Optional[Keys] = None
     visible: Optional[bool] = None
+    casts_shadow: Optional[bool] = None
+    visible_indirect: Optional[bool] = None
     holdout: Optional[bool] = None
     triangles: Optional[Triangles] = None
 
@@ -216,6 +222,9 @@ class Groom(_Object):
     cm_per_unit: Optional[float] = None
     material: Optional[str] = None
     looks: Optional[Sequence[Keys]] = None
+    visible: Optional[bool] = None
+    casts_shadow: Optional[bool] = None
+    visible_indirect: Optional[bool] = None
 
 
 @dataclass(kw_only=True, slots=True)

@@ -191,6 +191,8 @@ constexpr std::array table{
     Parameter{"/environment/scale", "", number, factor, "", "", "1", "factor of the radiance"},
     Parameter{"/environment/group", "", text, none, "", "", "",
               "the light of the environment and its sun has a layer `light.` with this name; as `lights/N/group`"},
+    Parameter{"/environment/light_link/include/N", "", text, none, "", "", "",
+              "as `lights/N/light_link`, for the environment and its sun; also `exclude`, and `shadow_link`"},
     Parameter{"/environment_visible", "", flag, none, "", "", "true",
               "the environment is shown behind the hair; else it is black there"},
     Parameter{"/lights/N/distant/direction", "", triple, world, "", "", "",
@@ -250,6 +252,14 @@ constexpr std::array table{
         "/lights/N/group", "", text, none, "", "", "",
         "a name of 1 to 64 letters, digits, _ and -: the light of all lights that have it is a layer `light.` with "
         "this name, and what has none is in `light.other`; 16 at most"},
+    Parameter{"/lights/N/light_link/include/N", "", text, none, "", "", "all",
+              "names of the grooms and meshes that the light illuminates; no others"},
+    Parameter{"/lights/N/light_link/exclude/N", "", text, none, "", "", "none",
+              "in place of `include`: those that it does not illuminate"},
+    Parameter{"/lights/N/shadow_link/include/N", "", text, none, "", "", "all",
+              "names of the grooms and meshes that cast shadows in this light; no others"},
+    Parameter{"/lights/N/shadow_link/exclude/N", "", text, none, "", "", "none",
+              "in place of `include`: those that cast none in this light"},
     Parameter{
         "/meshes/N/file", "", text, none, "", "", "needed",
         "a path to an OBJ file; its polygons, normals and texture coordinates, as a surface seen from both sides; #### "
@@ -282,6 +292,9 @@ constexpr std::array table{
     Parameter{"/meshes/N/coat/eta", "", number, {1.01, 2.5}, "", "", "1.5", "its index of refraction; skin 1.4"},
     Parameter{"/meshes/N/visible", "", flag, none, "", "", "true",
               "the camera sees it; where not, it casts shadows and reflects light all the same"},
+    Parameter{"/meshes/N/casts_shadow", "", flag, none, "", "", "true", "it stands in the way of lights"},
+    Parameter{"/meshes/N/visible_indirect", "", flag, none, "", "", "true",
+              "other objects get the light that it reflects"},
     Parameter{"/meshes/N/holdout", "", flag, none, "", "", "false",
               "a matte: the camera sees nothing where it is, neither it nor what is behind; black, alpha 0"},
     Parameter{"/materials/N/name", "", text, none, "", "", "material N", "distinct; grooms refer to it"},
@@ -509,6 +522,10 @@ constexpr std::array table{
               "the name of another material, for some of the strands; the others have the groom's"},
     Parameter{"/grooms/N/looks/N/share", "", number, share, "", "", "needed",
               "the share of strands that have it, of all together at most 1; asked at their roots", true},
+    Parameter{"/grooms/N/visible", "", flag, none, "", "", "true", "as `meshes/N/visible`"},
+    Parameter{"/grooms/N/casts_shadow", "", flag, none, "", "", "true", "as `meshes/N/casts_shadow`; also in itself"},
+    Parameter{"/grooms/N/visible_indirect", "", flag, none, "", "", "true",
+              "as `meshes/N/visible_indirect`; where not, its strands also get no light from each other"},
     Parameter{"/grooms/N/length_cm", "", number, {0.1, 1000}, cm, "", "by kind", "length along the fall"},
     Parameter{"/grooms/N/length_variation", "", number, half_range, "", "", "by kind",
               "half range of a factor of the length"},
@@ -700,8 +717,11 @@ constexpr std::array table{
 };
 
 /// Keys that have the same row as those of another place.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 16> same{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 19> same{
     {{"/environment/sky/sun/", "/lights/N/distant/"},
+     {"/environment/light_link/exclude/N", "/environment/light_link/include/N"},
+     {"/environment/shadow_link/include/N", "/environment/light_link/include/N"},
+     {"/environment/shadow_link/exclude/N", "/environment/light_link/include/N"},
      {"/camera/frames/N/eye", "/camera/eye"},
      {"/camera/frames/N/look_at", "/camera/look_at"},
      {"/camera/frames/N/up", "/camera/up"},

@@ -134,10 +134,29 @@ struct LightShape {
   bool is_ball() const { return kind == Kind::sphere || kind == Kind::spot; }
 };
 
+/// Objects by their names in mattes: those of the list, or all but those of the list.
+struct ObjectList {
+  bool is_only = false;  ///< whether it has those of the list
+  std::vector<std::string> names = {};
+
+  bool has(const std::string& object) const { return (std::ranges::find(names, object) != names.end()) == is_only; }
+};
+
+/// The objects that a light illuminates, and those that block it.
+struct LightLinks {
+  ObjectList lit = {}, blocking = {};
+};
+
+/// Which rays meet an object: those of the camera, those from a hit to a light, and those that a hit scatters.
+struct Visibility {
+  bool camera = true, shadow = true, indirect = true;
+};
+
 /// A light of a scene. Rays that leave a fiber or a surface see it; the camera sees it if it is `visible`.
 struct Light : LightShape {
   bool visible = false;  ///< whether the camera sees it, from the side to which it shines
   std::string group;     ///< the layer for its light; empty: none
+  LightLinks links = {};
   /// The light at the later moments of the shutter, of the same kind; the light itself is at its opening. Empty if it
   /// does not move.
   std::vector<LightShape> later = {};
@@ -171,7 +190,7 @@ struct Mesh {
   std::vector<glm::vec2> uvs;          ///< finite
   std::vector<glm::uvec3> corner_uvs;  ///< the same for uvs, or no_uv; a triangle with one has the texture's mean
   std::optional<CoatParameters> coat;
-  bool visible = true;   ///< whether the camera sees it; all other rays hit it anyway
+  Visibility visibility = {};
   bool holdout = false;  ///< whether the camera sees nothing in its place: black, alpha 0
   /// The later moments after `positions`, which are at the shutter's opening; empty if it does not move.
   std::vector<MeshMoment> later = {};
@@ -212,6 +231,7 @@ struct StrandSegments {
 struct Groom {
   std::string name;
   std::string object;  ///< its name in mattes
+  Visibility visibility = {};
   std::uint32_t material = 0;
   /// Index into Scene::fibers, per strand, or per station if strands vary along their length. Look it up by fiber_at().
   std::vector<std::uint32_t> fiber;
@@ -303,6 +323,7 @@ struct Scene {
   std::vector<float> environment_turns_rad;
   bool environment_visible = true;  ///< whether it is behind the hair (background layer), or black
   std::string environment_group;    ///< the same as Light::group
+  LightLinks environment_links;     ///< the same as Light::links
   std::vector<Light> lights;
   std::vector<Mesh> meshes;
   std::vector<Material> materials;
@@ -312,5 +333,19 @@ struct Scene {
   std::vector<std::string> notes;     ///< for stderr: chosen units, framing
   std::vector<std::string> warnings;  ///< degenerate strands and their number, and the like
 };
+
+/// A mark for each object of a scene: grooms, then meshes, in their order. Empty if none is marked.
+using ObjectMarks = std::vector<std::uint8_t>;
+constexpr std::uint32_t no_object = 0xffffffffu;
+
+/// Marks the grooms and meshes for which is_marked(object) is true.
+template <class Rule>
+ObjectMarks marked_objects(const Scene& scene, Rule&& is_marked) {
+  ObjectMarks marks;
+  for (const Groom& groom : scene.grooms) marks.push_back(is_marked(groom) ? 1 : 0);
+  for (const Mesh& mesh : scene.meshes) marks.push_back(is_marked(mesh) ? 1 : 0);
+  if (std::ranges::find(marks, 1) == marks.end()) marks.clear();
+  return marks;
+}
 
 }  // namespace tress::scene

@@ -476,7 +476,7 @@ Result<Mesh> place_mesh(std::span<const MeshAtMoment> moments, const MeshDescrip
   mesh.albedo = description.albedo;
   mesh.coat = description.coat;
   mesh.uvs = file.uvs;
-  mesh.visible = description.visible;
+  mesh.visibility = description.visibility;
   mesh.holdout = description.holdout;
   const bool moves = std::ranges::any_of(moments, [&](const MeshAtMoment& moment) {
     return moment.file != &file || moment.transform != moments.front().transform;

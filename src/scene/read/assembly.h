@@ -131,7 +131,8 @@ struct MeshDescription {
   glm::vec3 albedo = Mesh{}.albedo;
   std::optional<std::string> albedo_file = {};  ///< as written
   std::optional<CoatParameters> coat = {};
-  bool visible = true, holdout = false;  ///< the same as in Mesh
+  Visibility visibility = {};
+  bool holdout = false;  ///< the same as in Mesh
 };
 
 /// A mesh from its file at a moment of the shutter, and its placement then.

@@ -43,7 +43,8 @@ double EnvironmentDescription::turn_at(double frame) const {
 EnvironmentDescription read_environment(const JsonReader& json) {
   using Kind = EnvironmentDescription::Kind;
   EnvironmentDescription environment;
-  if (!json.object({"file", "constant", "studio", "sky", "rotate_deg", "frames", "scale", "group"}) ||
+  if (!json.object({"file", "constant", "studio", "sky", "rotate_deg", "frames", "scale", "group", "light_link",
+                    "shadow_link"}) ||
       !json.exactly_one({"file", "constant", "studio", "sky"}))
     return environment;
   if (const auto file = json.text("file")) environment.kind = Kind::file, environment.file = *file;
@@ -58,6 +59,7 @@ EnvironmentDescription read_environment(const JsonReader& json) {
   read_keys(json, &environment);
   environment.scale = static_cast<float>(json.number("scale").value_or(1));
   environment.group = read_light_group(json);
+  environment.links = read_links(json);
   return environment;
 }
 
@@ -69,6 +71,7 @@ std::optional<Light> sun_of(const EnvironmentDescription& environment, double ro
   sun.direction = glm::vec3(static_cast<float>(c * d.x - s * d.y), static_cast<float>(s * d.x + c * d.y), d.z);
   sun.radiance *= environment.scale;
   sun.group = environment.group;
+  sun.links = environment.links;
   return sun;
 }
 

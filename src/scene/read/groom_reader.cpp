@@ -98,10 +98,11 @@ std::vector<std::string> attributes_of(const GroomDescription& groom, const std:
 GroomDescription read_groom(const JsonReader& json, const std::vector<Material>& materials) {
   GroomDescription groom;
   const auto shapes = shape_keys();
-  std::vector<std::string> known{"name",  "file",       "generate",  "strands",     "seed",     "radius_cm",
-                                 "taper", "basis",      "up",        "cm_per_unit", "material", "points_per_strand",
-                                 "scale", "rotate_deg", "translate", "frames",      "normals",  "widths",
-                                 "looks"};
+  std::vector<std::string> known{
+      "name",  "file",       "generate",     "strands",         "seed",     "radius_cm",
+      "taper", "basis",      "up",           "cm_per_unit",     "material", "points_per_strand",
+      "scale", "rotate_deg", "translate",    "frames",          "normals",  "widths",
+      "looks", "visible",    "casts_shadow", "visible_indirect"};
   known.insert(known.end(), shapes.begin(), shapes.end());
   if (!json.object(known) || !json.at_most_one({"file", "generate"})) return groom;
   groom.name = json.text("name");
@@ -138,6 +139,7 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
       json.fail("basis", "another basis beside \"generate\", whose points are on the strands", "\"" + *basis + "\"");
   }
   groom.path = read_path(json);
+  groom.visibility = read_visibility(json);
   groom.material = read_material_reference(json, materials);
   groom.looks = read_looks(json, materials);
   const std::vector<std::string> attributes = attributes_of(groom, materials);

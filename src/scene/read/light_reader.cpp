@@ -10,6 +10,7 @@ namespace tress::scene {
 namespace {
 
 constexpr double radians = std::numbers::pi / 180;
+constexpr std::size_t most_linked = 4096;
 constexpr double sun_angle_deg = 0.53, usual_cone_deg = 45, usual_softness = 0.15;
 
 void read_distant(const JsonReader& json, Light* light) {
@@ -87,7 +88,23 @@ void read_rectangle(const JsonReader& json, Light* light) {
   light->edge_v = glm::cross(normal, aside) * static_cast<float>(*height / 2);
 }
 
+ObjectList read_objects(const JsonReader& json, const std::string& key) {
+  ObjectList list;
+  if (!json.has(key)) return list;
+  const JsonReader link = json.child(key);
+  if (!link.object({"include", "exclude"}) || !link.exactly_one({"include", "exclude"})) return list;
+  list.is_only = link.has("include");
+  const std::string which = list.is_only ? "include" : "exclude";
+  const std::size_t count = link.items(which, most_linked).size();
+  for (std::size_t i = 0; i < count; ++i) list.names.push_back(link.child(which).text(std::to_string(i)).value_or(""));
+  return list;
+}
+
 }  // namespace
+
+LightLinks read_links(const JsonReader& json) {
+  return {.lit = read_objects(json, "light_link"), .blocking = read_objects(json, "shadow_link")};
+}
 
 std::string read_light_group(const JsonReader& json) {
   const std::string name = json.text("group").value_or("");
@@ -107,7 +124,7 @@ LightDescription read_light(const JsonReader& json) {
   LightDescription description;
   Light& light = description.light;
   if (!json.object({"distant", "sphere", "rectangle", "spot", "scale", "rotate_deg", "translate", "frames", "visible",
-                    "group"}) ||
+                    "group", "light_link", "shadow_link"}) ||
       !json.exactly_one({"distant", "sphere", "rectangle", "spot"}))
     return description;
   if (json.has("distant")) {
@@ -124,6 +141,7 @@ LightDescription read_light(const JsonReader& json) {
   }
   light.visible = json.boolean("visible").value_or(false);
   light.group = read_light_group(json);
+  light.links = read_links(json);
   description.path = read_path(json);
   return description;
 }

@@ -188,6 +188,32 @@ std::string object_name(const std::optional<std::string>& name, const std::strin
   return free;
 }
 
+/// The error for a light whose links name what is not among the objects.
+std::optional<Error> fault_of_links(const SceneDescription& description, const std::set<std::string>& objects,
+                                    const std::string& file) {
+  std::optional<Error> fault;
+  const auto check = [&](const ObjectList& list, const std::string& place) {
+    for (std::size_t i = 0; i < list.names.size() && !fault; ++i) {
+      if (objects.contains(list.names[i])) continue;
+      const std::vector<std::string> known(objects.begin(), objects.end());
+      const std::size_t shown = std::min<std::size_t>(known.size(), 16);
+      fault = Error{file, fmt::format("{}/{}/{}", place, list.is_only ? "include" : "exclude", i),
+                    fmt::format("the name of a groom or mesh (the nearest is \"{}\"; there are \"{}\"{})",
+                                nearest_name(list.names[i], known), fmt::join(std::span(known).first(shown), "\", \""),
+                                shown < known.size() ? ", ..." : ""),
+                    "\"" + list.names[i].substr(0, 64) + "\""};
+    }
+  };
+  const auto check_both = [&](const LightLinks& links, const std::string& place) {
+    check(links.lit, place + "/light_link");
+    check(links.blocking, place + "/shadow_link");
+  };
+  check_both(description.environment.links, "/environment");
+  for (std::size_t i = 0; i < description.lights.size(); ++i)
+    check_both(description.lights[i].light.links, fmt::format("/lights/{}", i));
+  return fault;
+}
+
 /// Places the moving parts of a scene.
 class Motion {
  public:
@@ -384,6 +410,7 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
   scene.image = description.image;
   scene.environment_visible = description.environment_visible;
   scene.environment_group = description.environment.group;
+  scene.environment_links = description.environment.links;
   scene.materials = std::move(description.materials);
   std::optional<Error> fault;
   for (Material& material : scene.materials)
@@ -418,6 +445,7 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
                                                      : groom_description.recipe.kind;
     groom->object = object_name(groom_description.name, usual, taken);
     taken.insert(groom->object);
+    groom->visibility = groom_description.visibility;
     apply_taper(groom_description.taper, &*groom);
     groom->material = groom_description.material;
     if (auto error = fault_of_roots(*groom, groom_description.looks, scene.materials)) return *error;
@@ -426,6 +454,7 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
     else
       for (Groom& part : divided(std::move(*groom), groom_description.looks)) scene.grooms.push_back(std::move(part));
   }
+  if (auto error = fault_of_links(description, taken, name)) return *error;
   if (unstyled != nullptr) *unstyled = {scene.materials, scene.lights, scene.environment};
   if (auto error = apply_look(overrides, &scene)) return *error;
   if (auto error = motion.place_camera(&scene)) return *error;

@@ -70,10 +70,16 @@ ObjectPath read_path(const JsonReader& json) {
   return path;
 }
 
+Visibility read_visibility(const JsonReader& json) {
+  return {.camera = json.boolean("visible").value_or(true),
+          .shadow = json.boolean("casts_shadow").value_or(true),
+          .indirect = json.boolean("visible_indirect").value_or(true)};
+}
+
 MeshDescription read_mesh(const JsonReader& json) {
   MeshDescription mesh;
   if (!json.object({"name", "file", "up", "cm_per_unit", "scale", "rotate_deg", "translate", "frames", "albedo",
-                    "albedo_file", "coat", "visible", "holdout"}) ||
+                    "albedo_file", "coat", "visible", "casts_shadow", "visible_indirect", "holdout"}) ||
       !json.need({"file"}) || !json.at_most_one({"albedo", "albedo_file"}))
     return mesh;
   mesh.name = json.text("name");
@@ -84,9 +90,10 @@ MeshDescription read_mesh(const JsonReader& json) {
   mesh.albedo = json.triple("albedo").value_or(mesh.albedo);
   mesh.albedo_file = json.text("albedo_file");
   if (json.has("coat")) mesh.coat = read_coat(json.child("coat"));
-  mesh.visible = json.boolean("visible").value_or(mesh.visible);
+  mesh.visibility = read_visibility(json);
   mesh.holdout = json.boolean("holdout").value_or(mesh.holdout);
-  if (mesh.holdout && !mesh.visible) json.fail("holdout", "a mesh that the camera sees", "\"visible\": false");
+  if (mesh.holdout && !mesh.visibility.camera)
+    json.fail("holdout", "a mesh that the camera sees", "\"visible\": false");
   return mesh;
 }
 
