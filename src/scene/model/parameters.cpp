@@ -287,13 +287,22 @@ constexpr std::array table{
     Parameter{"/materials/N/name", "", text, none, "", "", "material N", "distinct; grooms refer to it"},
     Parameter{"/materials/N/eta", "", number, of(fiber::eta_range), "", "", "1.55", "index of refraction"},
     Parameter{"/materials/N/eccentricity", "--eccentricity", number, of(fiber::eccentricity_range), "", "", "0.85",
-              "minor over major semi-axis of the cross-section"},
+              "minor over major semi-axis of the cross-section; a source of it may not vary along strands", true},
     Parameter{"/materials/N/roughness", "--roughness", number, of(fiber::roughness_range), "", "", "0.2",
               "Beckmann roughness of the surface: the energies of the lobes, and the widths that are not given", true},
     Parameter{"/materials/N/presence", "", number, share, "", "", "1",
               "how likely a ray is to meet a strand that it comes to, and a strand's alpha before nothing", true},
+    Parameter{"/materials/N/thickness",
+              "",
+              number,
+              {0, 10},
+              "",
+              "",
+              "1",
+              "factor of the radii of its strands, beside their `taper`",
+              true},
     Parameter{"/materials/N/tilt_deg", "--cuticle-tilt", number, of(fiber::tilt_range_deg), degrees, "", "3",
-              "tilt of the cuticle scales"},
+              "tilt of the cuticle scales", true},
     Parameter{
         "/materials/N/color",
         "--color",
@@ -351,9 +360,9 @@ constexpr std::array table{
     Parameter{"/materials/N/fresnel", "", choice, none, "", "exact, longitudinal, bravais, none", "exact",
               "of R; only `exact` conserves energy"},
     Parameter{"/materials/N/gain", "", numbers_by_name, of(fiber::gain_range), "", "R, TT, TRT, TRRT, residual, GLINT",
-              "1 each", "factor of a lobe; above 1 a fiber may return more than it receives"},
+              "1 each", "factor of a lobe; above 1 a fiber may return more than it receives", true},
     Parameter{"/materials/N/tint", "", triples_by_name, share, "", "R, TT, TRT, TRRT, residual, GLINT",
-              "[1, 1, 1] each", "factor by channel; GLINT without a gain or tint has that of TRT"},
+              "[1, 1, 1] each", "factor by channel; GLINT without a gain or tint has that of TRT", true},
     Parameter{"/materials/N/glint", "", only_true, none, "", "", "",
               "GLINT is a lobe and layer of its own; naming GLINT above does so too"},
     Parameter{"/materials/N/curl_diameter_cm",
@@ -423,13 +432,14 @@ constexpr std::array table{
               "[0, 0, 0]", "absorption, RGB, per radius"},
     Parameter{"/materials/N/medulla/radius", "", number, of(fiber::medulla_radius_range), "", "", "needed",
               "share of the semi-axes of the fiber that its core has, which scatters and has no pigment; seen by the "
-              "models `rough` and `fiber3d` only"},
+              "models `rough` and `fiber3d` only",
+              true},
     Parameter{"/materials/N/medulla/scattering", "", number, of(fiber::medulla_scattering_range), "", "", "0",
-              "scattering coefficient, per major semi-axis"},
+              "scattering coefficient, per major semi-axis", true},
     Parameter{"/materials/N/medulla/asymmetry", "", number, of(fiber::medulla_asymmetry_range), "", "", "0",
-              "mean cosine of a scattering: above 0 it goes forwards"},
+              "mean cosine of a scattering: above 0 it goes forwards", true},
     Parameter{"/materials/N/medulla/absorption", "", number, of(fiber::medulla_absorption_range), "", "", "0",
-              "absorption coefficient, of all colors alike, per major semi-axis"},
+              "absorption coefficient, of all colors alike, per major semi-axis", true},
     Parameter{"/materials/N/variation/eccentricity",
               "",
               number,
@@ -752,10 +762,10 @@ const Parameter* parameter_at(std::string_view place) {
   const std::string key = general(place);
   if (const auto found = by_key.find(key); found != by_key.end()) return found->second;
   // Each part of a source has the range of the value that it replaces; a source's own keys may be in any source.
-  for (const std::string_view part : {"/ramp/N/N", "/random/N", "/mix/N"}) {
+  for (const std::string_view part : {"/ramp/N/N", "/random/N", "/mix/N", "/root", "/tip"}) {
     if (!key.ends_with(part)) continue;
     const Parameter* whole = parameter_at(key.substr(0, key.size() - part.size()));
-    if (whole == nullptr || !whole->varies) return nullptr;
+    if (whole == nullptr || !whole->varies) continue;
     return part.starts_with("/ramp") && place.ends_with("/0") ? by_key.at("/SOURCE/ramp") : whole;
   }
   const std::size_t last = key.rfind('/');

@@ -22,6 +22,7 @@
 #include "scene/model/camera.h"
 #include "scene/model/light.h"
 #include "scene/model/parameters.h"
+#include "scene/model/strand_fibers.h"
 #include "scene/read/assembly.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/groom_looks.h"
@@ -424,7 +425,10 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
     if (groom->strand_count() == 0)
       scene.warnings.push_back(groom->name + ": no strand is left to draw");
     else
-      for (Groom& part : divided(std::move(*groom), groom_description.looks)) scene.grooms.push_back(std::move(part));
+      for (Groom& part : divided(std::move(*groom), groom_description.looks)) {
+        apply_thickness(scene.materials[part.material], &part);
+        scene.grooms.push_back(std::move(part));
+      }
   }
   if (unstyled != nullptr) *unstyled = {scene.materials, scene.lights, scene.environment};
   if (auto error = apply_look(overrides, &scene)) return *error;
