@@ -250,6 +250,13 @@ TEST_F(SourceFiles, GiveWayToOptions) {
   EXPECT_FLOAT_EQ(loaded->fibers[0].tilt, 4 * 0.01745329f);
 }
 
+TEST_F(SourceFiles, WarnOfWhatOfRenderMansHairIsLeftOut) {
+  const auto loaded = scene(R"("marschner": {"diffuseGain": 0.5, "shadowColor": [1, 0, 0]})");
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  ASSERT_FALSE(loaded->warnings.empty());
+  EXPECT_EQ(loaded->warnings[0], "material m: left out, as fibers have nothing of the kind: diffuseGain, shadowColor");
+}
+
 TEST_F(SourceFiles, GainsAndTintsOfLobesVaryAndKeepOne) {
   const auto loaded =
       scene(R"("gain": {"R": {"root": 1, "tip": 0}, "TT": 0.5}, "tint": {"TRT": {"attribute": "dye"}})");

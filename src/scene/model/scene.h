@@ -119,6 +119,7 @@ struct Material {
   /// widths of strands that leave their range are clamped. The roughness, which is almost smooth, does not vary with
   /// them.
   bool has_node_widths = false;
+  std::vector<std::string> left_out;     ///< keys of its description that fibers have no counterpart of
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: from a hash of the strand
 };
 

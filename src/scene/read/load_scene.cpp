@@ -387,6 +387,10 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
   scene.environment_group = description.environment.group;
   scene.materials = std::move(description.materials);
   std::optional<Error> fault;
+  for (const Material& material : scene.materials)
+    if (!material.left_out.empty())
+      scene.warnings.push_back(fmt::format("material {}: left out, as fibers have nothing of the kind: {}",
+                                           material.name, fmt::join(material.left_out, ", ")));
   for (Material& material : scene.materials)
     for_each_source(material, [&](Source& source) {
       if (!fault) fault = load_textures(from, &scene.warnings, &source);

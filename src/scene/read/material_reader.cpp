@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "scene/model/hair_colors.h"
+#include "scene/read/marschner_reader.h"
 #include "scene/read/principled_reader.h"
 #include "scene/read/scene_file.h"
 #include "scene/read/source_reader.h"
@@ -170,6 +171,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
                                        "sigma_a",
                                        "principled",
                                        "chiang_hair_bsdf",
+                                       "marschner",
                                        "azimuthal_sigma_deg",
                                        "longitudinal_lambda_deg",
                                        "curl_diameter_cm",
@@ -186,6 +188,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
   material.name = json.text("name").value_or(fmt::format("material {}", index));
   if (json.has("principled")) read_principled(json, &material);
   if (json.has("chiang_hair_bsdf")) read_chiang_hair_bsdf(json, &material);
+  if (json.has("marschner")) read_marschner(json, &material);
   if (const auto x = json.number("eta")) fiber.eta = static_cast<float>(*x);
   if (const auto x = read_number_of(json, "eccentricity", number_of(&material, FiberNumber::eccentricity)))
     fiber.eccentricity = *x;
@@ -195,7 +198,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
   if (const auto x = read_number_of(json, "tilt_deg", number_of(&material, FiberNumber::tilt), radians))
     fiber.tilt = *x;
   if (json.has("medulla")) read_medulla(json.child("medulla"), &material);
-  if (!json.has("principled") && !json.has("chiang_hair_bsdf")) read_color(json, &material);
+  if (!json.has("principled") && !json.has("chiang_hair_bsdf") && !json.has("marschner")) read_color(json, &material);
   if (json.has("variation")) material.variation = read_variation(json.child("variation"));
   read_lobe_angles(json, "azimuthal_sigma_deg", {"TT", "TRT", "TRRT"}, &fiber.azimuthal_sigma);
   read_lobe_angles(json, "longitudinal_lambda_deg", {"R", "TT", "TRT", "TRRT"}, &fiber.longitudinal_lambda);
