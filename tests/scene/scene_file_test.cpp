@@ -317,5 +317,75 @@ TEST(SceneFile, MaterialXsHairIsReadByItsInputs) {
             std::string::npos);
 }
 
+Material marschner(const std::string& keys) {
+  const std::string text = R"({"materials": [{"marschner": {)" + keys + "}}], " + groom + "}";
+  auto scene = parse_scene_file(std::vector<unsigned char>(text.begin(), text.end()), "s.json");
+  EXPECT_TRUE(scene) << keys << ": " << scene.error().message();
+  return scene ? scene->materials[0] : Material{};
+}
+
+TEST(SceneFile, RenderMansHairIsReadByItsParameters) {
+  constexpr double degree = std::numbers::pi / 180, deviation = std::numbers::pi / std::numbers::sqrt3;
+  const fiber::FiberParameters usual = marschner("").fiber;
+  EXPECT_EQ(usual.eccentricity, 1);
+  EXPECT_FLOAT_EQ(usual.tilt, static_cast<float>(3 * degree));
+  EXPECT_FLOAT_EQ(usual.roughness, static_cast<float>(std::sqrt(2) * 8 * degree));
+  EXPECT_FLOAT_EQ(*usual.longitudinal_lambda[1], static_cast<float>(8 * degree / deviation));
+  EXPECT_FLOAT_EQ(*usual.azimuthal_sigma[1], static_cast<float>(10 * degree));
+  EXPECT_EQ(usual.sigma_a, glm::vec3(0.0f));
+  EXPECT_EQ(usual.gain, (fiber::LobeColors{glm::vec3(1.0f), glm::vec3(0.4f), glm::vec3(0.4f), glm::vec3(0.0f),
+                                           glm::vec3(0.0f), glm::vec3(0.4f)}));
+  EXPECT_FALSE(usual.split_glint);
+
+  const Material set = marschner(R"("specularGainTT": 0.5, "specularColorTT": [1, 0.5, 0.25], "specularOffset": -5,
+      "specularConeAngleTRT": 12, "specularGainGLINTS": 2, "specularEccentricity": 0.9, "presence": 0.5,
+      "diffuseGain": 1, "diffuseColor": [1, 0, 0], "specularMixFresnel": 0.5, "glowGain": 0)");
+  EXPECT_EQ(set.fiber.gain[1], glm::vec3(0.5f, 0.25f, 0.125f));
+  EXPECT_EQ(set.fiber.gain[5], glm::vec3(0.8f));
+  EXPECT_TRUE(set.fiber.split_glint);
+  EXPECT_FLOAT_EQ(set.fiber.tilt, static_cast<float>(5 * degree));
+  EXPECT_FLOAT_EQ(*set.fiber.longitudinal_lambda[2], static_cast<float>(12 * degree / deviation));
+  EXPECT_EQ(set.fiber.eccentricity, 0.9f);
+  EXPECT_EQ(set.presence->value.x, 0.5f);
+  EXPECT_EQ(set.left_out, (std::vector<std::string>{"specularMixFresnel", "diffuseGain"}));
+
+  for (const char* other : {R"("roughness": 0.3)", R"("principled": {"melanin": 1})", R"("chiang_hair_bsdf": {})"})
+    EXPECT_NE(
+        message(R"({"materials": [{"marschner": {}, )" + std::string(other) + "}], " + groom + "}").find("marschner"),
+        std::string::npos)
+        << other;
+  EXPECT_NE(message(R"({"materials": [{"marschner": {"specularIor": 4}}], )" + groom + "}")
+                .find("/materials/0/marschner/specularIor"),
+            std::string::npos);
+}
+
+TEST(SceneFile, RenderMansHairColorIsAnAbsorption) {
+  const auto color = [](const std::string& keys) { return marschner(R"("hair_color": {)" + keys + "}"); };
+  const Material plain = color(R"("melanin": 0.6, "randomMelanin": 0, "strayDensity": 0, "dye": [1, 0.5, 0.5])");
+  EXPECT_FALSE(plain.pigment);
+  EXPECT_EQ(plain.fiber.sigma_a,
+            fiber::sigma_a_of_principled_melanin(0.6f, 0) + fiber::sigma_a_of_principled_color({1, 0.5f, 0.5f}, 0.3f));
+  EXPECT_EQ(plain.fiber.gain[1], glm::vec3(1.0f));
+  const Material art = color(R"("mode": 1, "color": [0.6, 0.3, 0.1], "strayDensity": 0, "darkenRoots": 0.5)");
+  EXPECT_EQ(art.fiber.sigma_a, fiber::sigma_a_of_lock({0.6f, 0.3f, 0.1f}, art.fiber));
+  EXPECT_EQ(art.left_out, std::vector<std::string>{"hair_color/darkenRoots"});
+
+  const Material dark =
+      color(R"("melanin": 0.4, "randomMelanin": 0.1, "strayDensity": 0.25, "strayMelanin": 0, "darkenRoots": 0.3)");
+  ASSERT_TRUE(dark.pigment);
+  int strays = 0;
+  for (std::uint64_t strand = 0; strand < 2000; ++strand) {
+    const auto melanin = [&](float share) { return dark.pigment->source.at({.share = share, .strand = strand}).x; };
+    EXPECT_NEAR(melanin(0) - melanin(1), 0.3f, 1e-5f);
+    EXPECT_EQ(melanin(0.5f), melanin(1));
+    strays += melanin(1) == 0;
+    if (melanin(1) != 0) {
+      EXPECT_NEAR(melanin(1), 0.4f, 0.1f + 1e-5f);
+    }
+  }
+  EXPECT_NEAR(strays, 500, 4 * std::sqrt(2000 * 0.25 * 0.75));  // 4 standard deviations of a binomial
+  EXPECT_EQ(dark.pigment->sigma_a({0.4f, 0, 0}, {}), fiber::sigma_a_of_principled_melanin(0.4f, 0));
+}
+
 }  // namespace
 }  // namespace tress::scene

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
@@ -9,6 +10,7 @@
 
 #include "scene/read/input_files.h"
 #include "scene/read/load_scene.h"
+#include "tress/fiber/parameter_ranges.h"
 
 namespace tress::scene {
 namespace {
@@ -186,6 +188,114 @@ TEST_F(SourceFiles, RoughnessRampsAreWholeDegrees) {
   for (const fiber::FiberParameters& fiber : loaded->fibers)
     EXPECT_NEAR(fiber.roughness / step, std::round(fiber.roughness / step), 1e-3f);
   EXPECT_LE(loaded->fibers.size(), 28u);  // 5 to 18 degrees, widths of lobes up or down
+}
+
+TEST_F(SourceFiles, TiltAndMedullaVaryAlongStrandsOnTheirGrids) {
+  const auto loaded = scene(R"("tilt_deg": {"ramp": [[0, 2.2], [1, 8.2]]},
+    "medulla": {"radius": {"ramp": [[0, 0], [1, 0.8]]}, "scattering": {"ramp": [[0, 0], [1, 10]]},
+                "asymmetry": {"random": [-0.4, -0.3]}, "absorption": 2})");
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  const Groom& groom = loaded->grooms[0];
+  ASSERT_EQ(groom.stations_a_segment, 16u);
+  const float degree = 0.01745329f;
+  for (const float place : {0.0f, 0.5f, 1.0f, 2.0f}) {
+    const fiber::FiberParameters& fiber = loaded->fibers[groom.fiber_at(0, place, 0)];
+    // Each is one step away at most: 0.5 degrees, 0.05, and a factor of 1.2.
+    EXPECT_NEAR(fiber.tilt, (2.2f + 3 * place) * degree, 0.5f * degree) << place;
+    EXPECT_NEAR(fiber.medulla_radius, 0.4f * place, 0.05f) << place;
+    EXPECT_NEAR(fiber.medulla_scattering, 5 * place, place + 1e-4f) << place;
+    EXPECT_NEAR(fiber.medulla_asymmetry, -0.35f, 0.1f) << place;
+    EXPECT_EQ(fiber.medulla_absorption, 2) << place;
+    EXPECT_EQ(fiber.eccentricity, 0.85f) << place;
+  }
+  for (const fiber::FiberParameters& fiber : loaded->fibers) {
+    EXPECT_NEAR(2 * fiber.tilt / degree, std::round(2 * fiber.tilt / degree), 1e-3f);
+    EXPECT_NEAR(20 * fiber.medulla_radius, std::round(20 * fiber.medulla_radius), 1e-3f);
+    EXPECT_EQ(fiber::out_of_range(fiber), nullptr);
+  }
+}
+
+TEST_F(SourceFiles, ThicknessMultipliesTheRadiiOfPoints) {
+  const auto plain = groom(R"("hair": "brown")"), one = groom(R"("thickness": 1)"), twice = groom(R"("thickness": 2)"),
+             ramp = groom(R"("thickness": {"root": 1, "tip": 0.25})"),
+             attribute = groom(R"("thickness": {"attribute": "dye"})"),
+             end = groom(R"("thickness": {"ramp": [[0.5, 3], [1.5, 0]], "along": "tip_cm"})");
+  ASSERT_EQ(plain.radius_cm, std::vector<float>(6, 0.005f));
+  EXPECT_EQ(one.radius_cm, plain.radius_cm);
+  EXPECT_EQ(twice.radius_cm, std::vector<float>(6, 0.01f));
+  for (std::size_t i = 0; i < 6; ++i) {
+    const float share = float(i % 3) / 2;
+    EXPECT_FLOAT_EQ(ramp.radius_cm[i], 0.005f * (1 - 0.75f * share)) << i;
+    EXPECT_FLOAT_EQ(attribute.radius_cm[i], i % 3 == 0 ? 0.005f : 0) << i;
+    EXPECT_FLOAT_EQ(end.radius_cm[i], i % 3 == 0 ? 0 : i % 3 == 1 ? 0.0075f : 0.015f) << i;
+  }
+  EXPECT_EQ(ramp.stations_a_segment, 0u);  // its fibers do not vary
+  EXPECT_NE(refusal(R"("thickness": {"attribute": "thick"})").find("hair.usda: attribute \"thick\""),
+            std::string::npos);
+  EXPECT_NE(refusal(R"("thickness": {"root": 1})").find("/materials/0/thickness/tip: expected this key"),
+            std::string::npos);
+  EXPECT_NE(refusal(R"("thickness": {"root": 1, "tip": 11})").find("/materials/0/thickness/tip: expected 0..10"),
+            std::string::npos);
+}
+
+TEST_F(SourceFiles, GiveWayToOptions) {
+  ASSERT_TRUE(scene(R"("eccentricity": {"random": [0.6, 0.9]}, "tilt_deg": {"root": 1, "tip": 9})"));
+  Overrides overrides;
+  overrides.eccentricity = 0.7f;
+  overrides.tilt_deg = 4;
+  const auto loaded = load_scene(folder_ / "s.json", overrides);
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  ASSERT_EQ(loaded->fibers.size(), 1u);
+  EXPECT_EQ(loaded->fibers[0].eccentricity, 0.7f);
+  EXPECT_FLOAT_EQ(loaded->fibers[0].tilt, 4 * 0.01745329f);
+}
+
+TEST_F(SourceFiles, WarnOfWhatOfRenderMansHairIsLeftOut) {
+  const auto loaded = scene(R"("marschner": {"diffuseGain": 0.5, "shadowColor": [1, 0, 0]})");
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  ASSERT_FALSE(loaded->warnings.empty());
+  EXPECT_EQ(loaded->warnings[0], "material m: left out, as fibers have nothing of the kind: diffuseGain, shadowColor");
+}
+
+TEST_F(SourceFiles, GainsAndTintsOfLobesVaryAndKeepOne) {
+  const auto loaded =
+      scene(R"("gain": {"R": {"root": 1, "tip": 0}, "TT": 0.5}, "tint": {"TRT": {"attribute": "dye"}})");
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  const Groom& groom = loaded->grooms[0];
+  const auto gain = [&](std::size_t lobe, float place) {
+    return loaded->fibers[groom.fiber_at(1, place, 0)].gain[lobe];
+  };
+  EXPECT_EQ(gain(0, 0), glm::vec3(1));
+  EXPECT_NEAR(gain(0, 1).x, 0.5f, 0.1f);  // a step of 1.2
+  EXPECT_EQ(gain(0, 2), glm::vec3(0));
+  for (const float place : {0.0f, 1.0f, 2.0f}) {
+    EXPECT_EQ(gain(1, place), glm::vec3(0.5f));
+    EXPECT_EQ(gain(2, place), glm::vec3(place == 0, place == 1, place == 2));
+    EXPECT_EQ(gain(5, place), gain(2, place)) << "GLINT is part of TRT";
+    EXPECT_EQ(gain(3, place), glm::vec3(1));
+  }
+  EXPECT_EQ(scene(R"("gain": {"R": {"ramp": [[0.5, 0.3]]}})")->fibers, scene(R"("gain": {"R": 0.3})")->fibers);
+  EXPECT_NE(refusal(R"("gain": {"R": {"attribute": "shine"}})").find("hair.usda: attribute \"shine\""),
+            std::string::npos);
+}
+
+TEST_F(SourceFiles, EccentricityVariesByStrandOnly) {
+  const auto loaded = scene(R"("eccentricity": {"mix": [0.6, 0.9], "share": {"attribute": "mask"}},
+                               "tilt_deg": {"ramp": [[0, 2], [1, 8]]})");
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  const Groom& groom = loaded->grooms[0];
+  for (const std::uint32_t strand : {0u, 1u})
+    for (const float place : {0.0f, 1.3f, 2.0f})  // the shape of the strand is that of its root
+      EXPECT_NEAR(loaded->fibers[groom.fiber_at(strand, place, 0)].eccentricity, strand == 0 ? 0.675f : 0.825f, 0.01f);
+  for (const char* along :
+       {R"({"ramp": [[0, 0.6], [1, 0.9]]})", R"({"mix": [0.6, 0.9], "share": {"attribute": "dye"}})"}) {
+    const std::string message = refusal(R"("eccentricity": )" + std::string(along));
+    EXPECT_NE(message.find("s.json: /materials/0/eccentricity: expected one eccentricity for the whole of a strand"),
+              std::string::npos)
+        << message;
+  }
+  EXPECT_NE(refusal(R"("eccentricity": {"attribute": "round"})").find("hair.usda: attribute \"round\""),
+            std::string::npos);
 }
 
 }  // namespace

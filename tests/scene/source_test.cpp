@@ -65,6 +65,9 @@ TEST(Sources, StandForEveryColorThatAMaterialCanSay) {
     expect_near(absorption(material, middle), absorption(material_of(plain), middle));
   };
   same(R"("color": {"ramp": [[0, [0.2, 0.1, 0.3]], [1, [0.6, 0.3, 0.1]]]})", R"("color": [0.4, 0.2, 0.2])");
+  same(R"("color": {"root": [0.2, 0.1, 0.3], "tip": [0.6, 0.3, 0.1]})", R"("color": [0.4, 0.2, 0.2])");
+  same(R"("hair": {"root": "black", "tip": {"root": "white", "tip": "black"}, "interpolation": "smooth"})",
+       R"("hair": {"ramp": [[0, "black"], [1, {"ramp": [[0, "white"], [1, "black"]]}]]})");
   same(R"("hair": {"ramp": [[0, "white"], [0.5, "blond"], [1, "black"]]})", R"("hair": "blond")");
   same(R"("melanin": {"eumelanin": {"ramp": [[0, 3], [1, 1]]}, "pheomelanin": 0.5})",
        R"("melanin": {"eumelanin": 2, "pheomelanin": 0.5})");
@@ -89,6 +92,24 @@ TEST(Sources, AreNumbersWhereTheyDoNotVary) {
   }
   EXPECT_EQ(material_of(R"("melanin": {"eumelanin": {"ramp": [[0, 1.5]]}, "pheomelanin": 0.25})").fiber,
             material_of(R"("melanin": {"eumelanin": 1.5, "pheomelanin": 0.25})").fiber);
+}
+
+TEST(Sources, OfNumbersAreNumbersWhereTheyDoNotVary) {
+  const auto same = [](const std::string& constant, const std::string& plain) {
+    const Material material = material_of(constant);
+    EXPECT_EQ(material.fiber, material_of(plain).fiber) << constant;
+    for (const auto& number : material.numbers) EXPECT_FALSE(number) << constant;
+  };
+  same(R"("tilt_deg": {"ramp": [[0.5, 2.3]]})", R"("tilt_deg": 2.3)");
+  same(R"("eccentricity": {"mix": [0.77, 0.77], "share": 0.3})", R"("eccentricity": 0.77)");
+  same(R"("medulla": {"radius": {"random": [0.3, 0.3]}, "asymmetry": {"ramp": [[0, -0.4], [1, -0.4]]}})",
+       R"("medulla": {"radius": 0.3, "asymmetry": -0.4})");
+  EXPECT_NE(
+      refusal(R"("tilt_deg": {"ramp": [[0, 2], [1, 16]]})").find("/materials/0/tilt_deg/ramp/1/1: expected 0..15"),
+      std::string::npos);
+  EXPECT_NE(refusal(R"("medulla": {"radius": {"ramp": [[0.5, 0.2], [0.4, 0.3]]}})")
+                .find("/materials/0/medulla/radius/ramp/1/0: expected a place beyond that of the stop before"),
+            std::string::npos);
 }
 
 TEST(Sources, RandomOnesStayWithTheStrand) {
@@ -177,8 +198,11 @@ TEST(Sources, WrongOnesAreRefusedByKeyAndPlace) {
       {R"("color": {"ramp": [[0, "red"]]})",
        "/materials/0/color/ramp/0/1: expected an array of 3 numbers, found \"red\""},
       {R"("color": {})",
-       "/materials/0/color: expected one of ramp, random, mix, attribute, texture, found none of them"},
+       "/materials/0/color: expected one of ramp, root, random, mix, attribute, texture, found none of them"},
       {R"("color": {"ramp": [[0, [0.5, 0.5, 0.5]]], "random": []})", "/materials/0/color: expected at most one of"},
+      {R"("color": {"root": [0.1, 0.1, 0.1]})", "/materials/0/color/tip: expected this key, found none"},
+      {R"("color": {"tip": [0.1, 0.1, 0.1], "ramp": []})",
+       "/materials/0/color/tip: expected this key beside \"root\" only"},
       {R"("color": {"rampe": []})", "/materials/0/color/rampe: expected a known key (the nearest is \"ramp\")"},
       {R"("color": {"random": [[0.1, 0.1, 0.1]]})", "/materials/0/color/random: expected two values, [A, B]"},
       {R"("color": {"random": [[0.1, 0.1, 0.1], [0.2, 0.2, 0.2]], "share": 2})",

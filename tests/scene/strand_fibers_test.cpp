@@ -215,6 +215,35 @@ TEST(StrandFibers, AreDistinctAndFew) {
   EXPECT_EQ(used.size(), scene.fibers.size());
 }
 
+/// The mean of a number is that of its source: 20,000 strands, uniform between two values.
+TEST(StrandFibers, NumbersOfSourcesKeepTheirMean) {
+  const auto random = [](float a, float b) {
+    return Source{.kind = Source::Kind::random, .parts = {{.value = glm::vec3(a)}, {.value = glm::vec3(b)}}};
+  };
+  Scene scene = varied_scene({});
+  const auto set = [&](FiberNumber number, float a, float b) {
+    scene.materials[0].numbers = {};
+    scene.materials[0].numbers[static_cast<std::size_t>(number)] = random(a, b);
+    ASSERT_FALSE(assign_fibers(&scene));
+  };
+  set(FiberNumber::eccentricity, 0.7f, 0.803f);
+  EXPECT_LT(std::abs(z_of_mean(scene, 0.7515, [](const auto& f) { return double{f.eccentricity}; })), largest_z);
+  EXPECT_EQ(scene.fibers.size(), 12u);
+  set(FiberNumber::tilt, static_cast<float>(2.1 * degree), static_cast<float>(3.3 * degree));
+  EXPECT_LT(std::abs(z_of_mean(scene, 2.7 * degree, [](const auto& f) { return double{f.tilt}; })), largest_z);
+  EXPECT_EQ(scene.fibers.size(), 4u);  // 2 to 3.5 degrees
+  set(FiberNumber::medulla_radius, 0.31f, 0.47f);
+  EXPECT_LT(std::abs(z_of_mean(scene, 0.39, [](const auto& f) { return double{f.medulla_radius}; })), largest_z);
+  set(FiberNumber::medulla_scattering, 0, 3);
+  EXPECT_LT(std::abs(z_of_mean(scene, 1.5, [](const auto& f) { return double{f.medulla_scattering}; })), largest_z);
+  set(FiberNumber::medulla_asymmetry, -0.73f, 0.12f);
+  EXPECT_LT(std::abs(z_of_mean(scene, -0.305, [](const auto& f) { return double{f.medulla_asymmetry}; })), largest_z);
+  scene.materials[0].numbers = {};
+  scene.materials[0].gain[0] = random(0, 1.5f);
+  ASSERT_FALSE(assign_fibers(&scene));
+  EXPECT_LT(std::abs(z_of_mean(scene, 0.75, [](const auto& f) { return double{f.gain[0].x}; })), largest_z);
+}
+
 TEST(StrandFibers, OfManyShapesShareThePathsOfTheirEnergies) {
   const auto share = [](const StrandVariation& variation) {
     Scene scene = varied_scene(variation);

@@ -158,17 +158,18 @@ class Mesh(_Object):
 
 @dataclass(kw_only=True, slots=True)
 class Material(_Object):
-    """A fiber and how strands of it differ. At most one of color, hair, melanin and sigma_a, or principled
-    or chiang_hair_bsdf alone in place of them. Of colors and the roughness a dict says how they vary along a strand and
-    from strand to strand ("Sources" in scenes/README.md): `color={"ramp": [[0, [0.1, 0.05, 0.02]], [1, [0.7, 0.5,
-    0.3]]]}`."""
+    """A fiber and how strands of it differ. At most one of color, hair, melanin and sigma_a, or principled,
+    chiang_hair_bsdf or marschner alone in place of them. Of colors, roughness, eccentricity, tilt, medulla, gains,
+    presence and thickness a dict says how they vary along a strand and from strand to strand ("Sources" in
+    scenes/README.md): `color={"root": [0.1, 0.05, 0.02], "tip": [0.7, 0.5, 0.3]}`."""
 
     name: Optional[str] = None
     eta: Optional[float] = None
-    eccentricity: Optional[float] = None
+    eccentricity: Union[float, Keys, None] = None
     roughness: Union[float, Keys, None] = None
     presence: Union[float, Keys, None] = None
-    tilt_deg: Optional[float] = None
+    thickness: Union[float, Keys, None] = None
+    tilt_deg: Union[float, Keys, None] = None
     color: Union[Triple, str, Keys, None] = None
     hair: Union[str, Keys, None] = None
     melanin: Optional[Keys] = None
@@ -180,6 +181,7 @@ class Material(_Object):
     root_angle_deg: Optional[float] = None
     principled: Optional[Keys] = None
     chiang_hair_bsdf: Optional[Keys] = None
+    marschner: Optional[Keys] = None
     medulla: Optional[Keys] = None
     variation: Optional[Keys] = None
     longitudinal_shape: Optional[str] = None

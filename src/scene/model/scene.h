@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -88,6 +89,17 @@ struct Pigment {
   std::function<glm::vec3(const glm::vec3& value, const fiber::FiberParameters& fiber)> sigma_a;
 };
 
+/// The numbers of a fiber, besides its roughness, that sources may replace.
+enum class FiberNumber : std::uint8_t {
+  eccentricity,  ///< by strand only, because it is the strand's shape too
+  tilt,          ///< radians
+  medulla_radius,
+  medulla_scattering,
+  medulla_asymmetry,
+  medulla_absorption
+};
+constexpr std::size_t fiber_numbers = 6;
+
 struct Material {
   std::string name = "brown";
   fiber::FiberParameters fiber;
@@ -98,11 +110,16 @@ struct Material {
   std::optional<glm::vec3> color;   ///< the lock's color, linear RGB, for which fiber.sigma_a was chosen
   std::optional<Pigment> pigment;   ///< replaces the fiber's sigma_a
   std::optional<Source> roughness;  ///< replaces the fiber's, which is its middle; given widths follow it
+  std::array<std::optional<Source>, fiber_numbers> numbers;  ///< by FiberNumber: replace the fiber's, their middles
+  /// By lobe: factors of the fiber's gain, a number and a color.
+  std::array<std::optional<Source>, fiber::lobe_count> gain, tint;
   std::optional<Source> presence;   ///< the probability that a ray hits a segment on its way, [0, 1]; unset: 1
+  std::optional<Source> thickness;  ///< factor, >= 0, on the radii of the strands' points; unset: 1
   /// Whether the widths are those of a node's round fiber (`principled`, `chiang_hair_bsdf`), whose ranges are wider:
   /// widths of strands that leave their range are clamped. The roughness, which is almost smooth, does not vary with
   /// them.
   bool has_node_widths = false;
+  std::vector<std::string> left_out;     ///< keys of its description that fibers have no counterpart of
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: from a hash of the strand
 };
 
@@ -111,7 +128,13 @@ template <class SomeMaterial, class Visit>
 void for_each_source(SomeMaterial& material, Visit&& visit) {
   if (material.pigment) visit(material.pigment->source);
   if (material.roughness) visit(*material.roughness);
+  for (auto* sources : {&material.gain, &material.tint})
+    for (auto& source : *sources)
+      if (source) visit(*source);
+  for (auto& number : material.numbers)
+    if (number) visit(*number);
   if (material.presence) visit(*material.presence);
+  if (material.thickness) visit(*material.thickness);
 }
 
 /// The attributes that a material uses, each once.

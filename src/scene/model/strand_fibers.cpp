@@ -12,6 +12,7 @@
 #include <numbers>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -33,12 +34,39 @@ constexpr std::size_t usual_stations = 32;
 constexpr double width_step = 0.05;
 constexpr int as_given = std::numeric_limits<int>::min(), clear = as_given + 1;
 
+/// How a number of a fiber is rounded, by FiberNumber.
+struct NumberGrid {
+  const char* key;  ///< in a material
+  float fiber::FiberParameters::* member;
+  fiber::ParameterRange range;
+  double steps_a_unit;  ///< 0: powers of color_ratio, from least_absorption on
+};
+constexpr fiber::ParameterRange tilt_range{fiber::tilt_range_deg.least * degree, fiber::tilt_range_deg.most* degree};
+constexpr std::array<NumberGrid, fiber_numbers> grids{
+    {{"eccentricity", &fiber::FiberParameters::eccentricity, fiber::eccentricity_range, 100},
+     {"tilt_deg", &fiber::FiberParameters::tilt, tilt_range, 2 / degree},
+     {"medulla/radius", &fiber::FiberParameters::medulla_radius, fiber::medulla_radius_range, 20},
+     {"medulla/scattering", &fiber::FiberParameters::medulla_scattering, fiber::medulla_scattering_range, 0},
+     {"medulla/asymmetry", &fiber::FiberParameters::medulla_asymmetry, fiber::medulla_asymmetry_range, 20},
+     {"medulla/absorption", &fiber::FiberParameters::medulla_absorption, fiber::medulla_absorption_range, 0}}};
+constexpr auto the_eccentricity = static_cast<std::size_t>(FiberNumber::eccentricity);
+
+/// An array with the same item in all places.
+template <std::size_t n, class Item>
+constexpr std::array<Item, n> filled(const Item& item) {
+  std::array<Item, n> items{};
+  items.fill(item);
+  return items;
+}
+
 /// What distinguishes the fibers of one material: whole numbers, or as_given if the material does not vary.
 struct FiberKey {
   std::uint32_t material = 0;
-  int eccentricity_percent = as_given, roughness_deg = as_given, width_steps = as_given;
-  std::array<int, 3> sigma_deg{as_given, as_given, as_given};
-  std::array<int, 3> color_power{as_given, as_given, as_given};
+  std::array<int, fiber_numbers> steps = filled<fiber_numbers>(as_given);  ///< of its numbers, on their grids
+  int roughness_deg = as_given, width_steps = as_given;
+  std::array<int, 3> sigma_deg = filled<3>(as_given), color_power = filled<3>(as_given);
+  /// By lobe and channel: powers of color_ratio on the material's gain.
+  std::array<std::array<int, 3>, fiber::lobe_count> gain_power = filled<fiber::lobe_count>(filled<3>(as_given));
 
   friend auto operator<=>(const FiberKey&, const FiberKey&) = default;
 };
@@ -54,12 +82,30 @@ double varied(double x, double half_range, RandomStream& random) {
   return x * (1 + half_range * (2 * double{random.next()} - 1));
 }
 
+/// Rounds a gain to a power of color_ratio, which 1 is, or to `clear`.
+int round_gain(double x, double u) {
+  constexpr int least_power = -25;  // 0.01
+  const double least = std::pow(color_ratio, least_power);
+  if (x >= least) return static_cast<int>(round_to_power(x, color_ratio, u));
+  return u < x / least ? least_power : clear;
+}
+
 /// The random values of a strand: its key without the material's sources, and the numbers that round those.
 struct StrandDraws {
   FiberKey key;
   double width, width_u, sigma_u;  ///< factor on the roughness and the widths, and the numbers that round both
   double factor, color_u;          ///< factor on the absorption, and the number that rounds it
+  double eccentricity;             ///< added to that of a source
+  double gain_u;                   ///< the number that rounds all gains
+  std::array<double, fiber_numbers> number_u;  ///< the numbers that round those of sources
 };
+
+/// Rounds an absorption or a coefficient >= 0 to a power of the ratio times least_absorption, or to `clear`.
+int round_absorption(double x, double ratio, double u) {
+  const double in_least = x / least_absorption;
+  if (in_least >= 1) return static_cast<int>(round_to_power(in_least, ratio, u));
+  return u < in_least ? 0 : clear;
+}
 
 /// Sets a key's roughness; the material's widths follow it as they follow its own.
 void set_roughness(const fiber::FiberParameters& fiber, double roughness, const StrandDraws& draws, FiberKey* key) {
@@ -74,7 +120,7 @@ void set_roughness(const fiber::FiberParameters& fiber, double roughness, const 
   }
 }
 
-/// Draws the seven numbers of a strand, whatever varies, so that one variation does not change another.
+/// Draws all numbers of a strand, whatever varies, so that one variation does not change another.
 StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t strand, double ratio) {
   const Material& material = scene.materials[groom.material];
   const StrandVariation& variation = material.variation;
@@ -84,9 +130,11 @@ StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t stran
   FiberKey& key = draws.key;
   key.material = groom.material;
 
-  const double eccentricity = fiber.eccentricity + variation.eccentricity * (2 * double{random.next()} - 1);
-  const auto percent = static_cast<int>(round_stochastically(100 * eccentricity, random.next()));
-  if (variation.eccentricity > 0) key.eccentricity_percent = percent;
+  draws.eccentricity = variation.eccentricity * (2 * double{random.next()} - 1);
+  draws.number_u[the_eccentricity] = random.next();
+  if (variation.eccentricity > 0)
+    key.steps[the_eccentricity] = static_cast<int>(
+        round_stochastically(100 * (fiber.eccentricity + draws.eccentricity), draws.number_u[the_eccentricity]));
 
   draws.width = varied(1, variation.width, random);
   draws.width_u = random.next();
@@ -100,7 +148,29 @@ StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t stran
   draws.color_u = random.next();
   if (variation.color > 0 && !material.pigment)
     key.color_power.fill(static_cast<int>(round_to_power(draws.factor, ratio, draws.color_u)));
+  for (std::size_t n = the_eccentricity + 1; n < fiber_numbers; ++n) draws.number_u[n] = random.next();
+  draws.gain_u = random.next();
   return draws;
+}
+
+/// The strand of a place, whose place along it is not set. salt: of the material.
+StrandPlace strand_place(const Groom& groom, std::uint32_t strand, std::uint64_t salt) {
+  StrandPlace place;
+  if (!groom.root_uv.empty()) place.root_uv = groom.root_uv[strand];
+  place.strand = mix_bits(salt ^ static_cast<std::uint64_t>(groom.strand_id(strand)));
+  if (!groom.color.empty() && groom.color.size() != groom.points.size()) place.attribute = groom.color[strand];
+  return place;
+}
+
+/// The lengths from the root to the points of a strand that is drawn between its first and its last segment.
+std::vector<float> lengths_of(const Groom& groom, std::uint32_t strand) {
+  const StrandSegments segments(groom.basis);
+  const std::uint32_t begin = groom.first_point[strand] + segments.first;
+  const std::uint32_t steps = segments.count(groom.first_point[strand + 1] - groom.first_point[strand]);
+  std::vector<float> length{0};
+  for (std::uint32_t i = 0; i < steps * segments.points_a_segment; ++i)
+    length.push_back(length.back() + glm::distance(groom.points[begin + i], groom.points[begin + i + 1]));
+  return length;
 }
 
 /// Calls visit(place) for the stations of a strand, root first. If the strand has none, calls it once, without a place
@@ -108,19 +178,12 @@ StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t stran
 template <class Visit>
 void for_each_station(const Groom& groom, std::uint32_t strand, std::uint32_t stations_a_segment, std::uint64_t salt,
                       Visit&& visit) {
-  StrandPlace place;
-  if (!groom.root_uv.empty()) place.root_uv = groom.root_uv[strand];
-  place.strand = mix_bits(salt ^ static_cast<std::uint64_t>(groom.strand_id(strand)));
-  if (stations_a_segment == 0) {
-    if (!groom.color.empty()) place.attribute = groom.color[strand];
-    return visit(place);
-  }
+  StrandPlace place = strand_place(groom, strand, salt);
+  if (stations_a_segment == 0) return visit(place);
   const StrandSegments segments(groom.basis);
   const std::uint32_t begin = groom.first_point[strand] + segments.first;
   const std::uint32_t steps = segments.count(groom.first_point[strand + 1] - groom.first_point[strand]);
-  std::vector<float> length{0};  // at each point, from the root
-  for (std::uint32_t i = 0; i < steps * segments.points_a_segment; ++i)
-    length.push_back(length.back() + glm::distance(groom.points[begin + i], groom.points[begin + i + 1]));
+  const std::vector<float> length = lengths_of(groom, strand);
   const std::uint32_t stations = steps * stations_a_segment;
   for (std::uint32_t station = 0; station <= stations; ++station) {
     const std::uint32_t along = station * segments.points_a_segment;
@@ -131,8 +194,6 @@ void for_each_station(const Groom& groom, std::uint32_t strand, std::uint32_t st
     place.share = length.back() > 0 ? place.root_cm / length.back() : float(station) / float(stations);
     if (groom.color.size() == groom.points.size())
       place.attribute = glm::mix(groom.color[begin + i], groom.color[begin + i + 1], share);
-    else if (!groom.color.empty())
-      place.attribute = groom.color[strand];
     visit(place);
   }
 }
@@ -153,8 +214,14 @@ void widen(double factor, fiber::FiberParameters* fiber) {
 fiber::FiberParameters fiber_of(const Scene& scene, const FiberKey& key, double ratio) {
   const bool from_source = scene.materials[key.material].pigment.has_value();
   fiber::FiberParameters fiber = scene.materials[key.material].fiber;
-  if (key.eccentricity_percent != as_given)
-    fiber.eccentricity = std::clamp(static_cast<float>(key.eccentricity_percent) / 100, 0.5f, 1.0f);
+  for (std::size_t n = 0; n < fiber_numbers; ++n) {
+    if (key.steps[n] == as_given) continue;
+    const NumberGrid& grid = grids[n];
+    const double number = grid.steps_a_unit > 0   ? key.steps[n] / grid.steps_a_unit
+                          : key.steps[n] == clear ? 0
+                                                  : least_absorption * std::pow(color_ratio, key.steps[n]);
+    fiber.*grid.member = static_cast<float>(std::clamp(number, grid.range.least, grid.range.most));
+  }
   if (key.roughness_deg != as_given) {
     const double roughness = std::clamp(key.roughness_deg * degree, 0.01, 1.0);
     for (auto& lambda : fiber.longitudinal_lambda)
@@ -163,6 +230,13 @@ fiber::FiberParameters fiber_of(const Scene& scene, const FiberKey& key, double 
     for (std::size_t i = 0; i < 3; ++i)
       fiber.azimuthal_sigma[i] = static_cast<float>(std::clamp(key.sigma_deg[i], 1, 45) * degree);
   }
+  for (std::size_t p = 0; p < fiber.gain.size(); ++p)
+    for (int c = 0; c < 3; ++c) {
+      const int power = key.gain_power[p][static_cast<std::size_t>(c)];
+      if (power != as_given)
+        fiber.gain[p][c] = std::min(fiber.gain[p][c] * (power == clear ? 0.0f : float(std::pow(color_ratio, power))),
+                                    static_cast<float>(fiber::gain_range.most));
+    }
   if (key.width_steps != as_given) widen(key.width_steps * width_step, &fiber);
   for (std::size_t c = 0; c < 3; ++c) {
     const int power = key.color_power[c];
@@ -215,11 +289,23 @@ std::optional<Error> check(const Scene& scene, std::size_t index) {
   return std::nullopt;
 }
 
+/// Whether test(source) is true for any source of the fiber but for its absorption.
+template <class Test>
+bool any_fiber_source(const Material& material, const Test& test) {
+  const auto passes = [&](const std::optional<Source>& source) { return source && test(*source); };
+  return passes(material.roughness) || std::ranges::any_of(material.numbers, passes) ||
+         std::ranges::any_of(material.gain, passes) || std::ranges::any_of(material.tint, passes);
+}
+
+bool has_fiber_sources(const Material& material) {
+  return any_fiber_source(material, [](const Source&) { return true; });
+}
+
 bool varies(const Scene& scene, const Groom& groom) {
   const Material& material = scene.materials[groom.material];
   const StrandVariation& variation = material.variation;
   return variation.eccentricity > 0 || variation.width > 0 || variation.color > 0 || material.pigment ||
-         material.roughness;
+         has_fiber_sources(material);
 }
 
 /// The varying absorption of a groom's strands; null if the material's own applies.
@@ -244,9 +330,9 @@ std::uint32_t usual_stations_of(const Groom& groom) {
 /// The number of stations in a segment of the groom's strands; 0 if they do not vary along their length.
 std::uint32_t stations_of(const Scene& scene, const Groom& groom) {
   const Pigment* pigment = pigment_of(scene, groom);
-  const std::optional<Source>& roughness = scene.materials[groom.material].roughness;
-  const bool varies =
-      (pigment && varies_along(groom, pigment->source)) || (roughness && varies_along(groom, *roughness));
+  const Material& material = scene.materials[groom.material];
+  const auto along = [&](const Source& source) { return varies_along(groom, source); };
+  const bool varies = (pigment && varies_along(groom, pigment->source)) || any_fiber_source(material, along);
   return varies ? usual_stations_of(groom) : 0;
 }
 
@@ -268,6 +354,36 @@ void assign_presence(const Material& material, Groom* groom) {
   if (std::ranges::all_of(groom->presence, [](float presence) { return presence == 1; })) groom->presence.clear();
 }
 
+/// Sets the numbers of a fiber that have sources, and the key's rounded ones.
+void set_numbers(const Material& material, const StrandPlace& place, const StrandDraws& draws, FiberKey* key,
+                 fiber::FiberParameters* fiber) {
+  for (std::size_t n = 0; n < fiber_numbers; ++n) {
+    if (!material.numbers[n]) continue;
+    const NumberGrid& grid = grids[n];
+    const double number =
+        std::clamp(material.numbers[n]->at(place).x + (n == the_eccentricity ? draws.eccentricity : 0),
+                   grid.range.least, grid.range.most);
+    key->steps[n] = grid.steps_a_unit > 0
+                        ? static_cast<int>(round_stochastically(grid.steps_a_unit * number, draws.number_u[n]))
+                        : round_absorption(number, color_ratio, draws.number_u[n]);
+    fiber->*grid.member = static_cast<float>(number);
+  }
+  for (std::size_t p = 0; p < material.gain.size(); ++p) {
+    if (!material.gain[p] && !material.tint[p]) continue;
+    glm::vec3 gain = material.tint[p] ? material.tint[p]->at(place) : glm::vec3(1.0f);
+    if (material.gain[p]) gain *= material.gain[p]->at(place).x;
+    for (int c = 0; c < 3; ++c) key->gain_power[p][static_cast<std::size_t>(c)] = round_gain(gain[c], draws.gain_u);
+  }
+}
+
+/// The error if a source changes the eccentricity along strands, whose shape has one.
+std::optional<Error> fault_of_eccentricity(const Scene& scene, const Groom& groom) {
+  const std::optional<Source>& source = scene.materials[groom.material].numbers[the_eccentricity];
+  if (!source || !varies_along(groom, *source)) return std::nullopt;
+  return Error{scene.source, fmt::format("/materials/{}/eccentricity", groom.material),
+               "one eccentricity for the whole of a strand", "a source that varies along strands of " + groom.name};
+}
+
 /// Calls visit(groom, key) for the strands of all grooms, and for each station of those that vary along their length;
 /// once for a groom that does not vary. Stops when it returns false.
 template <class Visit>
@@ -280,25 +396,23 @@ void for_each_key(const Scene& scene, double ratio, Visit&& visit) {
     const std::uint32_t count = varies(scene, groom) ? groom.strand_count() : std::min(groom.strand_count(), 1u);
     for (std::uint32_t s = 0; s < count; ++s) {
       StrandDraws draws = draws_of(scene, groom, s, ratio);
-      if (pigment == nullptr && !material.roughness) {
+      if (pigment == nullptr && !has_fiber_sources(material)) {
         if (!visit(g, draws.key)) return;
         continue;
       }
       bool goes_on = true;
       fiber::FiberParameters fiber = material.fiber;
       for_each_station(groom, s, groom.stations_a_segment, salt, [&](const StrandPlace& place) {
+        set_numbers(material, place, draws, &draws.key, &fiber);
         if (material.roughness) {
           const double roughness = std::clamp(material.roughness->at(place).x * draws.width, 0.01, 1.0);
           set_roughness(material.fiber, roughness, draws, &draws.key);
           fiber.roughness = static_cast<float>(roughness);
         }
         const glm::vec3 sigma_a = pigment ? pigment->sigma_a(pigment->source.at(place), fiber) : glm::vec3(0.0f);
-        for (std::size_t c = 0; pigment && c < 3; ++c) {
-          const double x = sigma_a[static_cast<int>(c)] * draws.factor / least_absorption;
-          draws.key.color_power[c] = x >= 1              ? static_cast<int>(round_to_power(x, ratio, draws.color_u))
-                                     : draws.color_u < x ? 0
-                                                         : clear;
-        }
+        for (std::size_t c = 0; pigment && c < 3; ++c)
+          draws.key.color_power[c] =
+              round_absorption(sigma_a[static_cast<int>(c)] * draws.factor, ratio, draws.color_u);
         goes_on = goes_on && visit(g, draws.key);
       });
       if (!goes_on) return;
@@ -337,10 +451,10 @@ Assignment assignment(const Scene& scene, double ratio, std::size_t most) {
 /// to an eighth for each, because their noise is not visible among other strands of their material. Only the material
 /// decides, so that other materials do not change it.
 std::map<std::uint32_t, float> energy_path_shares(const Scene& scene, const std::map<FiberKey, std::uint32_t>& keys) {
-  std::map<std::uint32_t, std::set<std::array<int, 3>>> shapes;
+  std::map<std::uint32_t, std::set<std::tuple<std::array<int, fiber_numbers>, int, int>>> shapes;
   for (const auto& [key, index] : keys) {
     const bool has_glint = scene.materials[key.material].fiber.split_glint;
-    shapes[key.material].insert({key.eccentricity_percent, key.roughness_deg, has_glint ? key.sigma_deg[1] : as_given});
+    shapes[key.material].insert({key.steps, key.roughness_deg, has_glint ? key.sigma_deg[1] : as_given});
   }
   std::map<std::uint32_t, float> shares;
   for (const auto& [material, of_material] : shapes) {
@@ -355,6 +469,28 @@ std::vector<std::string> attributes_of(const Material& material) {
   std::vector<std::string> names;
   for_each_source(material, [&](const Source& source) { source.add_attributes(&names); });
   return names;
+}
+
+void apply_thickness(const Material& material, Groom* groom) {
+  if (!material.thickness) return;
+  const std::uint64_t salt = hash_of(material.name);
+  const std::uint32_t first = StrandSegments(groom->basis).first;
+  for (std::uint32_t strand = 0; strand < groom->strand_count(); ++strand) {
+    StrandPlace place = strand_place(*groom, strand, salt);
+    const std::vector<float> length = lengths_of(*groom, strand);
+    for (std::uint32_t i = groom->first_point[strand]; i < groom->first_point[strand + 1]; ++i) {
+      // Control points beyond the ends of an open curve are as its ends.
+      const std::uint32_t from_root = i - std::min(i, groom->first_point[strand] + first);
+      place.root_cm = length[std::min<std::size_t>(from_root, length.size() - 1)];
+      place.tip_cm = length.back() - place.root_cm;
+      place.share = length.back() > 0 ? place.root_cm / length.back() : 0;
+      if (groom->color.size() == groom->points.size()) place.attribute = groom->color[i];
+      const float factor = std::max(material.thickness->at(place).x, 0.0f);
+      groom->radius_cm[i] *= factor;
+      for (StrandMoment& moment : groom->later)
+        if (!moment.radius_cm.empty()) moment.radius_cm[i] *= factor;
+    }
+  }
 }
 
 float length_share(const Groom& groom, std::uint32_t strand, float place) {
@@ -381,6 +517,7 @@ std::optional<Error> assign_fibers(Scene* scene) {
   bool any_varies = false, any_source = false;
   std::size_t along = 0, bytes = 0;  // number of stations along strands, and their memory
   for (Groom& groom : scene->grooms) {
+    if (auto error = fault_of_eccentricity(*scene, groom)) return error;
     any_varies = any_varies || varies(*scene, groom);
     any_source = any_source || pigment_of(*scene, groom) != nullptr;
     groom.stations_a_segment = stations_of(*scene, groom);
@@ -405,7 +542,12 @@ std::optional<Error> assign_fibers(Scene* scene) {
     for (const auto& [key, index] : keys) ++by_material[key.material];
     const auto most = std::max_element(by_material.begin(), by_material.end(),
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
-    const char* place = scene->materials[most->first].roughness ? "roughness" : "variation";
+    const Material& material = scene->materials[most->first];
+    const auto source = std::ranges::find_if(material.numbers, [](const auto& number) { return bool(number); });
+    const char* place = material.roughness                 ? "roughness"
+                        : source != material.numbers.end() ? grids[std::size_t(source - material.numbers.begin())].key
+                        : has_fiber_sources(material)      ? "gain"
+                                                           : "variation";
     return Error{scene->source, fmt::format("/materials/{}/{}", most->first, place),
                  fmt::format("at most {} distinct fibers in the scene", most_fibers),
                  fmt::format("{}, {} of them of this material", keys.size(), most->second)};

@@ -18,12 +18,17 @@ constexpr std::size_t most_fibers = 1024;
 ///
 /// A strand's variation is a hash of the seed of the variation, the name of the material and the index of the strand;
 /// it depends neither on the order of grooms nor on the strand's place. Values that vary are rounded once, to either
-/// neighbour at random, so that the mean is kept. The eccentricity is rounded to 0.01, and the roughness and the
-/// azimuthal sigmas to 1 degree; sigmas that follow the roughness follow the rounded one. All widths of a node's fiber
-/// (Material::has_node_widths) get one factor in whole steps of 0.05. The absorption is rounded to powers of
-/// color_ratio. The rounded values are the strand's fiber. Values that do not vary are the material's. Errors name
-/// /materials/N: a variation that leaves the range of its value, or too many distinct fibers.
+/// neighbour at random, so that the mean is kept. The eccentricity is rounded to 0.01, the tilt to 0.5 degrees, and the
+/// roughness and the azimuthal sigmas to 1 degree; sigmas that follow the roughness follow the rounded one. The
+/// medulla's radius and asymmetry are rounded to 0.05, its coefficients to powers of color_ratio. All widths of a
+/// node's fiber (Material::has_node_widths) get one factor in whole steps of 0.05. The absorption is rounded to powers
+/// of color_ratio. The rounded values are the strand's fiber. Values that do not vary are the material's. Errors name
+/// /materials/N: a variation that leaves the range of its value, an eccentricity that varies along strands, or too many
+/// distinct fibers.
 std::optional<Error> assign_fibers(Scene* scene);
+
+/// Multiplies the radii of a groom's points, at all moments, by its material's thickness.
+void apply_thickness(const Material& material, Groom* groom);
 
 /// Returns the share of a strand's length, in [0, 1], before a place given in segments from its root.
 /// Lengths are those of the polygon of its points, as ramps of sources have them. The strand has a segment.

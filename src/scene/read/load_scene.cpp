@@ -22,6 +22,7 @@
 #include "scene/model/camera.h"
 #include "scene/model/light.h"
 #include "scene/model/parameters.h"
+#include "scene/model/strand_fibers.h"
 #include "scene/read/assembly.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/groom_looks.h"
@@ -413,6 +414,10 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
   scene.environment_links = description.environment.links;
   scene.materials = std::move(description.materials);
   std::optional<Error> fault;
+  for (const Material& material : scene.materials)
+    if (!material.left_out.empty())
+      scene.warnings.push_back(fmt::format("material {}: left out, as fibers have nothing of the kind: {}",
+                                           material.name, fmt::join(material.left_out, ", ")));
   for (Material& material : scene.materials)
     for_each_source(material, [&](Source& source) {
       if (!fault) fault = load_textures(from, &scene.warnings, &source);
@@ -452,7 +457,10 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
     if (groom->strand_count() == 0)
       scene.warnings.push_back(groom->name + ": no strand is left to draw");
     else
-      for (Groom& part : divided(std::move(*groom), groom_description.looks)) scene.grooms.push_back(std::move(part));
+      for (Groom& part : divided(std::move(*groom), groom_description.looks)) {
+        apply_thickness(scene.materials[part.material], &part);
+        scene.grooms.push_back(std::move(part));
+      }
   }
   if (auto error = fault_of_links(description, taken, name)) return *error;
   if (unstyled != nullptr) *unstyled = {scene.materials, scene.lights, scene.environment};

@@ -13,12 +13,19 @@ void style(const Overrides& overrides, Material* material) {
   fiber::FiberParameters& fiber = material->fiber;
   const bool pigment = overrides.melanin || overrides.sigma_a || overrides.hair;
   if (overrides.color || pigment) material->pigment.reset();
-  if (overrides.eccentricity) fiber.eccentricity = *overrides.eccentricity;
+  const auto fix = [&](FiberNumber number) { material->numbers[static_cast<std::size_t>(number)].reset(); };
+  if (overrides.eccentricity) {
+    fiber.eccentricity = *overrides.eccentricity;
+    fix(FiberNumber::eccentricity);
+  }
   if (overrides.roughness) {
     fiber.roughness = *overrides.roughness;
     material->roughness.reset();
   }
-  if (overrides.tilt_deg) fiber.tilt = static_cast<float>(*overrides.tilt_deg * std::numbers::pi / 180);
+  if (overrides.tilt_deg) {
+    fiber.tilt = static_cast<float>(*overrides.tilt_deg * std::numbers::pi / 180);
+    fix(FiberNumber::tilt);
+  }
   if (pigment) material->color.reset();
   if (overrides.color) material->color = overrides.color;
   if (material->color) fiber.sigma_a = fiber::sigma_a_of_lock(*material->color, fiber);

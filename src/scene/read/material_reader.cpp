@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "scene/model/hair_colors.h"
+#include "scene/read/marschner_reader.h"
 #include "scene/read/principled_reader.h"
 #include "scene/read/scene_file.h"
 #include "scene/read/source_reader.h"
@@ -77,12 +78,35 @@ void read_color(const JsonReader& json, Material* material) {
   if (const auto x = take_pigment(simplified(std::move(both)), sigma_a, material)) fiber->sigma_a = sigma_a(*x, *fiber);
 }
 
-void read_medulla(const JsonReader& json, fiber::FiberParameters* fiber) {
+/// Reads a number of the fiber or its source, if the key exists. unit: of the key, in the fiber's. Returns the number,
+/// or the source's middle.
+std::optional<float> read_number_of(const JsonReader& json, const std::string& key, std::optional<Source>* varied,
+                                    double unit = 1) {
+  if (!json.has(key)) return std::nullopt;
+  const auto read = [unit](const JsonReader& at, const std::string& place) -> std::optional<glm::vec3> {
+    const auto x = at.number(place);
+    return x ? std::optional(glm::vec3(static_cast<float>(*x * unit))) : std::nullopt;
+  };
+  Source source = read_source(json, key, read, glm::vec3(static_cast<float>(unit)));
+  const float middle = middle_of(source);
+  if (source.kind != Source::Kind::constant) *varied = std::move(source);
+  return middle;
+}
+
+std::optional<Source>* number_of(Material* material, FiberNumber number) {
+  return &material->numbers[static_cast<std::size_t>(number)];
+}
+
+void read_medulla(const JsonReader& json, Material* material) {
   if (!json.object({"radius", "scattering", "asymmetry", "absorption"}) || !json.need({"radius"})) return;
-  fiber->medulla_radius = static_cast<float>(json.number("radius").value_or(0));
-  fiber->medulla_scattering = static_cast<float>(json.number("scattering").value_or(0));
-  fiber->medulla_asymmetry = static_cast<float>(json.number("asymmetry").value_or(0));
-  fiber->medulla_absorption = static_cast<float>(json.number("absorption").value_or(0));
+  fiber::FiberParameters& fiber = material->fiber;
+  const auto read = [&](const char* key, FiberNumber number) {
+    return read_number_of(json, key, number_of(material, number)).value_or(0);
+  };
+  fiber.medulla_radius = read("radius", FiberNumber::medulla_radius);
+  fiber.medulla_scattering = read("scattering", FiberNumber::medulla_scattering);
+  fiber.medulla_asymmetry = read("asymmetry", FiberNumber::medulla_asymmetry);
+  fiber.medulla_absorption = read("absorption", FiberNumber::medulla_absorption);
 }
 
 StrandVariation read_variation(const JsonReader& json) {
@@ -97,7 +121,8 @@ StrandVariation read_variation(const JsonReader& json) {
 
 /// Reads the lobes. A scene that names GLINT splits it off TRT. If it is not named it has the gain and tint of TRT, so
 /// that "glint": true changes layers only.
-void read_lobes(const JsonReader& json, fiber::FiberParameters* fiber) {
+void read_lobes(const JsonReader& json, Material* material) {
+  fiber::FiberParameters* fiber = &material->fiber;
   if (const auto shape = json.choice("longitudinal_shape", shapes))
     fiber->longitudinal_shape = static_cast<fiber::LongitudinalShape>(place_of(*shape, shapes));
   if (const auto fresnel = json.choice("fresnel", fresnels))
@@ -113,8 +138,12 @@ void read_lobes(const JsonReader& json, fiber::FiberParameters* fiber) {
     for (std::size_t p = 0; p < lobes.size(); ++p) {
       // GLINT was part of TRT: unless it is named, splitting it off changes no picture.
       const std::string& lobe = p == glint && !by_lobe.has(lobes[p]) ? lobes[trt] : lobes[p];
-      if (key == tint) fiber->gain[p] *= by_lobe.triple(lobe).value_or(glm::vec3(1.0f));
-      if (key == gain) fiber->gain[p] *= static_cast<float>(by_lobe.number(lobe).value_or(1));
+      if (!by_lobe.has(lobe)) continue;
+      Source source = read_source(by_lobe, lobe, key == tint ? read_triple() : read_number(glm::vec3(1.0f)));
+      if (source.kind == Source::Kind::constant)
+        fiber->gain[p] *= source.value;
+      else
+        (key == tint ? material->tint : material->gain)[p] = std::move(source);
     }
     if (by_lobe.has(lobes[glint])) fiber->split_glint = true;
   }
@@ -133,6 +162,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
                                        "eccentricity",
                                        "roughness",
                                        "presence",
+                                       "thickness",
                                        "tilt_deg",
                                        "medulla",
                                        "color",
@@ -141,6 +171,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
                                        "sigma_a",
                                        "principled",
                                        "chiang_hair_bsdf",
+                                       "marschner",
                                        "azimuthal_sigma_deg",
                                        "longitudinal_lambda_deg",
                                        "curl_diameter_cm",
@@ -157,21 +188,21 @@ Material read_material(const JsonReader& json, std::size_t index) {
   material.name = json.text("name").value_or(fmt::format("material {}", index));
   if (json.has("principled")) read_principled(json, &material);
   if (json.has("chiang_hair_bsdf")) read_chiang_hair_bsdf(json, &material);
+  if (json.has("marschner")) read_marschner(json, &material);
   if (const auto x = json.number("eta")) fiber.eta = static_cast<float>(*x);
-  if (const auto x = json.number("eccentricity")) fiber.eccentricity = static_cast<float>(*x);
-  if (json.has("roughness")) {
-    Source roughness = read_source(json, "roughness", read_number(glm::vec3(1.0f)));
-    fiber.roughness = middle_of(roughness);
-    if (roughness.kind != Source::Kind::constant) material.roughness = std::move(roughness);
-  }
+  if (const auto x = read_number_of(json, "eccentricity", number_of(&material, FiberNumber::eccentricity)))
+    fiber.eccentricity = *x;
+  if (const auto x = read_number_of(json, "roughness", &material.roughness)) fiber.roughness = *x;
   if (json.has("presence")) material.presence = read_source(json, "presence", read_number(glm::vec3(1.0f)));
-  if (const auto x = json.number("tilt_deg")) fiber.tilt = static_cast<float>(*x * radians);
-  if (json.has("medulla")) read_medulla(json.child("medulla"), &fiber);
-  if (!json.has("principled") && !json.has("chiang_hair_bsdf")) read_color(json, &material);
+  if (json.has("thickness")) material.thickness = read_source(json, "thickness", read_number(glm::vec3(1.0f)));
+  if (const auto x = read_number_of(json, "tilt_deg", number_of(&material, FiberNumber::tilt), radians))
+    fiber.tilt = *x;
+  if (json.has("medulla")) read_medulla(json.child("medulla"), &material);
+  if (!json.has("principled") && !json.has("chiang_hair_bsdf") && !json.has("marschner")) read_color(json, &material);
   if (json.has("variation")) material.variation = read_variation(json.child("variation"));
   read_lobe_angles(json, "azimuthal_sigma_deg", {"TT", "TRT", "TRRT"}, &fiber.azimuthal_sigma);
   read_lobe_angles(json, "longitudinal_lambda_deg", {"R", "TT", "TRT", "TRRT"}, &fiber.longitudinal_lambda);
-  read_lobes(json, &fiber);
+  read_lobes(json, &material);
   material.curl_diameter_cm = json.number("curl_diameter_cm");
   material.twist = json.boolean("twist").value_or(true);
   if (const auto x = json.number("root_angle_deg")) material.root_angle_rad = *x * radians;

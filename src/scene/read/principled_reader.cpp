@@ -54,15 +54,14 @@ void read_absorption(const JsonReader& json, float radial_roughness, fiber::Prin
     material->variation.color = static_cast<float>(color_variation(double{middle_of(melanin)}, *x));
 }
 
-/// Whether this key is the only one that describes the material's fiber.
-bool is_alone(const JsonReader& material, const char* node) {
+}  // namespace
+
+bool is_alone(const JsonReader& material_json, const char* node) {
   for (const char* key : {"eta", "eccentricity", "roughness", "tilt_deg", "color", "hair", "melanin", "sigma_a",
                           "azimuthal_sigma_deg", "longitudinal_lambda_deg", "longitudinal_shape", "variation"})
-    if (!material.at_most_one({node, key})) return false;
-  return material.at_most_one({"principled", "chiang_hair_bsdf"});
+    if (!material_json.at_most_one({node, key})) return false;
+  return material_json.at_most_one({"principled", "chiang_hair_bsdf", "marschner"});
 }
-
-}  // namespace
 
 void read_chiang_hair_bsdf(const JsonReader& material_json, Material* material) {
   if (!is_alone(material_json, "chiang_hair_bsdf") || !material_json.at_most_one({"chiang_hair_bsdf", "tint"})) return;

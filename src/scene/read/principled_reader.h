@@ -7,6 +7,9 @@
 
 namespace tress::scene {
 
+/// Whether `node`, a key of the material, is the only one that describes its fiber; false and an error otherwise.
+bool is_alone(const JsonReader& material_json, const char* node);
+
 /// Fills the fiber and the variation of a material that has the key; other keys of the material with the same purpose
 /// are errors beside it.
 void read_principled(const JsonReader& material_json, Material* material);

@@ -10,7 +10,7 @@ namespace tress::scene {
 namespace {
 
 constexpr std::size_t most_stops = 256;
-const std::vector<std::string> kinds{"ramp", "random", "mix", "attribute", "texture"};
+const std::vector<std::string> kinds{"ramp", "root", "random", "mix", "attribute", "texture"};
 const std::vector<std::string> alongs{"share", "root_cm", "tip_cm"};  // in the order of the enumerators
 
 /// Sources have few levels: a document of nothing but braces must not end the program.
@@ -25,11 +25,12 @@ class SourceReader {
     if (level == most_levels) json.fail(key, fmt::format("sources of at most {} levels", most_levels), "more");
     const JsonReader source = json.child(key);
     if (json.failed() ||
-        !source.object(
-            {"ramp", "along", "interpolation", "random", "seed", "mix", "share", "attribute", "texture", "space"}) ||
+        !source.object({"ramp", "root", "tip", "along", "interpolation", "random", "seed", "mix", "share", "attribute",
+                        "texture", "space"}) ||
         !source.exactly_one(kinds) || !goes_together(source))
       return {};
     if (source.has("ramp")) return ramp(source, level);
+    if (source.has("root")) return from_root_to_tip(source, level);
     if (source.has("attribute"))
       return {.kind = Source::Kind::attribute, .value = unit_, .attribute = source.text("attribute").value_or("")};
     if (source.has("texture"))
@@ -46,10 +47,24 @@ class SourceReader {
       if (source.has(key) && !fits) source.fail(key, fmt::format("this key beside {} only", others), "it without");
       return !source.failed();
     };
-    return beside("along", source.has("ramp"), "\"ramp\"") && beside("interpolation", source.has("ramp"), "\"ramp\"") &&
+    if (source.has("root") && !source.need({"tip"})) return false;
+    return beside("tip", source.has("root"), "\"root\"") && beside("along", source.has("ramp"), "\"ramp\"") &&
+           beside("interpolation", source.has("ramp") || source.has("root"), "\"ramp\" or \"root\"") &&
            beside("space", source.has("texture"), "\"texture\"") &&
            beside("seed", source.has("random"), "\"random\"") &&
            beside("share", source.has("random") || source.has("mix"), "\"random\" or \"mix\"");
+  }
+
+  static bool is_smooth(const JsonReader& source) {
+    return source.choice("interpolation", {"linear", "smooth"}) == "smooth";
+  }
+
+  /// Reads the short form of a ramp with two stops.
+  Source from_root_to_tip(const JsonReader& source, int level) const {
+    return simplified({.kind = Source::Kind::ramp,
+                       .parts = {read(source, "root", level + 1), read(source, "tip", level + 1)},
+                       .places = {0, 1},
+                       .is_smooth = is_smooth(source)});
   }
 
   Source ramp(const JsonReader& source, int level) const {
@@ -57,7 +72,7 @@ class SourceReader {
     const std::string along = source.choice("along", alongs).value_or("share");
     while (alongs[static_cast<std::size_t>(ramp.along)] != along)
       ramp.along = static_cast<Source::Along>(static_cast<int>(ramp.along) + 1);
-    ramp.is_smooth = source.choice("interpolation", {"linear", "smooth"}) == "smooth";
+    ramp.is_smooth = is_smooth(source);
     const std::vector<JsonReader> stops = source.items("ramp", most_stops);
     if (stops.empty()) source.fail("ramp", "one stop or more, [place, value] each", "none");
     for (const JsonReader& stop : stops) {
