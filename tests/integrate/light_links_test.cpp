@@ -192,6 +192,17 @@ TEST(Visibility, OfNoRayIsTheSceneWithoutTheObject) {
   }
 }
 
+/// No sample is spent on a light that an object does not get.
+TEST(LightLinks, ToOtherObjectsAddNoNoise) {
+  for (const auto& [lights, bcsdfs] : counts) {
+    scene::Scene scene = hair_floor_and_card();
+    const std::vector<float> alone = green(rendered(scene, 1, lights, bcsdfs));
+    scene.lights.insert(scene.lights.begin(), panel(5, 2, 40));
+    scene.lights[0].links.lit = {true, {"card"}};  // which the camera does not see
+    expect_same(green(rendered(scene, 1, lights, bcsdfs)), alone, "alone");
+  }
+}
+
 TEST(LightLinks, ThatNameNothingChangeNoBit) {
   scene::Scene scene = hair_floor_and_card();
   scene.environment = scene::Environment(glm::vec3(0.3f));

@@ -130,7 +130,7 @@ class Export:
             self._materials[key] = (keys["name"], attribute)
         return self._materials[key]
 
-    def _groom(self, name, material, lengths, points, radii, colors):
+    def _groom(self, ob, name, material, lengths, points, radii, colors):
         """points in world units."""
         long = lengths >= 2
         if not long.all():
@@ -148,7 +148,7 @@ class Export:
         files.write_hair(path, lengths, points * self.cm, widths, colors)
         keys = {"name": self._free_name(name), "file": os.path.basename(path), "material": material, "up": "z",
                 "cm_per_unit": 1.0, "basis": "clamped_catmull_rom"}  # as the viewport and Cycles draw it
-        self.keys["grooms"].append(keys)
+        self.keys["grooms"].append(keys | hidden_from(ob))
 
     def _curves(self, ob, matrix):
         data = ob.data
@@ -166,7 +166,7 @@ class Export:
         colors = None
         if attribute is not None:
             colors = self._curve_colors(ob.name, data, attribute, lengths)
-        self._groom(ob.name, material, lengths, transformed(points.reshape(-1, 3), matrix), radii * mean_scale(matrix), colors)
+        self._groom(ob, ob.name, material, lengths, transformed(points.reshape(-1, 3), matrix), radii * mean_scale(matrix), colors)
 
     def _curve_colors(self, name, data, attribute, lengths):
         found = data.attributes.get(attribute) if attribute else data.color_attributes.active_color
@@ -207,10 +207,9 @@ class Export:
         if attribute is not None:
             self.warnings(f"{ob.name}: particle hair has no color attributes here, its hair is grey")
             colors = np.full((len(points), 3), 0.5, np.float32)
-        self._groom(f"{ob.name}.{system.name}", material, lengths, points, radii, colors)
+        self._groom(ob, f"{ob.name}.{system.name}", material, lengths, points, radii, colors)
 
     def _mesh(self, ob, matrix):
-        visible = getattr(ob, "visible_camera", True)
         try:
             mesh = ob.to_mesh()
         except RuntimeError:
@@ -247,12 +246,17 @@ class Export:
                 self.warnings(f"{ob.name}: no texture coordinates, grey in place of its picture")
                 keys["albedo"] = [0.18] * 3
                 del keys["albedo_file"]
-            if not visible:
-                keys["visible"] = False
-            elif getattr(ob, "is_holdout", False):
+            keys.update(hidden_from(ob))
+            if getattr(ob, "is_holdout", False) and "visible" not in keys:
                 keys["holdout"] = True
             self.keys["meshes"].append(keys)
         ob.to_mesh_clear()
+
+
+def hidden_from(ob):
+    """Keys for the rays that do not meet an object."""
+    switches = {"visible": "visible_camera", "casts_shadow": "visible_shadow"}
+    return {key: False for key, switch in switches.items() if not getattr(ob, switch, True)}
 
 
 def transformed(points, matrix):
