@@ -23,7 +23,7 @@ Scene scene_of(const std::string& lights, const std::string& groom = "",
                const std::string& environment = R"({"constant": [1, 1, 1]})") {
   auto scene = loaded(lights, groom, environment);
   EXPECT_TRUE(scene) << scene.error().message();
-  return scene ? std::move(*scene) : Scene{};
+  return scene ? std::move(*scene) : Scene();
 }
 
 TEST(LightLinks, HaveTheirNamesOrAllOthers) {
