@@ -52,10 +52,9 @@ StagedRow learn_stage(const SampledTarget& target, const SliceDescription& slice
   staged.row = fitted_row(exits, energies, kappa > 0 ? parent : nullptr, RibbonFitRule::of(paths, kappa > 0, kappa));
   // The new fit may have found another optimum. If it is worse even on the paths that it was fitted to, the earlier
   // row, which was tested on them, is kept.
-  if (before != nullptr) staged.before = with_energies(*before, energies);
   if (before != nullptr && staged.tested &&
       drawn.test(staged.row, (paths - paths_before) / sets).chi2 > staged.test.chi2)
-    staged.row = staged.before;
+    staged.row = with_energies(*before, energies);
   staged.usable = true;
   return staged;
 }

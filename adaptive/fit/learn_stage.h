@@ -18,7 +18,6 @@ constexpr bool may_converge(std::uint32_t paths) { return paths >= 2048; }
 
 struct StagedRow {
   RibbonRow row;     ///< fitted to all paths of the stage
-  RibbonRow before;  ///< the row that was tested, with the energies of all paths; unset if `before` was null
   SampledTest test;  ///< result for the row that was tested
   bool tested = false;
   bool usable = false;  ///< false if the target draws exits that SampledTarget does not allow, or no light

@@ -25,13 +25,12 @@ SampledRow learn_samples(const SampledTarget& target, const SliceDescription& sl
       return learned;
     }
     if (staged.tested) learned.objective = static_cast<float>(std::max(staged.test.bound(), 0.0));
+    learned.row = staged.row;
     learned.paths = paths;
     if (staged.tested && may_converge(paths) && static_cast<double>(learned.objective) <= limits.epsilon) {
       learned.verdict = SampledRow::Verdict::converged;
-      learned.row = staged.before;  // a fit to the paths that tested it has passed nothing
       break;
     }
-    learned.row = staged.row;
   }
   return learned;
 }

@@ -121,8 +121,7 @@ Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t path
     outcome.failed += is_found_wrong || (is_tested && may_converge(paths) && !passes) ? 1 : 0;
     outcome.converged = outcome.converged || passes;
     answer->has_converged = answer->has_converged || passes;
-    // A row that is learned to epsilon keeps the fit that passed: one to the paths that tested it has passed nothing.
-    answer->row = passes && learns_to_epsilon() ? staged.before : staged.row;
+    answer->row = staged.row;
     answer->paths = had = paths;
     paths = stage_after(paths);
     if (!learns_to_epsilon() || answer->has_converged || paths == 0) break;
