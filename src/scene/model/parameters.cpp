@@ -8,6 +8,7 @@
 #include <cctype>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <string>
 
@@ -26,7 +27,8 @@ constexpr Range frames{-1e6, 1e6}, pixels{1, 65536}, seeds{0, past_int64}, half_
 constexpr Range accuracy{0, 1, true}, paths{1, 4096};
 constexpr std::string_view degrees = "degrees", cm = "cm";
 
-constexpr std::array table{
+/// An array of C: clang allows no deduction from more than 256 elements.
+constexpr Parameter table[] = {
     Parameter{"/$schema", "", text, none, "", "", "", "for editors: where schema.json is"},
     Parameter{"/camera/frame", "", flag, none, "", "", "true without `eye`",
               "place the camera so that all grooms are seen, from 8 degrees above; excludes `eye`, `look_at`, `up`"},
@@ -868,8 +870,8 @@ const Parameter* parameter_at(std::string_view place) {
 
 const Parameter& option_parameter(std::string_view option) {
   const auto found = std::ranges::find(table, option, &Parameter::option);
-  assert(found != table.end());
-  return found == table.end() ? table.front() : *found;
+  assert(found != std::end(table));
+  return found == std::end(table) ? table[0] : *found;
 }
 
 std::string words(const Parameter& parameter) {
