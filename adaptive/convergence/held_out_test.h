@@ -19,7 +19,8 @@ struct SampledTest {
   double chi2 = 0, deviation = 0;
   /// The value that must be within epsilon. A fit whose error is epsilon passes one test with a probability of 0.001.
   double bound() const { return chi2 + 3.1 * deviation; }
-  /// What is above epsilon only if the error is, but for one test in a thousand.
+  /// A value above epsilon shows that the error is above epsilon. A fit whose error is epsilon is above it with a
+  /// probability of 0.001.
   double lower() const { return chi2 - 3.1 * deviation; }
 };
 
