@@ -31,10 +31,8 @@ class Fitter {
       : exits_(exits), parents_(parents), rule_(rule) {
     lanes_.main.least_scale = Ribbon::least_scale;
     lanes_.broad.least_scale = least_broad_scale;
-    for (std::size_t p = 0; p < parts; ++p) {
-      place_knots(p);
-      cut_pieces(p);
-    }
+    for (std::size_t p = 0; p < parts; ++p) place_knots(p);
+    cut_pieces(exits_);
     set_widths(lanes_.main);
     set_widths(lanes_.broad);
     place_harmonics(lanes_, harmonics_);
@@ -44,26 +42,23 @@ class Fitter {
   }
 
   FittedRibbons fit() {
-    for (int i = 0; i < rule_.rounds; ++i) {
-      RowSums sums;
-      add_exits(exits_, lanes_, sums);
-      move_layers(lanes_, sums, rule_.prior);
+    if (rule_.thin_rounds > 0) {
+      const RowExits thin = thin_exits(exits_);
+      cut_pieces(thin);
+      move(thin, rule_.thin_rounds);
+      for (std::size_t p = 0; p < parts; ++p) {
+        if (has_light(p)) keep_only(likeliest(thin, p).lane, p);
+      }
+      cut_pieces(exits_);
     }
+    move(exits_, rule_.rounds);
     match_directions(lanes_, harmonics_, wanted_directions());
     FittedRibbons fitted;
     for (std::size_t p = 0; p < parts; ++p) {
       if (!has_light(p)) continue;
-      std::size_t best = p;
-      double most = 0;
-      for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
-        if (!lanes_.active[lane]) continue;
-        const double likelihood = log_likelihood(exits_, lanes_, lane);
-        if (lane > p && !(likelihood > most)) continue;
-        best = lane;
-        most = likelihood;
-      }
-      fitted.log_likelihood[p] = most / exits_.part[p].count;
-      fitted.ribbon[p] = ribbon_of(best);
+      const Likeliest best = likeliest(exits_, p);
+      fitted.log_likelihood[p] = best.log_likelihood / exits_.part[p].count;
+      fitted.ribbon[p] = ribbon_of(best.lane);
     }
     return fitted;
   }
@@ -71,6 +66,32 @@ class Fitter {
  private:
   bool has_light(std::size_t p) const { return exits_.part[p].count > 0; }
   bool starts_from_parent(std::size_t p) const { return rule_.from_parent && parents_[p] != nullptr; }
+
+  struct Likeliest {
+    std::size_t lane;
+    double log_likelihood;
+  };
+  /// The likeliest of the laws of a part that has light.
+  Likeliest likeliest(const RowExits& exits, std::size_t p) const {
+    Likeliest best{p, 0};
+    for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
+      if (!lanes_.active[lane]) continue;
+      const double likelihood = log_likelihood(exits, lanes_, lane);
+      if (!lanes_.active[p] || lane == p || likelihood > best.log_likelihood) best = {lane, likelihood};
+    }
+    return best;
+  }
+  void keep_only(std::size_t kept, std::size_t p) {
+    for (std::size_t lane = p; lane < fit_lanes; lane += parts) lanes_.active[lane] = lane == kept;
+  }
+
+  void move(const RowExits& exits, int rounds) {
+    for (int i = 0; i < rounds; ++i) {
+      RowSums sums;
+      add_exits(exits, lanes_, sums);
+      move_layers(lanes_, sums, rule_.prior);
+    }
+  }
 
   void place_knots(std::size_t p) {
     const RowExits::Part& part = exits_.part[p];
@@ -96,9 +117,18 @@ class Fitter {
     for (std::uint32_t k = 0; k < broad_knots; ++k) lanes_.broad.bin[p][k] = k * bins_per_broad;
   }
 
-  void cut_pieces(std::size_t p) {
+  /// Cuts these exits at the knots.
+  void cut_pieces(const RowExits& exits) {
+    for (std::size_t p = 0; p < parts; ++p) cut_pieces(exits.part[p], p);
+    for (std::size_t lane = 0; lane < fit_lanes; ++lane) {
+      const RowExits::Part& part = exits.part[part_of_lane(lane)];
+      lanes_.count[lane] = part.count > 0 ? static_cast<float>(part.count) : 1.0f;
+    }
+  }
+
+  void cut_pieces(const RowExits::Part& part, std::size_t p) {
     const auto& place = lanes_.main.bin[p];
-    const auto& begin = exits_.part[p].begin;
+    const auto& begin = part.begin;
     std::size_t& count = lanes_.piece_count[p];
     count = 0;
     if (!has_light(p)) return;
@@ -142,7 +172,6 @@ class Fitter {
   void start(std::size_t p) {
     const bool one_law = parents_[p] != nullptr && rule_.parents_law;
     for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
-      lanes_.count[lane] = has_light(p) ? static_cast<float>(exits_.part[p].count) : 1.0f;
       lanes_.law[lane] = one_law ? parents_[p]->main_law() : lane < parts ? HeightLaw::normal : HeightLaw::logistic;
       lanes_.active[lane] = has_light(p) && (lane < parts || !one_law);
     }

@@ -12,7 +12,8 @@ namespace tress::adaptive {
 
 /// The rule by which the ribbons of a row are fitted.
 struct RibbonFitRule {
-  int rounds = 4;
+  int rounds = 4;            ///< over all exits
+  int thin_rounds = 0;       ///< before these, over some of the exits (thin_exits)
   bool from_parent = false;  ///< whether a part that has a parent starts from it; others start from moments
   bool parents_law = false;  ///< whether a part that has a parent keeps its law; others take the likelier law
   float kappa = 0;           ///< number of exits that a parent counts for, in fits from a parent
@@ -23,8 +24,8 @@ struct RibbonFitRule {
   /// optimum.
   static RibbonFitRule of(std::uint64_t paths, bool has_parent, float kappa) {
     constexpr std::uint64_t many = 2048;
-    if (paths >= many) return {12, false, false, 0, {}};
-    return has_parent ? RibbonFitRule{3, true, true, kappa, {}} : RibbonFitRule{};
+    if (paths >= many) return {4, 8, false, false, 0, {}};
+    return has_parent ? RibbonFitRule{3, 0, true, true, kappa, {}} : RibbonFitRule{};
   }
 };
 

@@ -101,4 +101,30 @@ RowExits sort_exits(std::span<const SampledExit> exits, std::uint32_t parts) {
   return row;
 }
 
+RowExits thin_exits(const RowExits& exits) {
+  constexpr std::uint32_t many = 2048, every = 4;
+  RowExits thin;
+  thin.parts = exits.parts;
+  for (auto* column : {&thin.x, &thin.t, &thin.w}) column->resize(exits.x.size());
+  std::uint32_t size = 0;
+  for (std::size_t p = 0; p < RowExits::most_parts; ++p) {
+    const RowExits::Part& from = exits.part[p];
+    RowExits::Part& to = thin.part[p];
+    const std::uint32_t step = from.begin.back() - from.begin.front() >= many ? every : 1;
+    std::uint32_t i = from.begin.front();
+    for (std::uint32_t bin = 0; bin < RowExits::bins; ++bin) {
+      to.begin[bin] = size;
+      for (; i < from.begin[bin + 1]; i += step) {
+        thin.x[size] = exits.x[i];
+        thin.t[size] = exits.t[i];
+        thin.w[size++] = exits.w[i];
+        to.count += static_cast<double>(exits.w[i]);
+      }
+    }
+    to.begin.back() = size;
+  }
+  for (auto* column : {&thin.x, &thin.t, &thin.w}) column->resize(size + RowExits::padding, 0.0f);
+  return thin;
+}
+
 }  // namespace tress::adaptive
