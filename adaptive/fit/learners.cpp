@@ -9,13 +9,11 @@ namespace tress::adaptive {
 
 constinit const Learner sketch_learner{"sketch", "least squares on what the render leaves, after each pass",
                                        make_row_learner<SketchLearner>};
-constinit const Learner eager_learner{"eager", "the same on samples of its own, when a row is created",
-                                      make_row_learner<EagerLearner>};
 constinit const Learner knot_learner{"table", "no mixture: 32 to 128 linear knots, on the first query",
                                      make_row_learner<KnotLearner>, true};
 
 std::span<const Learner* const> shipped_learners() {
-  static constexpr std::array all{&sketch_learner, &eager_learner, &knot_learner};
+  static constexpr std::array all{&sketch_learner, &knot_learner};
   return all;
 }
 

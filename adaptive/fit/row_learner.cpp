@@ -66,14 +66,6 @@ void FitContext::close(KnotDensity table, double objective) {
   if (stop.verdict() == StopTest::Verdict::converged) knots = std::make_unique<const KnotDensity>(std::move(table));
 }
 
-ObservedPair FitContext::draw_own() {
-  const float share = options.uniform_share_open;
-  const float x = fit.sample(random.next(), share);
-  const float value = g(x);
-  stop.add(static_cast<double>(value) - fit.density(x), fit.proposal_density(x, share), nodes.variation());
-  return {x, value};
-}
-
 void FitContext::fill_gaps() {
   for (const float x : gap_fill_azimuths(sketch.pairs(), nodes.blur_rad())) sketch.offer(x, g(x));
 }

@@ -25,7 +25,7 @@ struct FitContext {
   const Options& options;
   const TracedNodes& nodes;  ///< the target; evaluate it by g()
   Sketch& sketch;            ///< exact pairs: those that the host passed, and those that learners offer
-  StopTest& stop;            ///< also scores the learner's own draws (draw_own)
+  StopTest& stop;            ///< also scores draws of the learner's own
   RandomStream random;       ///< a stream for this row and pass
   int components;            ///< D: largest (or fixed) number of components of a fit; 1..Mixture::max_components
 
@@ -52,9 +52,6 @@ struct FitContext {
   /// epsilon; otherwise it is refused and nothing is published. The mass of `table` must be nodes.energy(). A table of
   /// another mass, or with a density that is negative or not finite, is counted and refused.
   void close(KnotDensity table, double objective);
-  /// Draws an azimuth from the proposal of `fit`, with its g, counted and scored. The learner may use the pair after
-  /// stop.run(), but never for the fit that it scored. Needs has_fit.
-  ObservedPair draw_own();
   /// Evaluates g in the gaps of the sketch (Gap fill).
   void fill_gaps();
   /// Runs the row's test on all scores and on largest_error(). Returns false and does nothing while there are too few

@@ -87,18 +87,4 @@ void SketchLearner::learn(FitContext& context) {
   refit(context);
 }
 
-void EagerLearner::begin(FitContext& context) {
-  SketchLearner::begin(context);
-  std::vector<ObservedPair> drawn;
-  while (context.stop.verdict() == StopTest::Verdict::undecided) {
-    drawn.clear();
-    while (context.stop.scores() < context.options.scores_per_test()) drawn.push_back(context.draw_own());
-    context.test();
-    if (context.stop.verdict() != StopTest::Verdict::undecided) return;
-    for (const ObservedPair& pair : drawn) context.sketch.offer(pair.azimuth, pair.g);
-    context.fill_gaps();
-    SketchLearner::learn(context);
-  }
-}
-
 }  // namespace tress::adaptive

@@ -354,7 +354,7 @@ int main(int argc, char** argv) {
     for (const adaptive::Learner* info : references::learners()) {
       if (!learners.empty() && std::ranges::find(learners, info->name) == learners.end()) continue;
       const bool many =
-          info == &adaptive::sketch_learner || info == &adaptive::eager_learner || info == &adaptive::knot_learner;
+          info == &adaptive::sketch_learner || info == &references::eager_learner || info == &adaptive::knot_learner;
       const std::size_t count = many ? rows : rival_rows;
       std::uint64_t printed = 0, alone = 0;
       nlohmann::json cell = study(stress, *info, target, truths, count, seed, stress.threads, &printed);

@@ -233,7 +233,7 @@ Told learn(unsigned threads, const std::vector<std::vector<float>>& forms, const
 }
 
 TEST(AbsorbedObjective, IsOfTheRowsThatConvergedAtTheRatesOfTheirForms) {
-  for (const Learner* learner : {&sketch_learner, &eager_learner, &knot_learner}) {
+  for (const Learner* learner : {&sketch_learner, &knot_learner}) {
     const Told told = learn(1, {{2.0f, 0.5f}, {0.5f, 1.0f}}, {0.5f, 1.0f, 2.0f}, learner);
     const AbsorbedObjective& absorbed = told.report.absorbed_objective;
     EXPECT_GT(absorbed.rows, 8u) << learner->name;

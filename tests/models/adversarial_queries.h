@@ -45,7 +45,7 @@ class TaughtModel {
       options.memory_bytes = std::size_t{2} << 30;
       options.sampled_epsilon = 0.5;
       options.heard_share = 0;  // what is heard is drawn from the fiber, and evaluate() knows the row
-      if (what.taught == Taught::converged) options.learner = &adaptive::eager_learner;
+      if (what.taught == Taught::converged) options.learner = &references::eager_learner;
       if (what.taught == Taught::knots) options.learner = &adaptive::knot_learner;
       learned_ = fiber::make_service(info, options);
       service_ = learned_.service.get();

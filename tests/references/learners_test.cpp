@@ -162,7 +162,7 @@ INSTANTIATE_TEST_SUITE_P(Learners, EveryLearner,
 
 // What only they promise.
 TEST(Learners, EagerHasNoOpenRows) {
-  const Learned learned = learn(&eager_learner, 1, 1);
+  const Learned learned = learn(&references::eager_learner, 1, 1);
   EXPECT_EQ(learned.last.rows_open, 0u);
   EXPECT_EQ(learned.last.rows_converged, learned.last.creations);
   EXPECT_EQ(learned.last.newly_converged, learned.last.creations);

@@ -23,10 +23,9 @@ struct Learner {
 };
 
 extern const Learner sketch_learner;  ///< least squares on the exact pairs of the render, after each pass
-extern const Learner eager_learner;   ///< the same on pairs of its own, run to the end when a row is created
 extern const Learner knot_learner;    ///< no mixture: linear knots; named `table` on the command line
 
-/// The three methods above, the default first.
+/// The two methods above, the default first.
 std::span<const Learner* const> shipped_learners();
 
 }  // namespace tress::adaptive
