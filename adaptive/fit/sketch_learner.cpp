@@ -18,6 +18,9 @@ constexpr double refined_gap = 0.5;       // in blurs: closer pairs carry the sa
 
 }  // namespace
 
+constinit const Learner sketch_learner{"sketch", "least squares on what the render leaves, after each pass",
+                                       make_row_learner<SketchLearner>};
+
 void SketchLearner::refine(FitContext& context) {
   constexpr double two_pi = 2 * std::numbers::pi;
   const std::vector<ObservedPair> pairs = context.sketch.pairs();

@@ -33,9 +33,7 @@ std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   const auto found = slice.stored.find(candidate.node);
   if (slice.is_sampled()) return sizeof(Row) + sizeof(RibbonAnswer);
   if (!needs_nodes(candidate)) {
-    const CachedRow& row = found->second;
-    return sizeof(Row) +
-           (row.knots.empty() ? PackedMixture::bytes_of(row.fit.component_count) : sizeof(KnotRow) + row.knots.bytes());
+    return sizeof(Row) + PackedMixture::bytes_of(found->second.fit.component_count);
   }
   const bool keeps_earlier = found != slice.stored.end() && found->second.state == RowState::converged;
   return sizeof(Row) + Learning::bytes_before_nodes(slice.description.blur_rad, learner_bytes_) +
@@ -78,7 +76,7 @@ Service::Table::Outcome Service::Table::open(Row& row, const CachedRow* cached) 
   if (cached != nullptr) row.learning->count = cached->count;
   if (cached != nullptr && cached->state == RowState::converged) {
     row.learning->fit = cached->fit;
-    row.learning->has_fit = cached->knots.empty();
+    row.learning->has_fit = true;
     row.learning->objective = cached->objective;
     row.learning->earlier = std::make_unique<const CachedRow>(*cached);
   }

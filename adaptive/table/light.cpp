@@ -38,7 +38,7 @@ double Service::Table::light_share(SliceId slice, std::uint32_t node, double uns
 
 double Service::Table::epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
   const Slice& of = *slices_[slice];
-  if (!is_light_driven(of)) return epsilon_without_light(slice);
+  if (!is_light_driven()) return epsilon_without_light(slice);
   // Counts the light of one path more than was seen, because few paths do not show that a row carries no light.
   const double share = light_share(slice, node, 1);
   const double variation = relative_variation(of.description, energy);

@@ -191,7 +191,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
         report.rows_coarse += slot.row == Slot::no_row ? 1 : 0;
       } else if (slice.is_sampled()) {
         continue;
-      } else if (learns_ && in_all >= options_.queries_to_creation() && in_all > 0) {
+      } else if (learns_ && in_all >= options_.queries_before_creation && in_all > 0) {
         candidates.push_back({p, n, in_all, slice.light[n].load(std::memory_order_relaxed), slot.take_memo()});
       } else {
         slot.take_memo();
@@ -234,8 +234,6 @@ void Service::Table::fill_totals(PassReport& report) const {
     report.rows_refused += state == RowState::refused ? 1 : 0;
     report.rows_converged += state == RowState::converged ? 1 : 0;
     if (const PackedMixture* fit = slot.mixture()) ++report.components[fit->component_count];
-    if (const KnotRow* knots = slot.knots())
-      ++report.knots[static_cast<std::size_t>(std::countr_zero(knots->table.knots().size() / KnotDensity::fewest))];
     report.ribbons += slot.ribbons() != nullptr ? 1 : 0;
     report.unusable += slot.refusal() != nullptr ? 1 : 0;
     if (const RibbonAnswer* answer = slot.ribbons())
@@ -273,7 +271,6 @@ void Service::Table::announce() {
     report.light = light_share(change.slice, change.node, 0);
     const RowView view = view_of(slot);
     if (view.fit != nullptr) report.components = view.fit->component_count;
-    if (view.knots != nullptr) report.knots = static_cast<std::uint32_t>(view.knots->knots().size());
     if (view.ribbons != nullptr) report.ribbons = view.ribbons->parts();
     calls_without_throwing("row listener", [this](Error error) { note(std::move(error)); }, [&] { listener_(report); });
   }

@@ -49,11 +49,6 @@ RowView view_of(const Slot& slot) {
       view.fit = Slot::target_of<PackedMixture>(word);
       view.objective = view.fit->objective;
       break;
-    case Slot::Kind::knots:
-      view.state = RowState::converged;
-      view.knots = &Slot::target_of<KnotRow>(word)->table;
-      view.objective = Slot::target_of<KnotRow>(word)->objective;
-      break;
     case Slot::Kind::ribbons:
     case Slot::Kind::interpolated: {
       const auto* answer = Slot::target_of<RibbonAnswer>(word);
@@ -128,11 +123,7 @@ void Service::Table::show_learning(Row& row, bool converged) {
     slot.set(&learning, Slot::Kind::learning);
     return;
   }
-  if (learning.knots) {
-    slot.set(new KnotRow{*learning.knots, learning.objective}, Slot::Kind::knots);
-  } else {
-    slot.set(learning.published, Slot::Kind::mixture);
-  }
+  slot.set(learning.published, Slot::Kind::mixture);
   row.set_count(learning.count);
   row.set_failed(learning.stop.failed());
   row.learning.reset();
@@ -142,10 +133,8 @@ void Service::Table::show_cached(Row& row, const CachedRow& cached, bool has_con
   if (cached.ribbons) {
     const auto paths = static_cast<std::uint32_t>(std::min<std::uint64_t>(cached.count, ~0u));
     slot_of(row).set(new RibbonAnswer{*cached.ribbons, cached.objective, paths, has_converged}, Slot::Kind::ribbons);
-  } else if (cached.knots.empty()) {
-    slot_of(row).set(mixtures_.put(cached.fit, cached.objective), Slot::Kind::mixture);
   } else {
-    slot_of(row).set(new KnotRow{cached.knots, cached.objective}, Slot::Kind::knots);
+    slot_of(row).set(mixtures_.put(cached.fit, cached.objective), Slot::Kind::mixture);
   }
 }
 

@@ -14,7 +14,6 @@
 #include "observations/heard_exits.h"
 #include "table/levels.h"
 #include "tress/adaptive/cache.h"
-#include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/traced_nodes.h"
@@ -39,15 +38,8 @@ struct Learning;
 
 /// Bytes in memory of a cached row.
 inline std::size_t cached_row_bytes(const CachedRow& row) {
-  return sizeof(CachedRow) + row.knots.bytes() + (row.ribbons ? row.ribbons->bytes() : 0);
+  return sizeof(CachedRow) + (row.ribbons ? row.ribbons->bytes() : 0);
 }
-
-/// The answer of a converged row that is a knot table.
-struct alignas(16) KnotRow {
-  KnotDensity table;
-  float objective;  ///< known error, as RowView::objective
-  std::size_t bytes() const { return sizeof(KnotRow) + table.bytes(); }
-};
 
 /// The answer of a row of a slice of samples, or of a node that coarser rows answer for.
 struct alignas(16) RibbonAnswer {
@@ -71,7 +63,6 @@ struct alignas(16) Slot {
     traced = 0,         ///< TracedNodes of an absent node, of this pass, owned; or null
     learning = 1,       ///< Learning of an open or refused row
     mixture = 2,        ///< PackedMixture of a converged row
-    knots = 3,          ///< KnotRow of a converged row, owned
     ribbons = 7,        ///< RibbonAnswer of a row of samples, owned
     refusal = 11,       ///< SampledRefusal of a refused row, owned
     interpolated = 15,  ///< RibbonAnswer of a node without a row, made by readers of coarser rows, owned
@@ -104,19 +95,17 @@ struct alignas(16) Slot {
     return kind_of(now) == kind ? target_of<T>(now) : nullptr;
   }
   const PackedMixture* mixture() const { return get<PackedMixture>(Kind::mixture); }
-  const KnotRow* knots() const { return get<KnotRow>(Kind::knots); }
   const RibbonAnswer* ribbons() const { return get<RibbonAnswer>(Kind::ribbons); }
   const SampledRefusal* refusal() const { return get<SampledRefusal>(Kind::refusal); }
   const RibbonAnswer* interpolated() const { return get<RibbonAnswer>(Kind::interpolated); }
   /// Whether a row answers without evaluating g.
   bool has_answer() const {
     const Kind kind = kind_of(word.load(std::memory_order_relaxed));
-    return kind == Kind::mixture || kind == Kind::knots || kind == Kind::ribbons;
+    return kind == Kind::mixture || kind == Kind::ribbons;
   }
   /// Bytes of the answer of a row; 0 for a Learning.
   std::size_t answer_bytes() const {
     if (const PackedMixture* fit = mixture()) return fit->bytes();
-    if (const KnotRow* table = knots()) return table->bytes();
     if (const RibbonAnswer* answer = ribbons()) return answer->bytes();
     return refusal() != nullptr ? refusal()->bytes() : 0;
   }
@@ -124,7 +113,6 @@ struct alignas(16) Slot {
   /// Replaces the answer, and deletes the old one if it was owned. Call it between passes.
   template <class T>
   void set(const T* target, Kind kind) {
-    delete knots();
     delete ribbons();
     delete refusal();
     delete interpolated();

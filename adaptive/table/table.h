@@ -152,9 +152,7 @@ class Service::Table {
   }
   /// Computes PassReport::bias_bound.
   double bias_bound() const;
-  bool is_light_driven(const Slice& slice) const {
-    return options_.picture_error > 0 && (slice.is_sampled() || !options_.learner->on_first_query);
-  }
+  bool is_light_driven() const { return options_.picture_error > 0; }
 
   // creations.cpp
   /// Makes rows of the candidates, in their order, until memory is full. Appends to changes_. True if all had room.
@@ -225,10 +223,9 @@ class Service::Table {
   FitContext context_of(Row& row, const Options& options) const;
   /// Stores the results of a context and of the stop test in the row.
   void conclude(Row& row, const FitContext& context, Outcome& outcome) const;
-  /// The largest error of a fit, whose attributes are known, at the decay rates of its slice. Negative without rates
-  /// and for rows that another row represents.
-  template <class Fit>
-  double largest_absorbed_error(const Row& row, const Fit& fit) const;
+  /// The largest error of a row's fit, whose attributes are known, at the decay rates of its slice. Negative without
+  /// rates and for rows that another row represents.
+  double largest_absorbed_error(const Row& row) const;
   RandomStream stream_of(const Row& row, std::uint64_t purpose) const;
 
   // publish.cpp

@@ -69,9 +69,9 @@ constinit const Learner appendix_literal_learner{"appendix-literal", "the paper'
                                                  make_row_learner<adaptive::LiteralAppendixLearner>};
 
 fiber::Catalog catalog() {
-  static constexpr std::array all_learners{&adaptive::sketch_learner, &eager_learner, &ais_learner,
-                                           &adaptive::knot_learner,   &em_learner,    &appendix_learner,
-                                           &appendix_literal_learner};
+  static constexpr std::array all_learners{
+      &adaptive::sketch_learner, &eager_learner,           &ais_learner, &em_learner,
+      &appendix_learner,         &appendix_literal_learner};
   return {all_models, all_learners};
 }
 

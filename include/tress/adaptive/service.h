@@ -5,7 +5,7 @@
 //   for (each pass) {
 //     // any number of threads:
 //     RowView row = service.look_up(slice, a, b);
-//     if (row.state == converged) { use row.density(x) }     // weight 1; row.fit or row.knots
+//     if (row.state == converged) { use row.density(x) }     // weight 1
 //     else { g = row.nodes->density(x); service.observe(row, x, g); or service.score(row, x, g, q); }
 //     // one thread, no reader left:
 //     PassReport report = service.publish();
