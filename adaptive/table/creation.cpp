@@ -19,7 +19,8 @@ bool Service::Table::answers(SliceId slice, const CachedRow& cached) const {
   if (cached.state != RowState::converged) return false;
   if (slices_[slice]->is_sampled()) return true;
   const double objective = cached.objective;
-  return objective <= options_.epsilon || (paths_ > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
+  return objective <= options_.epsilon ||
+         (light_.paths > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
 }
 
 bool Service::Table::needs_nodes(const Candidate& candidate) const {

@@ -6,10 +6,16 @@
 #include "table/table.h"
 
 namespace tress::adaptive {
+namespace {
+
+/// Whether a row answers without evaluating g.
+bool has_answer(const RowView& row) { return row.state == RowState::converged || row.ribbons != nullptr; }
+
+}  // namespace
 
 Result<const FormedRows*> Service::Table::add_form(SliceId slice, std::shared_ptr<const RowForm> form,
                                                    const std::vector<float>& decay_rates) {
-  if (std::optional<Error> early = within_pass("add_form")) return std::move(*early);
+  if (std::optional<Error> early = discipline_.within_pass("add_form")) return std::move(*early);
   if (slice >= slices_.size()) return no_such_slice("add_form", slice);
   if (form == nullptr) return Error{"", "add_form", "a form", "none"};
   const SliceDescription& description = slices_[slice]->description;
@@ -51,17 +57,8 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
   }
   if (!slice.has_index()) return found;
   Slot& slot = slice.slots[node];
-  RowView row;
-  if (slice.is_sampled()) {
-    row = sampled_view(rows.slice_, node);
-    if (row.ribbons == nullptr) return found;
-  } else {
-    if (!slot.has_answer()) return found;
-    row = view_of(slot);
-    row.slice = rows.slice_;
-    row.node = node;
-    row.pass = pass_;
-  }
+  const RowView row = view_at(rows.slice_, node);
+  if (!has_answer(row)) return found;
   if (slice.is_sampled() && entry != nullptr) {
     // Counts only whether the node was queried. How often a form is made again depends on threads and memory, but the
     // number of paths must not: it follows from the queries.
@@ -111,17 +108,8 @@ bool Service::Table::make_again(Form& form, std::uint32_t node) {
   const Slice& slice = *slices_[rows.slice_];
   if (rows.stride_ == 0 || !slice.has_index() || node >= slice.description.node_count()) return false;
   if (rows.entries_[node].get() || rows.form_->instead_of_row(node) != nullptr) return false;
-  RowView row;
-  if (slice.is_sampled()) {
-    row = sampled_view(rows.slice_, node);
-    if (row.ribbons == nullptr) return false;
-  } else {
-    if (!slice.slots[node].has_answer()) return false;
-    row = view_of(slice.slots[node]);
-    row.slice = rows.slice_;
-    row.node = node;
-    row.pass = pass_;
-  }
+  const RowView row = view_at(rows.slice_, node);
+  if (!has_answer(row)) return false;
   const std::size_t size = BlockStore::rounded(rows.form_->bytes(row));
   void* block = blocks_.take(size);
   rows.form_->write(row, block);

@@ -61,14 +61,14 @@ Service::Table::SampledAnswer Service::Table::keep_interpolated(Slice& slice, st
   return {made.release(), nullptr};
 }
 
-RowView Service::Table::sampled_view(SliceId id, std::uint32_t node) {
+RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
   Slice& slice = *slices_[id];
   const Slot& slot = slice.slots[node];
   RowView view = slot.row != Slot::no_row ? view_of(slot) : RowView{};
   view.slice = id;
   view.node = node;
   view.pass = pass_;
-  if (slot.row != Slot::no_row) return view;
+  if (slot.row != Slot::no_row || !slice.is_sampled()) return view;
   const SampledAnswer answer = answer_of(slice, node, slice.levels.coarse());
   if (!answer) return view;
   view.ribbons = &answer->row;

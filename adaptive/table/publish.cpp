@@ -104,7 +104,7 @@ void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nod
 }
 
 void Service::Table::prepare() {
-  if (!learns_ || within_pass("prepare")) return;
+  if (!learns_ || discipline_.within_pass("prepare")) return;
   const std::clock_t start = std::clock();
   changes_.clear();
   grow_samples(between_passes_);
@@ -113,18 +113,10 @@ void Service::Table::prepare() {
 }
 
 PassReport Service::Table::publish(std::uint64_t paths) {
-  PassReport report;
-  if (options_.check_passes && (phase_.load() == Phase::publishing || readers_.load() != 0)) {
-    note({"", "publish", "no reader left", phase_.load() == Phase::publishing ? "publish() itself" : "one in look_up"});
-    return report;
-  }
-  if (options_.check_passes) phase_.store(Phase::publishing);
-  report = end_pass(paths);
-  if (options_.check_passes) phase_.store(Phase::between);
-  {
-    const std::scoped_lock lock(misuse_mutex_);
-    report.misuse = std::exchange(misuse_, std::nullopt);
-  }
+  if (!discipline_.begin_publish()) return {};
+  PassReport report = end_pass(paths);
+  discipline_.end_publish();
+  report.misuse = discipline_.take();
   tell_of(report);
   return report;
 }
@@ -156,7 +148,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   between_passes_ = PassReport{};
   changes_ = std::exchange(prepared_, {});
   ++pass_;
-  paths_ += paths;
+  light_.paths += paths;
   report.traces += traces_.exchange(0, std::memory_order_relaxed);
   report.converged_queries += converged_queries_.take();
   report.answered_queries += answered_queries_.take();
@@ -192,14 +184,14 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
       } else if (slice.is_sampled()) {
         continue;
       } else if (learns_ && in_all >= options_.queries_before_creation && in_all > 0) {
-        candidates.push_back({p, n, in_all, slice.light[n].load(std::memory_order_relaxed), slot.take_memo()});
+        candidates.push_back({p, n, in_all, slice.light_at(n), slot.take_memo()});
       } else {
         slot.take_memo();
       }
     }
   }
   memo_bytes_.store(0, std::memory_order_relaxed);
-  queried_ = report.rows_queried;
+  light_.queried = report.rows_queried;
 
   if (learns_) update_rows(report);
 
@@ -229,7 +221,10 @@ void Service::Table::fill_totals(PassReport& report) const {
   std::vector<float> objectives;
   for (const Row& row : rows_) {
     const Slot& slot = slot_of(row);
+    const SliceDescription& slice = slices_[row.slice]->description;
     const RowState state = state_of(row);
+    if (slot.has_answer() && light_.paths > 0)
+      report.bias_bound += light_.bias_of(slice, slices_[row.slice]->light_at(row.node), row.energy, objective_of(row));
     report.rows_open += state == RowState::open ? 1 : 0;
     report.rows_refused += state == RowState::refused ? 1 : 0;
     report.rows_converged += state == RowState::converged ? 1 : 0;
@@ -242,7 +237,6 @@ void Service::Table::fill_totals(PassReport& report) const {
   }
   report.rows_reopened = reopened_;
   report.bytes = bytes_ + formed_bytes_;
-  report.bias_bound = bias_bound();
   std::ranges::sort(objectives);
   report.objective_p50 = quantile(objectives, 0.50);
   report.objective_p90 = quantile(objectives, 0.90);
@@ -268,11 +262,12 @@ void Service::Table::announce() {
     report.count = row.taught();
     report.failed_tests = row.failed_tests();
     report.objective = objective_of(row);
-    report.light = light_share(change.slice, change.node, 0);
+    report.light = light_.share(slice.light_at(change.node));
     const RowView view = view_of(slot);
     if (view.fit != nullptr) report.components = view.fit->component_count;
     if (view.ribbons != nullptr) report.ribbons = view.ribbons->parts();
-    calls_without_throwing("row listener", [this](Error error) { note(std::move(error)); }, [&] { listener_(report); });
+    calls_without_throwing(
+        "row listener", [this](Error error) { discipline_.note(std::move(error)); }, [&] { listener_(report); });
   }
 }
 

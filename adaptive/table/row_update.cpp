@@ -73,7 +73,7 @@ void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {
 
 void Service::Table::begin(Row& row, Outcome& outcome) const {
   const Options options = options_of(row);
-  if (is_light_driven() && options.epsilon >= 1) {
+  if (light_.is_driven() && options.epsilon >= 1) {
     leave_unfitted(row, outcome);
     return;
   }

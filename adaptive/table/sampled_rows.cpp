@@ -225,7 +225,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
       wanted = learns_to_epsilon() ? sampled_stages.front() : std::max(wanted, again[n]);
     const bool may_grow = answer == nullptr || !learns_to_epsilon() || !answer->has_converged;
     if (may_grow && wanted > (answer != nullptr ? answer->paths : 0))
-      growths.push_back({n, wanted, slice.light[n].load(std::memory_order_relaxed), events[n]});
+      growths.push_back({n, wanted, slice.light_at(n), events[n]});
   }
   std::ranges::sort(growths, [](const Growth& x, const Growth& y) {
     if (x.light != y.light) return x.light > y.light;

@@ -128,11 +128,6 @@ struct alignas(16) Slot {
 };
 static_assert(sizeof(Slot) == 16);
 
-/// Light in fixed point with steps of 2^-20, so that sums do not depend on their order. One query adds at most 2^12.
-inline std::uint64_t fixed_light(float light) {
-  return static_cast<std::uint64_t>(std::min(light, 4096.0f) * 1048576.0f);
-}
-
 struct Slice {
   /// has_index: false if memory has no room for one. The nodes are then traced at every query and never learned.
   Slice(const SliceDescription& d, bool has_index) : description(d), levels(d) {
@@ -162,6 +157,8 @@ struct Slice {
     if (at == decay_rates.end() || *at != rate) decay_rates.insert(at, rate);
   }
 
+  /// Light that a node has carried over all passes, as fixed_light(); 0 without an index.
+  std::uint64_t light_at(std::uint32_t node) const { return light ? light[node].load(std::memory_order_relaxed) : 0; }
   /// Number of draws from a node of samples over all passes: its credited events or its queries, whichever is more.
   std::uint64_t asked(std::uint32_t node) const {
     return std::max(events[node].load(std::memory_order_relaxed), slots[node].queries.load(std::memory_order_relaxed));

@@ -99,8 +99,8 @@ std::optional<Error> Service::Table::unusable(const SliceDescription& slice) con
 }
 
 Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
-  if (std::optional<Error> early = within_pass("add_slice")) {
-    note(*early);  // models pass on only the id, so the error would be lost
+  if (std::optional<Error> early = discipline_.within_pass("add_slice")) {
+    discipline_.note(*early);  // models pass on only the id, so the error would be lost
     return std::move(*early);
   }
   if (std::optional<Error> error = unusable(asked)) return std::move(*error);
@@ -168,7 +168,7 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
         slice.stored.insert_or_assign(row->node, *row);
         // Whether a coarse row is good enough is known once the light of its node is; an open row of samples has
         // nothing to start from.
-        const bool waits = !answering && (is_light_driven() || slice.is_sampled());
+        const bool waits = !answering && (light_.is_driven() || slice.is_sampled());
         if (!slice.has_index() || !room || waits) continue;
         const std::uint32_t queries = slice.slots[row->node].queries.load(std::memory_order_relaxed);
         candidates.push_back({id, row->node, queries, 0, nullptr});

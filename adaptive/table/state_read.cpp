@@ -372,10 +372,10 @@ std::optional<Error> Service::Table::check_rows(SavedTable& saved, SliceId id) c
 
 void Service::Table::take_over(SavedTable& saved) {
   pass_ = saved.pass;
-  paths_ = saved.paths;
+  light_.paths = saved.paths;
   reopened_ = saved.reopened;
   reopened_told_ = saved.reopened_told;
-  queried_ = saved.queried;
+  light_.queried = saved.queried;
   ceiling_told_ = saved.ceiling_told;
   unusable_told_ = saved.unusable_told;
   absorbed_errors_ = std::move(saved.absorbed_errors);
