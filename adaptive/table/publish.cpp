@@ -66,7 +66,8 @@ void Service::Table::update_rows(PassReport& report) {
         changes_.push_back({row.slice, row.node, state_of(row)});
       }
       misfitting.insert(row.slice);
-      drop_forms(row.slice);
+      // Readers make them again, and so show which rows are in use.
+      for (const std::uint32_t form : slices_[row.slice]->forms) forms_.drop(form);
     }
     bytes_ = bytes_ - sizes[i] + bytes_of(row);
     report.g_evaluations += outcome.g_evaluations;

@@ -437,7 +437,7 @@ void Service::Table::take_slice(const SavedTable& all, SavedSlice& saved, Slice&
   kept_before_ = &saved.interpolated;
   for (const std::uint32_t node : saved.interpolated) (void)answer_of(slice, node, slice.levels.coarse());
   for (std::size_t i = 0; i < saved.made.size(); ++i) {
-    for (const std::uint32_t node : saved.made[i]) (void)make_again(forms_[slice.forms[i]], node);
+    for (const std::uint32_t node : saved.made[i]) make_again(forms_.rows(slice.forms[i]), node);
   }
   kept_before_ = nullptr;
 }

@@ -182,9 +182,7 @@ void Service::Table::write_slice(ByteWriter& out, const Slice& slice) const {
   write_heard(out, slice);
   out.u32(static_cast<std::uint32_t>(slice.forms.size()));
   for (const std::uint32_t form : slice.forms) {
-    std::vector<std::uint32_t> made;
-    for (const Made& one : forms_[form].made) made.push_back(one.node);
-    std::ranges::sort(made);  // so that the bytes do not depend on the order of threads
+    const std::vector<std::uint32_t> made = forms_.made_nodes(form);
     out.u32(static_cast<std::uint32_t>(made.size()));
     for (const std::uint32_t node : made) out.u32(node);
   }

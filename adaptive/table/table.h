@@ -13,9 +13,9 @@
 
 #include "cache/packed_slice.h"
 #include "density/mixture_store.h"
-#include "table/block_store.h"
 #include "table/discipline.h"
 #include "table/error_quantiles.h"
+#include "table/form_store.h"
 #include "table/guarded_samples.h"
 #include "table/light_policy.h"
 #include "table/row.h"
@@ -99,16 +99,6 @@ class Service::Table {
     SliceId slice;
     std::uint32_t node;
     RowState state;
-  };
-  /// One answer that a form made of a row.
-  struct Made {
-    void* block;
-    std::size_t bytes;
-    std::uint32_t node;
-  };
-  struct Form {
-    std::unique_ptr<FormedRows> rows;
-    std::vector<Made> made;
   };
   static constexpr std::uint32_t no_node = ~0u;
 
@@ -260,13 +250,8 @@ class Service::Table {
   void take_slice(const SavedTable& all, SavedSlice& saved, Slice& slice);
 
   // forms.cpp
-  /// Makes the answer of a converged row again, without counting a query. False if the row has no answer.
-  bool make_again(Form& form, std::uint32_t node);
-  std::size_t form_of(const FormedRows& rows) const;
-  /// Drops all that was made of the slice's rows. Readers make it again, and so show which rows are in use.
-  void drop_forms(SliceId slice);
-  void drop(Form& form);
-  void let_go(Form& form, const Made& one);
+  /// Makes the answer of a row again, if it has one, without counting a query.
+  void make_again(const FormedRows& rows, std::uint32_t node);
   /// If memory is full, drops all forms and interpolated answers, so that rows have room.
   void make_room();
 
@@ -327,19 +312,18 @@ class Service::Table {
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;
   bool learns_ = true;
-  std::uint32_t pass_ = 0;           ///< number of the publish() that runs or ran last
-  std::size_t bytes_ = 0;            ///< bytes of all rows
-  std::size_t index_bytes_ = 0;      ///< bytes of the indices of all slices
-  std::uint64_t reopened_ = 0;       ///< rows reopened in this session
-  std::uint64_t reopened_told_ = 0;  ///< how many of reopened_ have been logged
-  bool ceiling_told_ = false;        ///< whether full memory has been logged
-  bool unusable_told_ = false;       ///< whether unusable draws have been logged
-  ErrorQuantiles absorbed_errors_;   ///< errors of rows that converged in this session
-  PassReport between_passes_;        ///< work of load() and add_slice(), reported by the next publish()
-  std::vector<Form> forms_;
-  BlockStore blocks_;                         ///< memory of all forms
-  std::mutex made_mutex_;                     ///< guards Form::made and Slice::interpolated
+  std::uint32_t pass_ = 0;                    ///< number of the publish() that runs or ran last
+  std::size_t bytes_ = 0;                     ///< bytes of all rows
+  std::size_t index_bytes_ = 0;               ///< bytes of the indices of all slices
+  std::uint64_t reopened_ = 0;                ///< rows reopened in this session
+  std::uint64_t reopened_told_ = 0;           ///< how many of reopened_ have been logged
+  bool ceiling_told_ = false;                 ///< whether full memory has been logged
+  bool unusable_told_ = false;                ///< whether unusable draws have been logged
+  ErrorQuantiles absorbed_errors_;            ///< errors of rows that converged in this session
+  PassReport between_passes_;                 ///< work of load() and add_slice(), reported by the next publish()
   std::atomic<std::size_t> formed_bytes_{0};  ///< bytes of all forms, their entries and interpolated answers
+  FormStore forms_{formed_bytes_};
+  std::mutex interpolated_mutex_;  ///< guards Slice::interpolated
   std::atomic<std::size_t> memo_bytes_{0};
   std::atomic<std::uint64_t> traces_{0};  ///< traces by readers in the running pass
   StripedCounter answered_queries_;       ///< queries of the running pass that forms answered
