@@ -231,7 +231,7 @@ void Service::Table::fill_totals(PassReport& report) const {
     report.rows_converged += state == RowState::converged ? 1 : 0;
     if (const PackedMixture* fit = slot.mixture()) ++report.components[fit->component_count];
     report.ribbons += slot.ribbons() != nullptr ? 1 : 0;
-    report.unusable += slot.refusal() != nullptr ? 1 : 0;
+    report.unusable += slot.is_refused() ? 1 : 0;
     if (const RibbonAnswer* answer = slot.ribbons())
       report.rows_at_most_paths += !answer->has_converged && answer->paths >= most_paths() ? 1 : 0;
     if (const float objective = objective_of(row); objective >= 0) objectives.push_back(objective);

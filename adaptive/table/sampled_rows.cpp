@@ -80,7 +80,7 @@ Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t path
     outcome.g_evaluations += paths - had;
     ++outcome.refits;
     if (!staged.usable) {
-      outcome.refusal = std::make_unique<const SampledRefusal>();
+      outcome.refused = true;
       return outcome;
     }
     SampledTest test = staged.test;
@@ -189,7 +189,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
   for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
     if (!slice.levels.has(level, n)) continue;
     const Slot& slot = slice.slots[n];
-    if (slot.refusal() != nullptr) continue;
+    if (slot.is_refused()) continue;
     const RibbonAnswer* answer = slot.ribbons();
     std::uint32_t wanted = wanted_paths(id, level, events[n]);
     if (learns_to_epsilon() && answer != nullptr && wanted != 0) wanted = stage_after(answer->paths);

@@ -73,14 +73,14 @@ std::size_t Service::Table::bytes_of(const Row& row) const {
 
 RowState Service::Table::state_of(const Row& row) const {
   if (row.learning) return row.learning->state();
-  if (slot_of(row).refusal() != nullptr) return RowState::refused;
+  if (slot_of(row).is_refused()) return RowState::refused;
   const RibbonAnswer* answer = slot_of(row).ribbons();
   return answer != nullptr && !answer->has_converged ? RowState::open : RowState::converged;
 }
 
 float Service::Table::objective_of(const Row& row) const {
   if (row.learning) return row.learning->objective;
-  return slot_of(row).refusal() != nullptr ? -1 : view_of(slot_of(row)).objective;
+  return slot_of(row).is_refused() ? -1 : view_of(slot_of(row)).objective;
 }
 
 void Service::Table::show(Row& row, Outcome& outcome) {
@@ -89,7 +89,7 @@ void Service::Table::show(Row& row, Outcome& outcome) {
     return show_cached(row, *outcome.cached, objective <= options_.sampled_epsilon && !(options_.picture_error > 0));
   }
   if (outcome.ribbons) return slot_of(row).set(outcome.ribbons.release(), Slot::Kind::ribbons);
-  if (outcome.refusal) return slot_of(row).set(outcome.refusal.release(), Slot::Kind::refusal);
+  if (outcome.refused) return slot_of(row).set<RibbonAnswer>(nullptr, Slot::Kind::refusal);
   show_learning(row, outcome.converged);
 }
 

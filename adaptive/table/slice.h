@@ -50,11 +50,6 @@ struct alignas(16) RibbonAnswer {
   std::size_t bytes() const { return sizeof(RibbonAnswer); }
 };
 
-/// Stands for a row of samples whose target drew exits that SampledTarget does not allow.
-struct alignas(16) SampledRefusal {
-  std::size_t bytes() const { return sizeof(SampledRefusal); }
-};
-
 /// One node and its answer.
 struct alignas(16) Slot {
   static constexpr std::uint32_t no_row = ~0u;
@@ -64,7 +59,7 @@ struct alignas(16) Slot {
     learning = 1,       ///< Learning of an open or refused row
     mixture = 2,        ///< PackedMixture of a converged row
     ribbons = 7,        ///< RibbonAnswer of a row of samples, owned
-    refusal = 11,       ///< SampledRefusal of a refused row, owned
+    refusal = 11,       ///< null: a row of samples whose target drew exits that SampledTarget does not allow
     interpolated = 15,  ///< RibbonAnswer of a node without a row, made by readers of coarser rows, owned
   };
 
@@ -96,7 +91,7 @@ struct alignas(16) Slot {
   }
   const PackedMixture* mixture() const { return get<PackedMixture>(Kind::mixture); }
   const RibbonAnswer* ribbons() const { return get<RibbonAnswer>(Kind::ribbons); }
-  const SampledRefusal* refusal() const { return get<SampledRefusal>(Kind::refusal); }
+  bool is_refused() const { return kind_of(word.load(std::memory_order_relaxed)) == Kind::refusal; }
   const RibbonAnswer* interpolated() const { return get<RibbonAnswer>(Kind::interpolated); }
   /// Whether a row answers without evaluating g.
   bool has_answer() const {
@@ -107,14 +102,13 @@ struct alignas(16) Slot {
   std::size_t answer_bytes() const {
     if (const PackedMixture* fit = mixture()) return fit->bytes();
     if (const RibbonAnswer* answer = ribbons()) return answer->bytes();
-    return refusal() != nullptr ? refusal()->bytes() : 0;
+    return 0;
   }
 
   /// Replaces the answer, and deletes the old one if it was owned. Call it between passes.
   template <class T>
   void set(const T* target, Kind kind) {
     delete ribbons();
-    delete refusal();
     delete interpolated();
     delete get<TracedNodes>(Kind::traced);
     word.store(word_of(target, kind), std::memory_order_relaxed);

@@ -53,7 +53,7 @@ CachedRow cached_form(const Row& row, const Slot& slot) {
     cached.sketch = row.learning->sketch.bins();
     return cached;
   }
-  if (slot.refusal() != nullptr) return cached;
+  if (slot.is_refused()) return cached;
   if (slot.kind_of(slot.word.load(std::memory_order_relaxed)) == Slot::Kind::traced) return cached;
   cached.state = RowState::converged;
   if (const RibbonAnswer* answer = slot.ribbons()) {

@@ -394,7 +394,7 @@ void Service::Table::take_row(SavedRow& saved) {
   row.audit = saved.audit;
   row.set_count(saved.count);
   row.set_failed(saved.failed);
-  if (saved.kind == Kind::refusal) slot.set(new SampledRefusal, Slot::Kind::refusal);
+  if (saved.kind == Kind::refusal) slot.set<RibbonAnswer>(nullptr, Slot::Kind::refusal);
   if (saved.kind != Kind::learning) return;
   row.learning = std::make_unique<Learning>(std::move(saved.nodes), *options_.learner);
   Learning& learning = *row.learning;

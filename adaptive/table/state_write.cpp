@@ -190,7 +190,7 @@ void Service::Table::write_slice(ByteWriter& out, const Slice& slice) const {
 
 bool Service::Table::write_row(ByteWriter& out, const Row& row) const {
   const Slot& slot = slot_of(row);
-  const Kind kind = row.learning ? Kind::learning : slot.refusal() != nullptr ? Kind::refusal : Kind::answer;
+  const Kind kind = row.learning ? Kind::learning : slot.is_refused() ? Kind::refusal : Kind::answer;
   out.u32(row.slice);
   out.u32(row.node);
   out.u8(static_cast<std::uint8_t>(kind));

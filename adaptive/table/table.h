@@ -121,7 +121,7 @@ class Service::Table {
     std::unique_ptr<const TracedNodes> nodes;  ///< traced for a row of a density that failed its audit
     // One of these is set for a row of samples that has learned.
     std::unique_ptr<const RibbonAnswer> ribbons;
-    std::unique_ptr<const SampledRefusal> refusal;
+    bool refused = false;
   };
   /// The answer of a node of samples. kept: owns the answer if the table had no room for it.
   struct SampledAnswer {
