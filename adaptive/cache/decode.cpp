@@ -194,10 +194,10 @@ bool CacheReader::read_to_the_end(Section deepest) {
     ++contents_.slices;
     while (deepest >= Section::rows && next_row() != nullptr) {
       ++(row_.state == RowState::converged ? contents_.converged_rows : contents_.open_rows);
-      contents_.knot_rows += format::kind_of(row_) == format::Kind::knots ? 1 : 0;
       contents_.ribbon_rows += format::kind_of(row_) == format::Kind::ribbons ? 1 : 0;
     }
   }
+  contents_.knot_rows = knot_rows_;
   return !error_;
 }
 
@@ -209,6 +209,7 @@ void CacheReader::begin(Section deepest) {
   begun_ = has_slice_ = false;
   needed_version_ = format::version_of_mixtures;
   slices_left_ = rows_left_ = 0;
+  knot_rows_ = 0;
   error_.reset();
 }
 
@@ -271,11 +272,15 @@ bool CacheReader::end_of_slices() {
 }
 
 const CachedRow* CacheReader::next_row() {
-  if (error_ || rows_left_ == 0) return nullptr;
-  --rows_left_;
-  where_ = Section::rows;
-  if (!row(reader(Section::rows))) return nullptr;
-  least_node_ = row_.node + 1;
+  std::uint64_t knot_rows_before = 0;
+  do {
+    if (error_ || rows_left_ == 0) return nullptr;
+    --rows_left_;
+    where_ = Section::rows;
+    knot_rows_before = knot_rows_;
+    if (!row(reader(Section::rows))) return nullptr;
+    least_node_ = row_.node + 1;
+  } while (knot_rows_ != knot_rows_before);  // they are left out
   row_.sketch.clear();
   if (reads(Section::sketches) && row_.state == RowState::open) {
     where_ = Section::sketches;
@@ -389,7 +394,7 @@ bool CacheReader::row(ByteReader& in) {
   }
   const std::uint32_t most = !converged ? 0 : samples ? RibbonRow::most_parts : Mixture::max_components;
   if (converged && samples && parts == 0) return fail(here(in, 2), "1 to 4 ribbons", "0");
-  if (knots && !KnotDensity::is_size(parts)) return fail(here(in, 2), "32, 64 or 128 knots", std::to_string(parts));
+  if (knots && !format::is_knot_count(parts)) return fail(here(in, 2), "32, 64 or 128 knots", std::to_string(parts));
   if (!knots && parts > most) {
     return fail(here(in, 2), "at most " + std::to_string(most) + (samples ? " ribbons" : " components"),
                 std::to_string(parts));
@@ -401,34 +406,20 @@ bool CacheReader::row(ByteReader& in) {
   }
   row_.count = in.u64();
   row_.fit = {};
-  if (!row_.knots.empty()) row_.knots = {};
   row_.ribbons.reset();
   if (converged && samples) return ribbons(in, parts);
-  if (knots) return knot_density(in, parts);
+  if (knots) return skip_knots(in, parts);
   row_.fit.component_count = parts;
   return !converged || mixture(in);
 }
 
-bool CacheReader::knot_density(ByteReader& in, std::uint32_t number_of_knots) {
+bool CacheReader::skip_knots(ByteReader& in, std::uint32_t number_of_knots) {
   needed_version_ = std::max(needed_version_, format::version_of_knots);
-  const std::string start = here(in);
-  if (number_of_knots > in.remaining() / format::knot_bytes) {
-    return fail(start, "at most " + std::to_string(in.remaining() / format::knot_bytes) + " knots",
-                std::to_string(number_of_knots));
+  ++knot_rows_;
+  float value = 0;
+  for (std::uint32_t i = 0; i < 3 * number_of_knots; ++i) {
+    if (!not_negative(in, "density, attribute or variance of a knot", &value)) return false;
   }
-  std::vector<Knot> knots(number_of_knots);
-  double mass = 0;
-  for (Knot& knot : knots) {
-    if (!not_negative(in, "density", &knot.density) || !not_negative(in, "attribute", &knot.attribute_mean) ||
-        !not_negative(in, "variance of the attribute", &knot.attribute_variance)) {
-      return false;
-    }
-    mass += static_cast<double>(knot.density) * 2 * std::numbers::pi / number_of_knots;
-  }
-  if (!(std::abs(mass - row_.energy) <= format::energy_slack * static_cast<double>(row_.energy))) {
-    return fail(start, "knots of mass " + std::to_string(row_.energy), std::to_string(mass));
-  }
-  row_.knots = KnotDensity(std::move(knots));
   return true;
 }
 

@@ -31,9 +31,7 @@ void write_row(ByteWriter& out, const CachedRow& row) {
   out.u32(row.node);
   out.u8(static_cast<std::uint8_t>(converged ? RowState::converged : RowState::open));
   const Kind kind = kind_of(row);
-  const std::size_t parts = kind == Kind::ribbons ? row.ribbons->parts()
-                            : kind == Kind::knots ? row.knots.knots().size()
-                                                  : row.fit.component_count;
+  const std::size_t parts = kind == Kind::ribbons ? row.ribbons->parts() : row.fit.component_count;
   out.u8(converged ? static_cast<std::uint8_t>(parts) : 0);
   out.u8(static_cast<std::uint8_t>(kind));
   out.u8(0);
@@ -48,12 +46,6 @@ void write_row(ByteWriter& out, const CachedRow& row) {
     out.text({reinterpret_cast<const char*>(packed.data()), packed.size()});
     return;
   }
-  for (const Knot& knot : row.knots.knots()) {
-    out.f32(knot.density);
-    out.f32(knot.attribute_mean);
-    out.f32(knot.attribute_variance);
-  }
-  if (kind == Kind::knots) return;
   out.f32(row.fit.uniform_weight);
   out.f32(row.fit.uniform_attribute_mean);
   out.f32(row.fit.uniform_attribute_variance);
@@ -89,10 +81,7 @@ Counts count(RowSource& rows) {
   while (const SliceDescription* slice = rows.next_slice()) {
     if (slice->kind == SliceKind::samples) counts.version = version_of_samples;
     std::uint32_t number = 0;
-    while (const CachedRow* row = rows.next_row()) {
-      ++number;
-      if (kind_of(*row) == Kind::knots) counts.version = std::max(counts.version, version_of_knots);
-    }
+    while (rows.next_row() != nullptr) ++number;
     counts.rows.push_back(number);
   }
   return counts;

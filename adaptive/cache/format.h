@@ -12,7 +12,8 @@
 namespace tress::adaptive::format {
 
 constexpr std::string_view magic{"\x89TRESS\r\n", 8};  // as in PNG: text-mode transfers break it
-/// A file has the lowest version that can hold it: 1 without knot rows, 2 with them, 3 with slices of samples.
+/// A file has the lowest version that can hold it: 1, or 3 with slices of samples. Files of version 2 have rows of
+/// knots, which are no longer written.
 constexpr std::uint32_t version_of_mixtures = 1, version_of_knots = 2, version_of_samples = 3;
 static_assert(version_of_samples == cache_format_version);
 constexpr std::size_t header_bytes = 24;
@@ -34,15 +35,13 @@ constexpr std::uint64_t most_nodes_of_slice = std::uint64_t{1} << 20;
 constexpr float least_blur_rad = 1e-4f, largest_blur_rad = 3.1415927f;
 // Scales are kept in [0.004, 0.5]; the slack covers rounding of a float's last bits.
 constexpr float least_scale = 0.004f * 0.9999f, largest_scale = 0.5f * 1.0001f;
-// The mass of a row's knots is the row's energy; the slack covers rounding of their densities.
-constexpr float energy_slack = 1e-4f;
 
 /// The representation of a converged row: byte 6 of a row.
 enum class Kind : std::uint8_t { mixture = 0, knots = 1, ribbons = 2 };
 inline Kind kind_of(const CachedRow& row) {
-  if (row.state != RowState::converged) return Kind::mixture;
-  return row.ribbons ? Kind::ribbons : !row.knots.empty() ? Kind::knots : Kind::mixture;
+  return row.state == RowState::converged && row.ribbons ? Kind::ribbons : Kind::mixture;
 }
+inline bool is_knot_count(std::uint32_t count) { return count == 32 || count == 64 || count == 128; }
 
 /// XXH3 (64 bits, seed 0) of the bytes.
 std::uint64_t checksum(std::string_view bytes);

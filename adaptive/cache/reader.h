@@ -60,7 +60,8 @@ class CacheReader final : public RowSource {
   bool slice(ByteReader& in);
   bool axis(ByteReader& in, const char* what, std::uint32_t size, std::vector<float>* coordinates);
   bool row(ByteReader& in);
-  bool knot_density(ByteReader& in, std::uint32_t number_of_knots);
+  /// Checks a row of knots and counts it. No program reads such rows any more.
+  bool skip_knots(ByteReader& in, std::uint32_t number_of_knots);
   bool ribbons(ByteReader& in, std::uint32_t parts);
   bool mixture(ByteReader& in);
   bool sketch(ByteReader& in);
@@ -90,6 +91,7 @@ class CacheReader final : public RowSource {
   bool has_slice_ = false;  ///< slice_ has been read in this round
   SliceDescription slice_;
   CachedRow row_;
+  std::uint64_t knot_rows_ = 0;                                 ///< rows of knots so far in this round
   std::uint32_t bins_ = 0;                                      ///< bins of each sketch of the slice
   std::uint32_t needed_version_ = format::version_of_mixtures;  ///< the lowest version that can hold what was read
 };

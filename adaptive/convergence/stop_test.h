@@ -19,7 +19,7 @@ class StopTest {
   enum class Verdict : std::uint8_t { undecided, converged, refused };
 
   /// failed: number of tests that the row failed before it was reopened.
-  explicit StopTest(std::uint32_t failed = 0) : failed_(failed) {}
+  explicit StopTest(std::uint32_t failed = 0) { now_.failed = failed; }
 
   /// Scores an azimuth that was drawn with density q. residual: g - f there. variation: as in TracedNodes. Thread-safe.
   void add(double residual, double q, double variation) { scores_.add(residual * residual / (q * variation)); }
@@ -30,22 +30,16 @@ class StopTest {
   /// must be within epsilon too, because the scores miss errors where the proposal hardly draws.
   bool run(const Options& options, const std::function<double()>& known);
 
-  /// Sets the verdict by a known relative squared L2 error, without samples: converged if it is at most epsilon, else
-  /// refused, which counts as one failed test. Not during add().
-  void judge(double objective, const Options& options);
-
-  Verdict verdict() const { return verdict_; }
+  Verdict verdict() const { return now_.verdict; }
   /// Bound of the last test on the relative squared L2 error, as a cache stores it; negative before the first test.
   /// Once converged, it is the largest bound of the tests that were passed.
-  float bound() const { return bound_; }
-  bool last_failed() const { return last_failed_; }
+  float bound() const { return now_.bound; }
+  bool last_failed() const { return now_.last_failed; }
   /// Whether the scores of the last test passed and the known error did not.
-  bool overruled() const { return overruled_; }
-  std::uint32_t failed() const { return failed_; }
+  bool overruled() const { return now_.overruled; }
+  std::uint32_t failed() const { return now_.failed; }
 
-  /// The whole object as plain data. A restored object behaves the same to the bit. Not during add().
-  struct State {
-    FixedMoments<2>::Words scores{};
+  struct Progress {
     Verdict verdict = Verdict::undecided;
     float bound = -1;
     float largest_passed = 0;  ///< largest bound of the present run of passed tests
@@ -54,19 +48,19 @@ class StopTest {
     bool last_failed = false;
     bool overruled = false;
   };
-  State state() const;
-  void set_state(const State& state);
+  /// The whole object as plain data. A restored object behaves the same to the bit. Not during add().
+  struct State : Progress {
+    FixedMoments<2>::Words scores{};
+  };
+  State state() const { return {now_, scores_.words()}; }
+  void set_state(const State& state) {
+    scores_.set_words(state.scores);
+    now_ = state;
+  }
 
  private:
   FixedMoments<2> scores_;  ///< moments of min(4, r^2/(q L)) since the last test
-  // The rest has the meaning that it has in State.
-  Verdict verdict_ = Verdict::undecided;
-  float bound_ = -1;
-  float largest_passed_ = 0;
-  std::uint32_t passed_ = 0;
-  std::uint32_t failed_ = 0;
-  bool last_failed_ = false;
-  bool overruled_ = false;
+  Progress now_;
 };
 
 }  // namespace tress::adaptive

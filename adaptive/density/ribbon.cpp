@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <numbers>
 
-#include "tress/adaptive/knot_density.h"
+#include "density/invert_line.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::adaptive {

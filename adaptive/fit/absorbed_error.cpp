@@ -17,9 +17,8 @@ namespace {
 constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::size_t most_rates = 4;
 constexpr std::uint64_t rows_a_measured = 8;
-constexpr double darkest = 69;         // exp(-69) = 1e-30
-constexpr double flattest = 1e-6;      // in E^2/(2 pi), of which rounding of floats is 1e-10
-constexpr std::size_t cell_steps = 4;  // Boole's rule is exact for the square of a parabola minus a line
+constexpr double darkest = 69;     // exp(-69) = 1e-30
+constexpr double flattest = 1e-6;  // in E^2/(2 pi), of which rounding of floats is 1e-10
 
 /// The light that absorption leaves, in units of the share that is left of the least absorbed ray. The relative error
 /// does not depend on that scale, and the values fit into floats at any rate.
@@ -85,26 +84,6 @@ std::optional<double> absorbed_error(const Mixture& fit, const TracedNodes& node
       absorption->of_part(fit.uniform_weight, fit.uniform_attribute_mean, fit.uniform_attribute_variance);
   const TracedNodes target = absorbed(nodes, *absorption);
   return known_error(colored, target, target.grid()).seen * target.variation() / own_variation(target);
-}
-
-std::optional<double> absorbed_error(const KnotDensity& table, const TracedNodes& nodes, float rate) {
-  const std::optional<Absorption> absorption = absorption_of(nodes, rate);
-  if (!absorption || table.empty()) return std::nullopt;
-  std::vector<Knot> knots(table.knots().begin(), table.knots().end());
-  for (Knot& knot : knots) {
-    knot.density = absorption->of_part(knot.density, knot.attribute_mean, knot.attribute_variance);
-  }
-  const KnotDensity colored(std::move(knots));
-  const TracedNodes target = absorbed(nodes, *absorption);
-  const std::size_t points = cell_steps * colored.knots().size();
-  constexpr std::array<double, cell_steps> boole{14.0 / 90, 32.0 / 90, 12.0 / 90, 32.0 / 90};  // cells share ends
-  double sum = 0;
-  for (std::size_t i = 0; i < points; ++i) {
-    const auto x = static_cast<float>((static_cast<double>(i) / static_cast<double>(points) - 0.5) * two_pi);
-    const double r = static_cast<double>(target.density(x)) - static_cast<double>(colored.density(x));
-    sum += boole[i % cell_steps] * r * r;
-  }
-  return sum * two_pi / static_cast<double>(colored.knots().size()) / own_variation(target);
 }
 
 }  // namespace tress::adaptive

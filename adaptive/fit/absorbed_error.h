@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/traced_nodes.h"
@@ -27,6 +26,5 @@ bool stands_for_others(const SliceKey& slice, std::uint32_t node);
 /// of its moments. Neither is scaled to the other's mass. Rows that vary by less than 0.1 % (rms) of their mean count
 /// as varying by that much. Empty if absorption leaves less than 1e-30 of every ray. Any thread; finite, >= 0.
 std::optional<double> absorbed_error(const Mixture& fit, const TracedNodes& nodes, float rate);
-std::optional<double> absorbed_error(const KnotDensity& table, const TracedNodes& nodes, float rate);
 
 }  // namespace tress::adaptive

@@ -15,13 +15,6 @@
 #include "fit/problem.h"
 
 namespace tress::adaptive {
-namespace {
-
-/// Whether the mass is the energy, up to rounding of nine floats that were scaled and added up, with room to spare.
-bool is_mass(double mass, double energy) { return std::abs(mass - energy) <= 1e-4 * energy + 1e-30; }
-
-}  // namespace
-
 bool is_legal(const Mixture& fit, int components, double energy) {
   if (fit.component_count > static_cast<std::uint32_t>(components) || !(fit.uniform_weight >= 0)) return false;
   const auto in_bounds = [](float s) { return s >= scale_min && s <= scale_max; };
@@ -29,12 +22,8 @@ bool is_legal(const Mixture& fit, int components, double energy) {
     return part.weight >= 0 && part.shape.mu >= -std::numbers::pi_v<float> &&
            part.shape.mu < std::numbers::pi_v<float> && in_bounds(part.shape.s_left) && in_bounds(part.shape.s_right);
   };
-  return std::ranges::all_of(fit.parts(), is_good) && is_mass(fit.energy(), energy);
-}
-
-bool is_legal(const KnotDensity& table, double energy) {
-  const auto is_good = [](const Knot& knot) { return knot.density >= 0 && std::isfinite(knot.density); };
-  return std::ranges::all_of(table.knots(), is_good) && is_mass(table.energy(), energy);
+  // Up to rounding of nine floats that were scaled and added up, with room to spare.
+  return std::ranges::all_of(fit.parts(), is_good) && std::abs(fit.energy() - energy) <= 1e-4 * energy + 1e-30;
 }
 
 float FitContext::g(float x) {
@@ -55,23 +44,6 @@ void FitContext::publish(const Mixture& mixture) {
     }
   }
   has_fit = true;
-}
-
-void FitContext::close(KnotDensity table, double objective) {
-  ++fits;
-  has_fit = false;
-  const bool good = is_legal(table, nodes.energy());
-  bad_fits += good ? 0 : 1;
-  stop.judge(good ? objective : static_cast<double>(std::numeric_limits<float>::max()), options);
-  if (stop.verdict() == StopTest::Verdict::converged) knots = std::make_unique<const KnotDensity>(std::move(table));
-}
-
-ObservedPair FitContext::draw_own() {
-  const float share = options.uniform_share_open;
-  const float x = fit.sample(random.next(), share);
-  const float value = g(x);
-  stop.add(static_cast<double>(value) - fit.density(x), fit.proposal_density(x, share), nodes.variation());
-  return {x, value};
 }
 
 void FitContext::fill_gaps() {

@@ -11,7 +11,6 @@
 
 #include "convergence/stop_test.h"
 #include "observations/sketch.h"
-#include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/learner.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/options.h"
@@ -25,14 +24,13 @@ struct FitContext {
   const Options& options;
   const TracedNodes& nodes;  ///< the target; evaluate it by g()
   Sketch& sketch;            ///< exact pairs: those that the host passed, and those that learners offer
-  StopTest& stop;            ///< also scores the learner's own draws (draw_own)
+  StopTest& stop;            ///< also scores draws of the learner's own
   RandomStream random;       ///< a stream for this row and pass
   int components;            ///< D: largest (or fixed) number of components of a fit; 1..Mixture::max_components
 
-  Mixture& fit;                               ///< published: the proposal of the next pass
-  bool& has_fit;                              ///< whether `fit` has been published
-  std::unique_ptr<const KnotDensity>& knots;  ///< the table that close() has put in place of `fit`
-  std::uint64_t& count;                       ///< evaluations of g from which the row was learned, including the host's
+  Mixture& fit;          ///< published: the proposal of the next pass
+  bool& has_fit;         ///< whether `fit` has been published
+  std::uint64_t& count;  ///< evaluations of g from which the row was learned, including the host's
   /// Number of azimuths that were drawn from `fit` and scored since it was published. The host's own azimuths are not
   /// kept. A learner that wants single ones draws as many anew (replay), so that nothing depends on the order in which
   /// threads brought them.
@@ -41,20 +39,13 @@ struct FitContext {
   // Counts of this call, for the report.
   std::uint64_t g_evaluations = 0;
   std::uint64_t fits = 0;
-  std::uint64_t bad_fits = 0;  ///< number of invalid fits given to publish() and close()
+  std::uint64_t bad_fits = 0;  ///< number of invalid fits given to publish()
 
   /// Evaluates g(x) and counts it.
   float g(float x);
   /// Takes over a new fit, whose weights sum to nodes.energy(). A fit outside the constraints (is_legal) is counted and
   /// replaced: by the fit that the row has, or by the uniform density if it has none.
   void publish(const Mixture& mixture);
-  /// Ends the row with a knot table of known relative squared L2 error. The row has converged if that is at most
-  /// epsilon; otherwise it is refused and nothing is published. The mass of `table` must be nodes.energy(). A table of
-  /// another mass, or with a density that is negative or not finite, is counted and refused.
-  void close(KnotDensity table, double objective);
-  /// Draws an azimuth from the proposal of `fit`, with its g, counted and scored. The learner may use the pair after
-  /// stop.run(), but never for the fit that it scored. Needs has_fit.
-  ObservedPair draw_own();
   /// Evaluates g in the gaps of the sketch (Gap fill).
   void fill_gaps();
   /// Runs the row's test on all scores and on largest_error(). Returns false and does nothing while there are too few
@@ -69,14 +60,11 @@ struct FitContext {
 /// Whether a fit is valid for publication: at most `components` components, weights >= 0 of sum `energy`, modes on the
 /// circle, scales in [0.004, 0.5], everything finite.
 bool is_legal(const Mixture& fit, int components, double energy);
-/// Whether a table is valid for publication: densities >= 0 and finite, of mass `energy`.
-bool is_legal(const KnotDensity& table, double energy);
 
 /// The method of one row, from its opening until it converges or is refused. Rows run in parallel, each on one thread.
 /// There are two families: methods that continue after each pass (learn), and methods that run to the end when a row is
 /// created (begin draws, runs FitContext::test() and repeats until it has a verdict). No method decides that it has
-/// converged: StopTest does, or, where the error is known rather than sampled (close), that error alone. Deterministic:
-/// a pure function of the contexts.
+/// converged: StopTest does. Deterministic: a pure function of the contexts.
 class RowLearner {
  public:
   virtual ~RowLearner() = default;

@@ -18,6 +18,9 @@ constexpr double refined_gap = 0.5;       // in blurs: closer pairs carry the sa
 
 }  // namespace
 
+constinit const Learner sketch_learner{"sketch", "least squares on what the render leaves, after each pass",
+                                       make_row_learner<SketchLearner>};
+
 void SketchLearner::refine(FitContext& context) {
   constexpr double two_pi = 2 * std::numbers::pi;
   const std::vector<ObservedPair> pairs = context.sketch.pairs();
@@ -85,20 +88,6 @@ void SketchLearner::learn(FitContext& context) {
   const bool stuck = context.stop.last_failed() && context.count >= count_before_restart;
   if (context.has_fit && (stuck || context.stop.overruled())) refine(context);
   refit(context);
-}
-
-void EagerLearner::begin(FitContext& context) {
-  SketchLearner::begin(context);
-  std::vector<ObservedPair> drawn;
-  while (context.stop.verdict() == StopTest::Verdict::undecided) {
-    drawn.clear();
-    while (context.stop.scores() < context.options.scores_per_test()) drawn.push_back(context.draw_own());
-    context.test();
-    if (context.stop.verdict() != StopTest::Verdict::undecided) return;
-    for (const ObservedPair& pair : drawn) context.sketch.offer(pair.azimuth, pair.g);
-    context.fill_gaps();
-    SketchLearner::learn(context);
-  }
 }
 
 }  // namespace tress::adaptive

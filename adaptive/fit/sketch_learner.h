@@ -30,14 +30,4 @@ class SketchLearner : public RowLearner {
   std::uint64_t count_at_fit_ = 0;
 };
 
-/// The same method, run to the end when a row opens: cover, fit, draw as many of its own azimuths as a test needs,
-/// test, repeat. It is the fair alternative wherever g is in closed form: the paths of a render then add nothing that
-/// evaluating g does not.
-class EagerLearner final : public SketchLearner {
- public:
-  void begin(FitContext& context) override;
-  void before_test(FitContext&) override {}
-  void learn(FitContext&) override {}
-};
-
 }  // namespace tress::adaptive

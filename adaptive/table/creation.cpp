@@ -19,7 +19,8 @@ bool Service::Table::answers(SliceId slice, const CachedRow& cached) const {
   if (cached.state != RowState::converged) return false;
   if (slices_[slice]->is_sampled()) return true;
   const double objective = cached.objective;
-  return objective <= options_.epsilon || (paths_ > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
+  return objective <= options_.epsilon ||
+         (light_.paths > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
 }
 
 bool Service::Table::needs_nodes(const Candidate& candidate) const {
@@ -33,9 +34,7 @@ std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   const auto found = slice.stored.find(candidate.node);
   if (slice.is_sampled()) return sizeof(Row) + sizeof(RibbonAnswer);
   if (!needs_nodes(candidate)) {
-    const CachedRow& row = found->second;
-    return sizeof(Row) +
-           (row.knots.empty() ? PackedMixture::bytes_of(row.fit.component_count) : sizeof(KnotRow) + row.knots.bytes());
+    return sizeof(Row) + PackedMixture::bytes_of(found->second.fit.component_count);
   }
   const bool keeps_earlier = found != slice.stored.end() && found->second.state == RowState::converged;
   return sizeof(Row) + Learning::bytes_before_nodes(slice.description.blur_rad, learner_bytes_) +
@@ -78,7 +77,7 @@ Service::Table::Outcome Service::Table::open(Row& row, const CachedRow* cached) 
   if (cached != nullptr) row.learning->count = cached->count;
   if (cached != nullptr && cached->state == RowState::converged) {
     row.learning->fit = cached->fit;
-    row.learning->has_fit = cached->knots.empty();
+    row.learning->has_fit = true;
     row.learning->objective = cached->objective;
     row.learning->earlier = std::make_unique<const CachedRow>(*cached);
   }

@@ -1,56 +1,44 @@
-// Checks of a host's calls: errors for calls at the wrong time and for nodes that do not exist.
-#include <string>
-#include <utility>
+#include "table/discipline.h"
 
-#include "table/table.h"
+#include <utility>
 
 namespace tress::adaptive {
 
-void Service::Table::note(Error error) const {
-  const std::scoped_lock lock(misuse_mutex_);
-  if (!misuse_) misuse_ = std::move(error);
+void Discipline::note(Error error) {
+  const std::scoped_lock lock(mutex_);
+  if (!first_) first_ = std::move(error);
 }
 
-std::optional<Error> Service::Table::within_pass(const char* call) const {
-  if (!options_.check_passes || phase_.load() == Phase::between) return std::nullopt;
-  const bool publishes = phase_.load() == Phase::publishing;
-  return Error{"", call, "a call between passes", publishes ? "one inside publish()" : "one during a pass"};
+std::optional<Error> Discipline::take() {
+  const std::scoped_lock lock(mutex_);
+  return std::exchange(first_, std::nullopt);
 }
 
-Error Service::Table::no_such_slice(const char* call, SliceId slice) const {
-  return {"", call, "a slice below " + std::to_string(slices_.size()), std::to_string(slice)};
+std::optional<Error> Discipline::within_pass(const char* call) const {
+  const Phase phase = phase_.load();
+  if (phase == Phase::between) return std::nullopt;
+  return Error{"", call, "a call between passes",
+               phase == Phase::publishing ? "one inside publish()" : "one during a pass"};
 }
 
-bool Service::Table::is_misuse(const char* call, SliceId slice, std::uint32_t node) {
-  if (slice >= slices_.size()) {
-    note(no_such_slice(call, slice));
-    return true;
-  }
-  if (const std::uint32_t count = slices_[slice]->description.node_count(); node >= count) {
-    note({"", call, "a node below " + std::to_string(count) + " of slice " + std::to_string(slice),
-          std::to_string(node)});
-    return true;
-  }
-  if (!options_.check_passes) return false;
+bool Discipline::begin_reading(const char* call) {
+  if (!checks_passes_) return true;
   Phase seen = Phase::between;
   phase_.compare_exchange_strong(seen, Phase::pass);
-  if (seen != Phase::publishing) return false;
+  if (seen != Phase::publishing) return true;
   note({"", call, "readers during a pass", "one inside publish()"});
-  return true;
+  return false;
 }
 
-bool Service::Table::is_stale(const char* call, const RowView& row) {
-  if (!options_.check_passes) return false;
-  if (row.pass != pass_) {
-    note({"", call, "a view of pass " + std::to_string(pass_), "one of pass " + std::to_string(row.pass)});
-    return true;
+bool Discipline::begin_publish() {
+  if (!checks_passes_) return true;
+  const bool publishes = phase_.load() == Phase::publishing;
+  if (publishes || readers_.load() != 0) {
+    note({"", "publish", "no reader left", publishes ? "publish() itself" : "one in look_up"});
+    return false;
   }
-  return is_misuse(call, row.slice, row.node);
-}
-
-const TracedNodes& Service::Table::no_light() {
-  static const TracedNodes none({}, 1);
-  return none;
+  phase_.store(Phase::publishing);
+  return true;
 }
 
 }  // namespace tress::adaptive

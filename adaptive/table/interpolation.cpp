@@ -56,19 +56,19 @@ Service::Table::SampledAnswer Service::Table::keep_interpolated(Slice& slice, st
     formed_bytes_.fetch_sub(made->bytes(), std::memory_order_relaxed);
     return {Slot::target_of<RibbonAnswer>(seen), nullptr};  // another thread has stored the same values
   }
-  const std::scoped_lock lock(made_mutex_);
+  const std::scoped_lock lock(interpolated_mutex_);
   slice.interpolated.push_back(node);
   return {made.release(), nullptr};
 }
 
-RowView Service::Table::sampled_view(SliceId id, std::uint32_t node) {
+RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
   Slice& slice = *slices_[id];
   const Slot& slot = slice.slots[node];
   RowView view = slot.row != Slot::no_row ? view_of(slot) : RowView{};
   view.slice = id;
   view.node = node;
   view.pass = pass_;
-  if (slot.row != Slot::no_row) return view;
+  if (slot.row != Slot::no_row || !slice.is_sampled()) return view;
   const SampledAnswer answer = answer_of(slice, node, slice.levels.coarse());
   if (!answer) return view;
   view.ribbons = &answer->row;
@@ -88,13 +88,7 @@ void Service::Table::forget_interpolated(SliceId id, std::vector<bool> moved) {
       }
     }
   }
-  for (const std::uint32_t form : slice.forms) {
-    std::erase_if(forms_[form].made, [&](const Made& one) {
-      if (!moved[one.node]) return false;
-      let_go(forms_[form], one);
-      return true;
-    });
-  }
+  for (const std::uint32_t form : slice.forms) forms_.drop_if(form, [&](std::uint32_t node) { return moved[node]; });
   std::erase_if(slice.interpolated, [&](std::uint32_t n) {
     if (!moved[n] && slice.slots[n].row == Slot::no_row) return false;
     let_go_interpolated(slice, n);

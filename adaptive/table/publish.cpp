@@ -66,7 +66,8 @@ void Service::Table::update_rows(PassReport& report) {
         changes_.push_back({row.slice, row.node, state_of(row)});
       }
       misfitting.insert(row.slice);
-      drop_forms(row.slice);
+      // Readers make them again, and so show which rows are in use.
+      for (const std::uint32_t form : slices_[row.slice]->forms) forms_.drop(form);
     }
     bytes_ = bytes_ - sizes[i] + bytes_of(row);
     report.g_evaluations += outcome.g_evaluations;
@@ -104,7 +105,7 @@ void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nod
 }
 
 void Service::Table::prepare() {
-  if (!learns_ || within_pass("prepare")) return;
+  if (!learns_ || discipline_.within_pass("prepare")) return;
   const std::clock_t start = std::clock();
   changes_.clear();
   grow_samples(between_passes_);
@@ -113,18 +114,10 @@ void Service::Table::prepare() {
 }
 
 PassReport Service::Table::publish(std::uint64_t paths) {
-  PassReport report;
-  if (options_.check_passes && (phase_.load() == Phase::publishing || readers_.load() != 0)) {
-    note({"", "publish", "no reader left", phase_.load() == Phase::publishing ? "publish() itself" : "one in look_up"});
-    return report;
-  }
-  if (options_.check_passes) phase_.store(Phase::publishing);
-  report = end_pass(paths);
-  if (options_.check_passes) phase_.store(Phase::between);
-  {
-    const std::scoped_lock lock(misuse_mutex_);
-    report.misuse = std::exchange(misuse_, std::nullopt);
-  }
+  if (!discipline_.begin_publish()) return {};
+  PassReport report = end_pass(paths);
+  discipline_.end_publish();
+  report.misuse = discipline_.take();
   tell_of(report);
   return report;
 }
@@ -156,7 +149,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   between_passes_ = PassReport{};
   changes_ = std::exchange(prepared_, {});
   ++pass_;
-  paths_ += paths;
+  light_.paths += paths;
   report.traces += traces_.exchange(0, std::memory_order_relaxed);
   report.converged_queries += converged_queries_.take();
   report.answered_queries += answered_queries_.take();
@@ -191,15 +184,15 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
         report.rows_coarse += slot.row == Slot::no_row ? 1 : 0;
       } else if (slice.is_sampled()) {
         continue;
-      } else if (learns_ && in_all >= options_.queries_to_creation() && in_all > 0) {
-        candidates.push_back({p, n, in_all, slice.light[n].load(std::memory_order_relaxed), slot.take_memo()});
+      } else if (learns_ && in_all >= options_.queries_before_creation && in_all > 0) {
+        candidates.push_back({p, n, in_all, slice.light_at(n), slot.take_memo()});
       } else {
         slot.take_memo();
       }
     }
   }
   memo_bytes_.store(0, std::memory_order_relaxed);
-  queried_ = report.rows_queried;
+  light_.queried = report.rows_queried;
 
   if (learns_) update_rows(report);
 
@@ -229,22 +222,22 @@ void Service::Table::fill_totals(PassReport& report) const {
   std::vector<float> objectives;
   for (const Row& row : rows_) {
     const Slot& slot = slot_of(row);
+    const SliceDescription& slice = slices_[row.slice]->description;
     const RowState state = state_of(row);
+    if (slot.has_answer() && light_.paths > 0)
+      report.bias_bound += light_.bias_of(slice, slices_[row.slice]->light_at(row.node), row.energy, objective_of(row));
     report.rows_open += state == RowState::open ? 1 : 0;
     report.rows_refused += state == RowState::refused ? 1 : 0;
     report.rows_converged += state == RowState::converged ? 1 : 0;
     if (const PackedMixture* fit = slot.mixture()) ++report.components[fit->component_count];
-    if (const KnotRow* knots = slot.knots())
-      ++report.knots[static_cast<std::size_t>(std::countr_zero(knots->table.knots().size() / KnotDensity::fewest))];
     report.ribbons += slot.ribbons() != nullptr ? 1 : 0;
-    report.unusable += slot.refusal() != nullptr ? 1 : 0;
+    report.unusable += slot.is_refused() ? 1 : 0;
     if (const RibbonAnswer* answer = slot.ribbons())
       report.rows_at_most_paths += !answer->has_converged && answer->paths >= most_paths() ? 1 : 0;
     if (const float objective = objective_of(row); objective >= 0) objectives.push_back(objective);
   }
   report.rows_reopened = reopened_;
   report.bytes = bytes_ + formed_bytes_;
-  report.bias_bound = bias_bound();
   std::ranges::sort(objectives);
   report.objective_p50 = quantile(objectives, 0.50);
   report.objective_p90 = quantile(objectives, 0.90);
@@ -270,12 +263,12 @@ void Service::Table::announce() {
     report.count = row.taught();
     report.failed_tests = row.failed_tests();
     report.objective = objective_of(row);
-    report.light = light_share(change.slice, change.node, 0);
+    report.light = light_.share(slice.light_at(change.node));
     const RowView view = view_of(slot);
     if (view.fit != nullptr) report.components = view.fit->component_count;
-    if (view.knots != nullptr) report.knots = static_cast<std::uint32_t>(view.knots->knots().size());
     if (view.ribbons != nullptr) report.ribbons = view.ribbons->parts();
-    calls_without_throwing("row listener", [this](Error error) { note(std::move(error)); }, [&] { listener_(report); });
+    calls_without_throwing(
+        "row listener", [this](Error error) { discipline_.note(std::move(error)); }, [&] { listener_(report); });
   }
 }
 

@@ -13,7 +13,6 @@
 #include "observations/sketch.h"
 #include "table/slice.h"
 #include "tress/adaptive/cache.h"
-#include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/traced_nodes.h"
 
@@ -40,9 +39,8 @@ struct Learning {
 
   Mixture fit;  ///< the proposal
   bool has_fit = false;
-  std::unique_ptr<const KnotDensity> knots;  ///< the answer of the row in place of `fit`, if set
-  float objective = -1;                      ///< bound of the last test; negative before the first
-  std::uint64_t count = 0;                   ///< g evaluations so far, without those of the running pass
+  float objective = -1;     ///< bound of the last test; negative before the first
+  std::uint64_t count = 0;  ///< g evaluations so far, without those of the running pass
   /// `fit` as readers see it, in the table's store; null before the first fit.
   const PackedMixture* published = nullptr;
   /// The cached row, while a row that converged at a larger epsilon is open again; snapshots save it until then.

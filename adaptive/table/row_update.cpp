@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "fit/absorbed_error.h"
-#include "fit/fit_knots.h"
 #include "fit/fit_mixture.h"
 #include "table/table.h"
 #include "tress/base/random.h"
@@ -48,17 +47,15 @@ FitContext Service::Table::context_of(Row& row, const Options& options) const {
                         Mixture::max_components)),
                     .fit = learning.fit,
                     .has_fit = learning.has_fit,
-                    .knots = learning.knots,
                     .count = learning.count};
 }
 
-template <class Fit>
-double Service::Table::largest_absorbed_error(const Row& row, const Fit& fit) const {
+double Service::Table::largest_absorbed_error(const Row& row) const {
   double largest = -1;
   const Slice& slice = *slices_[row.slice];
   if (slice.decay_rates.empty() || !stands_for_others(slice.description.key, row.node)) return largest;
   for (const float rate : representative_rates(slice.decay_rates)) {
-    largest = std::max(largest, absorbed_error(fit, *row.learning->nodes, rate).value_or(-1));
+    largest = std::max(largest, absorbed_error(row.learning->fit, *row.learning->nodes, rate).value_or(-1));
   }
   return largest;
 }
@@ -70,13 +67,13 @@ void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {
   assign_attributes(learning.fit, *learning.nodes);
   learning.has_fit = true;
   learning.objective = 1;  // an upper bound: integral (g - mean)^2 / L is at most 1
-  outcome.absorbed_error = largest_absorbed_error(row, learning.fit);
+  outcome.absorbed_error = largest_absorbed_error(row);
   outcome.changed = outcome.converged = true;
 }
 
 void Service::Table::begin(Row& row, Outcome& outcome) const {
   const Options options = options_of(row);
-  if (is_light_driven(*slices_[row.slice]) && options.epsilon >= 1) {
+  if (light_.is_driven() && options.epsilon >= 1) {
     leave_unfitted(row, outcome);
     return;
   }
@@ -116,13 +113,8 @@ void Service::Table::conclude(Row& row, const FitContext& context, Outcome& outc
   if (learning.stop.verdict() == StopTest::Verdict::undecided) return;
   outcome.changed = true;
   if (learning.stop.verdict() == StopTest::Verdict::refused) return;
-  if (learning.knots) {
-    learning.knots = std::make_unique<const KnotDensity>(with_attributes(*learning.knots, *learning.nodes));
-    outcome.absorbed_error = largest_absorbed_error(row, *learning.knots);
-  } else {
-    assign_attributes(learning.fit, *learning.nodes);
-    outcome.absorbed_error = largest_absorbed_error(row, learning.fit);
-  }
+  assign_attributes(learning.fit, *learning.nodes);
+  outcome.absorbed_error = largest_absorbed_error(row);
   outcome.converged = true;
 }
 

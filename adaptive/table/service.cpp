@@ -8,26 +8,6 @@
 #include "table/table.h"
 
 namespace tress::adaptive {
-namespace {
-
-/// Counts a reader while it is inside a call. readers: null if passes are not checked.
-class Inside {
- public:
-  explicit Inside(std::atomic<std::uint32_t>* readers) : readers_(readers) {
-    if (readers_ != nullptr) readers_->fetch_add(1);
-  }
-  ~Inside() {
-    if (readers_ != nullptr) readers_->fetch_sub(1);
-  }
-  Inside(const Inside&) = delete;
-  Inside& operator=(const Inside&) = delete;
-
- private:
-  std::atomic<std::uint32_t>* readers_;
-};
-
-}  // namespace
-
 RowView view_of(const Slot& slot) {
   RowView view;
   view.row = slot.row;
@@ -48,11 +28,6 @@ RowView view_of(const Slot& slot) {
       view.state = RowState::converged;
       view.fit = Slot::target_of<PackedMixture>(word);
       view.objective = view.fit->objective;
-      break;
-    case Slot::Kind::knots:
-      view.state = RowState::converged;
-      view.knots = &Slot::target_of<KnotRow>(word)->table;
-      view.objective = Slot::target_of<KnotRow>(word)->objective;
       break;
     case Slot::Kind::ribbons:
     case Slot::Kind::interpolated: {
@@ -76,7 +51,7 @@ std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uin
   const SliceDescription& d = slices_[slice]->description;
   const auto width = static_cast<std::uint32_t>(d.axis_b.size());
   std::vector<TracedRay> rays;
-  const auto tell = [this](Error error) { note(std::move(error)); };
+  const auto tell = [this](Error error) { discipline_.note(std::move(error)); };
   if (!calls_without_throwing("Target::trace", tell,
                               [&] { target_->trace(d, d.axis_a[node / width], d.axis_b[node % width], rays); }))
     return nullptr;
@@ -85,8 +60,8 @@ std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uin
            ray.attribute >= 0;
   };
   if (!std::ranges::all_of(rays, is_ray)) {
-    note({"", "Target::trace", "rays that are finite, of a weight and attribute of 0 or more",
-          "another at node " + std::to_string(node) + " of slice " + std::to_string(slice)});
+    discipline_.note({"", "Target::trace", "rays that are finite, of a weight and attribute of 0 or more",
+                      "another at node " + std::to_string(node) + " of slice " + std::to_string(slice)});
     return nullptr;
   }
   return std::make_unique<const TracedNodes>(rays, d.blur_rad);
@@ -98,14 +73,14 @@ std::size_t Service::Table::bytes_of(const Row& row) const {
 
 RowState Service::Table::state_of(const Row& row) const {
   if (row.learning) return row.learning->state();
-  if (slot_of(row).refusal() != nullptr) return RowState::refused;
+  if (slot_of(row).is_refused()) return RowState::refused;
   const RibbonAnswer* answer = slot_of(row).ribbons();
   return answer != nullptr && !answer->has_converged ? RowState::open : RowState::converged;
 }
 
 float Service::Table::objective_of(const Row& row) const {
   if (row.learning) return row.learning->objective;
-  return slot_of(row).refusal() != nullptr ? -1 : view_of(slot_of(row)).objective;
+  return slot_of(row).is_refused() ? -1 : view_of(slot_of(row)).objective;
 }
 
 void Service::Table::show(Row& row, Outcome& outcome) {
@@ -114,7 +89,7 @@ void Service::Table::show(Row& row, Outcome& outcome) {
     return show_cached(row, *outcome.cached, objective <= options_.sampled_epsilon && !(options_.picture_error > 0));
   }
   if (outcome.ribbons) return slot_of(row).set(outcome.ribbons.release(), Slot::Kind::ribbons);
-  if (outcome.refusal) return slot_of(row).set(outcome.refusal.release(), Slot::Kind::refusal);
+  if (outcome.refused) return slot_of(row).set<RibbonAnswer>(nullptr, Slot::Kind::refusal);
   show_learning(row, outcome.converged);
 }
 
@@ -128,11 +103,7 @@ void Service::Table::show_learning(Row& row, bool converged) {
     slot.set(&learning, Slot::Kind::learning);
     return;
   }
-  if (learning.knots) {
-    slot.set(new KnotRow{*learning.knots, learning.objective}, Slot::Kind::knots);
-  } else {
-    slot.set(learning.published, Slot::Kind::mixture);
-  }
+  slot.set(learning.published, Slot::Kind::mixture);
   row.set_count(learning.count);
   row.set_failed(learning.stop.failed());
   row.learning.reset();
@@ -142,63 +113,83 @@ void Service::Table::show_cached(Row& row, const CachedRow& cached, bool has_con
   if (cached.ribbons) {
     const auto paths = static_cast<std::uint32_t>(std::min<std::uint64_t>(cached.count, ~0u));
     slot_of(row).set(new RibbonAnswer{*cached.ribbons, cached.objective, paths, has_converged}, Slot::Kind::ribbons);
-  } else if (cached.knots.empty()) {
-    slot_of(row).set(mixtures_.put(cached.fit, cached.objective), Slot::Kind::mixture);
   } else {
-    slot_of(row).set(new KnotRow{cached.knots, cached.objective}, Slot::Kind::knots);
+    slot_of(row).set(mixtures_.put(cached.fit, cached.objective), Slot::Kind::mixture);
   }
 }
 
+Error Service::Table::no_such_slice(const char* call, SliceId slice) const {
+  return {"", call, "a slice below " + std::to_string(slices_.size()), std::to_string(slice)};
+}
+
+bool Service::Table::is_misuse(const char* call, SliceId slice, std::uint32_t node) {
+  if (slice >= slices_.size()) {
+    discipline_.note(no_such_slice(call, slice));
+    return true;
+  }
+  if (const std::uint32_t count = slices_[slice]->description.node_count(); node >= count) {
+    discipline_.note({"", call, "a node below " + std::to_string(count) + " of slice " + std::to_string(slice),
+                      std::to_string(node)});
+    return true;
+  }
+  return !discipline_.begin_reading(call);
+}
+
+bool Service::Table::is_stale(const char* call, const RowView& row) {
+  if (!options_.check_passes) return false;
+  if (row.pass == pass_) return is_misuse(call, row.slice, row.node);
+  discipline_.note({"", call, "a view of pass " + std::to_string(pass_), "one of pass " + std::to_string(row.pass)});
+  return true;
+}
+
+std::uint32_t Service::Table::node_of(SliceId slice, std::uint32_t a, std::uint32_t b) const {
+  if (slice >= slices_.size()) return no_node;
+  const SliceDescription& of = slices_[slice]->description;
+  if (a >= of.axis_a.size() || b >= of.axis_b.size()) return no_node;
+  return a * static_cast<std::uint32_t>(of.axis_b.size()) + b;
+}
+
 RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t b) {
-  const bool is_there = slice_id < slices_.size() && b < slices_[slice_id]->description.axis_b.size() &&
-                        a < slices_[slice_id]->description.axis_a.size();
-  if (!is_there || options_.check_passes) [[unlikely]] {
-    const std::uint32_t node =
-        is_there ? a * static_cast<std::uint32_t>(slices_[slice_id]->description.axis_b.size()) + b : ~0u;
-    const bool has_slice = slice_id < slices_.size();
-    if (has_slice && !is_there) {
+  static const TracedNodes no_light({}, 1);
+  const std::uint32_t node = node_of(slice_id, a, b);
+  if (node == no_node || options_.check_passes) [[unlikely]] {
+    const bool is_off_axes = node == no_node && slice_id < slices_.size();
+    if (is_off_axes) {
       const SliceDescription& of = slices_[slice_id]->description;
-      note({"", "look_up",
-            "a node below " + std::to_string(of.node_count()) + ", a below " + std::to_string(of.axis_a.size()) +
-                " and b below " + std::to_string(of.axis_b.size()),
-            "a " + std::to_string(a) + ", b " + std::to_string(b) + " of slice " + std::to_string(slice_id)});
+      discipline_.note(
+          {"", "look_up",
+           "a node below " + std::to_string(of.node_count()) + ", a below " + std::to_string(of.axis_a.size()) +
+               " and b below " + std::to_string(of.axis_b.size()),
+           "a " + std::to_string(a) + ", b " + std::to_string(b) + " of slice " + std::to_string(slice_id)});
     }
-    if ((has_slice && !is_there) || is_misuse("look_up", slice_id, node)) {
+    if (is_off_axes || is_misuse("look_up", slice_id, node)) {
       RowView nothing = bare_view(RowState::absent, slice_id, node);
-      if (slice_id >= slices_.size() || !slices_[slice_id]->is_sampled()) nothing.nodes = &no_light();
+      if (slice_id >= slices_.size() || !slices_[slice_id]->is_sampled()) nothing.nodes = &no_light;
       return nothing;
     }
   }
-  const Inside inside(options_.check_passes ? &readers_ : nullptr);
+  const Discipline::Reader inside(discipline_);
   Slice& slice = *slices_[slice_id];
-  const std::uint32_t node = a * static_cast<std::uint32_t>(slice.description.axis_b.size()) + b;
   if (!slice.has_index()) {
     unindexed_queries_.add(1);
     RowView view = bare_view(RowState::absent, slice_id, node);
     if (slice.is_sampled()) return view;
     traces_.fetch_add(1, std::memory_order_relaxed);
     std::shared_ptr<const TracedNodes> traced = trace(slice_id, node);
-    view.nodes = traced ? traced.get() : &no_light();
+    view.nodes = traced ? traced.get() : &no_light;
     view.kept = std::move(traced);
     return view;
   }
   Slot& slot = slice.slots[node];
   slot.queries.fetch_add(1, std::memory_order_relaxed);
-  if (slice.is_sampled()) return sampled_view(slice_id, node);
-  if (slot.row != Slot::no_row) {
-    RowView view = view_of(slot);
-    view.slice = slice_id;
-    view.node = node;
-    view.pass = pass_;
-    return view;
-  }
+  if (slice.is_sampled() || slot.row != Slot::no_row) return view_at(slice_id, node);
 
   RowView view = bare_view(RowState::absent, slice_id, node);
   view.nodes = Slot::target_of<TracedNodes>(slot.word.load(std::memory_order_acquire));
   if (view.nodes != nullptr) return view;
   std::unique_ptr<const TracedNodes> traced = trace(slice_id, node);
   if (!traced) {
-    view.nodes = &no_light();
+    view.nodes = &no_light;
     return view;
   }
   const std::size_t size = traced->bytes();
@@ -224,34 +215,20 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
 }
 
 double Service::Table::light(SliceId slice, std::uint32_t a, std::uint32_t b) const {
-  if (slice >= slices_.size()) return 0;
-  const SliceDescription& of = slices_[slice]->description;
-  if (a >= of.axis_a.size() || b >= of.axis_b.size()) return 0;
-  return light_share(slice, a * static_cast<std::uint32_t>(of.axis_b.size()) + b, 0);
+  const std::uint32_t node = node_of(slice, a, b);
+  return node == no_node ? 0 : light_.share(slices_[slice]->light_at(node));
 }
 
 std::uint32_t Service::Table::queries(SliceId slice, std::uint32_t a, std::uint32_t b) const {
-  if (slice >= slices_.size() || !slices_[slice]->has_index()) return 0;
-  const SliceDescription& of = slices_[slice]->description;
-  if (a >= of.axis_a.size() || b >= of.axis_b.size()) return 0;
-  const std::size_t node = a * of.axis_b.size() + b;
+  const std::uint32_t node = node_of(slice, a, b);
+  if (node == no_node || !slices_[slice]->has_index()) return 0;
   return slices_[slice]->slots[node].queries.load(std::memory_order_relaxed);
 }
 
-RowView Service::Table::peek(SliceId slice_id, std::uint32_t a, std::uint32_t b) {
-  if (slice_id >= slices_.size()) return {};
-  const Slice& slice = *slices_[slice_id];
-  if (a >= slice.description.axis_a.size() || b >= slice.description.axis_b.size()) return {};
-  const std::uint32_t node = a * static_cast<std::uint32_t>(slice.description.axis_b.size()) + b;
-  RowView view = bare_view(RowState::absent, slice_id, node);
-  if (!slice.has_index()) return view;
-  if (slice.is_sampled()) return sampled_view(slice_id, node);
-  if (slice.slots[node].row == Slot::no_row) return view;
-  view = view_of(slice.slots[node]);
-  view.slice = slice_id;
-  view.node = node;
-  view.pass = pass_;
-  return view;
+RowView Service::Table::peek(SliceId slice, std::uint32_t a, std::uint32_t b) {
+  const std::uint32_t node = node_of(slice, a, b);
+  if (node == no_node) return {};
+  return slices_[slice]->has_index() ? view_at(slice, node) : bare_view(RowState::absent, slice, node);
 }
 
 void Service::Table::credit(const RowView& view, float light, std::uint32_t events) {

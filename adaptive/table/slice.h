@@ -14,7 +14,6 @@
 #include "observations/heard_exits.h"
 #include "table/levels.h"
 #include "tress/adaptive/cache.h"
-#include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/traced_nodes.h"
@@ -39,15 +38,8 @@ struct Learning;
 
 /// Bytes in memory of a cached row.
 inline std::size_t cached_row_bytes(const CachedRow& row) {
-  return sizeof(CachedRow) + row.knots.bytes() + (row.ribbons ? row.ribbons->bytes() : 0);
+  return sizeof(CachedRow) + (row.ribbons ? row.ribbons->bytes() : 0);
 }
-
-/// The answer of a converged row that is a knot table.
-struct alignas(16) KnotRow {
-  KnotDensity table;
-  float objective;  ///< known error, as RowView::objective
-  std::size_t bytes() const { return sizeof(KnotRow) + table.bytes(); }
-};
 
 /// The answer of a row of a slice of samples, or of a node that coarser rows answer for.
 struct alignas(16) RibbonAnswer {
@@ -58,11 +50,6 @@ struct alignas(16) RibbonAnswer {
   std::size_t bytes() const { return sizeof(RibbonAnswer); }
 };
 
-/// Stands for a row of samples whose target drew exits that SampledTarget does not allow.
-struct alignas(16) SampledRefusal {
-  std::size_t bytes() const { return sizeof(SampledRefusal); }
-};
-
 /// One node and its answer.
 struct alignas(16) Slot {
   static constexpr std::uint32_t no_row = ~0u;
@@ -71,9 +58,8 @@ struct alignas(16) Slot {
     traced = 0,         ///< TracedNodes of an absent node, of this pass, owned; or null
     learning = 1,       ///< Learning of an open or refused row
     mixture = 2,        ///< PackedMixture of a converged row
-    knots = 3,          ///< KnotRow of a converged row, owned
     ribbons = 7,        ///< RibbonAnswer of a row of samples, owned
-    refusal = 11,       ///< SampledRefusal of a refused row, owned
+    refusal = 11,       ///< null: a row of samples whose target drew exits that SampledTarget does not allow
     interpolated = 15,  ///< RibbonAnswer of a node without a row, made by readers of coarser rows, owned
   };
 
@@ -104,29 +90,25 @@ struct alignas(16) Slot {
     return kind_of(now) == kind ? target_of<T>(now) : nullptr;
   }
   const PackedMixture* mixture() const { return get<PackedMixture>(Kind::mixture); }
-  const KnotRow* knots() const { return get<KnotRow>(Kind::knots); }
   const RibbonAnswer* ribbons() const { return get<RibbonAnswer>(Kind::ribbons); }
-  const SampledRefusal* refusal() const { return get<SampledRefusal>(Kind::refusal); }
+  bool is_refused() const { return kind_of(word.load(std::memory_order_relaxed)) == Kind::refusal; }
   const RibbonAnswer* interpolated() const { return get<RibbonAnswer>(Kind::interpolated); }
   /// Whether a row answers without evaluating g.
   bool has_answer() const {
     const Kind kind = kind_of(word.load(std::memory_order_relaxed));
-    return kind == Kind::mixture || kind == Kind::knots || kind == Kind::ribbons;
+    return kind == Kind::mixture || kind == Kind::ribbons;
   }
   /// Bytes of the answer of a row; 0 for a Learning.
   std::size_t answer_bytes() const {
     if (const PackedMixture* fit = mixture()) return fit->bytes();
-    if (const KnotRow* table = knots()) return table->bytes();
     if (const RibbonAnswer* answer = ribbons()) return answer->bytes();
-    return refusal() != nullptr ? refusal()->bytes() : 0;
+    return 0;
   }
 
   /// Replaces the answer, and deletes the old one if it was owned. Call it between passes.
   template <class T>
   void set(const T* target, Kind kind) {
-    delete knots();
     delete ribbons();
-    delete refusal();
     delete interpolated();
     delete get<TracedNodes>(Kind::traced);
     word.store(word_of(target, kind), std::memory_order_relaxed);
@@ -139,11 +121,6 @@ struct alignas(16) Slot {
   }
 };
 static_assert(sizeof(Slot) == 16);
-
-/// Light in fixed point with steps of 2^-20, so that sums do not depend on their order. One query adds at most 2^12.
-inline std::uint64_t fixed_light(float light) {
-  return static_cast<std::uint64_t>(std::min(light, 4096.0f) * 1048576.0f);
-}
 
 struct Slice {
   /// has_index: false if memory has no room for one. The nodes are then traced at every query and never learned.
@@ -174,6 +151,8 @@ struct Slice {
     if (at == decay_rates.end() || *at != rate) decay_rates.insert(at, rate);
   }
 
+  /// Light that a node has carried over all passes, as fixed_light(); 0 without an index.
+  std::uint64_t light_at(std::uint32_t node) const { return light ? light[node].load(std::memory_order_relaxed) : 0; }
   /// Number of draws from a node of samples over all passes: its credited events or its queries, whichever is more.
   std::uint64_t asked(std::uint32_t node) const {
     return std::max(events[node].load(std::memory_order_relaxed), slots[node].queries.load(std::memory_order_relaxed));

@@ -53,13 +53,10 @@ CachedRow cached_form(const Row& row, const Slot& slot) {
     cached.sketch = row.learning->sketch.bins();
     return cached;
   }
-  if (slot.refusal() != nullptr) return cached;
+  if (slot.is_refused()) return cached;
   if (slot.kind_of(slot.word.load(std::memory_order_relaxed)) == Slot::Kind::traced) return cached;
   cached.state = RowState::converged;
-  if (const KnotRow* knots = slot.knots()) {
-    cached.knots = knots->table;
-    cached.objective = knots->objective;
-  } else if (const RibbonAnswer* answer = slot.ribbons()) {
+  if (const RibbonAnswer* answer = slot.ribbons()) {
     cached.ribbons = std::make_shared<const RibbonRow>(answer->row);
     cached.objective = answer->objective;
   } else {
@@ -102,8 +99,8 @@ std::optional<Error> Service::Table::unusable(const SliceDescription& slice) con
 }
 
 Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
-  if (std::optional<Error> early = within_pass("add_slice")) {
-    note(*early);  // models pass on only the id, so the error would be lost
+  if (std::optional<Error> early = discipline_.within_pass("add_slice")) {
+    discipline_.note(*early);  // models pass on only the id, so the error would be lost
     return std::move(*early);
   }
   if (std::optional<Error> error = unusable(asked)) return std::move(*error);
@@ -171,7 +168,7 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
         slice.stored.insert_or_assign(row->node, *row);
         // Whether a coarse row is good enough is known once the light of its node is; an open row of samples has
         // nothing to start from.
-        const bool waits = !answering && (is_light_driven(slice) || slice.is_sampled());
+        const bool waits = !answering && (light_.is_driven() || slice.is_sampled());
         if (!slice.has_index() || !room || waits) continue;
         const std::uint32_t queries = slice.slots[row->node].queries.load(std::memory_order_relaxed);
         candidates.push_back({id, row->node, queries, 0, nullptr});

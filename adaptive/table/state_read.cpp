@@ -372,10 +372,10 @@ std::optional<Error> Service::Table::check_rows(SavedTable& saved, SliceId id) c
 
 void Service::Table::take_over(SavedTable& saved) {
   pass_ = saved.pass;
-  paths_ = saved.paths;
+  light_.paths = saved.paths;
   reopened_ = saved.reopened;
   reopened_told_ = saved.reopened_told;
-  queried_ = saved.queried;
+  light_.queried = saved.queried;
   ceiling_told_ = saved.ceiling_told;
   unusable_told_ = saved.unusable_told;
   absorbed_errors_ = std::move(saved.absorbed_errors);
@@ -394,7 +394,7 @@ void Service::Table::take_row(SavedRow& saved) {
   row.audit = saved.audit;
   row.set_count(saved.count);
   row.set_failed(saved.failed);
-  if (saved.kind == Kind::refusal) slot.set(new SampledRefusal, Slot::Kind::refusal);
+  if (saved.kind == Kind::refusal) slot.set<RibbonAnswer>(nullptr, Slot::Kind::refusal);
   if (saved.kind != Kind::learning) return;
   row.learning = std::make_unique<Learning>(std::move(saved.nodes), *options_.learner);
   Learning& learning = *row.learning;
@@ -437,7 +437,7 @@ void Service::Table::take_slice(const SavedTable& all, SavedSlice& saved, Slice&
   kept_before_ = &saved.interpolated;
   for (const std::uint32_t node : saved.interpolated) (void)answer_of(slice, node, slice.levels.coarse());
   for (std::size_t i = 0; i < saved.made.size(); ++i) {
-    for (const std::uint32_t node : saved.made[i]) (void)make_again(forms_[slice.forms[i]], node);
+    for (const std::uint32_t node : saved.made[i]) make_again(forms_.rows(slice.forms[i]), node);
   }
   kept_before_ = nullptr;
 }

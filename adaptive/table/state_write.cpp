@@ -134,7 +134,7 @@ Result<std::string> Service::Table::state() const {
 
 void Service::Table::write_totals(ByteWriter& out) const {
   out.u32(pass_);
-  for (const std::uint64_t total : {paths_, reopened_, reopened_told_, queried_}) out.u64(total);
+  for (const std::uint64_t total : {light_.paths, reopened_, reopened_told_, light_.queried}) out.u64(total);
   out.u8(ceiling_told_ ? 1 : 0);
   out.u8(unusable_told_ ? 1 : 0);
   out.u32(static_cast<std::uint32_t>(absorbed_errors_.counts().size()));
@@ -155,7 +155,7 @@ void Service::Table::write_slice(ByteWriter& out, const Slice& slice) const {
   for (std::uint32_t n = 0; slice.has_index() && n < slice.description.node_count(); ++n) {
     const Slot& slot = slice.slots[n];
     const std::uint32_t queries = slot.queries.load(std::memory_order_relaxed);
-    const std::uint64_t light = slice.light[n].load(std::memory_order_relaxed);
+    const std::uint64_t light = slice.light_at(n);
     const std::uint32_t events = slice.events[n].load(std::memory_order_relaxed);
     if (queries != 0 || light != 0 || events != 0) {
       ++asked;
@@ -182,9 +182,7 @@ void Service::Table::write_slice(ByteWriter& out, const Slice& slice) const {
   write_heard(out, slice);
   out.u32(static_cast<std::uint32_t>(slice.forms.size()));
   for (const std::uint32_t form : slice.forms) {
-    std::vector<std::uint32_t> made;
-    for (const Made& one : forms_[form].made) made.push_back(one.node);
-    std::ranges::sort(made);  // so that the bytes do not depend on the order of threads
+    const std::vector<std::uint32_t> made = forms_.made_nodes(form);
     out.u32(static_cast<std::uint32_t>(made.size()));
     for (const std::uint32_t node : made) out.u32(node);
   }
@@ -192,7 +190,7 @@ void Service::Table::write_slice(ByteWriter& out, const Slice& slice) const {
 
 bool Service::Table::write_row(ByteWriter& out, const Row& row) const {
   const Slot& slot = slot_of(row);
-  const Kind kind = row.learning ? Kind::learning : slot.refusal() != nullptr ? Kind::refusal : Kind::answer;
+  const Kind kind = row.learning ? Kind::learning : slot.is_refused() ? Kind::refusal : Kind::answer;
   out.u32(row.slice);
   out.u32(row.node);
   out.u8(static_cast<std::uint8_t>(kind));

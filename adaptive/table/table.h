@@ -13,9 +13,11 @@
 
 #include "cache/packed_slice.h"
 #include "density/mixture_store.h"
-#include "table/block_store.h"
+#include "table/discipline.h"
 #include "table/error_quantiles.h"
+#include "table/form_store.h"
 #include "table/guarded_samples.h"
+#include "table/light_policy.h"
 #include "table/row.h"
 #include "table/slice.h"
 #include "table/striped_counter.h"
@@ -33,9 +35,13 @@ class Service::Table {
  public:
   /// Either target may be null; there are then no slices of its kind.
   Table(const Options& options, const Target* target, const SampledTarget* samples)
-      : options_(options), target_(target), learner_bytes_(options.learner->make()->bytes()) {
+      : options_(options),
+        target_(target),
+        learner_bytes_(options.learner->make()->bytes()),
+        light_(options),
+        discipline_(options.check_passes) {
     if (samples != nullptr)
-      samples_ = std::make_unique<GuardedSamples>(*samples, [this](Error e) { note(std::move(e)); });
+      samples_ = std::make_unique<GuardedSamples>(*samples, [this](Error e) { discipline_.note(std::move(e)); });
   }
 
   // service.cpp: calls of readers
@@ -94,17 +100,7 @@ class Service::Table {
     std::uint32_t node;
     RowState state;
   };
-  /// One answer that a form made of a row.
-  struct Made {
-    void* block;
-    std::size_t bytes;
-    std::uint32_t node;
-  };
-  struct Form {
-    std::unique_ptr<FormedRows> rows;
-    std::vector<Made> made;
-  };
-  enum class Phase : std::uint8_t { between, pass, publishing };
+  static constexpr std::uint32_t no_node = ~0u;
 
   /// A node that is to get a row, because it was queried often enough or because a cache has one.
   struct Candidate {
@@ -125,7 +121,7 @@ class Service::Table {
     std::unique_ptr<const TracedNodes> nodes;  ///< traced for a row of a density that failed its audit
     // One of these is set for a row of samples that has learned.
     std::unique_ptr<const RibbonAnswer> ribbons;
-    std::unique_ptr<const SampledRefusal> refusal;
+    bool refused = false;
   };
   /// The answer of a node of samples. kept: owns the answer if the table had no room for it.
   struct SampledAnswer {
@@ -140,20 +136,9 @@ class Service::Table {
     std::uint32_t row, paths;
   };
 
-  // light.cpp
-  /// Light per path that the node has carried so far, >= 0. The sum over all rows is about the number of hits of a
-  /// path. unseen: light to add to what was seen.
-  double light_share(SliceId slice, std::uint32_t node, double unseen) const;
-  /// The epsilon that the row at a node must reach, by the light that it carries; epsilon_without_light() if
-  /// `picture_error` is off. energy: the mass of g there, for rows of densities.
-  double epsilon_of(SliceId slice, std::uint32_t node, float energy) const;
-  double epsilon_without_light(SliceId slice) const {
-    return slices_[slice]->is_sampled() ? options_.sampled_epsilon : options_.epsilon;
-  }
-  /// Computes PassReport::bias_bound.
-  double bias_bound() const;
-  bool is_light_driven(const Slice& slice) const {
-    return options_.picture_error > 0 && (slice.is_sampled() || !options_.learner->on_first_query);
+  /// The epsilon that the row at a node must reach. energy: the mass of g there, for rows of densities.
+  double epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
+    return light_.epsilon_of(slices_[slice]->description, slices_[slice]->light_at(node), energy);
   }
 
   // creations.cpp
@@ -198,8 +183,8 @@ class Service::Table {
   /// Thread-safe.
   SampledAnswer answer_of(Slice& slice, std::uint32_t node, std::size_t level);
   SampledAnswer keep_interpolated(Slice& slice, std::uint32_t node, std::unique_ptr<const RibbonAnswer> made);
-  /// The view that a reader gets of a node of samples. Thread-safe.
-  RowView sampled_view(SliceId slice, std::uint32_t node);
+  /// The view that a reader gets of a node of a slice with an index, but for g of an absent node. Thread-safe.
+  RowView view_at(SliceId slice, std::uint32_t node);
   /// Frees the forms and interpolated answers of nodes whose row, or any row that answers for them, has changed.
   void forget_interpolated(SliceId slice, std::vector<bool> moved);
   void let_go_interpolated(Slice& slice, std::uint32_t node);
@@ -225,10 +210,9 @@ class Service::Table {
   FitContext context_of(Row& row, const Options& options) const;
   /// Stores the results of a context and of the stop test in the row.
   void conclude(Row& row, const FitContext& context, Outcome& outcome) const;
-  /// The largest error of a fit, whose attributes are known, at the decay rates of its slice. Negative without rates
-  /// and for rows that another row represents.
-  template <class Fit>
-  double largest_absorbed_error(const Row& row, const Fit& fit) const;
+  /// The largest error of a row's fit, whose attributes are known, at the decay rates of its slice. Negative without
+  /// rates and for rows that another row represents.
+  double largest_absorbed_error(const Row& row) const;
   RandomStream stream_of(const Row& row, std::uint64_t purpose) const;
 
   // publish.cpp
@@ -266,21 +250,12 @@ class Service::Table {
   void take_slice(const SavedTable& all, SavedSlice& saved, Slice& slice);
 
   // forms.cpp
-  /// Makes the answer of a converged row again, without counting a query. False if the row has no answer.
-  bool make_again(Form& form, std::uint32_t node);
-  std::size_t form_of(const FormedRows& rows) const;
-  /// Drops all that was made of the slice's rows. Readers make it again, and so show which rows are in use.
-  void drop_forms(SliceId slice);
-  void drop(Form& form);
-  void let_go(Form& form, const Made& one);
+  /// Makes the answer of a row again, if it has one, without counting a query.
+  void make_again(const FormedRows& rows, std::uint32_t node);
   /// If memory is full, drops all forms and interpolated answers, so that rows have room.
   void make_room();
 
-  // discipline.cpp
-  /// Keeps the first error since the last publish().
-  void note(Error error) const;
-  /// The error of a call that is allowed only between passes; empty between passes.
-  std::optional<Error> within_pass(const char* call) const;
+  // service.cpp
   Error no_such_slice(const char* call, SliceId slice) const;
   /// Passes a sentence to Options::log, if that is set.
   void tell(const std::string& sentence) const {
@@ -288,13 +263,12 @@ class Service::Table {
   }
   /// Logs misuse, full memory, unusable draws and reopened rows.
   void tell_of(const PassReport& report);
-  /// Notes a node that does not exist and, if passes are checked, a reader inside publish(). True if it noted one.
+  /// Notes a node that does not exist and a reader inside publish(). True if it noted one.
   bool is_misuse(const char* call, SliceId slice, std::uint32_t node);
   /// Does the same for a view, which must not be of an earlier pass. False unless passes are checked.
   bool is_stale(const char* call, const RowView& row);
-  /// The g of a node that does not exist: no light.
-  static const TracedNodes& no_light();
-
+  /// The number of node (a, b); no_node if there is none.
+  std::uint32_t node_of(SliceId slice, std::uint32_t a, std::uint32_t b) const;
   RowView bare_view(RowState state, SliceId slice, std::uint32_t node) const {
     RowView view;
     view.state = state;
@@ -323,6 +297,8 @@ class Service::Table {
   const Target* target_;
   std::unique_ptr<const GuardedSamples> samples_;
   std::size_t learner_bytes_;  ///< bytes of the learner of each open row
+  LightPolicy light_;
+  mutable Discipline discipline_;  ///< noted by targets, too, while const functions trace
   std::vector<std::unique_ptr<Slice>> slices_;
   std::map<SliceKey, SliceId, KeyLess> slice_of_key_;
   std::map<SliceKey, PackedSlice, KeyLess> unused_;  ///< cached slices that were not added by add_slice()
@@ -336,25 +312,18 @@ class Service::Table {
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;
   bool learns_ = true;
-  std::uint32_t pass_ = 0;           ///< number of the publish() that runs or ran last
-  std::size_t bytes_ = 0;            ///< bytes of all rows
-  std::size_t index_bytes_ = 0;      ///< bytes of the indices of all slices
-  std::uint64_t reopened_ = 0;       ///< rows reopened in this session
-  std::uint64_t paths_ = 0;          ///< sum of the paths given to publish()
-  std::uint64_t reopened_told_ = 0;  ///< how many of reopened_ have been logged
-  bool ceiling_told_ = false;        ///< whether full memory has been logged
-  bool unusable_told_ = false;       ///< whether unusable draws have been logged
-  std::uint64_t queried_ = 0;        ///< nodes ever queried, as of the last publish()
-  ErrorQuantiles absorbed_errors_;   ///< errors of rows that converged in this session
-  PassReport between_passes_;        ///< work of load() and add_slice(), reported by the next publish()
-  std::vector<Form> forms_;
-  BlockStore blocks_;      ///< memory of all forms
-  std::mutex made_mutex_;  ///< guards Form::made and Slice::interpolated
-  mutable std::mutex misuse_mutex_;
-  mutable std::optional<Error> misuse_;
-  std::atomic<Phase> phase_{Phase::between};  ///< kept only where passes are checked
-  std::atomic<std::uint32_t> readers_{0};     ///< readers inside look_up(), kept only where passes are checked
+  std::uint32_t pass_ = 0;                    ///< number of the publish() that runs or ran last
+  std::size_t bytes_ = 0;                     ///< bytes of all rows
+  std::size_t index_bytes_ = 0;               ///< bytes of the indices of all slices
+  std::uint64_t reopened_ = 0;                ///< rows reopened in this session
+  std::uint64_t reopened_told_ = 0;           ///< how many of reopened_ have been logged
+  bool ceiling_told_ = false;                 ///< whether full memory has been logged
+  bool unusable_told_ = false;                ///< whether unusable draws have been logged
+  ErrorQuantiles absorbed_errors_;            ///< errors of rows that converged in this session
+  PassReport between_passes_;                 ///< work of load() and add_slice(), reported by the next publish()
   std::atomic<std::size_t> formed_bytes_{0};  ///< bytes of all forms, their entries and interpolated answers
+  FormStore forms_{formed_bytes_};
+  std::mutex interpolated_mutex_;  ///< guards Slice::interpolated
   std::atomic<std::size_t> memo_bytes_{0};
   std::atomic<std::uint64_t> traces_{0};  ///< traces by readers in the running pass
   StripedCounter answered_queries_;       ///< queries of the running pass that forms answered

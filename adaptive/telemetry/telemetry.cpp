@@ -58,7 +58,7 @@ Json pass_fields(const PassReport& report) {
             {"p90", report.absorbed_objective.p90},
             {"max", report.absorbed_objective.max}}},
           {"components", report.components},
-          {"knots", report.knots},
+          {"knots", {0, 0, 0}},
           {"bytes", report.bytes},
           {"at_ceiling", report.at_ceiling},
           {"effective_sample_size", report.effective_sample_size},
@@ -78,7 +78,7 @@ Json row_fields(const RowReport& report) {
           {"objective", report.objective < 0 ? Json(nullptr) : Json(report.objective)},
           {"count", report.count},
           {"components", report.components},
-          {"knots", report.knots},
+          {"knots", 0},
           {"failed_tests", report.failed_tests},
           {"ribbons", report.ribbons},
           {"light", report.light}};

@@ -47,8 +47,8 @@ std::string to_string(const Options& options) {
   std::string text = std::string("learner ") + options.learner->name + ", epsilon " + number(options.epsilon);
   if (options.picture_error > 0) text += ", picture error " + number(options.picture_error);
   text += ", table memory " + megabytes(options.memory_bytes);
-  text += ", " + std::to_string(options.queries_to_creation()) +
-          (options.queries_to_creation() == 1 ? " query" : " queries") + " before creation";
+  text += ", " + std::to_string(options.queries_before_creation) +
+          (options.queries_before_creation == 1 ? " query" : " queries") + " before creation";
   text += ", uniform share " + number(static_cast<double>(options.uniform_share_converged)) + " converged and " +
           number(static_cast<double>(options.uniform_share_open)) + " open";
   text += ", " + std::to_string(options.tests_before_refusal) + " tests before refusal";

@@ -40,12 +40,13 @@
 #include "azimuthal_rows.h"
 #include "fiber/cross_section.h"
 #include "fiber/ray_batch.h"
-#include "fit/fit_knots.h"
+#include "knot_rows.h"
 #include "learned_rows.h"
 #include "models/absorbed_row_pool.h"
 #include "models/elliptical/ray_shape.h"
 #include "models/elliptical/vertex_trace.h"
 #include "random_rows.h"
+#include "references/learners/absorbed_knots.h"
 #include "references/registry.h"
 #include "tress/base/random.h"
 namespace tress {
@@ -56,8 +57,7 @@ using namespace bench;
 /// Rows as a render reads them: `make_row` gives each one's fit.
 class AbsorbedRows : public Told {
  public:
-  template <class Fit>
-  void add(const Row& row, const Fit& fit, double part_count) {
+  void add(const Row& row, const adaptive::Mixture& fit, double part_count) {
     const auto energy = static_cast<float>(fit.energy());
     const fiber::AbsorbedRow& colorless = *pool_.make(fit, 0, clear);
     errors.push_back(row.own.error(
@@ -106,16 +106,52 @@ std::unique_ptr<AbsorbedRows> learned_rows(const Domain& domain, const adaptive:
   auto made = std::make_unique<AbsorbedRows>();
   for (std::size_t i = 0; i < domain.rows.size(); ++i) {
     const adaptive::RowView view = learned->view(i);
-    if (view.knots != nullptr)
-      made->add(domain.rows[i], *view.knots, static_cast<double>(view.knots->knots().size()));
-    else if (view.fit != nullptr)
-      made->add(domain.rows[i], *view.fit, view.fit->component_count);
+    if (view.fit != nullptr) made->add(domain.rows[i], *view.fit, view.fit->component_count);
   }
   return made;
 }
 
-std::unique_ptr<AbsorbedRows> knot_rows(const Domain& domain, std::size_t count) {
-  auto made = std::make_unique<AbsorbedRows>();
+/// Knot tables as a render would read them.
+class KnotRows : public Told {
+ public:
+  void add(const Row& row, const adaptive::KnotDensity& table) {
+    const fiber::AbsorbedKnots colorless(table, clear);
+    errors.push_back(row.own.error(
+        [&](double x) {
+          return static_cast<double>(table.energy() * colorless.evaluate(static_cast<float>(x), mix, share).shape.g);
+        },
+        row.sigma));
+    made_.push_back({fiber::AbsorbedKnots(table, brown), table.energy()});
+    parts += static_cast<double>(table.knots().size());
+    ++rows;
+  }
+  Answer evaluate(std::size_t i, float x) const {
+    const fiber::RowValue value = made_[i].row.evaluate(x, mix, share);
+    return {value.shape * made_[i].energy, value.proposal, x};
+  }
+  Answer sample(std::size_t i, float u, float) const { return evaluate(i, made_[i].row.sample(u, mix, share)); }
+
+ private:
+  struct Made {
+    fiber::AbsorbedKnots row;
+    float energy;
+  };
+  std::vector<Made> made_;
+};
+
+/// Of this epsilon; rows above it are left out.
+std::unique_ptr<KnotRows> knot_rows_to(const Domain& domain, double epsilon) {
+  auto made = std::make_unique<KnotRows>();
+  bench::KnotFitter fitter{epsilon};
+  for (const Row& row : domain.rows) {
+    const bench::KnotRow fitted = fitter.fit(adaptive::TracedNodes(row.random.rays, row.sigma));
+    if (fitted.converged) made->add(row, fitted.table);
+  }
+  return made;
+}
+
+std::unique_ptr<KnotRows> knot_rows(const Domain& domain, std::size_t count) {
+  auto made = std::make_unique<KnotRows>();
   for (const Row& row : domain.rows) {
     const adaptive::TracedNodes nodes(row.random.rays, row.sigma);
     double epsilon = 1e9;  // four times what it must not be above: 32 knots do
@@ -124,7 +160,7 @@ std::unique_ptr<AbsorbedRows> knot_rows(const Domain& domain, std::size_t count)
       epsilon = fit.objective * 3.9;
       fit = adaptive::fit_knots(nodes, epsilon);
     }
-    made->add(row, adaptive::with_attributes(fit.table, nodes), static_cast<double>(fit.table.knots().size()));
+    made->add(row, adaptive::with_attributes(fit.table, nodes));
   }
   return made;
 }
@@ -269,10 +305,13 @@ void add_domain(const std::string& name) {
                         [domain, learner = info, epsilon] { return learned_rows(domain->get(), learner, epsilon); });
     }
   }
+  for (const double epsilon : {0.1, 0.03, 0.01, 0.003, 0.001}) {
+    add<KnotRows>(fmt::format("{}/table {}", name, epsilon),
+                  [domain, epsilon] { return knot_rows_to(domain->get(), epsilon); });
+  }
   add<OneChannel>(name + "/one-channel 0.01", [domain] { return std::make_unique<OneChannel>(domain->get(), 0.01); });
   for (const std::size_t knots : {std::size_t{32}, std::size_t{64}, std::size_t{128}}) {
-    add<AbsorbedRows>(fmt::format("{}/knots {}", name, knots),
-                      [domain, knots] { return knot_rows(domain->get(), knots); });
+    add<KnotRows>(fmt::format("{}/knots {}", name, knots), [domain, knots] { return knot_rows(domain->get(), knots); });
   }
   for (const int points : {10, 35, 100}) {
     add<Quadrature>(fmt::format("{}/quadrature {}", name, points),

@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "knot_rows.h"
 #include "known_learner.h"
 #include "learned_rows.h"
 #include "random_rows.h"
@@ -47,7 +48,8 @@ struct Truth {
     const auto n = static_cast<int>(std::max(180.0, std::ceil(4 * pi / static_cast<double>(nodes.blur_rad()))));
     for (int i = 0; i < n; ++i) g.push_back(nodes.density(static_cast<float>(-pi + 2 * pi * i / n)));
   }
-  double error(const adaptive::RowView& view) const {
+  template <class Fit>
+  double error(const Fit& view) const {
     const double step = 2 * pi / static_cast<double>(g.size());
     double sum = 0;
     for (std::size_t i = 0; i < g.size(); ++i) {
@@ -59,7 +61,43 @@ struct Truth {
   }
 };
 
+/// One pass of knots, made of g.
+nlohmann::json study_of_knots(const Setting& setting) {
+  const auto target = fiber::make_elliptical_target();
+  bench::RandomRows random(setting.options.seed, setting.domain, false);
+  bench::KnotFitter fitter{setting.options.epsilon};
+  std::vector<double> errors;
+  int converged = 0, falsely = 0;
+  for (int i = 0; i < setting.rows; ++i) {
+    const bench::RandomRows::Row drawn = random.next(*target);
+    const adaptive::TracedNodes nodes(drawn.rays, drawn.description.blur_rad);
+    const bench::KnotRow row = fitter.fit(nodes);
+    errors.push_back(row.converged ? Truth(nodes).error(row.table) : 1);
+    converged += row.converged ? 1 : 0;
+    falsely += row.converged && errors.back() > setting.options.epsilon ? 1 : 0;
+  }
+  const auto n = static_cast<double>(setting.rows);
+  const nlohmann::json pass{{"vertices", setting.vertices},
+                            {"own", 0},
+                            {"g", static_cast<double>(fitter.g_evaluations) / n},
+                            {"cpu_us", 1e6 * fitter.cpu_seconds / n},
+                            {"converged", converged / n},
+                            {"refused", (setting.rows - converged) / n},
+                            {"error", bench::spread(errors)}};
+  return {{"domain", setting.domain},
+          {"learner", setting.options.learner->name},
+          {"epsilon", setting.options.epsilon},
+          {"rows", setting.rows},
+          {"seed", setting.options.seed},
+          {"vertices_a_pass", setting.vertices},
+          {"passes", nlohmann::json::array({pass})},
+          {"below_a_hundredth_share",
+           static_cast<double>(std::ranges::count_if(errors, [](double e) { return e < 0.01; })) / n},
+          {"false", falsely}};
+}
+
 nlohmann::json study(const Setting& setting) {
+  if (setting.options.learner == &bench::knot_learner) return study_of_knots(setting);
   const auto target = fiber::make_elliptical_target();
   bench::RandomRows random(setting.options.seed, setting.domain, false);
   std::vector<adaptive::SliceDescription> slices;
@@ -86,7 +124,7 @@ nlohmann::json study(const Setting& setting) {
     for (std::size_t i = 0; i < truths.size(); ++i) {
       own += static_cast<double>(rows.rows()[i].own);
       const adaptive::RowView view = rows.view(i);
-      if (view.fit != nullptr || view.knots != nullptr) errors[i] = truths[i].error(view);
+      if (view.fit != nullptr) errors[i] = truths[i].error(view);
     }
     const nlohmann::json spread = bench::spread(errors);
     told.push_back({{"vertices", pass * setting.vertices},
@@ -125,12 +163,12 @@ int main(int argc, char** argv) {
   app.add_option("--rows", setting.rows)->check(CLI::PositiveNumber);
   app.add_option("--seed", setting.options.seed);
   app.add_option("--domain", setting.domain)->check(CLI::IsMember({"wide", "hard", "narrow", "whole"}));
-  app.add_option("--learner", learner)->check(bench::known_learner);
+  app.add_option("--learner", learner)->check(bench::known_row_learner);
   app.add_option("--epsilon", setting.options.epsilon)->check(CLI::PositiveNumber);
   app.add_option("--vertices", setting.vertices)->check(CLI::PositiveNumber);
   app.add_option("--passes", setting.passes)->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
-  setting.options.learner = references::find_learner(learner);
+  setting.options.learner = bench::find_row_learner(learner);
   fmt::print("{}\n", study(setting).dump());
   return 0;
 }

@@ -24,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "knot_rows.h"
 #include "known_learner.h"
 #include "references/models/pekelis2015_target.h"
 #include "references/registry.h"
@@ -74,19 +75,20 @@ std::vector<double> curve_of(const Slice& slice, const Row& row) {
   return curve;
 }
 
-void measure(const Slice& slice, const adaptive::RowView& view, Row& row) {
+/// fit: what has a density.
+template <class Fit>
+void measure(const Slice& slice, const Fit& fit, bool converged, bool fitted, Row& row) {
   const std::vector<double> curve = curve_of(slice, row);
   constexpr double step = 2 * pi / (azimuths - 1);
   double mass = 0, variation = 0, sum = 0;
   for (int i = 1; i < azimuths; ++i) mass += curve[static_cast<std::size_t>(i)] * step;
   row.lit = mass >= least_mass;
-  row.converged = view.state == adaptive::RowState::converged;
-  row.fitted = view.fit != nullptr || view.knots != nullptr;
-  row.components = view.fit ? view.fit->component_count : 0;
+  row.converged = converged;
+  row.fitted = fitted;
   if (!row.lit || !row.fitted) return;
   for (int i = 0; i < azimuths; ++i) {
     const double n = curve[static_cast<std::size_t>(i)];
-    const double d = n - static_cast<double>(view.density(static_cast<float>(-pi + i * step)));
+    const double d = n - static_cast<double>(fit.density(static_cast<float>(-pi + i * step)));
     variation += (n - mass / (2 * pi)) * (n - mass / (2 * pi)) * step;
     sum += d * d * step;
   }
@@ -114,6 +116,19 @@ struct Learned {
   std::uint64_t g_evaluations = 0;
 };
 
+/// The rows of one slice by knots.
+Learned fit_knots_to(const Setting& setting, const adaptive::Target& target, Slice& slice) {
+  bench::KnotFitter fitter{setting.options.epsilon};
+  std::vector<adaptive::TracedRay> rays;
+  for (Row& row : slice.rows) {
+    rays.clear();
+    target.trace(slice.description, slice.description.axis_a[row.a], slice.description.axis_b[row.b], rays);
+    const bench::KnotRow made = fitter.fit(adaptive::TracedNodes(rays, slice.description.blur_rad));
+    measure(slice, made.table, made.converged, made.converged, row);
+  }
+  return {fitter.cpu_seconds, fitter.g_evaluations};
+}
+
 /// The rows of one slice, by a service of its own: no more than a slice is in memory.
 Learned learn(const Setting& setting, const adaptive::Target& target, Slice& slice, nlohmann::json& curves) {
   adaptive::Service service(setting.options, target);
@@ -140,7 +155,9 @@ Learned learn(const Setting& setting, const adaptive::Target& target, Slice& sli
   }
   std::vector<const Row*> order;
   for (Row& row : slice.rows) {
-    measure(slice, service.peek(id, row.a, row.b), row);
+    const adaptive::RowView view = service.peek(id, row.a, row.b);
+    measure(slice, view, view.state == adaptive::RowState::converged, view.fit != nullptr, row);
+    row.components = view.fit ? view.fit->component_count : 0;
     if (row.lit && row.fitted) order.push_back(&row);
   }
   if (!slice.hardest() || order.empty()) return learned;
@@ -220,7 +237,8 @@ nlohmann::json study(const Setting& setting, MarschnerLobe lobe) {
   nlohmann::json curves = nlohmann::json::array(), maps = nlohmann::json::array();
   for (Slice& slice : slices) {
     if (slice.rows.empty()) continue;
-    const Learned of_slice = learn(setting, target, slice, curves);
+    const Learned of_slice = setting.options.learner == &bench::knot_learner ? fit_knots_to(setting, target, slice)
+                                                                             : learn(setting, target, slice, curves);
     learned.cpu_seconds += of_slice.cpu_seconds;
     learned.g_evaluations += of_slice.g_evaluations;
     if (!setting.grid.empty()) maps.push_back(map_of(slice));
@@ -302,14 +320,14 @@ int main(int argc, char** argv) {
   app.add_option("--lobe", setting.lobe)->check(CLI::IsMember({"TRT", "GLINT"}));
   app.add_option("--seed", setting.seed);
   app.add_option("--epsilon", setting.options.epsilon)->check(CLI::PositiveNumber);
-  app.add_option("--learner", learner)->check(bench::known_learner);
+  app.add_option("--learner", learner)->check(bench::known_row_learner);
   app.add_option("--components", setting.components, "0: the paper's, 5 and 3")
       ->check(CLI::Range(0, int{adaptive::Mixture::max_components}));
   app.add_option("--blur", blur_deg, "degrees");
   app.add_option("--json", setting.json);
   CLI11_PARSE(app, argc, argv);
   setting.blur = blur_deg * degree;
-  setting.options.learner = references::find_learner(learner);
+  setting.options.learner = bench::find_row_learner(learner);
   setting.options.seed = setting.seed;
   nlohmann::json all = nlohmann::json::array();
   for (const MarschnerLobe lobe : {MarschnerLobe::trt, MarschnerLobe::glint}) {

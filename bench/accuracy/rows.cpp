@@ -24,6 +24,8 @@
 #include <vector>
 
 #include "fit/fit_mixture.h"
+#include "knot_rows.h"
+#include "known_learner.h"
 #include "random_rows.h"
 #include "references/registry.h"
 #include "results_file.h"
@@ -159,7 +161,7 @@ nlohmann::json study(const Setting& setting) {
   std::vector<double> slack;  // stored bound over true error
   for (const Row& row : rows) {
     const adaptive::RowView view = service.peek(row.slice, 0, 0);
-    if (view.fit == nullptr && view.knots == nullptr) continue;
+    if (view.fit == nullptr) continue;
     std::vector<adaptive::TracedRay> rays;
     target->trace(row.description, row.description.axis_a[0], row.description.axis_b[0], rays);
     const adaptive::TracedNodes nodes(rays, row.description.blur_rad);
@@ -198,7 +200,7 @@ nlohmann::json study(const Setting& setting) {
   const adaptive::TableSnapshot image = service.snapshot();
   for (const adaptive::CachedSlice& slice : image.slices) {
     for (const adaptive::CachedRow& row : slice.rows) {
-      const std::size_t parts = row.knots.empty() ? 12 + 24 * row.fit.component_count : 12 * row.knots.knots().size();
+      const std::size_t parts = 12 + 24 * row.fit.component_count;
       cache_row_bytes += static_cast<double>(28 + (row.state == adaptive::RowState::converged ? parts : 0));
     }
   }
@@ -233,7 +235,6 @@ nlohmann::json study(const Setting& setting) {
           {"worst_row", worst_row},
           {"bound_over_error_p50", bench::quantile(slack, .5)},
           {"components", components},
-          {"knots", report.knots},
           {"g_evaluations_a_row", static_cast<double>(evaluations) / n},
           {"top_ups_a_row", static_cast<double>(validation_draws) / n},
           {"refits_a_row", static_cast<double>(refits) / n},
@@ -266,10 +267,66 @@ void print(const nlohmann::json& r) {
   }
   fmt::print("floor: {:.2f} % of rows below it, {:.2f} % beyond epsilon of their own variation\n",
              100 * r["at_floor_share"].get<double>(), 100 * r["at_floor_above_epsilon_share"].get<double>());
-  fmt::print("knots {}, in a cache {:.0f} bytes a row\n", r["knots"].dump(), r["cache_row_bytes"].get<double>());
+  fmt::print("in a cache {:.0f} bytes a row\n", r["cache_row_bytes"].get<double>());
   fmt::print("components {}; a row: g {:.1f} (top-up {:.2f}), refits {:.2f}, bytes {:.0f}, learning {:.0f} us\n",
              r["components"].dump(), r["g_evaluations_a_row"].get<double>(), r["top_ups_a_row"].get<double>(),
              r["refits_a_row"].get<double>(), r["bytes_a_row"].get<double>(), r["learning_cpu_us_a_row"].get<double>());
+}
+
+/// The same rows by knots, which are made of g alone. bytes_a_row: of a row in a table that keeps its knots.
+nlohmann::json study_of_knots(const Setting& setting) {
+  const auto target = fiber::make_elliptical_target();
+  bench::RandomRows random(setting.seed, setting.domain, setting.trt == "split");
+  bench::KnotFitter fitter{setting.epsilon};
+  std::vector<double> errors, slack;
+  std::map<std::size_t, int> knots;
+  double bytes = 0;
+  int falsely = 0, below_a_tenth = 0;
+  for (int i = 0; i < setting.rows; ++i) {
+    const bench::RandomRows::Row drawn = random.next(*target);
+    const adaptive::TracedNodes nodes(drawn.rays, drawn.description.blur_rad);
+    const bench::KnotRow row = fitter.fit(nodes);
+    if (!row.converged) continue;
+    const double error = bench::true_objective(row.table, nodes);
+    errors.push_back(error);
+    slack.push_back(row.objective / std::max(error, 1e-12));
+    falsely += error > setting.epsilon ? 1 : 0;
+    below_a_tenth += error < 0.1 ? 1 : 0;
+    ++knots[row.table.knots().size()];
+    bytes += static_cast<double>(sizeof(adaptive::KnotDensity) + row.table.bytes());
+  }
+  const auto n = static_cast<double>(setting.rows);
+  return {{"domain", setting.domain},
+          {"learner", setting.learner->name},
+          {"trt", setting.trt},
+          {"epsilon", setting.epsilon},
+          {"rows", setting.rows},
+          {"seed", setting.seed},
+          {"converged_share", static_cast<double>(errors.size()) / n},
+          {"below_a_tenth_share", below_a_tenth / n},
+          {"refused", setting.rows - static_cast<int>(errors.size())},
+          {"false", falsely},
+          {"relative_l2", bench::spread(errors)},
+          {"relative_l2_of_all", bench::spread(errors)},
+          {"bound_over_error_p50", bench::quantile(slack, .5)},
+          {"knots", {knots[32], knots[64], knots[128]}},
+          {"g_evaluations_a_row", static_cast<double>(fitter.g_evaluations) / n},
+          {"bytes_a_row", bytes / n},
+          {"learning_cpu_us_a_row", 1e6 * fitter.cpu_seconds / n}};
+}
+
+void print_knots(const nlohmann::json& r) {
+  const nlohmann::json& error = r["relative_l2"];
+  fmt::print(
+      "{} {} epsilon {}: {} rows, seed {}\nrelative squared L2: median {:.2g}, 90 % {:.2g}, 99 % {:.2g}, {:.2g}\n",
+      r["learner"].get<std::string>(), r["domain"].get<std::string>(), r["epsilon"].get<double>(), r["rows"].get<int>(),
+      r["seed"].get<int>(), error["p50"].get<double>(), error["p90"].get<double>(), error["p99"].get<double>(),
+      error["max"].get<double>());
+  fmt::print("converged {:.2f} %, refused {}, false {}; rows of 32, 64, 128 knots {}\n",
+             100 * r["converged_share"].get<double>(), r["refused"].get<int>(), r["false"].get<int>(),
+             r["knots"].dump());
+  fmt::print("a row: g {:.1f}, bytes {:.0f}, fit {:.0f} us\n", r["g_evaluations_a_row"].get<double>(),
+             r["bytes_a_row"].get<double>(), r["learning_cpu_us_a_row"].get<double>());
 }
 
 int usage() {
@@ -308,7 +365,7 @@ int main(int argc, char** argv) {
     else if (name == "--trt")
       setting.trt = value;
     else if (name == "--learner") {
-      const adaptive::Learner* learner = references::find_learner(value);
+      const adaptive::Learner* learner = bench::find_row_learner(value);
       if (!learner) return usage();
       setting.learner = learner;
     } else if (name == "--components")
@@ -325,7 +382,11 @@ int main(int argc, char** argv) {
   if (!known || !known_trt || setting.rows < 1 || !(setting.epsilon > 0) || setting.vertices < 1 ||
       setting.components < 1 || setting.components > adaptive::Mixture::max_components)
     return usage();
-  const nlohmann::json result = study(setting);
-  print(result);
+  const bool by_knots = setting.learner == &bench::knot_learner;
+  const nlohmann::json result = by_knots ? study_of_knots(setting) : study(setting);
+  if (by_knots)
+    print_knots(result);
+  else
+    print(result);
   return setting.json.empty() ? 0 : bench::write_results(setting.json, result.dump(2) + "\n");
 }

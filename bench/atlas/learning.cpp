@@ -146,12 +146,7 @@ class Truth {
 bool within_constraints(const adaptive::RowView& view, double energy, std::uint32_t most_components) {
   if (!std::isfinite(view.objective) || view.objective < 0) return false;
   double mass = 0;
-  if (view.knots != nullptr) {
-    for (const adaptive::Knot& knot : view.knots->knots()) {
-      if (!(knot.density >= 0) || !std::isfinite(knot.density)) return false;
-    }
-    mass = static_cast<double>(view.knots->energy());
-  } else if (view.fit != nullptr) {
+  if (view.fit != nullptr) {
     const adaptive::Mixture fit = *view.fit;
     if (fit.component_count > most_components || !(fit.uniform_weight >= 0)) return false;
     for (const adaptive::Component& part : fit.parts()) {
@@ -281,7 +276,7 @@ nlohmann::json study(const Stress& stress, const Learner& learner, const bench::
     for (std::size_t i = 0; i < count; ++i) {
       const adaptive::RowView view = service.peek(rows[i].slice, 0, 0);
       rows[i].state = view.state;
-      if (view.fit == nullptr && view.knots == nullptr) continue;
+      if (view.fit == nullptr) continue;
       violations += within_constraints(view, truths[i].energy(), options.max_components) ? 0 : 1;
     }
     if (report.rows_converged + report.rows_refused == count) break;
@@ -293,7 +288,7 @@ nlohmann::json study(const Stress& stress, const Learner& learner, const bench::
   for (std::size_t i = 0; i < count; ++i) {
     const adaptive::RowView view = service.peek(rows[i].slice, 0, 0);
     created += view.state != RowState::absent ? 1 : 0;
-    if (view.fit == nullptr && view.knots == nullptr) continue;
+    if (view.fit == nullptr) continue;
     const double error = truths[i].error(view);
     all.push_back(error);
     if (view.state != RowState::converged) continue;
@@ -335,7 +330,7 @@ int main(int argc, char** argv) {
   CLI::App app("rows under stress by every learner, as JSON");
   app.add_option("--stress", names);
   app.add_option("--learner", learners)->check(bench::known_learner);
-  app.add_option("--rows", rows, "of sketch, eager and table")->check(CLI::PositiveNumber);
+  app.add_option("--rows", rows, "of sketch and eager")->check(CLI::PositiveNumber);
   app.add_option("--rival-rows", rival_rows, "of the others")->check(CLI::PositiveNumber);
   app.add_option("--seed", seed);
   app.add_flag("--list", list, "only the names of the stresses");
@@ -353,8 +348,7 @@ int main(int argc, char** argv) {
     for (std::size_t i = 0; i < target.size(); ++i) truths.emplace_back(target, i);
     for (const adaptive::Learner* info : references::learners()) {
       if (!learners.empty() && std::ranges::find(learners, info->name) == learners.end()) continue;
-      const bool many =
-          info == &adaptive::sketch_learner || info == &adaptive::eager_learner || info == &adaptive::knot_learner;
+      const bool many = info == &adaptive::sketch_learner || info == &references::eager_learner;
       const std::size_t count = many ? rows : rival_rows;
       std::uint64_t printed = 0, alone = 0;
       nlohmann::json cell = study(stress, *info, target, truths, count, seed, stress.threads, &printed);

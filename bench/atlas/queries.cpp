@@ -53,7 +53,6 @@ std::vector<Case> all_cases() {
       cases.push_back({{model, estimator, taught, 0}, std::string(model) + " " + what, share});
     };
     add("fitted", Estimator::fitted, Taught::converged, 0.88 * of);
-    add("fitted, knots", Estimator::fitted, Taught::knots, 0.1 * of);
     add("fitted, open rows", Estimator::fitted, Taught::open, 0.001 * of);
     add("fitted, no rows", Estimator::fitted, Taught::no_rows, 0.001 * of);
     if (ours) add("corrected", Estimator::corrected, Taught::converged, 0.015);

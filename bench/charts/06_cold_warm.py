@@ -30,7 +30,7 @@ def cache_info(run, path):
 
 def table_of(done):
     last = done.passes[-1]
-    return {"rows": last["rows"], "bytes": last["bytes"], "components": last["components"], "knots": last["knots"],
+    return {"rows": last["rows"], "bytes": last["bytes"], "components": last["components"],
             "g_evaluations": sum(event["g_evaluations"] for event in done.passes),
             "converged_query_share": [event["converged_query_share"] for event in done.passes]}
 
@@ -66,8 +66,6 @@ def measure(run):
         for way in WAYS:
             mine = found[way]
             mine["extra"] = charts.interval([a - b for a, b in zip(mine["passes"]["values"], base)])
-        knots = run.render(scene, name + "_knots", "--spp", samples, "--resolution", size, "--model", "elliptical", "--learner",
-                           "table")
         times = {}
         noise = sum(found[way]["noise"]["median"] for way in WAYS) / len(WAYS)
         for target in (0.3, 0.2, 0.1, 0.05, 0.02, 0.01):
@@ -77,7 +75,7 @@ def measure(run):
                 for way in WAYS}, "prebaked and its bake": charts.interval([1 + seconds["baked"] / s for s in steady])}
         result["scenes"][label] = {
             "size": size, "ways": found, "tables": told, "noise": noise, "over_converged": times, "seconds": seconds,
-            "files": {"cold": cache_info(run, cold_cache), "prebaked": cache_info(run, made["baked"])}, "knot_table": table_of(knots)}
+            "files": {"cold": cache_info(run, cold_cache), "prebaked": cache_info(run, made["baked"])}}
     return result
 
 
@@ -161,7 +159,6 @@ def draw(data, path):
         "file, cold": ("#fcae91", lambda s: s["files"]["cold"]["bytes"]),
         "file, whole table": ("#fb6a4a", lambda s: s["files"]["prebaked"]["bytes"]),
         "memory, cold": ("#6baed6", lambda s: s["tables"]["cold"]["bytes"]),
-        "memory, whole table": ("#3182bd", lambda s: s["tables"]["prebaked"]["bytes"]),
-        "memory, knots": ("#74c476", lambda s: s["knot_table"]["bytes"])}, "bytes", "Size of the table", (data["paper_bytes"], "the paper: 20.8 MB"))
+        "memory, whole table": ("#3182bd", lambda s: s["tables"]["prebaked"]["bytes"])}, "bytes", "Size of the table", (data["paper_bytes"], "the paper: 20.8 MB"))
     draw_components(chart.axes[3], data)
     chart.save(path)

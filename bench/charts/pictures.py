@@ -67,7 +67,7 @@ RIVALS = {rival.name: rival for rival in [
     Rival("corrected", "corrected, prebaked", *OURS, *FROZEN, converged=OURS, table="baked"),
     Rival("exact", "exact", *ELLIPTICAL, "--estimator", "exact", converged=OURS, part=0.25),
     *(Rival(name, f"learner {name}, cold", *ELLIPTICAL, "--learner", name, converged=OURS, part=1)
-      for name in ("eager", "em", "appendix", "appendix-literal", "ais", "table")),
+      for name in ("eager", "em", "appendix", "appendix-literal", "ais")),
     *(Rival(f"deon2011 {points}", f"d'Eon 2011, {points} points", "--model", "deon2011", "--quadrature-points", points)
       for points in (10, 35, 100)),
     Rival("pekelis2015", "pekelis2015, prebaked", *PAPER, *FROZEN, converged=(*PAPER, "--estimator", "exact"), table="pekelis2015"),
@@ -75,7 +75,7 @@ RIVALS = {rival.name: rival for rival in [
     # The same paths, from anywhere across the fiber, which see lights too: fiber3d itself would leave 0.2 of noise in the truth.
     Rival("fiber3d", "fiber3d, the truth", "--model", "fiber3d", converged=(*ROUGH, "--table-memory", "0")),
 ]}
-LEARNERS = ("eager", "em", "appendix", "appendix-literal", "ais", "table")
+LEARNERS = ("eager", "em", "appendix", "appendix-literal", "ais")
 
 
 def tables(run, scene_path, name, size, samples, rivals):

@@ -8,8 +8,9 @@
 #include <numbers>
 #include <vector>
 
-#include "fit/fit_knots.h"
 #include "models/absorbed_row_pool.h"
+#include "references/learners/absorbed_knots.h"
+#include "references/learners/fit_knots.h"
 #include "tress/adaptive/traced_nodes.h"
 #include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
@@ -69,16 +70,13 @@ adaptive::KnotDensity table_of(std::size_t count, RandomStream& random) {
   return adaptive::KnotDensity(knots);
 }
 
-/// range(0) rows read in turn; range(1): components of a mixture, or as many knots where it is 32 or more.
-class Rows {
+/// range(0) rows read in turn, of range(1) components each.
+class MixtureRows {
  public:
-  explicit Rows(const benchmark::State& state) {
+  explicit MixtureRows(const benchmark::State& state) {
     RandomStream random(4);
-    const auto parts = static_cast<std::uint32_t>(state.range(1));
-    for (std::int64_t i = 0; i < state.range(0); ++i) {
-      rows_.push_back(parts >= adaptive::KnotDensity::fewest ? pool_.make(table_of(parts, random), 0, brown)
-                                                             : pool_.make(mixture_of(parts, random), 0, brown));
-    }
+    for (std::int64_t i = 0; i < state.range(0); ++i)
+      rows_.push_back(pool_.make(mixture_of(static_cast<std::uint32_t>(state.range(1)), random), 0, brown));
   }
   const fiber::AbsorbedRow& pick(RandomStream& random) const {
     return *rows_[static_cast<std::size_t>((random.next_bits() >> 32) * rows_.size() >> 32)];
@@ -90,28 +88,59 @@ class Rows {
   std::vector<const fiber::AbsorbedRow*> rows_;
 };
 
-void evaluate(benchmark::State& state) {
-  const Rows rows(state);
-  RandomStream random(5);
-  for (auto _ : state) {
-    const fiber::AbsorbedRow& row = rows.pick(random);
-    benchmark::DoNotOptimize(row.evaluate(2 * pi * (random.next() - 0.5f), mix, 0.02f));
+/// The same with range(1) knots each.
+class KnotRows {
+ public:
+  explicit KnotRows(const benchmark::State& state) {
+    RandomStream random(4);
+    for (std::int64_t i = 0; i < state.range(0); ++i)
+      rows_.emplace_back(table_of(static_cast<std::size_t>(state.range(1)), random), brown);
   }
-  state.counters["bytes_a_row"] = rows.bytes_a_row();
+  const fiber::AbsorbedKnots& pick(RandomStream& random) const {
+    return rows_[static_cast<std::size_t>((random.next_bits() >> 32) * rows_.size() >> 32)];
+  }
+  double bytes_a_row() const { return static_cast<double>(rows_.front().bytes()); }
+
+ private:
+  std::vector<fiber::AbsorbedKnots> rows_;
+};
+
+/// Runs `loop` on rows of mixtures, or of knots where range(1) is 32 or more.
+template <class Loop>
+void on_rows(benchmark::State& state, const Loop& loop) {
+  const auto run = [&](const auto& rows) {
+    loop(rows);
+    state.counters["bytes_a_row"] = rows.bytes_a_row();
+  };
+  if (state.range(1) >= adaptive::KnotDensity::fewest)
+    run(KnotRows(state));
+  else
+    run(MixtureRows(state));
+}
+
+void evaluate(benchmark::State& state) {
+  on_rows(state, [&](const auto& rows) {
+    RandomStream random(5);
+    for (auto _ : state) {
+      const auto& row = rows.pick(random);
+      benchmark::DoNotOptimize(row.evaluate(2 * pi * (random.next() - 0.5f), mix, 0.02f));
+    }
+  });
 }
 
 void sample(benchmark::State& state) {
-  const Rows rows(state);
-  RandomStream random(6);
-  for (auto _ : state) {
-    const fiber::AbsorbedRow& row = rows.pick(random);
-    benchmark::DoNotOptimize(row.sample(random.next(), mix, 0.02f));
-  }
+  on_rows(state, [&](const auto& rows) {
+    RandomStream random(6);
+    for (auto _ : state) {
+      const auto& row = rows.pick(random);
+      benchmark::DoNotOptimize(row.sample(random.next(), mix, 0.02f));
+    }
+  });
 }
 
 /// What the loops above cost by themselves.
 void choose(benchmark::State& state) {
-  const Rows rows(state);
+  const MixtureRows rows(state);
   RandomStream random(6);
   for (auto _ : state) {
     benchmark::DoNotOptimize(&rows.pick(random));

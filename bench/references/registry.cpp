@@ -4,6 +4,7 @@
 
 #include "references/learners/ais_learner.h"
 #include "references/learners/appendix_learner.h"
+#include "references/learners/eager_learner.h"
 #include "references/learners/em_learner.h"
 #include "references/models/deon2011.h"
 #include "references/models/marschner2003.h"
@@ -55,6 +56,8 @@ const ModelInfo all_models[] = {
 using adaptive::Learner;
 using adaptive::make_row_learner;
 
+constinit const Learner eager_learner{"eager", "ours on samples of its own, when a row is created",
+                                      make_row_learner<adaptive::EagerLearner>};
 constinit const Learner ais_learner{"ais", "the paper's adaptive importance sampling, when a row is created",
                                     make_row_learner<adaptive::AisLearner>};
 constinit const Learner em_learner{"em", "stepwise expectation maximisation, after each pass",
@@ -67,7 +70,7 @@ constinit const Learner appendix_literal_learner{"appendix-literal", "the paper'
 
 fiber::Catalog catalog() {
   static constexpr std::array all_learners{
-      &adaptive::sketch_learner, &adaptive::eager_learner, &ais_learner, &adaptive::knot_learner, &em_learner,
+      &adaptive::sketch_learner, &eager_learner,           &ais_learner, &em_learner,
       &appendix_learner,         &appendix_literal_learner};
   return {all_models, all_learners};
 }

@@ -20,6 +20,7 @@ std::span<const adaptive::Learner* const> learners();
 const fiber::ModelInfo* find_model(std::string_view name);
 const adaptive::Learner* find_learner(std::string_view name);
 
+extern const adaptive::Learner eager_learner;             ///< ours, run to the end when a row opens
 extern const adaptive::Learner ais_learner;               ///< the paper's adaptive importance sampling (section 5)
 extern const adaptive::Learner em_learner;                ///< stepwise expectation maximisation
 extern const adaptive::Learner appendix_learner;          ///< one sample at a time, the nearest to 9.1 that converges

@@ -40,8 +40,7 @@ struct SliceSummary {
   std::string lobe;
   std::uint64_t ribbons = 0;  ///< rows of a slice of samples that have converged
   std::uint64_t nodes = 0, open = 0, converged = 0, components = 0;
-  std::uint64_t knot_densities = 0, knots = 0;  ///< rows that are knot tables, and the knots in them
-  std::size_t bytes = 0;                        ///< size in the file
+  std::size_t bytes = 0;  ///< size in the file of the rows that are read
   SliceContents contents;
 };
 
@@ -68,11 +67,8 @@ SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::CacheF
     summary.contents.samples += row.count;
     if (row.ribbons) {
       ++summary.ribbons;
-    } else if (row.knots.empty()) {
-      summary.components += row.fit.component_count;
     } else {
-      ++summary.knot_densities;
-      summary.knots += row.knots.knots().size();
+      summary.components += row.fit.component_count;
     }
   }
   std::ranges::sort(summary.contents.objectives);
@@ -102,8 +98,6 @@ nlohmann::ordered_json to_json(const adaptive::SliceDescription& slice, const Sl
                               {"rows", {{"open", s.open}, {"converged", s.converged}}},
                               {"samples", s.contents.samples},
                               {"components", s.components},
-                              {"knot_tables", s.knot_densities},
-                              {"knots", s.knots},
                               {"ribbons", s.ribbons},
                               {"bytes", s.bytes}};
   const std::vector<float>& errors = s.contents.objectives;
@@ -129,15 +123,15 @@ struct SliceLines {
       return;
     }
     const auto parameters = slice.key.parameters;
-    densities += fmt::format("  {:5} {:5.3f} {:5.3f} {:6.2f} {:7} {:7} {:9} {:10} {:7} {:10}\n", s.lobe, parameters[0],
+    densities += fmt::format("  {:5} {:5.3f} {:5.3f} {:6.2f} {:7} {:7} {:9} {:10} {:10}\n", s.lobe, parameters[0],
                              parameters[1], double(parameters[2]) * 180 / std::numbers::pi, s.nodes, s.open,
-                             s.converged, s.components, s.knots, s.bytes);
+                             s.converged, s.components, s.bytes);
   }
 
   void print() const {
     if (!densities.empty()) {
-      fmt::print("  {:5} {:>5} {:>5} {:>6} {:>7} {:>7} {:>9} {:>10} {:>7} {:>10}\n{}", "lobe", "eta", "e", "sigma",
-                 "nodes", "open", "converged", "components", "knots", "bytes", densities);
+      fmt::print("  {:5} {:>5} {:>5} {:>6} {:>7} {:>7} {:>9} {:>10} {:>10}\n{}", "lobe", "eta", "e", "sigma", "nodes",
+                 "open", "converged", "components", "bytes", densities);
     }
     if (!samples.empty()) {
       fmt::print("  {:5} {:>7} {:>7} {:>9} {:>8} {:>10}  {}\n{}", "lobe", "nodes", "open", "converged", "ribbons",
@@ -255,10 +249,10 @@ int print_contents(const CacheSettings& settings, const Contents& contents, nloh
     fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     return 0;
   }
-  fmt::print(
-      "{}bytes   {}\nrows    {} open, {} converged\nknots   {} of the converged\nribbons {} of the converged\n"
-      "pages   {}\n",
-      head, sum.bytes, sum.open_rows, sum.converged_rows, sum.knot_rows, sum.ribbon_rows, sum.slices);
+  fmt::print("{}bytes   {}\nrows    {} open, {} converged\nribbons {} of the converged\npages   {}\n", head, sum.bytes,
+             sum.open_rows, sum.converged_rows, sum.ribbon_rows, sum.slices);
+  if (sum.knot_rows > 0)
+    fmt::print("knots   {} more rows, of an earlier version: they are learned anew\n", sum.knot_rows);
   print_hair(hair);
   contents.lines.print();
   if (start) fmt::print("{}", in_words(*start));

@@ -34,6 +34,7 @@ class ManyCaches {
       Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(file, model);
       if (cache) {
         if (parts_.empty()) first_ = file;
+        tell_left_out(file, (*cache)->contents());
         parts_.push_back(std::move(*cache));
         continue;
       }

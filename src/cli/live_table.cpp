@@ -120,7 +120,7 @@ Json row_told(const adaptive::Service& service, std::uint32_t id, std::uint32_t 
   std::vector<adaptive::TracedRay> rays;
   fiber::make_elliptical_target()->trace(slice, slice.axis_a[node / width], slice.axis_b[node % width], rays);
   const adaptive::TracedNodes target(rays, slice.blur_rad);
-  const bool has_fit = row.fit != nullptr || row.knots != nullptr;
+  const bool has_fit = row.fit != nullptr;
   Json phi = Json::array(), g = Json::array(), fit = Json::array(), parts = Json::array();
   for (int i = 0; i < azimuths; ++i) {
     const double x = -180 + 360.0 * i / (azimuths - 1);

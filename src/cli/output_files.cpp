@@ -54,6 +54,12 @@ void tell_removed(const std::filesystem::path& file, const std::vector<std::file
 
 void remove_leftovers(const std::filesystem::path& file) { tell_removed(file, tress::remove_leftovers(file)); }
 
+void tell_left_out(const std::filesystem::path& file, const adaptive::CacheContents& contents) {
+  if (contents.knot_rows == 0) return;
+  log_note(fmt::format("{}: {} rows of knots are left out: they are learned anew, and a save keeps none of them",
+                       file.string(), contents.knot_rows));
+}
+
 std::optional<Error> check_cache_output(const std::filesystem::path& file) {
   if (auto error = check_output(file)) return error;
   std::error_code ignored;

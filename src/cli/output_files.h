@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "tress/adaptive/cache.h"
 #include "tress/base/error.h"
 
 namespace tress::cli {
@@ -21,6 +22,9 @@ std::vector<std::filesystem::path> other_places(const std::filesystem::path& fil
 void remove_leftovers(const std::filesystem::path& file);
 /// Logs the removed files.
 void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers);
+
+/// Logs how many rows of the cache are of a kind that is no longer read, and so are learned anew.
+void tell_left_out(const std::filesystem::path& file, const adaptive::CacheContents& contents);
 
 /// Error if the folder of `file` cannot be written, or if `file` exists and is no warm cache: only a cache may be
 /// replaced.

@@ -284,9 +284,6 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   if (render.count("--cache-limit") && !is_default_cache(*s.warm_cache)) {
     return fmt::format("--cache-limit: expected --warm-cache default, found {}", s.warm_cache->string());
   }
-  if (s.table.picture_error > 0 && s.table.learner == &adaptive::knot_learner) {
-    return "--picture-error: expected a learner that fits mixtures, found --learner table";
-  }
   if (s.adaptive.value_or(false) && (s.samples_from || s.samples_to)) {
     return "--adaptive: expected off with --samples-from and --samples-to, whose pixels have as many samples, found on";
   }

@@ -89,6 +89,7 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
     return std::nullopt;
   }
   loaded_ = "loaded";
+  tell_left_out(file_, contents);
   expects_file_ = true;
   rows_loaded_ = contents.rows();
   count_known(service);
@@ -115,6 +116,7 @@ std::optional<Error> WarmCacheSession::open_folder(adaptive::Service& service) {
     return std::nullopt;
   }
   loaded_ = "loaded";
+  tell_left_out(file_, found.contents);
   rows_loaded_ = found.contents.rows();
   count_known(service);
   log_note(fmt::format("warm cache {}: loaded {} rows, {} of them converged, from {} of {} pages ({})", file_.string(),

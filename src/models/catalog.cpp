@@ -43,7 +43,7 @@ std::span<const std::string_view> laboratory_models() {
 }
 
 std::span<const std::string_view> laboratory_learners() {
-  static constexpr std::array<std::string_view, 6> names{"eager", "ais", "table", "em", "appendix", "appendix-literal"};
+  static constexpr std::array<std::string_view, 5> names{"eager", "ais", "em", "appendix", "appendix-literal"};
   return names;
 }
 

@@ -15,7 +15,7 @@ namespace tress::fiber {
 enum class Asks {
   rows,       ///< learned rows
   samples,    ///< rows learned from samples of fibers that can be traced from where a ray meets them
-  mixtures,   ///< rows that a learner fits by mixtures or knots
+  mixtures,   ///< rows that a learner fits by mixtures
   corrected,  ///< the estimator `corrected`
   points,     ///< a quadrature at every vertex
 };

@@ -176,12 +176,6 @@ class Learner {
             told["state"] = adaptive::state_name(view.state);
             told["objective"] = view.objective;
             if (view.fit != nullptr) tell_mixture(*view.fit, told);
-            if (view.knots != nullptr) {
-              std::vector<float> densities;
-              for (const adaptive::Knot& knot : view.knots->knots()) densities.push_back(knot.density);
-              told["knots"] = array_of<float>(std::move(densities));
-              told["energy"] = view.knots->energy();
-            }
             if (view.ribbons != nullptr)
               told["masses"] = std::vector<float>(view.ribbons->masses().begin(), view.ribbons->masses().end());
           });

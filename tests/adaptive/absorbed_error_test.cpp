@@ -13,7 +13,6 @@
 
 #include "adaptive/drive_service.h"
 #include "adaptive/toy_target.h"
-#include "fit/fit_knots.h"
 #include "fit/fit_mixture.h"
 #include "table/error_quantiles.h"
 #include "tress/adaptive/service.h"
@@ -100,34 +99,6 @@ TEST(AbsorbedError, IsTheIntegralForMixtures) {
       ASSERT_TRUE(found);
       EXPECT_NEAR(*found, expected, relative * expected) << components << " components, rate " << rate;
     }
-  }
-}
-
-// Boole's rule leaves the fourth derivative of g^2 in a cell of pi/32: under 1e-4 at this blur.
-TEST(AbsorbedError, IsTheIntegralForKnots) {
-  const std::vector<TracedRay> rays = overlapping();
-  const TracedNodes nodes(rays, blur);
-  std::vector<Knot> knots(KnotDensity::most / 2);
-  for (std::size_t k = 0; k < knots.size(); ++k) {
-    knots[k].density =
-        nodes.density(static_cast<float>(-pi + 2 * pi * static_cast<double>(k) / static_cast<double>(knots.size())));
-  }
-  const KnotDensity table = with_attributes(KnotDensity(knots), nodes);
-  for (const double rate : {1.0, 3.0}) {
-    const auto colored = [&](double x) {
-      const double at = (x + pi) / (2 * pi) * static_cast<double>(knots.size());
-      const auto k = std::min(static_cast<std::size_t>(at), knots.size() - 1);
-      const auto value = [&](std::size_t i) {
-        const Knot& knot = table.knots()[i % knots.size()];
-        return knot.density * gamma_law(rate, knot.attribute_mean, knot.attribute_variance);
-      };
-      const double along = at - static_cast<double>(k);
-      return (1 - along) * value(k) + along * value(k + 1);
-    };
-    const double expected = by_brute_force(rays, rate, colored);
-    const std::optional<double> found = absorbed_error(table, nodes, static_cast<float>(rate));
-    ASSERT_TRUE(found);
-    EXPECT_NEAR(*found, expected, relative * expected + 1e-7) << "rate " << rate;
   }
 }
 
@@ -223,9 +194,7 @@ Told learn(unsigned threads, const std::vector<std::vector<float>>& forms, const
       target.trace(d, d.axis_a[row.node / size], d.axis_b[row.node % size], rays);
       const TracedNodes nodes(rays, d.blur_rad);
       for (const float rate : rates) {
-        const std::optional<double> error =
-            row.knots.empty() ? absorbed_error(row.fit, nodes, rate) : absorbed_error(row.knots, nodes, rate);
-        told.largest = std::max(told.largest, error.value_or(-1));
+        told.largest = std::max(told.largest, absorbed_error(row.fit, nodes, rate).value_or(-1));
       }
     }
   }
@@ -233,19 +202,16 @@ Told learn(unsigned threads, const std::vector<std::vector<float>>& forms, const
 }
 
 TEST(AbsorbedObjective, IsOfTheRowsThatConvergedAtTheRatesOfTheirForms) {
-  for (const Learner* learner : {&sketch_learner, &eager_learner, &knot_learner}) {
-    const Told told = learn(1, {{2.0f, 0.5f}, {0.5f, 1.0f}}, {0.5f, 1.0f, 2.0f}, learner);
-    const AbsorbedObjective& absorbed = told.report.absorbed_objective;
-    EXPECT_GT(absorbed.rows, 8u) << learner->name;
-    EXPECT_EQ(absorbed.rows, told.measured) << learner->name;
-    EXPECT_GT(absorbed.p50, 0) << learner->name;
-    EXPECT_LE(absorbed.p50, absorbed.p90);
-    EXPECT_LE(absorbed.p90, absorbed.max);
-    // Rounded up by 1/128; the moments that are saved are rounded to 2^-9 of themselves, so that the share of a part
-    // moves by up to rate 2 x attribute 3 / 512 = 1.2 %: in |g - f| of a part, an absolute error of 1.4e-4 |g|^2.
-    EXPECT_NEAR(absorbed.max, told.largest, told.largest / 100 + 2 * std::sqrt(1.4e-4 * told.largest) + 1.4e-4)
-        << learner->name;
-  }
+  const Told told = learn(1, {{2.0f, 0.5f}, {0.5f, 1.0f}}, {0.5f, 1.0f, 2.0f});
+  const AbsorbedObjective& absorbed = told.report.absorbed_objective;
+  EXPECT_GT(absorbed.rows, 8u);
+  EXPECT_EQ(absorbed.rows, told.measured);
+  EXPECT_GT(absorbed.p50, 0);
+  EXPECT_LE(absorbed.p50, absorbed.p90);
+  EXPECT_LE(absorbed.p90, absorbed.max);
+  // Rounded up by 1/128; the moments that are saved are rounded to 2^-9 of themselves, so that the share of a part
+  // moves by up to rate 2 x attribute 3 / 512 = 1.2 %: in |g - f| of a part, an absolute error of 1.4e-4 |g|^2.
+  EXPECT_NEAR(absorbed.max, told.largest, told.largest / 100 + 2 * std::sqrt(1.4e-4 * told.largest) + 1.4e-4);
 }
 
 TEST(AbsorbedObjective, IsOfNoRowsWithoutRates) {

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "adaptive/knot_tables.h"
 #include "adaptive/random_ribbons.h"
 #include "tress/adaptive/cache.h"
 
@@ -27,19 +26,6 @@ inline CachedRow converged_row(std::uint32_t node, float objective) {
   row.fit.uniform_weight = 0.05f;
   row.fit.uniform_attribute_mean = 2.5f;
   row.fit.uniform_attribute_variance = 0.5f;
-  return row;
-}
-
-/// `seed`: of its densities and moments.
-inline CachedRow knot_row(std::uint32_t node, float objective, std::size_t knots = 32, std::uint64_t seed = 1) {
-  CachedRow row;
-  row.node = node;
-  row.state = RowState::converged;
-  row.generation = 1;
-  row.energy = 0.75f;
-  row.objective = objective;
-  row.count = 4 * knots;
-  row.knots = rough_table(knots, row.energy, seed);
   return row;
 }
 
@@ -80,13 +66,6 @@ inline TableSnapshot small_image() {
   return {"elliptical-test", {first, second}};
 }
 
-/// As small_image(), with a knot table at a node of its own.
-inline TableSnapshot knot_image() {
-  TableSnapshot image = small_image();
-  image.slices[0].rows.insert(image.slices[0].rows.begin() + 1, knot_row(2, 0.002f));
-  return image;
-}
-
 /// 2 x 2 nodes, of samples.
 inline CachedSlice slice_of_samples() {
   CachedSlice slice{{{16, {1.55f, 0.85f, 0.3f, 0.05f, 0, 0, 0, 2}}, {0.0f, 0.5f}, {0.0f, 1.2f}, 0}, {}};
@@ -95,9 +74,9 @@ inline CachedSlice slice_of_samples() {
   return slice;
 }
 
-/// As knot_image(), with a slice of samples.
+/// As small_image(), with a slice of samples.
 inline TableSnapshot samples_image() {
-  TableSnapshot image = knot_image();
+  TableSnapshot image = small_image();
   image.slices.push_back(slice_of_samples());
   return image;
 }

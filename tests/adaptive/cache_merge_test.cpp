@@ -37,25 +37,6 @@ TEST(CacheMerge, PrefersTheLaterGenerationThenTheConvergedThenTheBetter) {
   EXPECT_EQ(winner(good, other).fit.components[0].weight, 0.625f);
 }
 
-TEST(CacheMerge, OrdersAKnotDensityAmongMixturesByItsObjective) {
-  const CachedRow mixture = converged_row(0, 0.004f);
-  EXPECT_FALSE(winner(mixture, knot_row(0, 0.002f)).knots.empty());
-  EXPECT_TRUE(winner(mixture, knot_row(0, 0.006f)).knots.empty());
-  EXPECT_EQ(winner(knot_row(0, 0.002f, 32), knot_row(0, 0.001f, 64)).knots.knots().size(), 64u);
-
-  CachedRow open = open_row(0, {sketch_bin(2, 1, 0.5f)});
-  open.generation = 1;
-  EXPECT_FALSE(winner(open, knot_row(0, 0.002f)).knots.empty());
-  open.generation = 2;
-  EXPECT_EQ(winner(open, knot_row(0, 0.002f)).state, RowState::open);
-
-  // Equal in all that is compared first: the bytes decide, whatever the kinds, and one of the two stays whole.
-  CachedRow equal = knot_row(0, 0.004f);
-  equal.count = mixture.count;
-  EXPECT_FALSE(winner(mixture, equal).knots.empty());
-  EXPECT_EQ(winner(mixture, equal).fit.component_count, 0u);
-}
-
 TEST(CacheMerge, OpenRowsShareWhatTheySaw) {
   CachedRow a = open_row(0, {sketch_bin(2, 9, 0.5f), sketch_bin(5, 1, 0.25f)});
   CachedRow b = open_row(0, {sketch_bin(2, 4, 0.75f), sketch_bin(7, 3, 1.0f)});

@@ -94,7 +94,6 @@ TEST(SampledRows, ConvergeAtTheEndOfThePassOfTheirLastQuery) {
   EXPECT_EQ(row.state, RowState::converged);
   ASSERT_NE(row.ribbons, nullptr);
   EXPECT_EQ(row.fit, nullptr);
-  EXPECT_EQ(row.knots, nullptr);
   EXPECT_EQ(row.nodes, nullptr);
   EXPECT_EQ(row.objective, static_cast<float>(first.objective_max));
   EXPECT_EQ(row.ribbons->parts(), 2u);
@@ -525,7 +524,6 @@ TEST(SampledRows, AreToldToTheListener) {
   EXPECT_EQ(told[0].state, RowState::converged);
   EXPECT_EQ(told[0].ribbons, 2u);
   EXPECT_EQ(told[0].components, 0u);
-  EXPECT_EQ(told[0].knots, 0u);
   EXPECT_EQ(told[0].slice, sampled_slice(3, size).key);
   EXPECT_EQ(told[1].state, RowState::refused);
   EXPECT_LT(told[1].objective, 0);

@@ -111,17 +111,10 @@ PassReport follow(const Options& options, std::uint64_t passes, const TableSnaps
 }
 
 TEST(TableState, ANewServiceGoesOnToTheBitAfterEveryPass) {
-  for (const Learner* learner : shipped_learners()) {
-    SCOPED_TRACE(learner->name);
-    Options options;
-    options.learner = learner;
-    const PassReport last = follow(options, 4);
-    EXPECT_GT(last.rows_converged, 0u);
-    EXPECT_GT(last.ribbons, 0u);
-    if (learner == &sketch_learner) {
-      EXPECT_GT(last.rows_open, 0u) << "open rows must be among those saved";
-    }
-  }
+  const PassReport last = follow(Options{}, 4);
+  EXPECT_GT(last.rows_converged, 0u);
+  EXPECT_GT(last.ribbons, 0u);
+  EXPECT_GT(last.rows_open, 0u) << "open rows must be among those saved";
 }
 
 TEST(TableState, RowsThatAreRefusedOrDrivenByLightAreAmongIt) {
@@ -163,9 +156,10 @@ TEST(TableState, IsRefusedWhereTheServiceIsAnother) {
   EXPECT_FALSE(host.service.state()) << "before the first pass";
   host.pass(0);
   const std::string state = *host.service.state();
+  const Learner other_learner{"other", "", sketch_learner.make};
   Options other;
-  other.learner = &knot_learner;
-  EXPECT_NE(Host(other).service.restore(state)->message().find("learner table"), std::string::npos);
+  other.learner = &other_learner;
+  EXPECT_NE(Host(other).service.restore(state)->message().find("learner other"), std::string::npos);
   EXPECT_NE(Host(Options{}, 0, false).service.restore(state)->message().find("0 slices"), std::string::npos);
   EXPECT_TRUE(host.service.restore(state)) << "it has a pass behind it";
   Host loaded(Options{});

@@ -28,12 +28,12 @@ TEST(ToString, ASliceSaysItsKeyItsNodesAndItsBlur) {
 
 TEST(ToString, OptionsSayEverySettingThatIsInForce) {
   Options options;
-  options.learner = &knot_learner;
+  options.queries_before_creation = 1;
   options.epsilon = 0.003;
   options.memory_bytes = 1 << 20;
   options.seed = 7;
   EXPECT_EQ(to_string(options),
-            "learner table, epsilon 0.003, table memory 1 MB, 1 query before creation, uniform share 0.02 converged "
+            "learner sketch, epsilon 0.003, table memory 1 MB, 1 query before creation, uniform share 0.02 converged "
             "and 0.05 open, 32 tests before refusal, at most 8 components, seed 7");
   options.picture_error = 0.1;
   EXPECT_NE(to_string(options).find("picture error 0.1"), std::string::npos);

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "adaptive/cache_bytes.h"
 #include "adaptive/cache_images.h"
 #include "cli/run_tress.h"
 
@@ -43,7 +44,6 @@ TEST_F(CacheInfo, TellsTheTableThatIsInTheFile) {
   EXPECT_EQ(slice.at("nodes"), 6);
   EXPECT_EQ(slice.at("rows"), (nlohmann::json{{"open", 1}, {"converged", 1}}));
   EXPECT_EQ(slice.at("components"), 2);
-  EXPECT_EQ(slice.at("knot_tables"), 0);
   const Outcome text = run({"cache", "info", path("t.cache")});
   EXPECT_THAT(text.out, HasSubstr("rows    2 open, 1 converged\n"));
   EXPECT_THAT(text.out, HasSubstr(info.at("hash").get<std::string>()));
@@ -71,25 +71,26 @@ TEST_F(CacheInfo, TellsTheAccuracyOfEachSlice) {
   EXPECT_THAT(text, testing::ContainsRegex("TT +6 +384 +0.003 +0.005 +0.005 +0.006  eta"));
 }
 
-TEST_F(CacheInfo, TellsKnotDensitysFromMixtures) {
-  write_text(path("k.cache"), adaptive::encode_cache(adaptive::knot_image()));
+TEST_F(CacheInfo, TellsRowsOfKnotsThatAreLearnedAnew) {
+  write_text(path("k.cache"), adaptive::knot_cache());
   const nlohmann::json info = json("info", "k.cache", 0);
   EXPECT_EQ(info.at("format"), 2);
-  EXPECT_EQ(info.at("rows"), (nlohmann::json{{"open", 2}, {"converged", 2}}));
+  EXPECT_EQ(info.at("rows"), (nlohmann::json{{"open", 2}, {"converged", 1}}));
   EXPECT_EQ(info.at("knot_tables"), 1);
-  EXPECT_EQ(info.at("pages")[0].at("knot_tables"), 1);
-  EXPECT_EQ(info.at("pages")[0].at("knots"), 32);
   EXPECT_EQ(info.at("pages")[0].at("components"), 2);
-  EXPECT_THAT(run({"cache", "info", path("k.cache")}).out, HasSubstr("knots   1 of the converged\n"));
+  EXPECT_THAT(run({"cache", "info", path("k.cache")}).out, HasSubstr("knots   1 more rows, of an earlier version"));
+  const Outcome merged = run({"cache", "merge", path("k.cache"), path("t.cache"), "-o", path("m.cache")});
+  EXPECT_THAT(merged.err, HasSubstr("k.cache: 1 rows of knots are left out"));
+  EXPECT_EQ(json("info", "m.cache", 0).at("hash"), cache_hash(adaptive::small_image()));
 }
 
 TEST_F(CacheInfo, TellsSlicesOfSamplesByTheirParameters) {
   write_text(path("s.cache"), adaptive::encode_cache(adaptive::samples_image()));
   const nlohmann::json info = json("info", "s.cache", 0);
   EXPECT_EQ(info.at("format"), 3);
-  EXPECT_EQ(info.at("rows"), (nlohmann::json{{"open", 3}, {"converged", 4}}));
+  EXPECT_EQ(info.at("rows"), (nlohmann::json{{"open", 3}, {"converged", 3}}));
   EXPECT_EQ(info.at("ribbons"), 2);
-  EXPECT_EQ(info.at("knot_tables"), 1);
+  EXPECT_EQ(info.at("knot_tables"), 0);
   ASSERT_EQ(info.at("pages").size(), 3u);
   EXPECT_EQ(info.at("pages")[0].at("kind"), "densities");
   EXPECT_EQ(info.at("pages")[0].at("ribbons"), 0);

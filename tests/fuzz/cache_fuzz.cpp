@@ -1,6 +1,6 @@
-// Any bytes as a warm cache: refused with a reason, or a table that saves to the very bytes it was read from, is merged
-// with itself to itself, and whose every fit is a density; row by row as well, and where the file fails or is written
-// into while its rows are read.
+// Any bytes as a warm cache: refused with a reason, or a table that saves to the very bytes it was read from (but for
+// rows of knots), is merged with itself to itself, and whose every fit is a density; row by row as well, and where the
+// file fails or is written into while its rows are read.
 #include <algorithm>
 #include <cmath>
 
@@ -92,6 +92,14 @@ void check_rows(const std::string& bytes) {
   }
 }
 
+/// Whether good bytes have rows of knots, which are left out when they are read.
+bool has_knots(const std::string& bytes) {
+  const adaptive::MemoryBytes source(bytes);
+  adaptive::CacheReader reader(source, "some.cache");
+  fuzz::require(reader.check(""));
+  return reader.contents().knot_rows > 0;
+}
+
 void check(const std::string& bytes) {
   const Result<adaptive::TableSnapshot> image = adaptive::decode_cache(bytes, "", "some.cache");
   if (!image) {
@@ -99,15 +107,18 @@ void check(const std::string& bytes) {
     return;
   }
   const std::string again = adaptive::encode_cache(*image);
+  if (has_knots(bytes)) {
+    fuzz::require(!has_knots(again));
+    return check(again);
+  }
   fuzz::require(again == bytes);
   fuzz::require(adaptive::encode_cache(adaptive::merge_caches(*image, *image)) == again);
   check_rows(bytes);
   for (const adaptive::CachedSlice& slice : image->slices) {
     for (const adaptive::CachedRow& row : slice.rows) {
       for (const float x : {-3.14159265f, 0.0f, 1.0f}) {
-        const float density = row.ribbons         ? row.ribbons->ribbon(row.ribbons->parts() - 1).density(x, 0.1f)
-                              : row.knots.empty() ? row.fit.density(x)
-                                                  : row.knots.density(x);
+        const float density =
+            row.ribbons ? row.ribbons->ribbon(row.ribbons->parts() - 1).density(x, 0.1f) : row.fit.density(x);
         fuzz::require(std::isfinite(density) && density >= 0);
       }
     }

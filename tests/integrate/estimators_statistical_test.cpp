@@ -97,22 +97,5 @@ TEST(Corrected, has_the_mean_of_exact_before_across_and_after_convergence) {
   EXPECT_GT(std::abs(fitted), z_limit) << "the bias that corrected takes away is seen";
 }
 
-// Knots, at an epsilon whose bias is far below the noise of 12 samples: |z| < 5, one false alarm in 1.7 million runs a
-// block; seeds are fixed. That a bias is seen by this test is what the last line of the test above says.
-TEST(KnotDensitys, have_the_mean_of_exact_while_they_are_built_and_after) {
-  Hair hair(&adaptive::knot_learner, 0.001);
-  EXPECT_LT(std::abs(z_of(hair.render(Estimator::fitted, 12, 41), Hair().render(Estimator::exact, 12, 41))), z_limit);
-  EXPECT_LT(std::abs(z_of(hair.render(Estimator::fitted, 12, 42), Hair().render(Estimator::exact, 12, 42))), z_limit);
-  EXPECT_GT(hair.converged(), 0.99) << "all that was touched has a table";
-  EXPECT_LT(std::abs(z_of(hair.render(Estimator::corrected, 12, 43), Hair().render(Estimator::exact, 12, 43))),
-            z_limit);
-}
-
-TEST(KnotDensitys, give_the_same_picture_for_any_number_of_threads) {
-  const std::vector<double> one = Hair(&adaptive::knot_learner, 0.01).render(Estimator::fitted, 2, 7, 1);
-  EXPECT_EQ(one, Hair(&adaptive::knot_learner, 0.01).render(Estimator::fitted, 2, 7, 2));
-  EXPECT_EQ(one, Hair(&adaptive::knot_learner, 0.01).render(Estimator::fitted, 2, 7, 8));
-}
-
 }  // namespace
 }  // namespace tress::integrate

@@ -24,7 +24,7 @@
 namespace tress::test {
 
 /// What the rows that a model meets have become; `nothing`: it has no service.
-enum class Taught { nothing, no_rows, open, converged, knots };
+enum class Taught { nothing, no_rows, open, converged };
 
 struct Asked {
   const char* model = "elliptical";
@@ -45,15 +45,14 @@ class TaughtModel {
       options.memory_bytes = std::size_t{2} << 30;
       options.sampled_epsilon = 0.5;
       options.heard_share = 0;  // what is heard is drawn from the fiber, and evaluate() knows the row
-      if (what.taught == Taught::converged) options.learner = &adaptive::eager_learner;
-      if (what.taught == Taught::knots) options.learner = &adaptive::knot_learner;
+      if (what.taught == Taught::converged) options.learner = &references::eager_learner;
       learned_ = fiber::make_service(info, options);
       service_ = learned_.service.get();
     }
     model_ = info.make({.estimator = what.estimator, .service = service_, .quadrature_points = what.points});
     for (const AdversarialFiber& fiber : fibers) ids_.push_back(model_->add_fiber(fiber.parameters));
     if (what.taught == Taught::open) teach(2);
-    if (what.taught == Taught::converged || what.taught == Taught::knots) teach(8);
+    if (what.taught == Taught::converged) teach(8);
     if (service_ != nullptr) service_->set_learning(false);
   }
   const Asked& what() const { return what_; }
@@ -97,8 +96,7 @@ inline bool is_ours(std::string_view model) { return model == "elliptical" || mo
 
 inline WeightBound bound_of(const Asked& what, const AdversarialFiber& fiber) {
   const std::string_view model = what.model;
-  if (model == "elliptical")
-    return elliptical_bound(fiber, what.estimator, what.taught == Taught::converged || what.taught == Taught::knots);
+  if (model == "elliptical") return elliptical_bound(fiber, what.estimator, what.taught == Taught::converged);
   // Drawn exactly as they are; the others are not normalised, and 100 tells the worst.
   if (model == "chiang2016" || model == "deon2011" || model == "rough") return {1.01, 1.01};
   return {100, 100};

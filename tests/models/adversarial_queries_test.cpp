@@ -34,7 +34,6 @@ class adversarial_queries : public testing::TestWithParam<Case> {};
 const std::vector<Case>& cases() {
   static const std::vector<Case> all{
       {"elliptical_fitted", {"elliptical", Estimator::fitted, Taught::converged, 0}, 1200},
-      {"elliptical_knots", {"elliptical", Estimator::fitted, Taught::knots, 0}, 300},
       {"elliptical_open", {"elliptical", Estimator::fitted, Taught::open, 0}, 60},
       {"elliptical_unborn", {"elliptical", Estimator::fitted, Taught::no_rows, 0}, 30},
       {"elliptical_corrected", {"elliptical", Estimator::corrected, Taught::converged, 0}, 60},

@@ -75,41 +75,5 @@ RC_GTEST_PROP(Mixture, SamplesItsProposalDensity, ()) {
   RC_ASSERT(discrepancy(fit, share, mass) <= allowed);
 }
 
-RC_GTEST_PROP(KnotDensity, SamplesItsProposalDensityWhichIsStraightBetweenKnots, ()) {
-  const KnotDensity fit = *any_knots();
-  const std::vector<std::uint32_t> choice = *any_numbers(2, 1000);
-  const float share = choice[0] % 2 == 0 ? 0.02f : 0.0f;
-  const std::size_t count = fit.knots().size();
-  const auto node = [&](std::size_t k) { return static_cast<double>(fit.knots()[k % count].density); };
-  const double h = 2 * pi / static_cast<double>(count);
-  const auto line = [&](double at) {  // density at `at` cells from -pi
-    const auto k = static_cast<std::size_t>(at);
-    return node(k) + (at - static_cast<double>(k)) * (node(k + 1) - node(k));
-  };
-  double energy = 0, largest = 0;
-  for (std::size_t k = 0; k < count; ++k) {
-    energy += h * node(k);
-    largest = std::max(largest, node(k));
-  }
-  RC_ASSERT(std::abs(energy - fit.energy()) <= 1e-6 * energy);
-  // A float azimuth, as a position among the knots, is off by 1.2e-7 of 2 pi, of a slope of at most largest/h.
-  const double at = static_cast<double>(count) * choice[1] / 1000;
-  const float f = fit.density(static_cast<float>(-pi + at * h));
-  RC_ASSERT(f >= 0 && std::abs(f - line(at)) <= 1e-6 * largest / h + 1e-6 * largest);
-  const auto mass = [&](double end) {
-    const double flat = (end + pi) / (2 * pi);
-    if (!(energy > 0)) return flat;
-    const double cells = (end + pi) / h;
-    double sum = 0;
-    for (std::size_t k = 0; static_cast<double>(k) < cells; ++k) {
-      const double to = std::min(cells, static_cast<double>(k + 1)), from = static_cast<double>(k);
-      sum += h * (to - from) * 0.5 * (line(from) + line(std::nextafter(to, from)));
-    }
-    return (1 - share) * sum / energy + share * flat;
-  };
-  // The uniform part and the inversion of the whole: two pieces of u, and sums of up to 128 cells in floats.
-  RC_ASSERT(discrepancy(fit, share, mass) <= 4.0 / draws + 2e-5);
-}
-
 }  // namespace
 }  // namespace tress::adaptive

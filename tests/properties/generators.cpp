@@ -8,7 +8,6 @@
 #include <ostream>
 #include <utility>
 
-#include "adaptive/knot_tables.h"
 #include "adaptive/random_ribbons.h"
 #include "observations/sketch.h"
 #include "properties/combinators.h"
@@ -59,15 +58,6 @@ rc::Gen<Mixture> common_mixture() {
   const rc::Gen<float> weight = testing::either(testing::pick<float>({0.0f, 1.0f, 1e-4f}), testing::between(0, 1));
   const rc::Gen<float> attribute = testing::between(0, 8);
   return mixtures_of(any_component(weight, attribute), weight, attribute);
-}
-
-rc::Gen<KnotDensity> any_knots() {
-  return rc::gen::apply(
-      [](std::uint32_t doublings, float energy, std::uint64_t seed) {
-        return rough_table(std::size_t{KnotDensity::fewest} << doublings, energy, seed);
-      },
-      testing::below(KnotDensity::sizes), testing::pick<float>({0.75f, 0.0f, 1e-6f, 20.0f}),
-      testing::below(std::uint64_t{3}));
 }
 
 rc::Gen<RibbonRow> any_ribbons() {
@@ -152,17 +142,6 @@ rc::Gen<CachedRow> any_mixture_row() {
                       })));
 }
 
-rc::Gen<CachedRow> any_knot_row() {
-  return rc::gen::apply(
-      [](std::uint32_t generation, std::uint64_t count, float objective, const KnotDensity& knots) {
-        CachedRow row = converged(generation, count, objective);
-        row.knots = knots;
-        row.energy = knots.energy();
-        return row;
-      },
-      any_generation(), any_count(), any_objective(), any_knots());
-}
-
 rc::Gen<CachedRow> any_ribbon_row() {
   return rc::gen::apply(
       [](std::uint32_t generation, std::uint64_t count, float objective, const RibbonRow& ribbons) {
@@ -174,9 +153,9 @@ rc::Gen<CachedRow> any_ribbon_row() {
       any_generation(), any_count(), any_objective(), any_ribbons());
 }
 
-/// Open, refused, converged to a mixture or to knots; of node 0.
+/// Open, refused, converged to a mixture; of node 0.
 rc::Gen<CachedRow> any_row(std::uint32_t bins) {
-  return rc::gen::oneOf(any_open_row(bins), any_open_row(bins), any_mixture_row(), any_mixture_row(), any_knot_row());
+  return rc::gen::oneOf(any_open_row(bins), any_open_row(bins), any_mixture_row(), any_mixture_row());
 }
 
 SliceKey key_of(std::size_t index) {
@@ -258,9 +237,6 @@ void showValue(const Mixture& fit, std::ostream& out) {
   }
   out << "}";
 }
-void showValue(const KnotDensity& knots, std::ostream& out) {
-  out << "{" << knots.knots().size() << " knots of mass " << knots.energy() << "}";
-}
 void showValue(const RibbonRow& row, std::ostream& out) {
   out << "{" << row.parts() << " ribbons of mass " << row.total_mass() << "}";
 }
@@ -272,9 +248,7 @@ void showValue(const CachedRow& row, std::ostream& out) {
   const char* states[] = {"unborn", "open", "converged", "refused"};
   out << "\n    node " << row.node << " " << states[static_cast<int>(row.state)] << " generation " << row.generation
       << " objective " << row.objective << " count " << row.count << " energy " << row.energy;
-  if (!row.knots.empty()) {
-    rc::show(row.knots, out << " knots ");
-  } else if (row.ribbons) {
+  if (row.ribbons) {
     rc::show(*row.ribbons, out << " ribbons ");
   } else if (row.state == RowState::converged) {
     rc::show(row.fit, out << " fit ");

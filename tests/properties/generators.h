@@ -1,4 +1,4 @@
-// What the properties are about, at random and with the corners in it: mixtures, knot tables, sketches, rows, tables.
+// What the properties are about, at random and with the corners in it: mixtures, sketches, rows, tables.
 // Made of RapidCheck's combinators, so that a counterexample shrinks to few slices, rows, components and plain numbers.
 // Compiled once, in generators.cpp: combinators are templates that take their time.
 #pragma once
@@ -23,7 +23,6 @@ rc::Gen<float> any_azimuth();
 rc::Gen<Mixture> any_mixture();
 /// The same, with weights and attributes as rows have them: of a picture's light, not of what a file may hold.
 rc::Gen<Mixture> common_mixture();
-rc::Gen<KnotDensity> any_knots();
 /// Of one or two parts with mass.
 rc::Gen<RibbonRow> any_ribbons();
 /// Bins of a sketch of so many, neighbours and the last one, with few distinct values, so that merges meet ties.
@@ -35,7 +34,7 @@ inline constexpr std::size_t keys = 5, all_keys = 6;
 /// 2 x 3 nodes. `other`: axes that no slice of this key should have, in one model.
 SliceDescription description_of(std::size_t index, bool other = false);
 /// A whole table, the empty one included; slices without rows, with other axes, keys that two tables share or not; rows
-/// open, refused, of a mixture, of knots, of ribbons; counts and generations at their bounds.
+/// open, refused, of a mixture, of ribbons; counts and generations at their bounds.
 rc::Gen<TableSnapshot> any_image();
 /// At least one of them.
 rc::Gen<std::vector<TableSnapshot>> any_images(std::size_t most);
@@ -47,7 +46,6 @@ std::string merged(const TableSnapshot& a, const TableSnapshot& b);
 
 // How RapidCheck shows a counterexample.
 void showValue(const Mixture& fit, std::ostream& out);
-void showValue(const KnotDensity& knots, std::ostream& out);
 void showValue(const RibbonRow& row, std::ostream& out);
 void showValue(const SketchBin& bin, std::ostream& out);
 void showValue(const CachedRow& row, std::ostream& out);

@@ -46,15 +46,14 @@ ServiceModel::Answer ServiceModel::answer_of(const Service& service, std::size_t
   const auto id = static_cast<SliceId>(slice);
   const auto width = static_cast<std::uint32_t>(service.slice(id).axis_b.size());
   const RowView row = service.peek(id, node / width, node % width);
-  Answer answer{row.state, std::nullopt, {}, row.objective};
+  Answer answer{row.state, std::nullopt, row.objective};
   if (row.fit != nullptr) answer.fit = *row.fit;
-  if (row.knots != nullptr) answer.knots.assign(row.knots->knots().begin(), row.knots->knots().end());
   return answer;
 }
 
 bool ServiceModel::same(const Answer& a, const Answer& b) {
-  return a.state == b.state && a.objective == b.objective && a.knots == b.knots &&
-         a.fit.has_value() == b.fit.has_value() && (!a.fit || same_density(*a.fit, *b.fit));
+  return a.state == b.state && a.objective == b.objective && a.fit.has_value() == b.fit.has_value() &&
+         (!a.fit || same_density(*a.fit, *b.fit));
 }
 
 TracedNodes ServiceModel::trace(std::size_t slice, std::uint32_t node) const {
@@ -109,8 +108,7 @@ void ServiceModel::check_loaded(const Service& service) {
       if (node.queries == 0 && node.cached && node.cached->state == RowState::converged) {
         // Answers, or proposes, by what the cache says, and no better than it says.
         RC_ASSERT(now.objective == node.cached->objective);
-        if (node.cached->knots.empty()) RC_ASSERT((now.fit && same_density(*now.fit, node.cached->fit)));
-        if (!node.open_in_cache) RC_ASSERT(std::ranges::equal(now.knots, node.cached->knots.knots()));
+        RC_ASSERT((now.fit && same_density(*now.fit, node.cached->fit)));
       }
       node.answer = now;
     }
@@ -238,9 +236,7 @@ void ServiceModel::check_row(const Slice& slice, std::size_t p, const CachedRow&
   if (row.state == RowState::converged) {
     RC_ASSERT(row.objective == node.answer.objective);
     RC_ASSERT(row.sketch.empty());
-    RC_ASSERT(row.knots.empty() == node.answer.fit.has_value());
-    if (node.answer.fit) RC_ASSERT(same_density(row.fit, *node.answer.fit));
-    RC_ASSERT(std::ranges::equal(row.knots.knots(), node.answer.knots));
+    RC_ASSERT((node.answer.fit && same_density(row.fit, *node.answer.fit)));
     RC_ASSERT(row.energy == (as_it_came ? node.cached->energy : nodes.energy()));
     if (as_it_came) RC_ASSERT(row.count == std::min(node.cached->count, (std::uint64_t{1} << 48) - 1));
     RC_ASSERT((row.generation == least || !as_it_came));

@@ -38,7 +38,6 @@ class ServiceModel {
   struct Answer {
     RowState state = RowState::absent;
     std::optional<Mixture> fit;
-    std::vector<Knot> knots;
     float objective = 1;
   };
   struct Node {

@@ -32,7 +32,7 @@ double relative_l2(const CachedRow& row, const TracedNodes& nodes) {
   double sum = 0;
   for (int i = 0; i < points; ++i) {
     const auto x = static_cast<float>(-pi + 2 * pi * (i + 0.5) / points);
-    const float f = row.knots.empty() ? row.fit.density(x) : row.knots.density(x);
+    const float f = row.fit.density(x);
     const double r = static_cast<double>(f) - nodes.density(x);
     sum += r * r;
   }
@@ -81,14 +81,6 @@ TEST_P(EveryLearner, LearnsTheToyTargets) {
       const TracedNodes nodes(rays, d.blur_rad);
       // The test lets about one row in a thousand pass whose error is above epsilon; twice that was never seen.
       EXPECT_LE(relative_l2(row, nodes), 2 * Options{}.epsilon) << "node " << row.node;
-      if (!row.knots.empty()) {
-        EXPECT_NEAR(row.knots.energy(), nodes.energy(), 1e-5 * nodes.energy());
-        for (const Knot& knot : row.knots.knots()) {
-          EXPECT_GE(knot.density, 0);
-          EXPECT_GT(knot.attribute_mean, 0);
-        }
-        continue;
-      }
       EXPECT_NEAR(row.fit.energy(), nodes.energy(), 1e-5 * nodes.energy());
       EXPECT_GE(row.fit.uniform_weight, 0);
       for (const Component& part : row.fit.parts()) {
@@ -162,7 +154,7 @@ INSTANTIATE_TEST_SUITE_P(Learners, EveryLearner,
 
 // What only they promise.
 TEST(Learners, EagerHasNoOpenRows) {
-  const Learned learned = learn(&eager_learner, 1, 1);
+  const Learned learned = learn(&references::eager_learner, 1, 1);
   EXPECT_EQ(learned.last.rows_open, 0u);
   EXPECT_EQ(learned.last.rows_converged, learned.last.creations);
   EXPECT_EQ(learned.last.newly_converged, learned.last.creations);

@@ -250,8 +250,7 @@ TEST(pekelis2015, converged_rows_answer_as_their_targets) {
     }
     for (const double value : values) variation += (value - mean) * (value - mean);
     std::printf("%s: TRT and GLINT together against the curves: %.2g\n", learner->name, difference / variation);
-    if (learner == &adaptive::sketch_learner || learner == &adaptive::eager_learner ||
-        learner == &adaptive::knot_learner) {
+    if (learner == &adaptive::sketch_learner || learner == &references::eager_learner) {
       EXPECT_EQ(exact_queries, 0) << learner->name;
     }
     // Two rows below epsilon 0.01 each, told at their bounds, and the blur.

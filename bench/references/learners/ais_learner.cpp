@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "references/learners/ais.h"
+#include "references/learners/own_draw.h"
 
 namespace tress::adaptive {
 namespace {
@@ -33,7 +34,7 @@ void AisLearner::begin(FitContext& context) {
   };
   if (!context.has_fit) fit_anew();
   while (context.stop.verdict() == StopTest::Verdict::undecided) {
-    while (context.stop.scores() < context.options.scores_per_test()) context.draw_own();
+    while (context.stop.scores() < context.options.scores_per_test()) draw_own(context);
     context.test();
     const bool open = context.stop.verdict() == StopTest::Verdict::undecided;
     if (open && context.stop.last_failed() && fits < most_fits) fit_anew();

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/target.h"
@@ -20,7 +19,7 @@ namespace tress::adaptive {
 enum class RowState : std::uint8_t {
   absent = 0,     ///< only counted; queries are answered by tracing the node
   open = 1,       ///< being learned; queries are answered by g at the node
-  converged = 2,  ///< queries are answered by its fit, a mixture or a knot table
+  converged = 2,  ///< queries are answered by its fit
   refused = 3,    ///< failed too many tests; queries are answered by g at the node for good
 };
 
@@ -36,8 +35,7 @@ struct CachedRow {
   std::uint32_t node = 0;           ///< a * axis_b.size() + b
   RowState state = RowState::open;  ///< open or converged
   std::uint32_t generation = 0;     ///< raised each time the row is reopened
-  Mixture fit;                      ///< fit of a converged row that has neither of the next two; otherwise empty
-  KnotDensity knots;                ///< set for a converged row that is a knot table of mass `energy`; else empty
+  Mixture fit;                      ///< fit of a converged row without ribbons; otherwise empty
   /// The ribbons of a converged row of a slice of samples, of mass `energy`; null for all others. Shared, since they do
   /// not change.
   std::shared_ptr<const RibbonRow> ribbons;
@@ -135,7 +133,8 @@ struct CacheContents {
   std::uint32_t format = 0;  ///< format version
   std::uint64_t bytes = 0;   ///< size of the file
   std::uint64_t slices = 0, open_rows = 0, converged_rows = 0;
-  std::uint64_t knot_rows = 0;    ///< converged rows that are knot tables
+  /// Rows of knots, which versions before 0.3 wrote. They are left out of what is read, and so learned anew.
+  std::uint64_t knot_rows = 0;
   std::uint64_t ribbon_rows = 0;  ///< converged rows of slices of samples
   std::string hash;               ///< the result of cache_hash()
   std::uint64_t rows() const { return open_rows + converged_rows; }

@@ -26,8 +26,8 @@ struct Options {
   /// Replaces one epsilon for all rows: the relative error that the fits may cause in the light of the picture, under
   /// light like that of a sky. PassReport::bias_bound is at most ten times it. Each row then has its own epsilon by the
   /// light that it carries (Service::credit), and one that carries almost none is never fitted. Until the light of a
-  /// cached row is known, `epsilon` decides whether it is used. 0: off. For learners that fit mixtures, and for rows of
-  /// samples, whose epsilons are within [0.005, 0.5].
+  /// cached row is known, `epsilon` decides whether it is used. 0: off. Epsilons
+  /// of rows of samples are within [0.005, 0.5].
   double picture_error = 0;
   /// Limit in bytes for rows, sketches, traced nodes and their memo, and forms of rows. Beyond it no row is created,
   /// and forms of rows are not kept; forms make room for rows at a publish(). The index of the slices, 32 bytes per
@@ -35,17 +35,12 @@ struct Options {
   /// query, and `at_ceiling` reports it.
   std::size_t memory_bytes = std::size_t{256} << 20;
   /// Number of queries of an absent row, over all passes, before it is created. It is created at the end of the pass of
-  /// the last of them, because the published table does not change during a pass. Learners that
-  /// wait for queries have another number: see queries_to_creation().
+  /// the last of them, because the published table does not change during a pass.
   std::uint32_t queries_before_creation = 8;
   /// Share of the queries of rows of samples at which a host should draw from its target instead of the row, and pass
   /// what it drew to Service::hear(). It is four times as large for rows of few paths, and smaller where it would make
   /// the picture noisier. The range is [0, 1]; 0 means never. Keep it the same from the first pass on.
   float heard_share = 1 / 64.0f;
-  /// Whether the service draws paths of its own for rows of samples. If off, rows learn only from paths that were
-  /// passed to Service::hear(), at most 1,024 per row, and there are no coarser rows; for nodes without a row, the host
-  /// draws from the target and passes the paths on. This shows what can be learned from the host's own paths.
-  bool own_paths = true;
   /// Share of the proposal that always stays uniform, for converged and open rows (it bounds the weight by 1/(1-u)).
   float uniform_share_converged = 0.02f;
   float uniform_share_open = 0.05f;
@@ -77,11 +72,6 @@ struct Options {
   /// used too.
   void take_rows_as_they_are() {
     if (picture_error > 0) epsilon = sampled_epsilon = 1;
-  }
-
-  /// queries_before_creation, or 1 where the learner builds a row on its first query.
-  std::uint32_t queries_to_creation() const {
-    return learner->on_first_query && queries_before_creation > 1 ? 1 : queries_before_creation;
   }
 
   /// The number of scores needed for a test, and of tests that must pass one after the other (more below epsilon 0.01).

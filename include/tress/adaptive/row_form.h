@@ -18,6 +18,7 @@
 
 namespace tress::adaptive {
 
+class FormStore;
 class Service;
 
 /// Converts a converged row into the block that a host reads. Pure: the same row gives the same bytes on every thread.
@@ -73,7 +74,7 @@ class RowEntry {
 
  private:
   friend class AnswerReader;
-  friend class Service;
+  friend class FormStore;
   RowAnswer get() const { return RowAnswer(word_.load(std::memory_order_acquire)); }
   std::atomic<std::uintptr_t> word_{0};
 };
@@ -97,9 +98,10 @@ class FormedRows {
   FormedRows& operator=(const FormedRows&) = delete;
 
  private:
-  friend class Service;
+  friend class FormStore;
   FormedRows() = default;
   SliceId slice_ = 0;
+  std::uint32_t index_ = 0;  ///< in its store
   std::uint32_t width_ = 0, height_ = 0;
   std::uint32_t stride_ = 0;  ///< width_, or 0 if there was no room for entries: all runs then share one empty entry
   RowEntry* entries_ = nullptr;

@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "tress/adaptive/cache.h"
-#include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/traced_nodes.h"
@@ -17,13 +16,9 @@ using SliceId = std::uint32_t;
 /// What a reader sees of a row during one pass. Cheap to copy; valid until publish().
 struct RowView {
   RowState state = RowState::absent;
-  /// The published fit: the answer of a converged row, the proposal of an open one. Null before the first fit, for
-  /// converged rows that are answered by knots, and for rows that were looked up in a form (row_form.h). Converts to
-  /// Mixture.
+  /// The published fit: the answer of a converged row, the proposal of an open one. Null before the first fit and for
+  /// rows that were looked up in a form (row_form.h). Converts to Mixture.
   const PackedMixture* fit = nullptr;
-  /// The answer of a converged row that is a knot table; null for all others. A converged row has one of the two,
-  /// whatever the learner of this session, because a cache may contain both kinds.
-  const KnotDensity* knots = nullptr;
   /// In a slice of samples, the answer of a row, open or converged, or, if `state` is absent, of coarser rows around
   /// the node. Null for all others.
   const RibbonRow* ribbons = nullptr;
@@ -46,17 +41,12 @@ struct RowView {
 
   static constexpr std::uint32_t no_row = ~0u;
 
-  /// The functions of Mixture for the published fit of either kind: the answer of a converged row, the proposal of an
-  /// open one. Uniform if nothing is published yet.
-  float density(float x) const { return knots ? knots->density(x) : fit ? fit->density(x) : 0; }
+  /// The functions of Mixture for the published fit. Uniform if nothing is published yet.
+  float density(float x) const { return fit ? fit->density(x) : 0; }
   float proposal_density(float x, float u_share) const {
-    if (knots) return knots->proposal_density(x, u_share);
     return fit ? fit->proposal_density(x, u_share) : Mixture{}.proposal_density(x, u_share);
   }
-  float sample(float u, float u_share) const {
-    if (knots) return knots->sample(u, u_share);
-    return fit ? fit->sample(u, u_share) : Mixture{}.sample(u, u_share);
-  }
+  float sample(float u, float u_share) const { return fit ? fit->sample(u, u_share) : Mixture{}.sample(u, u_share); }
 };
 
 }  // namespace tress::adaptive

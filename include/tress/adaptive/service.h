@@ -5,7 +5,7 @@
 //   for (each pass) {
 //     // any number of threads:
 //     RowView row = service.look_up(slice, a, b);
-//     if (row.state == converged) { use row.density(x) }     // weight 1; row.fit or row.knots
+//     if (row.state == converged) { use row.density(x) }     // weight 1
 //     else { g = row.nodes->density(x); service.observe(row, x, g); or service.score(row, x, g, q); }
 //     // one thread, no reader left:
 //     PassReport report = service.publish();
@@ -121,8 +121,7 @@ class Service {
   void observe(const RowView& row, float x, float g) const;
   /// Reports one path to a node of samples: the host drew it from the target itself, at a direction around the node,
   /// and used it in its picture. `exit` is where the path left, with weight 0 if it did not. It measures how far the
-  /// rows are from the target; rows learn from it only if Options::own_paths is off. Any state. Invalid exits
-  /// (SampledTarget) are left out.
+  /// rows are from the target, and teaches none. Any state. Invalid exits (SampledTarget) are left out.
   void hear(const RowView& row, const SampledExit& exit) const;
   /// Does what observe does, and scores the published fit: x must have been drawn from this row's own proposal, whose
   /// density there was q (1/rad).

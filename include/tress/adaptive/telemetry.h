@@ -11,7 +11,6 @@
 #include <string>
 
 #include "tress/adaptive/cache.h"
-#include "tress/adaptive/knot_density.h"
 #include "tress/base/error.h"
 
 namespace tress::adaptive {
@@ -64,7 +63,6 @@ struct PassReport {
   double objective_p50 = 0, objective_p90 = 0, objective_p99 = 0, objective_max = 0;  ///< over all tested rows so far
   AbsorbedObjective absorbed_objective;                                               ///< over the session so far
   std::array<std::uint64_t, Mixture::max_components + 1> components{};  ///< converged mixtures by number of components
-  std::array<std::uint64_t, KnotDensity::sizes> knots{};  ///< converged knot tables by number of knots: 32, 64, 128
   double effective_sample_size = 0;  ///< mean over scored samples of (sum w)^2/(n sum w^2), w = g/q; 0 without any
   /// Upper bound of the relative error that the converged rows may cause in the mean radiance of the picture; E8 of
   /// ESTIMATOR.md has its assumptions. 0 if no light was reported (Service::credit).
@@ -91,7 +89,6 @@ struct RowReport {
   double objective = 0;  ///< bound of the last test; negative before the first
   std::uint64_t count = 0;
   std::uint32_t components = 0;  ///< components of a mixture, otherwise 0
-  std::uint32_t knots = 0;       ///< knots of a knot table, otherwise 0
   std::uint32_t ribbons = 0;     ///< parts of a row of samples that has converged, otherwise 0
   std::uint32_t failed_tests = 0;
   double light = 0;  ///< its Service::light()

@@ -22,7 +22,6 @@ float side_mass(float s) { return s * static_cast<float>(std::tanh(0.5 * std::nu
 }  // namespace
 
 RowValue AbsorbedRow::evaluate(float x, const glm::vec3& channel_weights, float u_share) const {
-  if ((tail & has_knots) != 0) return evaluate_knots(x, channel_weights, u_share);
   RowValue value;
   const Float4 shape = uniform_of(*this) + components_behind(*this, 0, x);
   value.shape = {shape[0], shape[1], shape[2]};
@@ -31,15 +30,7 @@ RowValue AbsorbedRow::evaluate(float x, const glm::vec3& channel_weights, float 
 }
 
 float AbsorbedRow::sample(float u, const glm::vec3& channel_weights, float u_share) const {
-  if ((tail & has_knots) != 0) return sample_knots(u, channel_weights, u_share);
   return sample_mixture(*this, u, (1 - u_share) * channel_weights);
-}
-
-AbsorbedRow* new_absorbed(void* memory, std::size_t lines_behind, float objective, std::uint32_t tags) {
-  auto* row = static_cast<AbsorbedRow*>(memory);
-  std::uninitialized_value_construct_n(row, 1 + lines_behind);
-  row->tail = (std::bit_cast<std::uint32_t>(objective) & ~0xffu) | tags;
-  return row;
 }
 
 std::size_t absorbed_bytes(const adaptive::Mixture& fit) {
@@ -48,7 +39,9 @@ std::size_t absorbed_bytes(const adaptive::Mixture& fit) {
 
 const AbsorbedRow* put_absorbed(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a, void* memory) {
   const std::uint32_t behind = fit.component_count > 2 ? (fit.component_count - 1) / 2 : 0;
-  AbsorbedRow* row = new_absorbed(memory, behind, objective, behind);
+  auto* row = static_cast<AbsorbedRow*>(memory);
+  std::uninitialized_value_construct_n(row, 1 + behind);
+  row->tail = (std::bit_cast<std::uint32_t>(objective) & ~0xffu) | behind;
   std::array<double, 3> mass{}, uniform{};
   for (std::size_t c = 0; c < 3; ++c) {
     mass[c] = uniform[c] = std::max(0.0f, fit.uniform_weight) * adaptive::decayed_share(sigma_a[static_cast<int>(c)],

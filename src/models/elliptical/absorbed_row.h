@@ -7,8 +7,6 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 
-#include "base/float4.h"
-#include "tress/adaptive/knot_density.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::fiber {
@@ -19,15 +17,9 @@ struct RowValue {
   float proposal = 0;
 };
 
-/// Four knots of a table, 64 bytes. Lanes 0 to 2 of each: the density of the channels, 1/rad, each channel of mass 1.
-/// Lane 3 of knot c, c < 3: the mass of channel c between -pi and the first knot.
-struct AbsorbedKnots {
-  std::array<Float4, 4> knot{splat(0), splat(0), splat(0), splat(0)};
-};
-
-/// Two circular skew logistics and the common data of a row, in one cache line. A row consists of its first line and,
-/// after it, either its knots or one line for each further pair of components, whose uniform part is 0. Components that
-/// a row does not have get amplitude 0. Densities are in 1/rad; the row's mass is 1 in each channel.
+/// Two circular skew logistics and the common data of a row, in one cache line. A row consists of its first line
+/// and one line for each further pair of components, whose uniform part is 0. Components that a row does not have get
+/// amplitude 0. Densities are in 1/rad; the row's mass is 1 in each channel.
 struct alignas(64) AbsorbedRow {
   std::array<float, 2> mu{}, inverse_left{1, 1}, inverse_right{1, 1};
   glm::vec3 amplitude[2]{glm::vec3(0.0f), glm::vec3(0.0f)};  ///< mass by channel over Z: the factor on E/(1 + E)^2
@@ -35,32 +27,20 @@ struct alignas(64) AbsorbedRow {
 
   std::uint32_t tail = 0;                            ///< objective, with these flags in its lowest byte:
   static constexpr std::uint32_t has_no_row = 0x80;  ///< the node is uniform and has no row in the service
-  static constexpr std::uint32_t has_knots = 0x40;
-  static constexpr std::uint32_t size_bits = 0x3f;  ///< number of further lines, or log2 of the number of knots
+  static constexpr std::uint32_t size_bits = 0x7f;   ///< number of further lines
 
   bool has_row() const { return (tail & has_no_row) == 0; }
   /// The value of adaptive::RowView::objective, to 2^-15 of it.
   float objective() const { return std::bit_cast<float>(tail & ~0xffu); }
-  std::uint32_t lines_behind() const { return (tail & has_knots) != 0 ? 0 : tail & size_bits; }
-  std::uint32_t knot_count() const { return (tail & has_knots) != 0 ? 1u << (tail & size_bits) : 0; }
-  const AbsorbedKnots* knots() const { return reinterpret_cast<const AbsorbedKnots*>(this + 1); }
-  AbsorbedKnots* knots() { return reinterpret_cast<AbsorbedKnots*>(this + 1); }
+  std::uint32_t lines_behind() const { return tail & size_bits; }
 
   /// channel_weights: the mix of the channels that is sampled, >= 0, sum 1. The proposal is (1 - u) sum_c weight_c
   /// shape_c + u / 2 pi, u the uniform share, so a weight in that mix is at most 1/(1 - u). x in [-pi, pi).
   RowValue evaluate(float x, const glm::vec3& channel_weights, float uniform_share) const;
   /// Draws from that proposal. u in [0, 1); all its bits are used. Radians in [-pi, pi).
   float sample(float u, const glm::vec3& channel_weights, float uniform_share) const;
-
- private:
-  // The same for a knot table, in absorbed_knots.cpp.
-  RowValue evaluate_knots(float x, const glm::vec3& channel_weights, float uniform_share) const;
-  float sample_knots(float u, const glm::vec3& channel_weights, float uniform_share) const;
 };
-static_assert(sizeof(AbsorbedRow) == 64 && sizeof(AbsorbedKnots) == 64);
-
-/// Makes a row followed by this many lines, all of them constructed as rows.
-AbsorbedRow* new_absorbed(void* memory, std::size_t lines_behind, float objective, std::uint32_t tags);
+static_assert(sizeof(AbsorbedRow) == 64);
 
 /// A row of density 0, which is not in the service.
 inline constexpr AbsorbedRow zero_density_row{.tail = AbsorbedRow::has_no_row};
@@ -68,9 +48,6 @@ inline constexpr AbsorbedRow zero_density_row{.tail = AbsorbedRow::has_no_row};
 /// A row's fit under one absorption, as lines of 64 bytes: the first function returns the number of bytes, the second
 /// puts the row into as many, which are aligned to 64 and never destroyed. Pure.
 std::size_t absorbed_bytes(const adaptive::Mixture& fit);
-std::size_t absorbed_bytes(const adaptive::KnotDensity& table);
 const AbsorbedRow* put_absorbed(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a, void* memory);
-const AbsorbedRow* put_absorbed(const adaptive::KnotDensity& table, float objective, const glm::vec3& sigma_a,
-                                void* memory);
 
 }  // namespace tress::fiber

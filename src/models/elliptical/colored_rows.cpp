@@ -29,15 +29,9 @@ class AbsorbedForm final : public adaptive::RowForm {
  public:
   AbsorbedForm(std::shared_ptr<const SliceRows> slice, const glm::vec3& sigma_a)
       : slice_(std::move(slice)), sigma_a_(sigma_a) {}
-  std::size_t bytes(const adaptive::RowView& row) const override {
-    return row.knots != nullptr ? absorbed_bytes(*row.knots) : absorbed_bytes(*row.fit);
-  }
+  std::size_t bytes(const adaptive::RowView& row) const override { return absorbed_bytes(*row.fit); }
   void write(const adaptive::RowView& row, void* memory) const override {
-    if (row.knots != nullptr) {
-      put_absorbed(*row.knots, row.objective, sigma_a_, memory);
-    } else {
-      put_absorbed(*row.fit, row.objective, sigma_a_, memory);
-    }
+    put_absorbed(*row.fit, row.objective, sigma_a_, memory);
   }
   const void* instead_of_row(std::uint32_t node) const override {
     return slice_->uniform[node] ? uniform_row() : nullptr;

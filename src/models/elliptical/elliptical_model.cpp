@@ -105,8 +105,7 @@ class EllipticalModel final : public AnyRowsModel {
           sample.wi.phi = sample_any(event, constants, drawn, at, any, rows, answers);
         } else {
           const glm::vec3 weights = channel_weights(event, p);
-          x = (row->tail & AbsorbedRow::has_knots) != 0 ? row->sample(u[2], weights, uniform_share_)
-                                                        : sample_mixture(*row, u[2], (1 - uniform_share_) * weights);
+          x = sample_mixture(*row, u[2], (1 - uniform_share_) * weights);
         }
       }
       if (drawn == nothing_drawn) sample.wi.phi = wrap_once(event.wr.phi + constants.fold.sign * x);
@@ -155,16 +154,7 @@ class EllipticalModel final : public AnyRowsModel {
     const float x = constants.fold.sign * turn;
 
     std::array<Float4, 4> shape;
-    std::uint32_t tails = 0;
-    for (const AbsorbedRow* one : row) tails |= one->tail;
-    if ((tails & AbsorbedRow::has_knots) == 0) [[likely]] {
-      shapes_of_mixtures(row, x, shape);
-    } else {
-      for (std::size_t i = 0; i < shape.size(); ++i) {
-        const glm::vec3 colors = row[i]->evaluate(x, glm::vec3(0.0f), 0).shape;
-        shape[i] = Float4{colors.x, colors.y, colors.z, 0};
-      }
-    }
+    shapes_of_mixtures(row, x, shape);
 
     const std::array<Float4, 4> s{
         load_energy(event, Lobe::tt) * (m[0] * shape[0]), load_energy(event, Lobe::trt) * (m[1] * shape[1]),

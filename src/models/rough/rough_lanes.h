@@ -17,7 +17,6 @@
 #include "base/normal_quantile.h"
 #include "base/quarter_sine.h"
 #include "models/rough/rough_row.h"
-#include "tress/adaptive/knot_density.h"
 
 namespace tress::fiber {
 

@@ -139,7 +139,7 @@ class Service:
         return self._native.publish(paths)
 
     def row(self, slice: int, a: int, b: int) -> dict[str, Any]:
-        """A row as plain values: state, objective, and of a fit its components, knots or masses."""
+        """A row as plain values: state, objective, and of a fit its components or masses."""
         return self._native.row(slice, a, b)
 
     def density(self, slice: int, a: int, b: int, part: int, x: npt.ArrayLike, height: npt.ArrayLike) -> np.ndarray:

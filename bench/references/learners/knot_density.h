@@ -1,4 +1,4 @@
-// Circular piecewise-linear density on equidistant knots: the fit of a row with the learner `table`.
+// Circular piecewise-linear density on equidistant knots: the rival `table`, a row without a mixture.
 #pragma once
 
 #include <cstddef>
@@ -51,9 +51,5 @@ class KnotDensity {
   std::vector<float> below_;  ///< mass between -pi and knot k, divided by the energy
   float energy_ = 0;
 };
-
-/// Returns the point of [0, 1] with the share r of the mass below it, under a straight line from density a to density
-/// b. This form of the inverse CDF loses no bits where a and b are close. a, b >= 0; r in [0, 1].
-float invert_line(float a, float b, float r);
 
 }  // namespace tress::adaptive

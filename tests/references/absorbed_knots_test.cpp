@@ -1,4 +1,6 @@
 // A knot table as one color sees it: the shape of each channel has mass 1, and the proposal is what sample() inverts.
+#include "references/learners/absorbed_knots.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,8 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "adaptive/knot_tables.h"
-#include "models/absorbed_row_pool.h"
+#include "references/knot_tables.h"
 
 namespace tress::fiber {
 namespace {
@@ -23,15 +24,12 @@ const glm::vec3 brown(0.4f, 0.9f, 1.8f), mix(0.5f, 0.3f, 0.2f);
 float angle(int i, int points) { return static_cast<float>(-pi + 2 * pi * (i + 0.5) / points); }
 
 TEST(AbsorbedKnots, ClearHairSeesTheTableItself) {
-  AbsorbedRowPool pool;
   for (const std::size_t count : {32u, 64u, 128u}) {
     const adaptive::KnotDensity table = adaptive::rough_table(count, 0.4f, 2);
-    const AbsorbedRow* row = pool.make(table, 0.003f, glm::vec3(0.0f));
-    EXPECT_NEAR(row->objective(), 0.003f, 0.003f * 0x1p-15f);  // it shares its word with eight bits of tags
-    EXPECT_TRUE(row->has_row());
+    const AbsorbedKnots row(table, glm::vec3(0.0f));
     for (int i = 0; i < 500; ++i) {
       const float x = angle(i, 500);
-      const RowValue value = row->evaluate(x, mix, 0.02f);
+      const RowValue value = row.evaluate(x, mix, 0.02f);
       const float shape = table.density(x) / table.energy();
       for (int c = 0; c < 3; ++c) EXPECT_NEAR(value.shape[c], shape, 1e-5f * (1 + shape)) << count << " " << x;
       EXPECT_NEAR(value.proposal, table.proposal_density(x, 0.02f), 1e-5f * (1 + shape));
@@ -40,9 +38,8 @@ TEST(AbsorbedKnots, ClearHairSeesTheTableItself) {
 }
 
 TEST(AbsorbedKnots, EachChannelHasItsShareOfEachKnotAndMassOne) {
-  AbsorbedRowPool pool;
   const adaptive::KnotDensity table = adaptive::rough_table(64, 0.4f, 4);
-  const AbsorbedRow* row = pool.make(table, 0, brown);
+  const AbsorbedKnots row(table, brown);
   for (int c = 0; c < 3; ++c) {
     double mass = 0;
     std::vector<double> colored(64);
@@ -57,7 +54,7 @@ TEST(AbsorbedKnots, EachChannelHasItsShareOfEachKnotAndMassOne) {
       const std::size_t k = static_cast<std::size_t>(i) / 8;
       const double along = (i % 8 + 0.5) / 8;
       const double wanted = ((1 - along) * colored[k] + along * colored[(k + 1) % 64]) / mass;
-      const double shape = row->evaluate(x, mix, 0.02f).shape[c];
+      const double shape = row.evaluate(x, mix, 0.02f).shape[c];
       EXPECT_NEAR(shape, wanted, 2e-5 * (1 + wanted));
       total += shape * 2 * pi / (64 * 8);
     }
@@ -66,21 +63,20 @@ TEST(AbsorbedKnots, EachChannelHasItsShareOfEachKnotAndMassOne) {
 }
 
 TEST(AbsorbedKnots, SamplingInvertsTheProposalUnderAnyMixOfChannels) {
-  AbsorbedRowPool pool;
   const float share = 0.02f;
   for (const std::size_t count : {32u, 128u}) {
-    const AbsorbedRow* row = pool.make(adaptive::rough_table(count, 0.4f, 6), 0, brown);
+    const AbsorbedKnots row(adaptive::rough_table(count, 0.4f, 6), brown);
     for (const glm::vec3& weights : {mix, glm::vec3(1, 0, 0), glm::vec3(0, 0.25f, 0.75f)}) {
       const int points = static_cast<int>(count) * 16;
       std::vector<double> below(static_cast<std::size_t>(points) + 1, 0.0);  // of the mix, without the uniform share
       for (int i = 0; i < points; ++i) {
-        const RowValue value = row->evaluate(angle(i, points), weights, share);
+        const RowValue value = row.evaluate(angle(i, points), weights, share);
         below[static_cast<std::size_t>(i) + 1] =
             below[static_cast<std::size_t>(i)] + static_cast<double>(glm::dot(weights, value.shape)) * 2 * pi / points;
       }
       for (int i = 0; i < 300; ++i) {
         const float v = (static_cast<float>(i) + 0.5f) / 300;
-        const double x = row->sample(v * (1 - share), weights, share);
+        const double x = row.sample(v * (1 - share), weights, share);
         const double at = (x + pi) / (2 * pi) * points;
         const auto left = std::min(static_cast<std::size_t>(at), below.size() - 2);
         // Within a sixteenth of a cell the mass is nearly linear: off by an eighth of what its density changes there.
@@ -88,12 +84,11 @@ TEST(AbsorbedKnots, SamplingInvertsTheProposalUnderAnyMixOfChannels) {
         EXPECT_NEAR(mass, v, 2e-4) << count << " knots, v " << v;
       }
     }
-    EXPECT_NEAR(row->sample(1 - share / 2, mix, share), 0, 1e-3f);  // the middle of the uniform share
+    EXPECT_NEAR(row.sample(1 - share / 2, mix, share), 0, 1e-3f);  // the middle of the uniform share
   }
 }
 
 TEST(AbsorbedKnots, WeightsAreBoundedAndEveryInputHasAnAnswer) {
-  AbsorbedRowPool pool;
   const float share = 0.02f;
   std::vector<adaptive::Knot> spike(32);
   spike[0] = {5, 1, 0.1f};
@@ -101,17 +96,17 @@ TEST(AbsorbedKnots, WeightsAreBoundedAndEveryInputHasAnAnswer) {
        {adaptive::rough_table(64, 1, 8), adaptive::KnotDensity(std::vector<adaptive::Knot>(32)),
         adaptive::KnotDensity(spike)}) {
     for (const glm::vec3& sigma_a : {glm::vec3(0.0f), brown, glm::vec3(0, 1e3f, 1e30f)}) {
-      const AbsorbedRow* row = pool.make(table, 0, sigma_a);
+      const AbsorbedKnots row(table, sigma_a);
       for (const float u : {0.0f, 1e-30f, 0.3f, 0.5f, 0.97999996f, 0.98f, 0.98000002f, 0.99999994f}) {
-        const float x = row->sample(u, mix, share);
+        const float x = row.sample(u, mix, share);
         ASSERT_GE(x, -std::numbers::pi_v<float>);
         ASSERT_LT(x, std::numbers::pi_v<float>);
-        const RowValue value = row->evaluate(x, mix, share);
+        const RowValue value = row.evaluate(x, mix, share);
         EXPECT_GE(value.proposal, 0.99f * share / (2 * std::numbers::pi_v<float>));
         EXPECT_LE(glm::dot(mix, value.shape) / value.proposal, 1 / (1 - share) + 1e-4f);
       }
       for (const float x : {-std::numbers::pi_v<float>, std::nextafter(std::numbers::pi_v<float>, 0.0f)}) {
-        for (int c = 0; c < 3; ++c) EXPECT_TRUE(std::isfinite(row->evaluate(x, mix, share).shape[c]));
+        for (int c = 0; c < 3; ++c) EXPECT_TRUE(std::isfinite(row.evaluate(x, mix, share).shape[c]));
       }
     }
   }
@@ -119,26 +114,12 @@ TEST(AbsorbedKnots, WeightsAreBoundedAndEveryInputHasAnAnswer) {
 
 // No light left in blue: its shape does not matter, and is called uniform.
 TEST(AbsorbedKnots, ADarkChannelIsUniform) {
-  AbsorbedRowPool pool;
-  const AbsorbedRow* row = pool.make(adaptive::rough_table(32, 1, 1), 0, glm::vec3(0, 0, 1e30f));
-  for (int i = 0; i < 50; ++i) EXPECT_NEAR(row->evaluate(angle(i, 50), mix, 0.02f).shape.z, 1 / (2 * pi), 1e-6);
+  const AbsorbedKnots row(adaptive::rough_table(32, 1, 1), glm::vec3(0, 0, 1e30f));
+  for (int i = 0; i < 50; ++i) EXPECT_NEAR(row.evaluate(angle(i, 50), mix, 0.02f).shape.z, 1 / (2 * pi), 1e-6);
 }
 
-TEST(AbsorbedKnots, AMixtureTakesALineForTwoComponentsAndATableOneForFourKnots) {
-  AbsorbedRowPool pool;
-  adaptive::Mixture mixture;
-  mixture.component_count = 1;
-  mixture.components[0] = {{0.3f, 0.1f, 0.2f}, 1, 1, 0};
-  const adaptive::KnotDensity table = adaptive::rough_table(128, 1, 3);
-  std::vector<const AbsorbedRow*> rows;
-  for (int i = 0; i < 200; ++i) {
-    rows.push_back(pool.make(mixture, 0, brown));
-    rows.push_back(pool.make(table, 0, brown));
-  }
-  for (std::size_t i = 2; i < rows.size(); ++i) {
-    EXPECT_EQ(rows[i]->evaluate(0.25f, mix, 0.02f).proposal, rows[i % 2]->evaluate(0.25f, mix, 0.02f).proposal);
-  }
-  EXPECT_EQ(pool.bytes(), 200 * (64 + (64 + 128 / 4 * 64)));
+TEST(AbsorbedKnots, TakeALineForFourKnots) {
+  EXPECT_EQ(AbsorbedKnots(adaptive::rough_table(128, 1, 3), brown).bytes(), 128 / 4 * 64);
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
-// A knot table for traced nodes: the alternative to mixtures (ESTIMATOR.md, E7).
+// A knot table for traced nodes: the alternative to mixtures (bench/references/KNOTS.md).
 #pragma once
 
 #include <cstdint>
 
-#include "tress/adaptive/knot_density.h"
+#include "references/learners/knot_density.h"
 #include "tress/adaptive/traced_nodes.h"
 
 namespace tress::adaptive {

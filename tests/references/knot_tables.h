@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tress/adaptive/knot_density.h"
+#include "references/learners/knot_density.h"
 #include "tress/base/random.h"
 
 namespace tress::adaptive {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "adaptive/knot_tables.h"
+#include "references/knot_tables.h"
 #include "support/chi_square.h"
 #include "support/scale.h"
 #include "support/seed.h"

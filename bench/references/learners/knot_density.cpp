@@ -1,4 +1,4 @@
-#include "tress/adaptive/knot_density.h"
+#include "references/learners/knot_density.h"
 
 #include <algorithm>
 #include <cassert>
@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "density/invert_line.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::adaptive {
@@ -20,13 +21,6 @@ constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 constexpr float below_one = 0.99999994f;
 
 }  // namespace
-
-float invert_line(float a, float b, float r) {
-  // a s + (b - a) s^2/2 = r (a + b)/2; the roots are geometric in the squares of the densities.
-  const float root = std::sqrt(a * a + r * (b - a) * (b + a));
-  const float below = a + root;
-  return below > 0 ? std::min(r * (a + b) / below, 1.0f) : r;
-}
 
 KnotDensity::KnotDensity(std::vector<Knot> knots) : knots_(std::move(knots)) {
   assert(is_size(knots_.size()));

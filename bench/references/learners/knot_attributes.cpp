@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "fit/fit_knots.h"
 #include "fit/kernels.h"
+#include "references/learners/fit_knots.h"
 
 namespace tress::adaptive {
 namespace {

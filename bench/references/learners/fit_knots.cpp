@@ -1,4 +1,4 @@
-#include "fit/fit_knots.h"
+#include "references/learners/fit_knots.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // Knots fitted to traced nodes: the error that is told is the error that is there, the mass is that of g, and the path
 // moments of the knots give the light of a color.
-#include "fit/fit_knots.h"
+#include "references/learners/fit_knots.h"
 
 #include <gtest/gtest.h>
 
@@ -152,6 +152,16 @@ TEST(FitKnots, RaysOfOnePathHaveNoVariance) {
     EXPECT_NEAR(knot.attribute_mean, 2.5f, 1e-5f);
     EXPECT_NEAR(knot.attribute_variance, 0, 1e-5f);
   }
+}
+
+// Half way between two of the 512 points of the largest table, a spike of a sixteenth of their distance: at every point
+// g is 0, and what was fitted there was called exact.
+TEST(FitKnots, WhatItsPointsCannotSeeIsNotTakenForFitted) {
+  const auto between = static_cast<float>(pi / 512);
+  const KnotFit fit = fit_knots(TracedNodes(std::vector<TracedRay>{{between, 1.0f, 1.0f}}, between / 8), 0.01);
+  EXPECT_EQ(fit.objective, 1);
+  EXPECT_EQ(fit.evaluations, 0u);
+  EXPECT_FLOAT_EQ(fit.table.energy(), 1);
 }
 
 }  // namespace

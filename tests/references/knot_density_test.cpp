@@ -1,5 +1,5 @@
 // A knot table is the straight lines between its knots: its mass, its density and its inverse CDF agree exactly.
-#include "tress/adaptive/knot_density.h"
+#include "references/learners/knot_density.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-#include "adaptive/knot_tables.h"
+#include "references/knot_tables.h"
 #include "support/quadrature.h"
 
 namespace tress::adaptive {
@@ -100,16 +100,6 @@ TEST(KnotDensity, HasAnAnswerForEveryInput) {
     }
   }
   EXPECT_EQ(KnotDensity().energy(), 0.0f);
-}
-
-TEST(InvertLine, KeepsItsBitsWhereTheLineIsNearlyFlat) {
-  EXPECT_FLOAT_EQ(invert_line(1, 1, 0.3f), 0.3f);
-  EXPECT_NEAR(invert_line(1, 1.000001f, 0.3f), 0.3f, 1e-6f);
-  EXPECT_FLOAT_EQ(invert_line(0, 1, 0.25f), 0.5f);
-  EXPECT_FLOAT_EQ(invert_line(1, 0, 0.75f), 0.5f);
-  EXPECT_FLOAT_EQ(invert_line(0, 0, 0.4f), 0.4f);
-  EXPECT_FLOAT_EQ(invert_line(2, 5, 1), 1.0f);
-  EXPECT_FLOAT_EQ(invert_line(2, 5, 0), 0.0f);
 }
 
 }  // namespace
