@@ -2,7 +2,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +23,25 @@ constexpr std::uint32_t most_by_events = 16384, most_of_coarse = 2048;
 constexpr double events_of_coarse = 64, events_of_own = 512;
 constexpr double events_per_path = 2;
 constexpr std::uint32_t audit_paths = 1024;
+
+/// Stages, in paths, of a row that learns from the paths of the host.
+constexpr std::array<std::uint32_t, 3> heard_stages{64, 256, 1024};
+
+/// Draws the host's paths at one node. Each stream has every fourth path, in their order.
+class HeardTarget final : public SampledTarget {
+ public:
+  HeardTarget(const SampledTarget& target, std::span<const SampledExit> heard) : target_(target), heard_(heard) {}
+  std::uint32_t parts(const SliceDescription& slice) const override { return target_.parts(slice); }
+  std::string model_name() const override { return target_.model_name(); }
+  void draw(const SliceDescription&, float, float, std::uint64_t stream, std::uint32_t first, std::uint32_t count,
+            std::vector<SampledExit>& out) const override {
+    for (std::uint32_t i = first; i < first + count; ++i) out.push_back(heard_[i * HeldOutTest::sets + stream]);
+  }
+
+ private:
+  const SampledTarget& target_;
+  std::span<const SampledExit> heard_;
+};
 
 std::uint32_t stage_after(std::uint32_t paths) {
   const auto next = std::ranges::upper_bound(sampled_stages, paths);
@@ -54,6 +75,7 @@ std::vector<double> Service::Table::gathered_events(const Slice& slice, std::siz
 std::uint32_t Service::Table::wanted_paths(SliceId id, std::size_t level, double events) const {
   const Slice& slice = *slices_[id];
   const bool is_coarse = level < slice.levels.coarse();
+  if (!options_.own_paths) return 0;
   const bool waits = slice.levels.coarse() > 0 && !learns_to_epsilon();  // coarser rows answer meanwhile
   double least = waits ? events_of_own : std::max<double>(options_.queries_before_creation, 1);
   if (is_coarse) least = level == 0 ? 0 : events_of_coarse;
@@ -68,6 +90,8 @@ Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t path
   const float a = slice.axis_a[row.node / width], b = slice.axis_b[row.node % width];
   const RibbonAnswer* before = slot_of(row).ribbons();
   const double epsilon = epsilon_of(row.slice, row.node, row.energy);
+  const HeardTarget heard(*samples_, slices_[row.slice]->heard.at(row.node));
+  const SampledTarget& teacher = options_.own_paths ? static_cast<const SampledTarget&>(*samples_) : heard;
   Outcome outcome;
   auto answer = std::make_unique<RibbonAnswer>();
   answer->objective = 1;
@@ -75,7 +99,7 @@ Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t path
   std::uint32_t had = before != nullptr ? before->paths : 0;
   for (;;) {
     const bool was_converged = answer->has_converged, is_tested = had > 0 && !was_converged;
-    const StagedRow staged = learn_stage(*samples_, slice, a, b, paths, had, had > 0 ? &answer->row : nullptr,
+    const StagedRow staged = learn_stage(teacher, slice, a, b, paths, had, had > 0 ? &answer->row : nullptr,
                                          had == 0 && parent != nullptr ? &parent->row : nullptr);
     outcome.g_evaluations += paths - had;
     ++outcome.refits;
@@ -84,14 +108,15 @@ Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t path
       return outcome;
     }
     SampledTest test = staged.test;
-    if (!staged.tested && had == 0) {  // fresh draws test the first fit
+    if (!staged.tested && had == 0 && options_.own_paths) {  // fresh draws test the first fit
       test = test_samples(*samples_, slice, a, b, staged.row, 0, paths);
       outcome.g_evaluations += paths;
     }
     // The fit that answered was made with the paths of the test before, so that its own test comes only now.
     const bool is_found_wrong = was_converged && staged.tested && may_converge(paths) && test.lower() > epsilon;
     if (is_found_wrong) answer->has_converged = false;
-    if (is_tested || is_found_wrong || had == 0) answer->objective = static_cast<float>(std::max(test.bound(), 0.0));
+    if (is_tested || is_found_wrong || (had == 0 && options_.own_paths))
+      answer->objective = static_cast<float>(std::max(test.bound(), 0.0));
     const bool passes = is_tested && may_converge(paths) && static_cast<double>(answer->objective) <= epsilon;
     outcome.failed += is_found_wrong || (is_tested && may_converge(paths) && !passes) ? 1 : 0;
     outcome.converged = outcome.converged || passes;
@@ -192,6 +217,9 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     if (slot.is_refused()) continue;
     const RibbonAnswer* answer = slot.ribbons();
     std::uint32_t wanted = wanted_paths(id, level, events[n]);
+    if (!options_.own_paths && level == slice.levels.coarse()) {
+      for (const std::uint32_t stage : heard_stages) wanted = slice.heard.at(n).size() >= stage ? stage : wanted;
+    }
     if (learns_to_epsilon() && answer != nullptr && wanted != 0) wanted = stage_after(answer->paths);
     if (again[n] != 0 && answer == nullptr)
       wanted = learns_to_epsilon() ? sampled_stages.front() : std::max(wanted, again[n]);

@@ -124,5 +124,43 @@ TEST(HeardPaths, TestTheRows) {
   EXPECT_LT(of_right.common_deviation, of_right.deviation);
 }
 
+// Without paths of its own the service learns by those of its host alone, pass by pass.
+TEST(HeardPaths, TeachWhereTheServiceDrawsNone) {
+  Options options;
+  options.own_paths = false;
+  Session session(options);
+  EXPECT_EQ(session.pass(63).ribbons, 0u);
+  std::vector<double> errors;
+  for (const std::uint32_t paths : {1u, 192u, 768u}) {
+    EXPECT_EQ(session.pass(paths).ribbons, nodes);
+    const RowView row = session.service.peek(session.slice, 0, 1);
+    ASSERT_NE(row.ribbons, nullptr);
+    EXPECT_EQ(row.paths, session.told);
+    // Against a row by 16,384 paths of the target, on a grid.
+    Options many;
+    many.learns_to_epsilon = true;
+    many.sampled_epsilon = 0.001;
+    many.queries_before_creation = 1;
+    Session truth(many);
+    truth.pass(1);
+    const RowView known = truth.service.peek(truth.slice, 0, 1);
+    double error = 0;
+    for (int i = 0; i < 64; ++i) {
+      for (int j = 0; j < 64; ++j) {
+        const float x = 3.1f * (static_cast<float>(i) / 32 - 1), t = 2 * (static_cast<float>(j) / 32 - 1);
+        for (std::uint32_t p = 0; p < 2; ++p) {
+          const double off = double{row.ribbons->mass(p)} * double{row.ribbons->ribbon(p).density(x, t)} -
+                             double{known.ribbons->mass(p)} * double{known.ribbons->ribbon(p).density(x, t)};
+          error += off * off;
+        }
+      }
+    }
+    errors.push_back(std::sqrt(error));
+  }
+  // 4 and 16 times the paths: errors fall by 2 and 4 in the mean, by 1.3 and 2 in a run that chance is not kind to.
+  EXPECT_LT(errors[1], errors[0] / 1.3);
+  EXPECT_LT(errors[2], errors[0] / 2);
+}
+
 }  // namespace
 }  // namespace tress::adaptive

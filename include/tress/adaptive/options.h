@@ -41,6 +41,10 @@ struct Options {
   /// what it drew to Service::hear(). It is four times as large for rows of few paths, and smaller where it would make
   /// the picture noisier. The range is [0, 1]; 0 means never. Keep it the same from the first pass on.
   float heard_share = 1 / 64.0f;
+  /// Whether the service draws paths of its own for rows of samples. If off, rows learn only from paths that were
+  /// passed to Service::hear(), at most 1,024 per row, and there are no coarser rows; for nodes without a row, the host
+  /// draws from the target and passes the paths on. This shows what can be learned from the host's own paths.
+  bool own_paths = true;
   /// Share of the proposal that always stays uniform, for converged and open rows (it bounds the weight by 1/(1-u)).
   float uniform_share_converged = 0.02f;
   float uniform_share_open = 0.05f;

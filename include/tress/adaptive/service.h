@@ -121,7 +121,8 @@ class Service {
   void observe(const RowView& row, float x, float g) const;
   /// Reports one path to a node of samples: the host drew it from the target itself, at a direction around the node,
   /// and used it in its picture. `exit` is where the path left, with weight 0 if it did not. It measures how far the
-  /// rows are from the target, and teaches none. Any state. Invalid exits (SampledTarget) are left out.
+  /// rows are from the target; rows learn from it only if Options::own_paths is off. Any state. Invalid exits
+  /// (SampledTarget) are left out.
   void hear(const RowView& row, const SampledExit& exit) const;
   /// Does what observe does, and scores the published fit: x must have been drawn from this row's own proposal, whose
   /// density there was q (1/rad).

@@ -156,7 +156,9 @@ class RoughModel final : public EventRowModel {
     const auto& constants = constants_in<RoughConstants>(event);
     if (!constants.row.has_converged) {
       const FiberParameters& fiber = fibers_.record(event.fiber).parameters;
-      FiberSample sample = fibers_.traced().sample(event.fiber, constants.traced, fiber, u);
+      FiberSample sample = constants.row.formed != nullptr && !service_->options().own_paths
+                               ? heard(event, constants, u, 0).sample
+                               : fibers_.traced().sample(event.fiber, constants.traced, fiber, u);
       tell_of_estimate(event, constants, sample.wi, sample.value);
       for (glm::vec3& s : sample.value.s) s *= sample.value.pdf;
       return sample;
@@ -165,23 +167,30 @@ class RoughModel final : public EventRowModel {
     return constants.listens ? listen(event, constants, row, u) : draw_from(event, constants, row, u);
   }
 
-  /// Draws one path of the fiber, over the density of the row, and passes it to the service.
+  /// Draws one path of the fiber, over the density of the row.
   FiberSample listen(const FiberEvent& event, const RoughConstants& constants, const RoughRow& row,
                      const std::array<float, 4>& u) const {
+    FiberSample sample = heard(event, constants, u, row.paths).sample;
+    const FiberValue traced = sample.value;
+    value_at(event, constants, row, sample.wi, sample.value);
+    for (std::size_t lobe = 0; lobe < lobe_count; ++lobe) sample.value.s[lobe] = traced.s[lobe] * sample.value.pdf;
+    return sample;
+  }
+
+  /// Draws one path of the fiber and passes it to the service.
+  HeardSample heard(const FiberEvent& event, const RoughConstants& constants, const std::array<float, 4>& u,
+                    std::uint64_t key) const {
     const HeardSample heard =
-        fibers_.traced().listen(event.fiber, constants.traced, fibers_.record(event.fiber).parameters, u, row.paths);
-    FiberSample sample = heard.sample;
+        fibers_.traced().listen(event.fiber, constants.traced, fibers_.record(event.fiber).parameters, u, key);
+    const FiberDirection& wi = heard.sample.wi;
     const RoughNode& node = constants.node;
     adaptive::RowView view;
     view.slice = constants.row.formed->slice();
     view.node = constants.row.node;
     view.pass = constants.row.pass;
-    service_->hear(view, {node.azimuth(sample.wi.phi, event.wr.phi), node.height(sample.wi.theta, event.wr.theta),
+    service_->hear(view, {node.azimuth(wi.phi, event.wr.phi), node.height(wi.theta, event.wr.theta),
                           rough_part(heard.order), heard.clear_weight, heard.way});
-    const FiberValue traced = sample.value;
-    value_at(event, constants, row, sample.wi, sample.value);
-    for (std::size_t lobe = 0; lobe < lobe_count; ++lobe) sample.value.s[lobe] = traced.s[lobe] * sample.value.pdf;
-    return sample;
+    return heard;
   }
 
   /// The answer of a row that has converged.
