@@ -42,8 +42,8 @@ struct RowExits {
 /// Sorts valid exits (SampledTarget) of parts below `parts`.
 RowExits sort_exits(std::span<const SampledExit> exits, std::uint32_t parts);
 
-/// Every fourth exit of each part that has 2,048 or more, and all of the others: what the first rounds of a fit need.
-/// Has no decays, and of the sums of a part only the count.
+/// Returns every fourth exit of each part that has 2,048 or more, and all exits of the other parts. The first rounds of
+/// a fit need no more. Decays are left out, and so are all sums of a part but its count.
 RowExits thin_exits(const RowExits& exits);
 
 }  // namespace tress::adaptive
