@@ -1,11 +1,10 @@
 #include "density/interpolated_row.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <numbers>
 
-#include "density/near_logarithm.h"
+#include "density/layer_mix.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::adaptive {
@@ -18,7 +17,7 @@ constexpr std::size_t most_rows = 4;
 struct Parent {
   const Ribbon* ribbon;
   float weight;
-  double widen;           ///< ln of the factor on its scales that makes its law look like the row's
+  float widen;            ///< ln of the factor on its scales that makes its law look like the row's
   std::size_t shift = 0;  ///< its main knot k + shift is paired with the row's knot k
 };
 
@@ -49,44 +48,34 @@ std::size_t best_shift(std::span<const RibbonKnot> of, std::span<const RibbonKno
   return best;
 }
 
-/// Mixes everything but the azimuth.
-RibbonKnot mixed_knot(std::span<const Parent> parents, bool of_main, std::size_t k) {
-  RibbonKnot knot{0, 0, 0, 0, 0, {0, 0}};
-  double below = 0, above = 0;
-  for (const Parent& parent : parents) {
-    const RibbonKnot& from =
-        of_main ? parent.ribbon->main()[(k + parent.shift) % main_knots] : parent.ribbon->broad()[k];
-    const float w = parent.weight;
-    knot.density += w * from.density;
-    knot.mode += w * from.mode;
-    for (std::size_t r = 0; r < knot.decays.size(); ++r) knot.decays[r] += w * from.decays[r];
-    const double widen = of_main ? parent.widen : 0, weight = static_cast<double>(w);
-    below += weight * (near_log(static_cast<double>(from.scale_below)) + widen);
-    above += weight * (near_log(static_cast<double>(from.scale_above)) + widen);
+/// A layer made of those of the parents: everything but the azimuths.
+template <std::size_t count>
+std::array<RibbonKnot, count> mixed_layer(std::span<const Parent> parents,
+                                          std::span<const RibbonKnot> (Ribbon::*layer)() const) {
+  static constexpr bool is_main = count == main_knots;
+  std::array<LayerPart<count>, most_rows> parts;
+  for (std::size_t i = 0; i < parents.size(); ++i) {
+    const Parent& parent = parents[i];
+    parts[i] = {(parent.ribbon->*layer)().data(), is_main ? parent.shift : 0, parent.weight,
+                is_main ? parent.widen : 0};
   }
-  const auto scale = [](double of) {
-    return std::clamp(std::exp(static_cast<float>(of)), Ribbon::least_scale, Ribbon::largest_scale);
-  };
-  knot.mode = std::clamp(knot.mode, -Ribbon::largest_mode, Ribbon::largest_mode);
-  knot.scale_below = scale(below);
-  knot.scale_above = scale(above);
-  for (float& decay : knot.decays) decay = std::min(decay, 1.0f);
-  return knot;
+  std::array<RibbonKnot, count> knots;
+  mix_layers(std::span<const LayerPart<count>>(parts).first(parents.size()), knots);
+  return knots;
 }
 
 Ribbon mixed(std::span<Parent> parents) {
   const Parent& first = *std::ranges::max_element(parents, {}, &Parent::weight);
-  constexpr double logistic_over_normal = -0.510825624;  // ln 0.6, the ratio of scales that look alike
+  constexpr float logistic_over_normal = -0.510825624f;  // ln 0.6, the ratio of scales that look alike
   for (Parent& parent : parents) {
     parent.widen = parent.ribbon->main_law() == first.ribbon->main_law() ? 0
                    : first.ribbon->main_law() == HeightLaw::normal       ? -logistic_over_normal
                                                                          : logistic_over_normal;
     parent.shift = &parent == &first ? 0 : best_shift(first.ribbon->main(), parent.ribbon->main());
   }
-  std::array<RibbonKnot, main_knots> main;
-  std::array<RibbonKnot, broad_knots> broad;
+  std::array<RibbonKnot, main_knots> main = mixed_layer<main_knots>(parents, &Ribbon::main);
+  std::array<RibbonKnot, broad_knots> broad = mixed_layer<broad_knots>(parents, &Ribbon::broad);
   for (std::size_t k = 0; k < main_knots; ++k) {
-    main[k] = mixed_knot(parents, true, k);
     const RibbonKnot& here = first.ribbon->main()[k];
     float way = 0;
     for (const Parent& parent : parents)
@@ -94,10 +83,7 @@ Ribbon mixed(std::span<Parent> parents) {
     main[k].azimuth = wrap_angle(here.azimuth + way);
   }
   if (!std::ranges::is_sorted(main, {}, &RibbonKnot::azimuth)) std::ranges::sort(main, {}, &RibbonKnot::azimuth);
-  for (std::size_t k = 0; k < broad_knots; ++k) {
-    broad[k] = mixed_knot(parents, false, k);
-    broad[k].azimuth = first.ribbon->broad()[k].azimuth;
-  }
+  for (std::size_t k = 0; k < broad_knots; ++k) broad[k].azimuth = first.ribbon->broad()[k].azimuth;
   return Ribbon(main, first.ribbon->main_law(), broad);
 }
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "density/near_logarithm.h"
+#include "density/layer_logs.h"
 #include "tress/adaptive/ribbon.h"
 
 namespace tress::adaptive {
@@ -25,11 +25,13 @@ Code round_to_code(double x, Code largest) {
   return static_cast<Code>(std::lround(std::clamp(x, 0.0, static_cast<double>(largest))));
 }
 
-/// Returns round_to_code(exact()). `near` is within 1e-7 of exact(), which is evaluated only where it may round
+/// Error of the logarithms of LayerLogs, and of the ratio of two attributes, with a margin of 2.
+constexpr double log_error = 5e-6, ratio_error = 2e-6;
+
+/// Returns round_to_code(exact()). `near` is within `doubt` of exact(), which is evaluated only where it may round
 /// differently.
 template <class Exact>
-Code round_near(double near, Code largest, Exact&& exact) {
-  constexpr double doubt = 1e-6;
+Code round_near(double near, double doubt, Code largest, Exact&& exact) {
   const double at = std::clamp(near, 0.0, static_cast<double>(largest));
   const auto below = static_cast<Code>(at);
   const double rest = at - below;
@@ -41,9 +43,10 @@ Code round_near(double near, Code largest, Exact&& exact) {
 struct Logarithmic {
   double least, largest;
   int bits;
-  Code encode(float x) const {
-    const double ratio = std::max(static_cast<double>(x), least) / least;
-    return round_near(near_log(ratio) / step(), largest_of(bits), [&] { return std::log(ratio) / step(); });
+  /// near: ln(x / least), or 0 if x is less.
+  Code encode(float x, float near) const {
+    return round_near(static_cast<double>(near) / step(), log_error / step(), largest_of(bits),
+                      [&] { return std::log(std::max(static_cast<double>(x), least) / least) / step(); });
   }
   float decode(Code code) const { return static_cast<float>(least * std::exp(code * step())); }
   double step() const { return std::log(largest / least) / largest_of(bits); }
@@ -54,10 +57,12 @@ constexpr Logarithmic scales{Ribbon::least_scale, Ribbon::largest_scale, 8};
 struct Densities {
   static constexpr double step = 0.05;
   static constexpr Code largest = 255;
-  static Code encode(float density, float of) {
+  /// near: ln(density / of).
+  static Code encode(float density, float of, float near) {
     if (!(density > 0)) return 0;
     const double ratio = static_cast<double>(density) / static_cast<double>(of);
-    return round_near(largest + near_log(ratio) / step, largest, [&] { return largest + std::log(ratio) / step; });
+    return round_near(largest + static_cast<double>(near) / step, log_error / step, largest,
+                      [&] { return largest + std::log(ratio) / step; });
   }
   static float decode(Code code) {
     return code == 0 ? 0 : static_cast<float>(std::exp((static_cast<double>(code) - largest) * step));
@@ -66,14 +71,15 @@ struct Densities {
 
 /// Codes modes by equal steps of asinh: fine near 0, where narrow lobes are.
 struct Modes {
-  static constexpr double bend = 0.5;
+  static constexpr double bend = CodeLimits::bend;
   int bits;
   double half() const { return (largest_of(bits) - 1) / 2; }
   double reach() const { return std::asinh(Ribbon::largest_mode / bend); }
-  Code encode(float mode) const {
-    const double bent = static_cast<double>(mode) / bend, size = std::abs(bent);
-    const double near = std::copysign(near_log(size + std::sqrt(size * size + 1)), bent);
-    return round_near(half() * (1 + near / reach()), largest_of(bits) - 1,
+  /// near: asinh(|mode| / bend).
+  Code encode(float mode, float near) const {
+    const double bent = static_cast<double>(mode) / bend;
+    const double at = half() * (1 + std::copysign(static_cast<double>(near), bent) / reach());
+    return round_near(at, log_error * half() / reach(), largest_of(bits) - 1,
                       [&] { return half() * (1 + std::asinh(bent) / reach()); });
   }
   float decode(Code code) const {
@@ -87,7 +93,7 @@ constexpr Modes main_modes{14}, broad_modes{8};
 /// The first attribute is coded by steps of its logarithm, with code 0 for none; the second by its share of the first,
 /// which is between the ratio of the rates and 1.
 struct Decays {
-  static constexpr double least = 0.02, largest = 100;
+  static constexpr double least = CodeLimits::least_attribute, largest = 100;
   static constexpr double first_rate = Ribbon::decay_rates[0], second_rate = Ribbon::decay_rates[1];
   static constexpr double least_share = first_rate / second_rate;
   static constexpr Code largest_share = 255;
@@ -97,19 +103,19 @@ struct Decays {
     Code attribute, share;
   };
   double step() const { return std::log(largest / least) / (largest_of(bits) - 1); }
-  Codes encode(const std::array<float, 2>& decays) const {
-    const auto near_first = told(decays[0], first_rate, near_log), near_second = told(decays[1], second_rate, near_log);
-    const auto first = [&] { return told(decays[0], first_rate, exact_log); };
-    const auto second = [&] { return told(decays[1], second_rate, exact_log); };
-    const bool doubtful = std::abs(near_first - least / 2) < 1e-9;
-    if ((doubtful ? first() : near_first) < least / 2) return {0, largest_share};
-    const auto from_least = [&](double of, double (*log)(double)) { return log(std::max(of, least) / least) / step(); };
+  /// near: the attributes of both rates, and the logarithm of the first over `least`.
+  Codes encode(const std::array<float, 2>& decays, double near_first, double near_second, double near_log) const {
+    const auto first = [&] { return attribute_of(decays[0], first_rate); };
+    const auto second = [&] { return attribute_of(decays[1], second_rate); };
+    const bool is_doubtful = std::abs(near_first - least / 2) < ratio_error * least;
+    if ((is_doubtful ? first() : near_first) < least / 2) return {0, largest_share};
     const auto share = [&](double of_first, double of_second) {
       return (of_second / of_first - least_share) / (1 - least_share) * largest_share;
     };
-    return {1 + round_near(from_least(near_first, near_log), largest_of(bits) - 1,
-                           [&] { return from_least(first(), exact_log); }),
-            round_near(share(near_first, near_second), largest_share, [&] { return share(first(), second()); })};
+    return {1 + round_near(near_log / step(), log_error / step(), largest_of(bits) - 1,
+                           [&] { return std::log(std::max(first(), least) / least) / step(); }),
+            round_near(share(near_first, near_second), ratio_error / (1 - least_share) * largest_share, largest_share,
+                       [&] { return share(first(), second()); })};
   }
   /// The attribute that the first decay alone implies, for codes above 0.
   double first(Code attribute) const { return least * std::exp((attribute - 1) * step()); }
@@ -118,10 +124,8 @@ struct Decays {
     const double second = first * (least_share + (1 - least_share) * share / largest_share);
     return static_cast<float>(std::exp(-second * second_rate));
   }
-  static double exact_log(double x) { return std::log(x); }
-  static double told(float decay, double rate, double (*log)(double)) {
-    constexpr double least_decay = 1e-37;
-    return -log(std::clamp(static_cast<double>(decay), least_decay, 1.0)) / rate;
+  static double attribute_of(float decay, double rate) {
+    return -std::log(std::clamp(static_cast<double>(decay), double{CodeLimits::least_decay}, 1.0)) / rate;
   }
 };
 constexpr Decays main_decays{10}, broad_decays{8};
@@ -190,14 +194,21 @@ struct PackedPart {
   std::array<PackedKnot, Ribbon::broad_knots> broad;
 };
 
-void encode_layer(std::span<const RibbonKnot> knots, const Modes& modes, const Decays& decays,
-                  std::span<PackedKnot> out) {
+template <std::size_t count>
+void encode_layer(std::span<const RibbonKnot, count> knots, const Modes& modes, const Decays& decays,
+                  std::array<PackedKnot, count>& out) {
   float largest = 0;
   for (const RibbonKnot& knot : knots) largest = std::max(largest, knot.density);
-  for (std::size_t k = 0; k < knots.size(); ++k) {
+  const LayerLogs::Of<count> logs = LayerLogs::of(knots, largest);
+  for (std::size_t k = 0; k < count; ++k) {
     const RibbonKnot& knot = knots[k];
-    out[k] = {code_of_azimuth(knot.azimuth),   Densities::encode(knot.density, largest), modes.encode(knot.mode),
-              scales.encode(knot.scale_below), scales.encode(knot.scale_above),          decays.encode(knot.decays)};
+    out[k] = {code_of_azimuth(knot.azimuth),
+              Densities::encode(knot.density, largest, logs.density[k]),
+              modes.encode(knot.mode, logs.mode[k]),
+              scales.encode(knot.scale_below, logs.below[k]),
+              scales.encode(knot.scale_above, logs.above[k]),
+              decays.encode(knot.decays, static_cast<double>(logs.attribute[k]), static_cast<double>(logs.second[k]),
+                            static_cast<double>(logs.logarithm[k]))};
   }
 }
 
@@ -303,8 +314,8 @@ bool is_layer(std::span<const PackedKnot> knots, bool has_mass) {
 PackedPart encode(const Ribbon& ribbon) {
   PackedPart part;
   part.law = static_cast<Code>(ribbon.main_law());
-  encode_layer(ribbon.main(), main_modes, main_decays, part.main);
-  encode_layer(ribbon.broad(), broad_modes, broad_decays, part.broad);
+  encode_layer(ribbon.main().first<Ribbon::main_knots>(), main_modes, main_decays, part.main);
+  encode_layer(ribbon.broad().first<Ribbon::broad_knots>(), broad_modes, broad_decays, part.broad);
   part.main_share = round_to_code(static_cast<double>(ribbon.main_mass()) * largest_share, largest_share);
   // Coarse steps of the azimuth may have removed all mass of a layer that has only one knot with light.
   std::array<RibbonKnot, Ribbon::main_knots> main;
