@@ -16,7 +16,15 @@ Service::Table::SampledAnswer Service::Table::answer_of(Slice& slice, std::uint3
   const Slot::Kind kind = Slot::kind_of(word);
   if (kind == Slot::Kind::ribbons || kind == Slot::Kind::interpolated)
     return {Slot::target_of<RibbonAnswer>(word), nullptr};
-  if (level == 0 || kind == Slot::Kind::refusal) return {};
+  if (kind == Slot::Kind::refusal) return {};
+  if (slice.coarse_rows != nullptr && level < slice.levels.coarse()) {
+    const SampledAnswer theirs = answer_of(*slice.coarse_rows, node, level);
+    if (!theirs) return {};
+    auto copy = std::make_unique<RibbonAnswer>(*theirs);
+    copy->has_converged = false;
+    return keep_interpolated(slice, node, std::move(copy));
+  }
+  if (level == 0) return {};
   const Levels::Corners corners = slice.levels.around(level - 1, node);
   if (corners.count == 1 && corners.all[0].node == node) return answer_of(slice, node, level - 1);
 
@@ -43,8 +51,9 @@ Service::Table::SampledAnswer Service::Table::keep_interpolated(Slice& slice, st
   Slot& slot = slice.slots[node];
   const std::size_t before = formed_bytes_.fetch_add(made->bytes(), std::memory_order_relaxed);
   const std::size_t others = bytes_ + memo_bytes_.load(std::memory_order_relaxed);
-  const bool has_room = kept_before_ != nullptr ? std::ranges::binary_search(*kept_before_, node)
-                                                : others + before + made->bytes() <= options_.memory_bytes;
+  const bool has_room = kept_before_ != nullptr
+                            ? &slice == kept_slice_ && std::ranges::binary_search(*kept_before_, node)
+                            : others + before + made->bytes() <= options_.memory_bytes;
   if (slot.row != Slot::no_row || !has_room) {
     formed_bytes_.fetch_sub(made->bytes(), std::memory_order_relaxed);
     std::shared_ptr<const RibbonAnswer> kept = std::move(made);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -61,10 +62,19 @@ std::uint32_t Service::Table::most_paths() const {
   return learns_to_epsilon() ? sampled_stages.back() : most_by_events;
 }
 
+double Service::Table::asked_of_coarse(const Slice& slice, std::uint32_t node) const {
+  auto asked = static_cast<double>(slice.asked(node));
+  for (const std::unique_ptr<Slice>& other : slices_) {
+    if (other->coarse_rows == &slice) asked += static_cast<double>(other->asked(node));
+  }
+  return asked;
+}
+
 std::vector<double> Service::Table::gathered_events(const Slice& slice, std::size_t level) const {
   std::vector<double> events(slice.description.node_count(), 0.0);
   for (std::uint32_t n = 0; n < events.size(); ++n) {
-    const auto asked = static_cast<double>(slice.asked(n));
+    const bool is_coarse = level < slice.levels.coarse();
+    const double asked = is_coarse ? asked_of_coarse(slice, n) : static_cast<double>(slice.asked(n));
     if (!(asked > 0)) continue;
     for (const Levels::Corner& corner : slice.levels.around(level, n))
       events[corner.node] += asked * static_cast<double>(corner.weight);
@@ -75,7 +85,7 @@ std::vector<double> Service::Table::gathered_events(const Slice& slice, std::siz
 std::uint32_t Service::Table::wanted_paths(SliceId id, std::size_t level, double events) const {
   const Slice& slice = *slices_[id];
   const bool is_coarse = level < slice.levels.coarse();
-  if (!options_.own_paths) return 0;
+  if (!options_.own_paths || (is_coarse && slice.coarse_rows != nullptr)) return 0;
   const bool waits = slice.levels.coarse() > 0 && !learns_to_epsilon();  // coarser rows answer meanwhile
   double least = waits ? events_of_own : std::max<double>(options_.queries_before_creation, 1);
   if (is_coarse) least = level == 0 ? 0 : events_of_coarse;
@@ -153,7 +163,7 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
     if (row.slice != id || row.audit == Audit::none || slot_of(row).ribbons() == nullptr) continue;
     (row.audit == Audit::due ? due : others).push_back(i);
   }
-  for (std::uint32_t n = 0; n < slice.description.node_count() && !asks; ++n) asks = slice.asked(n) > 0;
+  for (std::uint32_t n = 0; n < slice.description.node_count() && !asks; ++n) asks = asked_of_coarse(slice, n) > 0;
   if (!asks || (due.empty() && others.empty())) return;
   if (due.empty() && !slice.audited) {  // the first row is audited for its slice
     due.push_back(others.front());
@@ -182,10 +192,19 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
 }
 
 void Service::Table::grow_samples(PassReport& report) {
+  std::map<const Slice*, std::vector<bool>> moved_of;
   for (SliceId id = 0; id < slices_.size(); ++id) {
     Slice& slice = *slices_[id];
     if (!slice.is_sampled() || !slice.has_index()) continue;
-    std::vector<bool> moved(slice.description.node_count(), false);
+    std::vector<bool>& moved = moved_of[&slice];
+    moved.resize(slice.description.node_count(), false);
+    if (slice.coarse_rows != nullptr) {  // an earlier slice, which has grown
+      const std::vector<bool>& theirs = moved_of.at(slice.coarse_rows);
+      for (std::size_t level = 0; level < slice.levels.coarse(); ++level) {
+        for (std::uint32_t n = 0; n < moved.size(); ++n)
+          if (theirs[n] && slice.levels.has(level, n)) moved[n] = true;
+      }
+    }
     stale_.clear();
     audit_slice(id, report, moved);
     // A row that does not fit its target starts again, with as many paths as it had.

@@ -160,6 +160,7 @@ struct Slice {
 
   SliceDescription description;
   Levels levels;
+  Slice* coarse_rows = nullptr;   ///< the slice whose coarse rows answer for this one; null: it has its own
   std::unique_ptr<Slot[]> slots;  ///< null without an index, as are the next three
   /// Light carried by each node over all passes, as fixed_light(). It is apart from the slots because converged rows
   /// still add to it.

@@ -88,6 +88,14 @@ std::optional<Error> Service::Table::unusable(const SliceDescription& slice) con
       return Error{"", describe(slice), "coarse axes of ascending indices, the first and the last among them",
                    "others"};
   }
+  if (slice.coarse_rows_of) {
+    const auto found = slice_of_key_.find(*slice.coarse_rows_of);
+    const Slice* other = found != slice_of_key_.end() ? slices_[found->second].get() : nullptr;
+    if (!samples || other == nullptr || !other->is_sampled() || !same_axes(other->description, normal_form(slice)) ||
+        other->description.coarse != slice.coarse || samples_->parts(other->description) != samples_->parts(slice))
+      return Error{"", describe(slice), "coarse rows of a slice of samples with the same grids that was added before",
+                   other == nullptr ? "none" : describe(other->description)};
+  }
   if (samples ? samples_ == nullptr : target_ == nullptr) {
     return Error{"", describe(slice), samples ? "a target of samples" : "a target of densities", "none"};
   }
@@ -118,7 +126,12 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
   } else {
     tell(describe(description) + ": no room for its index, so it is traced whenever it is asked");
   }
-  slices_.push_back(std::make_unique<Slice>(description, has_index));
+  Slice& added = *slices_.emplace_back(std::make_unique<Slice>(description, has_index));
+  if (description.coarse_rows_of) {
+    Slice& other = *slices_[slice_of_key_.at(*description.coarse_rows_of)];
+    Slice* const owner = other.coarse_rows != nullptr ? other.coarse_rows : &other;
+    if (owner->has_index()) added.coarse_rows = owner;
+  }
   slice_of_key_.emplace(description.key, id);
   if (const auto cached = unused_.find(description.key); cached != unused_.end()) {
     // A slice on other axes cannot be used, nor saved beside this one.

@@ -435,6 +435,7 @@ void Service::Table::take_slice(const SavedTable& all, SavedSlice& saved, Slice&
   for (auto& [node, exits] : saved.heard)
     bytes_ += slice.heard.restore(slice.description.node_count(), node, std::move(exits));
   kept_before_ = &saved.interpolated;
+  kept_slice_ = &slice;
   for (const std::uint32_t node : saved.interpolated) (void)answer_of(slice, node, slice.levels.coarse());
   for (std::size_t i = 0; i < saved.made.size(); ++i) {
     for (const std::uint32_t node : saved.made[i]) make_again(forms_.rows(slice.forms[i]), node);

@@ -168,6 +168,8 @@ class Service::Table {
   std::uint32_t most_paths() const;
   /// Events by node of a level: the events of each node are shared among the nodes of the level around it.
   std::vector<double> gathered_events(const Slice& slice, std::size_t level) const;
+  /// Draws from a node over all passes, those included that a coarse row of the slice answered for other slices.
+  double asked_of_coarse(const Slice& slice, std::uint32_t node) const;
   /// The number of paths that a row at a node of a level is to have; 0 if it gets no row yet.
   std::uint32_t wanted_paths(SliceId slice, std::size_t level, double events) const;
   /// Learns a row up to `paths`, and further if rows learn until they pass their test. parent: what answered before a
@@ -306,8 +308,9 @@ class Service::Table {
   MixtureStore mixtures_;                            ///< the published fits
   std::vector<RowChange> changes_;
   std::vector<RowChange> prepared_;  ///< changes by prepare(), which the next publish() announces
-  /// The nodes whose interpolated answers a state had kept, ascending; set while the state is taken over.
+  /// The nodes of a slice whose interpolated answers a state had kept, ascending; set while the state is taken over.
   const std::vector<std::uint32_t>* kept_before_ = nullptr;
+  const Slice* kept_slice_ = nullptr;
   std::vector<Stale> stale_;  ///< rows of the slice that grow_samples() works on
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;

@@ -413,6 +413,88 @@ TEST(SampledRows, InterpolateTheSameFromACacheAndFromAState) {
   }
 }
 
+/// A slice whose coarse rows are those of graded_slice().
+SliceDescription similar_slice() {
+  SliceDescription slice = graded_slice();
+  slice.key.parameters[1] = 0.25f;
+  slice.coarse_rows_of = graded_slice().key;
+  return slice;
+}
+
+TEST(SampledRows, AnswerWhileCoarseForASimilarSlice) {
+  const MovingLobes target;
+  Service service(Options{}, target);
+  const SliceId slice = *service.add_slice(graded_slice()), similar = *service.add_slice(similar_slice());
+  service.prepare();
+  for (std::uint32_t n = 0; n < 81; ++n) {
+    const RowView row = service.look_up(similar, n / 9, n % 9);
+    ASSERT_NE(row.ribbons, nullptr) << n;
+    EXPECT_EQ(*row.ribbons, *service.peek(slice, n / 9, n % 9).ribbons) << n;
+    EXPECT_EQ(row.state, RowState::absent);
+  }
+  service.credit(service.peek(similar, 2, 4), 1, 64);    // a node of the second grid
+  service.credit(service.peek(similar, 3, 5), 1, 4096);  // a node of the slice alone
+  const PassReport report = service.publish();
+  EXPECT_EQ(report.queries, 81u);
+  EXPECT_EQ(report.answered_queries, 81u);
+  // The events of both refine the coarse rows of the one; a finer row is the similar slice's own.
+  EXPECT_EQ(service.peek(similar, 2, 4).row, RowView::no_row);
+  EXPECT_EQ(service.peek(slice, 2, 4).paths, 2048u);
+  EXPECT_EQ(service.peek(similar, 2, 4).paths, 2048u);
+  EXPECT_EQ(*service.peek(similar, 2, 4).ribbons, *service.peek(slice, 2, 4).ribbons) << "made again";
+  EXPECT_NE(service.peek(similar, 3, 5).row, RowView::no_row);
+  EXPECT_EQ(service.peek(slice, 3, 5).row, RowView::no_row);
+}
+
+TEST(SampledRows, OfASimilarSliceAreTheSameFromAState) {
+  for (const std::size_t memory : {std::size_t{1} << 26, std::size_t{60000}}) {
+    const MovingLobes target;
+    Options options;
+    options.memory_bytes = memory;
+    Service service(options, target), resumed(options, target);
+    const auto add = [](Service& to) {
+      ASSERT_TRUE(to.add_slice(graded_slice()));
+      ASSERT_TRUE(to.add_slice(similar_slice()));
+    };
+    add(service);
+    service.prepare();
+    for (int pass = 0; pass < 2; ++pass) {
+      for (SliceId slice : {1u, 0u}) {
+        for (std::uint32_t n = 0; n < 81; ++n) service.credit(service.look_up(slice, n / 9, n % 9), 1, 11 * n);
+      }
+      service.publish();
+    }
+    for (std::uint32_t n = 0; n < 81; n += 2) service.look_up(1, n / 9, n % 9);
+    service.publish();
+    const Result<std::string> state = service.state();
+    ASSERT_TRUE(state);
+    add(resumed);
+    ASSERT_FALSE(resumed.restore(*state));
+    EXPECT_EQ(*resumed.state(), *state) << memory;
+    for (std::uint32_t n = 0; n < 81; ++n) {
+      for (SliceId slice : {0u, 1u}) {
+        const RowView before = service.peek(slice, n / 9, n % 9), after = resumed.peek(slice, n / 9, n % 9);
+        ASSERT_NE(before.ribbons, nullptr) << n;
+        ASSERT_NE(after.ribbons, nullptr) << n;
+        EXPECT_EQ(*after.ribbons, *before.ribbons) << n;
+      }
+    }
+  }
+}
+
+TEST(SampledRows, OfASimilarSliceNeedOneThatWasAddedOnTheSameGrids) {
+  const MovingLobes target;
+  Service service(Options{}, target);
+  EXPECT_FALSE(service.add_slice(similar_slice())) << "not added yet";
+  ASSERT_TRUE(service.add_slice(graded_slice()));
+  SliceDescription other = similar_slice();
+  other.coarse.pop_back();
+  const Result<SliceId> refused = service.add_slice(other);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find("same grids"), std::string::npos) << refused.error().message();
+  EXPECT_TRUE(service.add_slice(similar_slice()));
+}
+
 TEST(SampledRows, OfEveryLevelAreTheSameForAnyNumberOfThreads) {
   std::string bytes;
   for (const unsigned threads : {1u, 2u, 8u}) {

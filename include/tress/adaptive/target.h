@@ -5,6 +5,7 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,6 +44,8 @@ enum class SliceKind : std::uint8_t {
 /// the last of either axis.
 struct CoarseAxes {
   std::vector<std::uint32_t> a, b;
+
+  friend bool operator==(const CoarseAxes&, const CoarseAxes&) = default;
 };
 
 /// A slice is a grid of rows, one row per node (a, b).
@@ -57,6 +60,10 @@ struct SliceDescription {
   /// In a slice of samples: coarser grids, the coarsest first. Rows at their nodes answer for nodes that have no row
   /// yet; without such grids, these nodes are not answered. Not saved.
   std::vector<CoarseAxes> coarse = {};
+  /// In a slice of samples: the key of a slice with the same axes, coarse grids and parts that was added before, if its
+  /// target differs by less than the error of coarse rows. This slice then has no coarse rows: the other's answer for
+  /// it, and both slices' events refine them. Not saved.
+  std::optional<SliceKey> coarse_rows_of = {};
 
   std::uint32_t node_count() const { return static_cast<std::uint32_t>(axis_a.size() * axis_b.size()); }
 };

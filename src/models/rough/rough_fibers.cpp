@@ -1,6 +1,8 @@
 #include "models/rough/rough_fibers.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 
@@ -30,12 +32,31 @@ class ColoredForm final : public adaptive::RowForm {
   ColoredDecays decays_;
 };
 
+/// Fibers that differ by no more share coarse rows. The margins are for rounding.
+constexpr float similar_eccentricity = 0.0101f, similar_roughness = 1.101f;
+
+/// Whether coarse rows of the one fiber are nearer to the other's scattering than a coarse row of 512 paths is to its
+/// own (bench/README.md, calibration). The keys are those of rough_slice().
+bool are_similar(const adaptive::SliceKey& a, const adaptive::SliceKey& b) {
+  const auto& [eta, e, roughness, tilt, medulla, scattering, asymmetry, absorption] = a.parameters;
+  const auto& other = b.parameters;
+  return std::array{eta, tilt, medulla, scattering, asymmetry, absorption} ==
+             std::array{other[0], other[3], other[4], other[5], other[6], other[7]} &&
+         (e < 1) == (other[1] < 1) && std::abs(e - other[1]) <= similar_eccentricity &&
+         std::max(roughness, other[2]) <= similar_roughness * std::min(roughness, other[2]);
+}
+
 }  // namespace
 
 FiberId RoughFibers::add(const FiberParameters& parameters) {
   FiberParameters exact = parameters;
   exact.reflection_fresnel = ReflectionFresnel::exact;
-  if (service_ != nullptr && !service_->add_slice(rough_slice(exact))) return no_fiber;
+  if (service_ != nullptr) {
+    const adaptive::SliceDescription slice = slice_of(exact);
+    if (!service_->add_slice(slice)) return no_fiber;
+    const bool is_known = std::ranges::find(with_coarse_rows_, slice.key) != with_coarse_rows_.end();
+    if (!slice.coarse_rows_of && !is_known) with_coarse_rows_.push_back(slice.key);
+  }
   const FiberId id = store_.add(exact);
   if (id < rows_.size()) return id;
   traced_.add(exact);
@@ -44,8 +65,16 @@ FiberId RoughFibers::add(const FiberParameters& parameters) {
   return id;
 }
 
+adaptive::SliceDescription RoughFibers::slice_of(const FiberParameters& fiber) const {
+  adaptive::SliceDescription slice = rough_slice(fiber);
+  const auto found = std::ranges::find_if(
+      with_coarse_rows_, [&](const adaptive::SliceKey& other) { return are_similar(slice.key, other); });
+  if (found != with_coarse_rows_.end() && *found != slice.key) slice.coarse_rows_of = *found;
+  return slice;
+}
+
 RoughRows RoughFibers::rows_of(const FiberParameters& parameters, const std::shared_ptr<const EnergyTable>& energies) {
-  const adaptive::SliceDescription description = rough_slice(parameters);
+  const adaptive::SliceDescription description = slice_of(parameters);
   const adaptive::SliceId slice = service_->add_slice(description).value();
   std::shared_ptr<const RoughGrid>& grid = grids_[slice];
   if (!grid) grid = std::make_shared<const RoughGrid>(description);

@@ -50,11 +50,14 @@ class RoughFibers {
   using Color = std::array<float, 3>;
 
   RoughRows rows_of(const FiberParameters& parameters, const std::shared_ptr<const EnergyTable>& energies);
+  /// rough_slice(), with the coarse rows of the first fiber added that is so similar that they describe both.
+  adaptive::SliceDescription slice_of(const FiberParameters& parameters) const;
 
   adaptive::Service* service_;
   FiberStore store_;
   TracedFibers traced_;
-  std::vector<RoughRows> rows_;  ///< by id
+  std::vector<RoughRows> rows_;                       ///< by id
+  std::vector<adaptive::SliceKey> with_coarse_rows_;  ///< of slices with coarse rows of their own, in order
   std::map<adaptive::SliceId, std::shared_ptr<const RoughGrid>> grids_;
   std::map<std::pair<adaptive::SliceId, Color>, const adaptive::FormedRows*> formed_;
 };
