@@ -230,6 +230,9 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     double events;
   };
   std::vector<Growth> growths;
+  // What was made of a coarse row for the nodes around it is freed when it grows. So the rows of a coarse level grow
+  // together, once one of them has twice the events that it needs.
+  bool is_time = level == slice.levels.coarse();
   for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
     if (!slice.levels.has(level, n)) continue;
     const Slot& slot = slice.slots[n];
@@ -243,9 +246,12 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     if (again[n] != 0 && answer == nullptr)
       wanted = learns_to_epsilon() ? sampled_stages.front() : std::max(wanted, again[n]);
     const bool may_grow = answer == nullptr || !learns_to_epsilon() || !answer->has_converged;
-    if (may_grow && wanted > (answer != nullptr ? answer->paths : 0))
-      growths.push_back({n, wanted, slice.light_at(n), events[n]});
+    const std::uint32_t had = answer != nullptr ? answer->paths : 0;
+    if (!may_grow || wanted <= had) continue;
+    is_time = is_time || again[n] != 0 || learns_to_epsilon() || wanted_paths(id, level, events[n] / 2) > had;
+    growths.push_back({n, wanted, slice.light_at(n), events[n]});
   }
+  if (!is_time) return;
   std::ranges::sort(growths, [](const Growth& x, const Growth& y) {
     if (x.light != y.light) return x.light > y.light;
     return x.events != y.events ? x.events > y.events : x.node < y.node;

@@ -367,7 +367,7 @@ TEST(SampledRows, BecomeFinerAndGetPathsWhereEventsAre) {
   const auto ask = [&](std::uint32_t a, std::uint32_t b, std::uint32_t events) {
     service.credit(service.look_up(slice, a, b), 0, events);
   };
-  ask(2, 4, 64);  // a node of the second grid
+  ask(2, 4, 128);  // a node of the second grid
   service.publish();
   EXPECT_EQ(service.peek(slice, 2, 4).paths, 512u);
   EXPECT_EQ(service.peek(slice, 3, 4).row, RowView::no_row);
@@ -384,6 +384,22 @@ TEST(SampledRows, BecomeFinerAndGetPathsWhereEventsAre) {
   for (int pass = 0; pass < 3; ++pass) service.publish();
   EXPECT_EQ(service.peek(slice, 3, 5).paths, 16384u) << "a row that has passed gets paths all the same";
   EXPECT_EQ(service.publish().g_evaluations, 0u);
+}
+
+TEST(SampledRows, OfACoarseLevelGrowTogether) {
+  const MovingLobes target;
+  Service service(Options{}, target);
+  const SliceId slice = *service.add_slice(graded_slice());
+  service.prepare();
+  const auto ask = [&](std::uint32_t a, std::uint32_t b, std::uint32_t events) {
+    service.credit(service.look_up(slice, a, b), 0, events);
+  };
+  EXPECT_EQ(service.publish().creations, 6u) << "those of prepare()";
+  ask(2, 4, 127);
+  ask(6, 4, 64);
+  EXPECT_EQ(service.publish().creations, 0u) << "each has the 64 events of its row, none twice as many";
+  ask(2, 4, 1);
+  EXPECT_EQ(service.publish().creations, 2u);
 }
 
 // What answers a node must be what a session that goes on from its state, or from the cache, would answer by.
