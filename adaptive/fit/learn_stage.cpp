@@ -1,6 +1,6 @@
 #include "fit/learn_stage.h"
 
-#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "convergence/held_out_test.h"
@@ -14,6 +14,7 @@ namespace {
 
 constexpr double worst_parent = 0.3;  ///< largest T + deviation at which a prediction is used as a start
 constexpr double kappa_times_bound = 50, most_kappa = 2048;
+constexpr std::uint64_t test_streams = std::uint64_t{1} << 48;  // learning never draws from these streams
 
 }  // namespace
 
@@ -57,6 +58,14 @@ StagedRow learn_stage(const SampledTarget& target, const SliceDescription& slice
     staged.row = with_energies(*before, energies);
   staged.usable = true;
   return staged;
+}
+
+SampledTest test_samples(const SampledTarget& target, const SliceDescription& slice, float a, float b,
+                         const RibbonRow& row, std::uint64_t round, std::uint32_t count) {
+  SampledSets batch;
+  batch.draw({target, slice, a, b}, test_streams + HeldOutTest::sets * round, 0, count / HeldOutTest::sets);
+  if (!batch.are_exits(row.parts())) return {HUGE_VAL, 0};
+  return batch.test(row, count / HeldOutTest::sets);
 }
 
 }  // namespace tress::adaptive

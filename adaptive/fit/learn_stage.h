@@ -33,4 +33,8 @@ struct StagedRow {
 StagedRow learn_stage(const SampledTarget& target, const SliceDescription& slice, float a, float b, std::uint32_t paths,
                       std::uint32_t paths_before, const RibbonRow* before, const RibbonRow* parent);
 
+/// Tests a row on fresh draws: `round` chooses streams that learning never uses. count: a multiple of 4.
+SampledTest test_samples(const SampledTarget& target, const SliceDescription& slice, float a, float b,
+                         const RibbonRow& row, std::uint64_t round, std::uint32_t count);
+
 }  // namespace tress::adaptive

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
+#include <span>
 
 namespace tress::adaptive {
 namespace {
@@ -66,16 +67,6 @@ double exponent_for(std::span<const Share> shares, double left) {
 }
 
 }  // namespace
-
-void PartEnergies::add(std::span<const SampledExit> exits, std::uint64_t paths) {
-  for (const SampledExit& exit : exits) {
-    Light& light = light_[exit.part];
-    light.clear += static_cast<double>(exit.weight);
-    for (std::size_t r = 0; r < rates; ++r)
-      light.left[r] += static_cast<double>(exit.weight * std::exp(-Ribbon::decay_rates[r] * exit.attribute));
-  }
-  paths_ += paths;
-}
 
 void PartEnergies::add(const RowExits& exits, std::uint64_t paths) {
   for (std::uint32_t p = 0; p < light_.size(); ++p) {

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 
 #include "fit/row_exits.h"
 #include "tress/adaptive/ribbon.h"
@@ -14,13 +13,9 @@ namespace tress::adaptive {
 /// Sums over exits by part. Plain data; one thread.
 class PartEnergies {
  public:
-  /// Adds the exits of this many paths. Parts must be below SampledTarget::most_parts.
-  void add(std::span<const SampledExit> exits, std::uint64_t paths);
-
-  /// Adds sorted exits of this many paths.
+  /// Adds the exits of this many paths.
   void add(const RowExits& exits, std::uint64_t paths);
 
-  std::uint64_t paths() const { return paths_; }
   /// The mean over paths of the weights of a part.
   double mass(std::uint32_t part) const;
   double total_mass() const;

@@ -12,7 +12,6 @@
 
 #include "convergence/held_out_test.h"
 #include "fit/learn_stage.h"
-#include "fit/sampled_learner.h"
 #include "table/table.h"
 
 namespace tress::adaptive {

@@ -22,10 +22,10 @@
 #include <string>
 #include <vector>
 
+#include "adaptive/learn_samples.h"
 #include "fiber/medulla.h"
 #include "fiber/rough_rows.h"
 #include "fit/learn_stage.h"
-#include "fit/sampled_learner.h"
 #include "tress/adaptive/options.h"
 #include "tress/adaptive/ribbon.h"
 #include "tress/base/random.h"

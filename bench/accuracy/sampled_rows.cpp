@@ -25,7 +25,7 @@
 #include "accuracy/random_rows.h"
 #include "adaptive/listed_samples.h"
 #include "fiber/rough_rows.h"
-#include "fit/sampled_learner.h"
+#include "fit/learn_stage.h"
 #include "tress/adaptive/service.h"
 
 namespace {

@@ -10,13 +10,13 @@
 #include <span>
 #include <vector>
 
+#include "adaptive/learn_samples.h"
 #include "convergence/held_out_test.h"
 #include "density/interpolated_row.h"
 #include "fiber/rough_rows.h"
 #include "fit/fitted_row.h"
 #include "fit/learn_stage.h"
 #include "fit/row_exits.h"
-#include "fit/sampled_learner.h"
 #include "models/rough/colored_decays.h"
 #include "models/rough/rough_row.h"
 #include "tress/base/random.h"

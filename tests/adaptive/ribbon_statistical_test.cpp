@@ -8,10 +8,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "adaptive/learn_samples.h"
 #include "adaptive/random_ribbons.h"
 #include "adaptive/sampled_targets.h"
 #include "convergence/held_out_test.h"
-#include "fit/sampled_learner.h"
 #include "support/chi_square.h"
 #include "support/scale.h"
 #include "support/seed.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "adaptive/listed_samples.h"
-#include "fit/sampled_learner.h"
+#include "fit/learn_stage.h"
 #include "support/seed.h"
 #include "tress/adaptive/service.h"
 

@@ -6,13 +6,13 @@
 #include <numbers>
 #include <vector>
 
-#include "fit/nnls.h"
 #include "references/ais_targets.h"
 #include "references/learners/ais_problem.h"
 #include "references/learners/ais_proposal.h"
 #include "references/learners/ais_regression.h"
 #include "references/learners/ais_step.h"
 #include "references/learners/ais_stop.h"
+#include "references/learners/nnls.h"
 #include "tress/base/random.h"
 
 namespace tress::adaptive {

@@ -1,6 +1,6 @@
 #include "references/learners/ais_regression.h"
 
-#include "fit/nnls.h"
+#include "references/learners/nnls.h"
 
 namespace tress::adaptive {
 namespace {

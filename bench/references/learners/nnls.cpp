@@ -1,4 +1,4 @@
-#include "fit/nnls.h"
+#include "references/learners/nnls.h"
 
 #include <algorithm>
 #include <cmath>

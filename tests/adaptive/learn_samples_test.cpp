@@ -1,5 +1,5 @@
 // Rows of samples: what is drawn is learned, what is no light is refused, and no draws make a row that is no density.
-#include "fit/sampled_learner.h"
+#include "adaptive/learn_samples.h"
 
 #include <gtest/gtest.h>
 
