@@ -40,6 +40,15 @@ class PackedSlice {
   const SliceDescription& description() const { return description_; }
   std::uint32_t rows() const { return rows_; }
 
+  /// Calls `take` with each row. False if the rows have values that no cache may have.
+  template <class Take>
+  bool for_each(const Take& take) const {
+    CacheReader reader(table_, "");
+    reader.begin_rows(description_, rows_, table_, sketches_);
+    while (const CachedRow* row = reader.next_row()) take(*row);
+    return !reader.failure();
+  }
+
   /// Write the rows as bytes and read them back; false if there are not enough bytes. Their values are checked when the
   /// rows are read.
   void write(ByteWriter& out) const;

@@ -30,7 +30,12 @@ enum class Audit : std::uint8_t {
 struct Learning {
   /// failed: tests that the row has failed before.
   Learning(std::unique_ptr<const TracedNodes> traced, const Learner& method, std::uint32_t failed = 0)
-      : nodes(std::move(traced)), sketch(Sketch::bin_count(nodes->blur_rad())), learner(method.make()), stop(failed) {}
+      : Learning(traced->blur_rad(), method, failed) {
+    nodes = std::move(traced);
+  }
+  /// The nodes are still to be set.
+  Learning(float blur_rad, const Learner& method, std::uint32_t failed = 0)
+      : sketch(Sketch::bin_count(blur_rad)), learner(method.make()), stop(failed) {}
 
   std::unique_ptr<const TracedNodes> nodes;
   Sketch sketch;

@@ -26,6 +26,8 @@
 
 namespace tress::adaptive {
 
+struct SavedSlice;  // state.cpp
+
 /// The view that a reader gets of a node that has a row.
 RowView view_of(const Slot& slot);
 
@@ -72,7 +74,7 @@ class Service::Table {
   std::unique_ptr<RowSource> rows() const;
   TableSnapshot snapshot() const;
 
-  // state_write.cpp, state_read.cpp
+  // state.cpp
   Result<std::string> state() const;
   std::optional<Error> restore(const std::string& state);
 
@@ -233,23 +235,13 @@ class Service::Table {
   /// Makes rows of cached rows until memory is full, first of those that answer at once. Keeps the rest as cached rows.
   std::optional<Error> take(RowSource& rows);
 
-  // state_write.cpp
-  void write_totals(ByteWriter& out) const;
-  void write_slice(ByteWriter& out, const Slice& slice) const;
-  /// False if the state of the row's learner cannot be saved.
-  bool write_row(ByteWriter& out, const Row& row) const;
-
-  // state_read.cpp
-  class StateReader;
-  struct SavedRow;
-  struct SavedSlice;
-  struct SavedTable;
-  /// Makes the checks that need the targets, and the answers of the rows.
-  std::optional<Error> rebuild(SavedTable& saved);
-  std::optional<Error> check_rows(SavedTable& saved, SliceId id) const;
-  void take_over(SavedTable& saved);
-  void take_row(SavedRow& saved);
-  void take_slice(const SavedTable& all, SavedSlice& saved, Slice& slice);
+  // state.cpp
+  struct Saved;
+  SavedSlice saved_slice(const Slice& slice) const;
+  /// Checks the rows of a slice against their answers, and hands them their earlier fits.
+  std::optional<Error> check_rows(Saved& saved, SliceId slice) const;
+  void take_over(Saved& saved);
+  void take_slice(SavedSlice& saved, Slice& slice, const std::vector<bool>& has_converged);
 
   // forms.cpp
   /// Makes the answer of a row again, if it has one, without counting a query.
