@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "cache/checksum.h"
+#include "base/content_hash.h"
 #include "cache/reader.h"
 #include "observations/sketch.h"
 
@@ -81,7 +81,7 @@ bool CacheReader::check(const std::string& wanted_model) {
   if (!whole || !checksum_of(0, bytes_.size(), &sum)) return false;
   contents_.format = version_;
   contents_.bytes = bytes_.size();
-  contents_.hash = format::hexadecimal(sum);
+  contents_.hash = hexadecimal(sum);
   rewind();
   return true;
 }
@@ -113,7 +113,7 @@ bool CacheReader::header(ByteReader& in, std::uint64_t* hash) {
 
 bool CacheReader::same_model(const std::string& wanted, std::uint64_t hash) {
   const auto told = [](const std::string& name, std::uint64_t number) {
-    return "model " + name + " (hash " + format::hexadecimal(number) + ")";
+    return "model " + name + " (hash " + hexadecimal(number) + ")";
   };
   const std::string& expected = wanted.empty() ? model_ : wanted;
   if (hash == model_hash(expected) && model_ == expected) return true;
@@ -122,13 +122,13 @@ bool CacheReader::same_model(const std::string& wanted, std::uint64_t hash) {
 
 bool CacheReader::checksum_of(std::size_t start, std::size_t size, std::uint64_t* sum) {
   ByteReader in(&bytes_, start, size);
-  format::Checksum checksum;
+  ContentHash hash;
   while (in.remaining() > 0) {
     const std::string_view piece = in.text(std::min(in.remaining(), ByteReader::largest_buffer));
     if (piece.empty()) return fail(byte(in.position()), "bytes that can be read", "a file that changes or fails");
-    checksum.add(piece);
+    hash.add(piece);
   }
-  *sum = checksum.value();
+  *sum = hash.value();
   return true;
 }
 
@@ -155,7 +155,7 @@ bool CacheReader::frame(ByteReader& in, Section section) {
   std::uint64_t actual = 0;
   if (!checksum_of(payload.start, payload.size, &actual)) return false;
   if (actual != sum) {
-    return fail(here(in), "checksum " + format::hexadecimal(sum), format::hexadecimal(actual));
+    return fail(here(in), "checksum " + hexadecimal(sum), hexadecimal(actual));
   }
   frames_[static_cast<std::size_t>(section) - 1] = payload;
   in = ByteReader(&bytes_, payload.start + payload.size, bytes_.size() - payload.start - payload.size);

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "cache/checksum.h"
+#include "base/content_hash.h"
 #include "cache/format.h"
 
 namespace tress::adaptive {
@@ -87,47 +87,33 @@ Counts count(RowSource& rows) {
   return counts;
 }
 
-/// Where the payload of a section goes.
+/// The payload of a section, which goes to a sink in pieces.
 class Payload {
  public:
   static constexpr std::size_t piece = std::size_t{32} << 10;
-  virtual ~Payload() = default;
+  explicit Payload(ByteSink take) : take_(std::move(take)) {}
   ByteWriter& writer() { return writer_; }
   /// Call it after each piece of work, and with 1 at the end. False if there is no room.
   bool flush(std::size_t at_least = piece) {
     if (writer_.bytes().size() < at_least) return true;
-    const bool taken = take(writer_.bytes());
+    const bool taken = take_(writer_.bytes());
     writer_.clear();
     return taken;
   }
 
  private:
-  virtual bool take(std::string_view bytes) = 0;
+  ByteSink take_;
   ByteWriter writer_;
 };
 
-class Measured final : public Payload {
- public:
-  std::uint64_t size() const { return size_; }
-  std::uint64_t sum() const { return checksum_.value(); }
-
- private:
-  bool take(std::string_view bytes) override {
-    size_ += bytes.size();
-    checksum_.add(bytes);
+struct Measured {
+  std::uint64_t size = 0;
+  ContentHash hash;
+  Payload payload{[this](std::string_view bytes) {
+    size += bytes.size();
+    hash.add(bytes);
     return true;
-  }
-  std::uint64_t size_ = 0;
-  Checksum checksum_;
-};
-
-class Written final : public Payload {
- public:
-  explicit Written(ByteSink& out) : out_(out) {}
-
- private:
-  bool take(std::string_view bytes) override { return out_.append(bytes); }
-  ByteSink& out_;
+  }};
 };
 
 /// Writes the payloads of the last three sections; a null one is left out. False if one has no room, or the rows are
@@ -167,28 +153,43 @@ void write_frame(ByteWriter& out, Section id, std::uint64_t size, std::uint64_t 
 
 }  // namespace
 
-bool write_cache(RowSource& rows, ByteSink& out) {
+std::string described(const SliceDescription& slice) {
+  ByteWriter out;
+  write_description(out, slice, version_of_samples);
+  return out.take();
+}
+
+bool write_cache(RowSource& rows, const ByteSink& out) {
   const Counts counts = count(rows);
   Measured slices, table, sketches;
-  if (rows.failure() || !write_payloads(rows, counts, &slices, &table, &sketches)) return false;
+  if (rows.failure() || !write_payloads(rows, counts, &slices.payload, &table.payload, &sketches.payload)) return false;
   ByteWriter model;
   model.u32(static_cast<std::uint32_t>(rows.model().size()));
   model.text(rows.model());
 
-  Written payload(out);
+  Payload payload(out);
   ByteWriter& head = payload.writer();
   head.text(magic);
   head.u32(counts.version);
   head.u32(section_count);
   head.u64(model_hash(rows.model()));
-  write_frame(head, Section::model, model.bytes().size(), checksum(model.bytes()));
+  write_frame(head, Section::model, model.bytes().size(), content_hash(model.bytes()));
   head.text(model.bytes());
-  write_frame(head, Section::slices, slices.size(), slices.sum());
+  write_frame(head, Section::slices, slices.size, slices.hash.value());
   if (!write_payloads(rows, counts, &payload, nullptr, nullptr)) return false;
-  write_frame(head, Section::rows, table.size(), table.sum());
+  write_frame(head, Section::rows, table.size, table.hash.value());
   if (!write_payloads(rows, counts, nullptr, &payload, nullptr)) return false;
-  write_frame(head, Section::sketches, sketches.size(), sketches.sum());
+  write_frame(head, Section::sketches, sketches.size, sketches.hash.value());
   return write_payloads(rows, counts, nullptr, nullptr, &payload);
+}
+
+std::string cache_bytes(RowSource& rows) {
+  std::string all;
+  const bool is_whole = write_cache(rows, [&all](std::string_view bytes) {
+    all.append(bytes);
+    return true;
+  });
+  return is_whole ? std::move(all) : std::string();
 }
 
 }  // namespace format
@@ -200,31 +201,13 @@ constexpr std::string_view rules =
     "node rule 1: g at the grid node; blur 1: wrapped Gaussian; axis rule 1: ascending coordinates, node = a * nb + b; "
     "sketch rule 1: max(128, ceil(12 pi / sigma)) bins, minimum of |offset| 31, sign 1, float g 32";
 
-class StringSink final : public format::ByteSink {
- public:
-  bool append(std::string_view bytes) override {
-    text.append(bytes);
-    return true;
-  }
-  std::string text;
-};
-
-class HashSink final : public format::ByteSink {
- public:
-  bool append(std::string_view bytes) override {
-    checksum.add(bytes);
-    return true;
-  }
-  format::Checksum checksum;
-};
-
 }  // namespace
 
 std::uint64_t model_hash(const std::string& model) {
   std::string text = model;
   text.push_back('\0');
   text.append(rules);
-  return format::checksum(text);
+  return content_hash(text);
 }
 
 std::size_t cached_bytes(const SliceDescription& slice, std::uint32_t format) {
@@ -242,14 +225,16 @@ std::size_t cached_bytes(const CachedRow& row) {
 
 std::string encode_cache(const TableSnapshot& image) {
   SnapshotRows rows(image);
-  StringSink out;
-  format::write_cache(rows, out);
-  return std::move(out.text);
+  return format::cache_bytes(rows);
 }
 
 std::string cache_hash(RowSource& rows) {
-  HashSink out;
-  return format::write_cache(rows, out) ? format::hexadecimal(out.checksum.value()) : std::string();
+  ContentHash hash;
+  const auto add = [&hash](std::string_view bytes) {
+    hash.add(bytes);
+    return true;
+  };
+  return format::write_cache(rows, add) ? hexadecimal(hash.value()) : std::string();
 }
 
 std::string cache_hash(const TableSnapshot& image) {

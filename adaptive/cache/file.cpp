@@ -30,16 +30,6 @@ Error system_error(const fs::path& file, const char* expected) {
   return {file.string(), "", expected, strerror(errno)};
 }
 
-class ReplacementSink final : public format::ByteSink {
- public:
-  bool append(std::string_view bytes) override {
-    error = file.write(bytes);
-    return !error;
-  }
-  FileReplacement file;
-  std::optional<Error> error;
-};
-
 std::size_t size_of(int descriptor) {
   struct stat status{};
   return ::fstat(descriptor, &status) == 0 ? static_cast<std::size_t>(status.st_size) : 0;
@@ -47,18 +37,20 @@ std::size_t size_of(int descriptor) {
 
 /// Replaces `target`, which is no link, by a file of the rows. The caller holds the lock. `file`: its name in errors.
 Result<CacheContents> replace(const fs::path& target, const fs::path& file, RowSource& rows) {
-  ReplacementSink out;
-  if (std::optional<Error> error = out.file.begin(target, file.string())) return *error;
-  if (!format::write_cache(rows, out)) {
-    if (out.error) return *out.error;
-    if (const std::optional<Error> error = rows.failure()) return *error;
+  FileReplacement out;
+  std::optional<Error> error = out.begin(target, file.string());
+  if (error) return *error;
+  if (!format::write_cache(rows, [&](std::string_view bytes) { return !(error = out.write(bytes)); })) {
+    if (!error) error = rows.failure();
+    if (error) return *error;
     return Error{file.string(), "", "rows that stay as they are while they are saved", "others"};
   }
   // A file that load_cache would refuse must not replace a good one.
-  const FileBytes written(out.file.descriptor(), size_of(out.file.descriptor()));
+  const FileBytes written(out.descriptor(), size_of(out.descriptor()));
   CacheReader reader(written, file.string());
   if (!reader.check(rows.model())) return reader.error();
-  if (std::optional<Error> error = out.file.finish()) return *error;
+  error = out.finish();
+  if (error) return *error;
   return reader.contents();
 }
 

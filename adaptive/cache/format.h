@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -43,21 +44,14 @@ inline Kind kind_of(const CachedRow& row) {
 }
 inline bool is_knot_count(std::uint32_t count) { return count == 32 || count == 64 || count == 128; }
 
-/// XXH3 (64 bits, seed 0) of the bytes.
-std::uint64_t checksum(std::string_view bytes);
-/// 16 lower-case hexadecimal digits.
-std::string hexadecimal(std::uint64_t value);
-
-/// Takes a cache piece by piece, from its first byte to its last.
-class ByteSink {
- public:
-  virtual ~ByteSink() = default;
-  /// False if there is no room; append() is then not called again.
-  virtual bool append(std::string_view bytes) = 0;
-};
+/// Takes a cache piece by piece, from its first byte to its last. Returns false if there is no room, and is then not
+/// called again.
+using ByteSink = std::function<bool(std::string_view)>;
 /// Writes the whole file, in pieces of some 32 KB, from five rounds over the rows. False if the sink has no room, the
 /// rows have a failure(), or the rounds differ.
-bool write_cache(RowSource& rows, ByteSink& out);
+bool write_cache(RowSource& rows, const ByteSink& out);
+/// The bytes of a cache; empty where write_cache() fails.
+std::string cache_bytes(RowSource& rows);
 
 /// Writes the row as it stands in section rows, without what its state does not store.
 void write_row(ByteWriter& out, const CachedRow& row);
@@ -65,5 +59,7 @@ void write_row(ByteWriter& out, const CachedRow& row);
 void write_sketch(ByteWriter& out, const CachedRow& row);
 /// Writes the slice's description as it stands in section slices of a file of that version.
 void write_description(ByteWriter& out, const SliceDescription& slice, std::uint32_t version);
+/// The description as bytes, which compare as descriptions do.
+std::string described(const SliceDescription& slice);
 
 }  // namespace tress::adaptive::format

@@ -13,12 +13,6 @@ std::string encoded(const CachedRow& row) {
   return out.take();
 }
 
-std::string encoded(const SliceDescription& slice) {
-  ByteWriter out;
-  format::write_description(out, slice, format::version_of_samples);
-  return out.take();
-}
-
 /// Compares as unsigned bytes, as std::string does.
 bool below(const CachedRow& a, const CachedRow& b) {
   const bool a_converged = a.state == RowState::converged, b_converged = b.state == RowState::converged;
@@ -89,7 +83,7 @@ const SliceDescription* MergedRows::next_slice() {
   a_.has_slice = a_.tells = !b_first;
   b_.has_slice = b_.tells = !a_first;
   if (a_.tells && b_.tells) {
-    const std::string a = encoded(*a_.slice), b = encoded(*b_.slice);
+    const std::string a = format::described(*a_.slice), b = format::described(*b_.slice);
     a_.tells = !(a < b);
     b_.tells = !(b < a);
   }

@@ -4,7 +4,6 @@
 #include <functional>
 #include <string>
 
-#include "table/cached_form.h"
 #include "table/table.h"
 
 namespace tress::adaptive {
@@ -39,8 +38,6 @@ SliceDescription normal_form(SliceDescription slice) {
 }
 
 }  // namespace
-
-const CachedRow* earlier_of(const Row& row) { return row.learning ? row.learning->earlier.get() : nullptr; }
 
 CachedRow cached_form(const Row& row, const Slot& slot) {
   if (const CachedRow* earlier = earlier_of(row)) return *earlier;

@@ -31,7 +31,6 @@
 #include "cache/format.h"
 #include "cache/packed_slice.h"
 #include "cache/reader.h"
-#include "table/cached_form.h"
 #include "table/table.h"
 
 namespace tress::adaptive {
@@ -158,12 +157,6 @@ void write_or_read(auto& fields, StopTest::State& stop) {
   for (bool* value : {&stop.last_failed, &stop.overruled}) fields(*value);
 }
 
-std::string described(const SliceDescription& slice) {
-  ByteWriter out;
-  format::write_description(out, slice, format::version_of_samples);
-  return out.take();
-}
-
 bool is_finite(const Mixture& fit) {
   const auto good = [](const Component& part) {
     return std::isfinite(part.attribute_mean) && std::isfinite(part.attribute_variance);
@@ -171,15 +164,6 @@ bool is_finite(const Mixture& fit) {
   return std::isfinite(fit.uniform_attribute_mean) && std::isfinite(fit.uniform_attribute_variance) &&
          std::ranges::all_of(fit.parts(), good);
 }
-
-class CacheBytes final : public format::ByteSink {
- public:
-  bool append(std::string_view bytes) override {
-    text.append(bytes);
-    return true;
-  }
-  std::string text;
-};
 
 }  // namespace
 
@@ -277,7 +261,7 @@ struct Service::Table::Saved {
     same(count, std::to_string(count) + " slices");
     for (std::uint32_t id = 0; id < count && fields.good(); ++id) {
       const Slice& own = *table.slices_[id];
-      std::string description = described(own.description);
+      std::string description = format::described(own.description);
       const std::string wanted = description;
       fields(description);
       fields.require(description == wanted, "slice " + std::to_string(id) + " as it was added", "another");
@@ -333,14 +317,15 @@ struct Service::Table::Saved {
     fields.count(number, 4);
     auto next = table.unused_.begin();
     for (std::uint32_t i = 0; i < number && fields.good(); ++i) {
-      CacheBytes bytes;
+      std::string bytes;
       if constexpr (!Archive::reads) {
         PackedSliceRows packed((next++)->second, table.model_name());
-        fields.require(format::write_cache(packed, bytes), "rows of a cache that can be read back", "others");
+        bytes = format::cache_bytes(packed);
+        fields.require(!bytes.empty(), "rows of a cache that can be read back", "others");
       }
-      fields(bytes.text);
+      fields(bytes);
       if (!Archive::reads || !fields.good()) continue;
-      const MemoryBytes source(bytes.text);
+      const MemoryBytes source(bytes);
       CacheReader cache(source, "unused slices");
       const bool is_cache = cache.check(table.model_name());
       fields.require(is_cache, "slices as of a cache", is_cache ? "" : cache.error().message());

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,8 +13,28 @@ namespace tress {
 
 /// XXH3 (64 bits, seed 0). It does not protect against contents that were made to collide.
 std::uint64_t content_hash(std::string_view bytes);
-/// The hash as 16 lower-case hexadecimal digits.
+/// 16 lower-case hexadecimal digits.
+std::string hexadecimal(std::uint64_t value);
+/// The hash in hexadecimal digits.
 std::string content_name(std::string_view bytes);
+
+/// The hash of bytes that come piece by piece.
+class ContentHash {
+ public:
+  ContentHash();
+  ~ContentHash();
+  ContentHash(const ContentHash&) = delete;
+  ContentHash& operator=(const ContentHash&) = delete;
+
+  void add(std::string_view bytes);
+  /// content_hash() of all bytes so far.
+  std::uint64_t value() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
 /// The hash of a regular file, which is read in pieces of 1 MB. Empty if the file cannot be read.
 std::optional<std::string> file_content_name(const std::filesystem::path& file);
 

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "adaptive/cache_images.h"
+#include "base/content_hash.h"
 #include "cache/byte_source.h"
 #include "cache/bytes.h"
 #include "cache/format.h"
@@ -39,7 +40,7 @@ inline std::size_t payload(const std::string& bytes, int section) {
 inline void seal(std::string* bytes, int section) {
   const std::size_t start = payload(*bytes, section);
   const std::size_t length = get_u64(*bytes, start - 16);
-  put(bytes, start - 8, format::checksum(std::string_view(*bytes).substr(start, length)), 8);
+  put(bytes, start - 8, content_hash(std::string_view(*bytes).substr(start, length)), 8);
 }
 
 /// The file of an earlier version: as small_image(), with a row of 32 knots at node 2 of the first slice.
