@@ -109,6 +109,13 @@ float SkewLogistic::density(float phi) const {
 
 float SkewLogistic::sample(float u) const { return sample_shape(*this, u); }
 
+double decayed_share(double rate, double attribute_mean, double attribute_variance) {
+  if (rate <= 0 || attribute_mean <= 0) return 1;
+  const double spread = attribute_variance / attribute_mean;
+  if (!(rate * spread > 1e-6)) return std::exp(-rate * attribute_mean);
+  return std::exp(-attribute_mean / spread * std::log1p(rate * spread));
+}
+
 float Mixture::energy() const { return energy_of(parts(), uniform_weight); }
 float Mixture::density(float phi) const { return density_of(parts(), uniform_weight, phi); }
 float Mixture::proposal_density(float phi, float u_share) const {

@@ -18,7 +18,6 @@
 #include <hwy/highway.h>
 
 #include "base/exp_lanes.h"
-#include "fit/tilt_sums.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tress::adaptive {

@@ -140,10 +140,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       slices_[row.slice]->stored.erase(row.node);
       bytes_ = bytes_ - sizes[i] + bytes_of(row);  // settle() may have ended its learning
       changes_.push_back({row.slice, row.node, state_of(row)});
-      report.g_evaluations += outcomes[i].g_evaluations;
-      report.refits += outcomes[i].refits;
-      report.bad_fits += outcomes[i].bad_fits;
-      count_converged(outcomes[i], report);
+      account(outcomes[i], report);
       reopened_ += outcomes[i].reopened ? 1 : 0;
     }
     report.creations += outcomes.size();

@@ -36,11 +36,11 @@ RowAnswer FormStore::find(const FormedRows& rows, std::uint32_t node) const {
 FormedLookup FormStore::make(const FormedRows& rows, const RowView& row, std::size_t room) {
   FormedLookup found;
   const bool has_converged = row.state == RowState::converged;
-  const std::size_t size = BlockStore::rounded(rows.form_->bytes(row));
+  const std::size_t size = decltype(blocks_)::rounded(rows.form_->bytes(row));
   const std::size_t before = bytes_.fetch_add(size, std::memory_order_relaxed);
   if (!has_entries(rows) || before + size > room) {
     bytes_.fetch_sub(size, std::memory_order_relaxed);
-    constexpr std::align_val_t line{BlockStore::line_bytes};
+    constexpr std::align_val_t line{line_bytes};
     std::shared_ptr<void> block(::operator new(size, line), [](void* memory) { ::operator delete(memory, line); });
     rows.form_->write(row, block.get());
     found.answer = RowAnswer::of_row(block.get(), has_converged);

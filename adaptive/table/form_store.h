@@ -9,7 +9,7 @@
 #include <mutex>
 #include <vector>
 
-#include "table/block_store.h"
+#include "density/block_store.h"
 #include "tress/adaptive/row_form.h"
 
 namespace tress::adaptive {
@@ -67,7 +67,8 @@ class FormStore {
 
   std::atomic<std::size_t>& bytes_;
   std::vector<Form> forms_;
-  BlockStore blocks_;
+  static constexpr std::size_t line_bytes = 64;
+  BlockStore<line_bytes, 512> blocks_;
   std::mutex mutex_;  ///< guards Form::made against readers
 };
 

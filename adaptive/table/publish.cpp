@@ -22,7 +22,12 @@ double quantile(const std::vector<float>& ascending, double share) {
 
 }  // namespace
 
-void Service::Table::count_converged(const Outcome& outcome, PassReport& report) {
+void Service::Table::account(const Outcome& outcome, PassReport& report) {
+  report.g_evaluations += outcome.g_evaluations;
+  report.validation_draws += outcome.validation_draws;
+  report.refits += outcome.refits;
+  report.bad_fits += outcome.bad_fits;
+  report.traces += outcome.traces;
   report.newly_converged += outcome.converged ? 1 : 0;
   if (outcome.absorbed_error >= 0) absorbed_errors_.add(outcome.absorbed_error);
 }
@@ -70,12 +75,7 @@ void Service::Table::update_rows(PassReport& report) {
       for (const std::uint32_t form : slices_[row.slice]->forms) forms_.drop(form);
     }
     bytes_ = bytes_ - sizes[i] + bytes_of(row);
-    report.g_evaluations += outcome.g_evaluations;
-    report.validation_draws += outcome.validation_draws;
-    report.refits += outcome.refits;
-    report.bad_fits += outcome.bad_fits;
-    report.traces += outcome.traces;
-    count_converged(outcome, report);
+    account(outcome, report);
     if (outcome.changed) changes_.push_back({row.slice, row.node, state_of(row)});
     if (outcome.weights.count > 0 && outcome.weights.mean_square > 0) {
       const Moments& w = outcome.weights;
@@ -98,10 +98,7 @@ void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nod
   }
   Outcome again = reopen(row, std::move(nodes));
   show(row, again);
-  report.g_evaluations += again.g_evaluations;
-  report.refits += again.refits;
-  report.bad_fits += again.bad_fits;
-  count_converged(again, report);
+  account(again, report);
 }
 
 void Service::Table::prepare() {

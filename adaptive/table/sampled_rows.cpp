@@ -94,12 +94,12 @@ std::uint32_t Service::Table::wanted_paths(SliceId id, std::size_t level, double
 }
 
 Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t paths, const RibbonAnswer* parent) const {
-  const SliceDescription& slice = slices_[row.slice]->description;
-  const auto width = static_cast<std::uint32_t>(slice.axis_b.size());
-  const float a = slice.axis_a[row.node / width], b = slice.axis_b[row.node % width];
+  const Slice& of = *slices_[row.slice];
+  const SliceDescription& slice = of.description;
+  const float a = of.a_of(row.node), b = of.b_of(row.node);
   const RibbonAnswer* before = slot_of(row).ribbons();
   const double epsilon = epsilon_of(row.slice, row.node, row.energy);
-  const HeardTarget heard(*samples_, slices_[row.slice]->heard.at(row.node));
+  const HeardTarget heard(*samples_, of.heard.at(row.node));
   const SampledTarget& teacher = options_.own_paths ? static_cast<const SampledTarget&>(*samples_) : heard;
   Outcome outcome;
   auto answer = std::make_unique<RibbonAnswer>();
@@ -140,11 +140,10 @@ Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t path
 }
 
 Service::Table::Outcome Service::Table::audit_samples(const Row& row) const {
-  const SliceDescription& slice = slices_[row.slice]->description;
-  const auto width = static_cast<std::uint32_t>(slice.axis_b.size());
+  const Slice& slice = *slices_[row.slice];
   const RibbonAnswer& answer = *slot_of(row).ribbons();
-  const SampledTest test = test_samples(*samples_, slice, slice.axis_a[row.node / width],
-                                        slice.axis_b[row.node % width], answer.row, pass_, audit_paths);
+  const SampledTest test = test_samples(*samples_, slice.description, slice.a_of(row.node), slice.b_of(row.node),
+                                        answer.row, pass_, audit_paths);
   Outcome outcome;
   outcome.g_evaluations = audit_paths;
   // The error that the row was accepted with: epsilon, or the bound of its own test.
@@ -178,7 +177,7 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
     for (std::size_t i = 0; i < group->size(); ++i) {
       Row& row = rows_[(*group)[i]];
       row.audit = Audit::none;
-      report.g_evaluations += outcomes[i].g_evaluations;
+      account(outcomes[i], report);
       if (!outcomes[i].audit_failed) continue;
       fits = false;
       row.raise_generation();
@@ -303,9 +302,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     bytes_ = bytes_ + bytes_of(row) - (was_there ? before : sizeof(Row) + sizeof(RibbonAnswer));
     moved[row.node] = true;
     changes_.push_back({id, row.node, state_of(row)});
-    report.g_evaluations += outcome.g_evaluations;
-    report.refits += outcome.refits;
-    count_converged(outcome, report);
+    account(outcome, report);
   }
 }
 

@@ -48,12 +48,11 @@ RowView view_of(const Slot& slot) {
 }
 
 std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uint32_t node) const {
-  const SliceDescription& d = slices_[slice]->description;
-  const auto width = static_cast<std::uint32_t>(d.axis_b.size());
+  const Slice& of = *slices_[slice];
   std::vector<TracedRay> rays;
   const auto tell = [this](Error error) { discipline_.note(std::move(error)); };
   if (!calls_without_throwing("Target::trace", tell,
-                              [&] { target_->trace(d, d.axis_a[node / width], d.axis_b[node % width], rays); }))
+                              [&] { target_->trace(of.description, of.a_of(node), of.b_of(node), rays); }))
     return nullptr;
   const auto is_ray = [](const TracedRay& ray) {
     return std::isfinite(ray.azimuth) && std::isfinite(ray.weight) && ray.weight >= 0 && std::isfinite(ray.attribute) &&
@@ -64,7 +63,7 @@ std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uin
                       "another at node " + std::to_string(node) + " of slice " + std::to_string(slice)});
     return nullptr;
   }
-  return std::make_unique<const TracedNodes>(rays, d.blur_rad);
+  return std::make_unique<const TracedNodes>(rays, of.description.blur_rad);
 }
 
 std::size_t Service::Table::bytes_of(const Row& row) const {

@@ -151,6 +151,9 @@ struct Slice {
     if (at == decay_rates.end() || *at != rate) decay_rates.insert(at, rate);
   }
 
+  /// The coordinates of a node.
+  float a_of(std::uint32_t node) const { return description.axis_a[node / description.axis_b.size()]; }
+  float b_of(std::uint32_t node) const { return description.axis_b[node % description.axis_b.size()]; }
   /// Light that a node has carried over all passes, as fixed_light(); 0 without an index.
   std::uint64_t light_at(std::uint32_t node) const { return light ? light[node].load(std::memory_order_relaxed) : 0; }
   /// Number of draws from a node of samples over all passes: its credited events or its queries, whichever is more.

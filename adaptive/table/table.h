@@ -223,7 +223,8 @@ class Service::Table {
   void update_rows(PassReport& report);
   /// Calls reopen() if memory has room; otherwise the audit stays due.
   void start_anew(Row& row, std::unique_ptr<const TracedNodes> nodes, PassReport& report);
-  void count_converged(const Outcome& outcome, PassReport& report);
+  /// Adds the work of an outcome to the report, and keeps its error.
+  void account(const Outcome& outcome, PassReport& report);
   void fill_totals(PassReport& report) const;
   void announce();
 

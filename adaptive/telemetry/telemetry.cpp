@@ -84,10 +84,11 @@ Json row_fields(const RowReport& report) {
           {"light", report.light}};
 }
 
-/// Adds the host's fields to those of the report. They can neither break the line nor replace a field of the report.
-std::optional<Error> add(const TelemetryWriter::Extra& extra, const std::string& file, Json* line) {
+/// One line of a report's fields and the host's, which can neither break the line nor replace a field of the report.
+/// Bytes that are not UTF-8 become U+FFFD, and numbers that are not finite become null.
+Result<std::string> line_of(Json line, const TelemetryWriter::Extra& extra, const std::string& file) {
   for (const auto& [name, text] : extra) {
-    if (line->contains(name)) return Error{file, "/" + name, "a name that the report does not use", "\"" + name + "\""};
+    if (line.contains(name)) return Error{file, "/" + name, "a name that the report does not use", "\"" + name + "\""};
     int deepest = 0;
     const auto note_depth = [&](int depth, Json::parse_event_t, Json&) {
       deepest = std::max(deepest, depth);
@@ -98,13 +99,10 @@ std::optional<Error> add(const TelemetryWriter::Extra& extra, const std::string&
       return Error{file, "/" + name, "JSON text nested at most " + std::to_string(deepest_extra) + " deep",
                    text.substr(0, 60)};
     }
-    (*line)[name] = std::move(value);
+    line[name] = std::move(value);
   }
-  return std::nullopt;
+  return line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
-
-/// Returns one line. Bytes that are not UTF-8 become U+FFFD, and numbers that are not finite become null.
-std::string to_line(const Json& fields) { return fields.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 }  // namespace
 
@@ -141,7 +139,9 @@ Result<std::unique_ptr<TelemetryWriter>> TelemetryWriter::resume(const std::file
   return writer;
 }
 
-std::optional<Error> TelemetryWriter::write_line(const std::string& line) {
+std::optional<Error> TelemetryWriter::write_line(const Result<std::string>& text) {
+  if (!text) return text.error();
+  const std::string& line = *text;
   // Without this check, a file could lack a line in the middle.
   if (failed_) return Error{file_.string(), "", "room for a line", "an earlier write that failed"};
   std::size_t written = 0;
@@ -168,27 +168,16 @@ void TelemetryWriter::take_back(std::size_t written) {
 }
 
 std::optional<Error> TelemetryWriter::header(const Extra& fields) {
-  Json line = {{"type", "header"}, {"schema", telemetry_schema_version}};
-  if (auto error = add(fields, file_.string(), &line)) return error;
-  return write_line(to_line(line));
+  return write_line(line_of({{"type", "header"}, {"schema", telemetry_schema_version}}, fields, file_.string()));
 }
-
 std::optional<Error> TelemetryWriter::pass(const PassReport& report, const Extra& fields) {
-  Json line = pass_fields(report);
-  if (auto error = add(fields, file_.string(), &line)) return error;
-  return write_line(to_line(line));
+  return write_line(line_of(pass_fields(report), fields, file_.string()));
 }
-
 std::optional<Error> TelemetryWriter::row(const RowReport& report, const Extra& fields) {
-  Json line = row_fields(report);
-  if (auto error = add(fields, file_.string(), &line)) return error;
-  return write_line(to_line(line));
+  return write_line(line_of(row_fields(report), fields, file_.string()));
 }
-
 std::optional<Error> TelemetryWriter::summary(const Extra& fields) {
-  Json line = {{"type", "summary"}};
-  if (auto error = add(fields, file_.string(), &line)) return error;
-  return write_line(to_line(line));
+  return write_line(line_of({{"type", "summary"}}, fields, file_.string()));
 }
 
 }  // namespace tress::adaptive

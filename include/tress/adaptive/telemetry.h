@@ -120,7 +120,7 @@ class TelemetryWriter {
 
  private:
   TelemetryWriter(std::filesystem::path file, int descriptor);
-  std::optional<Error> write_line(const std::string& line);
+  std::optional<Error> write_line(const Result<std::string>& text);
   void take_back(std::size_t written);
   std::filesystem::path file_;
   int descriptor_;

@@ -1,4 +1,4 @@
-// Memory for what forms make of rows, in lines of 64 bytes.
+// Memory for many small things of few sizes.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace tress::adaptive {
 
-/// Owns every block until it is destroyed. Thread-safe.
+/// Gives out blocks of whole lines, from chunks of `chunk_lines`. Owns every block until it is destroyed. Thread-safe.
+template <std::size_t line_bytes, std::size_t chunk_lines>
 class BlockStore {
  public:
-  static constexpr std::size_t line_bytes = 64;
   /// The bytes that a block of this size takes: whole lines.
   static constexpr std::size_t rounded(std::size_t bytes) { return (bytes + line_bytes - 1) / line_bytes * line_bytes; }
 
@@ -47,7 +47,6 @@ class BlockStore {
   struct alignas(line_bytes) Line {
     std::byte bytes[line_bytes];
   };
-  static constexpr std::size_t chunk_lines = 512;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Line[]>> chunks_, large_;
   std::size_t used_lines_ = chunk_lines;            ///< in the last chunk
