@@ -17,20 +17,20 @@ constexpr std::uint32_t audit_one_in = 8;  // one converged row of a cache in th
 
 bool Service::Table::answers(SliceId slice, const CachedRow& cached) const {
   if (cached.state != RowState::converged) return false;
-  if (slices_[slice]->is_sampled()) return true;
+  if (rows_.slice(slice).is_sampled()) return true;
   const double objective = cached.objective;
   return objective <= options_.epsilon ||
          (light_.paths > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
 }
 
 bool Service::Table::needs_nodes(const Candidate& candidate) const {
-  const auto& stored = slices_[candidate.slice]->stored;
+  const auto& stored = rows_.slice(candidate.slice).stored;
   const auto found = stored.find(candidate.node);
   return found == stored.end() || !answers(candidate.slice, found->second);
 }
 
 std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
-  const Slice& slice = *slices_[candidate.slice];
+  const Slice& slice = rows_.slice(candidate.slice);
   const auto found = slice.stored.find(candidate.node);
   if (slice.is_sampled()) return sizeof(Row) + sizeof(RibbonAnswer);
   if (!needs_nodes(candidate)) {
@@ -55,7 +55,7 @@ bool Service::Table::outdated(const Row& row) const {
 }
 
 Service::Table::Outcome Service::Table::settle(Row& row) const {
-  const Slice& slice = *slices_[row.slice];
+  const Slice& slice = rows_.slice(row.slice);
   Outcome outcome;
   const auto found = slice.stored.find(row.node);
   const CachedRow* cached = found == slice.stored.end() ? nullptr : &found->second;
@@ -124,8 +124,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       }
       bytes_ += size;
       sizes.push_back(size);
-      slices_[one.slice]->slots[one.node].row = static_cast<std::uint32_t>(rows_.size());
-      Row& row = rows_.emplace_back(one.slice, one.node);
+      Row& row = rows_.add({one.slice, one.node});
       if (needs_nodes(one)) {
         row.learning = std::make_unique<Learning>(std::move(one.nodes), *options_.learner);
         row.learning->created_pass = pass_;
@@ -137,9 +136,9 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
       Row& row = rows_[first + i];
       show(row, outcomes[i]);
-      slices_[row.slice]->stored.erase(row.node);
-      bytes_ = bytes_ - sizes[i] + bytes_of(row);  // settle() may have ended its learning
-      changes_.push_back({row.slice, row.node, state_of(row)});
+      rows_.slice(row.slice).stored.erase(row.node);
+      bytes_ = bytes_ - sizes[i] + rows_.bytes_of(row);  // settle() may have ended its learning
+      changes_.push_back({row.slice, row.node, rows_.state_of(row)});
       account(outcomes[i], report);
       reopened_ += outcomes[i].reopened ? 1 : 0;
     }

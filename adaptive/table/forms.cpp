@@ -15,20 +15,20 @@ bool has_answer(const RowView& row) { return row.state == RowState::converged ||
 Result<const FormedRows*> Service::Table::add_form(SliceId slice, std::shared_ptr<const RowForm> form,
                                                    const std::vector<float>& decay_rates) {
   if (std::optional<Error> early = discipline_.within_pass("add_form")) return std::move(*early);
-  if (slice >= slices_.size()) return no_such_slice("add_form", slice);
+  if (slice >= rows_.slice_count()) return no_such_slice("add_form", slice);
   if (form == nullptr) return Error{"", "add_form", "a form", "none"};
-  const SliceDescription& description = slices_[slice]->description;
+  const SliceDescription& description = rows_.slice(slice).description;
   const std::size_t size = sizeof(RowEntry) * description.node_count();
   const bool has_room = bytes_ + formed_bytes_ + size <= options_.memory_bytes;
-  for (const float rate : decay_rates) slices_[slice]->add_rate(rate);
-  slices_[slice]->forms.push_back(static_cast<std::uint32_t>(forms_.size()));
+  for (const float rate : decay_rates) rows_.slice(slice).add_rate(rate);
+  rows_.slice(slice).forms.push_back(static_cast<std::uint32_t>(forms_.size()));
   return forms_.add(slice, description, std::move(form), has_room && !options_.check_passes);
 }
 
 FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
   FormedLookup found;
   const SliceId id = rows.slice();
-  const bool is_there = forms_.has(rows) && node < slices_[id]->description.node_count();
+  const bool is_there = forms_.has(rows) && node < rows_.slice(id).description.node_count();
   if ((!is_there || options_.check_passes) && is_misuse("fetch", id, node)) return found;
   if (!is_there) return found;  // the rows belong to another service
   found.answer = forms_.find(rows, node);
@@ -37,11 +37,11 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
     count_formed(found.answer.has_row() ? 1 : 0, found.answer.has_converged() ? 1 : 0);
     return found;
   }
-  if (!slices_[id]->has_index()) return found;
+  if (!rows_.slice(id).has_index()) return found;
   const RowView row = view_at(id, node);
   if (!has_answer(row)) return found;
-  Slot& slot = slices_[id]->slots[node];
-  if (slices_[id]->is_sampled() && FormStore::has_entries(rows)) {
+  Slot& slot = rows_.slice(id).slots[node];
+  if (rows_.slice(id).is_sampled() && FormStore::has_entries(rows)) {
     // Counts only whether the node was queried. How often a form is made again depends on threads and memory, but the
     // number of paths must not: it follows from the queries.
     std::uint32_t none = 0;
@@ -65,7 +65,7 @@ FormedLookup Service::Table::look_up(const FormedRows& rows, std::uint32_t node)
 }
 
 void Service::Table::make_again(const FormedRows& rows, std::uint32_t node) {
-  const Slice& slice = *slices_[rows.slice()];
+  const Slice& slice = rows_.slice(rows.slice());
   if (!FormStore::has_entries(rows) || !slice.has_index() || forms_.find(rows, node)) return;
   const RowView row = view_at(rows.slice(), node);
   if (has_answer(row)) (void)forms_.make(rows, row, std::numeric_limits<std::size_t>::max());
@@ -74,7 +74,7 @@ void Service::Table::make_again(const FormedRows& rows, std::uint32_t node) {
 void Service::Table::make_room() {
   if (bytes_ + formed_bytes_ <= options_.memory_bytes) return;
   for (std::size_t form = 0; form < forms_.size(); ++form) forms_.drop(form);
-  for (const std::unique_ptr<Slice>& slice : slices_) let_go_all_interpolated(*slice);
+  for (const std::unique_ptr<Slice>& slice : rows_.slices()) let_go_all_interpolated(*slice);
 }
 
 }  // namespace tress::adaptive

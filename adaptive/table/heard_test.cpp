@@ -21,8 +21,8 @@ HeardTest Service::Table::test_by_heard() {
   HeardTest all;
   double sum = 0, variance = 0;
   HeldOutCells common;
-  for (SliceId id = 0; id < slices_.size(); ++id) {
-    Slice& slice = *slices_[id];
+  for (SliceId id = 0; id < rows_.slice_count(); ++id) {
+    Slice& slice = rows_.slice(id);
     if (!slice.has_index() || !slice.is_sampled()) continue;
     for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
       const std::span<const SampledExit> heard = slice.heard.at(n);

@@ -71,7 +71,7 @@ Service::Table::SampledAnswer Service::Table::keep_interpolated(Slice& slice, st
 }
 
 RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
-  Slice& slice = *slices_[id];
+  Slice& slice = rows_.slice(id);
   const Slot& slot = slice.slots[node];
   RowView view = slot.row != Slot::no_row ? view_of(slot) : RowView{};
   view.slice = id;
@@ -88,7 +88,7 @@ RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
 }
 
 void Service::Table::forget_interpolated(SliceId id, std::vector<bool> moved) {
-  Slice& slice = *slices_[id];
+  Slice& slice = rows_.slice(id);
   for (std::size_t level = 1; level <= slice.levels.coarse(); ++level) {
     for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
       if (!slice.levels.has(level, n) || slice.slots[n].row != Slot::no_row) continue;

@@ -38,13 +38,13 @@ void Service::Table::update_rows(PassReport& report) {
   std::uint64_t scored = 0;
   for (std::uint32_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
-    Slice& slice = *slices_[row.slice];
+    Slice& slice = rows_.slice(row.slice);
     if (slice.is_sampled()) continue;
     const bool asked = slice.slots[row.node].queries.load(std::memory_order_relaxed) != slice.queries_before[row.node];
     const bool told = row.learning && row.learning->observed.load(std::memory_order_relaxed) != 0;
     // The first cached row of a slice that is queried is audited, in addition to those chosen by key.
     const bool audits = row.audit == Audit::due || (row.audit == Audit::possible && !slice.audited);
-    const RowState state = state_of(row);
+    const RowState state = rows_.state_of(row);
     const bool is_audited = state == RowState::converged && audits && asked;
     if (is_audited) {
       row.audit = Audit::due;
@@ -57,7 +57,7 @@ void Service::Table::update_rows(PassReport& report) {
   std::set<SliceId> misfitting;  // slices with a row that no longer fits
   tbb::parallel_for(std::size_t{0}, dirty.size(), [&](std::size_t i) {
     Row& row = rows_[dirty[i]];
-    sizes[i] = bytes_of(row);
+    sizes[i] = rows_.bytes_of(row);
     outcomes[i] = update(row);
   });
   for (std::size_t i = 0; i < dirty.size(); ++i) {
@@ -68,15 +68,15 @@ void Service::Table::update_rows(PassReport& report) {
       if (outcome.nodes) start_anew(row, std::move(outcome.nodes), report);
       if (row.audit == Audit::none) {
         ++reopened_;
-        changes_.push_back({row.slice, row.node, state_of(row)});
+        changes_.push_back({row.slice, row.node, rows_.state_of(row)});
       }
       misfitting.insert(row.slice);
       // Readers make them again, and so show which rows are in use.
-      for (const std::uint32_t form : slices_[row.slice]->forms) forms_.drop(form);
+      for (const std::uint32_t form : rows_.slice(row.slice).forms) forms_.drop(form);
     }
-    bytes_ = bytes_ - sizes[i] + bytes_of(row);
+    bytes_ = bytes_ - sizes[i] + rows_.bytes_of(row);
     account(outcome, report);
-    if (outcome.changed) changes_.push_back({row.slice, row.node, state_of(row)});
+    if (outcome.changed) changes_.push_back({row.slice, row.node, rows_.state_of(row)});
     if (outcome.weights.count > 0 && outcome.weights.mean_square > 0) {
       const Moments& w = outcome.weights;
       weighted_samples += static_cast<double>(w.count) * w.mean * w.mean / w.mean_square;
@@ -91,7 +91,7 @@ void Service::Table::update_rows(PassReport& report) {
 
 void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nodes, PassReport& report) {
   const std::size_t wanted =
-      Learning::bytes_before_nodes(slices_[row.slice]->description.blur_rad, learner_bytes_) + nodes->bytes();
+      Learning::bytes_before_nodes(rows_.slice(row.slice).description.blur_rad, learner_bytes_) + nodes->bytes();
   if (bytes_ + wanted > options_.memory_bytes) {
     row.audit = Audit::due;  // it is audited again when memory has room
     return;
@@ -153,7 +153,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   report.forms_made_anew += forms_made_anew_.take();
   report.queries += report.answered_queries;
 
-  for (const std::unique_ptr<Slice>& slice : slices_) {
+  for (const std::unique_ptr<Slice>& slice : rows_.slices()) {
     if (!slice->has_index() || !slice->is_sampled()) continue;
     const std::size_t room = options_.memory_bytes > bytes_ ? options_.memory_bytes - bytes_ : 0;
     report.newly_heard -= slice->heard.paths();
@@ -165,8 +165,8 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   std::vector<Candidate> candidates;
   const std::uint64_t unindexed = unindexed_queries_.take();
   report.queries += unindexed;
-  for (SliceId p = 0; p < slices_.size(); ++p) {
-    Slice& slice = *slices_[p];
+  for (SliceId p = 0; p < rows_.slice_count(); ++p) {
+    Slice& slice = rows_.slice(p);
     if (!slice.has_index()) continue;
     for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
       Slot& slot = slice.slots[n];
@@ -175,7 +175,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
       const std::uint32_t queries = in_all - slice.queries_before[n];
       report.queries += queries;
       if (slot.row != Slot::no_row || slot.interpolated() != nullptr) {
-        const bool converged = slot.row != Slot::no_row && state_of(rows_[slot.row]) == RowState::converged;
+        const bool converged = slot.row != Slot::no_row && rows_.state_of(rows_[slot.row]) == RowState::converged;
         if (converged) report.converged_queries += queries;
         if (slot.has_answer() || slot.interpolated() != nullptr) report.answered_queries += queries;
         report.rows_coarse += slot.row == Slot::no_row ? 1 : 0;
@@ -196,14 +196,14 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {
     if (x.light != y.light) return x.light > y.light;
     if (x.queries != y.queries) return x.queries > y.queries;
-    const auto order = compare_keys(slices_[x.slice]->description.key, slices_[y.slice]->description.key);
+    const auto order = compare_keys(rows_.slice(x.slice).description.key, rows_.slice(y.slice).description.key);
     return order != 0 ? order < 0 : x.node < y.node;
   });
   report.at_ceiling = !admit(candidates, report) || unindexed > 0;
   if (learns_) grow_samples(report);
   make_room();
 
-  for (const std::unique_ptr<Slice>& slice : slices_) {
+  for (const std::unique_ptr<Slice>& slice : rows_.slices()) {
     if (!slice->has_index()) continue;
     for (std::uint32_t n = 0; n < slice->description.node_count(); ++n) {
       slice->queries_before[n] = slice->slots[n].queries.load(std::memory_order_relaxed);
@@ -218,11 +218,12 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
 void Service::Table::fill_totals(PassReport& report) const {
   std::vector<float> objectives;
   for (const Row& row : rows_) {
-    const Slot& slot = slot_of(row);
-    const SliceDescription& slice = slices_[row.slice]->description;
-    const RowState state = state_of(row);
+    const Slot& slot = rows_.slot_of(row);
+    const SliceDescription& slice = rows_.slice(row.slice).description;
+    const RowState state = rows_.state_of(row);
     if (slot.has_answer() && light_.paths > 0)
-      report.bias_bound += light_.bias_of(slice, slices_[row.slice]->light_at(row.node), row.energy, objective_of(row));
+      report.bias_bound +=
+          light_.bias_of(slice, rows_.slice(row.slice).light_at(row.node), row.energy, rows_.objective_of(row));
     report.rows_open += state == RowState::open ? 1 : 0;
     report.rows_refused += state == RowState::refused ? 1 : 0;
     report.rows_converged += state == RowState::converged ? 1 : 0;
@@ -231,7 +232,7 @@ void Service::Table::fill_totals(PassReport& report) const {
     report.unusable += slot.is_refused() ? 1 : 0;
     if (const RibbonAnswer* answer = slot.ribbons())
       report.rows_at_most_paths += !answer->has_converged && answer->paths >= most_paths() ? 1 : 0;
-    if (const float objective = objective_of(row); objective >= 0) objectives.push_back(objective);
+    if (const float objective = rows_.objective_of(row); objective >= 0) objectives.push_back(objective);
   }
   report.rows_reopened = reopened_;
   report.bytes = bytes_ + formed_bytes_;
@@ -250,16 +251,16 @@ void Service::Table::announce() {
   });
   if (!listener_) return;
   for (const RowChange& change : changes_) {
-    const Slice& slice = *slices_[change.slice];
+    const Slice& slice = rows_.slice(change.slice);
     const Slot& slot = slice.slots[change.node];
     const Row& row = rows_[slot.row];
     RowReport report;
     report.slice = slice.description.key;
     report.node = change.node;
-    report.state = state_of(row);
+    report.state = rows_.state_of(row);
     report.count = row.taught();
     report.failed_tests = row.failed_tests();
-    report.objective = objective_of(row);
+    report.objective = rows_.objective_of(row);
     report.light = light_.share(slice.light_at(change.node));
     const RowView view = view_of(slot);
     if (view.fit != nullptr) report.components = view.fit->component_count;

@@ -101,8 +101,5 @@ static_assert(sizeof(Row) <= 32);
 
 /// The cached row from which an open row started: it had converged, at a larger epsilon. Null for other rows.
 inline const CachedRow* earlier_of(const Row& row) { return row.learning ? row.learning->earlier.get() : nullptr; }
-/// The row as a cache stores it: earlier_of(row) if there is one; otherwise as it is now, refused rows as open. slot:
-/// the row's own.
-CachedRow cached_form(const Row& row, const Slot& slot);
 
 }  // namespace tress::adaptive

@@ -22,7 +22,7 @@ constexpr int audit_draws = 64;
 }  // namespace
 
 RandomStream Service::Table::stream_of(const Row& row, std::uint64_t purpose) const {
-  const SliceKey& key = slices_[row.slice]->description.key;
+  const SliceKey& key = rows_.slice(row.slice).description.key;
   std::uint64_t mixed = mix_bits(options_.seed + purpose) ^ key.lobe;
   for (const float parameter : key.told_parameters())
     mixed = mix_bits(mixed) ^ std::bit_cast<std::uint32_t>(parameter + 0.0f);
@@ -43,7 +43,7 @@ FitContext Service::Table::context_of(Row& row, const Options& options) const {
                     .stop = learning.stop,
                     .random = stream_of(row, learner_purpose),
                     .components = static_cast<int>(std::clamp<std::uint32_t>(
-                        std::min(options_.max_components, slices_[row.slice]->description.max_components), 1,
+                        std::min(options_.max_components, rows_.slice(row.slice).description.max_components), 1,
                         Mixture::max_components)),
                     .fit = learning.fit,
                     .has_fit = learning.has_fit,
@@ -52,7 +52,7 @@ FitContext Service::Table::context_of(Row& row, const Options& options) const {
 
 double Service::Table::largest_absorbed_error(const Row& row) const {
   double largest = -1;
-  const Slice& slice = *slices_[row.slice];
+  const Slice& slice = rows_.slice(row.slice);
   if (slice.decay_rates.empty() || !stands_for_others(slice.description.key, row.node)) return largest;
   for (const float rate : representative_rates(slice.decay_rates)) {
     largest = std::max(largest, absorbed_error(row.learning->fit, *row.learning->nodes, rate).value_or(-1));
@@ -84,7 +84,7 @@ void Service::Table::begin(Row& row, Outcome& outcome) const {
 
 std::uint64_t Service::Table::draw_validation(Row& row, const Options& options) const {
   Learning& learning = *row.learning;
-  const std::uint32_t queries = slot_of(row).queries.load(std::memory_order_relaxed);
+  const std::uint32_t queries = rows_.slot_of(row).queries.load(std::memory_order_relaxed);
   const std::uint64_t wanted = options.scores_per_test();
   const std::uint64_t have = learning.stop.scores();
   if (learning.created_pass >= pass_ || !learning.has_fit ||
@@ -145,7 +145,7 @@ Service::Table::Outcome Service::Table::audit(Row& row) const {
 
 Service::Table::Outcome Service::Table::audit_density(Row& row) const {
   Outcome outcome;
-  const RowView view = view_of(slot_of(row));
+  const RowView view = view_of(rows_.slot_of(row));
   std::unique_ptr<const TracedNodes> nodes = trace(row.slice, row.node);
   if (!nodes) return outcome;
   RandomStream random = stream_of(row, audit_purpose);
@@ -173,7 +173,7 @@ Service::Table::Outcome Service::Table::reopen(Row& row, std::unique_ptr<const T
   row.raise_generation();
   row.energy = row.learning->nodes->energy();
   row.learning->created_pass = pass_;
-  row.learning->queries_at_creation = slot_of(row).queries.load(std::memory_order_relaxed);
+  row.learning->queries_at_creation = rows_.slot_of(row).queries.load(std::memory_order_relaxed);
   begin(row, outcome);
   return outcome;
 }

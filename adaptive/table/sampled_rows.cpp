@@ -63,7 +63,7 @@ std::uint32_t Service::Table::most_paths() const {
 
 double Service::Table::asked_of_coarse(const Slice& slice, std::uint32_t node) const {
   auto asked = static_cast<double>(slice.asked(node));
-  for (const std::unique_ptr<Slice>& other : slices_) {
+  for (const std::unique_ptr<Slice>& other : rows_.slices()) {
     if (other->coarse_rows == &slice) asked += static_cast<double>(other->asked(node));
   }
   return asked;
@@ -82,7 +82,7 @@ std::vector<double> Service::Table::gathered_events(const Slice& slice, std::siz
 }
 
 std::uint32_t Service::Table::wanted_paths(SliceId id, std::size_t level, double events) const {
-  const Slice& slice = *slices_[id];
+  const Slice& slice = rows_.slice(id);
   const bool is_coarse = level < slice.levels.coarse();
   if (!options_.own_paths || (is_coarse && slice.coarse_rows != nullptr)) return 0;
   const bool waits = slice.levels.coarse() > 0 && !learns_to_epsilon();  // coarser rows answer meanwhile
@@ -94,10 +94,10 @@ std::uint32_t Service::Table::wanted_paths(SliceId id, std::size_t level, double
 }
 
 Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t paths, const RibbonAnswer* parent) const {
-  const Slice& of = *slices_[row.slice];
+  const Slice& of = rows_.slice(row.slice);
   const SliceDescription& slice = of.description;
   const float a = of.a_of(row.node), b = of.b_of(row.node);
-  const RibbonAnswer* before = slot_of(row).ribbons();
+  const RibbonAnswer* before = rows_.slot_of(row).ribbons();
   const double epsilon = epsilon_of(row.slice, row.node, row.energy);
   const HeardTarget heard(*samples_, of.heard.at(row.node));
   const SampledTarget& teacher = options_.own_paths ? static_cast<const SampledTarget&>(*samples_) : heard;
@@ -140,8 +140,8 @@ Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t path
 }
 
 Service::Table::Outcome Service::Table::audit_samples(const Row& row) const {
-  const Slice& slice = *slices_[row.slice];
-  const RibbonAnswer& answer = *slot_of(row).ribbons();
+  const Slice& slice = rows_.slice(row.slice);
+  const RibbonAnswer& answer = *rows_.slot_of(row).ribbons();
   const SampledTest test = test_samples(*samples_, slice.description, slice.a_of(row.node), slice.b_of(row.node),
                                         answer.row, pass_, audit_paths);
   Outcome outcome;
@@ -153,12 +153,12 @@ Service::Table::Outcome Service::Table::audit_samples(const Row& row) const {
 }
 
 void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<bool>& moved) {
-  Slice& slice = *slices_[id];
+  Slice& slice = rows_.slice(id);
   std::vector<std::uint32_t> due, others;
   bool asks = false;
   for (std::uint32_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
-    if (row.slice != id || row.audit == Audit::none || slot_of(row).ribbons() == nullptr) continue;
+    if (row.slice != id || row.audit == Audit::none || rows_.slot_of(row).ribbons() == nullptr) continue;
     (row.audit == Audit::due ? due : others).push_back(i);
   }
   for (std::uint32_t n = 0; n < slice.description.node_count() && !asks; ++n) asks = asked_of_coarse(slice, n) > 0;
@@ -182,7 +182,7 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
       fits = false;
       row.raise_generation();
       ++reopened_;
-      const RibbonAnswer& old = *slot_of(row).ribbons();
+      const RibbonAnswer& old = *rows_.slot_of(row).ribbons();
       stale_.push_back({(*group)[i], old.paths});
       moved[row.node] = true;
     }
@@ -191,8 +191,8 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
 
 void Service::Table::grow_samples(PassReport& report) {
   std::map<const Slice*, std::vector<bool>> moved_of;
-  for (SliceId id = 0; id < slices_.size(); ++id) {
-    Slice& slice = *slices_[id];
+  for (SliceId id = 0; id < rows_.slice_count(); ++id) {
+    Slice& slice = rows_.slice(id);
     if (!slice.is_sampled() || !slice.has_index()) continue;
     std::vector<bool>& moved = moved_of[&slice];
     moved.resize(slice.description.node_count(), false);
@@ -209,7 +209,7 @@ void Service::Table::grow_samples(PassReport& report) {
     std::vector<std::uint32_t> again(moved.size(), 0);
     for (const Stale& one : stale_) {
       again[rows_[one.row].node] = one.paths;
-      slot_of(rows_[one.row]).set<RibbonAnswer>(nullptr, Slot::Kind::traced);
+      rows_.clear(rows_[one.row]);
     }
     for (std::size_t level = 0; level <= slice.levels.coarse(); ++level) {
       grow_level(id, level, again, moved, report);
@@ -220,7 +220,7 @@ void Service::Table::grow_samples(PassReport& report) {
 
 void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector<std::uint32_t>& again,
                                 std::vector<bool>& moved, PassReport& report) {
-  Slice& slice = *slices_[id];
+  Slice& slice = rows_.slice(id);
   const std::vector<double> events = gathered_events(slice, level);
   struct Growth {
     std::uint32_t node, paths;
@@ -264,8 +264,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     }
     bytes_ += size;
     let_go_interpolated(slice, one.node);
-    slice.slots[one.node].row = static_cast<std::uint32_t>(rows_.size());
-    Row& row = rows_.emplace_back(id, one.node);
+    Row& row = rows_.add({id, one.node});
     ++report.creations;
     const auto stored = slice.stored.find(one.node);
     if (stored == slice.stored.end()) return false;
@@ -277,7 +276,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     slice.stored.erase(stored);
     if (!answers) return false;
     moved[one.node] = true;
-    changes_.push_back({id, row.node, state_of(row)});
+    changes_.push_back({id, row.node, rows_.state_of(row)});
     return slice.slots[one.node].ribbons()->paths >= one.paths;
   });
   std::vector<Outcome> outcomes(growths.size());
@@ -291,17 +290,17 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
   for (std::size_t i = 0; i < growths.size(); ++i) {
     Row& row = rows_[slice.slots[growths[i].node].row];
     Outcome& outcome = outcomes[i];
-    const std::size_t before = bytes_of(row);
+    const std::size_t before = rows_.bytes_of(row);
     if (outcome.ribbons) {
       row.energy = outcome.ribbons->row.total_mass();
       row.set_count(outcome.ribbons->paths);
       row.set_failed(row.failed_tests() + outcome.failed);
     }
-    const bool was_there = slot_of(row).has_answer();
+    const bool was_there = rows_.slot_of(row).has_answer();
     show(row, outcome);
-    bytes_ = bytes_ + bytes_of(row) - (was_there ? before : sizeof(Row) + sizeof(RibbonAnswer));
+    bytes_ = bytes_ + rows_.bytes_of(row) - (was_there ? before : sizeof(Row) + sizeof(RibbonAnswer));
     moved[row.node] = true;
-    changes_.push_back({id, row.node, state_of(row)});
+    changes_.push_back({id, row.node, rows_.state_of(row)});
     account(outcome, report);
   }
 }

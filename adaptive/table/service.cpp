@@ -8,47 +8,8 @@
 #include "table/table.h"
 
 namespace tress::adaptive {
-RowView view_of(const Slot& slot) {
-  RowView view;
-  view.row = slot.row;
-  const std::uintptr_t word = slot.word.load(std::memory_order_relaxed);
-  switch (Slot::kind_of(word)) {
-    case Slot::Kind::traced:
-      view.nodes = Slot::target_of<TracedNodes>(word);
-      break;
-    case Slot::Kind::learning: {
-      const auto* learning = Slot::target_of<Learning>(word);
-      view.state = learning->state();
-      view.fit = learning->published;
-      view.nodes = learning->nodes.get();
-      if (learning->objective >= 0) view.objective = learning->objective;
-      break;
-    }
-    case Slot::Kind::mixture:
-      view.state = RowState::converged;
-      view.fit = Slot::target_of<PackedMixture>(word);
-      view.objective = view.fit->objective;
-      break;
-    case Slot::Kind::ribbons:
-    case Slot::Kind::interpolated: {
-      const auto* answer = Slot::target_of<RibbonAnswer>(word);
-      view.state = Slot::kind_of(word) == Slot::Kind::interpolated ? RowState::absent
-                   : answer->has_converged                         ? RowState::converged
-                                                                   : RowState::open;
-      view.ribbons = &answer->row;
-      view.objective = answer->objective;
-      view.paths = answer->paths;
-      break;
-    }
-    case Slot::Kind::refusal:
-      view.state = RowState::refused;
-      break;
-  }
-  return view;
-}
-
 std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uint32_t node) const {
-  const Slice& of = *slices_[slice];
+  const Slice& of = rows_.slice(slice);
   std::vector<TracedRay> rays;
   const auto tell = [this](Error error) { discipline_.note(std::move(error)); };
   if (!calls_without_throwing("Target::trace", tell,
@@ -66,67 +27,27 @@ std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uin
   return std::make_unique<const TracedNodes>(rays, of.description.blur_rad);
 }
 
-std::size_t Service::Table::bytes_of(const Row& row) const {
-  return sizeof(Row) + (row.learning ? row.learning->bytes() : slot_of(row).answer_bytes());
-}
-
-RowState Service::Table::state_of(const Row& row) const {
-  if (row.learning) return row.learning->state();
-  if (slot_of(row).is_refused()) return RowState::refused;
-  const RibbonAnswer* answer = slot_of(row).ribbons();
-  return answer != nullptr && !answer->has_converged ? RowState::open : RowState::converged;
-}
-
-float Service::Table::objective_of(const Row& row) const {
-  if (row.learning) return row.learning->objective;
-  return slot_of(row).is_refused() ? -1 : view_of(slot_of(row)).objective;
-}
-
 void Service::Table::show(Row& row, Outcome& outcome) {
   if (outcome.cached != nullptr) {
     const double objective = outcome.cached->objective;
-    return show_cached(row, *outcome.cached, objective <= options_.sampled_epsilon && !(options_.picture_error > 0));
+    return rows_.show_cached(row, *outcome.cached,
+                             objective <= options_.sampled_epsilon && !(options_.picture_error > 0));
   }
-  if (outcome.ribbons) return slot_of(row).set(outcome.ribbons.release(), Slot::Kind::ribbons);
-  if (outcome.refused) return slot_of(row).set<RibbonAnswer>(nullptr, Slot::Kind::refusal);
-  show_learning(row, outcome.converged);
-}
-
-void Service::Table::show_learning(Row& row, bool converged) {
-  Learning& learning = *row.learning;
-  Slot& slot = slot_of(row);
-  mixtures_.give_back(slot.mixture());  // not null if the row is reopened
-  mixtures_.give_back(learning.published);
-  learning.published = learning.has_fit ? mixtures_.put(learning.fit, learning.objective) : nullptr;
-  if (!converged) {
-    slot.set(&learning, Slot::Kind::learning);
-    return;
-  }
-  slot.set(learning.published, Slot::Kind::mixture);
-  row.set_count(learning.count);
-  row.set_failed(learning.stop.failed());
-  row.learning.reset();
-}
-
-void Service::Table::show_cached(Row& row, const CachedRow& cached, bool has_converged) {
-  if (cached.ribbons) {
-    const auto paths = static_cast<std::uint32_t>(std::min<std::uint64_t>(cached.count, ~0u));
-    slot_of(row).set(new RibbonAnswer{*cached.ribbons, cached.objective, paths, has_converged}, Slot::Kind::ribbons);
-  } else {
-    slot_of(row).set(mixtures_.put(cached.fit, cached.objective), Slot::Kind::mixture);
-  }
+  if (outcome.ribbons) return rows_.show_ribbons(row, std::move(outcome.ribbons));
+  if (outcome.refused) return rows_.refuse(row);
+  rows_.show_learning(row, outcome.converged);
 }
 
 Error Service::Table::no_such_slice(const char* call, SliceId slice) const {
-  return {"", call, "a slice below " + std::to_string(slices_.size()), std::to_string(slice)};
+  return {"", call, "a slice below " + std::to_string(rows_.slice_count()), std::to_string(slice)};
 }
 
 bool Service::Table::is_misuse(const char* call, SliceId slice, std::uint32_t node) {
-  if (slice >= slices_.size()) {
+  if (slice >= rows_.slice_count()) {
     discipline_.note(no_such_slice(call, slice));
     return true;
   }
-  if (const std::uint32_t count = slices_[slice]->description.node_count(); node >= count) {
+  if (const std::uint32_t count = rows_.slice(slice).description.node_count(); node >= count) {
     discipline_.note({"", call, "a node below " + std::to_string(count) + " of slice " + std::to_string(slice),
                       std::to_string(node)});
     return true;
@@ -142,8 +63,8 @@ bool Service::Table::is_stale(const char* call, const RowView& row) {
 }
 
 std::uint32_t Service::Table::node_of(SliceId slice, std::uint32_t a, std::uint32_t b) const {
-  if (slice >= slices_.size()) return no_node;
-  const SliceDescription& of = slices_[slice]->description;
+  if (slice >= rows_.slice_count()) return no_node;
+  const SliceDescription& of = rows_.slice(slice).description;
   if (a >= of.axis_a.size() || b >= of.axis_b.size()) return no_node;
   return a * static_cast<std::uint32_t>(of.axis_b.size()) + b;
 }
@@ -152,9 +73,9 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
   static const TracedNodes no_light({}, 1);
   const std::uint32_t node = node_of(slice_id, a, b);
   if (node == no_node || options_.check_passes) [[unlikely]] {
-    const bool is_off_axes = node == no_node && slice_id < slices_.size();
+    const bool is_off_axes = node == no_node && slice_id < rows_.slice_count();
     if (is_off_axes) {
-      const SliceDescription& of = slices_[slice_id]->description;
+      const SliceDescription& of = rows_.slice(slice_id).description;
       discipline_.note(
           {"", "look_up",
            "a node below " + std::to_string(of.node_count()) + ", a below " + std::to_string(of.axis_a.size()) +
@@ -163,12 +84,12 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
     }
     if (is_off_axes || is_misuse("look_up", slice_id, node)) {
       RowView nothing = bare_view(RowState::absent, slice_id, node);
-      if (slice_id >= slices_.size() || !slices_[slice_id]->is_sampled()) nothing.nodes = &no_light;
+      if (slice_id >= rows_.slice_count() || !rows_.slice(slice_id).is_sampled()) nothing.nodes = &no_light;
       return nothing;
     }
   }
   const Discipline::Reader inside(discipline_);
-  Slice& slice = *slices_[slice_id];
+  Slice& slice = rows_.slice(slice_id);
   if (!slice.has_index()) {
     unindexed_queries_.add(1);
     RowView view = bare_view(RowState::absent, slice_id, node);
@@ -215,35 +136,37 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
 
 double Service::Table::light(SliceId slice, std::uint32_t a, std::uint32_t b) const {
   const std::uint32_t node = node_of(slice, a, b);
-  return node == no_node ? 0 : light_.share(slices_[slice]->light_at(node));
+  return node == no_node ? 0 : light_.share(rows_.slice(slice).light_at(node));
 }
 
 std::uint32_t Service::Table::queries(SliceId slice, std::uint32_t a, std::uint32_t b) const {
   const std::uint32_t node = node_of(slice, a, b);
-  if (node == no_node || !slices_[slice]->has_index()) return 0;
-  return slices_[slice]->slots[node].queries.load(std::memory_order_relaxed);
+  if (node == no_node || !rows_.slice(slice).has_index()) return 0;
+  return rows_.slice(slice).slots[node].queries.load(std::memory_order_relaxed);
 }
 
 RowView Service::Table::peek(SliceId slice, std::uint32_t a, std::uint32_t b) {
   const std::uint32_t node = node_of(slice, a, b);
   if (node == no_node) return {};
-  return slices_[slice]->has_index() ? view_at(slice, node) : bare_view(RowState::absent, slice, node);
+  return rows_.slice(slice).has_index() ? view_at(slice, node) : bare_view(RowState::absent, slice, node);
 }
 
 void Service::Table::credit(const RowView& view, float light, std::uint32_t events) {
   if (is_stale("credit", view)) return;
-  if (view.slice >= slices_.size() || !slices_[view.slice]->has_index() ||
-      view.node >= slices_[view.slice]->description.node_count())
+  if (view.slice >= rows_.slice_count() || !rows_.slice(view.slice).has_index() ||
+      view.node >= rows_.slice(view.slice).description.node_count())
     return;
-  const Slice& slice = *slices_[view.slice];
+  const Slice& slice = rows_.slice(view.slice);
   slice.events[view.node].fetch_add(events, std::memory_order_relaxed);
   if (light > 0) slice.light[view.node].fetch_add(fixed_light(light), std::memory_order_relaxed);
 }
 
 void Service::Table::hear(const RowView& view, const SampledExit& exit) {
   if (is_stale("hear", view)) return;
-  if (view.slice >= slices_.size() || !slices_[view.slice]->has_index() || !slices_[view.slice]->is_sampled()) return;
-  slices_[view.slice]->heard.add(view.node, exit);
+  if (view.slice >= rows_.slice_count() || !rows_.slice(view.slice).has_index() ||
+      !rows_.slice(view.slice).is_sampled())
+    return;
+  rows_.slice(view.slice).heard.add(view.node, exit);
 }
 
 void Service::Table::observe(const RowView& view, float x, float g) {
@@ -280,9 +203,9 @@ Result<const FormedRows*> Service::add_form(SliceId slice, std::shared_ptr<const
 }
 const SliceDescription& Service::slice(SliceId slice) const {
   static const SliceDescription none;
-  return slice < slice_count() ? table_->slices()[slice]->description : none;
+  return slice < slice_count() ? table_->all().slice(slice).description : none;
 }
-std::uint32_t Service::slice_count() const { return static_cast<std::uint32_t>(table_->slices().size()); }
+std::uint32_t Service::slice_count() const { return table_->all().slice_count(); }
 std::optional<Error> Service::load(RowSource& rows) { return table_->load(rows); }
 std::optional<Error> Service::load(const TableSnapshot& image) {
   SnapshotRows rows(image);

@@ -39,30 +39,6 @@ SliceDescription normal_form(SliceDescription slice) {
 
 }  // namespace
 
-CachedRow cached_form(const Row& row, const Slot& slot) {
-  if (const CachedRow* earlier = earlier_of(row)) return *earlier;
-  CachedRow cached;
-  cached.node = row.node;
-  cached.generation = row.generation;
-  cached.energy = row.energy;
-  cached.count = row.taught();
-  if (row.learning) {
-    cached.sketch = row.learning->sketch.bins();
-    return cached;
-  }
-  if (slot.is_refused()) return cached;
-  if (slot.kind_of(slot.word.load(std::memory_order_relaxed)) == Slot::Kind::traced) return cached;
-  cached.state = RowState::converged;
-  if (const RibbonAnswer* answer = slot.ribbons()) {
-    cached.ribbons = std::make_shared<const RibbonRow>(answer->row);
-    cached.objective = answer->objective;
-  } else {
-    cached.fit = *slot.mixture();
-    cached.objective = slot.mixture()->objective;
-  }
-  return cached;
-}
-
 std::optional<Error> Service::Table::unusable(const SliceDescription& slice) const {
   if (slice.node_count() == 0) return Error{"", describe(slice), "at least one node", "none"};
   const bool samples = slice.kind == SliceKind::samples;
@@ -86,8 +62,8 @@ std::optional<Error> Service::Table::unusable(const SliceDescription& slice) con
                    "others"};
   }
   if (slice.coarse_rows_of) {
-    const auto found = slice_of_key_.find(*slice.coarse_rows_of);
-    const Slice* other = found != slice_of_key_.end() ? slices_[found->second].get() : nullptr;
+    const SliceId* found = rows_.find(*slice.coarse_rows_of);
+    const Slice* other = found != nullptr ? &rows_.slice(*found) : nullptr;
     if (!samples || other == nullptr || !other->is_sampled() || !same_axes(other->description, normal_form(slice)) ||
         other->description.coarse != slice.coarse || samples_->parts(other->description) != samples_->parts(slice))
       return Error{"", describe(slice), "coarse rows of a slice of samples with the same grids that was added before",
@@ -110,12 +86,11 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
   }
   if (std::optional<Error> error = unusable(asked)) return std::move(*error);
   const SliceDescription description = normal_form(asked);
-  if (const auto found = slice_of_key_.find(description.key); found != slice_of_key_.end()) {
-    const SliceDescription& own = slices_[found->second]->description;
+  if (const SliceId* found = rows_.find(description.key)) {
+    const SliceDescription& own = rows_.slice(*found).description;
     if (!same_axes(own, description)) return other_axes(own, description);
-    return found->second;
+    return *found;
   }
-  const auto id = static_cast<SliceId>(slices_.size());
   const std::size_t index = Slice::index_bytes(description);
   const bool has_index = index_bytes_ + index <= std::max(options_.memory_bytes, least_index_bytes);
   if (has_index) {
@@ -123,13 +98,12 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
   } else {
     tell(describe(description) + ": no room for its index, so it is traced whenever it is asked");
   }
-  Slice& added = *slices_.emplace_back(std::make_unique<Slice>(description, has_index));
+  const SliceId id = rows_.add_slice(description, has_index);
   if (description.coarse_rows_of) {
-    Slice& other = *slices_[slice_of_key_.at(*description.coarse_rows_of)];
+    Slice& other = rows_.slice(*rows_.find(*description.coarse_rows_of));
     Slice* const owner = other.coarse_rows != nullptr ? other.coarse_rows : &other;
-    if (owner->has_index()) added.coarse_rows = owner;
+    if (owner->has_index()) rows_.slice(id).coarse_rows = owner;
   }
-  slice_of_key_.emplace(description.key, id);
   if (const auto cached = unused_.find(description.key); cached != unused_.end()) {
     // A slice on other axes cannot be used, nor saved beside this one.
     if (same_axes(cached->second.description(), description)) {
@@ -162,15 +136,15 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
   for (const bool answering : {true, false}) {
     rows.rewind();
     while (const SliceDescription* description = rows.next_slice()) {
-      const auto found = slice_of_key_.find(description->key);
-      if (found == slice_of_key_.end()) {
+      const SliceId* found = rows_.find(description->key);
+      if (found == nullptr) {
         if (!answering) continue;
         PackedSlice& unused = unused_.insert_or_assign(description->key, PackedSlice(*description)).first->second;
         while (const CachedRow* row = rows.next_row()) unused.add(*row);
         continue;
       }
-      const SliceId id = found->second;
-      Slice& slice = *slices_[id];
+      const SliceId id = *found;
+      Slice& slice = rows_.slice(id);
       while (const CachedRow* row = rows.next_row()) {
         const bool is_node = row->node < slice.description.node_count();
         if (!is_node || !may_answer(slice, *row) || answers(id, *row) != answering) continue;
@@ -198,9 +172,9 @@ std::optional<Error> Service::Table::load(RowSource& rows) {
   if (rows.model() != model_name()) return Error{"", "model", model_name(), rows.model()};
   rows.rewind();
   while (const SliceDescription* cached = rows.next_slice()) {
-    const auto found = slice_of_key_.find(cached->key);
-    if (found == slice_of_key_.end()) continue;
-    const SliceDescription& own = slices_[found->second]->description;
+    const SliceId* found = rows_.find(cached->key);
+    if (found == nullptr) continue;
+    const SliceDescription& own = rows_.slice(*found).description;
     if (!same_axes(own, *cached)) return other_axes(own, *cached);
   }
   if (std::optional<Error> error = rows.failure()) return error;
@@ -210,30 +184,30 @@ std::optional<Error> Service::Table::load(RowSource& rows) {
 
 /// The rows of all slices, including unused ones, in order of their keys. Slices without rows are left out: the next
 /// session describes them again.
-class Service::Table::Rows final : public RowSource {
+class Service::Table::AllRows final : public RowSource {
  public:
-  explicit Rows(const Table& table) : table_(table), model_(table.model_name()) { rewind(); }
+  explicit AllRows(const Table& table) : table_(table), model_(table.model_name()) { rewind(); }
 
   const std::string& model() const override { return model_; }
   void rewind() override {
-    used_ = table_.slice_of_key_.begin();
+    used_ = table_.rows_.by_key().begin();
     unused_ = table_.unused_.begin();
     slice_ = nullptr;
     cached_.reset();
     failure_.reset();
   }
   const SliceDescription* next_slice() override {
-    while (used_ != table_.slice_of_key_.end() || unused_ != table_.unused_.end()) {
+    while (used_ != table_.rows_.by_key().end() || unused_ != table_.unused_.end()) {
       slice_ = nullptr;
       cached_.reset();
       node_ = 0;
-      const bool from_cache = used_ == table_.slice_of_key_.end() ||
+      const bool from_cache = used_ == table_.rows_.by_key().end() ||
                               (unused_ != table_.unused_.end() && compare_keys(unused_->first, used_->first) < 0);
       if (from_cache) {
         cached_.emplace((unused_++)->second, model_);
         return cached_->next_slice();
       }
-      slice_ = table_.slices_[(used_++)->second].get();
+      slice_ = &table_.rows_.slice((used_++)->second);
       stored_ = slice_->stored.begin();
       if (has_rows()) return &slice_->description;
     }
@@ -255,7 +229,7 @@ class Service::Table::Rows final : public RowSource {
       const CachedRow* stored = is_stored ? &(stored_++)->second : nullptr;
       if (slot.row == Slot::no_row && stored == nullptr) continue;
       if (slot.row == Slot::no_row) return stored;
-      row_ = cached_form(table_.rows_[slot.row], slot);
+      row_ = table_.rows_.cached_form(table_.rows_[slot.row]);
       return &row_;
     }
     return !slice_->has_index() && stored_ != slice_->stored.end() ? &(stored_++)->second : nullptr;
@@ -283,7 +257,7 @@ class Service::Table::Rows final : public RowSource {
   CachedRow row_;
 };
 
-std::unique_ptr<RowSource> Service::Table::rows() const { return std::make_unique<Rows>(*this); }
+std::unique_ptr<RowSource> Service::Table::rows() const { return std::make_unique<AllRows>(*this); }
 
 TableSnapshot Service::Table::snapshot() const { return collect(*rows()); }
 

@@ -257,10 +257,10 @@ struct Service::Table::Saved {
     same(table.model_name(), "model " + table.model_name());
     same(std::string(table.options_.learner->name), std::string("learner ") + table.options_.learner->name);
     totals(fields);
-    const auto count = static_cast<std::uint32_t>(table.slices_.size());
+    const auto count = table.rows_.slice_count();
     same(count, std::to_string(count) + " slices");
     for (std::uint32_t id = 0; id < count && fields.good(); ++id) {
-      const Slice& own = *table.slices_[id];
+      const Slice& own = table.rows_.slice(id);
       std::string description = format::described(own.description);
       const std::string wanted = description;
       fields(description);
@@ -275,7 +275,7 @@ struct Service::Table::Saved {
       }
     }
     unused_slices(fields, table);
-    auto number = static_cast<std::uint32_t>(table.rows_.size());
+    auto number = table.rows_.size();
     fields.count(number, 27);  // bytes of a row that does not learn
     for (std::uint32_t i = 0; i < number && fields.good(); ++i) {
       if constexpr (Archive::reads) {
@@ -287,9 +287,11 @@ struct Service::Table::Saved {
         place = i;
       } else {
         const Row& own = table.rows_[i];
-        const RibbonAnswer* ribbons = table.slot_of(own).ribbons();
+        const RibbonAnswer* ribbons = table.rows_.slot_of(own).ribbons();
         OfRow marks;
-        marks.kind = own.learning ? Kind::learning : table.slot_of(own).is_refused() ? Kind::refusal : Kind::answer;
+        marks.kind = own.learning                            ? Kind::learning
+                     : table.rows_.slot_of(own).is_refused() ? Kind::refusal
+                                                             : Kind::answer;
         marks.has_converged = ribbons != nullptr && ribbons->has_converged;
         marks.is_published = own.learning && own.learning->published != nullptr;
         marks.has_earlier = earlier_of(own) != nullptr;
@@ -330,7 +332,7 @@ struct Service::Table::Saved {
       const bool is_cache = cache.check(table.model_name());
       fields.require(is_cache, "slices as of a cache", is_cache ? "" : cache.error().message());
       while (const SliceDescription* slice = is_cache ? cache.next_slice() : nullptr) {
-        fields.require(!table.slice_of_key_.contains(slice->key), "slices that nobody uses", "one that is used");
+        fields.require(table.rows_.find(slice->key) == nullptr, "slices that nobody uses", "one that is used");
         PackedSlice& packed = unused.insert_or_assign(slice->key, PackedSlice(*slice)).first->second;
         while (const CachedRow* one = cache.next_row()) packed.add(*one);
       }
@@ -348,7 +350,7 @@ struct Service::Table::Saved {
     fields(row.energy);
     fields(row.generation);
     fields(count);
-    const Slice* slice = row.slice < table.slices_.size() ? table.slices_[row.slice].get() : nullptr;
+    const Slice* slice = row.slice < table.rows_.slice_count() ? &table.rows_.slice(row.slice) : nullptr;
     fields.require(slice != nullptr && slice->has_index() && row.node < slice->description.node_count(),
                    "a row of a node", "another");
     if (!fields.good()) return;
@@ -435,7 +437,7 @@ SavedSlice Service::Table::saved_slice(const Slice& slice) const {
     if (!heard.empty()) saved.heard.push_back({n, {heard.begin(), heard.end()}});
     if (slot.row == Slot::no_row) continue;
     if (slot.has_answer()) {
-      saved.answers.add(cached_form(rows_[slot.row], slot));
+      saved.answers.add(rows_.cached_form(rows_[slot.row]));
     } else if (const CachedRow* earlier = earlier_of(rows_[slot.row])) {
       saved.earlier.add(*earlier);
     }
@@ -449,14 +451,14 @@ SavedSlice Service::Table::saved_slice(const Slice& slice) const {
 
 std::optional<Error> Service::Table::restore(const std::string& bytes) {
   if (pass_ != 0 || !rows_.empty() || !unused_.empty() ||
-      std::ranges::any_of(slices_, [](const auto& slice) { return !slice->stored.empty(); }))
+      std::ranges::any_of(rows_.slices(), [](const auto& slice) { return !slice->stored.empty(); }))
     return bad_state("a service that has loaded nothing and published no pass", "another");
   Saved saved;
   StateReader reader(bytes);
   saved.write_or_read_all(reader, *this);
   reader.end();
   if (reader.error) return reader.error;
-  for (SliceId id = 0; id < slices_.size(); ++id) {
+  for (SliceId id = 0; id < rows_.slice_count(); ++id) {
     if (std::optional<Error> error = check_rows(saved, id)) return error;
   }
   std::atomic<bool> legal{true};
@@ -484,7 +486,7 @@ std::optional<Error> Service::Table::check_rows(Saved& saved, SliceId id) const 
   for (const std::vector<std::uint32_t>& made : slice.made) {
     for (const std::uint32_t node : made) {
       const Saved::OfRow* row = node < row_of_node.size() ? row_at(node) : nullptr;
-      if (row != nullptr ? row->kind != Kind::answer : node >= row_of_node.size() || !slices_[id]->is_sampled())
+      if (row != nullptr ? row->kind != Kind::answer : node >= row_of_node.size() || !rows_.slice(id).is_sampled())
         return bad_state("forms of nodes that are answered", "another");
     }
   }
@@ -497,7 +499,7 @@ std::optional<Error> Service::Table::check_rows(Saved& saved, SliceId id) const 
   bool good = true;
   const auto check = [&](const PackedSlice& packed, const auto& is_right) {
     good = packed.for_each([&](const CachedRow& row) {
-      good = good && may_answer(*slices_[id], row) && is_right(row, row_at(row.node));
+      good = good && may_answer(rows_.slice(id), row) && is_right(row, row_at(row.node));
     }) && good;
   };
   check(slice.answers, [](const CachedRow& row, const Saved::OfRow* of) {
@@ -525,17 +527,12 @@ void Service::Table::take_over(Saved& saved) {
   std::vector<bool> has_converged;  // by row
   for (Saved::OfRow& of : saved.rows) {
     has_converged.push_back(of.has_converged);
-    Slot& slot = slot_of(of.row);
-    slot.row = static_cast<std::uint32_t>(rows_.size());
-    Row& row = rows_.emplace_back(std::move(of.row));
-    if (of.kind == Kind::refusal) slot.set<RibbonAnswer>(nullptr, Slot::Kind::refusal);
-    if (!row.learning) continue;
-    if (of.is_published && row.learning->has_fit)
-      row.learning->published = mixtures_.put(row.learning->fit, row.learning->objective);
-    slot.set(row.learning.get(), Slot::Kind::learning);
+    Row& row = rows_.add(std::move(of.row));
+    if (of.kind == Kind::refusal) rows_.refuse(row);
+    if (row.learning) rows_.show_learning(row, false, of.is_published);
   }
-  for (std::size_t id = 0; id < saved.slices.size(); ++id) take_slice(saved.slices[id], *slices_[id], has_converged);
-  for (const Row& row : rows_) bytes_ += bytes_of(row);
+  for (std::size_t id = 0; id < saved.slices.size(); ++id) take_slice(saved.slices[id], rows_.slice(id), has_converged);
+  for (const Row& row : rows_) bytes_ += rows_.bytes_of(row);
 }
 
 void Service::Table::take_slice(SavedSlice& saved, Slice& slice, const std::vector<bool>& has_converged) {
@@ -548,7 +545,7 @@ void Service::Table::take_slice(SavedSlice& saved, Slice& slice, const std::vect
   }
   saved.answers.for_each([&](const CachedRow& row) {
     const std::uint32_t index = slice.slots[row.node].row;
-    show_cached(rows_[index], row, has_converged[index]);
+    rows_.show_cached(rows_[index], row, has_converged[index]);
   });
   saved.stored.for_each([&](const CachedRow& row) { slice.stored.insert_or_assign(row.node, row); });
   slice.heard.set_paths(saved.heard_paths);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -12,14 +11,12 @@
 #include <vector>
 
 #include "cache/packed_slice.h"
-#include "density/mixture_store.h"
 #include "table/discipline.h"
 #include "table/error_quantiles.h"
 #include "table/form_store.h"
 #include "table/guarded_samples.h"
 #include "table/light_policy.h"
-#include "table/row.h"
-#include "table/slice.h"
+#include "table/rows.h"
 #include "table/striped_counter.h"
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"
@@ -27,9 +24,6 @@
 namespace tress::adaptive {
 
 struct SavedSlice;  // state.cpp
-
-/// The view that a reader gets of a node that has a row.
-RowView view_of(const Slot& slot);
 
 /// Any thread may call the reader methods: look_up, fetch, count_formed, observe, score, credit, hear. All others need
 /// one thread and no reader.
@@ -89,13 +83,13 @@ class Service::Table {
   bool has_target(SliceKind kind) const {
     return kind == SliceKind::samples ? samples_ != nullptr : target_ != nullptr;
   }
-  const std::vector<std::unique_ptr<Slice>>& slices() const { return slices_; }
+  const Rows& all() const { return rows_; }
   const std::vector<Error>& refusals() const { return refusals_; }
   void set_learning(bool on) { learns_ = on; }
   void set_listener(std::function<void(const RowReport&)> listener) { listener_ = std::move(listener); }
 
  private:
-  class Rows;
+  class AllRows;
   /// A row whose published fit or state changed.
   struct RowChange {
     SliceId slice;
@@ -140,7 +134,7 @@ class Service::Table {
 
   /// The epsilon that the row at a node must reach. energy: the mass of g there, for rows of densities.
   double epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
-    return light_.epsilon_of(slices_[slice]->description, slices_[slice]->light_at(node), energy);
+    return light_.epsilon_of(rows_.slice(slice).description, rows_.slice(slice).light_at(node), energy);
   }
 
   // creations.cpp
@@ -273,20 +267,10 @@ class Service::Table {
     return view;
   }
   PassReport end_pass(std::uint64_t paths);
-  RowState state_of(const Row& row) const;
-  /// The bound of the row's last test; negative before the first.
-  float objective_of(const Row& row) const;
   /// Traces a node. Returns null and reports it if the target throws or gives rays that TracedRay does not allow.
   std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
-  Slot& slot_of(const Row& row) const { return slices_[row.slice]->slots[row.node]; }
-  /// Bytes of the row and of its answer.
-  std::size_t bytes_of(const Row& row) const;
   /// Updates the slot of the row, which readers use from now on. One row at a time.
   void show(Row& row, Outcome& outcome);
-  /// The same for a row that learns. If it has converged, its result is shown and its Learning is freed.
-  void show_learning(Row& row, bool converged);
-  /// Lets a cached row answer, without learning. has_converged: whether a row of samples counts as converged.
-  void show_cached(Row& row, const CachedRow& cached, bool has_converged);
 
   Options options_;
   const Target* target_;
@@ -294,11 +278,8 @@ class Service::Table {
   std::size_t learner_bytes_;  ///< bytes of the learner of each open row
   LightPolicy light_;
   mutable Discipline discipline_;  ///< noted by targets, too, while const functions trace
-  std::vector<std::unique_ptr<Slice>> slices_;
-  std::map<SliceKey, SliceId, KeyLess> slice_of_key_;
+  Rows rows_;
   std::map<SliceKey, PackedSlice, KeyLess> unused_;  ///< cached slices that were not added by add_slice()
-  std::deque<Row> rows_;                             ///< in order of creation
-  MixtureStore mixtures_;                            ///< the published fits
   std::vector<RowChange> changes_;
   std::vector<RowChange> prepared_;  ///< changes by prepare(), which the next publish() announces
   /// The nodes of a slice whose interpolated answers a state had kept, ascending; set while the state is taken over.
