@@ -17,7 +17,7 @@ constexpr std::uint32_t audit_one_in = 8;  // one converged row of a cache in th
 
 bool Service::Table::answers(SliceId slice, const CachedRow& cached) const {
   if (cached.state != RowState::converged) return false;
-  if (rows_.slice(slice).is_sampled()) return true;
+  if (cached.ribbons) return true;
   const double objective = cached.objective;
   return objective <= options_.epsilon ||
          (light_.paths > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
@@ -32,9 +32,9 @@ bool Service::Table::needs_nodes(const Candidate& candidate) const {
 std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   const Slice& slice = rows_.slice(candidate.slice);
   const auto found = slice.stored.find(candidate.node);
-  if (slice.is_sampled()) return sizeof(Row) + sizeof(RibbonAnswer);
   if (!needs_nodes(candidate)) {
-    return sizeof(Row) + PackedMixture::bytes_of(found->second.fit.component_count);
+    return sizeof(Row) +
+           (found->second.ribbons ? sizeof(RibbonAnswer) : PackedMixture::bytes_of(found->second.fit.component_count));
   }
   const bool keeps_earlier = found != slice.stored.end() && found->second.state == RowState::converged;
   return sizeof(Row) + Learning::bytes_before_nodes(slice.description.blur_rad, learner_bytes_) +
@@ -138,7 +138,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       show(row, outcomes[i]);
       rows_.slice(row.slice).stored.erase(row.node);
       bytes_ = bytes_ - sizes[i] + rows_.bytes_of(row);  // settle() may have ended its learning
-      changes_.push_back({row.slice, row.node, rows_.state_of(row)});
+      changes_.push_back({row.slice, row.node});
       account(outcomes[i], report);
       reopened_ += outcomes[i].reopened ? 1 : 0;
     }

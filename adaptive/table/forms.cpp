@@ -41,7 +41,7 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
   const RowView row = view_at(id, node);
   if (!has_answer(row)) return found;
   Slot& slot = rows_.slice(id).slots[node];
-  if (rows_.slice(id).is_sampled() && FormStore::has_entries(rows)) {
+  if (row.ribbons != nullptr && FormStore::has_entries(rows)) {
     // Counts only whether the node was queried. How often a form is made again depends on threads and memory, but the
     // number of paths must not: it follows from the queries.
     std::uint32_t none = 0;

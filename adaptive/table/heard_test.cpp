@@ -23,7 +23,6 @@ HeardTest Service::Table::test_by_heard() {
   HeldOutCells common;
   for (SliceId id = 0; id < rows_.slice_count(); ++id) {
     Slice& slice = rows_.slice(id);
-    if (!slice.has_index() || !slice.is_sampled()) continue;
     for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
       const std::span<const SampledExit> heard = slice.heard.at(n);
       if (heard.size() < least_paths) continue;

@@ -59,15 +59,14 @@ Service::Table::SampledAnswer Service::Table::keep_interpolated(Slice& slice, st
     std::shared_ptr<const RibbonAnswer> kept = std::move(made);
     return {kept.get(), kept};
   }
-  std::uintptr_t seen = 0;
-  if (!slot.word.compare_exchange_strong(seen, Slot::word_of(made.get(), Slot::Kind::interpolated),
-                                         std::memory_order_acq_rel, std::memory_order_acquire)) {
-    formed_bytes_.fetch_sub(made->bytes(), std::memory_order_relaxed);
-    return {Slot::target_of<RibbonAnswer>(seen), nullptr};  // another thread has stored the same values
+  const auto [there, is_first] = slot.put_first(std::move(made), Slot::Kind::interpolated);
+  if (!is_first) {
+    formed_bytes_.fetch_sub(sizeof(RibbonAnswer), std::memory_order_relaxed);
+    return {there, nullptr};
   }
   const std::scoped_lock lock(interpolated_mutex_);
   slice.interpolated.push_back(node);
-  return {made.release(), nullptr};
+  return {there, nullptr};
 }
 
 RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
@@ -77,7 +76,7 @@ RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
   view.slice = id;
   view.node = node;
   view.pass = pass_;
-  if (slot.row != Slot::no_row || !slice.is_sampled()) return view;
+  if (slot.row != Slot::no_row) return view;
   const SampledAnswer answer = answer_of(slice, node, slice.levels.coarse());
   if (!answer) return view;
   view.ribbons = &answer->row;

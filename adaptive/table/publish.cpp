@@ -68,7 +68,7 @@ void Service::Table::update_rows(PassReport& report) {
       if (outcome.nodes) start_anew(row, std::move(outcome.nodes), report);
       if (row.audit == Audit::none) {
         ++reopened_;
-        changes_.push_back({row.slice, row.node, rows_.state_of(row)});
+        changes_.push_back({row.slice, row.node});
       }
       misfitting.insert(row.slice);
       // Readers make them again, and so show which rows are in use.
@@ -76,7 +76,7 @@ void Service::Table::update_rows(PassReport& report) {
     }
     bytes_ = bytes_ - sizes[i] + rows_.bytes_of(row);
     account(outcome, report);
-    if (outcome.changed) changes_.push_back({row.slice, row.node, rows_.state_of(row)});
+    if (outcome.changed) changes_.push_back({row.slice, row.node});
     if (outcome.weights.count > 0 && outcome.weights.mean_square > 0) {
       const Moments& w = outcome.weights;
       weighted_samples += static_cast<double>(w.count) * w.mean * w.mean / w.mean_square;
@@ -154,7 +154,6 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   report.queries += report.answered_queries;
 
   for (const std::unique_ptr<Slice>& slice : rows_.slices()) {
-    if (!slice->has_index() || !slice->is_sampled()) continue;
     const std::size_t room = options_.memory_bytes > bytes_ ? options_.memory_bytes - bytes_ : 0;
     report.newly_heard -= slice->heard.paths();
     bytes_ += slice->heard.take_in(slice->description.node_count(), room);

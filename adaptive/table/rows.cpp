@@ -45,9 +45,9 @@ RowView view_of(const Slot& slot) {
   return view;
 }
 
-SliceId Rows::add_slice(const SliceDescription& description, bool has_index) {
+SliceId Rows::add_slice(const SliceDescription& description, bool has_index, std::uint32_t parts) {
   const SliceId id = slice_count();
-  slices_.push_back(std::make_unique<Slice>(description, has_index));
+  slices_.push_back(std::make_unique<Slice>(description, has_index, parts));
   by_key_.emplace(description.key, id);
   return id;
 }

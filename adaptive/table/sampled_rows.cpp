@@ -276,7 +276,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     slice.stored.erase(stored);
     if (!answers) return false;
     moved[one.node] = true;
-    changes_.push_back({id, row.node, rows_.state_of(row)});
+    changes_.push_back({id, row.node});
     return slice.slots[one.node].ribbons()->paths >= one.paths;
   });
   std::vector<Outcome> outcomes(growths.size());
@@ -300,7 +300,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     show(row, outcome);
     bytes_ = bytes_ + rows_.bytes_of(row) - (was_there ? before : sizeof(Row) + sizeof(RibbonAnswer));
     moved[row.node] = true;
-    changes_.push_back({id, row.node, rows_.state_of(row)});
+    changes_.push_back({id, row.node});
     account(outcome, report);
   }
 }

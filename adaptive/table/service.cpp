@@ -3,11 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "table/table.h"
 
 namespace tress::adaptive {
+namespace {
+
+/// g of a node that cannot be traced.
+const TracedNodes& no_light() {
+  static const TracedNodes none({}, 1);
+  return none;
+}
+
+}  // namespace
+
 std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uint32_t node) const {
   const Slice& of = rows_.slice(slice);
   std::vector<TracedRay> rays;
@@ -70,7 +81,6 @@ std::uint32_t Service::Table::node_of(SliceId slice, std::uint32_t a, std::uint3
 }
 
 RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t b) {
-  static const TracedNodes no_light({}, 1);
   const std::uint32_t node = node_of(slice_id, a, b);
   if (node == no_node || options_.check_passes) [[unlikely]] {
     const bool is_off_axes = node == no_node && slice_id < rows_.slice_count();
@@ -84,54 +94,46 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
     }
     if (is_off_axes || is_misuse("look_up", slice_id, node)) {
       RowView nothing = bare_view(RowState::absent, slice_id, node);
-      if (slice_id >= rows_.slice_count() || !rows_.slice(slice_id).is_sampled()) nothing.nodes = &no_light;
+      if (slice_id >= rows_.slice_count() || !rows_.slice(slice_id).is_sampled()) nothing.nodes = &no_light();
       return nothing;
     }
   }
   const Discipline::Reader inside(discipline_);
   Slice& slice = rows_.slice(slice_id);
-  if (!slice.has_index()) {
-    unindexed_queries_.add(1);
-    RowView view = bare_view(RowState::absent, slice_id, node);
-    if (slice.is_sampled()) return view;
-    traces_.fetch_add(1, std::memory_order_relaxed);
-    std::shared_ptr<const TracedNodes> traced = trace(slice_id, node);
-    view.nodes = traced ? traced.get() : &no_light;
-    view.kept = std::move(traced);
-    return view;
-  }
-  Slot& slot = slice.slots[node];
-  slot.queries.fetch_add(1, std::memory_order_relaxed);
-  if (slice.is_sampled() || slot.row != Slot::no_row) return view_at(slice_id, node);
-
   RowView view = bare_view(RowState::absent, slice_id, node);
-  view.nodes = Slot::target_of<TracedNodes>(slot.word.load(std::memory_order_acquire));
-  if (view.nodes != nullptr) return view;
-  std::unique_ptr<const TracedNodes> traced = trace(slice_id, node);
+  if (slice.has_index()) {
+    slice.slots[node].queries.fetch_add(1, std::memory_order_relaxed);
+    view = view_at(slice_id, node);
+  } else {
+    unindexed_queries_.add(1);
+  }
+  if (view.row == RowView::no_row && !slice.is_sampled()) add_g(view);
+  return view;
+}
+
+void Service::Table::add_g(RowView& view) {
+  const Slice& slice = rows_.slice(view.slice);
+  Slot* slot = slice.has_index() ? &slice.slots[view.node] : nullptr;
+  if (slot != nullptr) view.nodes = Slot::target_of<TracedNodes>(slot->word.load(std::memory_order_acquire));
+  if (view.nodes != nullptr) return;
+  std::unique_ptr<const TracedNodes> traced = trace(view.slice, view.node);
   if (!traced) {
-    view.nodes = &no_light;
-    return view;
+    view.nodes = &no_light();
+    return;
   }
   const std::size_t size = traced->bytes();
-  const std::size_t before = memo_bytes_.fetch_add(size, std::memory_order_relaxed);
+  const std::size_t before = slot != nullptr ? memo_bytes_.fetch_add(size, std::memory_order_relaxed) : 0;
   const std::size_t formed = formed_bytes_.load(std::memory_order_relaxed);
-  if (bytes_ + formed + before + size > options_.memory_bytes) {
-    memo_bytes_.fetch_sub(size, std::memory_order_relaxed);
-    traces_.fetch_add(1, std::memory_order_relaxed);
+  const bool has_room = slot != nullptr && bytes_ + formed + before + size <= options_.memory_bytes;
+  bool is_kept = false;
+  if (has_room) {
+    std::tie(view.nodes, is_kept) = slot->put_first(std::move(traced), Slot::Kind::traced);
+  } else {
     view.nodes = traced.get();
     view.kept = std::shared_ptr<const TracedNodes>(std::move(traced));
-    return view;
   }
-  std::uintptr_t seen = 0;
-  if (slot.word.compare_exchange_strong(seen, Slot::word_of(traced.get(), Slot::Kind::traced),
-                                        std::memory_order_acq_rel, std::memory_order_acquire)) {
-    traces_.fetch_add(1, std::memory_order_relaxed);
-    view.nodes = traced.release();
-  } else {
-    memo_bytes_.fetch_sub(size, std::memory_order_relaxed);
-    view.nodes = Slot::target_of<TracedNodes>(seen);  // another thread has stored the same values
-  }
-  return view;
+  if (slot != nullptr && !is_kept) memo_bytes_.fetch_sub(size, std::memory_order_relaxed);
+  if (is_kept || !has_room) traces_.fetch_add(1, std::memory_order_relaxed);
 }
 
 double Service::Table::light(SliceId slice, std::uint32_t a, std::uint32_t b) const {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "observations/heard_exits.h"
@@ -113,6 +114,16 @@ struct alignas(16) Slot {
     delete get<TracedNodes>(Kind::traced);
     word.store(word_of(target, kind), std::memory_order_relaxed);
   }
+  /// Puts what was made into an empty slot, unless another thread was first with the same values. Returns what is there
+  /// then, and whether it was this.
+  template <class T>
+  std::pair<const T*, bool> put_first(std::unique_ptr<const T> made, Kind kind) {
+    std::uintptr_t seen = 0;
+    if (!word.compare_exchange_strong(seen, word_of(made.get(), kind), std::memory_order_acq_rel,
+                                      std::memory_order_acquire))
+      return {target_of<T>(seen), false};
+    return {made.release(), true};
+  }
   /// Hands over the traced nodes that an absent node has kept, or null.
   std::unique_ptr<const TracedNodes> take_memo() {
     std::unique_ptr<const TracedNodes> memo(get<TracedNodes>(Kind::traced));
@@ -124,7 +135,9 @@ static_assert(sizeof(Slot) == 16);
 
 struct Slice {
   /// has_index: false if memory has no room for one. The nodes are then traced at every query and never learned.
-  Slice(const SliceDescription& d, bool has_index) : description(d), levels(d) {
+  /// parts_of_node: SampledTarget::parts() of a slice of samples, else 0.
+  Slice(const SliceDescription& d, bool has_index, std::uint32_t parts_of_node)
+      : description(d), parts(parts_of_node), levels(d) {
     if (!has_index) return;
     slots = std::make_unique<Slot[]>(d.node_count());
     light = std::make_unique<std::atomic<std::uint64_t>[]>(d.node_count());
@@ -162,6 +175,7 @@ struct Slice {
   }
 
   SliceDescription description;
+  std::uint32_t parts;  ///< of each node of samples
   Levels levels;
   Slice* coarse_rows = nullptr;   ///< the slice whose coarse rows answer for this one; null: it has its own
   std::unique_ptr<Slot[]> slots;  ///< null without an index, as are the next three

@@ -98,7 +98,8 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
   } else {
     tell(describe(description) + ": no room for its index, so it is traced whenever it is asked");
   }
-  const SliceId id = rows_.add_slice(description, has_index);
+  const bool is_of_samples = description.kind == SliceKind::samples;
+  const SliceId id = rows_.add_slice(description, has_index, is_of_samples ? samples_->parts(description) : 0);
   if (description.coarse_rows_of) {
     Slice& other = rows_.slice(*rows_.find(*description.coarse_rows_of));
     Slice* const owner = other.coarse_rows != nullptr ? other.coarse_rows : &other;
@@ -119,9 +120,7 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
 }
 
 bool Service::Table::may_answer(const Slice& slice, const CachedRow& row) const {
-  if (row.state != RowState::converged) return true;
-  if (!slice.is_sampled()) return row.ribbons == nullptr;
-  return row.ribbons != nullptr && row.ribbons->parts() == samples_->parts(slice.description);
+  return row.state != RowState::converged || (row.ribbons ? row.ribbons->parts() : 0) == slice.parts;
 }
 
 std::optional<Error> Service::Table::take(RowSource& rows) {

@@ -193,25 +193,25 @@ namespace {
 
 void write_or_read(auto& fields, const Slice& own, SavedSlice& saved) {
   std::uint32_t least = 0;
-  const auto node_field = [&](std::uint32_t& node, bool may_be) {
+  const auto node_field = [&](std::uint32_t& node) {
     fields(node);
-    fields.require(may_be && node >= least && node < own.description.node_count(), "an ascending node of its slice",
-                   "another");
+    fields.require(own.has_index() && node >= least && node < own.description.node_count(),
+                   "an ascending node of its slice", "another");
     least = node + 1;
   };
   fields(saved.audited);
   list(fields, saved.nodes, 20, [&](SavedNode& node) {
-    node_field(node.node, own.has_index());
+    node_field(node.node);
     for (std::uint32_t* value : {&node.queries, &node.events}) fields(*value);
     fields(node.light);
   });
   for (PackedSlice* rows : {&saved.answers, &saved.stored, &saved.earlier}) fields(*rows);
   least = 0;
-  list(fields, saved.interpolated, 4, [&](std::uint32_t& node) { node_field(node, own.is_sampled()); });
+  list(fields, saved.interpolated, 4, node_field);
   fields(saved.heard_paths);
   least = 0;
   list(fields, saved.heard, 8, [&](SavedHeard& heard) {
-    node_field(heard.node, own.is_sampled());
+    node_field(heard.node);
     list(fields, heard.exits, 17, [&](SampledExit& exit) {
       for (float* value : {&exit.azimuth, &exit.height, &exit.weight, &exit.attribute}) fields(*value);
       auto part = static_cast<std::uint8_t>(exit.part);
@@ -486,7 +486,7 @@ std::optional<Error> Service::Table::check_rows(Saved& saved, SliceId id) const 
   for (const std::vector<std::uint32_t>& made : slice.made) {
     for (const std::uint32_t node : made) {
       const Saved::OfRow* row = node < row_of_node.size() ? row_at(node) : nullptr;
-      if (row != nullptr ? row->kind != Kind::answer : node >= row_of_node.size() || !rows_.slice(id).is_sampled())
+      if (node >= row_of_node.size() || (row != nullptr && row->kind != Kind::answer))
         return bad_state("forms of nodes that are answered", "another");
     }
   }

@@ -94,7 +94,6 @@ class Service::Table {
   struct RowChange {
     SliceId slice;
     std::uint32_t node;
-    RowState state;
   };
   static constexpr std::uint32_t no_node = ~0u;
 
@@ -269,6 +268,8 @@ class Service::Table {
   PassReport end_pass(std::uint64_t paths);
   /// Traces a node. Returns null and reports it if the target throws or gives rays that TracedRay does not allow.
   std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
+  /// Gives the view of an absent node of a density its g: traced once a pass, while memory lasts. Thread-safe.
+  void add_g(RowView& view);
   /// Updates the slot of the row, which readers use from now on. One row at a time.
   void show(Row& row, Outcome& outcome);
 

@@ -29,7 +29,7 @@ Row& learning_row(Rows& rows, SliceId slice, std::uint32_t node) {
 
 struct OneSlice : ::testing::Test {
   Rows rows;
-  SliceId slice = rows.add_slice(testing::toy_slice(0, 4), true);
+  SliceId slice = rows.add_slice(testing::toy_slice(0, 4), true, 0);
   const Slot& slot(std::uint32_t node) const { return rows.slice(slice).slots[node]; }
 };
 
