@@ -6,13 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <numbers>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/content_hash.h"
+#include "base/pi.h"
 #include "cache/reader.h"
 #include "observations/sketch.h"
 
@@ -22,7 +22,6 @@ namespace {
 using format::Section;
 
 constexpr float huge = 3.402823466e+38f;
-constexpr float pi = std::numbers::pi_v<float>;
 
 const char* section_name(Section section) {
   switch (section) {
@@ -455,7 +454,7 @@ bool CacheReader::mixture(ByteReader& in) {
   }
   for (std::uint32_t i = 0; i < fit->component_count; ++i) {
     Component& part = fit->components[i];
-    if (!number(in, "mode", -pi, pi, &part.shape.mu) ||
+    if (!number(in, "mode", -pi_f, pi_f, &part.shape.mu) ||
         !number(in, "scale", format::least_scale, format::largest_scale, &part.shape.s_left) ||
         !number(in, "scale", format::least_scale, format::largest_scale, &part.shape.s_right) ||
         !not_negative(in, "weight", &part.weight) || !not_negative(in, "attribute", &part.attribute_mean) ||

@@ -11,6 +11,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "base/pi.h"
 #include "density/law_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -89,8 +90,7 @@ void FindCells(const CellTables& tables, std::int32_t us, std::int32_t vs, std::
     knot = hn::IfThenElse(hn::RebindMask(i, before_first), hn::Set(i, Ribbon::main_knots), knot);
     const Mask normal = hn::Gt(hn::GatherIndex(d, tables.is_normal.data(), part), Number(0.5f));
     const LayerShares main = At(tables.main.data(), hn::Add(hn::Add(first, part), knot), normal, x, t);
-    const F turn = hn::Mul(hn::Add(x, Number(std::numbers::pi_v<float>)),
-                           Number(Ribbon::broad_knots / (2 * std::numbers::pi_v<float>)));
+    const F turn = hn::Mul(hn::Add(x, Number(pi_f)), Number(Ribbon::broad_knots / two_pi_f));
     const I broad_knot = hn::Min(hn::ConvertTo(i, turn), hn::Set(i, Ribbon::broad_knots - 1));
     const LayerShares broad =
         At(tables.broad.data(), hn::Add(hn::ShiftLeft<3>(part), broad_knot), hn::MaskFromVec(hn::Zero(d)), x, t);
@@ -118,7 +118,6 @@ namespace {
 /// Writes the segments of a layer, by the number of the knot before them. If `out` has room for one more, it also gets
 /// the segment from -pi to the first knot.
 void write_segments(std::span<const RibbonKnot> knots, std::span<CellTables::Segment> out) {
-  constexpr double pi = std::numbers::pi;
   const std::size_t count = knots.size();
   double below = 0, cut = 0;  // cut: mass from the first knot to -pi, on the way round the circle
   for (std::size_t k = 0; k < count; ++k) {

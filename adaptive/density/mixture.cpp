@@ -5,43 +5,40 @@
 #include <cmath>
 #include <cstdint>
 #include <new>
-#include <numbers>
 
 #include "base/exp_of_negative.h"
+#include "base/pi.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
-constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
-
 // T(s) = tanh(pi/(2s)); 1 in float below s = 0.17, where 2 exp(-pi/s) < 2^-25.
 float truncation(float s) {
   if (s < 0.17f) return 1.0f;
-  const float e = exp_of_negative(-pi / s);
+  const float e = exp_of_negative(-pi_f / s);
   return (1.0f - e) / (1.0f + e);
 }
 
 // Returns x >= 0 with mass fraction v of the side's [0, pi] below it: 2 s atanh(v T), computed from 1 - v so that the
 // tail keeps its bits.
 double side_quantile(double v, double s) {
-  const double e = std::exp(-std::numbers::pi / s);
+  const double e = std::exp(-pi / s);
   const double t = (1.0 - e) / (1.0 + e);
   const double below_one = std::max((1.0 - v) * t + 2.0 * e / (1.0 + e), 1e-300);
-  return std::min(s * std::log((1.0 + v * t) / below_one), std::numbers::pi);
+  return std::min(s * std::log((1.0 + v * t) / below_one), pi);
 }
 
 // Does the same as SkewLogistic::sample, for a u that has more bits than a float.
 float sample_shape(const SkewLogistic& shape, double u) {
-  const double left = static_cast<double>(shape.s_left) * std::tanh(0.5 * std::numbers::pi / shape.s_left);
-  const double right = static_cast<double>(shape.s_right) * std::tanh(0.5 * std::numbers::pi / shape.s_right);
+  const double left = static_cast<double>(shape.s_left) * std::tanh(0.5 * pi / shape.s_left);
+  const double right = static_cast<double>(shape.s_right) * std::tanh(0.5 * pi / shape.s_right);
   const double p_left = left / (left + right);
   const double x = u < p_left ? -side_quantile(1.0 - u / p_left, shape.s_left)
                               : side_quantile(std::min((u - p_left) / (1.0 - p_left), 1.0), shape.s_right);
   return wrap_angle(static_cast<float>(shape.mu + x));
 }
 
-float uniform_angle(double u) { return wrap_angle(static_cast<float>((2.0 * u - 1.0) * std::numbers::pi)); }
+float uniform_angle(double u) { return wrap_angle(static_cast<float>((2.0 * u - 1.0) * pi)); }
 
 template <class Parts>
 float energy_of(const Parts& parts, float uniform_weight) {
@@ -52,7 +49,7 @@ float energy_of(const Parts& parts, float uniform_weight) {
 
 template <class Parts>
 float density_of(const Parts& parts, float uniform_weight, float phi) {
-  float sum = uniform_weight * inverse_two_pi;
+  float sum = uniform_weight * inverse_two_pi_f;
   for (const auto& part : parts) sum += part.weight * part.shape.density(phi);
   return sum;
 }
@@ -60,8 +57,8 @@ float density_of(const Parts& parts, float uniform_weight, float phi) {
 template <class Parts>
 float proposal_density_of(const Parts& parts, float uniform_weight, float phi, float u_share) {
   const float mass = energy_of(parts, uniform_weight);
-  if (!(mass > 0.0f)) return inverse_two_pi;
-  return (1.0f - u_share) * density_of(parts, uniform_weight, phi) / mass + u_share * inverse_two_pi;
+  if (!(mass > 0.0f)) return inverse_two_pi_f;
+  return (1.0f - u_share) * density_of(parts, uniform_weight, phi) / mass + u_share * inverse_two_pi_f;
 }
 
 template <class Parts>
@@ -92,16 +89,15 @@ float float_of(std::uint16_t upper) { return std::bit_cast<float>(static_cast<st
 }  // namespace
 
 float wrap_turns(float x) {
-  constexpr double two_pi = 2.0 * std::numbers::pi;
   double turns = x < 0 ? -1 : 1;  // the usual case: a difference of two angles
-  if (!(std::abs(x) < 3 * pi)) turns = std::floor((x + std::numbers::pi) / two_pi);
+  if (!(std::abs(x) < 3 * pi_f)) turns = std::floor((x + pi) / two_pi);
   const auto r = static_cast<float>(x - two_pi * turns);
-  return r >= -pi && r < pi ? r : -pi;
+  return r >= -pi_f && r < pi_f ? r : -pi_f;
 }
 
 float SkewLogistic::density(float phi) const {
   float x = phi - mu;
-  if (x >= pi || x < -pi) x = wrap_angle(x);
+  if (x >= pi_f || x < -pi_f) x = wrap_angle(x);
   const float e = exp_of_negative(-std::abs(x) / (x < 0.0f ? s_left : s_right));
   const float z = 0.5f * (s_left * truncation(s_left) + s_right * truncation(s_right));
   return e / ((1.0f + e) * (1.0f + e) * z);

@@ -5,13 +5,13 @@
 #include <cstddef>
 #include <numbers>
 
+#include "base/pi.h"
 #include "density/invert_line.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>, two_pi = 2 * pi;
 constexpr float below_one = 0.99999994f;
 constexpr float least_share = 0x1p-25f;  // of the mass of a side; no height is drawn beyond it
 
@@ -48,7 +48,7 @@ struct Layer {
   const RibbonKnot& after(std::size_t k) const { return knots[k + 1 < knots.size() ? k + 1 : 0]; }
   float width(std::size_t k) const {
     return k + 1 < knots.size() ? knots[k + 1].azimuth - knots[k].azimuth
-                                : knots[0].azimuth + two_pi - knots[k].azimuth;
+                                : knots[0].azimuth + two_pi_f - knots[k].azimuth;
   }
   /// The segment that contains x in [-pi, pi), and the fraction of it before x.
   std::pair<std::size_t, float> find(float x) const {
@@ -56,7 +56,7 @@ struct Layer {
                                         [](float at, const RibbonKnot& knot) { return at < knot.azimuth; });
     const std::size_t k =
         above == knots.begin() ? knots.size() - 1 : static_cast<std::size_t>(above - knots.begin()) - 1;
-    const float from = x - knots[k].azimuth + (above == knots.begin() ? two_pi : 0), all = width(k);
+    const float from = x - knots[k].azimuth + (above == knots.begin() ? two_pi_f : 0), all = width(k);
     return {k, all > 0 ? std::clamp(from / all, 0.0f, 1.0f) : 0};
   }
   Between at(std::size_t k, float s) const {
@@ -78,8 +78,8 @@ struct Layer {
   float below_azimuth(float x) const {
     const auto [k, s] = find(x);
     const float to = from_first(k, s);
-    if (!(knots[0].azimuth > -pi)) return to;
-    const auto [last, at_cut] = find(-pi);
+    if (!(knots[0].azimuth > -pi_f)) return to;
+    const auto [last, at_cut] = find(-pi_f);
     const float cut = from_first(last, at_cut);
     return x < knots[0].azimuth ? to - cut : to + (below.back() - cut);
   }
@@ -100,7 +100,7 @@ double add_up(const std::array<RibbonKnot, count>& knots, std::array<double, cou
   below[0] = 0;
   for (std::size_t k = 0; k < count; ++k) {
     const RibbonKnot& next = knots[(k + 1) % count];
-    const double turn = k + 1 < count ? 0 : 2 * std::numbers::pi;
+    const double turn = k + 1 < count ? 0 : two_pi;
     const double width = static_cast<double>(next.azimuth) + turn - static_cast<double>(knots[k].azimuth);
     below[k + 1] = below[k] + 0.5 * std::max(width, 0.0) *
                                   (static_cast<double>(knots[k].density) + static_cast<double>(next.density));
@@ -119,10 +119,10 @@ template <std::size_t count>
 void set_level(std::array<RibbonKnot, count>& knots, float density, std::array<float, count + 1>& below) {
   for (std::size_t k = 0; k < count; ++k) {
     const float turns = static_cast<float>(k) / static_cast<float>(count);
-    knots[k] = {-pi + two_pi * turns, density, 0, 0.5f, 0.5f, {1, 1}};
-    below[k] = turns * two_pi * density;
+    knots[k] = {-pi_f + two_pi_f * turns, density, 0, 0.5f, 0.5f, {1, 1}};
+    below[k] = turns * two_pi_f * density;
   }
-  below[count] = two_pi * density;
+  below[count] = two_pi_f * density;
 }
 
 }  // namespace
@@ -161,7 +161,7 @@ Ribbon::Ribbon() {
 
 void Ribbon::set_uniform() {
   main_law_ = HeightLaw::logistic;
-  set_level(main_, 1 / two_pi, main_below_);
+  set_level(main_, 1 / two_pi_f, main_below_);
   set_level(broad_, 0, broad_below_);
 }
 

@@ -5,15 +5,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 
+#include "base/pi.h"
 #include "density/layer_logs.h"
 #include "tress/adaptive/ribbon.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr std::size_t header_bytes = 8, main_bytes = 9, broad_bytes = 6;
 static_assert(header_bytes + Ribbon::main_knots * main_bytes + Ribbon::broad_knots * broad_bytes ==
               RibbonRow::part_bytes);

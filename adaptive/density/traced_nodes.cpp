@@ -5,19 +5,17 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 #include <numeric>
 #include <span>
 #include <vector>
 
+#include "base/pi.h"
 #include "density/blurred_sum.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr float two_pi = 2 * std::numbers::pi_v<float>;
 constexpr float reach = 5.5f;       // in sigma: less than 4e-8 of the mass lies beyond
 constexpr float narrowest = 1e-5f;  // radians
 constexpr float most_buckets = 1024;
@@ -53,8 +51,8 @@ TracedNodes::TracedNodes(std::span<const TracedRay> rays, float blur_rad)
   }
   energy_ = static_cast<float>(mass);
 
-  const auto buckets = static_cast<std::uint32_t>(std::clamp(two_pi / blur_rad_, 1.0f, most_buckets));
-  buckets_per_rad_ = static_cast<float>(buckets) / two_pi;
+  const auto buckets = static_cast<std::uint32_t>(std::clamp(two_pi_f / blur_rad_, 1.0f, most_buckets));
+  buckets_per_rad_ = static_cast<float>(buckets) / two_pi_f;
   starts_.assign(buckets + 1, 0);
   for (const float azimuth : this->azimuth()) ++starts_[bucket_of(azimuth) + 1];
   std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
@@ -73,7 +71,7 @@ TracedNodes::TracedNodes(std::span<const TracedRay> rays, float blur_rad)
 }
 
 std::uint32_t TracedNodes::bucket_of(float azimuth) const {
-  const float at = std::max((azimuth + two_pi / 2) * buckets_per_rad_, 0.0f);
+  const float at = std::max((azimuth + two_pi_f / 2) * buckets_per_rad_, 0.0f);
   return std::min(static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(starts_.size() - 2));
 }
 
@@ -87,12 +85,12 @@ std::size_t TracedNodes::bytes() const {
 float TracedNodes::density(float x) const {
   x = wrap_angle(x);
   const float width = reach * blur_rad_;
-  const int turns = static_cast<int>(1 + width * (1 / two_pi));
+  const int turns = static_cast<int>(1 + width * (1 / two_pi_f));
   float sum = 0;
   for (int turn = -turns; turn <= turns; ++turn) {
-    const float centre = x + static_cast<float>(turn) * two_pi;
+    const float centre = x + static_cast<float>(turn) * two_pi_f;
     const float low = centre - width, high = centre + width;
-    if (high < -two_pi / 2 || low > two_pi / 2) continue;
+    if (high < -two_pi_f / 2 || low > two_pi_f / 2) continue;
     const std::uint32_t first = starts_[bucket_of(low)], last = starts_[bucket_of(high) + 1];
     sum += blurred_sum(azimuth_.data() + first, weight_.data() + first, last - first, centre, precision_);
   }

@@ -6,15 +6,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 
+#include "base/pi.h"
 #include "fit/known_error.h"
 #include "tress/base/random.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::size_t most_rates = 4;
 constexpr std::uint64_t rows_a_measured = 8;
 constexpr double darkest = 69;     // exp(-69) = 1e-30

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
+#include "base/pi.h"
 #include "fit/problem.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr int warm_iterations = 8;
 constexpr int grown_iterations = 12;
 constexpr double least_weight = 2e-4;     // components of less weight are removed

@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <numbers>
 #include <span>
 
+#include "base/pi.h"
 #include "fit/exit_sums.h"
 #include "fit/ribbon_lanes.h"
 #include "fit/ribbon_tilt.h"
@@ -16,7 +16,6 @@
 namespace tress::adaptive {
 namespace {
 
-constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::size_t main_knots = Ribbon::main_knots, broad_knots = Ribbon::broad_knots;
 constexpr std::size_t parts = RowExits::most_parts;
 constexpr std::uint32_t bins = RowExits::bins, bins_per_broad = bins / broad_knots;

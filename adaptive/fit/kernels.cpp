@@ -1,7 +1,6 @@
 #include "fit/kernels.h"
 
 #include <cmath>
-#include <numbers>
 
 // foreach_target compiles this once for every instruction set; the first call chooses the machine's.
 #undef HWY_TARGET_INCLUDE
@@ -10,6 +9,7 @@
 #include <hwy/highway.h>
 
 #include "base/exp_lanes.h"
+#include "base/pi.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tress::adaptive {
@@ -20,10 +20,10 @@ using namespace tress::HWY_NAMESPACE;
 // x = azimuth - mu in [-pi, pi].
 HWY_INLINE V Offset(const double* azimuth, V mu) {
   const Doubles d;
-  const V pi = hn::Set(d, std::numbers::pi), two_pi = hn::Set(d, 2 * std::numbers::pi);
+  const V half = hn::Set(d, pi), turn = hn::Set(d, two_pi);
   V x = hn::Sub(hn::LoadU(d, azimuth), mu);
-  x = hn::IfThenElse(hn::Ge(x, pi), hn::Sub(x, two_pi), x);
-  return hn::IfThenElse(hn::Lt(x, hn::Neg(pi)), hn::Add(x, two_pi), x);
+  x = hn::IfThenElse(hn::Ge(x, half), hn::Sub(x, turn), x);
+  return hn::IfThenElse(hn::Lt(x, hn::Neg(half)), hn::Add(x, turn), x);
 }
 
 HWY_INLINE V Density(V x, V inverse_left, V inverse_right, V inverse_z) {
@@ -225,7 +225,6 @@ HWY_EXPORT(SolveInPlace);
 HWY_EXPORT(BlurRow);
 
 Shape::Shape(double mode, double scale_left, double scale_right) : mu(mode), left(scale_left), right(scale_right) {
-  constexpr double pi = std::numbers::pi;
   // T(s) = tanh(pi/2s) = (1 - e)/(1 + e), e = exp(-pi/s); 1 to the last bit below s = pi/40.
   const auto e_of = [](double s) { return s < pi / 40 ? 0 : std::exp(-pi / s); };
   const double e_left = e_of(left);

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <vector>
 
+#include "base/pi.h"
 #include "fit/kernels.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr double steps_a_scale = 2;
 
 double narrowest_scale(const Mixture& fit) {

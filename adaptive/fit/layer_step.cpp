@@ -11,6 +11,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "base/pi.h"
 #include "density/law_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -36,7 +37,6 @@ struct LawInformation {
   float mode, cross, scale;
 };
 LawInformation InformationOf(HeightLaw law) {
-  constexpr double pi = std::numbers::pi;
   if (law == HeightLaw::normal) return {1, static_cast<float>(2 * std::sqrt(2 / pi)), 3};
   return {1.0f / 3, static_cast<float>((1 + 2 * std::numbers::ln2) / 3), static_cast<float>(1 + (3 + pi * pi) / 9)};
 }

@@ -2,16 +2,15 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <vector>
 
+#include "base/pi.h"
 #include "fit/fit_mixture.h"
 #include "fit/kernels.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr double two_pi = 2 * std::numbers::pi;
 constexpr double reach = 4;             // of the blur, in sigma: 6e-5 of it lies beyond
 constexpr double points_per_sigma = 4;  // linear interpolation errs by less than 0.004 of a responsibility
 

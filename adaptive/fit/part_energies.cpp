@@ -4,8 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 #include <span>
+
+#include "base/pi.h"
 
 namespace tress::adaptive {
 namespace {
@@ -24,7 +25,7 @@ struct Share {
 void put_shares(std::span<const RibbonKnot> knots, std::size_t rate, std::span<Share> shares) {
   const auto gap = [&](std::size_t from, std::size_t to) {
     const double width = static_cast<double>(knots[to].azimuth) - static_cast<double>(knots[from].azimuth);
-    return width < 0 ? width + 2 * std::numbers::pi : width;
+    return width < 0 ? width + two_pi : width;
   };
   double before = gap(knots.size() - 1, 0);
   for (std::size_t k = 0; k < knots.size(); ++k) {

@@ -4,16 +4,11 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <utility>
 
+#include "base/pi.h"
+
 namespace tress::adaptive {
-namespace {
-
-constexpr double pi = std::numbers::pi;
-
-}  // namespace
-
 double wrap_near(double x) {
   if (x >= pi) return x - 2 * pi;
   if (x < -pi) return x + 2 * pi;

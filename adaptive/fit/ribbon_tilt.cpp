@@ -6,9 +6,9 @@
 #include <complex>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 #include <utility>
 
+#include "base/pi.h"
 #include "fit/layer_step.h"
 
 // foreach_target compiles this once for every instruction set; the first call chooses the machine's.
@@ -86,7 +86,7 @@ struct HalfHats {
       of[order - 1][0] = 0;
       for (std::size_t bins = 1; bins <= RowExits::bins; ++bins) {
         const double n = static_cast<double>(order);
-        const double width = 2 * std::numbers::pi * static_cast<double>(bins) / RowExits::bins;
+        const double width = two_pi * static_cast<double>(bins) / RowExits::bins;
         of[order - 1][bins] =
             std::complex<double>(0, 1 / n) + (1.0 - std::exp(std::complex<double>(0, n * width))) / (n * n * width);
       }

@@ -2,20 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
+#include "base/pi.h"
 #include "fit/exit_sums.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
 constexpr float farthest = 2 * Ribbon::largest_mode;  // knots do not follow an exit beyond it
 
 std::uint32_t bin_of(float x) {
-  const float at = (x + pi) * (static_cast<float>(RowExits::bins) / (2 * pi));
+  const float at = (x + pi_f) * (static_cast<float>(RowExits::bins) / (2 * pi_f));
   return std::min(static_cast<std::uint32_t>(at), RowExits::bins - 1);
 }
 
@@ -68,7 +67,7 @@ void add_up(RowExits& exits, RowExits::Part& part) {
 
 }  // namespace
 
-double RowExits::azimuth(std::uint32_t bin) { return std::numbers::pi * (2 * static_cast<double>(bin) / bins - 1); }
+double RowExits::azimuth(std::uint32_t bin) { return pi * (2 * static_cast<double>(bin) / bins - 1); }
 
 RowExits sort_exits(std::span<const SampledExit> exits, std::uint32_t parts) {
   RowExits row;

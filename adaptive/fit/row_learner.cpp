@@ -5,12 +5,12 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "base/pi.h"
 #include "fit/known_error.h"
 #include "fit/problem.h"
 
@@ -19,8 +19,8 @@ bool is_legal(const Mixture& fit, int components, double energy) {
   if (fit.component_count > static_cast<std::uint32_t>(components) || !(fit.uniform_weight >= 0)) return false;
   const auto in_bounds = [](float s) { return s >= scale_min && s <= scale_max; };
   const auto is_good = [&](const Component& part) {
-    return part.weight >= 0 && part.shape.mu >= -std::numbers::pi_v<float> &&
-           part.shape.mu < std::numbers::pi_v<float> && in_bounds(part.shape.s_left) && in_bounds(part.shape.s_right);
+    return part.weight >= 0 && part.shape.mu >= -pi_f && part.shape.mu < pi_f && in_bounds(part.shape.s_left) &&
+           in_bounds(part.shape.s_right);
   };
   // Up to rounding of nine floats that were scaled and added up, with room to spare.
   return std::ranges::all_of(fit.parts(), is_good) && std::abs(fit.energy() - energy) <= 1e-4 * energy + 1e-30;
@@ -59,8 +59,7 @@ double FitContext::largest_error() {
   KnownError error = known_error(fit, nodes, grid);
   if (error.most <= options.epsilon) return error.most;
   const auto step_azimuth = [](std::size_t i, std::size_t n) {
-    return wrap_angle(
-        static_cast<float>((static_cast<double>(i) / static_cast<double>(n) - 0.5) * 2 * std::numbers::pi));
+    return wrap_angle(static_cast<float>((static_cast<double>(i) / static_cast<double>(n) - 0.5) * two_pi));
   };
   if (error.seen <= options.epsilon) {
     std::vector<float> finer(2 * grid.size());

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 #include <vector>
 
+#include "base/pi.h"
 #include "fit/fit_mixture.h"
 
 namespace tress::adaptive {
@@ -22,7 +22,6 @@ constinit const Learner sketch_learner{"sketch", "least squares on what the rend
                                        make_row_learner<SketchLearner>};
 
 void SketchLearner::refine(FitContext& context) {
-  constexpr double two_pi = 2 * std::numbers::pi;
   const std::vector<ObservedPair> pairs = context.sketch.pairs();
   const std::size_t n = pairs.size();
   std::vector<double> missed(n), gap(n);  // gap[i] is the distance from pair i to the next

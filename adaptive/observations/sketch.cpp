@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numbers>
 
+#include "base/pi.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::uint64_t empty_bin = ~std::uint64_t{0};
 constexpr double offset_units = 2147483647.0;  // of half a bin width: 31 bits
 
@@ -40,7 +39,7 @@ void Sketch::clear() {
 
 void Sketch::offer(float x, float g) {
   if (!usable(g) || !std::isfinite(x)) return;
-  const double at = (wrap_angle(x) + std::numbers::pi) * (bin_count_ / two_pi);  // in bin widths
+  const double at = (wrap_angle(x) + pi) * (bin_count_ / two_pi);  // in bin widths
   const double index = std::clamp(std::floor(at), 0.0, bin_count_ - 1.0);
   const double offset = std::clamp(2 * (at - index) - 1, -1.0, 1.0);  // in half widths
   const auto magnitude = static_cast<std::uint64_t>(std::abs(offset) * offset_units + 0.5);
@@ -66,12 +65,12 @@ std::vector<SketchBin> Sketch::bins() const {
 }
 
 std::vector<ObservedPair> Sketch::pairs() const {
-  const float below_pi = std::nextafter(std::numbers::pi_v<float>, 0.0f);
+  const float below_pi = std::nextafter(pi_f, 0.0f);
   std::vector<ObservedPair> result;
   for (const SketchBin& bin : bins()) {
     const double magnitude = static_cast<double>(bin.bits >> 33) / offset_units;
     const double offset = (bin.bits >> 32 & 1) != 0 ? -magnitude : magnitude;
-    const double azimuth = (bin.index + 0.5 * (1 + offset)) * (two_pi / bin_count_) - std::numbers::pi;
+    const double azimuth = (bin.index + 0.5 * (1 + offset)) * (two_pi / bin_count_) - pi;
     result.push_back(
         {std::min(static_cast<float>(azimuth), below_pi), std::bit_cast<float>(static_cast<std::uint32_t>(bin.bits))});
   }
@@ -96,7 +95,7 @@ std::vector<float> gap_fill_azimuths(const std::vector<ObservedPair>& pairs, flo
     }
   };
   // Nothing is observed, so the gap has no end points, and its start must be evaluated too.
-  if (pairs.empty()) fill(-std::numbers::pi, two_pi, true);
+  if (pairs.empty()) fill(-pi, two_pi, true);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double next = i + 1 < pairs.size() ? pairs[i + 1].azimuth : pairs[0].azimuth + two_pi;
     fill(pairs[i].azimuth, next - pairs[i].azimuth, false);
