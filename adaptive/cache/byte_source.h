@@ -58,7 +58,6 @@ class ByteReader {
       : bytes_(bytes), next_(offset), end_(offset + size) {}
 
   std::uint8_t u8() { return static_cast<std::uint8_t>(integer(1)); }
-  std::uint16_t u16() { return static_cast<std::uint16_t>(integer(2)); }
   std::uint32_t u32() { return static_cast<std::uint32_t>(integer(4)); }
   std::uint64_t u64() { return integer(8); }
   float f32() { return std::bit_cast<float>(u32()); }

@@ -14,7 +14,6 @@ namespace tress::adaptive {
 class ByteWriter {
  public:
   void u8(std::uint8_t value) { bytes_.push_back(static_cast<char>(value)); }
-  void u16(std::uint16_t value) { integer(value, 2); }
   void u32(std::uint32_t value) { integer(value, 4); }
   void u64(std::uint64_t value) { integer(value, 8); }
   /// Writes IEEE 754 binary32. A negative zero is written as zero, so that equal values have equal bytes.

@@ -2,14 +2,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <numbers>
 
+#include "base/pi.h"
 #include "table/table.h"
 
 namespace tress::adaptive {
 namespace {
 
-constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::size_t batch = 256;         // candidates traced between two checks of memory
 constexpr std::uint32_t audit_one_in = 8;  // one converged row of a cache in this many is audited, chosen by key
 
@@ -69,25 +68,23 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
       return outcome;
     }
   }
-  return open(row, cached);
-}
-
-Service::Table::Outcome Service::Table::open(Row& row, const CachedRow* cached) const {
-  Outcome outcome;
-  if (cached != nullptr) row.learning->count = cached->count;
-  if (cached != nullptr && cached->state == RowState::converged) {
-    row.learning->fit = cached->fit;
-    row.learning->has_fit = true;
-    row.learning->objective = cached->objective;
-    row.learning->earlier = std::make_unique<const CachedRow>(*cached);
-  }
-  row.energy = row.learning->nodes->energy();
-  if (cached != nullptr) row.learning->sketch.merge(cached->sketch);
-  if (cached != nullptr && outdated(row)) {
-    row.learning->sketch.clear();
-    row.learning->count = 0;
-    row.raise_generation();
-    outcome.reopened = true;
+  Learning& learning = *row.learning;
+  row.energy = learning.nodes->energy();
+  if (cached != nullptr) {
+    learning.count = cached->count;
+    if (cached->state == RowState::converged) {
+      learning.fit = cached->fit;
+      learning.has_fit = true;
+      learning.objective = cached->objective;
+      learning.earlier = std::make_unique<const CachedRow>(*cached);
+    }
+    learning.sketch.merge(cached->sketch);
+    if (outdated(row)) {
+      learning.sketch.clear();
+      learning.count = 0;
+      row.raise_generation();
+      outcome.reopened = true;
+    }
   }
   begin(row, outcome);
   return outcome;

@@ -96,7 +96,13 @@ void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nod
     row.audit = Audit::due;  // it is audited again when memory has room
     return;
   }
-  Outcome again = reopen(row, std::move(nodes));
+  row.learning = std::make_unique<Learning>(std::move(nodes), *options_.learner, row.failed_tests());
+  row.raise_generation();
+  row.energy = row.learning->nodes->energy();
+  row.learning->created_pass = pass_;
+  row.learning->queries_at_creation = rows_.slot_of(row).queries.load(std::memory_order_relaxed);
+  Outcome again;
+  begin(row, again);
   show(row, again);
   account(again, report);
 }
@@ -195,8 +201,8 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {
     if (x.light != y.light) return x.light > y.light;
     if (x.queries != y.queries) return x.queries > y.queries;
-    const auto order = compare_keys(rows_.slice(x.slice).description.key, rows_.slice(y.slice).description.key);
-    return order != 0 ? order < 0 : x.node < y.node;
+    if (x.slice == y.slice) return x.node < y.node;
+    return rows_.slice(x.slice).description.key < rows_.slice(y.slice).description.key;
   });
   report.at_ceiling = !admit(candidates, report) || unindexed > 0;
   if (learns_) grow_samples(report);

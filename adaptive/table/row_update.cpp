@@ -138,13 +138,9 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
 }
 
 Service::Table::Outcome Service::Table::audit(Row& row) const {
-  if (row.audit != Audit::due) return {};
-  row.audit = Audit::none;
-  return audit_density(row);
-}
-
-Service::Table::Outcome Service::Table::audit_density(Row& row) const {
   Outcome outcome;
+  if (row.audit != Audit::due) return outcome;
+  row.audit = Audit::none;
   const RowView view = view_of(rows_.slot_of(row));
   std::unique_ptr<const TracedNodes> nodes = trace(row.slice, row.node);
   if (!nodes) return outcome;
@@ -164,17 +160,6 @@ Service::Table::Outcome Service::Table::audit_density(Row& row) const {
   if (moments.mean - 2 * standard_error(moments) <= claimed) return outcome;
   outcome.nodes = std::move(nodes);
   outcome.audit_failed = true;
-  return outcome;
-}
-
-Service::Table::Outcome Service::Table::reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const {
-  Outcome outcome;
-  row.learning = std::make_unique<Learning>(std::move(nodes), *options_.learner, row.failed_tests());
-  row.raise_generation();
-  row.energy = row.learning->nodes->energy();
-  row.learning->created_pass = pass_;
-  row.learning->queries_at_creation = rows_.slot_of(row).queries.load(std::memory_order_relaxed);
-  begin(row, outcome);
   return outcome;
 }
 

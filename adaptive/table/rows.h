@@ -29,7 +29,7 @@ class Rows {
   Slice& slice(SliceId id) const { return *slices_[id]; }
   const std::vector<std::unique_ptr<Slice>>& slices() const { return slices_; }
   /// The slices in the order of their keys.
-  const std::map<SliceKey, SliceId, KeyLess>& by_key() const { return by_key_; }
+  const std::map<SliceKey, SliceId>& by_key() const { return by_key_; }
   /// Null if there is no slice of this key.
   const SliceId* find(const SliceKey& key) const {
     const auto found = by_key_.find(key);
@@ -70,7 +70,7 @@ class Rows {
 
  private:
   std::vector<std::unique_ptr<Slice>> slices_;
-  std::map<SliceKey, SliceId, KeyLess> by_key_;
+  std::map<SliceKey, SliceId> by_key_;
   std::deque<Row> rows_;   ///< in order of creation
   MixtureStore mixtures_;  ///< the published fits
 };

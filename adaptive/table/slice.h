@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -20,20 +19,6 @@
 #include "tress/adaptive/traced_nodes.h"
 
 namespace tress::adaptive {
-
-/// Orders slices by the values of their keys, as cache files do. The order is total and the same on every machine.
-inline std::strong_ordering compare_keys(const SliceKey& a, const SliceKey& b) {
-  if (const auto order = a.lobe <=> b.lobe; order != 0) return order;
-  for (std::size_t i = 0; i < a.parameters.size(); ++i) {
-    const auto order = std::strong_order(a.parameters[i] + 0.0f, b.parameters[i] + 0.0f);  // makes -0 equal to 0
-    if (order != 0) return order;
-  }
-  return std::strong_ordering::equal;
-}
-
-struct KeyLess {
-  bool operator()(const SliceKey& a, const SliceKey& b) const { return compare_keys(a, b) < 0; }
-};
 
 struct Learning;
 

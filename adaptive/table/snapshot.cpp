@@ -200,8 +200,8 @@ class Service::Table::AllRows final : public RowSource {
       slice_ = nullptr;
       cached_.reset();
       node_ = 0;
-      const bool from_cache = used_ == table_.rows_.by_key().end() ||
-                              (unused_ != table_.unused_.end() && compare_keys(unused_->first, used_->first) < 0);
+      const bool from_cache =
+          used_ == table_.rows_.by_key().end() || (unused_ != table_.unused_.end() && unused_->first < used_->first);
       if (from_cache) {
         cached_.emplace((unused_++)->second, model_);
         return cached_->next_slice();
@@ -246,8 +246,8 @@ class Service::Table::AllRows final : public RowSource {
 
   const Table& table_;
   std::string model_;
-  std::map<SliceKey, SliceId, KeyLess>::const_iterator used_;
-  std::map<SliceKey, PackedSlice, KeyLess>::const_iterator unused_;
+  std::map<SliceKey, SliceId>::const_iterator used_;
+  std::map<SliceKey, PackedSlice>::const_iterator unused_;
   const Slice* slice_ = nullptr;           ///< the current slice of the table, or
   std::optional<PackedSliceRows> cached_;  ///< the current unused slice
   std::optional<Error> failure_;

@@ -242,7 +242,7 @@ struct Service::Table::Saved {
   bool ceiling_told = false, unusable_told = false;
   std::vector<std::pair<std::uint32_t, std::uint64_t>> absorbed_errors;
   std::vector<SavedSlice> slices;
-  std::map<SliceKey, PackedSlice, KeyLess> unused;  ///< as in Table
+  std::map<SliceKey, PackedSlice> unused;  ///< as in Table
   std::vector<OfRow> rows;
   std::vector<std::vector<std::uint32_t>> row_of_node;  ///< by slice; Slot::no_row for nodes without a row
 

@@ -139,10 +139,8 @@ class Service::Table {
   // creations.cpp
   /// Makes rows of the candidates, in their order, until memory is full. Appends to changes_. True if all had room.
   bool admit(std::vector<Candidate>& candidates, PassReport& report);
-  /// Fills a new row from the cache, if that has a row that may answer; otherwise opens or learns it.
+  /// Fills a new row from the cache, if that has a row that may answer; otherwise opens it.
   Outcome settle(Row& row) const;
-  /// Opens a row of a density. cached: the row of a cache, or null.
-  Outcome open(Row& row, const CachedRow* cached) const;
   std::size_t bytes_needed(const Candidate& candidate) const;
   bool needs_nodes(const Candidate& candidate) const;
   /// Whether a cached row is used as it is: every converged row of samples, and rows of densities whose error is small
@@ -190,12 +188,8 @@ class Service::Table {
   // row_update.cpp
   /// Ends a pass for one row. It changes only the row, so rows run in parallel.
   Outcome update(Row& row) const;
-  /// Checks a converged row of a cache if its audit is due.
+  /// If the audit of a converged row of a cache is due, scores it against a fresh trace.
   Outcome audit(Row& row) const;
-  /// Scores a converged row of a density against a fresh trace.
-  Outcome audit_density(Row& row) const;
-  /// Starts a row again that failed its audit.
-  Outcome reopen(Row& row, std::unique_ptr<const TracedNodes> nodes) const;
   /// Opens the row: runs what its learner does before the first pass.
   void begin(Row& row, Outcome& outcome) const;
   std::uint64_t draw_validation(Row& row, const Options& options) const;
@@ -214,7 +208,7 @@ class Service::Table {
 
   // publish.cpp
   void update_rows(PassReport& report);
-  /// Calls reopen() if memory has room; otherwise the audit stays due.
+  /// Starts a row again that failed its audit, if memory has room; otherwise the audit stays due.
   void start_anew(Row& row, std::unique_ptr<const TracedNodes> nodes, PassReport& report);
   /// Adds the work of an outcome to the report, and keeps its error.
   void account(const Outcome& outcome, PassReport& report);
@@ -280,7 +274,7 @@ class Service::Table {
   LightPolicy light_;
   mutable Discipline discipline_;  ///< noted by targets, too, while const functions trace
   Rows rows_;
-  std::map<SliceKey, PackedSlice, KeyLess> unused_;  ///< cached slices that were not added by add_slice()
+  std::map<SliceKey, PackedSlice> unused_;  ///< cached slices that were not added by add_slice()
   std::vector<RowChange> changes_;
   std::vector<RowChange> prepared_;  ///< changes by prepare(), which the next publish() announces
   /// The nodes of a slice whose interpolated answers a state had kept, ascending; set while the state is taken over.
