@@ -100,13 +100,12 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
   }
   const Discipline::Reader inside(discipline_);
   Slice& slice = rows_.slice(slice_id);
-  RowView view = bare_view(RowState::absent, slice_id, node);
   if (slice.has_index()) {
     slice.slots[node].queries.fetch_add(1, std::memory_order_relaxed);
-    view = view_at(slice_id, node);
   } else {
     unindexed_queries_.add(1);
   }
+  RowView view = slice.has_index() ? view_at(slice_id, node) : bare_view(RowState::absent, slice_id, node);
   if (view.row == RowView::no_row && !slice.is_sampled()) add_g(view);
   return view;
 }
