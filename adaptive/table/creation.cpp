@@ -93,6 +93,7 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
 bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& report) {
   bool room = true;
   for (std::size_t start = 0; start < candidates.size() && room; start += batch) {
+    if (!goes_on(share_of_densities * static_cast<double>(start) / static_cast<double>(candidates.size()))) break;
     const std::size_t end = std::min(start + batch, candidates.size());
     // Stops before tracing rows that would not fit in memory even without rays.
     std::size_t traced_end = start;

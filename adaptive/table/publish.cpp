@@ -107,11 +107,20 @@ void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nod
   account(again, report);
 }
 
+bool Service::Table::goes_on(double done) {
+  if (stopped_ || !options_.progress) return !stopped_;
+  calls_without_throwing(
+      "progress", [this](Error error) { discipline_.note(std::move(error)); },
+      [&] { stopped_ = !options_.progress(done); });
+  return !stopped_;
+}
+
 void Service::Table::prepare() {
   if (!learns_ || discipline_.within_pass("prepare")) return;
   const std::clock_t start = std::clock();
   changes_.clear();
-  grow_samples(between_passes_);
+  stopped_ = false;
+  grow_samples(between_passes_, 0);
   prepared_ = std::exchange(changes_, {});
   between_passes_.learning_cpu_seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
@@ -196,7 +205,8 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   memo_bytes_.store(0, std::memory_order_relaxed);
   light_.queried = report.rows_queried;
 
-  if (learns_) update_rows(report);
+  stopped_ = false;
+  if (learns_ && goes_on(0)) update_rows(report);
 
   std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {
     if (x.light != y.light) return x.light > y.light;
@@ -205,7 +215,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
     return rows_.slice(x.slice).description.key < rows_.slice(y.slice).description.key;
   });
   report.at_ceiling = !admit(candidates, report) || unindexed > 0;
-  if (learns_) grow_samples(report);
+  if (learns_) grow_samples(report, candidates.empty() ? 0 : share_of_densities);
   make_room();
 
   for (const std::unique_ptr<Slice>& slice : rows_.slices()) {
@@ -215,6 +225,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
     }
   }
   fill_totals(report);
+  report.cancelled = stopped_;
   announce();
   report.learning_cpu_seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   return report;

@@ -189,11 +189,16 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
   }
 }
 
-void Service::Table::grow_samples(PassReport& report) {
+void Service::Table::grow_samples(PassReport& report, double done) {
   std::map<const Slice*, std::vector<bool>> moved_of;
   for (SliceId id = 0; id < rows_.slice_count(); ++id) {
     Slice& slice = rows_.slice(id);
     if (!slice.is_sampled() || !slice.has_index()) continue;
+    const auto done_at = [&](std::size_t level) {
+      const double of_slice = static_cast<double>(level) / static_cast<double>(slice.levels.coarse() + 1);
+      return done + (1 - done) * (static_cast<double>(id) + of_slice) / static_cast<double>(slices_.size());
+    };
+    bool grows = goes_on(done_at(0));
     std::vector<bool>& moved = moved_of[&slice];
     moved.resize(slice.description.node_count(), false);
     if (slice.coarse_rows != nullptr) {  // an earlier slice, which has grown
@@ -204,7 +209,7 @@ void Service::Table::grow_samples(PassReport& report) {
       }
     }
     stale_.clear();
-    audit_slice(id, report, moved);
+    if (grows) audit_slice(id, report, moved);
     // A row that does not fit its target starts again, with as many paths as it had.
     std::vector<std::uint32_t> again(moved.size(), 0);
     for (const Stale& one : stale_) {
@@ -212,7 +217,9 @@ void Service::Table::grow_samples(PassReport& report) {
       rows_.clear(rows_[one.row]);
     }
     for (std::size_t level = 0; level <= slice.levels.coarse(); ++level) {
-      grow_level(id, level, again, moved, report);
+      // Rows that start again have no answer until their level is done, so such a slice is not left half-way.
+      if (level > 0 && stale_.empty()) grows = goes_on(done_at(level));
+      if (grows) grow_level(id, level, again, moved, report);
       if (std::ranges::find(moved, true) != moved.end()) forget_interpolated(id, moved);
     }
   }

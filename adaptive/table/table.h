@@ -96,6 +96,8 @@ class Service::Table {
     std::uint32_t node;
   };
   static constexpr std::uint32_t no_node = ~0u;
+  /// The part of a publish() that rows of densities count as, if there are new ones, for Options::progress.
+  static constexpr double share_of_densities = 0.5;
 
   /// A node that is to get a row, because it was queried often enough or because a cache has one.
   struct Candidate {
@@ -151,7 +153,8 @@ class Service::Table {
 
   // sampled_rows.cpp
   /// Brings every row of samples to the stage that its events call for, coarse rows before finer ones.
-  void grow_samples(PassReport& report);
+  /// done: the share of the pass's work before it, for goes_on().
+  void grow_samples(PassReport& report, double done);
   /// Does that for the rows of one level of one slice. again: by node, the paths of rows that start again, else 0.
   /// moved: set for every node whose answer has changed.
   void grow_level(SliceId slice, std::size_t level, const std::vector<std::uint32_t>& again, std::vector<bool>& moved,
@@ -207,6 +210,8 @@ class Service::Table {
   RandomStream stream_of(const Row& row, std::uint64_t purpose) const;
 
   // publish.cpp
+  /// Tells Options::progress what is done. False, from then on until the end of the pass, if the rest is to be left.
+  bool goes_on(double done);
   void update_rows(PassReport& report);
   /// Starts a row again that failed its audit, if memory has room; otherwise the audit stays due.
   void start_anew(Row& row, std::unique_ptr<const TracedNodes> nodes, PassReport& report);
@@ -284,6 +289,7 @@ class Service::Table {
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;
   bool learns_ = true;
+  bool stopped_ = false;                      ///< whether Options::progress has ended the work of this pass
   std::uint32_t pass_ = 0;                    ///< number of the publish() that runs or ran last
   std::size_t bytes_ = 0;                     ///< bytes of all rows
   std::size_t index_bytes_ = 0;               ///< bytes of the indices of all slices

@@ -23,6 +23,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr int deepest_extra = 64;  // bounds the recursion of dump()
 
+/// Bytes that are not UTF-8 become U+FFFD, and numbers that are not finite become null.
+std::string to_text(const Json& fields) { return fields.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
 double share(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
@@ -101,10 +104,12 @@ Result<std::string> line_of(Json line, const TelemetryWriter::Extra& extra, cons
     }
     line[name] = std::move(value);
   }
-  return line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return to_text(line) + "\n";
 }
 
 }  // namespace
+
+std::string to_json(const PassReport& report) { return to_text(pass_fields(report)); }
 
 TelemetryWriter::TelemetryWriter(std::filesystem::path file, int descriptor)
     : file_(std::move(file)), descriptor_(descriptor) {}

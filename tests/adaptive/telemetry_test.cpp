@@ -125,6 +125,16 @@ class Telemetry : public testing::Test {
   const TelemetryWriter::Extra of_pass_{{"pass", "3"}, {"pixels", "4096"}, {"samples", "8192"}, {"seconds", "0.25"}};
 };
 
+TEST_F(Telemetry, APassAsTextIsTheLineThatIsWritten) {
+  PassReport report;
+  report.queries = 12;
+  report.bytes = 345;
+  ASSERT_FALSE(writer_->pass(report, {}));
+  std::string line;
+  std::getline(std::ifstream(file_) >> std::ws, line);
+  EXPECT_EQ(to_json(report), line);
+}
+
 TEST_F(Telemetry, LinesSatisfyTheSchemaAndAreThereAtOnce) {
   PassReport report;
   report.queries = 200;

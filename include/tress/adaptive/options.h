@@ -67,6 +67,12 @@ struct Options {
   /// and publish(), by the thread that called those. May be empty.
   std::function<void(const std::string& sentence)> log = nullptr;
 
+  /// Called inside publish() and prepare(), by the thread that called those, before each portion of the work, with the
+  /// share that is done, in [0, 1). If it returns false, the rest is left for later passes, and PassReport::cancelled
+  /// says so: rows then depend on when it did. May be empty; one that throws counts as one that returns true, and is
+  /// reported as misuse.
+  std::function<bool(double done)> progress = nullptr;
+
   /// Sets one epsilon for rows of every kind.
   void hold_all_to(double all) {
     epsilon = sampled_epsilon = all;

@@ -75,6 +75,7 @@ struct PassReport {
   std::uint64_t unusable = 0;            ///< refused rows whose draws were invalid (SampledTarget), in all
   /// Number of answers in a form that were made but not kept, for lack of room (Options::memory_bytes).
   std::uint64_t forms_made_anew = 0;
+  bool cancelled = false;  ///< whether Options::progress ended the work of this pass
   /// The first invalid call since the last publish(): a node that does not exist, a target that threw or gave rays that
   /// TracedRay does not allow; with Options::check_passes also a call at a wrong time. None of these is an error in
   /// data: the host's code must be corrected.
@@ -93,6 +94,9 @@ struct RowReport {
   std::uint32_t failed_tests = 0;
   double light = 0;  ///< its Service::light()
 };
+
+/// The object that TelemetryWriter::pass() writes without further fields, on one line.
+std::string to_json(const PassReport& report);
 
 /// Writes JSON Lines, one whole line in one write for each event, so a killed run has logged everything up to then. A
 /// line that finds no room is removed from the file, and no line follows it. A pipe whose reader has gone is an error
