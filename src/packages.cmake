@@ -91,7 +91,7 @@ if(BUILD_SHARED_LIBS)
     DETAILS "The learning service and the fiber model of tress, for other renderers.")
   file(WRITE ${PROJECT_BINARY_DIR}/packages/library/triggers "activate-noawait ldconfig\n")
   list(APPEND CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/packages/library/triggers)
-  file(WRITE ${PROJECT_BINARY_DIR}/packages/library/libtress${soversion} "# Three libraries of one version, always used together.
+  file(WRITE ${PROJECT_BINARY_DIR}/packages/library/libtress${soversion} "# Four libraries of one version, always used together.
 libtress${soversion}: package-name-doesnt-match-sonames
 # CPack writes these beside the trigger.
 libtress${soversion}: maintscript-calls-ldconfig

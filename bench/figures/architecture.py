@@ -25,7 +25,7 @@ GROUPS = [  # title, color, the folders that begin so
 ]
 
 SAYS = {  # a phrase for a folder; one without is drawn with its name alone
-    "include/tress": "versions",
+    "include/tress": "versions, the C interface",
     "include/tress/base": "errors, random numbers,\nreplacement of files",
     "include/tress/adaptive": "the service's interface",
     "include/tress/fiber": "the BCSDF's interface",
@@ -37,6 +37,7 @@ SAYS = {  # a phrase for a folder; one without is drawn with its name alone
     "adaptive/cache": "the table as a file",
     "adaptive/telemetry": "JSON lines",
     "src": "main",
+    "src/capi": "the C interface",
     "src/base": "numerics, files, lanes",
     "src/fiber": "one fiber's optics",
     "src/models": "ours and the traced truth",

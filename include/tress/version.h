@@ -1,4 +1,5 @@
-// The versions of the libraries and of the formats they read and write. CMakeLists.txt reads the numbers from here.
+// The versions of the libraries and of the formats they read and write. CMakeLists.txt reads the numbers from here, and
+// C reads the macros.
 #pragma once
 
 /// Semantic versioning: while the major version is 0, a minor version may change the interface and a patch does not.
@@ -10,6 +11,7 @@
 #define TRESS_VERSION_NUMBER(major, minor, patch) ((major) * 1000000 + (minor) * 1000 + (patch))
 #define TRESS_VERSION TRESS_VERSION_NUMBER(TRESS_VERSION_MAJOR, TRESS_VERSION_MINOR, TRESS_VERSION_PATCH)
 
+#ifdef __cplusplus
 namespace tress {
 
 /// Formats have versions of their own, which rise when an older release can no longer read what is written. This is the
@@ -23,3 +25,4 @@ inline constexpr unsigned telemetry_schema_version = 1;
 const char* version();
 
 }  // namespace tress
+#endif

@@ -1,0 +1,528 @@
+// The service of tress.h on tress::adaptive.
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <iterator>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capi/session.h"
+#include "tress/adaptive/cache.h"
+#include "tress/adaptive/telemetry.h"
+#include "tress/fiber/elliptical_model.h"
+#include "tress/fiber/rough_model.h"
+
+struct tress_rays {
+  std::vector<tress::adaptive::TracedRay>& out;
+};
+struct tress_exits {
+  std::vector<tress::adaptive::SampledExit>& out;
+};
+
+namespace tress::capi {
+
+thread_local const Session* Session::inside = nullptr;
+
+namespace {
+
+using adaptive::RowState;
+using adaptive::RowView;
+using adaptive::SliceDescription;
+using adaptive::SliceKind;
+
+constexpr std::uint32_t most_threads = 4096;
+constexpr std::size_t most_nodes_of_axis = 65536;
+
+adaptive::Options options_of(const tress_options& settings) {
+  adaptive::Options options;
+  options.epsilon = settings.epsilon;
+  options.sampled_epsilon = settings.sampled_epsilon;
+  options.picture_error = settings.picture_error;
+  options.memory_bytes = settings.memory_bytes;
+  options.heard_share = settings.heard_share;
+  options.seed = settings.seed;
+  options.check_passes = settings.check_passes != 0;
+  if (settings.on_log != nullptr) {
+    options.log = [call = settings.on_log, user = settings.user](const std::string& sentence) {
+      call(user, sentence.c_str());
+    };
+  }
+  if (settings.on_progress != nullptr) {
+    options.progress = [call = settings.on_progress, user = settings.user](double done) {
+      return call(user, done) != 0;
+    };
+  }
+  return options;
+}
+
+Outcome unusable(const tress_options& settings) {
+  const auto out_of_range = [](const char* name, double found, const char* range) {
+    return invalid(name, range, std::to_string(found));
+  };
+  if (!(settings.epsilon > 0 && std::isfinite(settings.epsilon)))
+    return out_of_range("tress_options::epsilon", settings.epsilon, "a finite number > 0");
+  if (!(settings.sampled_epsilon > 0 && std::isfinite(settings.sampled_epsilon)))
+    return out_of_range("tress_options::sampled_epsilon", settings.sampled_epsilon, "a finite number > 0");
+  if (!(settings.picture_error >= 0 && std::isfinite(settings.picture_error)))
+    return out_of_range("tress_options::picture_error", settings.picture_error, "a finite number >= 0");
+  if (!(settings.heard_share >= 0 && settings.heard_share <= 1))
+    return out_of_range("tress_options::heard_share", double{settings.heard_share}, "a number in [0, 1]");
+  if (settings.threads > most_threads) return out_of_range("tress_options::threads", settings.threads, "at most 4096");
+  return {};
+}
+
+tress_place place_of(const SliceDescription& slice, float a, float b) {
+  tress_place place{};
+  place.lobe = slice.key.lobe;
+  std::ranges::copy(slice.key.parameters, place.parameters);
+  place.a = a;
+  place.b = b;
+  place.blur = slice.blur_rad;
+  return place;
+}
+
+/// What targets of the host have in common: a name, and that calls from inside them are refused.
+class HostCalls {
+ public:
+  HostCalls(const tress_target& target, const Session& session)
+      : target_(target), name_(target.name), session_(session) {}
+
+  /// Makes a call of the host, which returns 0 if it failed.
+  template <class Call>
+  void ask(Call&& call) const {
+    struct Inside {
+      explicit Inside(const Session* session) : before(std::exchange(Session::inside, session)) {}
+      ~Inside() { Session::inside = before; }
+      const Session* before;
+    } const inside(&session_);
+    if (call() == 0) throw std::runtime_error("a callback that failed");
+  }
+
+  const tress_target& target() const { return target_; }
+  const std::string& name() const { return name_; }
+
+ private:
+  tress_target target_;
+  std::string name_;
+  const Session& session_;
+};
+
+class HostTarget final : public adaptive::Target {
+ public:
+  explicit HostTarget(HostCalls calls) : calls_(std::move(calls)) {}
+  void trace(const SliceDescription& slice, float a, float b, std::vector<adaptive::TracedRay>& out) const override {
+    const tress_place place = place_of(slice, a, b);
+    tress_rays rays{out};
+    calls_.ask([&] { return calls_.target().trace(calls_.target().user, &place, &rays); });
+  }
+  std::string model_name() const override { return calls_.name(); }
+
+ private:
+  HostCalls calls_;
+};
+
+class HostSamples final : public adaptive::SampledTarget {
+ public:
+  explicit HostSamples(HostCalls calls) : calls_(std::move(calls)) {}
+  std::uint32_t parts(const SliceDescription&) const override { return calls_.target().parts; }
+  void draw(const SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
+            std::uint32_t count, std::vector<adaptive::SampledExit>& out) const override {
+    const tress_place place = place_of(slice, a, b);
+    tress_exits exits{out};
+    calls_.ask([&] { return calls_.target().draw(calls_.target().user, &place, stream, first, count, &exits); });
+  }
+  std::string model_name() const override { return calls_.name(); }
+
+ private:
+  HostCalls calls_;
+};
+
+/// Makes the service on the targets of a session.
+void start(Session& session, const adaptive::Options& options) {
+  if (session.densities && session.samples) {
+    session.service = std::make_unique<adaptive::Service>(options, *session.densities, *session.samples);
+  } else if (session.densities) {
+    session.service = std::make_unique<adaptive::Service>(options, *session.densities);
+  } else {
+    session.service = std::make_unique<adaptive::Service>(options, *session.samples);
+  }
+}
+
+/// Creates a handle. fill: gives the session its targets.
+template <class Fill>
+tress_result create(const tress_options* given, tress_service** service, Fill&& fill) noexcept {
+  tress_options settings;
+  tress_options_init(&settings);
+  if (given != nullptr) settings = *given;
+  const ErrorListener listener{settings.user, settings.on_error};
+  return guarded(&listener, [&]() -> Outcome {
+    if (service == nullptr) return null("service");
+    *service = nullptr;
+    if (Outcome early = unusable(settings)) return early;
+    auto session = std::make_shared<Session>(settings);
+    if (Outcome early = fill(*session)) return early;
+    start(*session, options_of(settings));
+    *service = new tress_service{std::move(session)};
+    return {};
+  });
+}
+
+/// Runs a call of the host between passes.
+template <class Call>
+tress_result alone(tress_service* service, const char* name, Call&& call) noexcept {
+  if (service == nullptr) return guarded(nullptr, [] { return null("service"); });
+  return guarded(&service->session->listener,
+                 [&] { return service->session->alone(name, [&] { return call(*service->session); }); });
+}
+
+/// Runs a call of a reader at a node.
+template <class Call>
+tress_result at_node(const tress_service* service, const char* name, const tress_node& node, Call&& call) noexcept {
+  if (service == nullptr) return guarded(nullptr, [] { return null("service"); });
+  return guarded(&service->session->listener, [&]() -> Outcome {
+    if (Outcome early = service->session->refuses_readers(name)) return early;
+    const adaptive::Service& of = *service->session->service;
+    const SliceDescription& slice = of.slice(node.slice);
+    if (node.a >= slice.axis_a.size() || node.b >= slice.axis_b.size()) {
+      return invalid(
+          "node",
+          "one of the slice's " + std::to_string(slice.axis_a.size()) + " x " + std::to_string(slice.axis_b.size()),
+          "a " + std::to_string(node.a) + ", b " + std::to_string(node.b) + " of slice " + std::to_string(node.slice));
+    }
+    return call(of, slice);
+  });
+}
+
+float density_of(const RowView& row, float x) {
+  return row.state == RowState::converged || row.nodes == nullptr ? row.density(x) : row.nodes->density(x);
+}
+
+float share_of(const adaptive::Service& service, const RowView& row) {
+  const adaptive::Options& options = service.options();
+  return row.state == RowState::converged ? options.uniform_share_converged : options.uniform_share_open;
+}
+
+/// The values of a row of samples at a place.
+void set_parts(const adaptive::RibbonRow& row, tress_value& value) {
+  for (std::uint32_t part = 0; part < row.parts(); ++part) {
+    if (!(row.mass(part) > 0)) continue;
+    value.parts[part] = row.mass(part) * row.ribbon(part).density(value.azimuth, value.height);
+    value.density += value.parts[part];
+  }
+  value.pdf = value.density / row.total_mass();
+  value.answered = 1;
+}
+
+void draw_place(const adaptive::RibbonRow& row, const float u[3], tress_value& value) {
+  float below = u[0] * row.total_mass();
+  std::uint32_t part = 0;
+  while (part + 1 < row.parts() && below >= row.mass(part)) below -= row.mass(part++);
+  while (part > 0 && !(row.mass(part) > 0)) --part;  // rounding may lead to a last part without mass
+  const adaptive::Ribbon::Place place = row.ribbon(part).sample(u[1], u[2]);
+  value.azimuth = place.azimuth;
+  value.height = place.height;
+}
+
+void set_density(tress_value& value, float density, float pdf) {
+  value.density = value.parts[0] = density;
+  value.pdf = pdf;
+  value.answered = 1;
+}
+
+/// Clamps into [0, 1); NaN becomes 0.
+float uniform(float u) { return u >= 0 ? (u < 1 ? u : 0x1.fffffep-1f) : 0.0f; }
+
+std::vector<std::uint32_t> every(std::uint32_t step, std::size_t count) {
+  std::vector<std::uint32_t> chosen;
+  for (std::size_t i = 0; i + 1 < count; i += step) chosen.push_back(static_cast<std::uint32_t>(i));
+  chosen.push_back(static_cast<std::uint32_t>(count - 1));
+  return chosen;
+}
+
+Outcome set_coarse(const tress_slice& slice, SliceDescription& description) {
+  std::uint32_t before = 0;
+  for (const std::uint32_t step : slice.coarse_steps) {
+    if (step == 0) break;
+    if (step < 2 || (before != 0 && (before % step != 0 || before == step)))
+      return invalid("tress_slice::coarse_steps", "steps above 1, each a multiple of the next", std::to_string(step));
+    description.coarse.push_back({every(step, slice.count_a), every(step, slice.count_b)});
+    before = step;
+  }
+  return {};
+}
+
+tress_report report_of(const adaptive::PassReport& pass) {
+  tress_report report{};
+  report.queries = pass.queries;
+  report.converged_queries = pass.converged_queries;
+  report.answered_queries = pass.answered_queries;
+  report.rows_open = pass.rows_open;
+  report.rows_converged = pass.rows_converged;
+  report.rows_refused = pass.rows_refused;
+  report.bytes = pass.bytes;
+  report.at_ceiling = pass.at_ceiling ? 1 : 0;
+  report.objective_p90 = pass.objective_p90;
+  report.bias_bound = pass.bias_bound;
+  report.learning_cpu_seconds = pass.learning_cpu_seconds;
+  return report;
+}
+
+}  // namespace
+
+namespace {
+
+/// No more than oneTBB has: it prints a warning where an arena asks for more.
+int threads_of(const tress_options& settings) {
+  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  return settings.threads == 0 ? tbb::task_arena::automatic
+                               : static_cast<int>(std::min<std::size_t>(settings.threads, most));
+}
+
+}  // namespace
+
+Session::Session(const tress_options& settings)
+    : listener{settings.user, settings.on_error}, arena(threads_of(settings)) {}
+
+Outcome Session::being_changed(const char* name) {
+  return Refusal{TRESS_INVALID_CALL, {"", name, "no other call", "one that changes the service"}};
+}
+
+Outcome Session::refused(const char* name) const {
+  if (inside != this) return {};
+  return Refusal{TRESS_INVALID_CALL, {"", name, "a call from outside of the target", "one from its callback"}};
+}
+
+}  // namespace tress::capi
+
+using namespace tress;
+using namespace tress::capi;
+
+extern "C" {
+
+void tress_add_rays(tress_rays* list, const tress_ray* rays, size_t count) noexcept {
+  if (list == nullptr || rays == nullptr) return;
+  guarded(nullptr, [&]() -> Outcome {
+    for (size_t i = 0; i < count; ++i) list->out.push_back({rays[i].azimuth, rays[i].weight, rays[i].attribute});
+    return {};
+  });
+}
+
+void tress_add_exits(tress_exits* list, const tress_exit* exits, size_t count) noexcept {
+  if (list == nullptr || exits == nullptr) return;
+  guarded(nullptr, [&]() -> Outcome {
+    for (size_t i = 0; i < count; ++i) {
+      const tress_exit& one = exits[i];
+      list->out.push_back({one.azimuth, one.height, one.part, one.weight, one.attribute});
+    }
+    return {};
+  });
+}
+
+void tress_options_init(tress_options* options) noexcept {
+  if (options == nullptr) return;
+  const adaptive::Options defaults;
+  *options = {};
+  options->epsilon = defaults.epsilon;
+  options->sampled_epsilon = defaults.sampled_epsilon;
+  options->picture_error = defaults.picture_error;
+  options->memory_bytes = defaults.memory_bytes;
+  options->heard_share = defaults.heard_share;
+  options->seed = defaults.seed;
+}
+
+tress_result tress_service_create(const tress_target* target, const tress_options* options,
+                                  tress_service** service) noexcept {
+  return create(options, service, [&](Session& session) -> Outcome {
+    if (target == nullptr) return null("target");
+    if (target->name == nullptr || *target->name == '\0') return invalid("tress_target::name", "a name", "none");
+    if (target->trace == nullptr && target->draw == nullptr)
+      return invalid("tress_target", "trace, draw or both", "neither");
+    if (target->draw != nullptr && (target->parts == 0 || target->parts > adaptive::SampledTarget::most_parts))
+      return invalid("tress_target::parts", "1 to 4", std::to_string(target->parts));
+    const HostCalls calls(*target, session);
+    if (target->trace != nullptr) session.densities = std::make_unique<HostTarget>(calls);
+    if (target->draw != nullptr) session.samples = std::make_unique<HostSamples>(calls);
+    return {};
+  });
+}
+
+tress_result tress_service_create_for_fibers(const tress_options* options, tress_service** service) noexcept {
+  return create(options, service, [](Session& session) -> Outcome {
+    session.densities = fiber::make_elliptical_target();
+    session.samples = fiber::make_rough_target();
+    session.is_for_fibers = true;
+    return {};
+  });
+}
+
+void tress_service_release(tress_service* service) noexcept { delete service; }
+
+void tress_slice_init(tress_slice* slice) noexcept {
+  if (slice == nullptr) return;
+  *slice = {};
+  slice->blur = SliceDescription{}.blur_rad;
+}
+
+tress_result tress_service_add_slice(tress_service* service, const tress_slice* slice, uint32_t* id) noexcept {
+  if (id != nullptr) *id = 0;
+  return alone(service, "tress_service_add_slice", [&](Session& session) -> Outcome {
+    if (slice == nullptr || id == nullptr) return null(slice == nullptr ? "slice" : "id");
+    if (slice->kind != TRESS_DENSITIES && slice->kind != TRESS_SAMPLES)
+      return invalid("tress_slice::kind", "TRESS_DENSITIES or TRESS_SAMPLES", std::to_string(slice->kind));
+    if (slice->axis_a == nullptr || slice->axis_b == nullptr) return null("tress_slice::axis_a, axis_b");
+    for (const size_t count : {slice->count_a, slice->count_b}) {
+      if (count == 0 || count > most_nodes_of_axis)
+        return invalid("tress_slice::count_a, count_b", "1 to 65536 nodes of an axis", std::to_string(count));
+    }
+    if (std::uint64_t{slice->count_a} * slice->count_b > RowView::no_row)
+      return invalid("tress_slice::count_a, count_b", "less than 2^32 nodes", "more");
+    SliceDescription description;
+    description.kind = slice->kind == TRESS_SAMPLES ? SliceKind::samples : SliceKind::density;
+    description.key.lobe = slice->lobe;
+    std::ranges::copy(slice->parameters, description.key.parameters.begin());
+    description.axis_a.assign(slice->axis_a, slice->axis_a + slice->count_a);
+    description.axis_b.assign(slice->axis_b, slice->axis_b + slice->count_b);
+    description.blur_rad = slice->blur;
+    if (Outcome early = set_coarse(*slice, description)) return early;
+    const Result<adaptive::SliceId> added = session.service->add_slice(description);
+    if (!added) return Refusal{TRESS_INVALID_ARGUMENT, added.error()};
+    *id = *added;
+    return {};
+  });
+}
+
+tress_result tress_service_load(tress_service* service, const char* path) noexcept {
+  return alone(service, "tress_service_load", [&](Session& session) -> Outcome {
+    if (path == nullptr) return null("path");
+    if (session.is_asked)
+      return Refusal{TRESS_INVALID_CALL, {path, "", "a cache that is loaded before the first query", "a later one"}};
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored)) return Refusal{TRESS_FILE_MISSING, {path, "", "a file", "none"}};
+    const auto file = adaptive::CacheFile::open(path, session.service->model_name());
+    if (!file) return Refusal{TRESS_FILE_INVALID, file.error()};
+    if (const auto error = session.service->load(**file)) return Refusal{TRESS_FILE_INVALID, *error};
+    return {};
+  });
+}
+
+tress_result tress_service_save(tress_service* service, const char* path) noexcept {
+  return alone(service, "tress_service_save", [&](Session& session) -> Outcome {
+    if (path == nullptr) return null("path");
+    const auto saved = adaptive::merge_into_cache(path, *session.service->rows());
+    if (!saved) return Refusal{TRESS_FILE_INVALID, saved.error()};
+    if (saved->refusal) return Refusal{TRESS_FILE_INVALID, *saved->refusal};
+    return {};
+  });
+}
+
+tress_result tress_service_prepare(tress_service* service) noexcept {
+  return alone(service, "tress_service_prepare", [](Session& session) -> Outcome {
+    session.service->prepare();
+    return {};
+  });
+}
+
+tress_result tress_service_set_learning(tress_service* service, int on) noexcept {
+  return alone(service, "tress_service_set_learning", [&](Session& session) -> Outcome {
+    session.service->set_learning(on != 0);
+    return {};
+  });
+}
+
+tress_result tress_service_sample(const tress_service* service, tress_node node, const float u[3],
+                                  tress_value* value) noexcept {
+  if (value != nullptr) *value = {};
+  return at_node(service, "tress_service_sample", node,
+                 [&](const adaptive::Service& of, const SliceDescription& slice) -> Outcome {
+                   if (u == nullptr || value == nullptr) return null(u == nullptr ? "u" : "value");
+                   const float draws[3] = {uniform(u[0]), uniform(u[1]), uniform(u[2])};
+                   const RowView row = of.look_up(node.slice, node.a, node.b);
+                   value->state = static_cast<uint32_t>(row.state);
+                   if (slice.kind == SliceKind::samples) {
+                     if (row.ribbons == nullptr) return {};
+                     draw_place(*row.ribbons, draws, *value);
+                     set_parts(*row.ribbons, *value);
+                     return {};
+                   }
+                   const float share = share_of(of, row);
+                   value->azimuth = row.sample(draws[0], share);
+                   set_density(*value, density_of(row, value->azimuth), row.proposal_density(value->azimuth, share));
+                   if (row.state != RowState::converged) of.score(row, value->azimuth, value->density, value->pdf);
+                   return {};
+                 });
+}
+
+tress_result tress_service_evaluate(const tress_service* service, tress_node node, float azimuth, float height,
+                                    tress_value* value) noexcept {
+  if (value != nullptr) *value = {};
+  return at_node(service, "tress_service_evaluate", node,
+                 [&](const adaptive::Service& of, const SliceDescription& slice) -> Outcome {
+                   if (value == nullptr) return null("value");
+                   if (!std::isfinite(azimuth) || !std::isfinite(height))
+                     return invalid("azimuth, height", "finite numbers", "others");
+                   const RowView row = of.look_up(node.slice, node.a, node.b);
+                   value->state = static_cast<uint32_t>(row.state);
+                   value->azimuth = adaptive::wrap_angle(azimuth);
+                   if (slice.kind == SliceKind::samples) {
+                     value->height = height;
+                     if (row.ribbons != nullptr) set_parts(*row.ribbons, *value);
+                     return {};
+                   }
+                   set_density(*value, density_of(row, value->azimuth),
+                               row.proposal_density(value->azimuth, share_of(of, row)));
+                   if (row.state != RowState::converged) of.observe(row, value->azimuth, value->density);
+                   return {};
+                 });
+}
+
+tress_result tress_service_credit(const tress_service* service, tress_node node, float light,
+                                  uint32_t events) noexcept {
+  return at_node(service, "tress_service_credit", node,
+                 [&](const adaptive::Service& of, const SliceDescription&) -> Outcome {
+                   if (!(light >= 0 && std::isfinite(light)))
+                     return invalid("light", "a finite number >= 0", std::to_string(light));
+                   of.credit(of.peek(node.slice, node.a, node.b), light, events);
+                   return {};
+                 });
+}
+
+tress_result tress_service_hear(const tress_service* service, tress_node node, const tress_exit* exit) noexcept {
+  return at_node(service, "tress_service_hear", node,
+                 [&](const adaptive::Service& of, const SliceDescription& slice) -> Outcome {
+                   if (exit == nullptr) return null("exit");
+                   if (slice.kind != SliceKind::samples) return invalid("node", "one of samples", "one of densities");
+                   const bool is_finite = std::isfinite(exit->azimuth) && std::isfinite(exit->height) &&
+                                          std::isfinite(exit->weight) && std::isfinite(exit->attribute);
+                   if (!is_finite || exit->weight < 0 || exit->attribute < 0)
+                     return invalid("exit", "finite numbers, a weight and an attribute >= 0", "others");
+                   of.hear(of.peek(node.slice, node.a, node.b),
+                           {exit->azimuth, exit->height, exit->part, exit->weight, exit->attribute});
+                   return {};
+                 });
+}
+
+tress_result tress_service_publish(tress_service* service, uint64_t paths, tress_report* report) noexcept {
+  if (report != nullptr) *report = {};
+  return alone(service, "tress_service_publish", [&](Session& session) -> Outcome {
+    const adaptive::PassReport pass = session.service->publish(paths);
+    if (report != nullptr) *report = report_of(pass);
+    session.telemetry = adaptive::to_json(pass);
+    if (pass.misuse) return Refusal{TRESS_MISUSE, *pass.misuse};
+    if (pass.cancelled)
+      return Refusal{TRESS_CANCELLED,
+                     {"", "tress_service_publish", "the whole of the work", "on_progress that ended it"}};
+    return {};
+  });
+}
+
+const char* tress_service_telemetry(const tress_service* service) noexcept {
+  return service == nullptr ? "" : service->session->telemetry.c_str();
+}
+}
