@@ -9,6 +9,13 @@ function(run)
   endif()
 endfunction()
 
+# Runs the hosts in C11 and C++17.
+function(run_c_hosts folder)
+  run(${folder}/fiber_in_c ${WORK}/fiber.cache)
+  run(${folder}/service_in_c ${WORK}/service.cache)
+  run(${folder}/wrapper)
+endfunction()
+
 file(REMOVE_RECURSE ${WORK})
 set(prefix ${WORK}/prefix)
 set(common -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}
@@ -27,4 +34,5 @@ run(${CMAKE_COMMAND} --build ${WORK}/build)
 expect_libraries(${WORK}/build/fiber ${prefix})
 run(${WORK}/build/service ${WORK}/beam.cache)
 run(${WORK}/build/fiber)
+run_c_hosts(${WORK}/build)
 file(REMOVE_RECURSE ${WORK})
