@@ -178,7 +178,7 @@ typedef struct tress_value {
   float parts[4];        /* for samples, the density of each; otherwise parts[0] is density */
   float pdf;             /* with which sample draws the place, same unit */
   uint32_t state;        /* of the row: TRESS_ABSENT and so on */
-  int answered;          /* 0: no row of samples answers here yet, and all else is 0 */
+  int answered;          /* 0: no row of samples answers here yet; density, parts and pdf are 0 */
 } tress_value;
 
 /* Draws a place of a node: density / pdf is the weight. u: three uniforms in [0, 1), clamped; densities use u[0]. Open

@@ -1,6 +1,8 @@
 #include "capi/calls.h"
 
+#include <cstddef>
 #include <cstdio>
+#include <iterator>
 
 #include "tress/version.h"
 
@@ -31,26 +33,10 @@ uint32_t tress_version() noexcept { return TRESS_VERSION; }
 const char* tress_last_error() noexcept { return tress::capi::last_message; }
 
 const char* tress_result_name(tress_result result) noexcept {
-  switch (result) {
-    case TRESS_OK:
-      return "TRESS_OK";
-    case TRESS_INVALID_ARGUMENT:
-      return "TRESS_INVALID_ARGUMENT";
-    case TRESS_INVALID_CALL:
-      return "TRESS_INVALID_CALL";
-    case TRESS_FILE_MISSING:
-      return "TRESS_FILE_MISSING";
-    case TRESS_FILE_INVALID:
-      return "TRESS_FILE_INVALID";
-    case TRESS_MISUSE:
-      return "TRESS_MISUSE";
-    case TRESS_CANCELLED:
-      return "TRESS_CANCELLED";
-    case TRESS_OUT_OF_MEMORY:
-      return "TRESS_OUT_OF_MEMORY";
-    case TRESS_INTERNAL:
-      return "TRESS_INTERNAL";
-  }
-  return "unknown";
+  static constexpr const char* names[] = {"TRESS_OK",           "TRESS_INVALID_ARGUMENT", "TRESS_INVALID_CALL",
+                                          "TRESS_FILE_MISSING", "TRESS_FILE_INVALID",     "TRESS_MISUSE",
+                                          "TRESS_CANCELLED",    "TRESS_OUT_OF_MEMORY",    "TRESS_INTERNAL"};
+  const auto index = static_cast<std::size_t>(result);
+  return index < std::size(names) ? names[index] : "unknown";
 }
 }

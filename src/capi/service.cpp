@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <iterator>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -40,6 +40,13 @@ using adaptive::SliceKind;
 constexpr std::uint32_t most_threads = 4096;
 constexpr std::size_t most_nodes_of_axis = 65536;
 
+/// No more than oneTBB has: it prints a warning where an arena asks for more.
+int threads_of(const tress_options& settings) {
+  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  return settings.threads == 0 ? tbb::task_arena::automatic
+                               : static_cast<int>(std::min<std::size_t>(settings.threads, most));
+}
+
 adaptive::Options options_of(const tress_options& settings) {
   adaptive::Options options;
   options.epsilon = settings.epsilon;
@@ -63,18 +70,18 @@ adaptive::Options options_of(const tress_options& settings) {
 }
 
 Outcome unusable(const tress_options& settings) {
-  const auto out_of_range = [](const char* name, double found, const char* range) {
-    return invalid(name, range, std::to_string(found));
-  };
-  if (!(settings.epsilon > 0 && std::isfinite(settings.epsilon)))
-    return out_of_range("tress_options::epsilon", settings.epsilon, "a finite number > 0");
-  if (!(settings.sampled_epsilon > 0 && std::isfinite(settings.sampled_epsilon)))
-    return out_of_range("tress_options::sampled_epsilon", settings.sampled_epsilon, "a finite number > 0");
-  if (!(settings.picture_error >= 0 && std::isfinite(settings.picture_error)))
-    return out_of_range("tress_options::picture_error", settings.picture_error, "a finite number >= 0");
-  if (!(settings.heard_share >= 0 && settings.heard_share <= 1))
-    return out_of_range("tress_options::heard_share", double{settings.heard_share}, "a number in [0, 1]");
-  if (settings.threads > most_threads) return out_of_range("tress_options::threads", settings.threads, "at most 4096");
+  constexpr double most = std::numeric_limits<double>::max(), least = std::numeric_limits<double>::min();
+  const struct {
+    const char* name;
+    double found, least, most;
+  } ranges[] = {{"tress_options::epsilon", settings.epsilon, least, most},
+                {"tress_options::sampled_epsilon", settings.sampled_epsilon, least, most},
+                {"tress_options::picture_error", settings.picture_error, 0, most},
+                {"tress_options::heard_share", double{settings.heard_share}, 0, 1},
+                {"tress_options::threads", static_cast<double>(settings.threads), 0, most_threads}};
+  for (const auto& [name, found, from, to] : ranges) {
+    if (!(found >= from && found <= to)) return invalid(name, "a number within its range", std::to_string(found));
+  }
   return {};
 }
 
@@ -88,12 +95,26 @@ tress_place place_of(const SliceDescription& slice, float a, float b) {
   return place;
 }
 
-/// What targets of the host have in common: a name, and that calls from inside them are refused.
-class HostCalls {
+/// The target of a host by its callbacks, of either kind or both. Calls of the session from inside them are refused.
+class HostTarget final : public adaptive::Target, public adaptive::SampledTarget {
  public:
-  HostCalls(const tress_target& target, const Session& session)
+  HostTarget(const tress_target& target, const Session& session)
       : target_(target), name_(target.name), session_(session) {}
+  std::string model_name() const override { return name_; }
+  std::uint32_t parts(const SliceDescription&) const override { return target_.parts; }
+  void trace(const SliceDescription& slice, float a, float b, std::vector<adaptive::TracedRay>& out) const override {
+    const tress_place place = place_of(slice, a, b);
+    tress_rays rays{out};
+    ask([&] { return target_.trace(target_.user, &place, &rays); });
+  }
+  void draw(const SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
+            std::uint32_t count, std::vector<adaptive::SampledExit>& out) const override {
+    const tress_place place = place_of(slice, a, b);
+    tress_exits exits{out};
+    ask([&] { return target_.draw(target_.user, &place, stream, first, count, &exits); });
+  }
 
+ private:
   /// Makes a call of the host, which returns 0 if it failed.
   template <class Call>
   void ask(Call&& call) const {
@@ -105,55 +126,10 @@ class HostCalls {
     if (call() == 0) throw std::runtime_error("a callback that failed");
   }
 
-  const tress_target& target() const { return target_; }
-  const std::string& name() const { return name_; }
-
- private:
   tress_target target_;
   std::string name_;
   const Session& session_;
 };
-
-class HostTarget final : public adaptive::Target {
- public:
-  explicit HostTarget(HostCalls calls) : calls_(std::move(calls)) {}
-  void trace(const SliceDescription& slice, float a, float b, std::vector<adaptive::TracedRay>& out) const override {
-    const tress_place place = place_of(slice, a, b);
-    tress_rays rays{out};
-    calls_.ask([&] { return calls_.target().trace(calls_.target().user, &place, &rays); });
-  }
-  std::string model_name() const override { return calls_.name(); }
-
- private:
-  HostCalls calls_;
-};
-
-class HostSamples final : public adaptive::SampledTarget {
- public:
-  explicit HostSamples(HostCalls calls) : calls_(std::move(calls)) {}
-  std::uint32_t parts(const SliceDescription&) const override { return calls_.target().parts; }
-  void draw(const SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
-            std::uint32_t count, std::vector<adaptive::SampledExit>& out) const override {
-    const tress_place place = place_of(slice, a, b);
-    tress_exits exits{out};
-    calls_.ask([&] { return calls_.target().draw(calls_.target().user, &place, stream, first, count, &exits); });
-  }
-  std::string model_name() const override { return calls_.name(); }
-
- private:
-  HostCalls calls_;
-};
-
-/// Makes the service on the targets of a session.
-void start(Session& session, const adaptive::Options& options) {
-  if (session.densities && session.samples) {
-    session.service = std::make_unique<adaptive::Service>(options, *session.densities, *session.samples);
-  } else if (session.densities) {
-    session.service = std::make_unique<adaptive::Service>(options, *session.densities);
-  } else {
-    session.service = std::make_unique<adaptive::Service>(options, *session.samples);
-  }
-}
 
 /// Creates a handle. fill: gives the session its targets.
 template <class Fill>
@@ -168,7 +144,12 @@ tress_result create(const tress_options* given, tress_service** service, Fill&& 
     if (Outcome early = unusable(settings)) return early;
     auto session = std::make_shared<Session>(settings);
     if (Outcome early = fill(*session)) return early;
-    start(*session, options_of(settings));
+    const adaptive::Options options = options_of(settings);
+    const adaptive::Target* densities = session->densities.get();
+    const adaptive::SampledTarget* samples = session->samples.get();
+    session->service = densities == nullptr ? std::make_unique<adaptive::Service>(options, *samples)
+                       : samples == nullptr ? std::make_unique<adaptive::Service>(options, *densities)
+                                            : std::make_unique<adaptive::Service>(options, *densities, *samples);
     *service = new tress_service{std::move(session)};
     return {};
   });
@@ -276,17 +257,6 @@ tress_report report_of(const adaptive::PassReport& pass) {
 
 }  // namespace
 
-namespace {
-
-/// No more than oneTBB has: it prints a warning where an arena asks for more.
-int threads_of(const tress_options& settings) {
-  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  return settings.threads == 0 ? tbb::task_arena::automatic
-                               : static_cast<int>(std::min<std::size_t>(settings.threads, most));
-}
-
-}  // namespace
-
 Session::Session(const tress_options& settings)
     : listener{settings.user, settings.on_error}, arena(threads_of(settings)) {}
 
@@ -346,9 +316,9 @@ tress_result tress_service_create(const tress_target* target, const tress_option
       return invalid("tress_target", "trace, draw or both", "neither");
     if (target->draw != nullptr && (target->parts == 0 || target->parts > adaptive::SampledTarget::most_parts))
       return invalid("tress_target::parts", "1 to 4", std::to_string(target->parts));
-    const HostCalls calls(*target, session);
-    if (target->trace != nullptr) session.densities = std::make_unique<HostTarget>(calls);
-    if (target->draw != nullptr) session.samples = std::make_unique<HostSamples>(calls);
+    const auto host = std::make_shared<const HostTarget>(*target, session);
+    if (target->trace != nullptr) session.densities = host;
+    if (target->draw != nullptr) session.samples = host;
     return {};
   });
 }

@@ -45,8 +45,8 @@ struct Session {
 
   ErrorListener listener;
   tbb::task_arena arena;
-  std::unique_ptr<const adaptive::Target> densities;
-  std::unique_ptr<const adaptive::SampledTarget> samples;
+  std::shared_ptr<const adaptive::Target> densities;
+  std::shared_ptr<const adaptive::SampledTarget> samples;  ///< a host's target may be both
   std::unique_ptr<adaptive::Service> service;
   bool is_for_fibers = false;
   std::string telemetry;

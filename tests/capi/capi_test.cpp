@@ -1,8 +1,10 @@
 // The C interface: the bits of the C++ interface, and a code for every input that is wrong.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -11,6 +13,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tress/adaptive/cache.h"
@@ -60,6 +63,7 @@ std::string bytes_of(const std::string& file) {
 
 constexpr std::uint64_t passes = 3, events = 300;
 
+/// threads: of publish(), and of the host.
 Session by_c(std::uint32_t model, std::uint32_t threads) {
   Session session;
   tress_options options;
@@ -76,19 +80,35 @@ Session by_c(std::uint32_t model, std::uint32_t threads) {
   EXPECT_EQ(tress_fibers_create(service, model, TRESS_FITTED, &fibers), TRESS_OK);
   EXPECT_EQ(tress_fibers_add(fibers, &hair, &id), TRESS_OK) << tress_last_error();
   for (std::uint64_t pass = 0; pass < passes; ++pass) {
-    for (std::uint64_t i = 0; i < events; ++i) {
-      const Draws d = draws(pass, i);
-      tress_event event;
-      tress_fiber_sample sample;
-      tress_fiber_value lit;
-      EXPECT_EQ(tress_fibers_begin(fibers, id, {d.theta, d.phi}, d.xi1, d.xi2, d.h, d.importance, &event), TRESS_OK);
-      EXPECT_EQ(tress_fibers_sample(fibers, &event, d.u.data(), &sample), TRESS_OK);
-      EXPECT_EQ(tress_fibers_evaluate(fibers, &event, d.light, &lit), TRESS_OK);
-      session.numbers.insert(
-          session.numbers.end(),
-          {sample.direction.theta, sample.direction.phi, sample.at.value[0], sample.at.value[1], sample.at.value[2],
-           sample.at.pdf, static_cast<float>(sample.lobe), lit.value[0], lit.value[1], lit.value[2], lit.pdf});
-    }
+    const std::size_t first = session.numbers.size();
+    session.numbers.resize(first + events * 11);
+    const auto run = [&](std::uint64_t begin) {
+      for (std::uint64_t i = begin; i < events; i += threads) {
+        const Draws d = draws(pass, i);
+        tress_event event;
+        tress_fiber_sample sample;
+        tress_fiber_value lit;
+        EXPECT_EQ(tress_fibers_begin(fibers, id, {d.theta, d.phi}, d.xi1, d.xi2, d.h, d.importance, &event), TRESS_OK);
+        EXPECT_EQ(tress_fibers_sample(fibers, &event, d.u.data(), &sample), TRESS_OK);
+        EXPECT_EQ(tress_fibers_evaluate(fibers, &event, d.light, &lit), TRESS_OK);
+        const float told[11] = {sample.direction.theta,
+                                sample.direction.phi,
+                                sample.at.value[0],
+                                sample.at.value[1],
+                                sample.at.value[2],
+                                sample.at.pdf,
+                                static_cast<float>(sample.lobe),
+                                lit.value[0],
+                                lit.value[1],
+                                lit.value[2],
+                                lit.pdf};
+        std::ranges::copy(told, session.numbers.begin() + static_cast<std::ptrdiff_t>(first + i * 11));
+      }
+    };
+    std::vector<std::thread> others;
+    for (std::uint32_t t = 1; t < threads; ++t) others.emplace_back(run, t);
+    run(0);
+    for (std::thread& other : others) other.join();
     EXPECT_EQ(tress_service_publish(service, events, nullptr), TRESS_OK);
   }
   const std::string file = ::testing::TempDir() + "/by_c.cache";
