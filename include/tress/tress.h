@@ -254,7 +254,8 @@ typedef struct tress_fiber {
 TRESS_API void tress_fiber_init(tress_fiber* fiber) TRESS_NOTHROW;
 /* Sets fiber->sigma_a so that a lock of these fibers has `color` in even light. Any thread. */
 TRESS_API tress_result tress_fiber_set_color(tress_fiber* fiber, const float color[3]) TRESS_NOTHROW;
-/* Makes a fiber usable; equal parameters give the same id. Takes up to a second for a new shape. */
+/* Makes a fiber usable; equal parameters give the same id. Takes up to a second for a new shape. On failure *id is
+   UINT32_MAX, which no fiber has. */
 TRESS_API tress_result tress_fibers_add(tress_fibers* fibers, const tress_fiber* fiber, uint32_t* id) TRESS_NOTHROW;
 
 /* A direction that points away from the fiber: theta in [-pi/2, pi/2] from the normal plane towards the tip, phi in
