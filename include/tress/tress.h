@@ -93,8 +93,8 @@ TRESS_API void tress_add_exits(tress_exits* list, const tress_exit* exits, size_
 typedef int (*tress_trace_function)(void* user, const tress_place* place, tress_rays* rays);
 /* Gives the exits of walks [first, first + count) of a stream, for a target that can only be drawn from. Pure: the same
    arguments give the same exits; streams are independent. Returns as above. Any thread. */
-typedef int (*tress_draw_function)(void* user, const tress_place* place, uint64_t stream, uint32_t first, uint32_t count,
-                                   tress_exits* exits);
+typedef int (*tress_draw_function)(void* user, const tress_place* place, uint64_t stream, uint32_t first,
+                                   uint32_t count, tress_exits* exits);
 
 /* What is to be learned. trace, draw or both; a null one means that there are no slices of that kind. */
 typedef struct tress_target {
@@ -187,8 +187,8 @@ typedef struct tress_value {
 TRESS_API tress_result tress_service_sample(const tress_service* service, tress_node node, const float u[3],
                                             tress_value* value) TRESS_NOTHROW;
 /* The same values at a place of the host's, finite. Open rows learn from it. Any thread. */
-TRESS_API tress_result tress_service_evaluate(const tress_service* service, tress_node node, float azimuth, float height,
-                                              tress_value* value) TRESS_NOTHROW;
+TRESS_API tress_result tress_service_evaluate(const tress_service* service, tress_node node, float azimuth,
+                                              float height, tress_value* value) TRESS_NOTHROW;
 /* Reports how much of the picture's light `events` queries of a node stood for: the throughput of their paths times the
    share of the node, >= 0, finite. Rows are created in this order. Any thread. */
 TRESS_API tress_result tress_service_credit(const tress_service* service, tress_node node, float light,
