@@ -196,7 +196,7 @@ void Service::Table::grow_samples(PassReport& report, double done) {
     if (!slice.is_sampled() || !slice.has_index()) continue;
     const auto done_at = [&](std::size_t level) {
       const double of_slice = static_cast<double>(level) / static_cast<double>(slice.levels.coarse() + 1);
-      return done + (1 - done) * (static_cast<double>(id) + of_slice) / static_cast<double>(slices_.size());
+      return done + (1 - done) * (static_cast<double>(id) + of_slice) / static_cast<double>(rows_.slice_count());
     };
     bool grows = goes_on(done_at(0));
     std::vector<bool>& moved = moved_of[&slice];
