@@ -14,7 +14,7 @@
 namespace tress::integrate {
 namespace {
 
-const std::vector<float>& channel(const RenderResult& result, const std::string& name) {
+const std::vector<float>& pixels_of(const RenderResult& result, const std::string& name) {
   const image::Channel* found = result.picture.find(name);
   EXPECT_TRUE(found) << name;
   return found->pixels;
@@ -28,7 +28,7 @@ RenderOptions some_samples(int samples) {
   return options;
 }
 
-RenderResult rendered(const scene::Scene& scene, int samples = 8) {
+RenderResult result_of(const scene::Scene& scene, int samples = 8) {
   WhiteFiber model;
   return render_with(scene, model, {model.add_fiber(lossless_shares())}, some_samples(samples));
 }
@@ -124,13 +124,13 @@ Spread spread_of(const std::vector<float>& pixels) {
 /// second moment is then good to 1.7 %: 8 % are 4.7 standard errors, at a fixed seed.
 TEST(Lens, BlursAPointToTheCircleOfAThinLens) {
   const double pixel = 2 * std::tan(5 * std::numbers::pi / 180) / 64;
-  const auto in_focus = spread_of(channel(rendered(ball_alone(60), 128), "emission.R"));
+  const auto in_focus = spread_of(pixels_of(result_of(ball_alone(60), 128), "emission.R"));
   for (const double depth : {30.0, 90.0, 200.0}) {
     scene::Scene scene = ball_alone(static_cast<float>(depth));
     scene.camera.lens_radius_cm = 0.9f;
     scene.camera.focus_cm = 60;
-    const RenderResult result = rendered(scene, 128);
-    const Spread spread = spread_of(channel(result, "emission.R"));
+    const RenderResult result = result_of(scene, 128);
+    const Spread spread = spread_of(pixels_of(result, "emission.R"));
     const double radius = 0.9 * std::abs(depth - 60) / (depth * 60) / pixel, own = 0.008 / pixel;
     const double expected = radius * radius / 4 + own * own / 4 + 1.0 / 6;
     EXPECT_NEAR(spread.xx, expected, 0.08 * expected) << depth;
@@ -142,7 +142,7 @@ TEST(Lens, BlursAPointToTheCircleOfAThinLens) {
   scene::Scene sharp = ball_alone(60);
   sharp.camera.lens_radius_cm = 0.9f;
   sharp.camera.focus_cm = 60;
-  EXPECT_NEAR(spread_of(channel(rendered(sharp, 128), "emission.R")).xx, in_focus.xx, 0.08 * in_focus.xx);
+  EXPECT_NEAR(spread_of(pixels_of(result_of(sharp, 128), "emission.R")).xx, in_focus.xx, 0.08 * in_focus.xx);
 }
 
 /// A bright point behind the focus is a picture of the lens, upright; before it, upside down.
@@ -152,7 +152,7 @@ TEST(Lens, AHighlightHasTheCornersOfTheBlades) {
     scene.camera.lens_radius_cm = 1.6f;
     scene.camera.focus_cm = 60;
     scene.camera.blades = 3;  // a corner to the right: more than half of the triangle's width is right of its middle
-    const std::vector<float> pixels = channel(rendered(scene, 64), "emission.R");
+    const std::vector<float> pixels = pixels_of(result_of(scene, 64), "emission.R");
     const double middle = spread_of(pixels).x;
     double cubes = 0;
     for (std::size_t i = 0; i < pixels.size(); ++i)
@@ -167,7 +167,7 @@ TEST(Camera, OrthographicSizesDoNotDependOnDepth) {
     scene::Scene scene = ball_alone(60);
     scene.lights = {ball({1, depth, 0}, 2, glm::vec3(1.0f))};
     scene.camera.orthographic_height_cm = 8;
-    const Spread spread = spread_of(channel(rendered(scene, 16), "emission.R"));
+    const Spread spread = spread_of(pixels_of(result_of(scene, 16), "emission.R"));
     EXPECT_NEAR(spread.light, std::numbers::pi * 4 * 64, 0.02 * std::numbers::pi * 4 * 64);  // 8 pixels a cm
     EXPECT_NEAR(spread.x, 31.5 + 8, 0.1);
   }
@@ -198,27 +198,27 @@ TEST(Camera, SeesAVisibleLightWithExactlyItsRadianceFromTheSideThatItShinesTo) {
   for (const bool transparent : {false, true}) {
     scene.image.transparent = transparent;
     scene.lights = {card(5, radiance)};  // behind the hair, all over the picture
-    EXPECT_EQ(rendered(scene).picture.find("emission.R"), nullptr) << "a light is not seen unless told";
+    EXPECT_EQ(result_of(scene).picture.find("emission.R"), nullptr) << "a light is not seen unless told";
     scene.lights[0].visible = true;
-    const RenderResult behind = rendered(scene);
+    const RenderResult behind = result_of(scene);
     for (std::size_t i = 0; i < 24 * 24; ++i) {
-      EXPECT_EQ(channel(behind, "A")[i], 1);
-      const float seen = 1 - channel(behind, "coverage")[i];
-      EXPECT_NEAR(channel(behind, "emission.R")[i], 3 * seen, 1e-5f);
-      EXPECT_NEAR(channel(behind, "emission.B")[i], 11 * seen, 1e-5f);
-      EXPECT_EQ(channel(behind, "background.R")[i], 0);
+      EXPECT_EQ(pixels_of(behind, "A")[i], 1);
+      const float seen = 1 - pixels_of(behind, "coverage")[i];
+      EXPECT_NEAR(pixels_of(behind, "emission.R")[i], 3 * seen, 1e-5f);
+      EXPECT_NEAR(pixels_of(behind, "emission.B")[i], 11 * seen, 1e-5f);
+      EXPECT_EQ(pixels_of(behind, "background.R")[i], 0);
       if (seen == 1) {
-        EXPECT_EQ(channel(behind, "G")[i], 0.7f);
+        EXPECT_EQ(pixels_of(behind, "G")[i], 0.7f);
       }
     }
     scene.lights = {card(-3, radiance)};  // before the hair: it is all that is seen
     scene.lights[0].visible = true;
-    const RenderResult before = rendered(scene);
-    for (const float value : channel(before, "G")) EXPECT_EQ(value, 0.7f);
+    const RenderResult before = result_of(scene);
+    for (const float value : pixels_of(before, "G")) EXPECT_EQ(value, 0.7f);
     scene.lights[0].edge_u *= -1;  // from behind it is not there
-    const RenderResult from_behind = rendered(scene);
-    for (const float value : channel(from_behind, "emission.G")) EXPECT_EQ(value, 0);
-    EXPECT_EQ(channel(from_behind, "coverage"), channel(behind, "coverage"));
+    const RenderResult from_behind = result_of(scene);
+    for (const float value : pixels_of(from_behind, "emission.G")) EXPECT_EQ(value, 0);
+    EXPECT_EQ(pixels_of(from_behind, "coverage"), pixels_of(behind, "coverage"));
   }
 }
 
@@ -228,24 +228,24 @@ TEST(Camera, AMatteHidesWhatIsBehindItHasNoAlphaAndLightsLikeTheMeshItIs) {
   for (const bool transparent : {false, true}) {
     scene.image.transparent = transparent;
     scene.meshes[0].holdout = false;
-    const RenderResult plain = rendered(scene);
+    const RenderResult plain = result_of(scene);
     scene.meshes[0].holdout = true;
-    const RenderResult matte = rendered(scene);
+    const RenderResult matte = result_of(scene);
     int held_out = 0, hair = 0;
     double lit[2] = {0, 0};
     for (std::size_t i = 0; i < 24 * 24; ++i) {
-      EXPECT_EQ(channel(matte, "surface.G")[i], 0);
-      const float covered = channel(matte, "coverage")[i];
+      EXPECT_EQ(pixels_of(matte, "surface.G")[i], 0);
+      const float covered = pixels_of(matte, "coverage")[i];
       if (i % 24 > 13 && covered == 0) {
         for (const char* name : {"R", "G", "B", "A", "background.G", "Z"})
-          EXPECT_EQ(channel(matte, name)[i], 0) << name;
+          EXPECT_EQ(pixels_of(matte, name)[i], 0) << name;
         ++held_out;
       }
       if (i % 24 < 10 && !transparent) {
-        EXPECT_EQ(channel(matte, "A")[i], 1);
+        EXPECT_EQ(pixels_of(matte, "A")[i], 1);
       }
-      lit[0] += static_cast<double>(channel(plain, "TRT.B")[i]);
-      lit[1] += static_cast<double>(channel(matte, "TRT.B")[i]);
+      lit[0] += static_cast<double>(pixels_of(plain, "TRT.B")[i]);
+      lit[1] += static_cast<double>(pixels_of(matte, "TRT.B")[i]);
       hair += covered > 0 ? 1 : 0;
     }
     EXPECT_GT(held_out, 50);
@@ -255,24 +255,24 @@ TEST(Camera, AMatteHidesWhatIsBehindItHasNoAlphaAndLightsLikeTheMeshItIs) {
   // Before the hair it leaves nothing of it.
   scene.meshes = {wall(-9, -2)};
   scene.meshes[0].holdout = true;
-  const RenderResult none = rendered(scene);
+  const RenderResult none = result_of(scene);
   for (const char* name : {"R", "A", "coverage", "background.R", "variance.R"})
-    for (const float value : channel(none, name)) EXPECT_EQ(value, 0) << name;
+    for (const float value : pixels_of(none, name)) EXPECT_EQ(value, 0) << name;
 }
 
 TEST(Camera, DoesNotSeeAMeshThatIsInvisibleWhichShadesTheHairAllTheSame) {
   scene::Scene scene = tangle(60, 24, 24);
-  const RenderResult alone = rendered(scene);
+  const RenderResult alone = result_of(scene);
   scene.meshes = {wall(-9, -2)};  // between the camera and the hair
   scene.meshes[0].albedo = glm::vec3(0.0f);
   scene.meshes[0].visibility.camera = false;
-  const RenderResult shaded = rendered(scene);
-  EXPECT_EQ(channel(alone, "coverage"), channel(shaded, "coverage"));
-  EXPECT_EQ(channel(alone, "Z"), channel(shaded, "Z"));
+  const RenderResult shaded = result_of(scene);
+  EXPECT_EQ(pixels_of(alone, "coverage"), pixels_of(shaded, "coverage"));
+  EXPECT_EQ(pixels_of(alone, "Z"), pixels_of(shaded, "Z"));
   double before = 0, after = 0;
   for (std::size_t i = 0; i < 24 * 24; ++i) {
-    before += static_cast<double>(channel(alone, "TRT.B")[i]);
-    after += static_cast<double>(channel(shaded, "TRT.B")[i]);
+    before += static_cast<double>(pixels_of(alone, "TRT.B")[i]);
+    after += static_cast<double>(pixels_of(shaded, "TRT.B")[i]);
   }
   EXPECT_LT(after, 0.8 * before) << "a black wall takes nearly half of the light";
 }
@@ -289,22 +289,22 @@ TEST(LightGroups, HaveALayerEachAddUpToBeautyAndChangeNothing) {
     scene.image.transparent = transparent;
     scene.environment_group = scene.lights[0].group = "";
     scene.lights[1].group = "";
-    const RenderResult plain = rendered(scene);
+    const RenderResult plain = result_of(scene);
     EXPECT_EQ(plain.picture.find("light.other.R"), nullptr);
     scene.environment_group = "sky";
     scene.lights[0].group = "key";
-    const RenderResult grouped = rendered(scene);
+    const RenderResult grouped = result_of(scene);
     for (const image::Channel& one : plain.picture.channels)
-      EXPECT_EQ(one.pixels, channel(grouped, one.name)) << one.name;
+      EXPECT_EQ(one.pixels, pixels_of(grouped, one.name)) << one.name;
     double brightest = 0;
     for (std::size_t i = 0; i < 24 * 24; ++i) {
       const auto near = [&](float a, float b) { EXPECT_NEAR(a, b, 1e-5f * (std::abs(b) + 0.01f)); };
-      near(channel(grouped, "light.sky.R")[i], channel(grouped, "R")[i]);
-      near(channel(grouped, "light.key.G")[i], channel(grouped, "G")[i]);
-      near(channel(grouped, "light.other.B")[i], channel(grouped, "B")[i]);
+      near(pixels_of(grouped, "light.sky.R")[i], pixels_of(grouped, "R")[i]);
+      near(pixels_of(grouped, "light.key.G")[i], pixels_of(grouped, "G")[i]);
+      near(pixels_of(grouped, "light.other.B")[i], pixels_of(grouped, "B")[i]);
       for (const char* name : {"light.sky.G", "light.sky.B", "light.key.R", "light.other.G"})
-        EXPECT_EQ(channel(grouped, name)[i], 0);
-      brightest = std::max(brightest, static_cast<double>(channel(grouped, "light.other.B")[i]));
+        EXPECT_EQ(pixels_of(grouped, name)[i], 0);
+      brightest = std::max(brightest, static_cast<double>(pixels_of(grouped, "light.other.B")[i]));
     }
     EXPECT_GT(brightest, 0.1);
   }
