@@ -3,12 +3,15 @@
 #include <ImfChannelList.h>
 #include <ImfChromaticities.h>
 #include <ImfCompression.h>
+#include <ImfDeepFrameBuffer.h>
+#include <ImfDeepScanLineOutputFile.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
+#include <ImfPartType.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
@@ -30,6 +33,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "image/deep_picture.h"
 #include "image/exr_header.h"
 #include "image/picture.h"
 #include "tress/base/replace_file.h"
@@ -60,7 +64,7 @@ std::string find_not_finite(const Channel& channel, int width) {
   return fmt::format("channel {}, pixel ({}, {})", channel.name, index % width, index / width);
 }
 
-std::optional<Error> check_layout(const std::filesystem::path& file, const Picture& picture) {
+std::optional<Error> check_window(const std::filesystem::path& file, const Picture& picture) {
   const auto error = [&](std::string place, std::string expected, std::string found) {
     return Error{file.string(), std::move(place), std::move(expected), std::move(found)};
   };
@@ -71,6 +75,14 @@ std::optional<Error> check_layout(const std::filesystem::path& file, const Pictu
   if (part.left < 0 || part.top < 0 || part.left > whole.width - part.width || part.top > whole.height - part.height)
     return error("window", fmt::format("a part of {} x {} pixels", whole.width, whole.height),
                  fmt::format("{} x {} from ({}, {})", part.width, part.height, part.left, part.top));
+  return std::nullopt;
+}
+
+std::optional<Error> check_layout(const std::filesystem::path& file, const Picture& picture) {
+  const auto error = [&](std::string place, std::string expected, std::string found) {
+    return Error{file.string(), std::move(place), std::move(expected), std::move(found)};
+  };
+  if (auto wrong = check_window(file, picture)) return wrong;
   if (picture.channels.empty()) return error("channels", "one or more", "none");
   const auto pixels = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
   std::set<std::string> names;
@@ -121,6 +133,19 @@ Imath::M44f matrix_of(const std::array<float, 16>& rows) {
   return matrix;
 }
 
+/// The header of a picture, without channels.
+Imf::Header header_of(const Picture& picture) {
+  const Window part = picture.window(), whole = picture.whole();
+  const Imath::Box2i display({0, 0}, {whole.width - 1, whole.height - 1});
+  const Imath::Box2i data({part.left, part.top}, {part.left + part.width - 1, part.top + part.height - 1});
+  Imf::Header header(display, data);
+  for (const auto& [key, value] : picture.metadata) header.insert(key, Imf::StringAttribute(value));
+  for (const auto& [key, value] : picture.matrices) header.insert(key, Imf::M44fAttribute(matrix_of(value)));
+  header.screenWindowWidth() = picture.screen_width;
+  header.screenWindowCenter() = {picture.screen_center[0], picture.screen_center[1]};
+  return header;
+}
+
 /// A file in memory. OpenEXR's own stream loses errors of its last buffer, and its destructors lose all errors.
 class MemoryStream : public Imf::OStream {
  public:
@@ -148,15 +173,9 @@ std::optional<Error> write_exr(const std::filesystem::path& file, const Picture&
   if (auto error = check_layout(file, picture)) return error;
   MemoryStream stream;
   try {
-    const Window part = picture.window(), whole = picture.whole();
-    const Imath::Box2i display({0, 0}, {whole.width - 1, whole.height - 1});
-    const Imath::Box2i data({part.left, part.top}, {part.left + part.width - 1, part.top + part.height - 1});
-    Imf::Header header(display, data);
+    const Window part = picture.window();
+    Imf::Header header = header_of(picture);
     header.compression() = compression == Compression::zip ? Imf::ZIP_COMPRESSION : Imf::NO_COMPRESSION;
-    for (const auto& [key, value] : picture.metadata) header.insert(key, Imf::StringAttribute(value));
-    for (const auto& [key, value] : picture.matrices) header.insert(key, Imf::M44fAttribute(matrix_of(value)));
-    header.screenWindowWidth() = picture.screen_width;
-    header.screenWindowCenter() = {picture.screen_center[0], picture.screen_center[1]};
     Imf::FrameBuffer frame;
     std::set<std::string> of_halves;
     if (precision == Precision::half) of_halves = layers_of_halves(picture);
@@ -174,6 +193,68 @@ std::optional<Error> write_exr(const std::filesystem::path& file, const Picture&
     Imf::OutputFile out(stream, header);
     out.setFrameBuffer(frame);
     out.writePixels(picture.height);
+  } catch (const std::exception& exception) {
+    return Error{file.string(), "", "a picture that can be encoded", exception.what()};
+  }
+  return replace_file(file, stream.bytes());
+}
+
+std::optional<Error> write_deep_exr(const std::filesystem::path& file, const DeepPicture& deep, const Picture& header) {
+  if (auto error = check_window(file, header)) return error;
+  const auto width = static_cast<std::size_t>(header.width);
+  std::uint64_t count = 0;
+  for (const std::uint32_t samples : deep.counts) count += samples;
+  if (deep.counts.size() != width * static_cast<std::size_t>(header.height) || count != deep.samples.size())
+    return Error{file.string(), "samples", fmt::format("{} of {} x {} pixels", count, header.width, header.height),
+                 fmt::format("{} of {} pixels", deep.samples.size(), deep.counts.size())};
+  for (const DeepSample& sample : deep.samples) {
+    const glm::vec3& color = sample.color;
+    if (!std::isfinite(color.x) || !std::isfinite(color.y) || !std::isfinite(color.z) || !std::isfinite(sample.alpha) ||
+        !std::isfinite(sample.front_cm) || !std::isfinite(sample.back_cm))
+      return Error{file.string(), fmt::format("sample {}", &sample - deep.samples.data()), "finite values",
+                   "NaN or infinity"};
+  }
+  MemoryStream stream;
+  try {
+    Imf::Header told = header_of(header);
+    told.setType(Imf::DEEPSCANLINE);
+    told.compression() = Imf::ZIPS_COMPRESSION;
+    // By channel, the address of the first sample of each pixel of a row, as OpenEXR takes it.
+    using Pointers = std::vector<const float*>;
+    std::map<std::string, Pointers> rows;
+    for (const char* name : {"R", "G", "B", "A", "Z", "ZBack"}) {
+      told.channels().insert(name, Imf::Channel(Imf::FLOAT));
+      rows.emplace(name, Pointers(width));
+    }
+    Imf::DeepScanLineOutputFile out(stream, told);
+    // Every row is at the same addresses, so a step of 0 leads from one to the next.
+    const auto base_of = [&](auto* first) {
+      const auto left = static_cast<std::intptr_t>(sizeof(*first)) * header.left;
+      return reinterpret_cast<char*>(reinterpret_cast<std::intptr_t>(first) - left);
+    };
+    std::vector<std::uint32_t> counts(width);
+    Imf::DeepFrameBuffer frame;
+    frame.insertSampleCountSlice(Imf::Slice(Imf::UINT, base_of(counts.data()), sizeof(std::uint32_t), 0));
+    for (auto& [name, row] : rows)
+      frame.insert(name, Imf::DeepSlice(Imf::FLOAT, base_of(row.data()), sizeof(float*), 0, sizeof(DeepSample)));
+    out.setFrameBuffer(frame);
+    const DeepSample* next = deep.samples.data();
+    for (std::size_t y = 0; y < static_cast<std::size_t>(header.height); ++y) {
+      for (std::size_t x = 0; x < width; ++x) {
+        counts[x] = deep.counts[y * width + x];
+        if (counts[x] == 0) continue;
+        for (auto& [name, row] : rows) {
+          row[x] = name == "R"   ? &next->color.x
+                   : name == "G" ? &next->color.y
+                   : name == "B" ? &next->color.z
+                   : name == "A" ? &next->alpha
+                   : name == "Z" ? &next->front_cm
+                                 : &next->back_cm;
+        }
+        next += counts[x];
+      }
+      out.writePixels(1);
+    }
   } catch (const std::exception& exception) {
     return Error{file.string(), "", "a picture that can be encoded", exception.what()};
   }
