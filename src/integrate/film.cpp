@@ -14,6 +14,26 @@ namespace {
 
 constexpr std::size_t any_matte_bits = std::size_t{1} << 32;
 
+/// Sum of the path's layers that beauty has. It is in doubles, as the means are that it is compared with, so that sums
+/// of parts agree with one render.
+glm::dvec3 beauty_of_path(const PathSums& path, Ground ground) {
+  glm::dvec3 sum(0.0);
+  for (std::size_t layer = 0; layer < beauty_layers(ground); ++layer) sum += glm::dvec3(path.layers[layer]);
+  return sum;
+}
+
+/// Whether A counts the path.
+bool is_opaque(const PathSums& path, Ground ground) {
+  return (path.coverage > 0 || path.sees_light || ground == Ground::backdrop) && !path.held_out;
+}
+
+/// The depth of the path in a deep picture.
+float depth_of(const PathSums& path) {
+  constexpr float farthest = std::numeric_limits<float>::max();
+  if (path.coverage > 0) return path.distance_cm;
+  return path.sees_light ? std::min(path.light_cm, farthest) : farthest;
+}
+
 }  // namespace
 
 bool PixelSums::add(const PathSums& path, Ground ground, std::uint32_t first_sample) {
@@ -25,17 +45,14 @@ bool PixelSums::add(const PathSums& path, Ground ground, std::uint32_t first_sam
     ++dropped;
     return false;
   }
-  // The sum is in doubles, as the means are that it is compared with, so that sums of parts agree with one render.
-  glm::dvec3 value(0.0);
-  for (std::size_t layer = 0; layer < beauty_layers(ground); ++layer) value += glm::dvec3(path.layers[layer]);
+  const glm::dvec3 value = beauty_of_path(path, ground);
   const glm::dvec3 before = samples > 0 ? beauty(ground) / static_cast<double>(samples) : glm::dvec3(0.0);
   for (std::size_t layer = 0; layer < layers.size(); ++layer) layers[layer] += glm::dvec3(path.layers[layer]);
   albedo += glm::dvec3(path.albedo);
   normal += glm::dvec3(path.normal);
   tangent += glm::dvec3(path.tangent);
   coverage += static_cast<double>(path.coverage);
-  const bool shows = path.coverage > 0 || path.sees_light || ground == Ground::backdrop;
-  opaque += shows && !path.held_out ? 1 : 0;
+  opaque += is_opaque(path, ground) ? 1 : 0;
   distance_cm += static_cast<double>(path.distance_cm);
   objective += static_cast<double>(path.objective);
   excess += static_cast<double>(path.excess);
@@ -85,6 +102,7 @@ Film::Film(const image::Window& window, bool glint, bool timed, Ground ground, s
   group_sums_.resize(pixels_.size() * extra_.groups.size(), glm::dvec3(0.0));
   halves_.resize(extra_.halves ? pixels_.size() : 0);
   deep_light_.resize(extra_.deep_light ? pixels_.size() : 0);
+  depth_bins_.resize(extra_.depth_bins ? pixels_.size() : 0);
 }
 
 bool Film::add(int x, int y, const PathSums& path) {
@@ -98,6 +116,8 @@ bool Film::add(int x, int y, const PathSums& path) {
   if (path.coverage > 0) object_counts_.add(index(x, y), path.object);
   if (path.coverage > 0 && !data_.empty()) data_[index(x, y)].add(path.data, path.distance_cm);
   if (path.coverage > 0 && path.data.matte_bits != 0) strand_counts_.add(index(x, y), path.data.matte_bits);
+  if (!depth_bins_.empty() && is_opaque(path, ground_))
+    depth_bins_[index(x, y)].add(beauty_of_path(path, ground_), depth_of(path));
   if (!motion_.empty()) {
     MotionSums& sums = motion_[index(x, y)];
     (path.coverage > 0 ? sums.seen : sums.behind) += glm::dvec2(path.motion);

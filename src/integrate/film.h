@@ -14,7 +14,9 @@
 #include <utility>
 #include <vector>
 
+#include "image/deep_picture.h"
 #include "image/picture.h"
+#include "integrate/depth_bins.h"
 #include "integrate/heatmap.h"
 #include "integrate/object_counts.h"
 #include "integrate/path_sums.h"
@@ -97,6 +99,7 @@ class Film {
     std::uint32_t first_sample = 0;   ///< index of the first path of each pixel
     bool halves = false;              ///< whether there are half_layers
     bool deep_light = false;          ///< whether PathSums::deep_light_excess is kept
+    bool depth_bins = false;          ///< whether there is a deep_picture()
     DataLayers data;
   };
 
@@ -126,6 +129,11 @@ class Film {
   image::Picture picture() const;
   /// Only R, G, B and A of picture(), which is much faster.
   image::Picture beauty_picture() const;
+  /// The deep picture, if Extra::depth_bins; otherwise no pixel has samples. `Over` of a pixel's samples makes R, G, B
+  /// and A of picture(), before rounding to halves. A sample has the paths of one of the DepthBins. Its depths are
+  /// distances along the ray, as in Z: of the first hit, or of the light that the camera sees. The background and
+  /// infinitely far lights have the largest float. Paths without alpha, which have no color either, are left out.
+  image::DeepPicture deep_picture() const;
 
   /// Counts of the objects that paths met first. Dropped paths are not in them.
   const ObjectCounts& object_counts() const { return object_counts_; }
@@ -141,9 +149,9 @@ class Film {
   /// can read them. set_sections() returns false and leaves the film unusable if they are not of a film of this window.
   std::vector<std::pair<std::string, std::string_view>> sections() const;
   bool set_sections(const std::map<std::string, std::string>& sections);
-  /// Adds the sums of later samples. later: its window is within this one; both or neither move, and they have the same
-  /// groups and objects. Returns in how many pixels a count of objects or strands may be less than in one film
-  /// (ObjectCounts::add).
+  /// Adds the sums of later samples. later: its window is within this one; both or neither move, they have the same
+  /// groups and objects, and neither has Extra::depth_bins. Returns in how many pixels a count of objects or strands
+  /// may be less than in one film (ObjectCounts::add).
   std::size_t add(const Film& later);
 
   bool timed() const { return !cpu_seconds_.empty(); }
@@ -223,6 +231,7 @@ class Film {
   std::vector<HalfSquares> halves_;        ///< empty unless there are half_layers
   std::vector<DataSums> data_;             ///< empty unless one of their layers is requested
   ObjectCounts strand_counts_;
+  std::vector<DepthBins> depth_bins_;  ///< empty unless Extra::depth_bins
 };
 
 }  // namespace tress::integrate

@@ -58,6 +58,27 @@ image::Picture Film::beauty_of(const std::vector<std::size_t>& source) const {
   return picture;
 }
 
+image::DeepPicture Film::deep_picture() const {
+  image::DeepPicture deep;
+  deep.counts.resize(pixels_.size(), 0);
+  const std::vector<std::size_t> source = shown_pixels();
+  for (std::size_t i = 0; i < pixels_.size() && !depth_bins_.empty(); ++i) {
+    if (source[i] == no_pixel) continue;
+    std::uint32_t seen_through = pixels_[source[i]].samples;  // paths that no nearer bin has
+    for (const DepthBin& bin : depth_bins_[source[i]].bins) {
+      if (bin.paths == 0) break;
+      const auto over = static_cast<double>(seen_through);
+      const glm::dvec3 color =
+          glm::clamp(bin.light / over, -static_cast<double>(largest), static_cast<double>(largest));
+      deep.samples.push_back(
+          {glm::vec3(color), static_cast<float>(static_cast<double>(bin.paths) / over), bin.near_cm, bin.far_cm});
+      seen_through -= bin.paths;
+      ++deep.counts[i];
+    }
+  }
+  return deep;
+}
+
 void Film::add_data_channels(const std::vector<std::size_t>& source, image::Picture* picture) const {
   const auto add = [&](DataLayer layer, const char* suffix, auto&& value) {
     if (!extra_.data.has(layer)) return;

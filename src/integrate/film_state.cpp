@@ -41,6 +41,7 @@ std::vector<std::pair<std::string, std::string_view>> Film::sections() const {
   if (timed()) all.emplace_back("film.times", bytes_of(cpu_seconds_));
   if (!halves_.empty()) all.emplace_back("film.halves", bytes_of(halves_));
   if (!deep_light_.empty()) all.emplace_back("film.deep_light", bytes_of(deep_light_));
+  if (!depth_bins_.empty()) all.emplace_back("film.depth", bytes_of(depth_bins_));
   if (!data_.empty()) all.emplace_back("film.data", bytes_of(data_));
   if (!strand_counts_.bytes().empty()) all.emplace_back("film.strands", strand_counts_.bytes());
   return all;
@@ -63,7 +64,9 @@ bool Film::set_sections(const std::map<std::string, std::string>& sections) {
               take_counts("film.objects", object_counts_) && take_counts("film.strands", strand_counts_) &&
               (data_.empty() || take("film.data", data_)) && (!timed() || take("film.times", cpu_seconds_)) &&
               (halves_.empty() || take("film.halves", halves_)) &&
-              (deep_light_.empty() || take("film.deep_light", deep_light_));
+              (deep_light_.empty() || take("film.deep_light", deep_light_)) &&
+              (depth_bins_.empty() || take("film.depth", depth_bins_));
+  for (std::size_t i = 0; i < depth_bins_.size(); ++i) good = good && depth_bins_[i].are_sound(pixels_[i].samples);
   for (const PixelSums& sums : pixels_) good = good && is_finite(sums);
   for (const DataSums& sums : data_) good = good && sums.is_finite();
   for (const double seconds : cpu_seconds_) good = good && std::isfinite(seconds);

@@ -60,6 +60,7 @@ struct PathSums {
   std::uint32_t deep_light_checks = 0;  ///< number of answers that were compared with paths
   bool sees_light = false;              ///< whether the camera's ray ends at a light
   bool held_out = false;                ///< whether it ends at a matte, which shows nothing
+  float light_cm = 0;                   ///< distance of that light from the camera, may be infinite; else 0
   GroupLight groups;                    ///< light of all layers except the background
 
   PathSums() = default;

@@ -197,6 +197,7 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
       lights_.seen(ray.origin, ray.direction, time, hit ? hit->distance_cm : std::numeric_limits<float>::infinity());
   if (seen.density > 0) {
     sums.sees_light = true;
+    sums.light_cm = seen.distance_cm;
     sums.layers[emission_layer] = seen.radiance;
     sums.groups.add(seen.group, seen.radiance);
     if (scene_.next) sums.motion = motion_of(ray, nullptr, seen);

@@ -158,6 +158,7 @@ Film::Extra extra_layers(const scene::Scene& scene, const RenderOptions& options
   extra.halves = options.halves;
   extra.data = options.data;
   extra.deep_light = options.deep_light == DeepLight::learned;
+  extra.depth_bins = options.deep;
   extra.emission =
       std::any_of(scene.lights.begin(), scene.lights.end(), [](const scene::Light& light) { return light.visible; });
   extra.groups = scene::light_groups(scene);
@@ -280,6 +281,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   if (auditor) result.bias = auditor->measured(film);
   result.excess = progress.excess;
   result.deep_light = progress.deep_light;
+  if (options.deep) result.deep = film.deep_picture();
   if (options.heatmap) result.heatmap = placed(heatmap(film.costs(), film.window()));
   result.samples_per_pixel = film.samples_per_pixel();
   result.queries = film.queries();

@@ -76,6 +76,7 @@ struct RenderOptions {
   bool halves = false;   ///< whether the picture has half_layers
   DataLayers data;       ///< data layers of the picture
   bool heatmap = false;  ///< whether every path is timed, for RenderResult::heatmap
+  bool deep = false;     ///< whether light is kept by depth, for RenderResult::deep: 320 bytes a pixel
   /// Measures the bias of the picture on some of its samples, for RenderResult::bias; null for no measurement. It must
   /// outlive the render.
   const BiasAudit* audit = nullptr;
@@ -121,6 +122,7 @@ struct PassProgress {
 struct RenderResult {
   image::Picture picture;                   ///< layers of Film::picture() and mattes; the caller adds other metadata
   std::optional<image::Picture> heatmap;    ///< set if requested
+  std::optional<image::DeepPicture> deep;   ///< Film::deep_picture(), of the window of `picture`; set if requested
   std::optional<MeasuredBias> bias;         ///< set if requested
   std::optional<Brightening> excess;        ///< of the rows; unset if the model cannot evaluate it
   std::optional<DeepLightBias> deep_light;  ///< unset under DeepLight::traced
