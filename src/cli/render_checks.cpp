@@ -46,6 +46,9 @@ std::optional<Error> check_outputs(const RenderSettings& settings) {
   if (settings.heatmap) {
     if (auto error = check_output(*settings.heatmap)) return error;
   }
+  if (settings.deep) {
+    if (auto error = check_output(*settings.deep)) return error;
+  }
   if (settings.checkpoint) {
     if (auto error = check_output(checkpoint_file(settings))) return error;
   }

@@ -245,7 +245,7 @@ std::map<std::string, std::string> told_options(const CLI::App& render) {
     const std::string name = option->get_name();
     const std::string plain = option->get_lnames().empty() ? name : "--" + option->get_lnames().front();
     if (option->count() == 0 || others.contains(plain)) continue;
-    told[plain] = plain == "--heatmap" ? "given" : joined(option->results(), ",");
+    told[plain] = plain == "--heatmap" || plain == "--deep" ? "given" : joined(option->results(), ",");
   }
   return told;
 }
@@ -296,12 +296,15 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
         "are rendered with --layers all,half, found --part {}",
         s.part->string());
   }
+  if (s.deep && s.part) {
+    return fmt::format("--deep: expected no --part, whose sums have no depths, found --part {}", s.part->string());
+  }
   if (!s.frames.empty() && !names_frames(s.output)) {
     return fmt::format("--output: expected a name with #### for the number of the frame with --frames, found {}",
                        s.output.string());
   }
-  for (const auto& [option, file] :
-       {std::pair{"--heatmap", &s.heatmap}, std::pair{"--checkpoint", &s.checkpoint}, std::pair{"--part", &s.part}}) {
+  for (const auto& [option, file] : {std::pair{"--heatmap", &s.heatmap}, std::pair{"--deep", &s.deep},
+                                     std::pair{"--checkpoint", &s.checkpoint}, std::pair{"--part", &s.part}}) {
     if (!s.frames.empty() && *file && !(*file)->empty() && !names_frames(**file)) {
       return fmt::format("{}: expected a name with #### for the number of the frame with --frames, found {}", option,
                          (*file)->string());
@@ -312,6 +315,7 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   if (s.warm_cache && !is_default_cache(*s.warm_cache)) files.push_back(*s.warm_cache);
   if (s.telemetry) files.push_back(*s.telemetry);
   if (s.heatmap) files.push_back(*s.heatmap);
+  if (s.deep) files.push_back(*s.deep);
   if (s.part) files.push_back(*s.part);
   if (s.checkpoint && !s.checkpoint->empty()) files.push_back(*s.checkpoint);
   std::set<std::filesystem::path> seen;
@@ -320,7 +324,8 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
     const std::filesystem::path whole = std::filesystem::weakly_canonical(file, error);
     if (!error && !seen.insert(whole).second) {
       return fmt::format(
-          "{}: expected different files for scene, picture, preview, heat map, cache, telemetry, checkpoint and part",
+          "{}: expected different files for scene, picture, preview, heat map, deep picture, cache, telemetry, "
+          "checkpoint and part",
           file.string());
     }
   }
@@ -405,6 +410,14 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
              s.render.heatmap = true;
            },
            "what each pixel cost: CPU time, vertices, queries, traces", {".exr"});
+  add_file(
+      render, "--deep",
+      [&s](const std::string& file) {
+        s.deep = file;
+        s.render.deep = true;
+      },
+      "deep picture for compositors: up to 8 samples of color, alpha and depth a pixel, which flatten to R, G, B, A",
+      {".exr"});
   add_appearance(render, s.overrides);
   add_learning(render, s);
   add_choice(

@@ -27,7 +27,8 @@ RenderSettings settings_of(const RenderSettings& all, int frame) {
   one.told["frame"] = std::to_string(frame);
   if (all.seed_of_frame) one.render.seed = static_cast<std::uint64_t>(frame);
   one.output = of_frame(all.output, frame);
-  for (std::optional<std::filesystem::path>* file : {&one.telemetry, &one.heatmap, &one.checkpoint, &one.part}) {
+  for (std::optional<std::filesystem::path>* file :
+       {&one.telemetry, &one.heatmap, &one.deep, &one.checkpoint, &one.part}) {
     if (*file) *file = of_frame(**file, frame);
   }
   return one;

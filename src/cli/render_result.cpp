@@ -4,10 +4,12 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "cli/console.h"
 #include "cli/telemetry_lines.h"
 #include "denoise/denoised_layer.h"
+#include "image/deep_picture.h"
 
 namespace tress::cli {
 namespace {
@@ -75,6 +77,17 @@ std::optional<std::filesystem::path> write_pictures(const RenderSettings& settin
   if (result.heatmap) {
     files->write(*settings.heatmap,
                  [&](const std::filesystem::path& file) { return image::write_exr(file, *result.heatmap); });
+  }
+  if (result.deep) {
+    kept.channels.clear();
+    image::keep_layers({}, &kept);  // without mattes, of which the header would tell
+    // OpenEXR has a number of that name in deep files.
+    if (auto version = kept.metadata.extract("version")) {
+      version.key() = "tress_version";
+      kept.metadata.insert(std::move(version));
+    }
+    files->write(*settings.deep,
+                 [&](const std::filesystem::path& file) { return image::write_deep_exr(file, *result.deep, kept); });
   }
   return written;
 }

@@ -53,6 +53,7 @@ struct RenderSettings {
   std::optional<std::filesystem::path> telemetry;
   bool telemetry_rows = false;
   std::optional<std::filesystem::path> heatmap;     ///< ends in .exr
+  std::optional<std::filesystem::path> deep;        ///< ends in .exr
   std::map<std::string, std::string> told;          ///< options that change the picture, by name, as they were given
   std::vector<int> frames;                          ///< empty: one picture; else names of files may have ####
   bool overwrite = false;                           ///< whether finished frames are rendered again

@@ -222,6 +222,12 @@ TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--telemetry", "a.exr"}, "different files");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "a.exr"}, "different files");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--heatmap", "heat.png"}, ".exr");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--deep", "a.exr"}, "different files");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--deep", "deep.png"}, ".exr");
+  expect_wrong({"render", "a.json", "-o", "a.exr", "--deep", "b.exr", "--part", "a.part"},
+               "--deep: expected no --part");
+  expect_wrong({"render", "a.json", "-o", "a.####.exr", "--frames", "1-2", "--deep", "b.exr"},
+               "--deep: expected a name");
   expect_wrong({"render", "a.json", "-o", "a.png"}, ".exr");
   expect_wrong({"denoise", "a.exr", "-o", "a.png"}, ".exr");
   expect_wrong({"render", "a.json"}, "--output is required");
