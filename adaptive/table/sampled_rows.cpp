@@ -63,9 +63,7 @@ std::uint32_t Service::Table::most_paths() const {
 
 double Service::Table::asked_of_coarse(const Slice& slice, std::uint32_t node) const {
   auto asked = static_cast<double>(slice.asked(node));
-  for (const std::unique_ptr<Slice>& other : rows_.slices()) {
-    if (other->coarse_rows == &slice) asked += static_cast<double>(other->asked(node));
-  }
+  for (const Slice* other : slice.answers_for) asked += static_cast<double>(other->asked(node));
   return asked;
 }
 

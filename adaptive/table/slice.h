@@ -162,8 +162,9 @@ struct Slice {
   SliceDescription description;
   std::uint32_t parts;  ///< of each node of samples
   Levels levels;
-  Slice* coarse_rows = nullptr;   ///< the slice whose coarse rows answer for this one; null: it has its own
-  std::unique_ptr<Slot[]> slots;  ///< null without an index, as are the next three
+  Slice* coarse_rows = nullptr;           ///< the slice whose coarse rows answer for this one; null: it has its own
+  std::vector<const Slice*> answers_for;  ///< the slices whose coarse_rows is this one; they have an index
+  std::unique_ptr<Slot[]> slots;          ///< null without an index, as are the next three
   /// Light carried by each node over all passes, as fixed_light(). It is apart from the slots because converged rows
   /// still add to it.
   std::unique_ptr<std::atomic<std::uint64_t>[]> light;

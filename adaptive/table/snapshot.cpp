@@ -103,7 +103,11 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
   if (description.coarse_rows_of) {
     Slice& other = rows_.slice(*rows_.find(*description.coarse_rows_of));
     Slice* const owner = other.coarse_rows != nullptr ? other.coarse_rows : &other;
-    if (owner->has_index()) rows_.slice(id).coarse_rows = owner;
+    Slice& added = rows_.slice(id);
+    if (owner->has_index() && added.has_index()) {
+      added.coarse_rows = owner;
+      owner->answers_for.push_back(&added);
+    }
   }
   if (const auto cached = unused_.find(description.key); cached != unused_.end()) {
     // A slice on other axes cannot be used, nor saved beside this one.

@@ -498,6 +498,29 @@ TEST(SampledRows, OfASimilarSliceAreTheSameFromAState) {
   }
 }
 
+TEST(SampledRows, OfASimilarSliceWithoutAnIndexAreNotAsked) {
+  const MovingLobes target;
+  Options options;
+  options.memory_bytes = 0;
+  int without_index = 0;
+  options.log = [&](const std::string& sentence) {
+    without_index += sentence.find("no room for its index") != std::string::npos ? 1 : 0;
+  };
+  Service service(options, target);
+  ASSERT_TRUE(service.add_slice(graded_slice()));
+  SliceDescription similar = similar_slice();
+  SliceId last = 0;
+  for (int i = 1; without_index == 0; ++i) {
+    similar.key.parameters[1] = static_cast<float>(i);
+    last = *service.add_slice(similar);
+    ASSERT_LT(last, 100000u);
+  }
+  service.look_up(0, 2, 4);
+  service.look_up(last, 2, 4);
+  service.publish();
+  EXPECT_EQ(service.look_up(last, 2, 4).ribbons, nullptr);
+}
+
 TEST(SampledRows, OfASimilarSliceNeedOneThatWasAddedOnTheSameGrids) {
   const MovingLobes target;
   Service service(Options{}, target);
