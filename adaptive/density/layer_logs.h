@@ -16,7 +16,8 @@ struct CodeLimits {
   static constexpr float least_decay = 1e-37f;
 };
 
-/// Of the knots of a layer, by knot. Logarithms have an error below 2.5e-6, attributes one below 5e-7 of their value.
+/// Each array has a value for each knot of a layer. Logarithms have an error below 2.5e-6, attributes one below 5e-7 of
+/// their value.
 struct LayerLogs {
   template <std::size_t count>
   struct Of {
