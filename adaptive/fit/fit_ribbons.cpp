@@ -278,7 +278,7 @@ class Fitter {
       const double own = exits_.part[p].count, more = starts_from_parent(p) ? double{rule_.kappa} : 0;
       for (std::size_t j = 0; j < wanted.size(); ++j) {
         const double parents = more > 0 ? more * parents_directions_[j][lane] : 0;
-        wanted[j][lane] = own > 0 ? (own * exits_.part[p].harmonics[j] + parents) / (own + more) : 0;
+        wanted[j][lane] = own > 0 ? (own * exits_.part[p].directions[j] + parents) / (own + more) : 0;
       }
     }
     return wanted;

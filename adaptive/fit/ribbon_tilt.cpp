@@ -6,6 +6,7 @@
 #include <complex>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "base/pi.h"
@@ -31,30 +32,32 @@ void AddTilted(const TiltedKnots& knots, const RowHarmonics& harmonics, const Me
   const Doubles d;
   for (std::size_t g = 0; g < fit_lanes; g += hn::Lanes(d)) {
     const auto load = [&](const std::array<double, fit_lanes>& from) HWY_ATTR { return hn::LoadU(d, from.data() + g); };
-    D mass = hn::Zero(d), of_hat[4], by_knot[4], slopes[4][4];
-    for (std::size_t j = 0; j < 4; ++j) {
+    D mass = hn::Zero(d), of_hat[tilt_harmonics], by_knot[tilt_harmonics], slopes[tilt_harmonics][tilt_harmonics];
+    for (std::size_t j = 0; j < tilt_harmonics; ++j) {
       of_hat[j] = by_knot[j] = hn::Zero(d);
       for (D& slope : slopes[j]) slope = hn::Zero(d);
     }
     for (std::size_t k = 0; k < knots.size(); ++k) {
       const KnotHarmonics& harmonic = harmonics.knots[k];
       D exponent = hn::Zero(d);
-      for (std::size_t j = 0; j < 4; ++j) exponent = hn::MulAdd(load(lambda[j]), load(harmonic.at[j]), exponent);
+      for (std::size_t j = 0; j < tilt_harmonics; ++j)
+        exponent = hn::MulAdd(load(lambda[j]), load(harmonic.at[j]), exponent);
       const D density = hn::Mul(load(knots[k].density), tress::HWY_NAMESPACE::Exp(exponent));
       const D light = hn::Mul(density, load(knots[k].hat));
       mass = hn::Add(mass, light);
-      for (std::size_t j = 0; j < 4; ++j) {
+      for (std::size_t j = 0; j < tilt_harmonics; ++j) {
         const D moved = hn::Mul(density, load(harmonic.of_hat[j]));
         of_hat[j] = hn::Add(of_hat[j], moved);
         by_knot[j] = hn::MulAdd(light, load(harmonic.at[j]), by_knot[j]);
-        for (std::size_t i = 0; i < 4; ++i) slopes[j][i] = hn::MulAdd(moved, load(harmonic.at[i]), slopes[j][i]);
+        for (std::size_t i = 0; i < tilt_harmonics; ++i)
+          slopes[j][i] = hn::MulAdd(moved, load(harmonic.at[i]), slopes[j][i]);
       }
     }
     hn::StoreU(mass, d, sums.mass.data() + g);
-    for (std::size_t j = 0; j < 4; ++j) {
+    for (std::size_t j = 0; j < tilt_harmonics; ++j) {
       hn::StoreU(of_hat[j], d, sums.of_hat[j].data() + g);
       hn::StoreU(by_knot[j], d, sums.by_knot[j].data() + g);
-      for (std::size_t i = 0; i < 4; ++i) hn::StoreU(slopes[j][i], d, sums.slopes[j][i].data() + g);
+      for (std::size_t i = 0; i < tilt_harmonics; ++i) hn::StoreU(slopes[j][i], d, sums.slopes[j][i].data() + g);
     }
   }
 }
@@ -74,15 +77,15 @@ constexpr int most_tilt_steps = 6;
 constexpr double largest_tilt_step = 0.5, largest_tilt = 2;  // change of the logarithm of a density
 constexpr double near_enough = 1e-6;                         // the standard error of a mean of 1e12 exits
 
-using Four = std::array<double, 4>;
-using Matrix = std::array<Four, 4>;
+using Vector = std::array<double, tilt_harmonics>;
+using Matrix = std::array<Vector, tilt_harmonics>;
 
 /// The integrals of (1 - s/width) e^(i order s) over s from 0 to `width`, by order and by width in bins.
 struct HalfHats {
-  std::array<std::array<std::complex<double>, RowExits::bins + 1>, 2> of;
+  std::array<std::array<std::complex<double>, RowExits::bins + 1>, RowExits::orders> of;
   std::array<std::complex<double>, RowExits::bins> directions;
   HalfHats() {
-    for (std::size_t order = 1; order <= 2; ++order) {
+    for (std::size_t order = 1; order <= RowExits::orders; ++order) {
       of[order - 1][0] = 0;
       for (std::size_t bins = 1; bins <= RowExits::bins; ++bins) {
         const double n = static_cast<double>(order);
@@ -105,30 +108,31 @@ void place(const LayerLanes<count>& layer, const HalfHats& hats, KnotHarmonics* 
       return k + 1 < count ? bin[k + 1] - bin[k] : bin[0] + RowExits::bins - bin[k];
     };
     for (std::size_t k = 0; k < count; ++k) {
-      const std::complex<double> direction = hats.directions[bin[k]], twice = direction * direction;
-      const auto hat = [&](std::size_t order, const std::complex<double>& at) {
-        return at * (hats.of[order][bins_after(k)] + std::conj(hats.of[order][bins_after(layer.before(k))]));
-      };
-      const std::complex<double> first = hat(0, direction), second = hat(1, twice);
-      for (const std::size_t lane : {p, p + RowExits::most_parts}) {
-        out[k].at[0][lane] = direction.real(), out[k].at[1][lane] = direction.imag();
-        out[k].at[2][lane] = twice.real(), out[k].at[3][lane] = twice.imag();
-        out[k].of_hat[0][lane] = first.real(), out[k].of_hat[1][lane] = first.imag();
-        out[k].of_hat[2][lane] = second.real(), out[k].of_hat[3][lane] = second.imag();
+      const std::complex<double> direction = hats.directions[bin[k]];
+      std::complex<double> at = 1;
+      for (std::size_t order = 0; order < RowExits::orders; ++order) {
+        at *= direction;
+        const std::complex<double> hat =
+            at * (hats.of[order][bins_after(k)] + std::conj(hats.of[order][bins_after(layer.before(k))]));
+        for (const std::size_t lane : {p, p + RowExits::most_parts}) {
+          out[k].at[2 * order][lane] = at.real(), out[k].at[2 * order + 1][lane] = at.imag();
+          out[k].of_hat[2 * order][lane] = hat.real(), out[k].of_hat[2 * order + 1][lane] = hat.imag();
+        }
       }
     }
   }
 }
 
 /// Gaussian elimination with full pivoting; an unknown that depends on others alone is 0.
-Four solve(Matrix a, Four b) {
-  std::array<std::size_t, 4> column{0, 1, 2, 3};
+Vector solve(Matrix a, Vector b) {
+  std::array<std::size_t, tilt_harmonics> column;
+  std::iota(column.begin(), column.end(), std::size_t{0});
   double first = 0;
   std::size_t rank = 0;
-  for (; rank < 4; ++rank) {
+  for (; rank < tilt_harmonics; ++rank) {
     std::size_t row = rank, col = rank;
-    for (std::size_t i = rank; i < 4; ++i) {
-      for (std::size_t j = rank; j < 4; ++j) {
+    for (std::size_t i = rank; i < tilt_harmonics; ++i) {
+      for (std::size_t j = rank; j < tilt_harmonics; ++j) {
         if (std::abs(a[i][j]) > std::abs(a[row][col])) row = i, col = j;
       }
     }
@@ -137,15 +141,15 @@ Four solve(Matrix a, Four b) {
     if (!(pivot > 4 * std::numeric_limits<double>::epsilon() * first)) break;
     std::swap(a[rank], a[row]);
     std::swap(b[rank], b[row]);
-    for (Four& of : a) std::swap(of[rank], of[col]);
+    for (Vector& of : a) std::swap(of[rank], of[col]);
     std::swap(column[rank], column[col]);
-    for (std::size_t i = rank + 1; i < 4; ++i) {
+    for (std::size_t i = rank + 1; i < tilt_harmonics; ++i) {
       const double factor = a[i][rank] / a[rank][rank];
-      for (std::size_t j = rank + 1; j < 4; ++j) a[i][j] -= factor * a[rank][j];
+      for (std::size_t j = rank + 1; j < tilt_harmonics; ++j) a[i][j] -= factor * a[rank][j];
       b[i] -= factor * b[rank];
     }
   }
-  Four x{};
+  Vector x{};
   for (std::size_t i = rank; i-- > 0;) {
     double sum = b[i];
     for (std::size_t j = i + 1; j < rank; ++j) sum -= a[i][j] * x[column[j]];
@@ -154,18 +158,18 @@ Four solve(Matrix a, Four b) {
   return x;
 }
 
-double norm(const Four& x) { return std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]); }
+double norm(const Vector& x) { return std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0)); }
 
 /// Newton's method for one problem.
 struct Tilt {
-  Four lambda{}, best{};
+  Vector lambda{}, best{};
   double least_off = std::numeric_limits<double>::infinity();
   bool ends = false;
 
   void step(const TiltSums& sums, std::size_t lane, const MeanDirections& directions) {
     const double mass = sums.mass[lane];
-    Four off;
-    for (std::size_t j = 0; j < 4; ++j) off[j] = directions[j][lane] - sums.of_hat[j][lane] / mass;
+    Vector off;
+    for (std::size_t j = 0; j < tilt_harmonics; ++j) off[j] = directions[j][lane] - sums.of_hat[j][lane] / mass;
     const double is_off = norm(off);
     ends = !std::isfinite(is_off);
     if (ends) return;
@@ -176,16 +180,16 @@ struct Tilt {
     ends = is_off < near_enough;
     if (ends) return;
     Matrix jacobian;
-    for (std::size_t j = 0; j < 4; ++j) {
-      for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 0; j < tilt_harmonics; ++j) {
+      for (std::size_t i = 0; i < tilt_harmonics; ++i) {
         jacobian[j][i] = sums.slopes[j][i][lane] / mass - sums.of_hat[j][lane] * sums.by_knot[i][lane] / (mass * mass);
       }
     }
-    const Four by = solve(jacobian, off);
+    const Vector by = solve(jacobian, off);
     const double length = norm(by), shortened = std::min(1.0, largest_tilt_step / std::max(length, 1e-12));
     ends = !std::isfinite(length);
     if (ends) return;
-    for (std::size_t j = 0; j < 4; ++j) lambda[j] += shortened * by[j];
+    for (std::size_t j = 0; j < tilt_harmonics; ++j) lambda[j] += shortened * by[j];
     ends = norm(lambda) > largest_tilt;
   }
 };
@@ -213,7 +217,7 @@ MeanDirections mean_directions(const RibbonLanes& lanes, const RowHarmonics& har
   TiltSums sums;
   HWY_DYNAMIC_DISPATCH(AddTilted)(knots_of(lanes), harmonics, MeanDirections{}, sums);
   MeanDirections directions;
-  for (std::size_t j = 0; j < 4; ++j) {
+  for (std::size_t j = 0; j < tilt_harmonics; ++j) {
     for (std::size_t lane = 0; lane < fit_lanes; ++lane) directions[j][lane] = sums.of_hat[j][lane] / sums.mass[lane];
   }
   return directions;
@@ -225,7 +229,7 @@ void match_directions(RibbonLanes& lanes, const RowHarmonics& harmonics, const M
   for (std::size_t lane = 0; lane < fit_lanes; ++lane) tilts[lane].ends = !lanes.active[lane];
   for (int step = 0; step < most_tilt_steps; ++step) {
     MeanDirections lambda;
-    for (std::size_t j = 0; j < 4; ++j) {
+    for (std::size_t j = 0; j < tilt_harmonics; ++j) {
       for (std::size_t lane = 0; lane < fit_lanes; ++lane) lambda[j][lane] = tilts[lane].lambda[j];
     }
     TiltSums sums;
@@ -240,7 +244,7 @@ void match_directions(RibbonLanes& lanes, const RowHarmonics& harmonics, const M
   const auto tilt = [&](KnotLanes& knot, const KnotHarmonics& harmonic) {
     for (std::size_t lane = 0; lane < fit_lanes; ++lane) {
       double exponent = 0;
-      for (std::size_t j = 0; j < 4; ++j) exponent += tilts[lane].best[j] * harmonic.at[j][lane];
+      for (std::size_t j = 0; j < tilt_harmonics; ++j) exponent += tilts[lane].best[j] * harmonic.at[j][lane];
       knot.density[lane] *= std::exp(static_cast<float>(exponent));
     }
   };

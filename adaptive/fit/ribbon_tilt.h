@@ -5,10 +5,12 @@
 
 namespace tress::adaptive {
 
-/// The contribution of a knot of a part to the mean of cos x, sin x, cos 2x, sin 2x, and these values at the knot
-/// itself.
+constexpr std::size_t tilt_harmonics = RowExits::harmonics;
+
+/// The contribution of a knot of a part to the means of cos x, sin x, cos 2x, sin 2x and so on (RowExits::orders), and
+/// these values at the knot itself.
 struct KnotHarmonics {
-  std::array<std::array<double, fit_lanes>, 4> at, of_hat;
+  std::array<std::array<double, fit_lanes>, tilt_harmonics> at, of_hat;
 };
 struct RowHarmonics {
   std::array<KnotHarmonics, Ribbon::main_knots + Ribbon::broad_knots> knots;  ///< of the main layer, then the broad
@@ -16,7 +18,7 @@ struct RowHarmonics {
 void place_harmonics(const RibbonLanes& lanes, RowHarmonics& out);
 
 /// Mean directions, by problem.
-using MeanDirections = std::array<std::array<double, fit_lanes>, 4>;
+using MeanDirections = std::array<std::array<double, fit_lanes>, tilt_harmonics>;
 MeanDirections mean_directions(const RibbonLanes& lanes, const RowHarmonics& harmonics);
 
 /// Tilts the densities by e^(sum_j lambda_j harmonic_j), so that the mean directions are these. Without it, the prior
@@ -33,8 +35,8 @@ using TiltedKnots = std::array<TiltedKnot, Ribbon::main_knots + Ribbon::broad_kn
 /// The mass of the tilted knots, the integrals of the harmonics, and the slopes of both by the tilt.
 struct TiltSums {
   std::array<double, fit_lanes> mass;
-  std::array<std::array<double, fit_lanes>, 4> of_hat, by_knot;
-  std::array<std::array<std::array<double, fit_lanes>, 4>, 4> slopes;
+  std::array<std::array<double, fit_lanes>, tilt_harmonics> of_hat, by_knot;
+  std::array<std::array<std::array<double, fit_lanes>, tilt_harmonics>, tilt_harmonics> slopes;
 };
 
 }  // namespace tress::adaptive

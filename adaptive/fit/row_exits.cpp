@@ -30,7 +30,7 @@ struct BinDirections {
 
 void add_harmonics(const RowExits& exits, RowExits::Part& part) {
   static const BinDirections directions;
-  std::array<double, 4> sums{};
+  std::array<double, RowExits::harmonics> sums{};
   for (std::uint32_t bin = 0; bin < RowExits::bins; ++bin) {
     const auto [c, s] = directions.at[bin];
     const double from = RowExits::azimuth(bin);
@@ -38,13 +38,17 @@ void add_harmonics(const RowExits& exits, RowExits::Part& part) {
       // A bin is 0.006 wide: terms beyond the square are below 4e-8.
       const double w = static_cast<double>(exits.w[i]), d = static_cast<double>(exits.x[i]) - from;
       const double near = 1 - 0.5 * d * d, cosine = c * near - s * d, sine = s * near + c * d;
-      sums[0] += w * cosine;
-      sums[1] += w * sine;
-      sums[2] += w * (cosine * cosine - sine * sine);
-      sums[3] += w * 2 * cosine * sine;
+      double real = cosine, imaginary = sine;
+      for (std::size_t j = 0; j < sums.size(); j += 2) {
+        sums[j] += w * real;
+        sums[j + 1] += w * imaginary;
+        const double next = real * cosine - imaginary * sine;
+        imaginary = imaginary * cosine + real * sine;
+        real = next;
+      }
     }
   }
-  for (std::size_t j = 0; j < sums.size(); ++j) part.harmonics[j] = sums[j] / part.count;
+  for (std::size_t j = 0; j < sums.size(); ++j) part.directions[j] = sums[j] / part.count;
 }
 
 /// Adds up a part and scales its weights.

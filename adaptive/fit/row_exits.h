@@ -16,6 +16,8 @@ namespace tress::adaptive {
 struct RowExits {
   static constexpr std::uint32_t bins = 1024;
   static constexpr std::size_t most_parts = SampledTarget::most_parts, rates = Ribbon::decay_rates.size();
+  /// Orders of azimuth whose means a fit keeps, and their cosines and sines.
+  static constexpr std::size_t orders = 4, harmonics = 2 * orders;
   /// Columns can be read and written this many floats past their end, and are finite there.
   static constexpr std::size_t padding = 16;
 
@@ -23,7 +25,7 @@ struct RowExits {
     double light = 0;                             ///< sum of the weights as drawn
     std::array<double, rates> left{};             ///< the same after absorption, at Ribbon::decay_rates
     double count = 0;                             ///< effective number of exits; 0 if there is no light
-    std::array<double, 4> harmonics{};            ///< means of cos x, sin x, cos 2x, sin 2x
+    std::array<double, harmonics> directions{};   ///< means of cos x, sin x, cos 2x, sin 2x and so on
     std::array<std::uint32_t, bins + 1> begin{};  ///< first exit of each bin, then the end
   };
 

@@ -105,14 +105,16 @@ TEST(FitRibbons, KeepsTheMeanDirectionsOfTheExits) {
   const RowExits exits = sort_exits(exits_of(truths(), 600, 3), 4);
   const FittedRibbons fitted = fit_ribbons(exits, {}, {});
   for (std::size_t p = 0; p < 4; ++p) {
-    std::array<double, 4> sums{};
+    std::array<double, RowExits::harmonics> sums{};
     constexpr int steps = 1 << 14;
     for (int i = 0; i < steps; ++i) {
       const double x = fitted.ribbon[p].sample((static_cast<float>(i) + 0.5f) / steps, 0.5f).azimuth;
-      const std::array<double, 4> at{std::cos(x), std::sin(x), std::cos(2 * x), std::sin(2 * x)};
-      for (std::size_t j = 0; j < 4; ++j) sums[j] += at[j] / steps;
+      for (std::size_t j = 0; j < sums.size(); ++j) {
+        const double angle = x * static_cast<double>(j / 2 + 1);
+        sums[j] += (j % 2 == 0 ? std::cos(angle) : std::sin(angle)) / steps;
+      }
     }
-    for (std::size_t j = 0; j < 4; ++j) EXPECT_NEAR(sums[j], exits.part[p].harmonics[j], 5e-4) << p;
+    for (std::size_t j = 0; j < sums.size(); ++j) EXPECT_NEAR(sums[j], exits.part[p].directions[j], 5e-4) << p << j;
   }
 }
 
