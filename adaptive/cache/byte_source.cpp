@@ -4,7 +4,7 @@
 
 #include <cerrno>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 bool FileBytes::read(std::size_t offset, char* to, std::size_t size) const {
   while (size > 0) {
@@ -34,4 +34,4 @@ bool ByteReader::fill(std::size_t size) {
   return true;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

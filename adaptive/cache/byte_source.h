@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 class ByteSource {
  public:
@@ -97,4 +97,4 @@ class ByteReader {
   bool short_ = false, unreadable_ = false;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

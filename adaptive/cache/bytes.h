@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Appends integers and floats to a string, lowest byte first.
 class ByteWriter {
@@ -31,4 +31,4 @@ class ByteWriter {
   std::string bytes_;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

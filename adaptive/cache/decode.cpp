@@ -16,7 +16,7 @@
 #include "cache/reader.h"
 #include "observations/sketch.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using format::Section;
@@ -491,4 +491,4 @@ Result<TableSnapshot> decode_cache(const std::string& bytes, const std::string& 
   return collect(reader);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "base/content_hash.h"
 #include "cache/format.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace format {
 
 void write_description(ByteWriter& out, const SliceDescription& slice, std::uint32_t version) {
@@ -242,4 +242,4 @@ std::string cache_hash(const TableSnapshot& image) {
   return cache_hash(rows);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

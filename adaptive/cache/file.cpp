@@ -21,7 +21,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/base/replace_file.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 namespace fs = std::filesystem;
@@ -148,4 +148,4 @@ Result<CacheUpdate> merge_into_cache(const fs::path& file, const TableSnapshot& 
   return merge_into_cache(file, rows);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -11,7 +11,7 @@
 #include "tress/adaptive/cache_folder.h"
 #include "tress/base/replace_file.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 namespace fs = std::filesystem;
@@ -170,4 +170,4 @@ Result<CacheFolder::Pruned> CacheFolder::prune(std::uint64_t most_bytes) const {
   return pruned;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/version.h"
 
-namespace tress::adaptive::format {
+namespace tress::inline v0_2::adaptive::format {
 
 constexpr std::string_view magic{"\x89TRESS\r\n", 8};  // as in PNG: text-mode transfers break it
 /// A file has the lowest version that can hold it: 1, or 3 with slices of samples. Files of version 2 have rows of
@@ -62,4 +62,4 @@ void write_description(ByteWriter& out, const SliceDescription& slice, std::uint
 /// The description as bytes, which compare as descriptions do.
 std::string described(const SliceDescription& slice);
 
-}  // namespace tress::adaptive::format
+}  // namespace tress::inline v0_2::adaptive::format

@@ -4,7 +4,7 @@
 
 #include "cache/format.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 std::string encoded(const CachedRow& row) {
@@ -128,4 +128,4 @@ TableSnapshot merge_caches(const TableSnapshot& a, const TableSnapshot& b) {
   return collect(both);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 void GrowingBytes::append(std::string_view bytes) {
   while (!bytes.empty()) {
@@ -76,4 +76,4 @@ const SliceDescription* PackedSliceRows::next_slice() {
   return &slice_.description_;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

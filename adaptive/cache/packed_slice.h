@@ -14,7 +14,7 @@
 #include "cache/reader.h"
 #include "tress/adaptive/cache.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Bytes that grow without being copied, in pieces of 8 KB.
 class GrowingBytes final : public ByteSource {
@@ -78,4 +78,4 @@ class PackedSliceRows final : public RowSource {
   std::optional<CacheReader> reader_;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

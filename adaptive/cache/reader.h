@@ -14,7 +14,7 @@
 #include "cache/format.h"
 #include "tress/adaptive/cache.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Stops at the first fault: error() reports it, and no more slices or rows follow until rewind().
 class CacheReader final : public RowSource {
@@ -96,4 +96,4 @@ class CacheReader final : public RowSource {
   std::uint32_t needed_version_ = format::version_of_mixtures;  ///< the lowest version that can hold what was read
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -15,7 +15,7 @@
 #include "density/law_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace HWY_NAMESPACE {
 
 using I = hn::Vec<Integers>;
@@ -103,11 +103,11 @@ void FindCells(const CellTables& tables, std::int32_t us, std::int32_t vs, std::
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 HWY_EXPORT(FindCells);
 
@@ -168,5 +168,5 @@ void find_cells(const CellTables& tables, std::int32_t us, std::int32_t vs, std:
   HWY_DYNAMIC_DISPATCH(FindCells)(tables, us, vs, n, x, t, part, cell);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 #endif

@@ -7,7 +7,7 @@
 
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The ribbons of a row as the search for cells reads them.
 struct CellTables {
@@ -32,4 +32,4 @@ struct CellTables {
 void find_cells(const CellTables& tables, std::int32_t us, std::int32_t vs, std::size_t n, const float* x,
                 const float* t, const std::int32_t* part, std::int32_t* cell);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -5,7 +5,7 @@
 
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// Degrees of freedom that a cell's variance borrows from the other cells of its part, beside the three of its own
@@ -109,4 +109,4 @@ SampledTest HeldOutCells::result() const {
   return {sum, std::sqrt(std::max(of_misfit, 0.0) + of_noise)};
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

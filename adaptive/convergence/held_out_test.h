@@ -11,7 +11,7 @@
 #include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/sampled_target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// An unbiased estimate of the integral of (S - f)^2/f over all parts, at the resolution of the test's cells, and its
 /// standard deviation. It uses draws that f was not fitted to, and includes the masses of the parts.
@@ -63,4 +63,4 @@ class HeldOutTest {
   std::array<std::vector<double>, sets> observed_;  ///< sums of weights, by part and cell
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 double standard_error(const Moments& m) { return std::sqrt(m.variance() / static_cast<double>(m.count)); }
 
@@ -32,4 +32,4 @@ bool StopTest::run(const Options& options, const std::function<double()>& known)
   return true;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

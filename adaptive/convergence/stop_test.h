@@ -7,7 +7,7 @@
 #include "observations/fixed_moments.h"
 #include "tress/adaptive/options.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The standard error of the mean of m.
 double standard_error(const Moments& m);
@@ -63,4 +63,4 @@ class StopTest {
   Progress now_;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

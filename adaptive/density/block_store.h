@@ -7,7 +7,7 @@
 #include <mutex>
 #include <vector>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Gives out blocks of whole lines, from chunks of `chunk_lines`. Owns every block until it is destroyed. Thread-safe.
 template <std::size_t line_bytes, std::size_t chunk_lines>
@@ -53,4 +53,4 @@ class BlockStore {
   std::map<std::size_t, std::vector<void*>> free_;  ///< returned blocks by their number of lines
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -9,7 +9,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -52,11 +52,11 @@ float BlurredSum(const float* azimuth, const float* weight, std::size_t count, f
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 HWY_EXPORT(BlurredSum);
 
@@ -64,5 +64,5 @@ float blurred_sum(const float* azimuth, const float* weight, std::size_t count, 
   return HWY_DYNAMIC_DISPATCH(BlurredSum)(azimuth, weight, count, x, precision);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 #endif

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Rays are summed in groups of up to 16, so both arrays must be readable this many elements past `count`.
 constexpr std::size_t blurred_sum_padding = 15;
@@ -13,4 +13,4 @@ constexpr std::size_t blurred_sum_padding = 15;
 /// weights of one sign. Any thread; the same bits on one machine.
 float blurred_sum(const float* azimuth, const float* weight, std::size_t count, float x, float precision);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -4,7 +4,7 @@
 
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double largest_scale = 1e12;
@@ -38,4 +38,4 @@ GammaDecay GammaDecay::from(const std::array<float, 2>& decays) {
 
 float GammaDecay::at(float rate) const { return std::exp(-shape * std::log1p(scale * rate)); }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

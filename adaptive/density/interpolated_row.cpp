@@ -7,7 +7,7 @@
 #include "density/layer_mix.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::size_t main_knots = Ribbon::main_knots, broad_knots = Ribbon::broad_knots;
@@ -109,4 +109,4 @@ RibbonRow interpolate_rows(std::span<const WeightedRow> rows) {
   return RibbonRow(std::span(parts).first(count));
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

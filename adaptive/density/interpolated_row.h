@@ -5,7 +5,7 @@
 
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 struct WeightedRow {
   const DecodedRow* row;
@@ -18,4 +18,4 @@ struct WeightedRow {
 /// returned to the bit. Pure. Takes one to four rows of equally many parts.
 RibbonRow interpolate_rows(std::span<const WeightedRow> rows);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

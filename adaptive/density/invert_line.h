@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Returns the point of [0, 1] with the share r of the mass below it, under a straight line from density a to density
 /// b. This form of the inverse CDF loses no bits where a and b are close. a, b >= 0; r in [0, 1].
@@ -15,4 +15,4 @@ inline float invert_line(float a, float b, float r) {
   return below > 0 ? std::min(r * (a + b) / below, 1.0f) : r;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

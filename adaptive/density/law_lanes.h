@@ -13,7 +13,7 @@
 #include "base/float_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -27,7 +27,7 @@ HWY_INLINE F ExpOf(F x) { return tress::HWY_NAMESPACE::ExpOf(Floats(), x); }
 HWY_INLINE F LogOf(F x) { return tress::HWY_NAMESPACE::LogOf(Floats(), x); }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -12,7 +12,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace HWY_NAMESPACE {
 
 template <std::size_t count>
@@ -50,11 +50,11 @@ void BroadLogs(std::span<const RibbonKnot, Ribbon::broad_knots> knots, float lar
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 HWY_EXPORT(MainLogs);
 HWY_EXPORT(BroadLogs);
@@ -71,5 +71,5 @@ LayerLogs::Of<Ribbon::broad_knots> LayerLogs::of(std::span<const RibbonKnot, Rib
   return logs;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 #endif

@@ -7,7 +7,7 @@
 
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Where the codes of a knot's values begin.
 struct CodeLimits {
@@ -33,4 +33,4 @@ struct LayerLogs {
   static Of<Ribbon::broad_knots> of(std::span<const RibbonKnot, Ribbon::broad_knots> knots, float largest);
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -13,7 +13,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace HWY_NAMESPACE {
 
 template <std::size_t count>
@@ -57,11 +57,11 @@ void MixBroad(std::span<const LayerPart<Ribbon::broad_knots>> layers, std::span<
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 HWY_EXPORT(MixMain);
 HWY_EXPORT(MixBroad);
@@ -74,5 +74,5 @@ void mix_layers(std::span<const LayerPart<Ribbon::broad_knots>> layers,
   HWY_DYNAMIC_DISPATCH(MixBroad)(layers, mean);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 #endif

@@ -6,7 +6,7 @@
 
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// A layer and its share of the mean.
 template <std::size_t count>
@@ -22,4 +22,4 @@ void mix_layers(std::span<const LayerPart<Ribbon::main_knots>> layers, std::span
 void mix_layers(std::span<const LayerPart<Ribbon::broad_knots>> layers,
                 std::span<RibbonKnot, Ribbon::broad_knots> mean);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

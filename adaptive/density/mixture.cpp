@@ -9,7 +9,7 @@
 #include "base/exp_of_negative.h"
 #include "base/pi.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 // T(s) = tanh(pi/(2s)); 1 in float below s = 0.17, where 2 exp(-pi/s) < 2^-25.
@@ -157,4 +157,4 @@ PackedMixture::operator Mixture() const {
   return fit;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

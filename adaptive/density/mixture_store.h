@@ -4,7 +4,7 @@
 #include "density/block_store.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Owns all mixtures that were put into it, for its whole life.
 class MixtureStore {
@@ -21,4 +21,4 @@ class MixtureStore {
   BlockStore<alignof(PackedMixture), 2048> blocks_;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -9,7 +9,7 @@
 #include "density/invert_line.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr float below_one = 0.99999994f;
@@ -210,4 +210,4 @@ Ribbon::Place Ribbon::sample(float u_azimuth, float u_height) const {
       x, sample_height(from_main ? main_law_ : HeightLaw::logistic, u_height, at.mode, at.scale_below, at.scale_above)};
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "density/layer_logs.h"
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::size_t header_bytes = 8, main_bytes = 9, broad_bytes = 6;
@@ -392,4 +392,4 @@ bool RibbonRow::unpack(std::span<const std::byte> bytes, std::span<const float> 
   return true;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -13,7 +13,7 @@
 #include "density/blurred_sum.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr float reach = 5.5f;       // in sigma: less than 4e-8 of the mass lies beyond
@@ -109,4 +109,4 @@ float wrapped_gaussian(float x, float sigma) {
   return static_cast<float>(sum / (s * std::sqrt(2 * pi)));
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

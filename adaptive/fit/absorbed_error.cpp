@@ -11,7 +11,7 @@
 #include "fit/known_error.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::size_t most_rates = 4;
@@ -85,4 +85,4 @@ std::optional<double> absorbed_error(const Mixture& fit, const TracedNodes& node
   return known_error(colored, target, target.grid()).seen * target.variation() / own_variation(target);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

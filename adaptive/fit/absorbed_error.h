@@ -11,7 +11,7 @@
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/traced_nodes.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The rates at which the error is evaluated: all of them if there are at most four, otherwise those at 0, 1/3, 2/3 and
 /// 1 of their ranks. rates: ascending, distinct.
@@ -27,4 +27,4 @@ bool stands_for_others(const SliceKey& slice, std::uint32_t node);
 /// as varying by that much. Empty if absorption leaves less than 1e-30 of every ray. Any thread; finite, >= 0.
 std::optional<double> absorbed_error(const Mixture& fit, const TracedNodes& nodes, float rate);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -11,7 +11,7 @@
 #include "density/law_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace HWY_NAMESPACE {
 
 HWY_INLINE F Line(const Lanes& from, const Lanes& to, std::size_t lane, F s) {
@@ -283,11 +283,11 @@ void WriteDecays(const float* attributes, std::size_t n, float* first, float* se
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 HWY_EXPORT(AddExits);
 HWY_EXPORT(AddHeights);
@@ -311,5 +311,5 @@ void write_decays(const float* attributes, std::size_t n, float* first, float* s
   HWY_DYNAMIC_DISPATCH(WriteDecays)(attributes, n, first, second);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 #endif

@@ -7,7 +7,7 @@
 #include "fit/ribbon_lanes.h"
 #include "fit/row_exits.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Writes exp(-rate attribute) at both Ribbon::decay_rates; attributes >= 0. The output may be the input. Reads and
 /// writes up to RowExits::padding elements past the end.
@@ -40,4 +40,4 @@ void add_decays(const RowExits& exits, const RibbonLanes& lanes, std::size_t lan
 /// Returns the sum of w ln f over the exits of a problem.
 double log_likelihood(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

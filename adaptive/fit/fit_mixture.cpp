@@ -8,7 +8,7 @@
 #include "base/pi.h"
 #include "fit/problem.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr int warm_iterations = 8;
@@ -237,4 +237,4 @@ Fit fit_mixture(std::span<const ObservedPair> pairs, double energy, double varia
   return {to_mixture(state.parameters), fitter.relative(state)};
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

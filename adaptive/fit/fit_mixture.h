@@ -8,7 +8,7 @@
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/traced_nodes.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 struct FitSettings {
   double epsilon = 0.01;
@@ -32,4 +32,4 @@ Fit fit_mixture(std::span<const ObservedPair> pairs, double energy, double varia
 /// traced rays. The responsibility of component d at azimuth x is weight_d p_d(x)/f(x), blurred as g is.
 void assign_attributes(Mixture& mixture, const TracedNodes& nodes);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -13,7 +13,7 @@
 #include "fit/ribbon_lanes.h"
 #include "fit/ribbon_tilt.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::size_t main_knots = Ribbon::main_knots, broad_knots = Ribbon::broad_knots;
@@ -329,4 +329,4 @@ FittedRibbons fit_ribbons(const RowExits& exits, const PartParents& parents, con
   return Fitter(exits, parents, rule).fit();
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 #include "fit/row_exits.h"
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The rule by which the ribbons of a row are fitted.
 struct RibbonFitRule {
@@ -39,4 +39,4 @@ struct FittedRibbons {
 using PartParents = std::array<const Ribbon*, RowExits::most_parts>;
 FittedRibbons fit_ribbons(const RowExits& exits, const PartParents& parents, const RibbonFitRule& rule);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

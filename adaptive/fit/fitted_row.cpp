@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 RibbonRow fitted_row(const RowExits& exits, const PartEnergies& energies, const RibbonRow* parent,
                      const RibbonFitRule& rule) {
@@ -32,4 +32,4 @@ RibbonRow with_energies(const RibbonRow& row, const PartEnergies& energies) {
   return RibbonRow(std::span(parts).first(row.parts()));
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 #include "fit/row_exits.h"
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The masses, and the decays of the parts, are those of `energies`, which must have some light. parent: may be null.
 RibbonRow fitted_row(const RowExits& exits, const PartEnergies& energies, const RibbonRow* parent,
@@ -15,4 +15,4 @@ RibbonRow fitted_row(const RowExits& exits, const PartEnergies& energies, const 
 /// Returns the row's shapes with the masses and decays of `energies`.
 RibbonRow with_energies(const RibbonRow& row, const PartEnergies& energies);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -12,7 +12,7 @@
 #include "base/pi.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace HWY_NAMESPACE {
 
 using namespace tress::HWY_NAMESPACE;
@@ -210,11 +210,11 @@ void BlurRow(const double* in, const double* kernel, std::size_t taps, double* o
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 HWY_EXPORT(AddDensity);
 HWY_EXPORT(AddDensityAndColumns);
@@ -270,5 +270,5 @@ void blur_row(const double* in, const double* kernel, std::size_t taps, double* 
   HWY_DYNAMIC_DISPATCH(BlurRow)(in, kernel, taps, out, n);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 #endif

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Arrays are padded to a multiple of this many doubles; the padding must be finite and have weight zero.
 constexpr std::size_t kernel_lanes = 8;
@@ -52,4 +52,4 @@ void solve_in_place(double* matrix, std::size_t leading, std::size_t count, doub
 /// Computes out_i = sum over k < taps of kernel_k in_(i + k), i < n; `in` holds n + taps - 1 values.
 void blur_row(const double* in, const double* kernel, std::size_t taps, double* out, std::size_t n);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 #include "base/pi.h"
 #include "fit/kernels.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double steps_a_scale = 2;
@@ -90,4 +90,4 @@ KnownError known_error(const Mixture& fit, const TracedNodes& nodes, std::span<c
   return {seen / variation, most * most / variation};
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/traced_nodes.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Relative squared L2 error of a fit. Finite, >= 0.
 struct KnownError {
@@ -19,4 +19,4 @@ struct KnownError {
 /// fit is known everywhere, and is compared at steps of at most half its narrowest scale. Any thread.
 KnownError known_error(const Mixture& fit, const TracedNodes& nodes, std::span<const float> grid);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

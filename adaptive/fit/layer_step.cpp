@@ -15,7 +15,7 @@
 #include "density/law_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace HWY_NAMESPACE {
 
 constexpr float largest_mode_step = 1, largest_scale_step = 0.7f;  // of the mode in scales, and of ln scale
@@ -283,11 +283,11 @@ void MoveLayers(RibbonLanes& lanes, const RowSums& sums, const RibbonPrior& prio
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 HWY_EXPORT(MoveLayers);
 HWY_EXPORT(ScaleAllToOne);
@@ -297,5 +297,5 @@ void move_layers(RibbonLanes& lanes, const RowSums& sums, const RibbonPrior& pri
 }
 void scale_to_one(RibbonLanes& lanes) { HWY_DYNAMIC_DISPATCH(ScaleAllToOne)(lanes); }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 #endif

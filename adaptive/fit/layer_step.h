@@ -3,7 +3,7 @@
 
 #include "fit/ribbon_lanes.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The strengths of the prior, in exits of equal weight.
 struct RibbonPrior {
@@ -17,4 +17,4 @@ void move_layers(RibbonLanes& lanes, const RowSums& sums, const RibbonPrior& pri
 /// Scales the densities of both layers so that their mass is 1.
 void scale_to_one(RibbonLanes& lanes);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -13,7 +13,7 @@
 #include "fit/row_exits.h"
 #include "observations/heard_exits.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double worst_parent = 0.3;  ///< largest T + deviation at which a prediction is used as a start
@@ -85,4 +85,4 @@ SampledTest test_samples(const SampledTarget& target, const SliceDescription& sl
   return batch.test(row, count / HeldOutTest::sets);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

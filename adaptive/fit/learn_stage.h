@@ -8,7 +8,7 @@
 #include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/sampled_target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The number of paths of a row at each stage.
 inline constexpr std::array<std::uint32_t, 5> sampled_stages{512, 2048, 8192, 16384, 65536};
@@ -37,4 +37,4 @@ StagedRow learn_stage(const SampledTarget& target, const SliceDescription& slice
 SampledTest test_samples(const SampledTarget& target, const SliceDescription& slice, float a, float b,
                          const RibbonRow& row, std::uint64_t round, std::uint32_t count);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

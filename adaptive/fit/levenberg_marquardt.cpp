@@ -5,7 +5,7 @@
 
 #include "fit/problem.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double lambda_start = 1e-3;
@@ -167,4 +167,4 @@ double levenberg_marquardt(const Problem& problem, Vector& parameters, int itera
   return best;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 #include "fit/fit_mixture.h"
 #include "fit/kernels.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double reach = 4;             // of the blur, in sigma: 6e-5 of it lies beyond
@@ -127,4 +127,4 @@ void assign_attributes(Mixture& mixture, const TracedNodes& nodes) {
   }
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 
 #include "base/pi.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr float darkest = 1e-37f;
@@ -109,4 +109,4 @@ Ribbon PartEnergies::mended(const Ribbon& ribbon, std::uint32_t part) const {
   return Ribbon(main, ribbon.main_law(), broad);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 #include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/sampled_target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Sums over exits by part. Plain data; one thread.
 class PartEnergies {
@@ -36,4 +36,4 @@ class PartEnergies {
   std::uint64_t paths_ = 0;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 
 #include "base/pi.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 double wrap_near(double x) {
   if (x >= pi) return x - 2 * pi;
   if (x < -pi) return x + 2 * pi;
@@ -98,4 +98,4 @@ std::array<double, 2> Problem::scale_floors(double mu) const {
   return {bounded(distance(right + 2 * n - 2)), bounded(distance(right + 1))};
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

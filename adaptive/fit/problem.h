@@ -13,7 +13,7 @@
 #include "observations/sketch.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The places of component d's numbers within its part of the parameter vector; the last entry of the vector is a_0.
 enum ParameterOffset { offset_weight = 0, offset_mu = 1, offset_log_left = 2, offset_log_right = 3, per_component = 4 };
@@ -97,4 +97,4 @@ class Problem {
 /// memory.
 double levenberg_marquardt(const Problem& problem, Vector& parameters, int iterations, Problem::Linearisation& work);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

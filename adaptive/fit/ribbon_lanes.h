@@ -9,7 +9,7 @@
 #include "fit/row_exits.h"
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 constexpr std::size_t fit_lanes = 2 * RowExits::most_parts;
 /// One number of each problem: lane p and lane most_parts + p belong to part p.
@@ -69,4 +69,4 @@ struct RowSums {
   std::array<std::array<SegmentSums, Ribbon::broad_knots>, fit_lanes> broad{};
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

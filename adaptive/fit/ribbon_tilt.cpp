@@ -21,7 +21,7 @@
 #include "base/exp_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -63,11 +63,11 @@ void AddTilted(const TiltedKnots& knots, const RowHarmonics& harmonics, const Me
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 HWY_EXPORT(AddTilted);
 
@@ -255,5 +255,5 @@ void match_directions(RibbonLanes& lanes, const RowHarmonics& harmonics, const M
   scale_to_one(lanes);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 #endif

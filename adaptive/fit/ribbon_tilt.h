@@ -3,7 +3,7 @@
 
 #include "fit/ribbon_lanes.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 constexpr std::size_t tilt_harmonics = RowExits::harmonics;
 
@@ -39,4 +39,4 @@ struct TiltSums {
   std::array<std::array<std::array<double, fit_lanes>, tilt_harmonics>, tilt_harmonics> slopes;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

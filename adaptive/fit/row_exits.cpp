@@ -8,7 +8,7 @@
 #include "fit/exit_sums.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr float farthest = 2 * Ribbon::largest_mode;  // knots do not follow an exit beyond it
@@ -130,4 +130,4 @@ RowExits thin_exits(const RowExits& exits) {
   return thin;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

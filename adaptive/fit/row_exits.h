@@ -10,7 +10,7 @@
 #include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/sampled_target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Exits sorted into equal bins of azimuth; within a bin they keep the order of drawing.
 struct RowExits {
@@ -48,4 +48,4 @@ RowExits sort_exits(std::span<const SampledExit> exits, std::uint32_t parts);
 /// a fit need no more. Decays are left out, and so are all sums of a part but its count.
 RowExits thin_exits(const RowExits& exits);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -14,7 +14,7 @@
 #include "fit/known_error.h"
 #include "fit/problem.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 bool is_legal(const Mixture& fit, int components, double energy) {
   if (fit.component_count > static_cast<std::uint32_t>(components) || !(fit.uniform_weight >= 0)) return false;
   const auto in_bounds = [](float s) { return s >= scale_min && s <= scale_max; };
@@ -78,4 +78,4 @@ void RowLearner::before_test(FitContext&) {}
 std::optional<std::vector<std::uint64_t>> RowLearner::state() const { return std::nullopt; }
 bool RowLearner::set_state(std::span<const std::uint64_t>) { return false; }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -17,7 +17,7 @@
 #include "tress/adaptive/traced_nodes.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// A row as its learner sees it during one call. The learner writes to the row through it, and must query nothing else.
 struct FitContext {
@@ -93,4 +93,4 @@ std::unique_ptr<RowLearner> make_row_learner() {
   return std::make_unique<Method>();
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

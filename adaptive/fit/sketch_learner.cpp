@@ -9,7 +9,7 @@
 #include "base/pi.h"
 #include "fit/fit_mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::uint64_t count_before_restart = 64;
@@ -89,4 +89,4 @@ void SketchLearner::learn(FitContext& context) {
   refit(context);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

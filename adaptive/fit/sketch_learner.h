@@ -3,7 +3,7 @@
 
 #include "fit/row_learner.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Learns after each pass, from the pairs of the render and those of the coverage rule.
 class SketchLearner : public RowLearner {
@@ -30,4 +30,4 @@ class SketchLearner : public RowLearner {
   std::uint64_t count_at_fit_ = 0;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

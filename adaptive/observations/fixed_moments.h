@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The values of FixedMoments as doubles. variance is the unbiased one, 0 for fewer than two values.
 struct Moments {
@@ -77,4 +77,4 @@ class FixedMoments {
   std::atomic<std::uint64_t> count_{0}, sum_{0}, square_high_{0}, square_low_{0};
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

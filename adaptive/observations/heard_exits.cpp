@@ -8,7 +8,7 @@
 #include "tress/adaptive/mixture.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 std::uint64_t hash_of(const SampledExit& exit) {
@@ -61,4 +61,4 @@ std::size_t HeardExits::restore(std::uint32_t nodes, std::uint32_t node, std::ve
   return nodes_[node].size() * sizeof(SampledExit);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 
 #include "tress/adaptive/sampled_target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The host's paths in one slice. The same paths give the same contents to the bit, in whatever order and by however
 /// many threads they were added.
@@ -51,4 +51,4 @@ class HeardExits {
 /// Whether the exit is valid for a target of this many parts (SampledTarget).
 bool is_exit(const SampledExit& exit, std::uint32_t parts);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

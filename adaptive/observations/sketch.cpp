@@ -7,7 +7,7 @@
 #include "base/pi.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::uint64_t empty_bin = ~std::uint64_t{0};
@@ -103,4 +103,4 @@ std::vector<float> gap_fill_azimuths(const std::vector<ObservedPair>& pairs, flo
   return result;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 
 #include "tress/adaptive/cache.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 struct ObservedPair {
   float azimuth;  ///< radians in [-pi, pi)
@@ -47,4 +47,4 @@ class Sketch {
 /// ceil(d / (2.5 sigma)) - 1 equally spaced azimuths; an empty sketch is one gap of 2 pi. Radians in [-pi, pi).
 std::vector<float> gap_fill_azimuths(const std::vector<ObservedPair>& pairs, float blur_rad);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 #include "base/pi.h"
 #include "table/table.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::size_t batch = 256;         // candidates traced between two checks of memory
@@ -146,4 +146,4 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
   return room;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 void Discipline::note(Error error) {
   const std::scoped_lock lock(mutex_);
@@ -41,4 +41,4 @@ bool Discipline::begin_publish() {
   return true;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 
 #include "tress/base/error.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Keeps the first mistake of a host until it is reported and, if passes are checked, follows the phases of a pass.
 /// Thread-safe.
@@ -56,4 +56,4 @@ class Discipline {
   std::atomic<std::uint32_t> readers_{0};
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

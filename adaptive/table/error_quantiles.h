@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <map>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Values are clamped to [1e-12, 1e6] and rounded up, by at most 2^-7 of themselves. Their order does not matter.
 class ErrorQuantiles {
@@ -41,4 +41,4 @@ class ErrorQuantiles {
   std::uint64_t count_ = 0;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

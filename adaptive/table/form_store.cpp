@@ -4,7 +4,7 @@
 #include <new>
 #include <utility>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 const FormedRows* FormStore::add(SliceId slice, const SliceDescription& description,
                                  std::shared_ptr<const RowForm> form, bool has_entries) {
@@ -67,4 +67,4 @@ std::vector<std::uint32_t> FormStore::made_nodes(std::size_t form) const {
   return nodes;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -12,7 +12,7 @@
 #include "density/block_store.h"
 #include "tress/adaptive/row_form.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// find() and make(): any thread. All others: one thread, while there is no reader.
 class FormStore {
@@ -72,4 +72,4 @@ class FormStore {
   std::mutex mutex_;  ///< guards Form::made against readers
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

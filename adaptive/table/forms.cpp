@@ -4,7 +4,7 @@
 
 #include "table/table.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// Whether a row answers without evaluating g.
@@ -77,4 +77,4 @@ void Service::Table::make_room() {
   for (const std::unique_ptr<Slice>& slice : rows_.slices()) let_go_all_interpolated(*slice);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "tress/adaptive/sampled_target.h"
 #include "tress/base/error.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Makes the call and passes anything that it throws to `tell`. Returns false if it threw. Thread-safe.
 template <class Call>
@@ -58,4 +58,4 @@ class GuardedSamples final : public SampledTarget {
   std::function<void(Error)> tell_;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

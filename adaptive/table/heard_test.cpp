@@ -9,7 +9,7 @@
 #include "convergence/held_out_test.h"
 #include "table/table.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::size_t least_paths = 64;  ///< per node: a test on fewer paths shows nothing
@@ -54,4 +54,4 @@ HeardTest Service::Table::test_by_heard() {
   return all;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

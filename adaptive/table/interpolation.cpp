@@ -9,7 +9,7 @@
 #include "density/interpolated_row.h"
 #include "table/table.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 Service::Table::SampledAnswer Service::Table::answer_of(Slice& slice, std::uint32_t node, std::size_t level) {
   const std::uintptr_t word = slice.slots[node].word.load(std::memory_order_acquire);
@@ -115,4 +115,4 @@ void Service::Table::let_go_interpolated(Slice& slice, std::uint32_t node) {
   slice.slots[node].set<TracedNodes>(nullptr, Slot::Kind::traced);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 std::vector<Levels::Place> Levels::places(const std::vector<float>& axis, const std::vector<std::uint32_t>& chosen) {
   std::vector<Place> places;
@@ -44,4 +44,4 @@ Levels::Corners Levels::around(std::size_t level, std::uint32_t node) const {
   return corners;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

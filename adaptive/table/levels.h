@@ -8,7 +8,7 @@
 
 #include "tress/adaptive/target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The grids of a slice of samples, from the coarsest (level 0) to the slice's own (level coarse()). Where a node has
 /// no row at its level, the nodes of the level above around it answer for it. Immutable; any thread.
@@ -51,4 +51,4 @@ class Levels {
   std::vector<Grid> grids_;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

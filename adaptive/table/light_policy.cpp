@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// The part of a row's L2 error that the light of a picture sees, v of E8: the value in the bound, and the value in the
@@ -42,4 +42,4 @@ double LightPolicy::bias_of(const SliceDescription& slice, std::uint64_t light, 
   return bound_sees * (share(light) * std::sqrt(relative_variation(slice, energy) * objective));
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -7,7 +7,7 @@
 #include "tress/adaptive/options.h"
 #include "tress/adaptive/target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Light in fixed point with steps of 2^-20, so that sums do not depend on their order. One query adds at most 2^12.
 inline std::uint64_t fixed_light(float light) {
@@ -42,4 +42,4 @@ class LightPolicy {
   double epsilon_, sampled_epsilon_, picture_error_;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

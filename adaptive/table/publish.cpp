@@ -10,7 +10,7 @@
 
 #include "table/table.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 // Returns the smallest value that at least this share of the ascending values does not exceed.
@@ -286,4 +286,4 @@ void Service::Table::announce() {
   }
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -16,7 +16,7 @@
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/traced_nodes.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Whether a converged row of a cache must still be checked against the target of this session.
 enum class Audit : std::uint8_t {
@@ -102,4 +102,4 @@ static_assert(sizeof(Row) <= 32);
 /// The cached row from which an open row started: it had converged, at a larger epsilon. Null for other rows.
 inline const CachedRow* earlier_of(const Row& row) { return row.learning ? row.learning->earlier.get() : nullptr; }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "table/table.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::uint64_t validation_purpose = 0;
@@ -163,4 +163,4 @@ Service::Table::Outcome Service::Table::audit(Row& row) const {
   return outcome;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 RowView view_of(const Slot& slot) {
   RowView view;
@@ -122,4 +122,4 @@ void Rows::show_cached(Row& row, const CachedRow& cached, bool has_converged) {
   }
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -14,7 +14,7 @@
 #include "table/slice.h"
 #include "tress/adaptive/row_view.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The view that a reader gets of a node that has a row.
 RowView view_of(const Slot& slot);
@@ -75,4 +75,4 @@ class Rows {
   MixtureStore mixtures_;  ///< the published fits
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -14,7 +14,7 @@
 #include "fit/learn_stage.h"
 #include "table/table.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// Largest number of paths of a row whose paths follow its events. A row that learns until it passes may have more.
@@ -310,4 +310,4 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
   }
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

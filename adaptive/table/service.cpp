@@ -8,7 +8,7 @@
 
 #include "table/table.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// g of a node that cannot be traced.
@@ -242,4 +242,4 @@ void Service::set_row_listener(std::function<void(const RowReport&)> listener) {
   table_->set_listener(std::move(listener));
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -18,7 +18,7 @@
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/traced_nodes.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 struct Learning;
 
@@ -179,4 +179,4 @@ struct Slice {
   std::map<std::uint32_t, CachedRow> stored;  ///< cached rows that have no row in the table, by node
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 
 #include "table/table.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::size_t least_index_bytes = std::size_t{16} << 20;
@@ -264,4 +264,4 @@ std::unique_ptr<RowSource> Service::Table::rows() const { return std::make_uniqu
 
 TableSnapshot Service::Table::snapshot() const { return collect(*rows()); }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

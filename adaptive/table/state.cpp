@@ -33,7 +33,7 @@
 #include "cache/reader.h"
 #include "table/table.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::uint32_t state_version = 3;
@@ -560,4 +560,4 @@ void Service::Table::take_slice(SavedSlice& saved, Slice& slice, const std::vect
   kept_before_ = nullptr;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// A counter of which each thread adds to its own stripe. add() may be called from any thread and is wait-free; take()
 /// from one thread, while no other adds.
@@ -34,4 +34,4 @@ class StripedCounter {
   std::array<Stripe, stripe_count> stripes_;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

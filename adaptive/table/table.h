@@ -21,7 +21,7 @@
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 struct SavedSlice;  // state.cpp
 
@@ -310,4 +310,4 @@ class Service::Table {
   StripedCounter unindexed_queries_;      ///< queries of the running pass to slices without an index
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -16,7 +16,7 @@
 #define nlohmann tress_nlohmann
 #include <nlohmann/json.hpp>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -185,4 +185,4 @@ std::optional<Error> TelemetryWriter::summary(const Extra& fields) {
   return write_line(line_of({{"type", "summary"}}, fields, file_.string()));
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

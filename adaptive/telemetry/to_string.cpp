@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// Formats with six significant digits and without trailing zeros.
@@ -67,4 +67,4 @@ std::string to_string(const PassReport& report) {
          (report.misuse ? "; misuse: " + report.misuse->message() : "");
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

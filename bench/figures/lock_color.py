@@ -70,7 +70,7 @@ def main(source, header, *options):
     lines = [
         "// What a lock's color says of its absorption: made by bench/figures/lock_color.py from `bench_lock_color`.",
         f"// Locks {data['depth']:g} mean free paths deep, {data['paths']} paths a fiber.",
-        "#pragma once", "", "#include <array>", "#include <cstddef>", "", "namespace tress::fiber {", "",
+        "#pragma once", "", "#include <array>", "#include <cstddef>", "", "namespace tress::inline v0_2::fiber {", "",
         array("lock_color_etas", axes[0], "indices of refraction"),
         array("lock_color_tilts", [math.radians(x) for x in axes[1]], "radians"),
         array("lock_color_eccentricities", axes[2], "minor over major semi-axis"),
@@ -81,7 +81,7 @@ def main(source, header, *options):
         f"inline constexpr std::array<std::array<double, lock_color_terms>, {len(rows)}> lock_color_table{{{{",
     ]
     lines += ["    {" + row + "}," for row in rows]
-    lines += ["}};", "", "}  // namespace tress::fiber", ""]
+    lines += ["}};", "", "}  // namespace tress::inline v0_2::fiber", ""]
     with open(header, "w") as file:
         file.write("\n".join(lines))
     print(f"{len(rows)} fibers, the fit is off by {worst:.4f} at most")

@@ -13,7 +13,7 @@
 #include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr float degree = std::numbers::pi_v<float> / 180;
@@ -137,6 +137,6 @@ void look_up(benchmark::State& state) {
 BENCHMARK(look_up)->Arg(20)->Arg(100)->Arg(400);
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 
 BENCHMARK_MAIN();

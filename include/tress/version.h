@@ -3,6 +3,7 @@
 #pragma once
 
 /// Semantic versioning: while the major version is 0, a minor version may change the interface and a patch does not.
+/// What hosts embed is in an inline namespace of major and minor version, which is renamed with them everywhere.
 #define TRESS_VERSION_MAJOR 0
 #define TRESS_VERSION_MINOR 2
 #define TRESS_VERSION_PATCH 0
@@ -12,7 +13,7 @@
 #define TRESS_VERSION TRESS_VERSION_NUMBER(TRESS_VERSION_MAJOR, TRESS_VERSION_MINOR, TRESS_VERSION_PATCH)
 
 #ifdef __cplusplus
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// Formats have versions of their own, which rise when an older release can no longer read what is written. This is the
 /// newest format of a warm cache (adaptive/cache/CACHE_FORMAT.md); older ones can be read.
@@ -24,5 +25,5 @@ inline constexpr unsigned telemetry_schema_version = 1;
 /// storage; any thread.
 const char* version();
 
-}  // namespace tress
+}  // namespace tress::inline v0_2
 #endif

@@ -8,7 +8,7 @@
 
 #include "base/float4.h"
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// Returns atan2(y, x) of finite lanes, in [-pi, pi], with an error below 3e-7; 0 where both are 0. The series is in
 /// the ratio of the legs, or, where that exceeds tan(pi/8), in the ratio after a turn by pi/4 (Cephes, atanf).
@@ -26,4 +26,4 @@ inline Float4 angle_of(Float4 y, Float4 x) {
 }
 inline float angle_of(float y, float x) { return angle_of(splat(y), splat(x))[0]; }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -3,7 +3,7 @@
 
 #include <glm/vec3.hpp>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// Returns the relative luminance, and the share of each channel in it.
 inline glm::vec3 luminance_terms(const glm::vec3& color) { return color * glm::vec3(0.2126f, 0.7152f, 0.0722f); }
@@ -13,4 +13,4 @@ inline float luminance(const glm::vec3& color) {
 }
 inline double luminance(const glm::dvec3& color) { return 0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z; }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

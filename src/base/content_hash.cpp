@@ -5,7 +5,7 @@
 #include <fstream>
 #include <system_error>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 struct ContentHash::State {
   XXH3_state_t hash;
@@ -40,4 +40,4 @@ std::optional<std::string> file_content_name(const std::filesystem::path& file) 
   return hexadecimal(hash.value());
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// XXH3 (64 bits, seed 0). It does not protect against contents that were made to collide.
 std::uint64_t content_hash(std::string_view bytes);
@@ -38,4 +38,4 @@ class ContentHash {
 /// The hash of a regular file, which is read in pieces of 1 MB. Empty if the file cannot be read.
 std::optional<std::string> file_content_name(const std::filesystem::path& file);
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

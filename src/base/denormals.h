@@ -6,7 +6,7 @@
 #include <xmmintrin.h>
 #endif
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// Flushes denormals to zero on this thread until the end of the scope. Put it into every task, never once per thread:
 /// the thread of a task is random, and the pixels must not depend on it. Does nothing except on x86.
@@ -30,4 +30,4 @@ class FlushDenormals {
 #endif
 };
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

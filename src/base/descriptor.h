@@ -4,7 +4,7 @@
 
 #include <utility>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// Closes a POSIX file descriptor at the end of the scope.
 class Descriptor {
@@ -27,4 +27,4 @@ class Descriptor {
   int number_;
 };
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

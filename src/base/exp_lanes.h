@@ -13,7 +13,7 @@
 #include <numbers>
 
 HWY_BEFORE_NAMESPACE();
-namespace tress {
+namespace tress::inline v0_2 {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -47,7 +47,7 @@ HWY_INLINE V Exp(V x) {
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress
+}  // namespace tress::inline v0_2
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// exp(x) for x <= 0, relative error below 3e-7; below -87 it returns exp(-87), about 1.6e-38 (never a denormal).
 /// Cody-Waite reduction to |r| <= ln 2 / 2, polynomial of degree 6 (truncation r^7/7! <= 1.2e-7).
@@ -19,4 +19,4 @@ inline float exp_of_negative(float x) {
   return p * std::bit_cast<float>(static_cast<std::uint32_t>(n + 127) << 23);
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

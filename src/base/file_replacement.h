@@ -9,7 +9,7 @@
 #include "base/descriptor.h"
 #include "tress/base/error.h"
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// Call begin(), any number of write(), then finish(); the guarantees of replace_file() hold. Unless finish() succeeds,
 /// the old file is unchanged and nothing is left beside it. One thread.
@@ -38,4 +38,4 @@ class FileReplacement {
   Descriptor opened_;
 };
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
@@ -84,4 +84,4 @@ inline Float4 exp_of_negative(Float4 x) {
   return p * std::bit_cast<Float4>((n + 127) << 23);
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

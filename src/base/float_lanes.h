@@ -12,7 +12,7 @@
 #include <cstdint>
 
 HWY_BEFORE_NAMESPACE();
-namespace tress {
+namespace tress::inline v0_2 {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -102,7 +102,7 @@ HWY_INLINE F AngleOf(F y, F x) {
 
 }  // namespace lanes16
 }  // namespace HWY_NAMESPACE
-}  // namespace tress
+}  // namespace tress::inline v0_2
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <numbers>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 GaussLegendre gauss_legendre(int points) {
   const auto n = static_cast<std::size_t>(points);
@@ -35,4 +35,4 @@ GaussLegendre gauss_legendre(int points) {
   return rule;
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// Nodes in (-1, 1), rising and exactly symmetric, and their weights, which sum to 2.
 struct GaussLegendre {
@@ -14,4 +14,4 @@ struct GaussLegendre {
 /// (65536 take some 10 s, 100 some 0.1 ms). Errors of nodes and weights are some 1e-15 up to a thousand points.
 GaussLegendre gauss_legendre(int points);
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// ln x for a normal x > 0. The relative error is below 2e-7, also near x = 1 (Cephes, logf).
 inline float natural_log(float x) {
@@ -20,4 +20,4 @@ inline float natural_log(float x) {
   return ((r * z * p - 2.12194440e-4f * k) - 0.5f * z) + r + 0.693359375f * k;
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

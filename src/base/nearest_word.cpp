@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 int edit_distance(const std::string& a, const std::string& b) {
   const std::size_t columns = b.size() + 1;
@@ -31,4 +31,4 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   return best == candidates.end() ? std::string() : *best;
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

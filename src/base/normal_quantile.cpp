@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 float normal_quantile(float u) {
   const float x = std::clamp(2 * u - 1, -0.99999994f, 0.99999994f);
@@ -28,4 +28,4 @@ float normal_quantile(float u) {
   return std::numbers::sqrt2_v<float> * p * x;
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-namespace tress {
+namespace tress::inline v0_2 {
 namespace {
 
 /// Returns the start of the last run of # and its length, or a length of 0 if the name has no #.
@@ -32,4 +32,4 @@ std::filesystem::path of_frame(const std::filesystem::path& file, int frame) {
   return file.parent_path() / name;
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -1,7 +1,7 @@
 // Sines and cosines of angles within a quarter turn of 0, without libm, for inclinations and half angles.
 #pragma once
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// sin x of a float or of lanes for |x| <= pi/2, with a relative error below 2e-7: the series to x^11, whose next term
 /// is x^13/13! <= 6e-8.
@@ -22,4 +22,4 @@ inline float from_quarter(float x) {
 /// cos x for |x| <= pi/2, relative error below 3e-7 where it is above 1e-6; 0 at the float just above pi/2.
 inline float quarter_cosine(float x) { return quarter_sine(from_quarter(x)); }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

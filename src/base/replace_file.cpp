@@ -18,7 +18,7 @@
 #include "base/descriptor.h"
 #include "base/file_replacement.h"
 
-namespace tress {
+namespace tress::inline v0_2 {
 namespace {
 
 namespace fs = std::filesystem;
@@ -194,4 +194,4 @@ std::vector<fs::path> remove_leftovers(const fs::path& file) {
   return removed;
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
-namespace tress {
+namespace tress::inline v0_2 {
 namespace {
 
 /// Opens the lock for writing if that is allowed, because NFS requires it; otherwise (another user's lock file) for
@@ -51,4 +51,4 @@ bool SaveLock::is_still_there() const {
          opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

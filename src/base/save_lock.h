@@ -8,7 +8,7 @@
 #include "base/descriptor.h"
 #include "tress/base/error.h"
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// Holds an exclusive flock on `FILE.lock`, which is made and removed with it. The lock is not on the cache, which each
 /// save replaces, and not on its folder, which NFS cannot lock and others lock for reasons of their own. The kernel
@@ -33,4 +33,4 @@ class SaveLock {
   bool held_ = false;
 };
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

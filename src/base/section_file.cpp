@@ -17,7 +17,7 @@
 #include "base/word_packing.h"
 #include "tress/base/replace_file.h"
 
-namespace tress {
+namespace tress::inline v0_2 {
 namespace {
 
 constexpr std::string_view magic{"\x89TRESSK\n", 8};
@@ -166,4 +166,4 @@ Result<std::map<std::string, std::string>> read_sections(const std::filesystem::
   return sections;
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -13,7 +13,7 @@
 
 #include "tress/base/error.h"
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// Names are 1 to 64 printable ASCII characters, each once.
 using Sections = std::vector<std::pair<std::string, std::string_view>>;
@@ -25,4 +25,4 @@ std::optional<Error> write_sections(const std::filesystem::path& file, const Sec
 /// at its end, or a piece does not have its checksum. Takes at most 64 times the memory of the file.
 Result<std::map<std::string, std::string>> read_sections(const std::filesystem::path& file);
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

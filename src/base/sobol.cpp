@@ -3,7 +3,7 @@
 #include "base/sobol_directions.h"
 #include "tress/base/random.h"
 
-namespace tress {
+namespace tress::inline v0_2 {
 namespace {
 
 /// Flips each bit by a hash of the bits above it.
@@ -33,4 +33,4 @@ ScrambledSobol::Point ScrambledSobol::point(std::uint32_t index) const {
   return point;
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// The Sobol sequence with the direction numbers of Joe and Kuo 2008 (new-joe-kuo-6). Each dimension is scrambled by
 /// nested uniform bit flips (Owen 1995), decided by a hash of its key (Laine and Karras 2011, with the constants of
@@ -28,4 +28,4 @@ class ScrambledSobol {
   std::array<std::uint32_t, dimensions> seeds_;
 };
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -8,7 +8,7 @@
 
 #include "base/sobol.h"
 
-namespace tress {
+namespace tress::inline v0_2 {
 namespace sobol_detail {
 
 constexpr std::size_t bits = 32;
@@ -74,4 +74,4 @@ constexpr std::uint32_t reversed_bits(std::uint32_t x) {
   return (x >> 16) | (x << 16);
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -13,7 +13,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace tress {
+namespace tress::inline v0_2 {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -68,7 +68,7 @@ void BlockOfPoints(const std::uint32_t* seeds, std::uint32_t block, std::size_t 
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress
+}  // namespace tress::inline v0_2
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
@@ -76,7 +76,7 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 #include <span>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 HWY_EXPORT(BlockOfPoints);
 
@@ -91,6 +91,6 @@ void ScrambledSobol::points(std::uint32_t first, std::uint32_t count, std::span<
   }
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2
 
 #endif

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace tress {
+namespace tress::inline v0_2 {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
@@ -100,4 +100,4 @@ bool unpack_words(std::string_view packed, std::size_t size, std::string* bytes)
   return true;
 }
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// The largest packed size of this many bytes.
 constexpr std::size_t most_packed_bytes(std::size_t bytes) { return bytes + (bytes / 8 + 64) / 64 * 40 + 16; }
@@ -19,4 +19,4 @@ void pack_words(std::string_view bytes, std::string* packed);
 /// must then not be used. Takes no more than 64 times the memory of `packed`.
 bool unpack_words(std::string_view packed, std::size_t size, std::string* bytes);
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -4,7 +4,7 @@
 #include "cli/render_settings.h"
 #include "cli/telemetry_lines.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 struct ModelService;
 }
 

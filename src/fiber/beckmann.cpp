@@ -2,7 +2,7 @@
 
 #include <limits>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 glm::vec3 Beckmann::visible_normal_within(const glm::vec3& w, const glm::vec3& normal, std::array<float, 2> u,
                                           RandomStream& random) const {
@@ -47,4 +47,4 @@ float Beckmann::lambda(float cosine) const {
   return 0.5f * (std::erf(c) - 1) + std::exp(-c * c) / (2 * 1.77245385f * c);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

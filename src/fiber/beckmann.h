@@ -10,7 +10,7 @@
 
 #include "tress/base/random.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Slopes with variance alpha^2/2 along either axis of the surface. Immutable plain data; any thread.
 class Beckmann {
@@ -90,4 +90,4 @@ class Beckmann {
   float alpha_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -7,7 +7,7 @@
 #include "fiber/fresnel.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 CircleRay::CircleRay(float eta, float theta, float h) {
   const double offset = std::clamp(static_cast<double>(h), -1.0, 1.0), index = static_cast<double>(eta);
@@ -35,4 +35,4 @@ float circle_radius(float eccentricity) {
   return static_cast<float>(1 / major_semi_axis(1, static_cast<double>(eccentricity)));
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

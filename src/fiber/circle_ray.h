@@ -3,7 +3,7 @@
 
 #include <glm/vec3.hpp>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// A ray of known inclination theta with offset h in [-1, 1] over the radius, towards rising azimuth. It meets the
 /// circle where the normal's azimuth is larger than the ray's by gamma = asin h. Plain data.
@@ -25,4 +25,4 @@ struct CircleRay {
 /// it has the same mean projected width. It converts sigma_a per major semi-axis to sigma_a per radius.
 float circle_radius(float eccentricity);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

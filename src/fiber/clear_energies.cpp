@@ -10,7 +10,7 @@
 #include "fiber/reflection.h"
 #include "fiber/surface_fresnel.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -108,4 +108,4 @@ std::shared_ptr<const ClearEnergies> SharedEnergies::find(const EnergyKey& key) 
   return made;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -12,7 +12,7 @@
 #include "fiber/traced_energies.h"
 #include "tress/fiber/lobes.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The energies on 24 x 65 nodes, phi_r uniform on [0, pi/2], theta_r uniform on [-pi/2, pi/2]. Every node has the
 /// moments of TracedEnergies; lobes other than R keep the Gauss rule of y = e^(-decay l) over their path lengths l. The
@@ -65,4 +65,4 @@ class SharedEnergies {
   std::map<EnergyKey, std::shared_ptr<const ClearEnergies>> made_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 CrossSection::CrossSection(double eta_, double eccentricity_, double phi_r_, double theta_d_)
     : eta(eta_), eccentricity(eccentricity_), phi_r(phi_r_), theta_d(theta_d_) {
@@ -61,4 +61,4 @@ double CrossSection::glint_share(double h, double sigma) const {
   return 1 / (1 + steepness * steepness);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

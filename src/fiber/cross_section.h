@@ -7,7 +7,7 @@
 
 #include "fiber/fresnel.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 constexpr int traced_orders = 4;  ///< R, TT, TRT, TRRT
 
@@ -114,4 +114,4 @@ void CrossSection::trace_residual(double h, Visit&& visit) const {
   visit(left, path);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -8,7 +8,7 @@
 #include "fiber/ray_batch.h"
 #include "tress/fiber/elliptical_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 /// Appends n midpoint rays of a slice (n a multiple of the lanes) and returns their mass.
@@ -61,4 +61,4 @@ std::string EllipticalTarget::model_name() const { return "elliptical-1"; }
 
 std::unique_ptr<adaptive::Target> make_elliptical_target() { return std::make_unique<EllipticalTarget>(); }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -3,7 +3,7 @@
 
 #include "tress/adaptive/target.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Traces rays of lobe p at (phi_r, |theta_d|): n midpoints in h, n = 128 max(1, 20 degrees / sigma) rounded up to a
 /// power of two, and four times as many if E_p < 0.05. Weights are A_p / n, so they sum to E_p; azimuths are Phi_p -
@@ -20,4 +20,4 @@ class EllipticalTarget : public adaptive::Target {
 /// The n of the rule above, before the factor 4 for weak lobes.
 int traced_node_count(float sigma_rad);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -13,7 +13,7 @@
 #include "fiber/row_axes.h"
 #include "fiber/surface_fresnel.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr int node_count = ClearEnergies::node_count;
@@ -143,4 +143,4 @@ LobeEnergies EnergyTable::at(float phi_r, float theta) const {
   return energies;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -11,7 +11,7 @@
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Energies of the lobes at one known direction.
 struct LobeEnergies {
@@ -48,4 +48,4 @@ class EnergyTable {
   std::vector<LobeColors> colored_;  ///< by node
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -10,7 +10,7 @@
 #include "tress/adaptive/mixture.h"
 #include "tress/fiber/fiber_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Clamps theta into [-pi/2, pi/2] and wraps phi into [-pi, pi), radians. NaN becomes 0, as does an infinite phi.
 inline FiberDirection clamped(const FiberDirection& w) {
@@ -34,4 +34,4 @@ const Constants& constants_in(const FiberEvent& event) {
   return *std::launder(reinterpret_cast<const Constants*>(event.constants.bytes_.data()));
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

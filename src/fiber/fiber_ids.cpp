@@ -9,7 +9,7 @@
 #include "tress/base/random.h"
 #include "tress/fiber/parameter_ranges.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 // Hashes the members that usually differ between fibers; operator== decides. 0 and -0 are equal and have one hash.
@@ -46,4 +46,4 @@ std::pair<FiberId, bool> FiberIds::find_or_add(const FiberParameters& parameters
   return {id, true};
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -9,7 +9,7 @@
 #include "tress/fiber/fiber_model.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Ids are 0, 1, ... in the order of first appearance, so a model can keep its data of fibers in a vector.
 /// find_or_add(): one thread, between passes; the rest: any thread, during a pass.
@@ -25,4 +25,4 @@ class FiberIds {
   std::unordered_multimap<std::size_t, FiberId> id_of_hash_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -5,7 +5,7 @@
 
 #include "fiber/cross_section.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 FourierReference::FourierReference(const ReferenceRequest& request) {
   const CrossSection section(request.eta, request.eccentricity, request.phi_r, request.theta_d);
@@ -44,4 +44,4 @@ double FourierReference::density(double phi) const {
   return sum / std::numbers::pi;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

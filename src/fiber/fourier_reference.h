@@ -4,7 +4,7 @@
 #include <complex>
 #include <vector>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The part of the rays of TRT.
 enum class TrtPart { whole, glint, rest };
@@ -38,4 +38,4 @@ class FourierReference {
   std::vector<std::complex<double>> coefficients_;  ///< m = 0, 1, ...; those of -m are conjugate
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

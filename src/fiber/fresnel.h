@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Returns eta' = sqrt(eta^2 - sin^2 theta) / max(cos theta, 1e-6).
 inline double bravais_index(double eta, double theta) {
@@ -40,4 +40,4 @@ inline double fresnel_leaving(double eta, double eta_prime, double cos_gamma_ins
   return fresnel_reflectance(eta, eta_prime, *cos_gamma_t, cos_gamma_inside);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// field(f)[i] is field f of record i. Every field has room for 16 more floats past its last record, so that whole
 /// vectors can be stored of which only the first lanes are used. Plain data; one thread.
@@ -40,4 +40,4 @@ class LaneStack {
   std::vector<float> floats_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -12,7 +12,7 @@
 #include "fiber/longitudinal.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The lanes are TT, TRT, TRRT, R: order p is lane_of(p). Tilts are those of the reference models' publications;
 /// `elliptical` has its own (as_traced()). Immutable plain data; any thread.
@@ -71,4 +71,4 @@ class LobeWidths {
   bool by_cosine_ = false;   ///< whether lambda of TT is proportional to 1/cos theta_r
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

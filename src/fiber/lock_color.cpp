@@ -8,7 +8,7 @@
 
 #include "fiber/lock_color_table.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 /// The range of colors for which the table was fitted; beyond it ln(sigma_a) continues along its tangent.
@@ -76,4 +76,4 @@ glm::vec3 sigma_a_of_lock(const glm::vec3& color, const FiberParameters& fiber) 
   return sigma_a;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstddef>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 inline constexpr std::array<double, 3> lock_color_etas{1.35, 1.55, 1.8};  ///< indices of refraction
 inline constexpr std::array<double, 5> lock_color_tilts{0, 0.026179939, 0.052359878, 0.087266463,
@@ -196,4 +196,4 @@ inline constexpr std::array<std::array<double, lock_color_terms>, 525> lock_colo
     {-4.695, -0.4665, 1.492, -0.2217},    {-4.612, -0.6259, 1.941, -0.4295},   {-4.587, -0.7642, 2.272, -0.5921},
 }};
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 /// e^(x^2) erfc(x), x >= 0; uses the asymptotic series where erfc underflows (error 15/(8 x^6) < 1e-8).
@@ -81,4 +81,4 @@ float LongitudinalLobe::sample_of_shape(float u) const {
   return std::clamp(static_cast<float>(theta_i), -half_pi, half_pi);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -9,7 +9,7 @@
 #include "base/logarithm.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The largest float below pi/2. Inclinations of directions are clamped to it, so that their cosine is positive.
 constexpr float half_pi = 0x1.921fb4p+0f;
@@ -170,4 +170,4 @@ class LongitudinalLobes {
   LongitudinalShape shape_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

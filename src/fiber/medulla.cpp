@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr int most_scatterings = 1 << 16;  // light that scatters more often counts as absorbed
@@ -77,4 +77,4 @@ InnerWay cross_with_medulla(const Medulla& medulla, float eccentricity, InnerRay
   return way;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -9,7 +9,7 @@
 #include "tress/base/random.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The medulla of FiberParameters. All members are 0 without a medulla, so that such fibers are equal.
 struct Medulla {
@@ -53,4 +53,4 @@ struct InnerWay {
 /// Greenstein's phase function. On return the ray is at the surface, still heading outwards.
 InnerWay cross_with_medulla(const Medulla& medulla, float eccentricity, InnerRay& ray, RandomStream& random);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

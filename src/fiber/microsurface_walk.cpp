@@ -5,7 +5,7 @@
 
 #include "fiber/fresnel.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr int most_facets = 256;  // some one path in 1e30 meets more: it leaves in the direction it has
@@ -169,4 +169,4 @@ SplitDeparture split_microsurface(const Beckmann& facets, float index, const glm
   return split(facets, index, w, facing, u_facet, random, Looking{outlook, facets, index});
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -7,7 +7,7 @@
 #include "fiber/beckmann.h"
 #include "tress/base/random.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 struct Departure {
   glm::vec3 direction;  ///< unit, in which light leaves: above the surface, or below it if `refracted`
@@ -44,4 +44,4 @@ struct Outlook {
 SplitDeparture split_microsurface(const Beckmann& facets, float index, const glm::vec3& w, const glm::vec3& facing,
                                   const std::array<float, 2>& u_facet, RandomStream& random, Outlook& outlook);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

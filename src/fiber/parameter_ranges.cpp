@@ -5,7 +5,7 @@
 #include <numbers>
 #include <optional>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 /// False for NaN.
@@ -52,4 +52,4 @@ const char* out_of_range(const FiberParameters& parameters) {
   return nullptr;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

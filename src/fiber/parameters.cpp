@@ -6,7 +6,7 @@
 
 #include "fiber/lobe_widths.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -79,4 +79,4 @@ float projected_half_width(float phi, float eccentricity) {
   return std::sqrt(s * s + c * c);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

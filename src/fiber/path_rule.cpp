@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double least_mass = 1e-14;
@@ -71,4 +71,4 @@ CentralMoments central_moments(const std::array<double, 6>& raw) {
   return m;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 constexpr int path_points = 3;
 
@@ -29,4 +29,4 @@ PathRule gauss_rule(const CentralMoments& moments);
 /// as their distance from 0.
 CentralMoments central_moments(const std::array<double, 6>& raw);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

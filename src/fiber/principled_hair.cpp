@@ -9,7 +9,7 @@
 
 #include "tress/fiber/parameter_ranges.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -120,4 +120,4 @@ glm::vec3 sigma_a_of_principled_melanin(float melanin, float redness) {
   return amount * ((1 - redness) * glm::vec3(0.506f, 0.841f, 1.653f) + redness * glm::vec3(0.343f, 0.733f, 1.924f));
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

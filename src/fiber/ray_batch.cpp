@@ -19,7 +19,7 @@
 #define TRESS_WIDE
 #endif
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 /// atan2 from the Cephes polynomial of atanf (error 1e-7), branch-free; 0 for (0, 0).
@@ -144,4 +144,4 @@ void RayBatch::azimuths(float* out) const {
   }
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

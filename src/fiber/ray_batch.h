@@ -3,7 +3,7 @@
 
 #include "fiber/cross_section.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Steps 16 rays from order to order, in plain loops over lanes that compilers vectorise. The arithmetic is that of
 /// CrossSection::follow without branches: at total internal reflection, cos_t = 0 gives reflectance 1. One thread per
@@ -43,4 +43,4 @@ class RayBatch {
   double cos_exit_[lanes], spread_[lanes];    ///< cosine of the exit, and dPhi/dh times it
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

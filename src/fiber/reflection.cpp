@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 float reflected_energy(ReflectionFresnel fresnel, float eta, float eccentricity, float theta_r, float phi_r) {
   const ReflectionLobe lobe(eta, eccentricity, theta_r, phi_r, 0, 0, smallest_lambda, fresnel);
@@ -29,4 +29,4 @@ float reflected_energy(ReflectionFresnel fresnel, float eta, float eccentricity,
   return static_cast<float>(sum);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

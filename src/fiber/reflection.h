@@ -12,7 +12,7 @@
 #include "fiber/surface_fresnel.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Light reflected at the surface, for one known direction. Let d = wrap(phi_i - phi_r), and let nu = phi_r + d/2 be
 /// the normal's azimuth. The azimuthal density is F(|cos(d/2)|; theta_r) times the shape
@@ -119,4 +119,4 @@ class ReflectionLobe {
 /// +-pi/2, radians.
 float reflected_energy(ReflectionFresnel fresnel, float eta, float eccentricity, float theta_r, float phi_r);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -10,7 +10,7 @@
 #include "fiber/microsurface_walk.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float largest_tilt = 1.5f;
@@ -273,4 +273,4 @@ void RoughFiber::follow_split(const RoughEntry& entry, const FacetNumbers& u, Ra
   }
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

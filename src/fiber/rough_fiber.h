@@ -14,7 +14,7 @@
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The place where a ray meets the fiber, in the fiber's frame (u, v, w) with major semi-axis 1.
 struct RoughEntry {
@@ -136,4 +136,4 @@ class RoughFiber {
   glm::vec3 sigma_a_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

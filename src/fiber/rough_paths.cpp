@@ -19,7 +19,7 @@
 
 #ifndef TRESS_ROUGH_PATHS_FIELDS
 #define TRESS_ROUGH_PATHS_FIELDS
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr std::size_t block = 16;
@@ -56,11 +56,11 @@ constexpr std::uint32_t is_inside = 1u << 4, crosses = 1u << 5, is_step = 1u << 
                         in_core = 1u << 14, one_step = 1u << 16, most_steps = 0xffffu << 16;
 
 }  // namespace
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace HWY_NAMESPACE {
 
 using namespace tress::HWY_NAMESPACE::lanes16;
@@ -876,12 +876,12 @@ void Places(const LaneStack& exits, float cos_b, float sin_b, float largest_heig
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr std::size_t most_kept = 1 << 16;  // number of records for which a thread keeps the memory
@@ -965,6 +965,6 @@ void RoughPathExits::places(float cos_b, float sin_b, float largest_height, std:
   height.resize(size());
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber
 
 #endif

@@ -13,7 +13,7 @@
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The exits of the paths of a RoughPaths, in the order in which they were found.
 class RoughPathExits {
@@ -79,4 +79,4 @@ class RoughPaths {
   std::unique_ptr<Memory> memory_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

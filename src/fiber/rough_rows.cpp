@@ -17,7 +17,7 @@
 #include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -174,4 +174,4 @@ RoughNode RoughGrid::choose(const FiberDirection& wr, float xi1, float xi2) cons
   return node;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -11,7 +11,7 @@
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// SliceKey::lobe of slices of the rough target. Their parameters are {eta, eccentricity, roughness, tilt} and the
 /// medulla's radius, scattering, asymmetry and absorption, 0 without a medulla. Change this number whenever the mean of
@@ -82,4 +82,4 @@ class RoughGrid {
   std::uint32_t last_phi_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

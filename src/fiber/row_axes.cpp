@@ -9,7 +9,7 @@
 
 #include "tress/fiber/elliptical_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double quarter_turn = std::numbers::pi / 2;
@@ -65,4 +65,4 @@ RowGrid::RowGrid(const adaptive::SliceDescription& slice)
   }
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -12,7 +12,7 @@
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// phi_r folded into [0, pi/2] by the symmetries of the ellipse: phi_r -> -phi_r changes the sign of the relative
 /// azimuth; phi_r -> phi_r + pi does not.
@@ -105,4 +105,4 @@ class RowGrid {
   Float4 from_ = splat(0), steps_ = splat(0);
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

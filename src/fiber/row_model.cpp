@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 std::optional<Error> wrong_service(const adaptive::Service* service, const std::string& target,
                                    adaptive::SliceKind kind) {
@@ -49,4 +49,4 @@ void EventRowModel::credit(const EventRow& row, float light) const {
   service_->credit(view, light * static_cast<float>(row.times), row.times);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -13,7 +13,7 @@
 #include "tress/adaptive/service.h"
 #include "tress/fiber/fiber_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Returns the error if a model cannot use this service; empty if it can.
 std::optional<Error> wrong_service(const adaptive::Service* service, const std::string& target,
@@ -222,4 +222,4 @@ class EventRowModel : public FiberModel {
   virtual FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u) const = 0;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

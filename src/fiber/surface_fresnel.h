@@ -7,7 +7,7 @@
 #include "base/quarter_sine.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The reflectance for one known inclination. Immutable plain data; any thread.
 class SurfaceFresnel {
@@ -68,4 +68,4 @@ class SurfaceFresnel {
   float at_normal_ = 1;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -14,7 +14,7 @@
 #include "fiber/rough_paths.h"
 #include "tress/base/random.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -171,4 +171,4 @@ std::vector<LobeMoments> TracedEnergies::at(const std::vector<double>& phi, cons
   return out;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

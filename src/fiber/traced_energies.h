@@ -9,7 +9,7 @@
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The parameters on which clear energies depend. Angles in radians.
 struct EnergyKey {
@@ -59,4 +59,4 @@ class TracedEnergies {
   std::vector<Fields> nodes_;  ///< [theta][phi]
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 const std::array shipped_models{elliptical_info, rough_info, chiang2016_info, fiber3d_info};
@@ -47,4 +47,4 @@ std::span<const std::string_view> laboratory_learners() {
   return names;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

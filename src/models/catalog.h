@@ -7,7 +7,7 @@
 #include "models/registry.h"
 #include "tress/adaptive/learner.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The models and learners of a program by name, the default first. The spans must refer to objects that live until the
 /// program ends.
@@ -37,4 +37,4 @@ const adaptive::Learner* find_learner(std::string_view name);
 std::span<const std::string_view> laboratory_models();
 std::span<const std::string_view> laboratory_learners();
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -16,7 +16,7 @@
 #include "tress/adaptive/mixture.h"
 #include "tress/fiber/chiang2016_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -173,4 +173,4 @@ class Chiang2016 final : public FiberModel {
 
 std::unique_ptr<FiberModel> make_chiang2016_model() { return std::make_unique<Chiang2016>(); }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 bool shapes_lobes(const FiberParameters& fiber) {
   const auto is_set = [](const std::optional<float>& width) { return width.has_value(); };
@@ -26,4 +26,4 @@ ChosenModel default_model(std::span<const FiberParameters> materials, std::span<
 
 std::vector<const ModelInfo*> default_models() { return {&rough_info, &elliptical_info, &chiang2016_info}; }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

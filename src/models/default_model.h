@@ -9,7 +9,7 @@
 #include "models/registry.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The usual choice (bench/README.md, chart 4): at most a third of the error of `elliptical`, in 0.95 to 1.14 times its
 /// time with a warm cache.
@@ -37,4 +37,4 @@ ChosenModel default_model(std::span<const FiberParameters> materials, std::span<
 /// All models that default_model() can choose.
 std::vector<const ModelInfo*> default_models();
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -11,7 +11,7 @@
 #include "models/lobes/lobe_choice.h"
 #include "models/rough/traced_path.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 class Fiber3d final : public FiberModel {
@@ -59,4 +59,4 @@ std::unique_ptr<FiberModel> make_fiber3d(const ModelSettings& settings) {
   return std::make_unique<Fiber3d>(settings.loses_masked_light ? Masked::is_lost : Masked::meets_others);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

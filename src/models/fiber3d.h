@@ -6,7 +6,7 @@
 #include "models/registry.h"
 #include "tress/fiber/fiber_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Traces the path of fiber/rough_fiber.h at every sample, with its definition and limits: Beckmann facets on a cuticle
 /// of tilted scales, exact Fresnel, absorption along the path in three dimensions. Light that a facet sends against
@@ -28,4 +28,4 @@ namespace tress::fiber {
 /// depends on the event's numbers and the four uniforms of sample() only.
 std::unique_ptr<FiberModel> make_fiber3d(const ModelSettings& settings);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -9,7 +9,7 @@
 #include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr int draws_per_pass = 16;
@@ -75,4 +75,4 @@ LearnedRow learn_row(const RowRequest& request) {
   return learned;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

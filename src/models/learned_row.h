@@ -6,7 +6,7 @@
 
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Angles in radians.
 struct RowRequest {
@@ -38,4 +38,4 @@ LearnedRow learn_row(const RowRequest& request);
 /// v/l)^(-l^2/v), exp(-sigma_a l) for v -> 0. It is in (0, 1].
 double transmitted_share(double sigma_a, double mean, double variance);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

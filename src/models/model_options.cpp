@@ -4,7 +4,7 @@
 
 #include "models/catalog.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 const char* words(Asks what) {
@@ -53,4 +53,4 @@ std::optional<RefusedOption> refused(std::span<const AskedOption> asked, const M
   return RefusedOption{found->name, std::string(words(found->what)) + " (" + names + ")", first};
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

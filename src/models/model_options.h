@@ -9,7 +9,7 @@
 
 #include "models/registry.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The feature of a model that an option needs.
 enum class Asks {
@@ -36,4 +36,4 @@ struct RefusedOption {
 };
 std::optional<RefusedOption> refused(std::span<const AskedOption> asked, const ModelInfo& model);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

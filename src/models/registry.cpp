@@ -5,7 +5,7 @@
 #include "models/fiber3d.h"
 #include "tress/fiber/chiang2016_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 constinit const ModelInfo elliptical_info{
     .name = "elliptical",
@@ -64,4 +64,4 @@ ModelService make_service(const ModelInfo& info, const adaptive::Options& option
   return made;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -14,7 +14,7 @@
 #include "tress/fiber/fiber_model.h"
 #include "tress/fiber/rough_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The arguments for making a model. A model reads those that it uses.
 struct ModelSettings {
@@ -73,4 +73,4 @@ extern const ModelInfo rough_info;
 extern const ModelInfo chiang2016_info;
 extern const ModelInfo fiber3d_info;
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

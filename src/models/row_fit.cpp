@@ -10,7 +10,7 @@
 #include "models/learned_row.h"
 #include "tress/fiber/elliptical_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -108,4 +108,4 @@ double relative_l2(const RowFit& curves) {
   return error / std::max(square - mass * mass / (2 * pi), 1e-3 / (2 * pi));
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

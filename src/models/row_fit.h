@@ -8,7 +8,7 @@
 
 #include "tress/fiber/lobes.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Angles in degrees. Precondition: ranges are those of the options of `tress-lab fit` (scene/model/parameters.h).
 struct RowFitRequest {
@@ -42,4 +42,4 @@ RowFit fit_row(const RowFitRequest& request);
 /// The objective of the table (adaptive/options.h) against the reference, on absolute densities.
 double relative_l2(const RowFit& row);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -18,7 +18,7 @@
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -239,4 +239,4 @@ TEST(AbsorbedObjective, ChangesNoRowAndNoBitWithTheThreads) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

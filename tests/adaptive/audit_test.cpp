@@ -13,7 +13,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using testing::MovingPeaks;
@@ -160,4 +160,4 @@ TEST(Audit, RowsOfAMovedTargetAreLearnedAnew) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -14,7 +14,7 @@
 #include "cache/format.h"
 #include "tress/adaptive/cache.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 inline std::size_t get_u64(const std::string& bytes, std::size_t at) {
   const MemoryBytes source(bytes);
@@ -66,4 +66,4 @@ inline std::string knot_cache() {
   return bytes;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -14,7 +14,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr const char* model = "moving-peaks-1";
@@ -126,4 +126,4 @@ TEST(CacheFamily, AnAncestorMergedIntoItsDescendantGivesTheDescendant) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -14,7 +14,7 @@
 #include "adaptive/cache_images.h"
 #include "adaptive/toy_target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 namespace fs = std::filesystem;
@@ -208,4 +208,4 @@ TEST_F(FolderOfCaches, MayBePrunedWhileOthersSave) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

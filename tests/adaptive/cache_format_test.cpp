@@ -15,7 +15,7 @@
 #include "cache/reader.h"
 #include "observations/sketch.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr const char* model = "elliptical-test";
@@ -425,4 +425,4 @@ TEST(CacheFormat, NamesTheModelInItsHash) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "adaptive/random_ribbons.h"
 #include "tress/adaptive/cache.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 inline CachedRow converged_row(std::uint32_t node, float objective) {
   CachedRow row;
@@ -81,4 +81,4 @@ inline TableSnapshot samples_image() {
   return image;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -3,7 +3,7 @@
 
 #include "adaptive/cache_images.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 std::string merged(const TableSnapshot& a, const TableSnapshot& b) { return encode_cache(merge_caches(a, b)); }
@@ -56,4 +56,4 @@ TEST(CacheMerge, KeepsTheSlicesAndRowsOfBoth) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -9,7 +9,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::uint32_t slices = 3;
@@ -108,4 +108,4 @@ TEST(Determinism, ReadersOnManyThreadsRaceForTheSameNodes) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

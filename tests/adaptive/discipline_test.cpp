@@ -9,7 +9,7 @@
 #include "adaptive/toy_target.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 Options checked() {
@@ -179,4 +179,4 @@ TEST(Discipline, TheLogTellsMisuseAndTheCeilingOnceEach) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

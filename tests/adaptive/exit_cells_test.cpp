@@ -13,7 +13,7 @@
 #include "adaptive/random_ribbons.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 // (u, v) of the scalar functions, errors of floats alike: 1e-5 of a cell's borders either cell is right. Many places of
@@ -60,4 +60,4 @@ TEST(ExitCells, AreThoseOfTheDistributionFunctions) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

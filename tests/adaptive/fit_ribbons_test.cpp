@@ -13,7 +13,7 @@
 
 #include "adaptive/random_ribbons.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// n exits of each ribbon, one part each, by turns.
@@ -241,4 +241,4 @@ TEST(FitRibbons, MakesRibbonsOfAnyExits) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -11,7 +11,7 @@
 
 #include "adaptive/toy_target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::size_t all_room = std::numeric_limits<std::size_t>::max();
@@ -92,4 +92,4 @@ TEST_F(Stored, AHandleOfAnotherStoreIsTold) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

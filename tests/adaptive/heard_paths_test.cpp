@@ -11,7 +11,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using testing::MovingLobes;
@@ -163,4 +163,4 @@ TEST(HeardPaths, TeachWhereTheServiceDrawsNone) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -12,7 +12,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
@@ -174,4 +174,4 @@ TEST_P(HostFaults, NodesViewsAndSlicesThatAreNotThereAreAnswered) {
 INSTANTIATE_TEST_SUITE_P(Checked, HostFaults, ::testing::Bool());
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -13,7 +13,7 @@
 #include "fit/row_learner.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 Mixture peak_at(float mu, float energy) {
@@ -115,4 +115,4 @@ TEST_F(Injected, AFitOutsideTheConstraintsIsReplacedCountedAndNeverTheAnswer) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -13,7 +13,7 @@
 #include "adaptive/random_ribbons.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 RibbonRow row_of(std::vector<RibbonRow::Part> parts) { return RibbonRow(parts); }
@@ -129,4 +129,4 @@ TEST(InterpolatedRow, IsARowWhateverItsParents) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

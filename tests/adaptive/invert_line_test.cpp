@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 TEST(InvertLine, KeepsItsBitsWhereTheLineIsNearlyFlat) {
@@ -17,4 +17,4 @@ TEST(InvertLine, KeepsItsBitsWhereTheLineIsNearlyFlat) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "fit/own_eigen.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 // Condition numbers up to some 1e5, so that 1e-9 of the solution is four digits above what rounding does.
@@ -68,4 +68,4 @@ TEST(Kernels, ShapesAgreeWithTheHyperbolicTangent) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -13,7 +13,7 @@
 #include "fit/fit_mixture.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -119,4 +119,4 @@ TEST(KnownError, OfARowWithoutLightIsNone) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -9,7 +9,7 @@
 #include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/sampled_target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 struct SampledRow {
   RibbonRow row;            ///< fitted to all paths
@@ -51,4 +51,4 @@ inline SampledRow learn_samples(const SampledTarget& target, const SliceDescript
   return learned;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

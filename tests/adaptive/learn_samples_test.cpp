@@ -15,7 +15,7 @@
 #include "adaptive/random_ribbons.h"
 #include "adaptive/sampled_targets.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using Verdict = SampledRow::Verdict;
@@ -234,4 +234,4 @@ TEST(SampledLearner, RefusesPartsThatNoRowHas) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

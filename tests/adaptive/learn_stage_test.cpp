@@ -14,7 +14,7 @@
 #include "adaptive/toy_samples.h"
 #include "convergence/held_out_test.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 const testing::MovingLobes& target() {
@@ -138,4 +138,4 @@ TEST(LearnStage, TellsWhatIsNoTarget) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

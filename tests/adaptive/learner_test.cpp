@@ -10,7 +10,7 @@
 #include "fit/fit_mixture.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -171,4 +171,4 @@ TEST(Attributes, FollowTheRaysOfEachComponent) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 Options driven_by(double picture_error) {
@@ -64,4 +64,4 @@ TEST(LightPolicy, TheBiasOfARowIsItsShareTimesItsError) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

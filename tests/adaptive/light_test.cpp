@@ -15,7 +15,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::uint64_t paths = 1000;  // a pass
@@ -208,4 +208,4 @@ TEST(Light, ACacheOfOneErrorServesAnother) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

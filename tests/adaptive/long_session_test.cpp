@@ -12,7 +12,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 TEST(LongSession, AtEpsilonOneMillionthLearningEndsAndMemoryStandsStill) {
@@ -85,4 +85,4 @@ TEST(LongSession, TheFileOfTwelveSessionsShrinksAsRowsConverge) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 #include "adaptive/toy_target.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::uint32_t size = 450;  // nodes of an axis: 5.7 MB a slice, of the 16 MB that slices always have
@@ -78,4 +78,4 @@ TEST(ManySlices, KeepTheRowsThatACacheBroughtThem) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

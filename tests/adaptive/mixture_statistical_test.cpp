@@ -13,7 +13,7 @@
 #include "tress/adaptive/mixture.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -73,4 +73,4 @@ TEST(MixtureSampling, ProposalIsWhatIsDrawn) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

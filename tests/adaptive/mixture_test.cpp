@@ -12,7 +12,7 @@
 #include "base/exp_of_negative.h"
 #include "support/quadrature.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -151,4 +151,4 @@ TEST(Mixture, PackedAttributesAreRoundedOnce) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

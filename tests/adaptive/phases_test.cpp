@@ -3,7 +3,7 @@
 
 #include "table/discipline.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 TEST(Phases, TheFirstMistakeIsKeptUntilItIsTaken) {
@@ -50,4 +50,4 @@ TEST(Phases, AreNotKeptWherePassesAreNotChecked) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -12,7 +12,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 const testing::MovingPeaks peaks;
@@ -97,4 +97,4 @@ TEST(Progress, OneThatThrowsIsToldAndEndsNothing) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "tress/adaptive/ribbon.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Knots at random azimuths, of random heights and widths; with `rough`, at the bounds of everything now and then.
 inline Ribbon random_ribbon(std::uint64_t seed, bool rough = false) {
@@ -51,4 +51,4 @@ inline Ribbon random_ribbon(std::uint64_t seed, bool rough = false) {
   return Ribbon(main, seed % 2 == 0 ? HeightLaw::normal : HeightLaw::logistic, broad);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -17,7 +17,7 @@
 #include "support/seed.h"
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 // Seed 21; 12 tests of a family with a false-alarm rate of 1e-4 together. The distribution functions, which are checked
@@ -125,4 +125,4 @@ TEST(SampledLearnerStatistical, RowsPassFalselyAsSeldomAsTheirTestSays) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

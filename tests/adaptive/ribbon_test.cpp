@@ -15,7 +15,7 @@
 #include "adaptive/random_ribbons.h"
 #include "support/quadrature.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -268,4 +268,4 @@ TEST(RibbonRow, RefusesDamage) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

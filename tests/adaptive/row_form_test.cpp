@@ -12,7 +12,7 @@
 #include "adaptive/toy_target.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr std::uint32_t size = 4;
@@ -183,4 +183,4 @@ TEST(RowForm, IsDroppedOfAllRowsOfASliceWhenOneCeasesToBeConverged) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

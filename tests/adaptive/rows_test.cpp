@@ -10,7 +10,7 @@
 #include "adaptive/toy_target.h"
 #include "tress/adaptive/learner.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr float blur = 0.2f;
@@ -116,4 +116,4 @@ TEST_F(OneSlice, RefusesARowOfSamplesAndCanClearIt) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

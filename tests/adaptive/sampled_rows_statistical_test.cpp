@@ -12,7 +12,7 @@
 #include "support/seed.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 // A fit that is at epsilon passes a test of bound T + 3.1 sd with a probability of 0.001, and what is published has
@@ -48,4 +48,4 @@ TEST(SampledRowsUnderStress, AreSeldomFalselyConvergedAndNeverByFar) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -18,7 +18,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using testing::MovingLobes;
@@ -682,4 +682,4 @@ TEST(SampledRows, OfAnotherKindOrOtherPartsAreNotTaken) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "tress/adaptive/sampled_target.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// One call a path: appends its exits.
 class PathTarget : public SampledTarget {
@@ -42,4 +42,4 @@ inline PathTarget target_of(const Ribbon& ribbon, float mass = 1) {
           }};
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -14,7 +14,7 @@
 #include "adaptive/toy_target.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 namespace fs = std::filesystem;
@@ -139,4 +139,4 @@ TEST_F(SavingMemory, OfLoadingIsTheTableAlone) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "adaptive/toy_target.h"
 #include "tress/adaptive/cache.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using testing::MovingPeaks;
@@ -283,4 +283,4 @@ TEST(Service, TopUpTestsARowThatIsHardlyEverScored) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

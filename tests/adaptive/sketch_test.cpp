@@ -11,7 +11,7 @@
 #include "properties/property.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -92,4 +92,4 @@ RC_GTEST_PROP(Coverage, LeavesNoGapWiderThanTwoAndAHalfSigma, (std::uint64_t see
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -15,7 +15,7 @@
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// The density of a row at one place.
@@ -196,4 +196,4 @@ TEST(TableState, BytesThatAreNoStateAreRefusedAndChangeNothing) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -15,7 +15,7 @@
 #include "fit/sketch_learner.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -251,4 +251,4 @@ TEST(StopTestStress, NoRowWithASpikeConvergesFalsely) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

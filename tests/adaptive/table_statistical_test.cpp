@@ -10,7 +10,7 @@
 #include "adaptive/toy_target.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 // Relative squared L2 error by a midpoint sum of 1024 points (spacing 0.006, a thirtieth of the narrowest blur).
@@ -81,4 +81,4 @@ INSTANTIATE_TEST_SUITE_P(Epsilons, ConvergedRows,
                          ::testing::Values(Case{0.01, 20, 0.99, 8.0 / 1200}, Case{0.001, 24, 0.9, 12.0 / 1200}));
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

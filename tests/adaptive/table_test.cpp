@@ -9,7 +9,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using testing::MovingPeaks;
@@ -203,4 +203,4 @@ TEST(FixedMoments, AgreeWithDoublesAndNotWithTheOrder) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

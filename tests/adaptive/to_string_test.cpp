@@ -7,7 +7,7 @@
 
 #include "tress/version.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 TEST(ToString, NamesEveryState) {
@@ -53,4 +53,4 @@ TEST(Version, IsThatOfTheHeaders) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "support/quadrature.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -87,4 +87,4 @@ TEST(WrappedGaussian, HasMassOne) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

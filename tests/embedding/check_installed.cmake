@@ -35,6 +35,10 @@ if(NOT FLAGS MATCHES "-fsanitize")
 endif()
 if(SHARED)
   expect_libraries(${WORK}/build/fiber ${prefix})
+else()
+  foreach(library base adaptive fiber)
+    expect_versioned_names(${prefix}/lib/libtress_${library}.a)
+  endforeach()
 endif()
 
 # What is installed of the scenes is all that they need: each that names a file renders, small, from the prefix.

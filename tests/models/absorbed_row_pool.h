@@ -8,7 +8,7 @@
 
 #include "models/elliptical/absorbed_row.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Owns its rows until it is destroyed. One thread.
 class AbsorbedRowPool {
@@ -29,4 +29,4 @@ class AbsorbedRowPool {
   std::size_t bytes_ = 0;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

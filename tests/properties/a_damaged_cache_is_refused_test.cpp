@@ -3,7 +3,7 @@
 
 #include "properties/generators.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 void expect_refused(const std::string& bytes) {
@@ -36,4 +36,4 @@ RC_GTEST_PROP(Cache, WithAChangedByteIsRefused, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

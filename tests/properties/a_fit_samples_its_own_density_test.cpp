@@ -11,7 +11,7 @@
 #include "properties/generators.h"
 #include "support/mixture_formula.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using std::numbers::pi;
@@ -76,4 +76,4 @@ RC_GTEST_PROP(Mixture, SamplesItsProposalDensity, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -14,7 +14,7 @@
 #include "support/mixture_formula.h"
 #include "support/quadrature.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using std::numbers::pi;
@@ -198,4 +198,4 @@ RC_GTEST_PROP(Mixture, InTheStoreIsNotTouchedByOthers, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

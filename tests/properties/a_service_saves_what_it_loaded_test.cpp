@@ -11,7 +11,7 @@
 #include "properties/service_model.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// As a session finds it: read from its bytes.
@@ -92,4 +92,4 @@ RC_GTEST_PROP(Cache, OfAnyRowsIsTakenByTheRulesOfTheNaiveModel, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

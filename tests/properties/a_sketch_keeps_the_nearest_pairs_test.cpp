@@ -12,7 +12,7 @@
 #include "properties/generators.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using std::numbers::pi;
@@ -89,4 +89,4 @@ RC_GTEST_PROP(Sketch, MergesAsASemilattice, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -11,7 +11,7 @@
 #include "references/registry.h"
 #include "tress/adaptive/learner.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 struct Told {
@@ -62,4 +62,4 @@ TRESS_DEAR_PROPERTY(Service, OfAnyLearnerLearnsTheSameFromAPassAndItsPieces, 20)
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

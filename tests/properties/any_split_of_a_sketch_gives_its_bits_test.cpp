@@ -10,7 +10,7 @@
 #include "properties/generators.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 struct Observation {
@@ -60,4 +60,4 @@ RC_GTEST_PROP(Sketch, OfAPassEqualsThoseOfItsPieces, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 
 #include "properties/combinators.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using testing::below;
@@ -60,4 +60,4 @@ void showValue(const Host& host, std::ostream& out) {
   out << "\n";
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

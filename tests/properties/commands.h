@@ -8,7 +8,7 @@
 #include "properties/property.h"
 #include "properties/service_model.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// `times` queries of one node.
 struct Queries {
@@ -46,4 +46,4 @@ rc::Gen<Host> any_host();
 
 void showValue(const Host& host, std::ostream& out);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

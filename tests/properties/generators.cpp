@@ -12,7 +12,7 @@
 #include "observations/sketch.h"
 #include "properties/combinators.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 rc::Gen<float> any_azimuth() {
   const float pi = std::numbers::pi_v<float>;
@@ -266,4 +266,4 @@ void showValue(const TableSnapshot& image, std::ostream& out) {
   out << "\n";
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

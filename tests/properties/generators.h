@@ -13,7 +13,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 inline constexpr const char* any_model = "moving-peaks-1";
 
@@ -51,4 +51,4 @@ void showValue(const SketchBin& bin, std::ostream& out);
 void showValue(const CachedRow& row, std::ostream& out);
 void showValue(const TableSnapshot& image, std::ostream& out);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -7,7 +7,7 @@
 
 #include "properties/generators.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// Merges neighbours until one is left; `choices` says which.
@@ -32,4 +32,4 @@ TRESS_DEAR_PROPERTY(Merging, OfAnyListInAnyOrderIsOneTable, 50) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -1,7 +1,7 @@
 // Merging is associative: however three tables are bracketed, the file is the same to the byte.
 #include "properties/generators.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 RC_GTEST_PROP(Merging, IsAssociativeToTheByte, ()) {
@@ -10,4 +10,4 @@ RC_GTEST_PROP(Merging, IsAssociativeToTheByte, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -1,7 +1,7 @@
 // Merging is commutative: whichever of two tables comes first, the file is the same to the byte.
 #include "properties/generators.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 RC_GTEST_PROP(Merging, IsCommutativeToTheByte, ()) {
@@ -10,4 +10,4 @@ RC_GTEST_PROP(Merging, IsCommutativeToTheByte, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -1,7 +1,7 @@
 // Merging is idempotent: what is in a table already changes nothing in it, and the empty table never does.
 #include "properties/generators.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 RC_GTEST_PROP(Merging, IsIdempotentToTheByte, ()) {
@@ -19,4 +19,4 @@ RC_GTEST_PROP(Merging, WithTheEmptyTableChangesNothing, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

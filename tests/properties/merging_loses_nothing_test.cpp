@@ -5,7 +5,7 @@
 #include "cache/format.h"
 #include "properties/generators.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// The table of this row alone: equal rows are equal bytes.
@@ -91,4 +91,4 @@ RC_GTEST_PROP(Merging, GivesATableThatCanBeRead, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

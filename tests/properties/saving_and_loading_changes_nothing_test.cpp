@@ -3,7 +3,7 @@
 
 #include "properties/generators.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// What a file keeps of a row: the same but for what its state does not have.
@@ -51,4 +51,4 @@ RC_GTEST_PROP(Cache, DecodesWhatItEncoded, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

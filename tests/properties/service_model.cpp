@@ -10,7 +10,7 @@
 #include "observations/sketch.h"
 #include "properties/property.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// As they stand in a file: equal values are equal bytes.
@@ -302,4 +302,4 @@ void ServiceModel::check_saved(const Service& service) {
   if (!has_loaded_) RC_ASSERT(count == g_evaluations_);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

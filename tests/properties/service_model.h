@@ -10,7 +10,7 @@
 
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// For services without a memory ceiling in reach, learner `sketch`. Every method that has the service at hand asserts
 /// (RC_ASSERT) that it is as it must be.
@@ -75,4 +75,4 @@ class ServiceModel {
   std::uint64_t last_reopened_ = 0;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

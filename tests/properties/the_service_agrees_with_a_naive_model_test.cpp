@@ -18,7 +18,7 @@
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 /// The peaks of MovingPeaks, all of them turned: another target under the same name, as a changed tracer would be.
@@ -229,4 +229,4 @@ RC_GTEST_PROP(Service, CreatesRowsInTheOrderOfLightThenQueriesThenKey, ()) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

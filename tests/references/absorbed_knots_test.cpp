@@ -15,7 +15,7 @@
 
 #include "references/knot_tables.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -123,4 +123,4 @@ TEST(AbsorbedKnots, TakeALineForFourKnots) {
 }
 
 }  // namespace
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

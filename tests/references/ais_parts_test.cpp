@@ -15,7 +15,7 @@
 #include "references/learners/nnls.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using tress::testing::two_lobes;
@@ -249,4 +249,4 @@ TEST(AisStop, PrintedNeverStopsAndMendedDoes) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -12,7 +12,7 @@
 #include "support/chi_square.h"
 #include "support/seed.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -61,4 +61,4 @@ TEST(AisStatistical, TheProposalDrawsItsDensity) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -13,7 +13,7 @@
 
 #include "references/ais_targets.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 using tress::testing::relative_l2;
@@ -243,4 +243,4 @@ TEST(Ais, PeriodicityTermClosesTheLine) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

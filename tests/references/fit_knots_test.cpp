@@ -14,7 +14,7 @@
 #include "tress/adaptive/traced_nodes.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -165,4 +165,4 @@ TEST(FitKnots, WhatItsPointsCannotSeeIsNotTakenForFitted) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

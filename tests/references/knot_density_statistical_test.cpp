@@ -14,7 +14,7 @@
 #include "support/seed.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -49,4 +49,4 @@ TEST(KnotDensityStatistical, DrawsFromItsProposal) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

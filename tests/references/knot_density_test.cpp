@@ -12,7 +12,7 @@
 #include "references/knot_tables.h"
 #include "support/quadrature.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -103,4 +103,4 @@ TEST(KnotDensity, HasAnAnswerForEveryInput) {
 }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

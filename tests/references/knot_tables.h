@@ -9,7 +9,7 @@
 #include "references/learners/knot_density.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// `count` knots of mass `energy`: most of them small, some of them 0, neighbouring peaks among them.
 inline KnotDensity rough_table(std::size_t count, float energy, std::uint64_t seed) {
@@ -26,4 +26,4 @@ inline KnotDensity rough_table(std::size_t count, float energy, std::uint64_t se
   return KnotDensity(std::move(knots));
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -13,7 +13,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -187,4 +187,4 @@ TEST(Learners, FixedNumbersOfComponentsAreKept) {
 TEST(Learners, ANameThatIsNoneFindsNone) { EXPECT_EQ(references::find_learner("skech"), nullptr); }
 
 }  // namespace
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

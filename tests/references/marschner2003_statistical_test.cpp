@@ -10,7 +10,7 @@
 #include "references/registry.h"
 #include "support/seed.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float degree = std::numbers::pi_v<float> / 180;
@@ -58,4 +58,4 @@ TEST(marschner2003_statistics, samples_of_every_lobe_alone_follow_its_density) {
 }
 
 }  // namespace
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -18,7 +18,7 @@
 #include "support/chi_square.h"
 #include "tress/base/random.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double pi = std::numbers::pi, degree = pi / 180;
@@ -329,4 +329,4 @@ TEST(marschner2003, splitting_the_glint_changes_layers_only) {
 }
 
 }  // namespace
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -12,7 +12,7 @@
 #include "references/taught_pekelis.h"
 #include "support/seed.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float degree = std::numbers::pi_v<float> / 180;
@@ -61,4 +61,4 @@ TEST(pekelis2015_statistics, samples_follow_the_density_in_every_state_and_readi
 }
 
 }  // namespace
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -20,7 +20,7 @@
 #include "tress/adaptive/traced_nodes.h"
 #include "tress/base/random.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double pi = std::numbers::pi, degree = pi / 180;
@@ -310,4 +310,4 @@ TEST(pekelis2015, is_finite_with_bounded_weights_at_every_corner) {
 }
 
 }  // namespace
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

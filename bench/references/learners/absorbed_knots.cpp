@@ -9,7 +9,7 @@
 #include "density/invert_line.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -83,4 +83,4 @@ AbsorbedKnots::AbsorbedKnots(const adaptive::KnotDensity& table, const glm::vec3
   }
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -11,7 +11,7 @@
 #include "models/elliptical/absorbed_row.h"
 #include "references/learners/knot_density.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Straight lines between knots in three channels, each of mass 1, inverted under any mix of the channels. Immutable;
 /// any thread. Its functions are those of AbsorbedRow.
@@ -38,4 +38,4 @@ class AbsorbedKnots {
   std::uint32_t count_;  ///< number of knots
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -13,7 +13,7 @@
 #include "references/learners/ais_step.h"
 #include "references/learners/ais_stop.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -280,4 +280,4 @@ AisFit fit_ais(const AisTarget& target, RandomStream random, const AisSettings& 
   return fit;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

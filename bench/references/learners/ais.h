@@ -10,7 +10,7 @@
 #include "tress/adaptive/traced_nodes.h"
 #include "tress/base/random.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// What is fitted: g on the circle.
 struct AisTarget {
@@ -48,4 +48,4 @@ struct AisFit {
 /// that comes back is the best by those draws. Pure, deterministic, never fails: see AisEnd. Any thread.
 AisFit fit_ais(const AisTarget& target, RandomStream random, const AisSettings& settings = {});
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -14,7 +14,7 @@
 #include "base/exp_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace HWY_NAMESPACE {
 
 using namespace tress::HWY_NAMESPACE;
@@ -60,11 +60,11 @@ void AisColumns(const AisShape& shape, bool circular, const double* azimuth, std
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -85,5 +85,5 @@ void ais_columns(const AisShape& shape, AisBasis basis, const double* azimuth, s
   (shape, basis == AisBasis::circular, azimuth, n, p, first, second, stride);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive
 #endif

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// What x = phi - mu is: wrapped into [-pi, pi) (this project's components), or taken on the line, where p_d is cut
 /// off at +-pi (table 3 as printed; the periodicity term of section 5.2 is for these).
@@ -30,4 +30,4 @@ constexpr std::size_t ais_first = 3, ais_second = 5;
 void ais_columns(const AisShape& shape, AisBasis basis, const double* azimuth, std::size_t n, double* p, double* first,
                  double* second, std::size_t stride);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

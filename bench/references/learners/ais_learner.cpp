@@ -5,7 +5,7 @@
 #include "references/learners/ais.h"
 #include "references/learners/own_draw.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr int most_fits = 4;
@@ -41,4 +41,4 @@ void AisLearner::begin(FitContext& context) {
   }
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

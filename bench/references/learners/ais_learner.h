@@ -3,7 +3,7 @@
 
 #include "fit/row_learner.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Fits by fit_ais with its default settings but D, which is FitContext::components, and the threshold, a quarter of
 /// Options::epsilon, as for ours: the row's own test has far fewer draws. A fit that fails that test is made anew from
@@ -17,4 +17,4 @@ class AisLearner final : public RowLearner {
   std::size_t bytes() const override { return sizeof(*this); }
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -7,7 +7,7 @@
 
 #include "fit/kernels.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -232,4 +232,4 @@ std::size_t AisProblem::largest_shortfall() const {
   return best;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 #include "references/learners/ais_columns.h"
 #include "references/learners/ais_settings.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// a_d multiplies the unnormalised p_d (AisShape), a_0 the uniform density.
 struct AisParts {
@@ -85,4 +85,4 @@ class AisProblem {
   mutable std::vector<double> scratch_;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

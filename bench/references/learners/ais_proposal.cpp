@@ -6,7 +6,7 @@
 
 #include "fit/problem.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -81,4 +81,4 @@ Mixture to_mixture(const AisParts& parts, AisBasis basis, double scale) {
   return mixture;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

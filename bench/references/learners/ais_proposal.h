@@ -4,7 +4,7 @@
 #include "references/learners/ais_problem.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// pi_d p_d/P_d with pi_d ~ a_d P_d, a_0 among them, and a share that is uniform. Uniform where a has no mass.
 class AisProposal {
@@ -26,4 +26,4 @@ class AisProposal {
 /// The same mixture in this project's form: a_d P_d as weights, mass `energy`.
 Mixture to_mixture(const AisParts& parts, AisBasis basis, double scale);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -2,7 +2,7 @@
 
 #include "references/learners/nnls.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr int halvings = 8;
@@ -22,4 +22,4 @@ void regress_weights(AisProblem& problem, AisRange range) {
   for (int i = 0; i < halvings && !problem.try_weights(range, now + way * (best - now)); ++i) way /= 2;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

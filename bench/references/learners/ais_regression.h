@@ -3,7 +3,7 @@
 
 #include "references/learners/ais_problem.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Gives the range the weights that minimise O, b and all others kept: for L2 exactly, a' = argmin over a >= 0 of
 /// (g - P^T a)^T W (g - P^T a) by non-negative least squares (the printed (P^t G P)^-1 P^t G g has the shapes
@@ -11,4 +11,4 @@ namespace tress::adaptive {
 /// way there is halved until O does not rise. O never rises.
 void regress_weights(AisProblem& problem, AisRange range);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

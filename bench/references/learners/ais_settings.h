@@ -6,7 +6,7 @@
 
 #include "references/learners/ais_columns.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// h of step IV.
 enum class AisDistance : std::uint8_t {
@@ -72,4 +72,4 @@ struct AisSettings {
   bool keep_energy = true;  ///< a is scaled so that the mass of f is the known one of g
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 
 #include "fit/problem.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -115,4 +115,4 @@ bool AisStepper::gradient(AisProblem& problem, AisRange range, double& length) c
   return false;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

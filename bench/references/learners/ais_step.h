@@ -6,7 +6,7 @@
 
 #include "references/learners/ais_problem.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Bounds B of b: mu in [-pi, pi) (it wraps, or stops at the ends of the line), scales in [0.004, 0.5] as mixture.h.
 /// Keeps what one step has taught the next: the damping of Newton's steps and the length of the gradient's, for each
@@ -26,4 +26,4 @@ class AisStepper {
   std::vector<double> memory_;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 // The block of k changes that ends `back` blocks before the end: S_(jk,t)/k, and the empirical variance.
@@ -58,4 +58,4 @@ double ais_p_product(std::span<const double> x, std::size_t k, double epsilon, A
   return product;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

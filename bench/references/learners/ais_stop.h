@@ -6,7 +6,7 @@
 
 #include "references/learners/ais_settings.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Estimate of the chance of a false positive at the last of x_t = log(o_t), the log relative objectives, oldest first:
 /// p_t = 1 - Phi(sqrt k (S_k/k - nu_l)/sigma) + Phi(sqrt k (S_k/k - nu_h)/sigma), from the blocks of k changes
@@ -18,4 +18,4 @@ double ais_p_value(std::span<const double> x, std::size_t k, double epsilon, Ais
 /// p_T, the product over t = k, 2k, .. T. Not a p-value: its level is 5.6 to 51 % where alpha is 1 %.
 double ais_p_product(std::span<const double> x, std::size_t k, double epsilon, AisStop form);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

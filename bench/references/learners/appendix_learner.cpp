@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 // What counts as a small change of a parameter: the metric of the projection.
@@ -131,4 +131,4 @@ bool AppendixLearner::set_state(std::span<const std::uint64_t> words) {
          entry_.size() == average_.size();
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

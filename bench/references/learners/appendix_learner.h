@@ -3,7 +3,7 @@
 
 #include "references/learners/online.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// As printed, one reading of it line by line (ESTIMATOR.md, E6). A reference: it does not converge.
 class LiteralAppendixLearner final : public RowLearner {
@@ -39,4 +39,4 @@ class AppendixLearner final : public RowLearner {
   std::uint64_t entries_ = 0;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -4,7 +4,7 @@
 
 #include "references/learners/own_draw.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 void EagerLearner::begin(FitContext& context) {
   SketchLearner::begin(context);
@@ -20,4 +20,4 @@ void EagerLearner::begin(FitContext& context) {
   }
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -5,7 +5,7 @@
 
 #include "fit/sketch_learner.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 class EagerLearner final : public SketchLearner {
  public:
@@ -14,4 +14,4 @@ class EagerLearner final : public SketchLearner {
   void learn(FitContext&) override {}
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 
 #include "fit/own_eigen.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -176,4 +176,4 @@ bool EmLearner::set_state(std::span<const std::uint64_t> words) {
   return true;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

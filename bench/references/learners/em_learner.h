@@ -5,7 +5,7 @@
 
 #include "references/learners/online.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// ESTIMATOR.md, E6. D is fixed. The family has no sufficient statistics of few numbers, so those kept are, per
 /// component and bin of the circle, the running mean of weight times responsibility: additive, and enough for any
@@ -31,4 +31,4 @@ class EmLearner final : public RowLearner {
   std::vector<float> statistics_;  ///< (D + 1) x bins, the uniform part last
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
@@ -128,4 +128,4 @@ KnotFit fit_knots(const TracedNodes& nodes, double epsilon) {
   return fit;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 #include "references/learners/knot_density.h"
 #include "tress/adaptive/traced_nodes.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 struct KnotFit {
   KnotDensity table;              ///< its mass is nodes.energy(); it has no attributes
@@ -22,4 +22,4 @@ KnotFit fit_knots(const TracedNodes& nodes, double epsilon);
 /// density_k hat_k / f)(azimuth), G being the blur: the share of the knot's hat in the ray's light.
 KnotDensity with_attributes(const KnotDensity& table, const TracedNodes& nodes);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -10,7 +10,7 @@
 #include "fit/kernels.h"
 #include "references/learners/fit_knots.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
@@ -97,4 +97,4 @@ KnotDensity with_attributes(const KnotDensity& table, const TracedNodes& nodes) 
   return KnotDensity(std::move(knots));
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -13,7 +13,7 @@
 #include "density/invert_line.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -63,4 +63,4 @@ float KnotDensity::sample(float u, float u_share) const {
   return wrap_angle(x);
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// One knot: the density there, and the moments of the attribute over the light of its hat function.
 struct Knot {
@@ -52,4 +52,4 @@ class KnotDensity {
   float energy_ = 0;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 // Solves for the free unknowns alone; the others stay 0. The matrix is scaled to a unit diagonal; a ridge keeps nearly
@@ -68,4 +68,4 @@ Eigen::VectorXd non_negative_least_squares(const Eigen::MatrixXd& gram, const Ei
   return x;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <numbers>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -103,4 +103,4 @@ bool take_vector(std::span<const std::uint64_t>& words, Vector& vector) {
   return true;
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 #include "fit/problem.h"
 #include "fit/row_learner.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Draws of a pass that are replayed at most; more are left unused.
 constexpr std::uint64_t most_replayed = 256;
@@ -39,4 +39,4 @@ std::vector<WeightedDraw> replay(FitContext& context, const Mixture& fit, std::u
 /// f at one azimuth and its derivatives by the parameters (4 D + 1 of them). x in [-pi, pi).
 double density_and_gradient(const Vector& parameters, double x, Vector& gradient);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

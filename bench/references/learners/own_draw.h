@@ -3,7 +3,7 @@
 
 #include "fit/row_learner.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Draws an azimuth from the proposal of the context's fit, with its g, counted and scored. The learner may use the
 /// pair after the test, but never for the fit that it scored. Needs has_fit.
@@ -16,4 +16,4 @@ inline ObservedPair draw_own(FitContext& context) {
   return {x, value};
 }
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

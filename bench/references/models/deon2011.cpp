@@ -24,7 +24,7 @@
 #include "tress/adaptive/mixture.h"
 #include "tress/base/random.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -188,4 +188,4 @@ std::unique_ptr<FiberModel> make_deon2011(const ModelSettings& settings) {
                                                                    : deon2011_default_points);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -41,7 +41,7 @@
 
 #include "models/registry.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Points over h where ModelSettings::quadrature_points is 0. They resolve a detector of 2 degrees to 8e-4 (relative L2
 /// of N; 35 points one of 3 degrees to 8e-3, 100 one of 1 degree to 0.01: bench_azimuth, TT at theta 20 degrees).
@@ -50,4 +50,4 @@ constexpr int deon2011_default_points = 70;
 /// Reads settings.quadrature_points.
 std::unique_ptr<FiberModel> make_deon2011(const ModelSettings& settings);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -10,7 +10,7 @@
 #include "fiber/surface_fresnel.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -195,4 +195,4 @@ float AzimuthalTrace::sample(int p, const glm::vec3& channel_weights, float u, f
   return adaptive::wrap_angle(side * azimuth + order.sigma * normal);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

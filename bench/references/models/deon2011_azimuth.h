@@ -8,7 +8,7 @@
 
 #include "base/float4.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Gauss-Legendre points over h in [-1, 1]. A circle mirrors h and -h, so that only one of the two is traced. Immutable
 /// plain data; any thread.
@@ -71,4 +71,4 @@ class AzimuthalTrace {
   std::array<Order, detected_orders> orders_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -19,7 +19,7 @@
 #include "references/models/marschner_table.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -148,4 +148,4 @@ class Marschner2003 final : public FiberModel {
 
 std::unique_ptr<FiberModel> make_marschner2003(const ModelSettings&) { return std::make_unique<Marschner2003>(); }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

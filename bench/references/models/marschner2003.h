@@ -25,11 +25,11 @@
 
 #include "tress/fiber/fiber_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 struct ModelSettings;
 
 /// Reads nothing of the settings.
 std::unique_ptr<FiberModel> make_marschner2003(const ModelSettings& settings);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -6,7 +6,7 @@
 
 #include "fiber/fresnel.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -160,4 +160,4 @@ MarschnerCircle marschner_trt_circle(double eta, double eccentricity, double phi
   return {marschner_index(eta, eccentricity, phi_r + 0.5 * phi), eta, theta_d};
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -18,7 +18,7 @@
 #include <array>
 #include <cstddef>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// eta* >= this, where the printed formula falls to 0.73 at e = 0.5.
 constexpr double smallest_index = 1.01;
@@ -97,4 +97,4 @@ double marschner_index(double eta, double eccentricity, double phi_h);
 /// phi/2).
 MarschnerCircle marschner_trt_circle(double eta, double eccentricity, double phi_r, double theta_d, double phi);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -4,7 +4,7 @@
 #include "fiber/energy_table.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float share_of_all = 0.02f;
@@ -56,4 +56,4 @@ std::size_t draw_lobe(const FiberEvent& event, float u) {
   return drawn;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -11,7 +11,7 @@
 #include "references/models/marschner_table.h"
 #include "tress/fiber/fiber_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Where every lobe has underflowed; S is 0 there.
 constexpr float smallest_pdf = 1e-30f;
@@ -48,4 +48,4 @@ inline float selection_of(const FiberEvent& event, std::size_t lobe) {
   return event.selection[static_cast<std::size_t>(own_lobes[lobe])];
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -179,4 +179,4 @@ std::size_t MarschnerTables::bytes() const {
   return bytes;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -13,7 +13,7 @@
 #include "fiber/path_rule.h"
 #include "references/models/marschner_azimuth.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// R, TT, TRT without its caustics, GLINT (the caustics, k_G = 1): indices of arrays of them.
 enum class MarschnerLobe { r = 0, tt = 1, trt = 2, glint = 3 };
@@ -83,4 +83,4 @@ class MarschnerTables {
   std::map<std::tuple<double, double, double>, std::shared_ptr<const MarschnerTable>> tables_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -21,7 +21,7 @@
 #include "references/models/ou2012_lobes.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -204,4 +204,4 @@ class Ou2012 final : public FiberModel {
 
 std::unique_ptr<FiberModel> make_ou2012(const ModelSettings&) { return std::make_unique<Ou2012>(); }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -6,7 +6,7 @@
 
 #include "models/registry.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Four lobes that need no optics: with phi = wrap(phi_i - phi_r) and g(x; w) = e^(-x^2 / 2 w^2), of height 1,
 ///   S = sum_p C_p g(theta_h - alpha_p; beta_p) N_p(phi) cos^2 theta_i / cos^2 theta_d,
@@ -32,4 +32,4 @@ namespace tress::fiber {
 /// roughness_shift() have no meaning here.
 std::unique_ptr<FiberModel> make_ou2012(const ModelSettings& settings);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

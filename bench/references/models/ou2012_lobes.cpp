@@ -11,7 +11,7 @@
 #include "fiber/longitudinal.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -107,4 +107,4 @@ CircleFarField::CircleFarField(float eta, const glm::vec3& sigma_a, float sigma_
   }
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

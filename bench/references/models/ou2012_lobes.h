@@ -8,7 +8,7 @@
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Gaussian g of height 1, and Cauchy law of the same scale, on |x| of a circle, x the distance in azimuth from the
 /// known direction: about +-centre, two lobes unless the centre is 0 or pi. Radians.
@@ -62,4 +62,4 @@ struct CircleFarField {
   float caustic = 0;                           ///< |azimuth| of TRT's caustic
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

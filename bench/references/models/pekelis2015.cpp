@@ -24,7 +24,7 @@
 #include "references/models/pekelis2015_target.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -317,4 +317,4 @@ std::unique_ptr<FiberModel> make_pekelis2015(const ModelSettings& settings, Peke
   return std::make_unique<Pekelis2015>(settings, reading);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -34,7 +34,7 @@
 #include "tress/adaptive/target.h"
 #include "tress/fiber/fiber_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 struct ModelSettings;
 
@@ -42,4 +42,4 @@ std::unique_ptr<adaptive::Target> make_pekelis2015_target();
 /// settings.service: on make_pekelis2015_target(); null for `exact`.
 std::unique_ptr<FiberModel> make_pekelis2015(const ModelSettings& settings, PekelisReading reading);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr double pi = std::numbers::pi, degree = pi / 180;
@@ -69,4 +69,4 @@ void PekelisTarget::trace(const adaptive::SliceDescription& slice, float a, floa
   }
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

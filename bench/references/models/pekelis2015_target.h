@@ -21,7 +21,7 @@
 #include "references/models/marschner_table.h"
 #include "tress/adaptive/target.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The nearest of the grid's values. Radians.
 float nearest_pekelis_eccentricity(float eccentricity);
@@ -47,4 +47,4 @@ class PekelisTarget : public adaptive::Target {
   std::string model_name() const override { return "pekelis2015-1"; }
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -6,7 +6,7 @@
 
 #include "fiber/fresnel.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -68,4 +68,4 @@ glm::vec3 PekelisAttenuation::operator()(int order, float cos_gamma) const {
   return kept * glm::vec3(std::exp(-zeta_.x * length), std::exp(-zeta_.y * length), std::exp(-zeta_.z * length));
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -11,7 +11,7 @@
 
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 enum class PekelisReading { corrected, as_printed };
 
@@ -44,4 +44,4 @@ class PekelisAttenuation {
   glm::vec3 zeta_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -14,7 +14,7 @@
 #include "tress/base/error.h"
 #include "tress/base/replace_file.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 enum class RowState : std::uint8_t {
   absent = 0,     ///< only counted; queries are answered by tracing the node
@@ -215,4 +215,4 @@ TableSnapshot merge_caches(const TableSnapshot& a, const TableSnapshot& b);
 std::string cache_hash(RowSource& rows);
 std::string cache_hash(const TableSnapshot& image);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -13,7 +13,7 @@
 #include "tress/adaptive/service.h"
 #include "tress/base/error.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// $XDG_CACHE_HOME/tress, else $HOME/.cache/tress. Error if neither is an absolute path.
 Result<std::filesystem::path> default_cache_folder();
@@ -76,4 +76,4 @@ class CacheFolder {
   std::map<std::filesystem::path, CacheContents> known_;  ///< contents of files that have not changed since
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

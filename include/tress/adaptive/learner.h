@@ -3,7 +3,7 @@
 
 #include <memory>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 class RowLearner;
 
@@ -18,4 +18,4 @@ struct Learner {
 
 extern const Learner sketch_learner;  ///< least squares on the exact pairs of the render, after each pass
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

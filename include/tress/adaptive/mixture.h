@@ -7,7 +7,7 @@
 #include <numbers>
 #include <span>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Does what wrap_angle() does for an angle that is out of range.
 float wrap_turns(float x);
@@ -112,4 +112,4 @@ class PackedMixture {
 };
 static_assert(sizeof(PackedMixture) == 16);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -9,7 +9,7 @@
 
 #include "tress/adaptive/learner.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 struct Options {
   /// The relative squared L2 error below which a row has converged: the objective integral (g - f)^2 / max(integral (g
@@ -89,4 +89,4 @@ struct Options {
   std::uint32_t tests_to_converge() const { return epsilon < 0.01 ? 3 : 2; }
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

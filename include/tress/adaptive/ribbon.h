@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// One knot of a layer. Between two knots density, mode and scales are linear in the azimuth.
 struct RibbonKnot {
@@ -140,4 +140,4 @@ struct GammaDecay {
   float at(float rate) const;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -16,7 +16,7 @@
 
 #include "tress/adaptive/row_view.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 class FormStore;
 class Service;
@@ -144,4 +144,4 @@ class AnswerReader {
   std::uint32_t queries_ = 0, converged_ = 0;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -9,7 +9,7 @@
 #include "tress/adaptive/ribbon.h"
 #include "tress/adaptive/traced_nodes.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 using SliceId = std::uint32_t;
 
@@ -49,4 +49,4 @@ struct RowView {
   float sample(float u, float u_share) const { return fit ? fit->sample(u, u_share) : Mixture{}.sample(u, u_share); }
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

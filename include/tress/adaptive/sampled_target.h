@@ -9,7 +9,7 @@
 
 #include "tress/adaptive/target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// One exit of a drawn path: `weight` of the light that enters at the node leaves at (azimuth, height) as `part`.
 struct SampledExit {
@@ -51,4 +51,4 @@ class SampledTarget {
   virtual std::string model_name() const = 0;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

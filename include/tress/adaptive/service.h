@@ -29,7 +29,7 @@
 #include "tress/adaptive/telemetry.h"
 #include "tress/base/error.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Thread-safety. look_up, fetch, observe, score, credit, hear: any thread. They are wait-free, except for what is made
 /// on first touch, the trace of an absent node and the form of a converged row. All other functions: one thread, while
@@ -159,4 +159,4 @@ class Service {
   std::unique_ptr<Table> table_;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

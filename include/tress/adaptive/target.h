@@ -12,7 +12,7 @@
 
 #include "tress/adaptive/mixture.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Names a slice: its lobe, and the parameters on which the target at its nodes depends. The host defines their
 /// meaning; the service compares, orders (by value) and stores them. Finite values only; -0 is 0.
@@ -89,4 +89,4 @@ class Target {
   virtual std::string model_name() const = 0;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

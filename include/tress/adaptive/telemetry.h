@@ -13,7 +13,7 @@
 #include "tress/adaptive/cache.h"
 #include "tress/base/error.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// Errors of the forms of rows, at the decay rates passed to Service::add_form (hair: with the colors in use, whereas
 /// `objective` is for clear hair). Relative squared L2 to the variation of the row at that rate, however little that
@@ -132,4 +132,4 @@ class TelemetryWriter {
   bool failed_ = false;
 };
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 #include "tress/adaptive/target.h"
 #include "tress/adaptive/telemetry.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// "absent", "open", "converged" or "refused", as in telemetry. Static storage.
 const char* state_name(RowState state);
@@ -22,4 +22,4 @@ std::string to_string(const Options& options);
 /// What a host shows of a pass: queries, share answered by fits, rows by state, memory.
 std::string to_string(const PassReport& report);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -8,7 +8,7 @@
 
 #include "tress/adaptive/target.h"
 
-namespace tress::adaptive {
+namespace tress::inline v0_2::adaptive {
 
 /// The rays of one row. Immutable after construction; any thread may read.
 class TracedNodes {
@@ -46,4 +46,4 @@ class TracedNodes {
 /// Wrapped Gaussian of standard deviation sigma at x (radians, any turn), 1/rad.
 float wrapped_gaussian(float x, float sigma);
 
-}  // namespace tress::adaptive
+}  // namespace tress::inline v0_2::adaptive

@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// A failure that the user can correct. Libraries return it and never throw it.
 struct Error {
@@ -47,4 +47,4 @@ class Result {
   std::variant<T, Error> content_;
 };
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// Mixes 64 bits (the finaliser of splitmix64, Steele et al. 2014). Bijective.
 constexpr std::uint64_t mix_bits(std::uint64_t x) {
@@ -34,4 +34,4 @@ class RandomStream {
   std::uint64_t state_;
 };
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

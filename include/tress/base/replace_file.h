@@ -8,7 +8,7 @@
 
 #include "tress/base/error.h"
 
-namespace tress {
+namespace tress::inline v0_2 {
 
 /// The path that a save replaces: `file`, or the end of a chain of links from it, whether that exists or not.
 std::filesystem::path behind_links(const std::filesystem::path& file);
@@ -30,4 +30,4 @@ std::optional<Error> check_replaceable(const std::filesystem::path& file);
 /// files younger than a minute, by the clock of the file system, are kept as well.
 std::vector<std::filesystem::path> remove_leftovers(const std::filesystem::path& file);
 
-}  // namespace tress
+}  // namespace tress::inline v0_2

@@ -5,7 +5,7 @@
 
 #include "tress/fiber/fiber_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The model of today's renderers, such as Blender's Principled Hair. Near field: the azimuth of a circular fiber at
 /// the h of the hit, blurred by a logistic that is truncated to the circle. Four lobes: R, TT, TRT and all that follows
@@ -30,4 +30,4 @@ namespace tress::fiber {
 /// v_rest = 4 v_R for b = beta_M; one s = sqrt(pi/8) (0.265 b + 1.194 b^2 + 5.372 b^22) for b = beta_N.
 std::unique_ptr<FiberModel> make_chiang2016_model();
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -9,7 +9,7 @@
 #include "tress/fiber/fiber_model.h"
 #include "tress/fiber/lobes.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 enum class Estimator {
   fitted,  ///< converged rows answer by their fit, with weight 1; other rows by g at the node
@@ -46,4 +46,4 @@ constexpr Lobe lobe_of_slice(int slice_lobe) {
 /// The row axes of one slice. slice_lobe: 1, 2, 3, glint_slice or trt_rest_slice.
 adaptive::SliceDescription elliptical_slice(int slice_lobe, float eta, float eccentricity, float sigma_rad);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -16,7 +16,7 @@
 #include "tress/fiber/parameter_ranges.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 using FiberId = std::uint32_t;
 /// The id that add_fiber() returns when it refuses. No fiber has it: it is black, is drawn nowhere and has pdf 0.
@@ -167,4 +167,4 @@ class FiberModel {
   FiberId fiber_count_ = 0;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -4,7 +4,7 @@
 #include <array>
 #include <glm/vec3.hpp>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// glint is the part of TRT about its caustics; it is 0 unless the fiber splits it off, and TRT is then the rest.
 enum class Lobe { r = 0, tt = 1, trt = 2, trrt = 3, residual = 4, glint = 5 };
@@ -26,4 +26,4 @@ struct FiberDirection {
   float phi = 0;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

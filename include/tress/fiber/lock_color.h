@@ -5,7 +5,7 @@
 
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Returns sigma_a, per major semi-axis, with which a lock of these fibers has `color` in even light: parallel fibers,
 /// turned at random about their axes, in a slab ten mean free paths deep, under a radiance of 1 from everywhere. Uses
@@ -17,4 +17,4 @@ namespace tress::fiber {
 /// which is nearly as dark as it can be. Falls with the color; pure; any thread.
 glm::vec3 sigma_a_of_lock(const glm::vec3& color, const FiberParameters& fiber);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

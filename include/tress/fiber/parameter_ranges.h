@@ -3,7 +3,7 @@
 
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// A range that includes both ends.
 struct ParameterRange {
@@ -29,4 +29,4 @@ inline constexpr ParameterRange gain_range{0, 100};
 /// Any thread.
 const char* out_of_range(const FiberParameters& parameters);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -7,7 +7,7 @@
 
 #include "tress/fiber/lobes.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Shape of the longitudinal lobes M in theta_h. All are truncated to the hemisphere and normalised there. lambda is
 /// the logistic scale; the other shapes convert it to a width with the same half width at half maximum.
@@ -112,4 +112,4 @@ double major_semi_axis(double radius, double eccentricity);
 /// w(phi) = sqrt(sin^2 phi + e^2 cos^2 phi): projected half width over the major semi-axis.
 float projected_half_width(float phi, float eccentricity);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

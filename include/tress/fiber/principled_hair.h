@@ -7,7 +7,7 @@
 
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The widths of the lobes of a round fiber.
 enum class PrincipledWidths {
@@ -57,4 +57,4 @@ glm::vec3 sigma_a_of_principled_color(const glm::vec3& color, float radial_rough
 /// Absorption of melanin in [0, 1], of which the share `redness` in [0, 1] is pheomelanin.
 glm::vec3 sigma_a_of_principled_melanin(float melanin, float redness);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

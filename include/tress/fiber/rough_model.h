@@ -8,7 +8,7 @@
 #include "tress/fiber/elliptical_model.h"
 #include "tress/fiber/fiber_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The target that the service learns for this model: paths through the rough fiber of clear hair at a node (theta_r,
 /// phi_r). Its model name is that of make_elliptical_target(), so one service and one cache file can have both kinds of
@@ -29,4 +29,4 @@ std::unique_ptr<adaptive::SampledTarget> make_rough_target();
 /// Widths and shapes of lobes have no meaning for a traced fiber.
 Result<std::unique_ptr<FiberModel>> make_rough_model(Estimator estimator, adaptive::Service* service);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

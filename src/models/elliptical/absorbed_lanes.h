@@ -13,7 +13,7 @@
 #include "fiber/row_axes.h"
 #include "models/elliptical/absorbed_row.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// E/(1 + E)^2 of two components of each of two rows at azimuth x, lanes {a 0, a 1, b 0, b 1}. Times the amplitude it
 /// is a component's density. x in [-pi, pi].
@@ -104,4 +104,4 @@ inline Float4 components_behind(const AbsorbedRow& row, std::uint32_t line, floa
   return sum;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -12,7 +12,7 @@
 
 #include "models/elliptical/absorbed_lanes.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
@@ -75,4 +75,4 @@ const AbsorbedRow* put_absorbed(const adaptive::Mixture& fit, float objective, c
   return row;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

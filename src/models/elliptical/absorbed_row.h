@@ -9,7 +9,7 @@
 
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The value of a row at one azimuth: the shape of each channel (mass 1) and the density of the proposal. 1/rad.
 struct RowValue {
@@ -50,4 +50,4 @@ inline constexpr AbsorbedRow zero_density_row{.tail = AbsorbedRow::has_no_row};
 std::size_t absorbed_bytes(const adaptive::Mixture& fit);
 const AbsorbedRow* put_absorbed(const adaptive::Mixture& fit, float objective, const glm::vec3& sigma_a, void* memory);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

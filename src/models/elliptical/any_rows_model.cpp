@@ -10,7 +10,7 @@
 #include "models/lobes/lobe_choice.h"
 #include "tress/base/random.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
@@ -165,4 +165,4 @@ const char* estimator_name(Estimator estimator) {
   return "corrected";
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

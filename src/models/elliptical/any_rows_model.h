@@ -15,7 +15,7 @@
 #include "tress/fiber/elliptical_model.h"
 #include "tress/fiber/fiber_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Implements everything but begin() and directions whose rows have all converged. The derived model answers those in
 /// lanes, and calls this one for the rest.
@@ -89,4 +89,4 @@ class AnyRowsModel : public RowModel {
   RowGrid inclinations_;  ///< used for its second axis only, which all slices share
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -9,7 +9,7 @@
 #include "models/elliptical/ray_shape.h"
 #include "tress/fiber/elliptical_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 const AbsorbedRow* uniform_row() {
@@ -101,4 +101,4 @@ glm::vec3 ColoredRows::absorbed_mass(std::uint32_t node, const adaptive::TracedN
   return mass;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -12,7 +12,7 @@
 #include "models/elliptical/absorbed_row.h"
 #include "tress/adaptive/service.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// If the rays of a node have less mass, its light is uniform over the azimuth, without a row.
 constexpr float smallest_row_energy = 1e-3f;
@@ -56,4 +56,4 @@ class ColoredRows {
 adaptive::RowRun zero_density_rows();
 adaptive::RowRun unanswered_rows();
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

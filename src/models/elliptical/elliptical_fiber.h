@@ -10,7 +10,7 @@
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The lobes that have rows, in the order of arrays over them. GLINT has rows only if the fiber splits it off; the rows
 /// of TRT are then those of its rest.
@@ -31,4 +31,4 @@ struct EllipticalFiber {
   std::array<std::shared_ptr<const ColoredRows>, 4> rows;  ///< rows of each of row_lobes; null without a service
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

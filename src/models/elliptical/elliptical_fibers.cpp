@@ -6,7 +6,7 @@
 #include "models/elliptical/vertex_trace.h"
 #include "tress/fiber/elliptical_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 std::array<std::optional<adaptive::SliceDescription>, 4> elliptical_slices(const FiberParameters& fiber) {
   const std::array<float, 3> sigmas = azimuthal_sigmas(fiber);
@@ -60,4 +60,4 @@ std::size_t EllipticalFibers::bytes() const {
   return bytes;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -15,7 +15,7 @@
 #include "tress/adaptive/service.h"
 #include "tress/fiber/fiber_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The slices of a fiber by row lobe; empty for GLINT if it is not split off.
 std::array<std::optional<adaptive::SliceDescription>, 4> elliptical_slices(const FiberParameters& fiber);
@@ -46,4 +46,4 @@ class EllipticalFibers {
   std::map<std::pair<adaptive::SliceId, Color>, std::shared_ptr<const ColoredRows>> colored_rows_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

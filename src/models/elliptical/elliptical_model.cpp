@@ -29,7 +29,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace HWY_NAMESPACE {
 
 class EllipticalModel final : public AnyRowsModel {
@@ -204,11 +204,11 @@ std::unique_ptr<FiberModel> Make(Estimator estimator, adaptive::Service* service
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 HWY_EXPORT(Make);
 
@@ -221,5 +221,5 @@ Result<std::unique_ptr<FiberModel>> make_elliptical_model(Estimator estimator, a
   return HWY_DYNAMIC_DISPATCH(Make)(estimator, service);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber
 #endif

@@ -10,7 +10,7 @@
 #include "base/normal_quantile.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -123,4 +123,4 @@ float draw_azimuth(const RayShape& rays, float sigma_a, float mass, float u_ray,
   return adaptive::wrap_angle(rays.azimuth[chosen] + rays.blur_rad * normal_quantile(u_blur));
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

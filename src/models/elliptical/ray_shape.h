@@ -6,7 +6,7 @@
 
 #include "tress/adaptive/traced_nodes.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The rays of one lobe: mass `weight` leaves at `azimuth` in [-pi, pi), after the internal path `attribute` (in major
 /// semi-axes), blurred by a wrapped Gaussian of standard deviation blur_rad in (0, pi/4]. A view: it owns nothing.
@@ -36,4 +36,4 @@ ClearAndAbsorbed ray_density(const RayShape& rays, const glm::vec3& sigma_a, flo
 /// the blur by u_blur. u in [0, 1). `mass` > 0: the channel's ray_mass. Radians in [-pi, pi).
 float draw_azimuth(const RayShape& rays, float sigma_a, float mass, float u_ray, float u_blur);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -7,7 +7,7 @@
 #include "fiber/event_constants.h"
 #include "models/elliptical/any_rows_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 /// The answer at a node; null if its row has not converged. Counts no query. Valid until this thread's next call.
@@ -78,4 +78,4 @@ glm::vec3 AnyRowsModel::excess(const FiberEvent& event, const FiberDirection& wi
   return sum;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -3,7 +3,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
@@ -84,4 +84,4 @@ glm::vec3 RowReader::correction(const glm::vec3& shape, float theta_d, float x, 
   return at_vertex(key, x).shape - shape;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

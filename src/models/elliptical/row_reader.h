@@ -5,7 +5,7 @@
 #include "models/elliptical/elliptical_fiber.h"
 #include "models/elliptical/vertex_trace.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Reads rows for one lobe of one event. It has plain references and must not outlive the call that made it. Any
 /// thread. `service` null: every answer is traced at the vertex.
@@ -50,4 +50,4 @@ class RowReader {
   glm::vec3 channel_weights_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -12,7 +12,7 @@
 #include "models/elliptical/colored_rows.h"
 #include "models/elliptical/elliptical_fiber.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Computed once per event and used for every direction of it. Lanes are row_lobes unless said otherwise.
 struct VertexConstants {
@@ -28,4 +28,4 @@ struct VertexConstants {
   std::uint64_t hash;         ///< hash of xi and the known direction, for `corrected`
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -9,7 +9,7 @@
 #include "fiber/ray_batch.h"
 #include "tress/adaptive/mixture.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 const VertexTrace& VertexTrace::at(VertexKey key) {
   thread_local VertexTrace last;
@@ -65,4 +65,4 @@ int vertex_ray_count(float blur_rad) {
   return static_cast<int>(std::bit_ceil(static_cast<unsigned>(std::ceil(rays - 1e-3))));
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -7,7 +7,7 @@
 
 #include "models/elliptical/ray_shape.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The arguments of a trace. phi_r in [0, pi/2] (folded), theta_d in [0, pi/2], radians.
 struct VertexKey {
@@ -44,4 +44,4 @@ class VertexTrace {
 /// 256.
 int vertex_ray_count(float blur_rad);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

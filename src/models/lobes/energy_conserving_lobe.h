@@ -9,7 +9,7 @@
 #include "base/quarter_sine.h"
 #include "fiber/longitudinal.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// A von Mises-Fisher law on the sphere, of concentration 1/v about the specular cone, as a density in dtheta_i of mass
 /// 1 over [-pi/2, pi/2]:
@@ -78,4 +78,4 @@ class EnergyConservingLobe {
   float span_;  ///< 1 - e^(-2/v)
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

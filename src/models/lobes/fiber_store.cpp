@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 std::array<float, 3> values_of(const glm::vec3& color) { return {color.r, color.g, color.b}; }
@@ -35,4 +35,4 @@ std::size_t FiberStore::bytes() const {
   return bytes;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

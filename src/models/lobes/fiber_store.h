@@ -14,7 +14,7 @@
 #include "tress/fiber/fiber_model.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// A fiber as it was given, and the energies of its lobes.
 struct FiberRecord {
@@ -44,4 +44,4 @@ class FiberStore {
   std::map<EnergyTableKey, std::shared_ptr<const EnergyTable>> colored_energies_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -10,7 +10,7 @@
 #include "tress/fiber/fiber_model.h"
 #include "tress/fiber/lobes.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// Largest luminance of all lobes at which a fiber counts as black. A smaller value may be denormal, and its inverse
 /// infinite.
@@ -82,4 +82,4 @@ inline void put_value(FiberValue& value, const std::array<Float4, lobe_count>& s
   store4(value, 16, Float4{s[5][1], s[5][2], pdf, 0});
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr std::size_t steps = ColoredDecays::steps;
@@ -29,4 +29,4 @@ ColoredDecays::ColoredDecays(const glm::vec3& sigma_a) {
   }
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -7,7 +7,7 @@
 
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// GammaDecay::at() of the three channels of one sigma_a (1 / fiber radius), from a table. The logarithm of the result
 /// over that of the first decay depends only on the ratio of the logarithms of both decays. A packed row has 256 such
@@ -27,4 +27,4 @@ class ColoredDecays {
   Tables by_ratio_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

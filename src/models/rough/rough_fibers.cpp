@@ -10,7 +10,7 @@
 #include "models/rough/rough_row.h"
 #include "models/rough/row_energies.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 /// The form of a row under one absorption.
@@ -94,4 +94,4 @@ RoughRows RoughFibers::rows_of(const FiberParameters& parameters, const std::sha
   return rows;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -16,7 +16,7 @@
 #include "tress/adaptive/service.h"
 #include "tress/fiber/fiber_model.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The rows of a fiber under its color. Their answers are RoughRow.
 struct RoughRows {
@@ -62,4 +62,4 @@ class RoughFibers {
   std::map<std::pair<adaptive::SliceId, Color>, const adaptive::FormedRows*> formed_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -18,7 +18,7 @@
 #include "base/quarter_sine.h"
 #include "models/rough/rough_row.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// An inclination as rows use it. theta within +-pi/2.
 struct AxialPlace {
@@ -252,4 +252,4 @@ inline RowPlace draw_place(const RoughPart& part, bool is_normal, const glm::vec
   return {std::min(steps * radians_per_step - pi, 3.14159250f), draw_height(law, false, u_height)};
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -33,7 +33,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace HWY_NAMESPACE {
 
 /// The data that the model keeps with an event.
@@ -276,11 +276,11 @@ std::unique_ptr<FiberModel> MakeRough(Estimator estimator, adaptive::Service* se
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 HWY_EXPORT(MakeRough);
 
@@ -294,5 +294,5 @@ Result<std::unique_ptr<FiberModel>> make_rough_model(Estimator estimator, adapti
   return HWY_DYNAMIC_DISPATCH(MakeRough)(estimator, service);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber
 #endif

@@ -19,7 +19,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace HWY_NAMESPACE {
 
 constexpr float radians_per_step = 2 * std::numbers::pi_v<float> / 65536;
@@ -172,11 +172,11 @@ const RoughRow* PutRoughRow(const adaptive::DecodedRow& row, float objective, st
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 HWY_EXPORT(PutRoughRow);
 
@@ -185,5 +185,5 @@ const RoughRow* put_rough_row(const adaptive::DecodedRow& row, float objective, 
   return HWY_DYNAMIC_DISPATCH(PutRoughRow)(row, objective, paths, decays, energies, memory);
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber
 #endif

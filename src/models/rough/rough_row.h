@@ -11,7 +11,7 @@
 #include "models/rough/row_energies.h"
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// One knot of a layer, in steps of its LayerUnits. The lanes are: densities of R, G, B; unused; mode of the height;
 /// its scale below and above; unused.
@@ -55,4 +55,4 @@ struct alignas(64) RoughRow {
 const RoughRow* put_rough_row(const adaptive::DecodedRow& row, float objective, std::uint32_t paths,
                               const ColoredDecays& decays, const EnergyFactors& energies, void* memory);
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <span>
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 using adaptive::Ribbon;
@@ -111,4 +111,4 @@ EnergyFactors RowEnergies::at(const adaptive::DecodedRow& row, std::uint64_t pat
   return factors;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

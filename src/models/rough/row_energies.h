@@ -11,7 +11,7 @@
 #include "fiber/rough_rows.h"
 #include "tress/adaptive/ribbon.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The factors on energies of the table, by channel.
 struct EnergyFactors {
@@ -39,4 +39,4 @@ class RowEnergies {
   glm::vec3 sigma_a_;
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

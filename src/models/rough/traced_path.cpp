@@ -11,7 +11,7 @@
 #include "fiber/cross_section.h"
 #include "tress/base/random.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr std::uint64_t estimate_purpose = 0x657374696d617465ull;
@@ -129,4 +129,4 @@ FiberValue TracedFibers::estimate(const FiberEvent& event, const TracedEvent& tr
   return value;
 }
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber

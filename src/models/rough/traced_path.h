@@ -11,7 +11,7 @@
 #include "tress/fiber/fiber_model.h"
 #include "tress/fiber/parameters.h"
 
-namespace tress::fiber {
+namespace tress::inline v0_2::fiber {
 
 /// The data that an event keeps for its paths.
 struct TracedEvent {
@@ -84,4 +84,4 @@ class TracedFibers {
   std::vector<RoughFiber> fibers_, clear_;  ///< clear_: without sigma_a
 };
 
-}  // namespace tress::fiber
+}  // namespace tress::inline v0_2::fiber
