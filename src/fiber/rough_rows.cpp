@@ -156,6 +156,12 @@ FiberDirection RoughGrid::direction(std::uint32_t node) const {
           last_phi_ > 0 ? quarter * static_cast<float>(b) / static_cast<float>(last_phi_) : 0.0f};
 }
 
+RoughGrid::Along RoughGrid::along_thetas(float theta) const {
+  const auto above = std::upper_bound(thetas_.begin() + 1, thetas_.end() - 1, theta);
+  const float below = *(above - 1);
+  return {static_cast<std::uint32_t>(above - thetas_.begin()) - 1, theta - below, *above - below};
+}
+
 RoughNode RoughGrid::choose(const FiberDirection& wr, float xi1, float xi2) const {
   RoughNode node;
   float theta = wr.theta;
@@ -163,15 +169,19 @@ RoughNode RoughGrid::choose(const FiberDirection& wr, float xi1, float xi2) cons
     node.height_sign = -1;
     theta = -theta;
   }
-  const auto above = std::upper_bound(thetas_.begin() + 1, thetas_.end() - 1, theta);
-  const float below = *(above - 1);
-  node.a = static_cast<std::uint32_t>(above - thetas_.begin()) - 1;
-  if (xi1 * (*above - below) < theta - below) ++node.a;
+  const Along along = along_thetas(theta);
+  node.a = along.below;
+  if (xi1 * along.step < along.past) ++node.a;
   const FoldedAzimuth folded = fold_azimuth(wr.phi);
   node.azimuth_sign = folded.sign;
-  const float at = folded.phi * static_cast<float>(last_phi_ / (std::numbers::pi / 2)) + xi2;
-  node.b = std::min(static_cast<std::uint32_t>(at), last_phi_);
+  node.b = std::min(static_cast<std::uint32_t>(along_phis(folded.phi) + xi2), last_phi_);
   return node;
+}
+
+RoughGrid::Steps RoughGrid::steps(const FiberDirection& wr) const {
+  const Along along = along_thetas(thetas_.front() >= 0 ? std::fabs(wr.theta) : wr.theta);
+  const float at = along_phis(fold_azimuth(wr.phi).phi);
+  return {std::clamp(along.past / along.step, 0.0f, 1.0f), 1 - (at - std::floor(at))};
 }
 
 }  // namespace tress::inline v0_2::fiber

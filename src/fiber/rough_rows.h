@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 #include "tress/adaptive/mixture.h"
@@ -74,10 +75,25 @@ class RoughGrid {
   explicit RoughGrid(const adaptive::SliceDescription& slice);
   /// wr: theta within +-pi/2, phi any turn; xi uniform in [0, 1).
   RoughNode choose(const FiberDirection& wr, float xi1, float xi2) const;
+  /// The xi1 and the xi2 at which choose() changes to another node, for theta within +-pi/2 and phi any turn.
+  struct Steps {
+    float xi1, xi2;  ///< [0, 1]
+  };
+  Steps steps(const FiberDirection& wr) const;
   /// The direction of a node; its index is a * axis_b + b.
   FiberDirection direction(std::uint32_t node) const;
 
  private:
+  /// The index of the node below, and the way to the next one, which is 1 or more beyond the last.
+  struct Along {
+    std::uint32_t below;
+    float past, step;
+  };
+  Along along_thetas(float theta) const;
+  float along_phis(float folded_phi) const {
+    return folded_phi * static_cast<float>(last_phi_ / (std::numbers::pi / 2));
+  }
+
   std::vector<float> thetas_;
   std::uint32_t last_phi_;
 };

@@ -38,6 +38,7 @@ struct FiberEvent {
   FiberDirection wr;
   float xi1 = 0, xi2 = 0;                     ///< uniform in [0, 1)
   float importance = 0;                       ///< the importance passed to begin()
+  bool is_of_mean = false;                    ///< made for mean(): answered by its nodes alone
   LobeColors energy{};                        ///< E_p per channel at (phi_r, |theta_r|) under the fiber's color
   std::array<float, lobe_count> selection{};  ///< probability of each lobe, sums to 1
   EventConstants constants;                   ///< lobe constants for wr, written by the event's model
@@ -80,6 +81,8 @@ class FiberModel {
     if (id != no_fiber && id >= fiber_count_) fiber_count_ = id + 1;
     return id;
   }
+  /// Whether add_fiber() gave this id. Any thread.
+  bool has(FiberId fiber) const { return fiber < fiber_count_; }
   /// h in [-1, 1]: where the ray of wr meets the fiber, over its projected half width, towards rising azimuth. It is
   /// uniform over all rays. Near-field models (chiang2016, fiber3d) depend on it; far-field ones have the mean over it.
   /// importance: luminance of the value of a unit of light scattered here for the picture, divided by the number of
@@ -104,6 +107,16 @@ class FiberModel {
     if (event.fiber >= fiber_count_) return {};
     return evaluate_event(event, wi);
   }
+  /// S and Q without an event: the mean over the nodes that the events of wr may choose, so a pure function of the
+  /// published rows and the directions; the mean of evaluate() over xi1 and xi2. A pdf of 0 means that it is not known
+  /// without an event: the fiber is unknown, or events of wr can only be sampled or estimated. `corrected` gives what
+  /// `fitted` gives. h: as in begin(). Any thread, during a pass; it costs 4 evaluations or so, counts the queries of
+  /// their rows, and credits no light.
+  FiberValue mean(FiberId fiber, const FiberDirection& wr, const FiberDirection& wi, float h = 0) const;
+  /// Draws a direction from the pdf of mean(), and gives both: u: as in sample(), then xi1, xi2. Where mean() is not
+  /// known, value.pdf is 0: begin an event then. The light is credited as that of an event.
+  FiberSample sample_mean(FiberId fiber, const FiberDirection& wr, const std::array<float, 6>& u, float importance = 1,
+                          float h = 0) const;
   /// False if the model can only be sampled, or estimated (estimates()). If it can only be sampled, sample() gives its
   /// weight as total() over a pdf of 1, evaluate() gives 0, and no light may be sampled: only sampled directions find
   /// lights.
@@ -132,6 +145,13 @@ class FiberModel {
   }
   /// Memory of fibers and energies, without the rows of the service; 0 if unknown.
   virtual std::size_t bytes() const { return 0; }
+
+ protected:
+  /// Where begin() at wr, or the answer at wi, changes to other nodes as xi1 or xi2 rises through [0, 1]; 0: nowhere.
+  struct NodeSteps {
+    std::array<float, 4> xi1{};
+    float xi2 = 0;
+  };
 
  private:
   using Make = FiberEvent (FiberModel::*)(FiberId, const FiberDirection&, float, float, float) const;
@@ -162,6 +182,12 @@ class FiberModel {
   /// Does what begin_near() does, without the importance.
   virtual FiberEvent make_near_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const {
     return make_event(fiber, wr, xi1, xi2, h);
+  }
+
+  /// Of a model whose answers depend on xi by the choice of nodes alone, for any directions.
+  virtual NodeSteps steps_between_nodes(FiberId /*fiber*/, const FiberDirection& /*wr*/,
+                                        const FiberDirection& /*wi*/) const {
+    return {};
   }
 
   FiberId fiber_count_ = 0;

@@ -40,6 +40,11 @@ class AnyRowsModel : public RowModel {
     return {theta_d, inclinations_.choose_inclination(theta_d, event.xi2)};
   }
 
+  /// The xi2 from which the choice is the next node (FiberModel::NodeSteps).
+  float step_of_inclination(const FiberDirection& wr, const FiberDirection& wi) const {
+    return 1 - inclinations_.between_inclinations(0.5f * std::fabs(wr.theta - wi.theta)).share;
+  }
+
   /// The index into row_lobes of a lobe other than R and the residual.
   static std::size_t row_lobe_of(int lobe) {
     return lobe == static_cast<int>(Lobe::glint) ? 3 : static_cast<std::size_t>(lobe) - 1;
@@ -68,7 +73,8 @@ class AnyRowsModel : public RowModel {
   /// Whether `corrected` traces this direction, for all lobes, and, if so, the place of its rays, in [0, 1). Both are
   /// pure functions of the event and the direction, so that sample() and evaluate() agree. Any bit of xi or of a
   /// direction changes the whole hash.
-  std::optional<float> correction(const VertexConstants& constants, const FiberDirection& wi) const;
+  std::optional<float> correction(const FiberEvent& event, const VertexConstants& constants,
+                                  const FiberDirection& wi) const;
   /// Computes VertexConstants::hash.
   std::uint64_t hash_of_event(const FiberDirection& wr, float xi1, float xi2) const;
 

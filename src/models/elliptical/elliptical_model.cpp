@@ -76,6 +76,18 @@ class EllipticalModel final : public AnyRowsModel {
   }
 
  private:
+  NodeSteps steps_between_nodes(FiberId id, const FiberDirection& wr, const FiberDirection& wi) const override {
+    NodeSteps steps;
+    if (service_ == nullptr) return steps;  // traced at the vertex, which no xi chooses
+    const float folded = fold_azimuth(clamped(wr).phi).phi;
+    for (std::size_t i = 0; i < row_lobes.size(); ++i) {
+      if (const ColoredRows* rows = fibers_[id].rows[i].get())
+        steps.xi1[i] = 1 - rows->slice().grid.between_azimuths(folded).share;
+    }
+    steps.xi2 = step_of_inclination(clamped(wr), clamped(wi));
+    return steps;
+  }
+
   FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u, DirectionRows& rows) const override {
     const VertexConstants& constants = constants_in<VertexConstants>(event);
     FiberSample sample;
@@ -141,7 +153,7 @@ class EllipticalModel final : public AnyRowsModel {
   [[gnu::noinline]] void value_at(const FiberEvent& event, const VertexConstants& constants, const FiberDirection& wi,
                                   const Inclination& at, int drawn, DirectionRows& rows, Answers& answers,
                                   FiberValue& value) const {
-    if (!answers.all || (estimator_ == Estimator::corrected && correction(constants, wi))) [[unlikely]] {
+    if (!answers.all || (estimator_ == Estimator::corrected && correction(event, constants, wi))) [[unlikely]] {
       value = value_of_any(event, constants, wi, at, drawn, rows, answers);
       return;
     }

@@ -76,6 +76,13 @@ class RoughModel final : public EventRowModel {
   }
 
  private:
+  NodeSteps steps_between_nodes(FiberId id, const FiberDirection& wr, const FiberDirection& /*wi*/) const override {
+    const RoughRows& rows = fibers_.rows(id);
+    if (rows.formed == nullptr) return {};
+    const RoughGrid::Steps steps = rows.grid->steps(clamped(wr));
+    return {{steps.xi1}, steps.xi2};
+  }
+
   FiberEvent start(FiberId id, const FiberDirection& wr, float xi1, float xi2, float h,
                    RowOfEvent* row) const override {
     const FiberRecord& fiber = fibers_.record(id);
@@ -164,7 +171,8 @@ class RoughModel final : public EventRowModel {
       return sample;
     }
     const RoughRow& row = answer_of(constants.row);
-    return constants.listens ? listen(event, constants, row, u) : draw_from(event, constants, row, u);
+    return constants.listens && !event.is_of_mean ? listen(event, constants, row, u)
+                                                  : draw_from(event, constants, row, u);
   }
 
   /// Draws one path of the fiber, over the density of the row.
