@@ -54,11 +54,9 @@ float density_of(const Parts& parts, float uniform_weight, float phi) {
   return sum;
 }
 
-template <class Parts>
-float proposal_density_of(const Parts& parts, float uniform_weight, float phi, float u_share) {
-  const float mass = energy_of(parts, uniform_weight);
+float proposal_density_of(float density, float mass, float u_share) {
   if (!(mass > 0.0f)) return inverse_two_pi_f;
-  return (1.0f - u_share) * density_of(parts, uniform_weight, phi) / mass + u_share * inverse_two_pi_f;
+  return (1.0f - u_share) * density / mass + u_share * inverse_two_pi_f;
 }
 
 template <class Parts>
@@ -114,15 +112,19 @@ double decayed_share(double rate, double attribute_mean, double attribute_varian
 
 float Mixture::energy() const { return energy_of(parts(), uniform_weight); }
 float Mixture::density(float phi) const { return density_of(parts(), uniform_weight, phi); }
-float Mixture::proposal_density(float phi, float u_share) const {
-  return proposal_density_of(parts(), uniform_weight, phi, u_share);
+float Mixture::proposal_density(float phi, float u_share) const { return proposal_density_at(density(phi), u_share); }
+float Mixture::proposal_density_at(float density, float u_share) const {
+  return proposal_density_of(density, energy(), u_share);
 }
 float Mixture::sample(float u, float u_share) const { return sample_of(parts(), uniform_weight, u, u_share); }
 
 float PackedMixture::energy() const { return energy_of(parts(), uniform_weight); }
 float PackedMixture::density(float phi) const { return density_of(parts(), uniform_weight, phi); }
 float PackedMixture::proposal_density(float phi, float u_share) const {
-  return proposal_density_of(parts(), uniform_weight, phi, u_share);
+  return proposal_density_at(density(phi), u_share);
+}
+float PackedMixture::proposal_density_at(float density, float u_share) const {
+  return proposal_density_of(density, energy(), u_share);
 }
 float PackedMixture::sample(float u, float u_share) const { return sample_of(parts(), uniform_weight, u, u_share); }
 

@@ -60,6 +60,8 @@ struct Mixture {
   /// The density from which sample() draws: (1 - u_share) f/energy + u_share/2 pi, in 1/rad. Uniform if energy is 0; >
   /// 0 for u_share > 0.
   float proposal_density(float phi, float u_share) const;
+  /// The same, from the density() there: half the cost of both.
+  float proposal_density_at(float density, float u_share) const;
   /// Draws from proposal_density(., u_share). u in [0, 1); all its bits are used. Radians in [-pi, pi). Cannot fail.
   float sample(float u, float u_share) const;
 };
@@ -88,6 +90,7 @@ class PackedMixture {
   float energy() const;
   float density(float phi) const;
   float proposal_density(float phi, float u_share) const;
+  float proposal_density_at(float density, float u_share) const;
   float sample(float u, float u_share) const;
 
   std::size_t bytes() const { return bytes_of(component_count); }
