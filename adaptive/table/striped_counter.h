@@ -20,6 +20,12 @@ class StripedCounter {
     for (Stripe& stripe : stripes_) sum += stripe.count.exchange(0, std::memory_order_relaxed);
     return sum;
   }
+  /// The same, and it stays.
+  std::uint64_t sum() const {
+    std::uint64_t sum = 0;
+    for (const Stripe& stripe : stripes_) sum += stripe.count.load(std::memory_order_relaxed);
+    return sum;
+  }
 
  private:
   static constexpr std::size_t stripe_count = 64;

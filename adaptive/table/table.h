@@ -74,6 +74,7 @@ class Service::Table {
 
   // publish.cpp
   PassReport publish(std::uint64_t paths);
+  bool publish_pays(double share) const;
 
   // heard_test.cpp
   HeardTest test_by_heard();
@@ -168,6 +169,8 @@ class Service::Table {
   double asked_of_coarse(const Slice& slice, std::uint32_t node) const;
   /// The number of paths that a row at a node of a level is to have; 0 if it gets no row yet.
   std::uint32_t wanted_paths(SliceId slice, std::size_t level, double events) const;
+  /// Whether rows of a slice of samples would grow: coarse ones, or others with at least `share` of its events.
+  bool samples_pay(SliceId slice, double share) const;
   /// Learns a row up to `paths`, and further if rows learn until they pass their test. parent: what answered before a
   /// new row, or null. Rows run in parallel.
   Outcome learn(const Row& row, std::uint32_t paths, const RibbonAnswer* parent) const;

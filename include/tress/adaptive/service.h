@@ -1,4 +1,4 @@
-// The service that learns while it answers queries. Start here.
+// The service that learns while it answers queries. Start here; query.h has the loop below as one call.
 //
 //   Service service(options, target);
 //   SliceId slice = *service.add_slice(description);
@@ -136,6 +136,11 @@ class Service {
   /// Ends a pass: creations, coverage, top-up, tests, refits, publication. Parallel inside (oneTBB), deterministic.
   /// paths: the number of paths of the pass whose light was passed to credit().
   PassReport publish(std::uint64_t paths = 0);
+
+  /// Whether a publish() now would make answers better: it would create, test or refine rows that had at least `share`
+  /// of this pass's queries (for samples, of all events so far), or learn coarse rows. It reads every node once. Any
+  /// thread, during a pass; while others query, the answer depends on how far they are.
+  bool publish_pays(double share = 0.01) const;
 
   /// The row, without counting a query. nodes is null unless the row is open or refused.
   RowView peek(SliceId slice, std::uint32_t a, std::uint32_t b) const;
