@@ -189,6 +189,23 @@ TRESS_API tress_result tress_service_sample(const tress_service* service, tress_
 /* The same values at a place of the host's, finite. Open rows learn from it. Any thread. */
 TRESS_API tress_result tress_service_evaluate(const tress_service* service, tress_node node, float azimuth,
                                               float height, tress_value* value) TRESS_NOTHROW;
+/* Both for arrays, with the answers of one call for each: three uniforms a node; heights may be null. What is wrong
+   with one item does not keep the others from being answered; the result and message are those of the first. */
+TRESS_API tress_result tress_service_sample_n(const tress_service* service, const tress_node* nodes, const float* u,
+                                              size_t count, tress_value* values) TRESS_NOTHROW;
+TRESS_API tress_result tress_service_evaluate_n(const tress_service* service, const tress_node* nodes,
+                                                const float* azimuths, const float* heights, size_t count,
+                                                tress_value* values) TRESS_NOTHROW;
+/* Chooses a node around the place (a, b), by coordinates on the axes, such that the mean over xi of anything is its
+   linear interpolation between the nodes. xi: two uniforms, clamped. Any thread. */
+TRESS_API tress_result tress_service_choose(const tress_service* service, uint32_t slice, float a, float b,
+                                            const float xi[2], tress_node* node) TRESS_NOTHROW;
+/* The mean of the values over the nodes that may be chosen: up to four queries. state: TRESS_CONVERGED if all are.
+   sample_mean draws from its pdf; u: as for sample, then xi. Any thread. */
+TRESS_API tress_result tress_service_mean(const tress_service* service, uint32_t slice, float a, float b, float azimuth,
+                                          float height, tress_value* value) TRESS_NOTHROW;
+TRESS_API tress_result tress_service_sample_mean(const tress_service* service, uint32_t slice, float a, float b,
+                                                 const float u[5], tress_value* value) TRESS_NOTHROW;
 /* Reports how much of the picture's light `events` queries of a node stood for: the throughput of their paths times the
    share of the node, >= 0, finite. Rows are created in this order. Any thread. */
 TRESS_API tress_result tress_service_credit(const tress_service* service, tress_node node, float light,
@@ -215,6 +232,9 @@ typedef struct tress_report {
    report: may be null. With TRESS_MISUSE and TRESS_CANCELLED the pass has ended, too. */
 TRESS_API tress_result tress_service_publish(tress_service* service, uint64_t paths,
                                              tress_report* report) TRESS_NOTHROW;
+/* 1 if a publish now would make answers better, for one query in a hundred or more. Ask after each part of the first
+   sample, and then after each sample. Any thread, between parts: while others query, the answer depends on them. */
+TRESS_API int tress_service_publish_pays(const tress_service* service) TRESS_NOTHROW;
 /* Everything about the last publish as one JSON object, with the service's fields of a line of type "pass"
    (adaptive/telemetry/README.md); "" before the first. Valid until the next publish or release. */
 TRESS_API const char* tress_service_telemetry(const tress_service* service) TRESS_NOTHROW;
@@ -294,6 +314,28 @@ TRESS_API tress_result tress_fibers_sample(const tress_fibers* fibers, const tre
 /* The values at a direction of the host's, clamped. Any thread. */
 TRESS_API tress_result tress_fibers_evaluate(const tress_fibers* fibers, const tress_event* event, tress_direction wi,
                                              tress_fiber_value* value) TRESS_NOTHROW;
+/* The three for arrays, with the answers of one call for each; four uniforms a sample. What is wrong with one item does
+   not keep the others from being answered; the result and message are those of the first. Any thread. */
+typedef struct tress_vertex {
+  uint32_t fiber;
+  tress_direction wr;
+  float xi1, xi2, h, importance;
+} tress_vertex;
+TRESS_API tress_result tress_fibers_begin_n(const tress_fibers* fibers, const tress_vertex* vertices, size_t count,
+                                            tress_event* events) TRESS_NOTHROW;
+TRESS_API tress_result tress_fibers_sample_n(const tress_fibers* fibers, const tress_event* events, const float* u,
+                                             size_t count, tress_fiber_sample* samples) TRESS_NOTHROW;
+TRESS_API tress_result tress_fibers_evaluate_n(const tress_fibers* fibers, const tress_event* events,
+                                               const tress_direction* wi, size_t count,
+                                               tress_fiber_value* values) TRESS_NOTHROW;
+/* The values without an event, for path connections, reuse and guiding: the mean of evaluate over xi1 and xi2.
+   TRESS_CORRECTED gives what TRESS_FITTED gives. pdf 0: not known, where no row answers yet; begin an event then.
+   sample_mean draws from its pdf; u: as for sample, then xi1, xi2. Costs some four evaluations. Any thread. */
+TRESS_API tress_result tress_fibers_mean(const tress_fibers* fibers, uint32_t fiber, tress_direction wr,
+                                         tress_direction wi, tress_fiber_value* value) TRESS_NOTHROW;
+TRESS_API tress_result tress_fibers_sample_mean(const tress_fibers* fibers, uint32_t fiber, tress_direction wr,
+                                                const float u[6], float importance,
+                                                tress_fiber_sample* sample) TRESS_NOTHROW;
 /* 1 if lights are to be sampled at this event, weighted against drawn directions by the densities of both; else 0, and
    drawn directions alone find lights. Any thread. */
 TRESS_API int tress_fibers_takes_lights(const tress_fibers* fibers, const tress_event* event) TRESS_NOTHROW;

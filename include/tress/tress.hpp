@@ -117,6 +117,7 @@ class Service {
   Status publish(std::uint64_t paths = 0, tress_report* report = nullptr) noexcept {
     return tress_service_publish(handle(), paths, report);
   }
+  bool publish_pays() const noexcept { return tress_service_publish_pays(handle()) != 0; }
   const char* telemetry() const noexcept { return tress_service_telemetry(handle()); }
 
   tress_value sample(const tress_node& node, const std::array<float, 3>& u) const noexcept {
@@ -127,6 +128,21 @@ class Service {
   tress_value evaluate(const tress_node& node, float azimuth, float height = 0) const noexcept {
     tress_value value;
     tress_service_evaluate(handle(), node, azimuth, height, &value);
+    return value;
+  }
+  tress_node choose(std::uint32_t slice, float a, float b, const std::array<float, 2>& xi) const noexcept {
+    tress_node node;
+    tress_service_choose(handle(), slice, a, b, xi.data(), &node);
+    return node;
+  }
+  tress_value mean(std::uint32_t slice, float a, float b, float azimuth, float height = 0) const noexcept {
+    tress_value value;
+    tress_service_mean(handle(), slice, a, b, azimuth, height, &value);
+    return value;
+  }
+  tress_value sample_mean(std::uint32_t slice, float a, float b, const std::array<float, 5>& u) const noexcept {
+    tress_value value;
+    tress_service_sample_mean(handle(), slice, a, b, u.data(), &value);
     return value;
   }
   Status credit(const tress_node& node, float light, std::uint32_t events = 1) const noexcept {
@@ -174,6 +190,17 @@ class Fibers {
     tress_fiber_value value;
     tress_fibers_evaluate(handle(), &event, wi, &value);
     return value;
+  }
+  tress_fiber_value mean(std::uint32_t fiber, const tress_direction& wr, const tress_direction& wi) const noexcept {
+    tress_fiber_value value;
+    tress_fibers_mean(handle(), fiber, wr, wi, &value);
+    return value;
+  }
+  tress_fiber_sample sample_mean(std::uint32_t fiber, const tress_direction& wr, const std::array<float, 6>& u,
+                                 float importance = 1) const noexcept {
+    tress_fiber_sample sample;
+    tress_fibers_sample_mean(handle(), fiber, wr, u.data(), importance, &sample);
+    return sample;
   }
   bool takes_lights(const tress_event& event) const noexcept {
     return tress_fibers_takes_lights(handle(), &event) != 0;

@@ -1,6 +1,8 @@
 // What every function of the C interface does: it turns errors and exceptions into codes and messages.
 #pragma once
 
+#include <cstddef>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <optional>
@@ -48,6 +50,24 @@ tress_result guarded(const ErrorListener* listener, Body&& body) noexcept {
   } catch (...) {
     return fail(listener, TRESS_INTERNAL, "expected no exception, found one that is no std::exception");
   }
+}
+
+/// Runs a call for each item of a batch, and returns the first reason why one does nothing.
+template <class One>
+Outcome each(std::size_t count, One&& one) {
+  Outcome first;
+  for (std::size_t i = 0; i < count; ++i) {
+    Outcome outcome = one(i);
+    if (outcome && !first) [[unlikely]]
+      first = std::move(outcome);
+  }
+  return first;
+}
+
+/// Sets what a call would write to zero.
+template <class Item>
+void clear(Item* items, std::size_t count) {
+  if (items != nullptr) std::memset(items, 0, count * sizeof(Item));
 }
 
 }  // namespace tress::capi

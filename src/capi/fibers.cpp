@@ -67,14 +67,18 @@ const fiber::FiberEvent* event_of(const tress_fibers& fibers, const tress_event*
   return stamped->stamp == stamp_of(fibers) ? &stamped->event : nullptr;
 }
 
+/// Runs a call of a reader for each of a batch of events.
 template <class Call>
-tress_result at_event(const tress_fibers* fibers, const tress_event* event, const char* name, Call&& call) noexcept {
+tress_result at_events(const tress_fibers* fibers, const tress_event* events, std::size_t count, const char* name,
+                       Call&& call) noexcept {
   return read(fibers, name, [&](const fiber::FiberModel& model) -> Outcome {
-    if (event == nullptr) return null("event");
-    const fiber::FiberEvent* known = event_of(*fibers, event);
-    if (known == nullptr) [[unlikely]]
-      return Refusal{TRESS_INVALID_CALL, {"", name, "an event of these fibers and of this pass", "another"}};
-    return call(model, *known);
+    if (events == nullptr) return null("event");
+    return each(count, [&](std::size_t i) -> Outcome {
+      const fiber::FiberEvent* known = event_of(*fibers, events + i);
+      if (known == nullptr) [[unlikely]]
+        return Refusal{TRESS_INVALID_CALL, {"", name, "an event of these fibers and of this pass", "another"}};
+      return call(model, *known, i);
+    });
   });
 }
 
@@ -92,6 +96,19 @@ tress_fiber_value value_of(const fiber::FiberValue& from) {
   value.pdf = from.pdf;
   return value;
 }
+
+tress_fiber_sample sample_of(const fiber::FiberSample& from) {
+  tress_fiber_sample sample{};
+  sample.direction = {from.wi.theta, from.wi.phi};
+  sample.at = value_of(from.value);
+  sample.lobe = static_cast<uint32_t>(from.lobe);
+  if (from.value.pdf > 0) set(sample.weight, from.value.total() / from.value.pdf);
+  return sample;
+}
+
+fiber::FiberDirection direction_of(const tress_direction& from) { return {from.theta, from.phi}; }
+
+Outcome unknown(std::uint32_t id) { return invalid("fiber", "an id of tress_fibers_add()", std::to_string(id)); }
 
 FiberParameters parameters_of(const tress_fiber& from) {
   FiberParameters to;
@@ -200,53 +217,90 @@ tress_result tress_fibers_add(tress_fibers* fibers, const tress_fiber* fiber, ui
                  [&] { return fibers->session ? fibers->session->alone("tress_fibers_add", add) : add(); });
 }
 
+tress_result tress_fibers_begin_n(const tress_fibers* fibers, const tress_vertex* vertices, size_t count,
+                                  tress_event* events) noexcept {
+  clear(events, count);
+  return read(fibers, "tress_fibers_begin", [&](const fiber::FiberModel& model) -> Outcome {
+    if (events == nullptr || vertices == nullptr) return null(events == nullptr ? "event" : "vertices");
+    return each(count, [&](size_t i) -> Outcome {
+      const tress_vertex& at = vertices[i];
+      const fiber::FiberEvent event = model.begin(at.fiber, direction_of(at.wr), at.xi1, at.xi2, at.h, at.importance);
+      if (event.fiber == fiber::no_fiber) [[unlikely]]
+        return unknown(at.fiber);
+      new (events[i].bytes) StampedEvent{event, stamp_of(*fibers)};
+      return {};
+    });
+  });
+}
+
 tress_result tress_fibers_begin(const tress_fibers* fibers, uint32_t fiber, tress_direction wr, float xi1, float xi2,
                                 float h, float importance, tress_event* event) noexcept {
-  const tress_result result = read(fibers, "tress_fibers_begin", [&](const fiber::FiberModel& model) -> Outcome {
-    if (event == nullptr) return null("event");
-    const auto* begun = new (event->bytes)
-        StampedEvent{model.begin(fiber, {wr.theta, wr.phi}, xi1, xi2, h, importance), stamp_of(*fibers)};
-    if (begun->event.fiber != fiber::no_fiber) [[likely]]
-      return {};
-    return invalid("fiber", "an id of tress_fibers_add()", std::to_string(fiber));
-  });
-  if (result != TRESS_OK && event != nullptr) std::memset(event, 0, sizeof *event);
-  return result;
+  const tress_vertex vertex{fiber, wr, xi1, xi2, h, importance};
+  return tress_fibers_begin_n(fibers, &vertex, 1, event);
+}
+
+tress_result tress_fibers_sample_n(const tress_fibers* fibers, const tress_event* events, const float* u, size_t count,
+                                   tress_fiber_sample* samples) noexcept {
+  clear(samples, count);
+  return at_events(fibers, events, count, "tress_fibers_sample",
+                   [&](const fiber::FiberModel& model, const fiber::FiberEvent& known, size_t i) -> Outcome {
+                     if (u == nullptr || samples == nullptr) return null(u == nullptr ? "u" : "sample");
+                     const float* of = u + 4 * i;
+                     samples[i] = sample_of(model.sample(known, {of[0], of[1], of[2], of[3]}));
+                     return {};
+                   });
 }
 
 tress_result tress_fibers_sample(const tress_fibers* fibers, const tress_event* event, const float u[4],
                                  tress_fiber_sample* sample) noexcept {
-  if (sample != nullptr) *sample = {};
-  return at_event(fibers, event, "tress_fibers_sample",
-                  [&](const fiber::FiberModel& model, const fiber::FiberEvent& known) -> Outcome {
-                    if (u == nullptr || sample == nullptr) return null(u == nullptr ? "u" : "sample");
-                    const fiber::FiberSample drawn = model.sample(known, {u[0], u[1], u[2], u[3]});
-                    sample->direction = {drawn.wi.theta, drawn.wi.phi};
-                    sample->at = value_of(drawn.value);
-                    sample->lobe = static_cast<uint32_t>(drawn.lobe);
-                    if (drawn.value.pdf > 0) set(sample->weight, drawn.value.total() / drawn.value.pdf);
-                    return {};
-                  });
+  return tress_fibers_sample_n(fibers, event, u, 1, sample);
+}
+
+tress_result tress_fibers_evaluate_n(const tress_fibers* fibers, const tress_event* events, const tress_direction* wi,
+                                     size_t count, tress_fiber_value* values) noexcept {
+  clear(values, count);
+  return at_events(fibers, events, count, "tress_fibers_evaluate",
+                   [&](const fiber::FiberModel& model, const fiber::FiberEvent& known, size_t i) -> Outcome {
+                     if (wi == nullptr || values == nullptr) return null(wi == nullptr ? "wi" : "value");
+                     values[i] = value_of(model.evaluate(known, direction_of(wi[i])));
+                     return {};
+                   });
 }
 
 tress_result tress_fibers_evaluate(const tress_fibers* fibers, const tress_event* event, tress_direction wi,
                                    tress_fiber_value* value) noexcept {
-  if (value != nullptr) *value = {};
-  return at_event(fibers, event, "tress_fibers_evaluate",
-                  [&](const fiber::FiberModel& model, const fiber::FiberEvent& known) -> Outcome {
-                    if (value == nullptr) return null("value");
-                    *value = value_of(model.evaluate(known, {wi.theta, wi.phi}));
-                    return {};
-                  });
+  return tress_fibers_evaluate_n(fibers, event, &wi, 1, value);
+}
+
+tress_result tress_fibers_mean(const tress_fibers* fibers, uint32_t fiber, tress_direction wr, tress_direction wi,
+                               tress_fiber_value* value) noexcept {
+  clear(value, 1);
+  return read(fibers, "tress_fibers_mean", [&](const fiber::FiberModel& model) -> Outcome {
+    if (value == nullptr) return null("value");
+    if (!model.has(fiber)) return unknown(fiber);
+    *value = value_of(model.mean(fiber, direction_of(wr), direction_of(wi)));
+    return {};
+  });
+}
+
+tress_result tress_fibers_sample_mean(const tress_fibers* fibers, uint32_t fiber, tress_direction wr, const float u[6],
+                                      float importance, tress_fiber_sample* sample) noexcept {
+  clear(sample, 1);
+  return read(fibers, "tress_fibers_sample_mean", [&](const fiber::FiberModel& model) -> Outcome {
+    if (u == nullptr || sample == nullptr) return null(u == nullptr ? "u" : "sample");
+    if (!model.has(fiber)) return unknown(fiber);
+    *sample = sample_of(model.sample_mean(fiber, direction_of(wr), {u[0], u[1], u[2], u[3], u[4], u[5]}, importance));
+    return {};
+  });
 }
 
 int tress_fibers_takes_lights(const tress_fibers* fibers, const tress_event* event) noexcept {
   int takes = 0;
-  at_event(fibers, event, "tress_fibers_takes_lights",
-           [&](const fiber::FiberModel& model, const fiber::FiberEvent& known) -> Outcome {
-             takes = model.evaluates(known) || model.estimates(known) ? 1 : 0;
-             return {};
-           });
+  at_events(fibers, event, 1, "tress_fibers_takes_lights",
+            [&](const fiber::FiberModel& model, const fiber::FiberEvent& known, size_t) -> Outcome {
+              takes = model.evaluates(known) || model.estimates(known) ? 1 : 0;
+              return {};
+            });
   return takes;
 }
 

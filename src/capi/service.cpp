@@ -15,6 +15,7 @@
 
 #include "capi/session.h"
 #include "tress/adaptive/cache.h"
+#include "tress/adaptive/query.h"
 #include "tress/adaptive/telemetry.h"
 #include "tress/fiber/elliptical_model.h"
 #include "tress/fiber/rough_model.h"
@@ -32,7 +33,6 @@ thread_local const Session* Session::inside = nullptr;
 
 namespace {
 
-using adaptive::RowState;
 using adaptive::RowView;
 using adaptive::SliceDescription;
 using adaptive::SliceKind;
@@ -163,62 +163,63 @@ tress_result alone(tress_service* service, const char* name, Call&& call) noexce
                  [&] { return service->session->alone(name, [&] { return call(*service->session); }); });
 }
 
-/// Runs a call of a reader at a node.
+/// Runs a call of a reader.
 template <class Call>
-tress_result at_node(const tress_service* service, const char* name, const tress_node& node, Call&& call) noexcept {
+tress_result read(const tress_service* service, const char* name, Call&& call) noexcept {
   if (service == nullptr) return guarded(nullptr, [] { return null("service"); });
   return guarded(&service->session->listener, [&]() -> Outcome {
     if (Outcome early = service->session->refuses_readers(name)) return early;
-    const adaptive::Service& of = *service->session->service;
+    return call(*service->session->service);
+  });
+}
+
+Outcome wrong_node(const SliceDescription& slice, const tress_node& node) {
+  if (node.a < slice.axis_a.size() && node.b < slice.axis_b.size()) [[likely]]
+    return {};
+  return invalid(
+      "node", "one of the slice's " + std::to_string(slice.axis_a.size()) + " x " + std::to_string(slice.axis_b.size()),
+      "a " + std::to_string(node.a) + ", b " + std::to_string(node.b) + " of slice " + std::to_string(node.slice));
+}
+
+/// Runs a call of a reader at a node.
+template <class Call>
+tress_result at_node(const tress_service* service, const char* name, const tress_node& node, Call&& call) noexcept {
+  return read(service, name, [&](const adaptive::Service& of) -> Outcome {
     const SliceDescription& slice = of.slice(node.slice);
-    if (node.a >= slice.axis_a.size() || node.b >= slice.axis_b.size()) {
-      return invalid(
-          "node",
-          "one of the slice's " + std::to_string(slice.axis_a.size()) + " x " + std::to_string(slice.axis_b.size()),
-          "a " + std::to_string(node.a) + ", b " + std::to_string(node.b) + " of slice " + std::to_string(node.slice));
-    }
+    if (Outcome early = wrong_node(slice, node)) return early;
     return call(of, slice);
   });
 }
 
-float density_of(const RowView& row, float x) {
-  return row.state == RowState::converged || row.nodes == nullptr ? row.density(x) : row.nodes->density(x);
+Outcome wrong_place(float first, float second, const char* name) {
+  if (std::isfinite(first) && std::isfinite(second)) return {};
+  return invalid(name, "finite numbers", "others");
 }
 
-float share_of(const adaptive::Service& service, const RowView& row) {
-  const adaptive::Options& options = service.options();
-  return row.state == RowState::converged ? options.uniform_share_converged : options.uniform_share_open;
+/// Runs a call of a reader at a place of a slice.
+template <class Call>
+tress_result at_place(const tress_service* service, const char* name, std::uint32_t slice, float a, float b,
+                      Call&& call) noexcept {
+  return read(service, name, [&](const adaptive::Service& of) -> Outcome {
+    if (of.slice(slice).node_count() == 0) return invalid("slice", "one that was added", std::to_string(slice));
+    if (Outcome early = wrong_place(a, b, "a, b")) return early;
+    return call(of);
+  });
 }
 
-/// The values of a row of samples at a place.
-void set_parts(const adaptive::RibbonRow& row, tress_value& value) {
-  for (std::uint32_t part = 0; part < row.parts(); ++part) {
-    if (!(row.mass(part) > 0)) continue;
-    value.parts[part] = row.mass(part) * row.ribbon(part).density(value.azimuth, value.height);
-    value.density += value.parts[part];
-  }
-  value.pdf = value.density / row.total_mass();
-  value.answered = 1;
+tress_value value_of(const adaptive::NodeValue& from) {
+  tress_value value{};
+  value.azimuth = from.azimuth;
+  value.height = from.height;
+  value.density = from.density;
+  std::ranges::copy(from.parts, value.parts);
+  value.pdf = from.pdf;
+  value.state = static_cast<std::uint32_t>(from.state);
+  value.answered = from.answered ? 1 : 0;
+  return value;
 }
 
-void draw_place(const adaptive::RibbonRow& row, const float u[3], tress_value& value) {
-  float below = u[0] * row.total_mass();
-  std::uint32_t part = 0;
-  while (part + 1 < row.parts() && below >= row.mass(part)) below -= row.mass(part++);
-  while (part > 0 && !(row.mass(part) > 0)) --part;  // rounding may lead to a last part without mass
-  const adaptive::Ribbon::Place place = row.ribbon(part).sample(u[1], u[2]);
-  value.azimuth = place.azimuth;
-  value.height = place.height;
-}
-
-void set_density(tress_value& value, float density, float pdf) {
-  value.density = value.parts[0] = density;
-  value.pdf = pdf;
-  value.answered = 1;
-}
-
-/// Clamps into [0, 1); NaN becomes 0.
-float uniform(float u) { return u >= 0 ? (u < 1 ? u : 0x1.fffffep-1f) : 0.0f; }
+adaptive::Node node_of(const tress_node& node) { return {node.slice, node.a, node.b}; }
 
 std::vector<std::uint32_t> every(std::uint32_t step, std::size_t count) {
   std::vector<std::uint32_t> chosen;
@@ -406,50 +407,76 @@ tress_result tress_service_set_learning(tress_service* service, int on) noexcept
   });
 }
 
+tress_result tress_service_sample_n(const tress_service* service, const tress_node* nodes, const float* u, size_t count,
+                                    tress_value* values) noexcept {
+  clear(values, count);
+  return read(service, "tress_service_sample", [&](const adaptive::Service& of) -> Outcome {
+    if (nodes == nullptr) return null("nodes");
+    if (u == nullptr || values == nullptr) return null(u == nullptr ? "u" : "value");
+    return each(count, [&](size_t i) -> Outcome {
+      if (Outcome early = wrong_node(of.slice(nodes[i].slice), nodes[i])) return early;
+      values[i] = value_of(adaptive::sample(of, node_of(nodes[i]), {u[3 * i], u[3 * i + 1], u[3 * i + 2]}));
+      return {};
+    });
+  });
+}
+
 tress_result tress_service_sample(const tress_service* service, tress_node node, const float u[3],
                                   tress_value* value) noexcept {
-  if (value != nullptr) *value = {};
-  return at_node(service, "tress_service_sample", node,
-                 [&](const adaptive::Service& of, const SliceDescription& slice) -> Outcome {
-                   if (u == nullptr || value == nullptr) return null(u == nullptr ? "u" : "value");
-                   const float draws[3] = {uniform(u[0]), uniform(u[1]), uniform(u[2])};
-                   const RowView row = of.look_up(node.slice, node.a, node.b);
-                   value->state = static_cast<uint32_t>(row.state);
-                   if (slice.kind == SliceKind::samples) {
-                     if (row.ribbons == nullptr) return {};
-                     draw_place(*row.ribbons, draws, *value);
-                     set_parts(*row.ribbons, *value);
-                     return {};
-                   }
-                   const float share = share_of(of, row);
-                   value->azimuth = row.sample(draws[0], share);
-                   set_density(*value, density_of(row, value->azimuth), row.proposal_density(value->azimuth, share));
-                   if (row.state != RowState::converged) of.score(row, value->azimuth, value->density, value->pdf);
-                   return {};
-                 });
+  return tress_service_sample_n(service, &node, u, 1, value);
+}
+
+tress_result tress_service_evaluate_n(const tress_service* service, const tress_node* nodes, const float* azimuths,
+                                      const float* heights, size_t count, tress_value* values) noexcept {
+  clear(values, count);
+  return read(service, "tress_service_evaluate", [&](const adaptive::Service& of) -> Outcome {
+    if (nodes == nullptr) return null("nodes");
+    if (azimuths == nullptr || values == nullptr) return null(values == nullptr ? "value" : "azimuths");
+    return each(count, [&](size_t i) -> Outcome {
+      const float height = heights != nullptr ? heights[i] : 0;
+      if (Outcome early = wrong_node(of.slice(nodes[i].slice), nodes[i])) return early;
+      if (Outcome early = wrong_place(azimuths[i], height, "azimuth, height")) return early;
+      values[i] = value_of(adaptive::evaluate(of, node_of(nodes[i]), azimuths[i], height));
+      return {};
+    });
+  });
 }
 
 tress_result tress_service_evaluate(const tress_service* service, tress_node node, float azimuth, float height,
                                     tress_value* value) noexcept {
-  if (value != nullptr) *value = {};
-  return at_node(service, "tress_service_evaluate", node,
-                 [&](const adaptive::Service& of, const SliceDescription& slice) -> Outcome {
-                   if (value == nullptr) return null("value");
-                   if (!std::isfinite(azimuth) || !std::isfinite(height))
-                     return invalid("azimuth, height", "finite numbers", "others");
-                   const RowView row = of.look_up(node.slice, node.a, node.b);
-                   value->state = static_cast<uint32_t>(row.state);
-                   value->azimuth = adaptive::wrap_angle(azimuth);
-                   if (slice.kind == SliceKind::samples) {
-                     value->height = height;
-                     if (row.ribbons != nullptr) set_parts(*row.ribbons, *value);
-                     return {};
-                   }
-                   set_density(*value, density_of(row, value->azimuth),
-                               row.proposal_density(value->azimuth, share_of(of, row)));
-                   if (row.state != RowState::converged) of.observe(row, value->azimuth, value->density);
-                   return {};
-                 });
+  return tress_service_evaluate_n(service, &node, &azimuth, &height, 1, value);
+}
+
+tress_result tress_service_choose(const tress_service* service, uint32_t slice, float a, float b, const float xi[2],
+                                  tress_node* node) noexcept {
+  clear(node, 1);
+  return at_place(service, "tress_service_choose", slice, a, b, [&](const adaptive::Service& of) -> Outcome {
+    if (xi == nullptr || node == nullptr) return null(xi == nullptr ? "xi" : "node");
+    const adaptive::Node chosen = adaptive::choose(of, slice, a, b, xi[0], xi[1]);
+    *node = {chosen.slice, chosen.a, chosen.b};
+    return {};
+  });
+}
+
+tress_result tress_service_mean(const tress_service* service, uint32_t slice, float a, float b, float azimuth,
+                                float height, tress_value* value) noexcept {
+  clear(value, 1);
+  return at_place(service, "tress_service_mean", slice, a, b, [&](const adaptive::Service& of) -> Outcome {
+    if (value == nullptr) return null("value");
+    if (Outcome early = wrong_place(azimuth, height, "azimuth, height")) return early;
+    *value = value_of(adaptive::mean(of, slice, a, b, azimuth, height));
+    return {};
+  });
+}
+
+tress_result tress_service_sample_mean(const tress_service* service, uint32_t slice, float a, float b, const float u[5],
+                                       tress_value* value) noexcept {
+  clear(value, 1);
+  return at_place(service, "tress_service_sample_mean", slice, a, b, [&](const adaptive::Service& of) -> Outcome {
+    if (u == nullptr || value == nullptr) return null(u == nullptr ? "u" : "value");
+    *value = value_of(adaptive::sample_mean(of, slice, a, b, {u[0], u[1], u[2], u[3], u[4]}));
+    return {};
+  });
 }
 
 tress_result tress_service_credit(const tress_service* service, tress_node node, float light,
@@ -490,6 +517,15 @@ tress_result tress_service_publish(tress_service* service, uint64_t paths, tress
                      {"", "tress_service_publish", "the whole of the work", "on_progress that ended it"}};
     return {};
   });
+}
+
+int tress_service_publish_pays(const tress_service* service) noexcept {
+  int pays = 0;
+  read(service, "tress_service_publish_pays", [&](const adaptive::Service& of) -> Outcome {
+    pays = of.publish_pays() ? 1 : 0;
+    return {};
+  });
+  return pays;
 }
 
 const char* tress_service_telemetry(const tress_service* service) noexcept {

@@ -285,6 +285,11 @@ TEST(CInterface, NullIsRefusedEverywhere) {
                                     tress_service_set_learning(nullptr, 0),
                                     tress_service_sample(nullptr, {}, u, &value),
                                     tress_service_evaluate(nullptr, {}, 0, 0, &value),
+                                    tress_service_sample_n(nullptr, nullptr, u, 1, &value),
+                                    tress_service_evaluate_n(nullptr, nullptr, u, u, 1, &value),
+                                    tress_service_choose(nullptr, 0, 0, 0, u, nullptr),
+                                    tress_service_mean(nullptr, 0, 0, 0, 0, 0, &value),
+                                    tress_service_sample_mean(nullptr, 0, 0, 0, nullptr, &value),
                                     tress_service_credit(nullptr, {}, 1, 1),
                                     tress_service_hear(nullptr, {}, &exit),
                                     tress_service_publish(nullptr, 0, nullptr),
@@ -295,7 +300,12 @@ TEST(CInterface, NullIsRefusedEverywhere) {
                                     tress_fibers_add(nullptr, &fiber, &id),
                                     tress_fibers_begin(nullptr, 0, {}, 0, 0, 0, 1, &event),
                                     tress_fibers_sample(nullptr, &event, u, &sample),
-                                    tress_fibers_evaluate(nullptr, &event, {}, &lit)})
+                                    tress_fibers_evaluate(nullptr, &event, {}, &lit),
+                                    tress_fibers_begin_n(nullptr, nullptr, 1, &event),
+                                    tress_fibers_sample_n(nullptr, nullptr, u, 1, &sample),
+                                    tress_fibers_evaluate_n(nullptr, nullptr, nullptr, 1, &lit),
+                                    tress_fibers_mean(nullptr, 0, {}, {}, &lit),
+                                    tress_fibers_sample_mean(nullptr, 0, {}, nullptr, 1, &sample)})
     EXPECT_EQ(result, TRESS_INVALID_ARGUMENT);
   EXPECT_EQ(service, nullptr);
   EXPECT_EQ(fibers, nullptr);
@@ -303,6 +313,7 @@ TEST(CInterface, NullIsRefusedEverywhere) {
   EXPECT_STREQ(tress_service_telemetry(nullptr), "");
   EXPECT_EQ(tress_fibers_takes_lights(nullptr, nullptr), 0);
   EXPECT_EQ(tress_fibers_bytes(nullptr), 0u);
+  EXPECT_EQ(tress_service_publish_pays(nullptr), 0);
 
   Host host;
   ASSERT_EQ(host.create(), TRESS_OK);
@@ -311,9 +322,11 @@ TEST(CInterface, NullIsRefusedEverywhere) {
         tress_service_add_slice(host.service, &host.slice, nullptr), tress_service_load(host.service, nullptr),
         tress_service_save(host.service, nullptr), tress_service_sample(host.service, {}, nullptr, &value),
         tress_service_sample(host.service, {}, u, nullptr), tress_service_evaluate(host.service, {}, 0, 0, nullptr),
-        tress_service_hear(host.service, {1, 0, 0}, nullptr)})
+        tress_service_hear(host.service, {1, 0, 0}, nullptr), tress_service_choose(host.service, 0, 0, 0, u, nullptr),
+        tress_service_mean(host.service, 0, 0, 0, 0, 0, nullptr),
+        tress_service_sample_mean(host.service, 0, 0, 0, nullptr, &value)})
     EXPECT_EQ(result, TRESS_INVALID_ARGUMENT);
-  EXPECT_EQ(host.failures, 8);
+  EXPECT_EQ(host.failures, 11);
   ASSERT_EQ(tress_fibers_create(nullptr, TRESS_ROUGH, TRESS_EXACT, &fibers), TRESS_OK);
   ASSERT_EQ(tress_fibers_add(fibers, &fiber, &id), TRESS_OK);
   ASSERT_EQ(tress_fibers_begin(fibers, id, {}, 0, 0, 0, 1, &event), TRESS_OK);
@@ -321,7 +334,8 @@ TEST(CInterface, NullIsRefusedEverywhere) {
        {tress_fibers_add(fibers, nullptr, &id), tress_fibers_add(fibers, &fiber, nullptr),
         tress_fibers_begin(fibers, 0, {}, 0, 0, 0, 1, nullptr), tress_fibers_sample(fibers, nullptr, u, &sample),
         tress_fibers_sample(fibers, &event, nullptr, &sample), tress_fibers_sample(fibers, &event, u, nullptr),
-        tress_fibers_evaluate(fibers, &event, {}, nullptr)})
+        tress_fibers_evaluate(fibers, &event, {}, nullptr), tress_fibers_begin_n(fibers, nullptr, 1, &event),
+        tress_fibers_mean(fibers, id, {}, {}, nullptr), tress_fibers_sample_mean(fibers, id, {}, nullptr, 1, &sample)})
     EXPECT_EQ(result, TRESS_INVALID_ARGUMENT);
   tress_fibers_release(fibers);
 }
@@ -489,6 +503,113 @@ TEST(CInterface, EventsOfOthersAndOfBeforeAreRefused) {
   EXPECT_EQ(tress_fibers_sample(rough, &event, u, &sample), TRESS_INVALID_CALL);
   tress_fibers_release(rough);
   tress_fibers_release(elliptical);
+  tress_service_release(service);
+}
+
+TEST(CInterface, BatchesHaveTheBitsOfOneByOneAndEachItemItsOwnRefusal) {
+  constexpr std::size_t count = 6;
+  Host one, many;
+  ASSERT_EQ(one.create(), TRESS_OK);
+  ASSERT_EQ(many.create(), TRESS_OK);
+  std::array<tress_node, count> nodes{};
+  std::array<float, 3 * count> u{};
+  std::array<float, count> azimuths{}, heights{};
+  std::array<tress_value, count> drawn, lit;
+  for (int pass = 0; pass < 10; ++pass) {
+    RandomStream random(7, static_cast<std::uint64_t>(pass));
+    for (int k = 0; k < 200; ++k) {
+      for (std::uint32_t i = 0; i < count; ++i) nodes[i] = {i % 2, i / 2, i / 3};
+      nodes[4].a = 77;
+      for (float& x : u) x = random.next();
+      for (float& x : azimuths) x = 6 * random.next();
+      for (float& x : heights) x = random.next();
+      azimuths[1] = nan;
+      EXPECT_EQ(tress_service_sample_n(many.service, nodes.data(), u.data(), count, drawn.data()),
+                TRESS_INVALID_ARGUMENT);
+      EXPECT_EQ(
+          tress_service_evaluate_n(many.service, nodes.data(), azimuths.data(), heights.data(), count, lit.data()),
+          TRESS_INVALID_ARGUMENT);
+      for (std::size_t i = 0; i < count; ++i) {
+        tress_value value;
+        EXPECT_EQ(tress_service_sample(one.service, nodes[i], &u[3 * i], &value) == TRESS_OK, i != 4);
+        EXPECT_EQ(std::memcmp(&value, &drawn[i], sizeof value), 0);
+        EXPECT_EQ(tress_service_evaluate(one.service, nodes[i], azimuths[i], heights[i], &value) == TRESS_OK,
+                  i != 4 && i != 1);
+        EXPECT_EQ(std::memcmp(&value, &lit[i], sizeof value), 0);
+      }
+    }
+    EXPECT_EQ(tress_service_publish(one.service, 1, nullptr), TRESS_OK);
+    EXPECT_EQ(tress_service_publish(many.service, 1, nullptr), TRESS_OK);
+  }
+  EXPECT_EQ(drawn[0].state, static_cast<std::uint32_t>(TRESS_CONVERGED));
+  EXPECT_EQ(tress_service_evaluate_n(many.service, nodes.data(), heights.data(), nullptr, 2, lit.data()), TRESS_OK);
+  tress_value value;
+  tress_node node;
+  EXPECT_EQ(tress_service_mean(many.service, 0, 0.5f, 9, 1, 0, &value), TRESS_OK);
+  EXPECT_GT(value.pdf, 0);
+  EXPECT_EQ(tress_service_sample_mean(many.service, 0, 0.5f, 9, u.data(), &value), TRESS_OK);
+  EXPECT_GT(value.pdf, 0);
+  EXPECT_EQ(tress_service_choose(many.service, 1, 9, -9, u.data(), &node), TRESS_OK);
+  EXPECT_EQ(node.a, 2u);
+  EXPECT_EQ(node.b, 0u);
+  EXPECT_EQ(tress_service_mean(many.service, 9, 0, 0, 1, 0, &value), TRESS_INVALID_ARGUMENT);
+  EXPECT_EQ(tress_service_mean(many.service, 0, nan, 0, 1, 0, &value), TRESS_INVALID_ARGUMENT);
+  EXPECT_EQ(tress_service_mean(many.service, 0, 0, 0, nan, 0, &value), TRESS_INVALID_ARGUMENT);
+}
+
+TEST(CInterface, BatchesOfFibersAndValuesWithoutAnEvent) {
+  tress_service* service = nullptr;
+  ASSERT_EQ(tress_service_create_for_fibers(nullptr, &service), TRESS_OK);
+  for (const std::uint32_t model : {TRESS_ROUGH, TRESS_ELLIPTICAL}) {
+    tress_fibers* fibers = nullptr;
+    tress_fiber hair;
+    tress_fiber_init(&hair);
+    std::uint32_t id = 0;
+    ASSERT_EQ(tress_fibers_create(service, model, TRESS_FITTED, &fibers), TRESS_OK);
+    ASSERT_EQ(tress_fibers_add(fibers, &hair, &id), TRESS_OK);
+    ASSERT_EQ(tress_service_prepare(service), TRESS_OK);
+    constexpr std::size_t count = 20;
+    std::vector<tress_vertex> vertices(count);
+    std::vector<tress_event> begun(count);
+    std::vector<float> u;
+    std::vector<tress_direction> lights;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Draws d = draws(0, i);
+      vertices[i] = {id, {d.theta, d.phi}, d.xi1, d.xi2, d.h, d.importance};
+      u.insert(u.end(), d.u.begin(), d.u.end());
+      lights.push_back(d.light);
+    }
+    vertices[3].fiber = id + 1;
+    std::vector<tress_fiber_sample> drawn(count);
+    std::vector<tress_fiber_value> lit(count);
+    EXPECT_EQ(tress_fibers_begin_n(fibers, vertices.data(), count, begun.data()), TRESS_INVALID_ARGUMENT);
+    EXPECT_EQ(tress_fibers_sample_n(fibers, begun.data(), u.data(), count, drawn.data()), TRESS_INVALID_CALL);
+    EXPECT_EQ(tress_fibers_evaluate_n(fibers, begun.data(), lights.data(), count, lit.data()), TRESS_INVALID_CALL);
+    for (std::size_t i = 0; i < count; ++i) {
+      const tress_vertex& at = vertices[i];
+      tress_event event;
+      tress_fiber_sample sample;
+      tress_fiber_value value;
+      EXPECT_EQ(tress_fibers_begin(fibers, at.fiber, at.wr, at.xi1, at.xi2, at.h, at.importance, &event) == TRESS_OK,
+                i != 3);
+      EXPECT_EQ(tress_fibers_sample(fibers, &event, &u[4 * i], &sample) == TRESS_OK, i != 3);
+      EXPECT_EQ(tress_fibers_evaluate(fibers, &event, lights[i], &value) == TRESS_OK, i != 3);
+      EXPECT_EQ(std::memcmp(&sample, &drawn[i], sizeof sample), 0);
+      EXPECT_EQ(std::memcmp(&value, &lit[i], sizeof value), 0);
+    }
+    const float six[6] = {0.3f, 0.6f, 0.2f, 0.9f, 0.1f, 0.7f};
+    tress_fiber_sample sample;
+    tress_fiber_value value;
+    EXPECT_EQ(tress_fibers_sample_mean(fibers, id, {0.3f, 0.8f}, six, 1, &sample), TRESS_OK);
+    EXPECT_EQ(tress_fibers_mean(fibers, id, {0.3f, 0.8f}, sample.direction, &value), TRESS_OK);
+    EXPECT_GT(value.pdf, 0);
+    EXPECT_EQ(std::memcmp(&value, &sample.at, sizeof value), 0);
+    EXPECT_EQ(tress_fibers_mean(fibers, id + 1, {}, {}, &value), TRESS_INVALID_ARGUMENT);
+    EXPECT_EQ(value.pdf, 0);
+    EXPECT_EQ(tress_fibers_sample_mean(fibers, id + 1, {}, six, 1, &sample), TRESS_INVALID_ARGUMENT);
+    EXPECT_EQ(tress_service_publish_pays(service), model == TRESS_ELLIPTICAL ? 1 : 0) << "20 events";
+    tress_fibers_release(fibers);
+  }
   tress_service_release(service);
 }
 
