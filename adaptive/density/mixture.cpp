@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <new>
 
 #include "base/exp_of_negative.h"
+#include "base/float4.h"
 #include "base/pi.h"
 
 namespace tress::inline v0_2::adaptive {
@@ -47,10 +49,39 @@ float energy_of(const Parts& parts, float uniform_weight) {
   return sum;
 }
 
+// Does what truncation() does, in lanes.
+Float4 truncation(Float4 s) {
+  const Float4 e = exp_of_negative(-pi_f / s);
+  return s < 0.17f ? splat(1) : (1.0f - e) / (1.0f + e);
+}
+
+// Four parts by what they have in common; a part begins with these floats.
+struct FourParts {
+  Float4 mu, left, right, weight;
+  template <class Parts>
+  FourParts(const Parts& parts, std::size_t first) {
+    const Float4 none{0, 1, 1, 0};
+    const auto part = [&](std::size_t i) { return i < parts.size() ? load4(parts[i], 0) : none; };
+    mu = part(first), left = part(first + 1), right = part(first + 2), weight = part(first + 3);
+    transpose4(mu, left, right, weight);
+  }
+};
+
+// The sum of weight * shape.density(phi) in the order of the parts, to the bit, four at a time.
 template <class Parts>
 float density_of(const Parts& parts, float uniform_weight, float phi) {
   float sum = uniform_weight * inverse_two_pi_f;
-  for (const auto& part : parts) sum += part.weight * part.shape.density(phi);
+  for (std::size_t first = 0; first < parts.size(); first += 4) {
+    const FourParts four(parts, first);
+    Float4 x = phi - four.mu;
+    for (int i = 0; i < 4; ++i) {
+      if (x[i] >= pi_f || x[i] < -pi_f) x[i] = wrap_angle(x[i]);
+    }
+    const Float4 e = exp_of_negative(-abs4(x) / (x < 0.0f ? four.left : four.right));
+    const Float4 z = 0.5f * (four.left * truncation(four.left) + four.right * truncation(four.right));
+    const Float4 mass = four.weight * (e / ((1.0f + e) * (1.0f + e) * z));
+    for (int i = 0; i < 4; ++i) sum += mass[i];
+  }
   return sum;
 }
 

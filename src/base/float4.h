@@ -72,6 +72,19 @@ inline Float4 sums4(Float4 a, Float4 b, Float4 c) {
 #endif
 }
 
+/// Makes rows of columns: lane i of a, b, c, d becomes lanes 0 to 3 of the i-th of them.
+inline void transpose4(Float4& a, Float4& b, Float4& c, Float4& d) {
+#ifdef __SSE2__
+  __m128 x = a, y = b, z = c, w = d;
+  _MM_TRANSPOSE4_PS(x, y, z, w);
+  a = x, b = y, c = z, d = w;
+#else
+  const Float4 x = a, y = b, z = c, w = d;
+  a = {x[0], y[0], z[0], w[0]}, b = {x[1], y[1], z[1], w[1]};
+  c = {x[2], y[2], z[2], w[2]}, d = {x[3], y[3], z[3], w[3]};
+#endif
+}
+
 /// Computes exp_of_negative() of each lane by the same steps.
 inline Float4 exp_of_negative(Float4 x) {
   x = max4(x, splat(-87.0f));

@@ -135,6 +135,24 @@ TEST(Mixture, PackedAnswersToTheBit) {
 }
 
 // 8 bits behind the point, to the nearest: within 2^-9; and what has been rounded stays.
+// Four components at a time, and added one after the other.
+TEST(Mixture, DensityIsTheSumOfItsComponentsToTheBit) {
+  for (std::uint32_t count = 0; count <= Mixture::max_components; ++count) {
+    Mixture mixture;
+    mixture.component_count = count;
+    mixture.uniform_weight = 0.1f;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto k = static_cast<float>(i);
+      mixture.components[i] = {{wrap_angle(0.9f * k - 3), 0.004f + 0.07f * k, 0.5f - 0.06f * k}, 0.1f + 0.03f * k};
+    }
+    for (float x = -10; x < 10; x += 0.013f) {
+      float sum = mixture.uniform_weight * (0.5f * std::numbers::inv_pi_v<float>);
+      for (const Component& one : mixture.parts()) sum += one.weight * one.shape.density(x);
+      ASSERT_EQ(mixture.density(x), sum) << count << " at " << x;
+    }
+  }
+}
+
 TEST(Mixture, PackedAttributesAreRoundedOnce) {
   for (const float attribute : {0.0f, 1e-37f, 0.001f, 0.9999f, 1.0f, 2.0f, 2.71828f, 1e6f, 3.4e38f}) {
     Mixture mixture;
