@@ -151,7 +151,7 @@ typedef struct tress_slice {
 
 /* All zero, but for a blur of 0.2. */
 TRESS_API void tress_slice_init(tress_slice* slice) TRESS_NOTHROW;
-/* Adds a slice, or finds the same one. */
+/* Adds a slice, or finds the same one. A service for fibers is refused: its slices are those of its fibers. */
 TRESS_API tress_result tress_service_add_slice(tress_service* service, const tress_slice* slice,
                                                uint32_t* id) TRESS_NOTHROW;
 

@@ -345,6 +345,8 @@ tress_result tress_service_add_slice(tress_service* service, const tress_slice* 
   if (id != nullptr) *id = 0;
   return alone(service, "tress_service_add_slice", [&](Session& session) -> Outcome {
     if (slice == nullptr || id == nullptr) return null(slice == nullptr ? "slice" : "id");
+    if (session.is_for_fibers)  // whose targets take the parameters that tress_fibers_add() has checked
+      return invalid("service", "one of tress_service_create()", "one for fibers");
     if (slice->kind != TRESS_DENSITIES && slice->kind != TRESS_SAMPLES)
       return invalid("tress_slice::kind", "TRESS_DENSITIES or TRESS_SAMPLES", std::to_string(slice->kind));
     if (slice->axis_a == nullptr || slice->axis_b == nullptr) return null("tress_slice::axis_a, axis_b");

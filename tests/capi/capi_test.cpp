@@ -449,6 +449,8 @@ TEST(CInterface, EventsOfOthersAndOfBeforeAreRefused) {
   Host other;
   ASSERT_EQ(other.create(), TRESS_OK);
   tress_fibers *rough = nullptr, *elliptical = nullptr, *none = nullptr;
+  std::uint32_t slice = 9;
+  EXPECT_EQ(tress_service_add_slice(service, &other.slice, &slice), TRESS_INVALID_ARGUMENT) << "lobe 1, all zero";
   ASSERT_EQ(tress_fibers_create(service, TRESS_ROUGH, TRESS_FITTED, &rough), TRESS_OK);
   ASSERT_EQ(tress_fibers_create(service, TRESS_ELLIPTICAL, TRESS_CORRECTED, &elliptical), TRESS_OK);
   EXPECT_EQ(tress_fibers_create(service, 2, TRESS_FITTED, &none), TRESS_INVALID_ARGUMENT);
