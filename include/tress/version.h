@@ -13,7 +13,8 @@
 #define TRESS_VERSION TRESS_VERSION_NUMBER(TRESS_VERSION_MAJOR, TRESS_VERSION_MINOR, TRESS_VERSION_PATCH)
 
 #ifdef __cplusplus
-namespace tress::inline v0_2 {
+namespace tress {
+inline namespace v0_2 {  // as C++17 writes it, for tress.hpp
 
 /// Formats have versions of their own, which rise when an older release can no longer read what is written. This is the
 /// newest format of a warm cache (adaptive/cache/CACHE_FORMAT.md); older ones can be read.
@@ -25,5 +26,6 @@ inline constexpr unsigned telemetry_schema_version = 1;
 /// storage; any thread.
 const char* version();
 
-}  // namespace tress::inline v0_2
+}  // namespace v0_2
+}  // namespace tress
 #endif
