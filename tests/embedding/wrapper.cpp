@@ -54,6 +54,8 @@ int furnace() {
     }
     EXPECT(service.publish(events, &report));
   }
+  const tress_fiber_sample unbegun = fibers.sample_mean(id, {0.3f, 0.8f}, {0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f});
+  EXPECT(unbegun.at.pdf > 0 && fibers.mean(id, {0.3f, 0.8f}, unbegun.direction).pdf == unbegun.at.pdf);
   // Five standard errors, and 0.01 for the fit and the grid.
   const double error = std::sqrt(std::fmax(0, squares - mean * mean) / events);
   std::printf("furnace %.4f +- %.4f\n", mean, error);
@@ -76,6 +78,7 @@ int target() {
   EXPECT(publish.code() == TRESS_MISUSE && std::strstr(publish.message(), "Target::trace"));
   beam.throws = false;
   EXPECT(service.evaluate({id, 1, 1}, 1.1f).density > 1);
+  EXPECT(service.mean(id, 1, 1, 1.1f).pdf > 0 && !service.publish_pays());
   const Status wrong = service.credit({id, 2, 1}, 1);
   EXPECT(!wrong && wrong.code() == TRESS_INVALID_ARGUMENT && *wrong.message() != '\0');
 
