@@ -26,4 +26,12 @@ struct FiberDirection {
   float phi = 0;
 };
 
+/// Where light leaves a fiber, if the model knows it, in major semi-axes: the line on which it leaves passes the axis
+/// at the offset `across` along (direction x tangent), and `along` towards the tip from where the ray that came passed
+/// it.
+struct FiberExit {
+  float across = 0, along = 0;
+  bool is_known = false;
+};
+
 }  // namespace tress::fiber
