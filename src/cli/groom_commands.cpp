@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,11 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/options.h"
+#include "geometry/fiber_scene.h"
+#include "integrate/near_rule.h"
+#include "integrate/renderer.h"
+#include "models/default_model.h"
+#include "models/model_options.h"
 #include "scene/model/framed_points.h"
 #include "scene/read/assembly.h"
 #include "scene/read/groom_files.h"
@@ -151,10 +157,21 @@ void print_json(const scene::GroomFile& groom) {
   fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
+bool is_scene(const GroomSettings& settings) {
+  return settings.file.extension() == ".json" || std::filesystem::is_directory(settings.file);
+}
+
+scene::Overrides overrides_of(const GroomSettings& settings) {
+  scene::Overrides overrides;
+  overrides.strict = settings.strict;
+  if (settings.frame) overrides.frame = static_cast<int>(*settings.frame);
+  overrides.frames_per_second = settings.frames_per_second;
+  return overrides;
+}
+
 /// Reads a file of strands, or all grooms of a scene.
 Result<scene::GroomFile> read_strands(const GroomSettings& settings) {
-  const bool is_scene = settings.file.extension() == ".json" || std::filesystem::is_directory(settings.file);
-  if (!is_scene) {
+  if (!is_scene(settings)) {
     auto groom =
         scene::read_groom_file(settings.file, settings.points_per_strand, settings.frame, settings.frames_per_second);
     if (groom && settings.strict && !groom->ignored.empty())
@@ -165,12 +182,32 @@ Result<scene::GroomFile> read_strands(const GroomSettings& settings) {
   if (settings.points_per_strand || settings.cm_per_unit || settings.y_up)
     return Error{settings.file.string(), "", "a file of strands for --points-per-strand, --cm-per-unit and --up",
                  "a scene, which says these itself"};
-  scene::Overrides overrides;
-  overrides.strict = settings.strict;
-  if (settings.frame) overrides.frame = static_cast<int>(*settings.frame);
-  overrides.frames_per_second = settings.frames_per_second;
-  const auto scene = scene::load_scene(settings.file, overrides);
+  const auto scene = scene::load_scene(settings.file, overrides_of(settings));
   return scene ? scene::strands_of(*scene) : scene.error();
+}
+
+/// What a render of a scene models by default and why, in three lines: its fibers, its hits, its strands and bounces.
+std::array<std::string, 3> modelled(const scene::Scene& scene) {
+  std::vector<fiber::FiberParameters> materials;
+  for (const scene::Material& material : scene.materials) materials.push_back(material.fiber);
+  const fiber::ChosenModel chosen = fiber::default_model(materials, scene.fibers);
+  const bool has_medulla =
+      std::ranges::any_of(scene.fibers, [](const fiber::FiberParameters& one) { return one.medulla_radius > 0; });
+  std::string fibers =
+      fmt::format("model {}: {}", chosen.info->name, chosen.why.empty() ? "no material asks for another" : chosen.why);
+  fibers += !has_medulla ? ", no medulla" : chosen.info->has_medulla ? ", medulla traced" : ", medulla left out";
+  integrate::NearOptions near;
+  if (fiber::has(*chosen.info, fiber::Asks::samples))
+    near.closeness = integrate::closeness(scene, geometry::FiberScene(scene));
+  else
+    near.where = integrate::NearOptions::Where::nowhere;
+  const integrate::RenderOptions usual;
+  std::string paths = fmt::format("up to {} bounces, all traced (no --deep-light), ", usual.max_depth);
+  paths += scene.image.least_width_px > 0
+               ? fmt::format("strands at least {:g} pixels wide, hit as rarely as their own width",
+                             scene.image.least_width_px)
+               : "every strand of its own width (no least_width)";
+  return {fibers, integrate::words_of(near), paths};
 }
 
 int run_info(const GroomSettings& settings) {
@@ -179,10 +216,15 @@ int run_info(const GroomSettings& settings) {
     log_error(groom.error().message());
     return 1;
   }
-  if (settings.json)
+  if (settings.json) {
     print_json(*groom);
-  else
-    print_text(*groom);
+    return 0;
+  }
+  print_text(*groom);
+  if (!is_scene(settings)) return 0;
+  const auto scene = scene::load_scene(settings.file, overrides_of(settings));
+  if (!scene) return 1;
+  for (const std::string& line : modelled(*scene)) fmt::print("modelled  {}\n", line);
   return 0;
 }
 

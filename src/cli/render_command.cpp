@@ -68,7 +68,24 @@ void add_learning(CLI::App* app, RenderSettings& s) {
     s.table.picture_error = x;
   })->excludes(app->get_option("--epsilon"));
   add_number(app, "--measure-bias", [&s](double x) { s.audited_share = float(x); });
-  add_number(app, "--near", [&s](double x) { s.render.near_pixels = float(x); });
+  using Where = integrate::NearOptions::Where;
+  const scene::Parameter& near = scene::option_parameter("--near");
+  app->add_option_function<std::string>(
+         "--near",
+         [&s](const std::string& text) {
+           integrate::NearOptions& rule = s.render.near;
+           rule.where = text == "everywhere" ? Where::everywhere : Where::as_needed;
+           if (const auto pixels = parse_numbers(text)) rule.pixels = float(pixels->front());
+           if (text == "nowhere" || !(rule.pixels > 0)) rule.where = Where::nowhere;
+         },
+         std::string(near.sentence))
+      ->check(expecting("nowhere, everywhere, or " + scene::words(near),
+                        [&near](const std::string& text) {
+                          const auto pixels = parse_numbers(text);
+                          return text == "nowhere" || text == "everywhere" ||
+                                 (pixels && pixels->size() == 1 && near.range.contains(pixels->front()));
+                        }))
+      ->type_name("nowhere|everywhere|X");
   auto* cache = add_file(
       app, "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; },
       "table to start from and to save; the word default: the folder $XDG_CACHE_HOME/tress, else ~/.cache/tress, with "

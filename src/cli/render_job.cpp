@@ -112,6 +112,14 @@ class RenderJob {
       log_note(fmt::format("model {} can only be sampled: light is met by chance, and small lights make noise",
                            settings_.model));
     }
+    if (!fiber::has(*fiber::find_model(settings_.model), fiber::Asks::samples))
+      options.near.where = integrate::NearOptions::Where::nowhere;
+    else {
+      if (options.near.where == integrate::NearOptions::Where::as_needed)
+        options.near.closeness = integrate::closeness(scene_, *strands_);
+      end_.near = integrate::words_of(options.near);
+      log_note(end_.near);
+    }
     live_.begin(scene_, fiber::estimator_name(estimator_of(settings_)), service_);
     Forecast forecast(settings_.stop);
     std::optional<integrate::FilteredNoise> filtered;

@@ -30,6 +30,7 @@ void describe_result(const integrate::RenderResult& result, const RenderEnd& end
   told["samples"] = fmt::format("{}", result.samples_per_pixel);
   told["dropped_samples"] = std::to_string(result.dropped_samples);
   told["stopped_by"] = end.stopped_by;
+  if (!end.near.empty()) told["near"] = end.near;
   told["time"] = fmt::format("{:.3f} s", end.seconds);
   told["cache_hash"] = end.cache_hash;
   if (result.excess) {

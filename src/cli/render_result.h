@@ -19,6 +19,7 @@ struct RenderEnd {
   double noise = 0, bias_bound = 0;      ///< after the last pass
   double seconds = 0;                    ///< wall time, including earlier runs
   std::string cache_hash;                ///< hash of the table; empty without a table
+  std::string near = {};                 ///< integrate::words_of(); empty if the model has no near hits
   std::optional<double> denoised_noise;  ///< noise after filtering; unset: not filtered
 };
 

@@ -54,6 +54,7 @@ InnerWay cross_with_medulla(const Medulla& medulla, float eccentricity, InnerRay
   if (half2 > 0 && middle > 0) {
     const float half = std::sqrt(half2);
     way.cortex = std::max(middle - half, 0.0f);
+    way.along = way.cortex * ray.direction.x;
     ray.point += way.cortex * line.across;
     float left = 2 * half;
     for (int met = 0;; ++met) {
@@ -62,6 +63,7 @@ InnerWay cross_with_medulla(const Medulla& medulla, float eccentricity, InnerRay
       const float flown = std::min(flight, left);
       way.kept *= std::exp(-medulla.absorption * flown);
       ray.point += flown * line.across;
+      way.along += flown * ray.direction.x;
       if (!(flight < left)) break;
       if (met == most_scatterings || !(way.kept > 0)) return {way.cortex, 0};
       ray.direction = scattered(ray.direction, medulla.asymmetry, random);
@@ -71,6 +73,7 @@ InnerWay cross_with_medulla(const Medulla& medulla, float eccentricity, InnerRay
   }
   const float rest = line.way_out(ray.point, 1);
   way.cortex += rest;
+  way.along += rest * ray.direction.x;
   ray.point += rest * line.across;
   const float size = glm::length(ray.point);
   ray.point = size > 0 ? ray.point / size : glm::vec2(1, 0);

@@ -46,6 +46,7 @@ struct InnerRay {
 struct InnerWay {
   float cortex = 0;  ///< major semi-axes
   float kept = 1;    ///< share of the light that the medulla did not absorb
+  float along = 0;   ///< way along the axis, towards the tip, major semi-axes
 };
 
 /// Moves the ray from a place on the surface, where it heads inwards, to the next hit. In the core it makes free

@@ -39,6 +39,11 @@ struct Surface {
   glm::vec3 toward;
 };
 
+/// The chance of following the light that a facet reflects, by its share and by what else would be kept.
+float chance_of_reflection(float reflected, float kept_inside) {
+  return reflected / (reflected + (1 - reflected) * kept_inside);
+}
+
 }  // namespace
 
 FiberDirection RoughExit::angles() const {
@@ -86,7 +91,18 @@ InnerWay RoughFiber::cross(InnerRay& ray, RandomStream& random) const {
   const glm::vec2 across(ray.direction.y, ray.direction.z / eccentricity_);
   const float length = std::max(-2 * glm::dot(ray.point, across), 0.0f) / std::max(glm::dot(across, across), 1e-12f);
   ray.point = onto_unit(ray.point + length * across);
-  return {length, 1};
+  return {length, 1, length * ray.direction.x};
+}
+
+float RoughFiber::to_middle(const glm::vec2& point, const glm::vec3& direction) const {
+  const glm::vec2 across(direction.y, direction.z), at(point.x, eccentricity_ * point.y);
+  return -glm::dot(at, across) / std::max(glm::dot(across, across), 1e-6f) * direction.x;
+}
+
+FiberExit RoughFiber::place_of(const glm::vec2& point, const glm::vec3& direction, float along) const {
+  const float length = std::max(std::hypot(direction.y, direction.z), 1e-6f);
+  return {(point.x * direction.z - eccentricity_ * point.y * direction.y) / length, along + to_middle(point, direction),
+          true};
 }
 
 RoughFiber::Event RoughFiber::scatter(const glm::vec3& w, const glm::vec3& outward, bool from_inside,
@@ -118,13 +134,54 @@ RoughFiber::Event RoughFiber::scatter(const glm::vec3& w, const glm::vec3& outwa
   return event;
 }
 
-RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>& u, RandomStream& random) const {
+RoughFiber::Event RoughFiber::scatter_first(const glm::vec3& w, const glm::vec3& outward, const std::array<float, 4>& u,
+                                            RandomStream& random, float kept_inside) const {
+  const glm::vec3 facing = face(w, outward, 1, random);
+  const SplitDeparture split = split_microsurface(facets_, eta_, toward_face(w, facing), facing, {u[0], u[1]}, random);
+  const float reflected = split.share_reflected, chance = chance_of_reflection(reflected, kept_inside);
+  const bool reflects = u[2] < chance;
+  const Departure& leaves = reflects ? split.reflected : split.refracted;
+  return {onto_unit(leaves.direction), leaves.refracted,
+          reflects ? reflected / chance : (1 - reflected) / (1 - chance)};
+}
+
+float RoughFiber::first_reflection(const RoughEntry& entry, const FiberDirection& wi, float kept_inside) const {
+  const glm::vec3 outward = outward_normal(entry.point), w = entry.direction, sum = w + unit_vector(wi);
+  const float length = glm::length(sum), toward = 0.5f * length;  // the cosine between w and the facet's normal
+  if (!(length > least_cosine)) return 0;
+  const glm::vec3 normal = sum / length;
+  const double eta = eta_;
+  double cos_t;
+  const auto reflected =
+      static_cast<float>(fresnel_entering(eta, eta, std::min(static_cast<double>(toward), 1.0), &cos_t));
+  const auto by = [&](const glm::vec3& facing) {
+    const float seen = facets_.seen_area(glm::dot(toward_face(w, facing), facing));
+    return seen > 0 ? facets_.facet_area(glm::dot(normal, facing)) / (4 * seen) : 0.0f;
+  };
+  float density = 0;
+  if (tan_tilt_ > 0) {
+    const glm::vec3 step(1, 0, 0), slope = outward - tan_tilt_ * step;
+    const float seen_step = tan_tilt_ * std::max(w.x, 0.0f), seen_slope = std::max(glm::dot(w, slope), 0.0f);
+    if (!(seen_step + seen_slope > 0)) return 0;
+    if (seen_step > 0) density += seen_step * by(step);
+    if (seen_slope > 0) density += seen_slope * by(cos_tilt_ * slope);
+    density /= seen_step + seen_slope;
+  } else {
+    density = by(outward);
+  }
+  return chance_of_reflection(reflected, kept_inside) * density;
+}
+
+RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>& u, RandomStream& random,
+                            float kept_inside) const {
   RoughExit exit;
   InnerRay ray{entry.point, entry.direction};
   glm::vec3 outward = outward_normal(ray.point), throughput(1.0f);
   bool inside = false;
-  Event event = scatter(entry.direction, outward, inside, {u[0], u[1]}, u[2], random);
-  float u_choice = u[3];
+  const bool favors_reflection = kept_inside < 1 && masked_ == Masked::meets_others;
+  Event event = favors_reflection ? scatter_first(entry.direction, outward, u, random, kept_inside)
+                                  : scatter(entry.direction, outward, inside, {u[0], u[1]}, u[2], random);
+  float u_choice = u[3], along = -to_middle(entry.point, entry.direction);
   for (int events = 1; events < most_events; ++events, u_choice = random.next()) {
     throughput *= event.weight;
     if (!(largest(throughput) > 0)) return exit;
@@ -134,6 +191,7 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
     if (!inside && away > 0) {
       exit.direction = event.direction;
       exit.throughput = throughput;
+      exit.place = place_of(ray.point, event.direction, along);
       return exit;
     }
     if (inside && away < 0) {
@@ -141,6 +199,7 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
       const InnerWay way = cross(ray, random);
       outward = outward_normal(ray.point);
       exit.way += way.cortex;
+      along += way.along;
       throughput *= way.kept * glm::exp(-sigma_a_ * way.cortex);
     }  // otherwise it meets another face of the cuticle on the same side
     const float kept = largest(throughput);
@@ -160,6 +219,7 @@ class RoughFiber::Exits {
  public:
   explicit Exits(std::vector<SplitExit>& exits) : exits_(exits) {}
   void leaves(const SplitExit& exit) { exits_.push_back(exit); }
+  void at(const glm::vec2& /*point*/, float /*way_along*/) const {}
   float kept(float weight, float /*path*/) const { return weight; }
   SplitDeparture meets(const Surface& surface, const SplitExit& /*light*/, const std::array<float, 2>& u_facet,
                        RandomStream& random) const {
@@ -173,12 +233,21 @@ class RoughFiber::Exits {
 /// The visitor of estimate().
 class RoughFiber::Estimate {
  public:
-  Estimate(const FiberDirection& wi, const glm::vec3& sigma_a)
-      : cosine_(std::max(std::cos(wi.theta), 0.0f)), wi_(unit_vector(wi)), sigma_a_(sigma_a) {}
+  Estimate(const RoughFiber& fiber, const RoughEntry& entry, const FiberDirection& wi, FiberExit* place)
+      : cosine_(std::max(std::cos(wi.theta), 0.0f)),
+        wi_(unit_vector(wi)),
+        fiber_(fiber),
+        place_(place),
+        point_(entry.point),
+        along_(-fiber.to_middle(entry.point, entry.direction)) {}
   const LobeColors& s() const { return s_; }
 
   void leaves(const SplitExit&) const {}
-  float kept(float weight, float path) const { return weight * largest(glm::exp(-sigma_a_ * path)); }
+  void at(const glm::vec2& point, float way_along) {
+    point_ = point;
+    along_ += way_along;
+  }
+  float kept(float weight, float path) const { return weight * largest(glm::exp(-fiber_.sigma_a_ * path)); }
   SplitDeparture meets(const Surface& surface, const SplitExit& light, const std::array<float, 2>& u_facet,
                        RandomStream& random) {
     if (!(glm::dot(wi_, surface.outward) > 0)) {
@@ -187,14 +256,35 @@ class RoughFiber::Estimate {
     Outlook outlook{wi_, surface.from_inside};
     const SplitDeparture split =
         split_microsurface(surface.facets, surface.index, surface.toward, surface.facing, u_facet, random, outlook);
-    s_[static_cast<std::size_t>(std::min(light.order, static_cast<int>(Lobe::residual)))] +=
-        cosine_ * light.weight * outlook.density * glm::exp(-sigma_a_ * light.path);
+    const glm::vec3 sent = cosine_ * light.weight * outlook.density * glm::exp(-fiber_.sigma_a_ * light.path);
+    glm::vec3& of_lobe = s_[static_cast<std::size_t>(std::min(light.order, static_cast<int>(Lobe::residual)))];
+    if (place_ == nullptr)
+      of_lobe += sent;
+    else if (const float most = largest(sent); most > 0)
+      choose(sent, most, of_lobe, random);
     return split;
   }
 
  private:
+  /// Keeps this facet's light in place of all before, or makes what is kept stand for it, so that no mean changes.
+  void choose(const glm::vec3& sent, float most, glm::vec3& of_lobe, RandomStream& random) {
+    all_ += most;
+    if (most < all_ && random.next() * all_ >= most) {
+      for (glm::vec3& s : s_) s *= all_ / (all_ - most);
+      return;
+    }
+    s_ = {};
+    of_lobe = sent * (all_ / most);
+    *place_ = fiber_.place_of(point_, wi_, along_);
+  }
+
   float cosine_;
-  glm::vec3 wi_, sigma_a_;
+  glm::vec3 wi_;
+  const RoughFiber& fiber_;
+  FiberExit* place_;  ///< null if light of all facets is added up
+  glm::vec2 point_;   ///< where light is
+  float along_;       ///< and its way along the axis
+  float all_ = 0;     ///< of all facets, the largest channel
   LobeColors s_{};
 };
 
@@ -206,7 +296,14 @@ void RoughFiber::trace_split(const RoughEntry& entry, const FacetNumbers& u, Ran
 
 LobeColors RoughFiber::estimate(const RoughEntry& entry, const FiberDirection& wi, const FacetNumbers& u,
                                 RandomStream& random) const {
-  Estimate visitor(wi, sigma_a_);
+  Estimate visitor(*this, entry, wi, nullptr);
+  follow_split(entry, u, random, {roulette_below, std::numeric_limits<float>::infinity()}, visitor);
+  return visitor.s();
+}
+
+LobeColors RoughFiber::estimate(const RoughEntry& entry, const FiberDirection& wi, const FacetNumbers& u,
+                                RandomStream& random, FiberExit& place) const {
+  Estimate visitor(*this, entry, wi, &place);
   follow_split(entry, u, random, {roulette_below, std::numeric_limits<float>::infinity()}, visitor);
   return visitor.s();
 }
@@ -258,6 +355,7 @@ void RoughFiber::follow_split(const RoughEntry& entry, const FacetNumbers& u, Ra
       outward = outward_normal(ray.point);
       path += way.cortex;
       weight *= way.kept;
+      visitor.at(ray.point, way.along);
       if (path > rules.longest_way && order > last_named_order) {
         visitor.leaves({order, weight, path, ray.direction});
         return;

@@ -28,6 +28,7 @@ struct RoughExit {
   glm::vec3 direction{0, 1, 0};   ///< unit, away from the fiber
   glm::vec3 throughput{0.0f};     ///< linear RGB, for unit flux; 0: absorbed or masked
   float way = 0;                  ///< path length in the cortex, major semi-axes
+  FiberExit place;                ///< where it leaves
   FiberDirection angles() const;  ///< angles of `direction`
 };
 
@@ -66,7 +67,7 @@ enum class Masked {
 /// Henyey and Greenstein's law, and keeps exp(-medulla_absorption l) over its length l; sigma_a absorbs in the cortex
 /// only. Scattered light keeps its order: the number of times it was inside.
 ///
-/// Left out: diffraction, polarisation between events, the displacement along the fiber between entry and exit.
+/// Left out: diffraction, polarisation between events.
 ///
 /// Immutable plain data; any thread.
 class RoughFiber {
@@ -85,7 +86,13 @@ class RoughFiber {
 
   /// Traces one path. `u` gives the facet and the choice at the entry and the first choice inside; all other numbers
   /// come from `random`. Ends with probability 1; finite for every input.
-  RoughExit trace(const RoughEntry& entry, const std::array<float, 4>& u, RandomStream& random) const;
+  /// kept_inside: about the share of the light that enters that will leave again, (0, 1]. It makes the first facet
+  /// reflect more often in dark fibers, and changes no mean.
+  RoughExit trace(const RoughEntry& entry, const std::array<float, 4>& u, RandomStream& random,
+                  float kept_inside = 1) const;
+
+  /// The density, per steradian, of the first facet that light meets turning it towards wi by trace().
+  float first_reflection(const RoughEntry& entry, const FiberDirection& wi, float kept_inside) const;
 
   /// Numbers for the facet at the entry and for the first two facets that light meets from inside.
   using FacetNumbers = std::array<std::array<float, 2>, 3>;
@@ -104,6 +111,10 @@ class RoughFiber {
   /// +-pi/2.
   LobeColors estimate(const RoughEntry& entry, const FiberDirection& wi, const FacetNumbers& u,
                       RandomStream& random) const;
+  /// The same, of light that leaves from one place: that of one of the path's facets, chosen in proportion to what it
+  /// sends towards wi, whose light stands for all of it. It sets `place`.
+  LobeColors estimate(const RoughEntry& entry, const FiberDirection& wi, const FacetNumbers& u, RandomStream& random,
+                      FiberExit& place) const;
 
  private:
   class Exits;
@@ -128,6 +139,12 @@ class RoughFiber {
   /// The normal of the face of the cuticle that light from w meets, on its side; side: -1 inside.
   glm::vec3 face(const glm::vec3& w, const glm::vec3& outward, float side, RandomStream& random) const;
   glm::vec3 outward_normal(const glm::vec2& point) const;
+  /// The way along the axis from a point of the surface to where a line through it passes nearest to the axis.
+  float to_middle(const glm::vec2& point, const glm::vec3& direction) const;
+  FiberExit place_of(const glm::vec2& point, const glm::vec3& direction, float along) const;
+  /// The event at the first facet, reflected with another probability than Fresnel's, as weights make up for.
+  Event scatter_first(const glm::vec3& w, const glm::vec3& outward, const std::array<float, 4>& u, RandomStream& random,
+                      float kept_inside) const;
 
   Masked masked_;
   Beckmann facets_;

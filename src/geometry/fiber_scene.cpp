@@ -414,13 +414,17 @@ void attach(RTCScene scene, RTCGeometry geometry, std::size_t index) {
 
 }  // namespace
 
-glm::vec3 start_of(const Hit& hit, const glm::vec3& direction) {
+glm::vec3 start_of(const Hit& hit, const glm::vec3& direction, const fiber::FiberExit& exit) {
   if (hit.is_surface) {
     constexpr float grazing = 0.1f;  // cosine about the triangle's normal from which on the start is its own
     return hit.axis + std::clamp(1 - glm::dot(hit.normal, direction) / grazing, 0.0f, 1.0f) * hit.lift;
   }
   const glm::vec3 side = glm::cross(direction, hit.u);
   const float sine = glm::length(side);
+  if (exit.is_known) {
+    const glm::vec3 axis = hit.axis + (std::clamp(exit.along, -most_along, most_along) * hit.semi_axis_cm) * hit.u;
+    return sine > 1e-6f ? axis + (exit.across * hit.semi_axis_cm / sine) * side : axis;
+  }
   if (!(sine > 1e-6f)) return hit.axis;
   return hit.axis +
          (hit.share * hit.semi_axis_cm * half_width(direction, hit.v, hit.w, hit.eccentricity) / sine) * side;

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "scene/model/scene.h"
+#include "tress/fiber/lobes.h"
 
 namespace tress::geometry {
 
@@ -79,11 +80,16 @@ struct Hit {
 /// from the axis would light a dense bundle too evenly: tests/geometry/bundle_statistical_test.cpp. At a surface, a ray
 /// that grazes the triangle or goes below it starts from the smooth surface (Hit::lift), so that coarse meshes have no
 /// jagged edge between light and shadow.
-glm::vec3 start_of(const Hit& hit, const glm::vec3& direction);
+///
+/// exit: if it is known where light leaves the fiber, the ray starts where its line passes nearest to the axis, the
+/// fiber taken for straight. Farther along than most_along major semi-axes, where it may have bent away, light leaves
+/// there.
+glm::vec3 start_of(const Hit& hit, const glm::vec3& direction, const fiber::FiberExit& exit = {});
+inline constexpr float most_along = 4;
 
-/// The ray that leaves a hit in a unit direction, at the same time.
-inline Ray ray_from(const Hit& hit, const glm::vec3& direction) {
-  Ray ray{start_of(hit, direction), direction, hit.groom, hit.strand, false, hit.time, hit.key};
+/// The ray that leaves a hit in a unit direction, at the same time. exit: as in start_of().
+inline Ray ray_from(const Hit& hit, const glm::vec3& direction, const fiber::FiberExit& exit = {}) {
+  Ray ray{start_of(hit, direction, exit), direction, hit.groom, hit.strand, false, hit.time, hit.key};
   if (!hit.is_surface) ray.came_by = hit.came_by;
   return ray;
 }

@@ -44,12 +44,6 @@ glm::vec3 normal_towards(const geometry::Hit& hit, const glm::vec3& ray_directio
   return length > 1e-4f ? across / length : hit.w;
 }
 
-/// The share of paths that start from the hit point (RenderOptions::near_pixels). pixel_cm: width of a pixel there.
-float near_share(const geometry::Hit& hit, float pixel_cm, float near_pixels) {
-  if (!(near_pixels > 0) || hit.is_surface) return 0;
-  return std::clamp(2 * hit.semi_axis_cm / (pixel_cm * near_pixels) - 1, 0.0f, 1.0f);
-}
-
 DataHit data_of(const scene::Scene& scene, const geometry::Hit& hit, const DataLayers& asked) {
   DataHit data;
   data.position = glm::vec3(glm::dvec3(hit.position) + scene.origin);
@@ -77,6 +71,7 @@ PathTracer::PathTracer(const scene::Scene& scene, const geometry::FiberScene& fi
       lights_(scene),
       group_count_(scene::light_groups(scene).size()),
       scattering_(scene, model, fiber_ids),
+      near_(options.near),
       deeper_(deeper) {}
 
 PathTracer PathTracer::at_brightness(float brightness) const {
@@ -90,8 +85,9 @@ float PathTracer::chance_of_light(float luminance) const {
   return std::min(least_light_chance + luminance / (paths_per_excess * brightness_), 1.0f);
 }
 
-bool PathTracer::is_shadowed(const geometry::Hit& hit, const LightSampler::Arrival& light) const {
-  geometry::Ray ray = ray_from(hit, light.shadow.direction);
+bool PathTracer::is_shadowed(const geometry::Hit& hit, const LightSampler::Arrival& light,
+                             const fiber::FiberExit& exit) const {
+  geometry::Ray ray = ray_from(hit, light.shadow.direction, exit);
   float distance_cm = light.shadow.distance_cm;
   if (distance_cm < scene::distant_cm && ray.origin != hit.axis) {  // aims at the drawn point of the light
     const glm::vec3 way = hit.axis + distance_cm * light.shadow.direction - ray.origin;
@@ -124,7 +120,7 @@ PathTracer::Lit PathTracer::light(const Vertex& vertex, float u_light, const std
     if (random.next() >= survival) return none;
     scale /= survival;
   }
-  if (is_shadowed(vertex.hit, light)) return none;
+  if (is_shadowed(vertex.hit, light, value.exit)) return none;
   for (glm::vec3& layer : scattered.layers) layer *= scale;
   const float chance = chance_of_light(luminance_of(weight * total_of(scattered.layers)));
   scattered.excess = ExcessAt(scattering_, vertex, light.direction).by(chance) * scale;
@@ -136,7 +132,7 @@ glm::vec3 PathTracer::met_light(const Vertex& vertex, const Scattering::Sample& 
   glm::vec3 radiance(0.0f);
   const float drawn = static_cast<float>(vertex.bcsdf_samples) * sample.value.pdf;
   const float per_light = static_cast<float>(vertex.light_samples) * sample.value.solid_angle;
-  geometry::Ray ray = ray_from(vertex.hit, sample.direction);
+  geometry::Ray ray = ray_from(vertex.hit, sample.direction, sample.value.exit);
   lights_.along(ray.origin, sample.direction, vertex.hit.time, distance_cm, object_of(scene_, vertex.hit),
                 [&](const LightSampler::Arrival& light) {
                   if (light.needs_shadow_ray) {
@@ -214,9 +210,8 @@ PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
           scene::turned_to_environment(scene_, ray.direction, time), camera_.pixel_rad(ray.direction));
     return sums;
   }
-  constexpr std::uint64_t near_purpose = 0x6e656172ull;
-  const float share = near_share(*hit, camera_.pixel_cm(ray.direction, hit->distance_cm), options_.near_pixels);
-  const bool is_near = share > 0 && RandomStream(options_.seed ^ near_purpose, pixel, sample).next() < share;
+  const float share = near_.of_seen(*hit, camera_.pixel_cm(ray.direction, hit->distance_cm));
+  const bool is_near = near_.is_traced(share, options_.seed, pixel, sample);
   Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(in_half, grid_node),
                                     1 / static_cast<float>(options_.bcsdf_samples), is_near);
   vertex.light_samples = vertex.evaluates ? options_.light_samples : 0;

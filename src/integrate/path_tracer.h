@@ -8,6 +8,7 @@
 #include "integrate/deeper_light.h"
 #include "integrate/frame_motion.h"
 #include "integrate/light_sampler.h"
+#include "integrate/near_rule.h"
 #include "integrate/path_sums.h"
 #include "integrate/pixel_sampler.h"
 #include "integrate/renderer.h"
@@ -51,7 +52,7 @@ class PathTracer {
     std::size_t group = 0;  ///< group of the light that was drawn
   };
   /// Whether anything hides the point of a light that LightSampler::sample() drew from the hit's axis.
-  bool is_shadowed(const geometry::Hit& hit, const LightSampler::Arrival& light) const;
+  bool is_shadowed(const geometry::Hit& hit, const LightSampler::Arrival& light, const fiber::FiberExit& exit) const;
   /// Takes one light sample of the vertex. weight: that of the vertex in the picture, for the roulette of shadow rays.
   /// Counts its queries in `sums`.
   Lit light(const Vertex& vertex, float u_light, const std::array<float, 2>& u, const glm::vec3& weight,
@@ -99,6 +100,7 @@ class PathTracer {
   float brightness_ = 0;
   std::size_t group_count_;  ///< 0 if no light is kept by group
   Scattering scattering_;
+  NearRule near_;
   float surely_traced_ = 0;  ///< light samples that bring at least this are always traced; 0: all are
   const DeeperLight* deeper_;
 };

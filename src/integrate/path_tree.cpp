@@ -7,6 +7,7 @@
 #include "base/color.h"
 #include "integrate/excess_at.h"
 #include "integrate/path_tracer.h"
+#include "tress/base/random.h"
 
 namespace tress::integrate {
 namespace {
@@ -127,7 +128,7 @@ PathTracer::Departure PathTracer::depart(const Vertex& vertex, const Scattering:
     return way;
   }
   if (!(largest > 0)) return way;
-  way.hit = fibers_.intersect(ray_from(vertex.hit, sample.direction));
+  way.hit = fibers_.intersect(ray_from(vertex.hit, sample.direction, sample.value.exit));
   way.met = met_light(vertex, sample, way.hit ? way.hit->distance_cm : nowhere, way.worth.whole, sums.groups);
   ExcessAt excess(scattering_, vertex, sample.direction);
   const auto too_much_after = [&](float chance) {
@@ -146,7 +147,8 @@ bool PathTracer::step(Tree& tree, RandomStream& random, PathSums& sums) const {
   at.copy_light = glm::vec3(0.0f);
   at.copy_hits = 1;
   const float xi1 = random.next(), xi2 = random.next();
-  Vertex vertex = scattering_.begin(at.hit, at.direction, {xi1, xi2}, luminance_of(at.worth.whole));
+  const bool is_near = near_.is_traced(near_.of_later(at.hit), options_.seed, bits_of(xi1, xi2), 0);
+  Vertex vertex = scattering_.begin(at.hit, at.direction, {xi1, xi2}, luminance_of(at.worth.whole), is_near);
   vertex.light_samples = vertex.evaluates ? std::min(1, options_.light_samples) : 0;
   ++sums.vertices;
   if (vertex.light_samples > 0) {

@@ -14,6 +14,7 @@
 #include "geometry/fiber_scene.h"
 #include "image/picture.h"
 #include "integrate/film.h"
+#include "integrate/near_rule.h"
 #include "scene/model/scene.h"
 #include "tress/adaptive/service.h"
 #include "tress/fiber/fiber_model.h"
@@ -80,9 +81,7 @@ struct RenderOptions {
   /// Measures the bias of the picture on some of its samples, for RenderResult::bias; null for no measurement. It must
   /// outlive the render.
   const BiasAudit* audit = nullptr;
-  /// Width in pixels from which first hits on fibers are traced from the point where the ray met the fiber. Their share
-  /// rises evenly to all at twice the width, so that no edge shows. 0 for none.
-  float near_pixels = 0;
+  NearOptions near;  ///< which hits are traced from where the ray met the fiber, if the model can
   /// State of a render with the same scene and options, from which this one goes on; null to start anew. The service
   /// must have been restored to the same pass. It must outlive the call.
   const RenderState* resume = nullptr;

@@ -19,6 +19,7 @@ Scattered scattered_by_fiber(const fiber::FiberValue& value, float cos_theta, Pa
   std::copy(value.s.begin(), value.s.end(), scattered.layers.begin());
   scattered.pdf = value.pdf;
   scattered.solid_angle = cos_theta;
+  scattered.exit = value.exit;
   return scattered;
 }
 

@@ -48,6 +48,7 @@ struct Scattered {
   ScatteredLayers layers{};  ///< S, the factor of the radiance from there
   float pdf = 0;             ///< Q, density of drawing the direction; 0 if nothing is scattered
   float solid_angle = 1;     ///< solid angle per unit of the measure: cos theta_i on a fiber, 1 on a surface
+  fiber::FiberExit exit;     ///< where light leaves a fiber, if it is known
   glm::vec3 total() const { return total_of(layers); }
 };
 

@@ -97,7 +97,8 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   if (const auto mb = given.number<double>("cache_limit", "--cache-limit"))
     request.cache_limit = static_cast<std::uint64_t>(*mb * double(1 << 20));
   if (given.has("learner")) request.asked.push_back({"learner", fiber::Asks::mixtures});
-  render.near_pixels = given.number<float>("near", "--near").value_or(render.near_pixels);
+  render.near.pixels = given.number<float>("near", "--near").value_or(render.near.pixels);
+  if (!(render.near.pixels > 0)) render.near.where = integrate::NearOptions::Where::nowhere;
   if (given.has("near")) request.asked.push_back({"near", fiber::Asks::samples});
   for (const char* name : {"epsilon", "picture_error", "table_memory"})
     if (given.has(name)) request.asked.push_back({name, fiber::Asks::rows});

@@ -1,8 +1,10 @@
-// tress render --near: a fiber that is seen wide has the pattern across it that the traced fiber has.
+// tress render --near: a fiber that is seen wide has the pattern across it that the traced fiber has, and fibers that
+// touch are as bright.
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -62,12 +64,96 @@ double relative_l2(const std::vector<double>& a, const std::vector<double>& b) {
   return std::sqrt(off / all);
 }
 
+/// Fibers that touch, dark, in a white surround: what an edge reflects leaves where there is no neighbour.
+constexpr const char* touching = R"({
+  "camera": {"frame": true},
+  "image": {"width": 16, "height": 16, "samples": 128},
+  "environment": {"constant": [1, 1, 1]}, "environment_visible": false,
+  "materials": [{"name": "m", "eccentricity": 0.8, "roughness": 0.2, %s}],
+  "grooms": [{"generate": "straight", "strands": 20000, "radius_cm": 0.03, "material": "m"}]
+})";
+
+struct Mean {
+  double value = 0, error = 0;  ///< error: standard
+};
+
+class TouchingFibers : public CommandTest {
+ protected:
+  void write_scene(const std::string& color) const {
+    std::string text = touching;
+    text.replace(text.find("%s"), 2, color);
+    write_text(path("scene.json"), text);
+  }
+  image::Picture picture(std::vector<std::string> options) const {
+    const std::vector<std::string> plain{"render", path("scene.json"), "-o", path("a.exr"), "--quiet"};
+    options.insert(options.begin(), plain.begin(), plain.end());
+    const Outcome outcome = run(options);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    auto read = image::read_exr(path("a.exr"));
+    EXPECT_TRUE(read);
+    return read ? std::move(*read) : image::Picture{};
+  }
+  static double sum(const image::Picture& picture, const std::string& channel) {
+    double sum = 0;
+    for (const image::Channel& one : picture.channels)
+      if (one.name == channel)
+        for (const float x : one.pixels) sum += static_cast<double>(x);
+    return sum;
+  }
+  /// Brightness of the hair, over four seeds.
+  Mean brightness(const std::vector<std::string>& options) const {
+    double all = 0, squares = 0;
+    constexpr int seeds = 4;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      std::vector<std::string> command = options;
+      command.insert(command.end(), {"--seed", std::to_string(seed)});
+      const image::Picture made = picture(command);
+      const double value = sum(made, "G") / sum(made, "A");
+      all += value / seeds;
+      squares += value * value / seeds;
+    }
+    const Mean mean{all, std::sqrt(std::max(squares - all * all, 0.0) / (seeds - 1))};
+    std::printf("%.4f +- %.4f\n", mean.value, mean.error);
+    return mean;
+  }
+};
+
+// 4 standard errors of four seeds: right code fails in some 3 % of the choices of seeds, beside the 2 % that deeper
+// hits which are not traced may be off.
+TEST_F(TouchingFibers, AreAsBrightAsTracedOnes) {
+  write_scene(R"("melanin": {"eumelanin": 8})");
+  const Mean truth = brightness({"--model", "fiber3d", "--spp", "512"}), usual = brightness({}),
+             everywhere = brightness({"--near", "everywhere"}), nowhere = brightness({"--near", "nowhere"});
+  const auto error = [&](const Mean& mean) { return 4 * std::hypot(mean.error, truth.error); };
+  EXPECT_NEAR(everywhere.value, truth.value, error(everywhere));
+  EXPECT_NEAR(usual.value, truth.value, error(usual) + 0.02 * truth.value);
+  EXPECT_LT(nowhere.value, 0.95 * truth.value);
+}
+
+// All light comes back from clear fibers, wherever their hits are traced. A part of 1e-3 is the rows'.
+TEST_F(TouchingFibers, AreWhiteInAFurnace) {
+  write_scene(R"("sigma_a": [0, 0, 0])");
+  for (const char* where : {"2", "everywhere", "nowhere"}) {
+    const Mean mean = brightness({"--near", where, "--spp", "16", "--max-depth", "4096"});
+    EXPECT_NEAR(mean.value, 1, 4 * mean.error + 2e-3) << where;
+  }
+}
+
+TEST_F(TouchingFibers, AreTheSameForAnyNumberOfThreads) {
+  write_scene(R"("melanin": {"eumelanin": 1})");
+  const image::Picture one = picture({"--spp", "8", "--threads", "1"}), two = picture({"--spp", "8", "--threads", "2"});
+  ASSERT_EQ(one.channels.size(), two.channels.size());
+  for (std::size_t i = 0; i < one.channels.size(); ++i)
+    EXPECT_TRUE(one.channels[i].pixels == two.channels[i].pixels) << one.channels[i].name;
+  EXPECT_THAT(one.metadata.at("near"), HasSubstr("of the hits where they touch"));
+}
+
 // A column is the mean of 8,192 samples of the truth, by 256 x 32 of ours; told noise of a pixel of 256 samples is 0.1
 // to 0.2, so that a column is off by 0.02 to 0.04. A row, which is the mean over the width, is off by 0.3 and more.
 TEST_F(Near, AWideFiberHasThePatternOfTheTracedOne) {
   const std::vector<double> truth = profile({"--model", "fiber3d"});
-  EXPECT_LT(relative_l2(profile({"--near", "2"}), truth), 0.1);
-  EXPECT_GT(relative_l2(profile({}), truth), 0.2);
+  EXPECT_LT(relative_l2(profile({}), truth), 0.1);
+  EXPECT_GT(relative_l2(profile({"--near", "0"}), truth), 0.2);
 }
 
 TEST_F(Near, AsksForAModelThatTracesItsFibers) {
@@ -79,11 +165,20 @@ TEST_F(Near, AsksForAModelThatTracesItsFibers) {
 
 TEST_F(Near, LeavesThePictureOfNarrowFibersAsItIs) {
   std::vector<std::string> small{"--resolution", "3x3", "--spp", "4"};
-  const std::vector<double> without = profile(small);
-  small.insert(small.end(), {"--near", "2"});
-  EXPECT_NE(profile(small), without) << "it is 3.4 pixels wide";
-  small.back() = "4";
-  EXPECT_EQ(profile(small), without);
+  const auto with = [&](const char* near) {
+    std::vector<std::string> command = small;
+    command.insert(command.end(), {"--near", near});
+    return profile(command);
+  };
+  EXPECT_NE(profile(small), with("0")) << "it is 3.4 pixels wide";
+  EXPECT_EQ(profile(small), with("2"));
+  EXPECT_EQ(with("4"), with("nowhere"));
+}
+
+TEST_F(Near, SaysWhatItExpects) {
+  const Outcome outcome = run({"render", path("scene.json"), "-o", path("a.exr"), "--near", "somewhere"});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("--near: expected nowhere, everywhere, or 0..1000000, found somewhere"));
 }
 
 }  // namespace

@@ -51,6 +51,7 @@ struct FiberValue {
   std::uint16_t queries = 0;        ///< row lookups made
   std::uint16_t exact_queries = 0;  ///< those answered by tracing (at the node or at the vertex)
   float objective = 0;              ///< sum of adaptive::RowView::objective over the queries, >= 0; 0 for `exact`
+  FiberExit exit;                   ///< known if the fiber was traced from where the ray met it
   glm::vec3 total() const {
     glm::vec3 sum(0.0f);
     for (const glm::vec3& lobe : s) sum += lobe;

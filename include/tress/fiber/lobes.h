@@ -19,6 +19,14 @@ static_assert(sizeof(glm::vec3) == 3 * sizeof(float) && alignof(glm::vec3) == al
 /// Linear RGB per lobe.
 using LobeColors = std::array<glm::vec3, lobe_count>;
 
+/// Where light leaves a fiber, if the model knows it, in major semi-axes: the line on which it leaves passes the axis
+/// at the offset `across` along (direction x tangent), and `along` towards the tip from where the ray that came passed
+/// it.
+struct FiberExit {
+  float across = 0, along = 0;
+  bool is_known = false;
+};
+
 /// A direction in the fiber's frame (u tangent root to tip, v major axis, w minor axis), pointing away from it.
 /// theta in [-pi/2, pi/2] from the normal plane towards u; phi in [-pi, pi) from v towards w. Radians.
 struct FiberDirection {

@@ -61,7 +61,9 @@ FiberId RoughFibers::add(const FiberParameters& parameters) {
   if (id < rows_.size()) return id;
   traced_.add(exact);
   rows_.push_back(service_ != nullptr ? rows_of(exact, store_[id].energies) : RoughRows{});
-  rows_.back().balance = TracedFibers::balance(exact, *store_[id].energies, offset());
+  const EnergyTable& energies = *store_[id].energies;
+  rows_.back().balance = TracedFibers::balance(exact, energies, Offset::any);
+  rows_.back().near_balance = TracedFibers::balance(exact, energies, Offset::known);
   return id;
 }
 

@@ -25,7 +25,7 @@ struct RoughRows {
   /// The inverse gains of each lobe, with which energies are compared to RoughRow::whole_energy without gains; 0 if a
   /// gain is 0.
   std::array<Float4, lobe_count> inverse_gain{};
-  float balance = 0;  ///< TracedFibers::balance()
+  float balance = 0, near_balance = 0;  ///< TracedFibers::balance(), from anywhere and from a known offset
 };
 
 /// Shares energies as FiberStore does, a slice and its grid by its key, and forms by (slice, sigma_a). Thread-safety:
@@ -41,8 +41,12 @@ class RoughFibers {
   FiberId add(const FiberParameters& parameters);
   const FiberRecord& record(FiberId id) const { return store_[id]; }
   const RoughRows& rows(FiberId id) const { return rows_[id]; }
-  /// The balance for any id.
-  float balance(FiberId id) const { return id < rows_.size() ? rows_[id].balance : 0; }
+  /// The balance for any id, of events that no row answers, or of those whose light enters as said.
+  float balance(FiberId id) const { return balance(id, offset()); }
+  float balance(FiberId id, Offset enters) const {
+    if (id >= rows_.size()) return 0;
+    return enters == Offset::any ? rows_[id].balance : rows_[id].near_balance;
+  }
   const TracedFibers& traced() const { return traced_; }
   std::size_t bytes() const { return store_.bytes() + traced_.bytes() + rows_.capacity() * sizeof(RoughRows); }
 

@@ -108,6 +108,7 @@ class RoughModel final : public EventRowModel {
     if (answer == nullptr) {
       const float offset = constants->offset == Offset::any ? TracedFibers::any_offset(event) : h;
       constants->traced = fibers_.traced().begin(event, fiber.parameters, offset);
+      if (constants->offset == Offset::known) constants->traced.kept_inside = TracedFibers::kept_inside(event);
       return event;
     }
     constants->specular_height = specular_height(event.wr.theta);
@@ -235,7 +236,9 @@ class RoughModel final : public EventRowModel {
   /// function would be valid.
   void tell_of_estimate(const FiberEvent& event, const RoughConstants& constants, const FiberDirection& wi,
                         FiberValue& value) const {
-    value.pdf = fibers_.balance(event.fiber) * std::max(std::cos(wi.theta), 1e-4f);
+    float balance = fibers_.balance(event.fiber, constants.offset);
+    if (constants.offset == Offset::known) balance += fibers_.traced().reflection(event.fiber, constants.traced, wi);
+    value.pdf = balance * std::max(std::cos(wi.theta), 1e-4f);
     if (constants.row.formed == nullptr) return;
     value.queries = value.exact_queries = 1;
     value.objective = 1;

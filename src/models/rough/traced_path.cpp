@@ -50,11 +50,22 @@ TracedEvent TracedFibers::begin(const FiberEvent& event, const FiberParameters& 
               .next_bits()};
 }
 
+float TracedFibers::kept_inside(const FiberEvent& event) {
+  constexpr auto r = static_cast<std::size_t>(Lobe::r);
+  float all = 0;
+  for (const glm::vec3& lobe : event.energy) all += std::max({lobe.r, lobe.g, lobe.b});
+  const glm::vec3& reflected = event.energy[r];
+  const float of_r = std::max({reflected.r, reflected.g, reflected.b});
+  return std::clamp((all - of_r) / std::max(1 - of_r, 1e-3f), 0.02f, 1.0f);
+}
+
 FiberSample TracedFibers::sample(FiberId id, const TracedEvent& event, const FiberParameters& fiber,
                                  const std::array<float, 4>& u) const {
   RandomStream random(bits_of(u[0], u[1]), bits_of(u[2], u[3]), event.seed);
-  const RoughExit exit = fibers_[id].trace(event.entry, u, random);
-  return sample_of(exit, exit.throughput, event, fiber);
+  const RoughExit exit = fibers_[id].trace(event.entry, u, random, event.kept_inside);
+  FiberSample sample = sample_of(exit, exit.throughput, event, fiber);
+  sample.value.exit = exit.place;
+  return sample;
 }
 
 HeardSample TracedFibers::listen(FiberId id, const TracedEvent& event, const FiberParameters& fiber,
@@ -92,7 +103,7 @@ float TracedFibers::balance(const FiberParameters& fiber, const EnergyTable& ene
   }
   const float share = all > 0 ? reflected / all : 1, slopes = fiber.roughness * fiber.roughness;
   const float of_reflection = 1 / (2 * slopes), of_exit = 2 / (slopes * (fiber.eta - 1) * (fiber.eta - 1));
-  const float of_one_path = share * of_reflection + (1 - share) * of_exit;
+  const float of_one_path = (offset == Offset::any ? share * of_reflection : 0.0f) + (1 - share) * of_exit;
   const float of_sphere = share_of_second_moment * of_one_path / (offset == Offset::any ? paths_of_estimate : 1);
   return std::max(of_sphere, 1.0f) / (4 * std::numbers::pi_v<float>);
 }
@@ -108,7 +119,8 @@ FiberValue TracedFibers::estimate(const FiberEvent& event, const TracedEvent& tr
     for (std::array<float, 2>& pair : u) {
       for (float& number : pair) number = random.next();
     }
-    const LobeColors s = rough.estimate(entry, wi, u, random);
+    const LobeColors s = offset == Offset::known ? rough.estimate(entry, wi, u, random, value.exit)
+                                                 : rough.estimate(entry, wi, u, random);
     for (std::size_t p = 0; p < lobe_count; ++p) value.s[p] += share * s[p];
     const glm::vec3 of_glint = share * glint_share * s[trt];
     value.s[trt] -= of_glint;

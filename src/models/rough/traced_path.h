@@ -16,8 +16,9 @@ namespace tress::inline v0_2::fiber {
 /// The data that an event keeps for its paths.
 struct TracedEvent {
   RoughEntry entry;
-  float glint_share;   ///< share of GLINT in TRT
-  std::uint64_t seed;  ///< from all numbers of the event
+  float glint_share;      ///< share of GLINT in TRT
+  std::uint64_t seed;     ///< from all numbers of the event
+  float kept_inside = 1;  ///< of RoughFiber::trace()
 };
 
 /// A path that serves the picture, under the fiber's color, and the test of a row, in clear hair.
@@ -57,6 +58,8 @@ class TracedFibers {
 
   /// event: its fiber, known direction (clamped()) and xi are read; h: as in FiberModel::begin().
   TracedEvent begin(const FiberEvent& event, const FiberParameters& fiber, float h) const;
+  /// About the share of the light that enters a fiber that leaves it again, by the event's energies.
+  static float kept_inside(const FiberEvent& event);
   /// A place across the fiber, uniform in [-1, 1], that depends only on the event's numbers and direction. A path that
   /// replaces a row starts there and not where the ray met the fiber, because a row is the mean over the width. In
   /// dense fur the two differ: light reflected at an edge goes where there is no neighbour.
@@ -75,6 +78,10 @@ class TracedFibers {
   FiberValue estimate(const FiberEvent& event, const TracedEvent& traced, const FiberParameters& fiber,
                       const FiberDirection& wi, Offset offset) const;
   static constexpr int paths_of_estimate = 8;  ///< for Offset::any
+  /// The density, 1/sr, of light that the first facet sends towards wi, from a known offset.
+  float reflection(FiberId id, const TracedEvent& event, const FiberDirection& wi) const {
+    return fibers_[id].first_reflection(event.entry, wi, event.kept_inside);
+  }
 
  private:
   static FiberSample sample_of(const RoughExit& exit, const glm::vec3& throughput, const TracedEvent& event,

@@ -730,13 +730,13 @@ constexpr Parameter table[] = {
     Parameter{"",
               "--near",
               number,
-              {0, 1e6, true},
+              {0, 1e6},
               "",
               "",
-              "",
-              "first hits on fibers that are seen wider than this, in pixels, are traced from where the ray met the "
-              "fiber, from "
-              "twice the width on all: a close-up shows the pattern across a fiber; 2 is a good start"},
+              "2",
+              "where hits are traced from the place where the ray met the fiber, which rows do not know: where a fiber "
+              "is seen wider than this, in pixels (all from twice the width on), and where fibers touch; 0 or nowhere: "
+              "at no hit; everywhere: at all"},
     Parameter{"",
               "--components",
               whole,

@@ -1,0 +1,58 @@
+// Which hits on fibers are traced from where the ray met the fiber (FiberModel::begin_near()).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "geometry/fiber_scene.h"
+#include "scene/model/scene.h"
+#include "tress/base/random.h"
+
+namespace tress::integrate {
+
+/// Rows are the mean over a fiber's width, so they are used where neither the picture resolves the width nor light goes
+/// on to a neighbour that is so close that it matters where on the fiber it left.
+struct NearOptions {
+  enum class Where { as_needed, nowhere, everywhere } where = Where::as_needed;
+  /// Width in pixels from which first hits are traced. Their share rises evenly to all at twice the width.
+  float pixels = 2;
+  std::vector<float> closeness = {};  ///< by groom, of closeness(); empty if no hit is traced for it
+};
+
+/// How close the fibers of each groom are: of the light that leaves a fiber in any direction, the share that meets
+/// another within close_widths widths. It is measured by a few thousand rays from outside and their next hits, the same
+/// for every camera, seed and number of threads.
+std::vector<float> closeness(const scene::Scene& scene, const geometry::FiberScene& fibers);
+/// What the rule is in a scene, in words.
+std::string words_of(const NearOptions& options);
+
+/// The share of the hits of each groom that are traced because of its closeness: 0 up to loose, 1 from dense on.
+float share_of(float closeness);
+inline constexpr float close_widths = 2, loose = 0.12f, dense = 0.14f;
+
+/// Immutable; any thread. Every share is continuous in the scene and the camera, so no edge shows.
+class NearRule {
+ public:
+  NearRule() = default;
+  explicit NearRule(const NearOptions& options);
+
+  /// The share of camera hits like this one that are traced. pixel_cm: width of a pixel there.
+  float of_seen(const geometry::Hit& hit, float pixel_cm) const;
+  /// The same of later hits: where fibers are close, those that light reached from no farther than near_widths fiber
+  /// widths, and none from twice as far.
+  float of_later(const geometry::Hit& hit) const;
+  static constexpr float near_widths = 4;
+  /// Whether a hit is one of this share. It depends on these numbers only, and draws none from another stream.
+  static bool is_traced(float share, std::uint64_t seed, std::uint64_t first, std::uint64_t second) {
+    constexpr std::uint64_t purpose = 0x6e656172ull;
+    return share > 0 && RandomStream(seed ^ purpose, first, second).next() < share;
+  }
+
+ private:
+  NearOptions::Where where_ = NearOptions::Where::nowhere;
+  float pixels_ = 0;
+  std::vector<float> by_groom_;  ///< shares; empty if all are 0
+};
+
+}  // namespace tress::integrate
