@@ -63,7 +63,7 @@ class Beckmann {
   /// D: the area of facets about a normal, per steradian and area of the surface. cosine: of the normal's angle to the
   /// mean normal.
   float facet_area(float cosine) const {
-    if (!(cosine > 0)) return 0;
+    if (!(cosine > 1e-5f)) return 0;  // less than the smallest float, whose quotient would be 0 over 0
     const float cos2 = cosine * cosine, alpha2 = alpha_ * alpha_;
     return std::exp((1 - 1 / cos2) / alpha2) / (std::numbers::pi_v<float> * alpha2 * cos2 * cos2);
   }
