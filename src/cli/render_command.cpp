@@ -68,24 +68,24 @@ void add_learning(CLI::App* app, RenderSettings& s) {
     s.table.picture_error = x;
   })->excludes(app->get_option("--epsilon"));
   add_number(app, "--measure-bias", [&s](double x) { s.audited_share = float(x); });
-  using Where = integrate::NearOptions::Where;
   const scene::Parameter& near = scene::option_parameter("--near");
   app->add_option_function<std::string>(
          "--near",
          [&s](const std::string& text) {
-           integrate::NearOptions& rule = s.render.near;
-           rule.where = text == "everywhere" ? Where::everywhere : Where::as_needed;
-           if (const auto pixels = parse_numbers(text)) rule.pixels = float(pixels->front());
-           if (text == "nowhere" || !(rule.pixels > 0)) rule.where = Where::nowhere;
+           using Where = integrate::NearOptions::Where;
+           const auto pixels = parse_numbers(text);
+           if (pixels) s.render.near.pixels = float(pixels->front());
+           s.render.near.where =
+               integrate::near_named(text).value_or(pixels && !(pixels->front() > 0) ? Where::nowhere : Where::seen);
          },
          std::string(near.sentence))
-      ->check(expecting("nowhere, everywhere, or " + scene::words(near),
+      ->check(expecting("nowhere, touching, everywhere, or " + scene::words(near),
                         [&near](const std::string& text) {
                           const auto pixels = parse_numbers(text);
-                          return text == "nowhere" || text == "everywhere" ||
+                          return integrate::near_named(text) ||
                                  (pixels && pixels->size() == 1 && near.range.contains(pixels->front()));
                         }))
-      ->type_name("nowhere|everywhere|X");
+      ->type_name("nowhere|touching|everywhere|X");
   auto* cache = add_file(
       app, "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; },
       "table to start from and to save; the word default: the folder $XDG_CACHE_HOME/tress, else ~/.cache/tress, with "

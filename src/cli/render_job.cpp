@@ -115,7 +115,8 @@ class RenderJob {
     if (!fiber::has(*fiber::find_model(settings_.model), fiber::Asks::samples))
       options.near.where = integrate::NearOptions::Where::nowhere;
     else {
-      if (options.near.where == integrate::NearOptions::Where::as_needed)
+      if (options.near.where == integrate::NearOptions::Where::seen ||
+          options.near.where == integrate::NearOptions::Where::touching)
         options.near.closeness = integrate::closeness(scene_, *strands_);
       end_.near = integrate::words_of(options.near);
       log_note(end_.near);

@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "tress/base/random.h"
 
@@ -65,13 +66,24 @@ std::vector<float> closeness(const scene::Scene& scene, const geometry::FiberSce
 
 float share_of(float closeness) { return std::clamp((closeness - loose) / (dense - loose), 0.0f, 1.0f); }
 
+std::optional<NearOptions::Where> near_named(std::string_view name) {
+  using Where = NearOptions::Where;
+  for (const auto& [word, where] : {std::pair<std::string_view, Where>{"nowhere", Where::nowhere},
+                                    {"touching", Where::touching},
+                                    {"everywhere", Where::everywhere}})
+    if (name == word) return where;
+  return std::nullopt;
+}
+
 std::string words_of(const NearOptions& options) {
   if (options.where == NearOptions::Where::nowhere) return "near nowhere: rows answer every hit";
   if (options.where == NearOptions::Where::everywhere) return "near everywhere: every hit is traced from where it is";
   std::string words = fmt::format("near where fibers are wider than {:.4g} pixels", options.pixels);
   float most = 0, share = 0;
   for (const float close : options.closeness) most = std::max(most, close), share = std::max(share, share_of(close));
-  if (share > 0) words += fmt::format(", and at {:.0f} % of the hits where they touch", 100 * share);
+  const bool traces_touching = options.where == NearOptions::Where::touching;
+  if (share > 0 && traces_touching) words += fmt::format(", and at {:.0f} % of the hits where they touch", 100 * share);
+  if (share > 0 && !traces_touching) words += "; fibers touch, where rows are too dark: --near touching traces them";
   if (!options.closeness.empty())
     words += fmt::format(" ({:.3g} % of the light that leaves one meets another within {:.4g} widths; {:.0f} count)",
                          100 * most, close_widths, 100 * loose);
@@ -79,7 +91,7 @@ std::string words_of(const NearOptions& options) {
 }
 
 NearRule::NearRule(const NearOptions& options) : where_(options.where), pixels_(options.pixels) {
-  if (options.where != NearOptions::Where::as_needed) return;
+  if (options.where != NearOptions::Where::touching) return;
   for (const float close : options.closeness) by_groom_.push_back(share_of(close));
   if (std::ranges::all_of(by_groom_, [](float share) { return share == 0; })) by_groom_.clear();
 }

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "geometry/fiber_scene.h"
@@ -14,7 +16,9 @@ namespace tress::integrate {
 /// Rows are the mean over a fiber's width, so they are used where neither the picture resolves the width nor light goes
 /// on to a neighbour that is so close that it matters where on the fiber it left.
 struct NearOptions {
-  enum class Where { as_needed, nowhere, everywhere } where = Where::as_needed;
+  /// seen: first hits on fibers that the picture resolves. touching: these, and hits where fibers touch, at which
+  /// traced paths have several times the variance of rows under small lights.
+  enum class Where { seen, touching, nowhere, everywhere } where = Where::seen;
   /// Width in pixels from which first hits are traced. Their share rises evenly to all at twice the width.
   float pixels = 2;
   std::vector<float> closeness = {};  ///< by groom, of closeness(); empty if no hit is traced for it
@@ -24,6 +28,8 @@ struct NearOptions {
 /// another within close_widths widths. It is measured by a few thousand rays from outside and their next hits, the same
 /// for every camera, seed and number of threads.
 std::vector<float> closeness(const scene::Scene& scene, const geometry::FiberScene& fibers);
+/// The rule of that name: nowhere, touching or everywhere.
+std::optional<NearOptions::Where> near_named(std::string_view name);
 /// What the rule is in a scene, in words.
 std::string words_of(const NearOptions& options);
 

@@ -46,6 +46,7 @@ class Arguments {
     return py::cast<T>(given_[name]);
   }
 
+  bool is_text(const char* name) const { return has(name) && py::isinstance<py::str>(given_[name]); }
   bool has(const char* name) const { return given_.contains(name) && !given_[name].is_none(); }
 
  private:
@@ -97,8 +98,15 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   if (const auto mb = given.number<double>("cache_limit", "--cache-limit"))
     request.cache_limit = static_cast<std::uint64_t>(*mb * double(1 << 20));
   if (given.has("learner")) request.asked.push_back({"learner", fiber::Asks::mixtures});
-  render.near.pixels = given.number<float>("near", "--near").value_or(render.near.pixels);
-  if (!(render.near.pixels > 0)) render.near.where = integrate::NearOptions::Where::nowhere;
+  if (given.is_text("near")) {
+    const auto name = *given.value<std::string>("near");
+    const auto where = integrate::near_named(name);
+    if (!where) throw Raised({"", "near", "nowhere, touching, everywhere, or a number", "\"" + name + "\""});
+    render.near.where = *where;
+  } else if (const auto pixels = given.number<float>("near", "--near")) {
+    render.near.pixels = *pixels;
+    if (!(*pixels > 0)) render.near.where = integrate::NearOptions::Where::nowhere;
+  }
   if (given.has("near")) request.asked.push_back({"near", fiber::Asks::samples});
   for (const char* name : {"epsilon", "picture_error", "table_memory"})
     if (given.has(name)) request.asked.push_back({name, fiber::Asks::rows});

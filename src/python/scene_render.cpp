@@ -195,7 +195,7 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
   const geometry::FiberScene strands(scene);
   if (!fiber::has(info, fiber::Asks::samples))
     options.near.where = integrate::NearOptions::Where::nowhere;
-  else if (options.near.where == integrate::NearOptions::Where::as_needed)
+  else if (options.near.where == integrate::NearOptions::Where::touching)
     options.near.closeness = integrate::closeness(scene, strands);
   std::optional<integrate::FilteredNoise> filtered;
   if (request.denoise && request.noise) filtered.emplace(*request.noise, scene);

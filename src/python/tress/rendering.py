@@ -40,7 +40,7 @@ def render(
     cache_limit: Optional[float] = None,
     light_samples: Optional[int] = None,
     bcsdf_samples: Optional[int] = None,
-    near: Optional[float] = None,
+    near: Union[float, str, None] = None,
     max_depth: Optional[int] = None,
     roulette: Optional[str] = None,
     deep_light: Optional[str] = None,

@@ -727,16 +727,17 @@ constexpr Parameter table[] = {
         "",
         "share of the samples that are traced a second time without rows, 0.01 say: how far the brightness of the "
         "picture is off is told with its standard error"},
-    Parameter{"",
-              "--near",
-              number,
-              {0, 1e6},
-              "",
-              "",
-              "2",
-              "where hits are traced from the place where the ray met the fiber, which rows do not know: where a fiber "
-              "is seen wider than this, in pixels (all from twice the width on), and where fibers touch; 0 or nowhere: "
-              "at no hit; everywhere: at all"},
+    Parameter{
+        "",
+        "--near",
+        number,
+        {0, 1e6},
+        "",
+        "",
+        "2",
+        "where hits are traced from the place where the ray met the fiber, which rows do not know: where a fiber "
+        "is seen wider than this, in pixels (all from twice the width on); touching: there, and where fibers touch, "
+        "with more noise under small lights; 0 or nowhere: at no hit; everywhere: at all"},
     Parameter{"",
               "--components",
               whole,
