@@ -169,20 +169,26 @@ scene::Overrides overrides_of(const GroomSettings& settings) {
   return overrides;
 }
 
-/// Reads a file of strands, or all grooms of a scene.
-Result<scene::GroomFile> read_strands(const GroomSettings& settings) {
-  if (!is_scene(settings)) {
-    auto groom =
-        scene::read_groom_file(settings.file, settings.points_per_strand, settings.frame, settings.frames_per_second);
-    if (groom && settings.strict && !groom->ignored.empty())
-      return Error{settings.file.string(), "--strict", "a file of which everything is used",
-                   groom->ignored[0].name + " (" + groom->ignored[0].why + ")"};
-    return groom;
-  }
+Result<scene::Scene> read_scene(const GroomSettings& settings) {
   if (settings.points_per_strand || settings.cm_per_unit || settings.y_up)
     return Error{settings.file.string(), "", "a file of strands for --points-per-strand, --cm-per-unit and --up",
                  "a scene, which says these itself"};
-  const auto scene = scene::load_scene(settings.file, overrides_of(settings));
+  return scene::load_scene(settings.file, overrides_of(settings));
+}
+
+Result<scene::GroomFile> read_file_of_strands(const GroomSettings& settings) {
+  auto groom =
+      scene::read_groom_file(settings.file, settings.points_per_strand, settings.frame, settings.frames_per_second);
+  if (groom && settings.strict && !groom->ignored.empty())
+    return Error{settings.file.string(), "--strict", "a file of which everything is used",
+                 groom->ignored[0].name + " (" + groom->ignored[0].why + ")"};
+  return groom;
+}
+
+/// Reads a file of strands, or all grooms of a scene.
+Result<scene::GroomFile> read_strands(const GroomSettings& settings) {
+  if (!is_scene(settings)) return read_file_of_strands(settings);
+  const auto scene = read_scene(settings);
   return scene ? scene::strands_of(*scene) : scene.error();
 }
 
@@ -198,7 +204,7 @@ std::array<std::string, 3> modelled(const scene::Scene& scene) {
   fibers += !has_medulla ? ", no medulla" : chosen.info->has_medulla ? ", medulla traced" : ", medulla left out";
   integrate::NearOptions near;
   if (fiber::has(*chosen.info, fiber::Asks::samples))
-    near.closeness = integrate::closeness(scene, geometry::FiberScene(scene));
+    integrate::measure_closeness(near, scene, geometry::FiberScene(scene));
   else
     near.where = integrate::NearOptions::Where::nowhere;
   const integrate::RenderOptions usual;
@@ -211,19 +217,18 @@ std::array<std::string, 3> modelled(const scene::Scene& scene) {
 }
 
 int run_info(const GroomSettings& settings) {
-  const auto groom = read_strands(settings);
-  if (!groom) {
-    log_error(groom.error().message());
-    return 1;
-  }
-  if (settings.json) {
-    print_json(*groom);
+  const auto print = [&](const Result<scene::GroomFile>& groom) {
+    if (!groom) {
+      log_error(groom.error().message());
+      return 1;
+    }
+    settings.json ? print_json(*groom) : print_text(*groom);
     return 0;
-  }
-  print_text(*groom);
-  if (!is_scene(settings)) return 0;
-  const auto scene = scene::load_scene(settings.file, overrides_of(settings));
-  if (!scene) return 1;
+  };
+  if (!is_scene(settings)) return print(read_file_of_strands(settings));
+  const auto scene = read_scene(settings);
+  const int status = print(scene ? scene::strands_of(*scene) : scene.error());
+  if (status != 0 || settings.json) return status;
   for (const std::string& line : modelled(*scene)) fmt::print("modelled  {}\n", line);
   return 0;
 }

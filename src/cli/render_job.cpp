@@ -112,14 +112,12 @@ class RenderJob {
       log_note(fmt::format("model {} can only be sampled: light is met by chance, and small lights make noise",
                            settings_.model));
     }
-    if (!fiber::has(*fiber::find_model(settings_.model), fiber::Asks::samples))
-      options.near.where = integrate::NearOptions::Where::nowhere;
-    else {
-      if (options.near.where == integrate::NearOptions::Where::seen ||
-          options.near.where == integrate::NearOptions::Where::touching)
-        options.near.closeness = integrate::closeness(scene_, *strands_);
+    if (fiber::has(*fiber::find_model(settings_.model), fiber::Asks::samples)) {
+      integrate::measure_closeness(options.near, scene_, *strands_);
       end_.near = integrate::words_of(options.near);
       log_note(end_.near);
+    } else {
+      options.near.where = integrate::NearOptions::Where::nowhere;
     }
     live_.begin(scene_, fiber::estimator_name(estimator_of(settings_)), service_);
     Forecast forecast(settings_.stop);

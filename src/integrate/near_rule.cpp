@@ -16,7 +16,7 @@ namespace tress::integrate {
 namespace {
 
 constexpr std::uint64_t purpose = 0x636c6f7365ull;
-constexpr std::size_t rays_in_all = 1 << 14, most_rays = 2048, least_rays = 16;  // from outside
+constexpr std::size_t rays_that_decide = 1 << 14, rays_that_tell = 1 << 10, most_rays = 2048, least_rays = 16;
 constexpr int hits_of_ray = 3;
 
 glm::vec3 any_direction(RandomStream& random) {
@@ -29,12 +29,16 @@ float width_of(const geometry::Hit& hit) { return 2 * hit.semi_axis_cm; }
 
 }  // namespace
 
-std::vector<float> closeness(const scene::Scene& scene, const geometry::FiberScene& fibers) {
+void measure_closeness(NearOptions& options, const scene::Scene& scene, const geometry::FiberScene& fibers) {
+  using Where = NearOptions::Where;
+  options.closeness.clear();
+  if (options.where != Where::seen && options.where != Where::touching) return;
+  const std::size_t in_all = options.where == Where::touching ? rays_that_decide : rays_that_tell;
   struct Count {
     std::uint32_t left = 0, met = 0;
   };
   std::vector<Count> counts(scene.grooms.size());
-  const std::size_t rays = std::clamp(rays_in_all / std::max<std::size_t>(counts.size(), 1), least_rays, most_rays);
+  const std::size_t rays = std::clamp(in_all / std::max<std::size_t>(counts.size(), 1), least_rays, most_rays);
   for (std::size_t groom = 0; groom < counts.size(); ++groom) {
     const std::vector<glm::vec3>& points = scene.grooms[groom].points;
     if (points.empty()) continue;
@@ -58,10 +62,8 @@ std::vector<float> closeness(const scene::Scene& scene, const geometry::FiberSce
       }
     }
   }
-  std::vector<float> close;
   for (const Count& count : counts)
-    close.push_back(static_cast<float>(count.met) / static_cast<float>(std::max(count.left, 1u)));
-  return close;
+    options.closeness.push_back(static_cast<float>(count.met) / static_cast<float>(std::max(count.left, 1u)));
 }
 
 float share_of(float closeness) { return std::clamp((closeness - loose) / (dense - loose), 0.0f, 1.0f); }
