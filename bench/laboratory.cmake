@@ -7,6 +7,7 @@ target_include_directories(tress_references PRIVATE ${PROJECT_SOURCE_DIR}/adapti
 tress_library(tress_laboratory KIND STATIC INCLUDES bench FOLDERS bench/lab LINK tress_cli tress_references
   PRIVATE stb CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json TBB::tbb)
 tress_web_assets(tress_laboratory tress::lab lab/web_assets.h bench/lab/web/lobes.html bench/lab/web/lobes.js)
+compile_together(tress_laboratory 10)
 add_dependencies(tress_laboratory tress_commit)
 target_include_directories(tress_laboratory PRIVATE ${PROJECT_BINARY_DIR}/generated)
 

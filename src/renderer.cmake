@@ -10,6 +10,8 @@ tress_library(tress_geometry KIND STATIC INCLUDES src FOLDERS src/geometry LINK 
 
 tress_library(tress_integrate KIND STATIC INCLUDES src FOLDERS src/integrate LINK tress_geometry tress_image tress_denoise
   PRIVATE TBB::tbb HEADERS nlohmann_json::nlohmann_json)
+# Alone, so that what it calls can be replaced when a program is linked (bench/image/recorded_paths.h).
+set_source_files_properties(src/integrate/path_tracer.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 # tress_web_assets(TARGET NAMESPACE HEADER files...): the files as bytes of the program, by web_assets() of the namespace.
 function(tress_web_assets target namespace header)
@@ -38,8 +40,9 @@ tress_library(tress_farm KIND STATIC INCLUDES src FOLDERS src/farm LINK tress_ba
 
 tress_library(tress_cli KIND STATIC INCLUDES src FOLDERS src/cli src/cli/farm LINK tress_integrate tress_live tress_farm
   PRIVATE stb CLI11::CLI11 spdlog::spdlog fmt::fmt nlohmann_json::nlohmann_json TBB::tbb)
-# Nine tenths of the code of a command are the option parser's and the JSON library's, which are compiled for every ten sources once.
-set_target_properties(tress_cli PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 10)
+foreach(library scene integrate live cli)
+  compile_together(tress_${library} 10)
+endforeach()
 # What tress --version tells: the commit at every build, the libraries found here.
 add_custom_target(tress_commit BYPRODUCTS ${PROJECT_BINARY_DIR}/generated/tress_commit.h COMMAND ${CMAKE_COMMAND}
   -DSOURCE=${PROJECT_SOURCE_DIR} -DOUTPUT=${PROJECT_BINARY_DIR}/generated/tress_commit.h -P ${PROJECT_SOURCE_DIR}/src/cli/commit.cmake)

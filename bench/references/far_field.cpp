@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
+#include "base/pi.h"
 #include "tress/base/random.h"
 
 namespace tress::references {
@@ -16,7 +16,6 @@ using fiber::FiberDirection;
 using fiber::FiberEvent;
 using fiber::FiberModel;
 
-constexpr double pi = std::numbers::pi;
 constexpr std::size_t channels = 3, lobes = whole_flux;
 constexpr std::uint64_t batch_paths = 1 << 15;
 constexpr std::size_t batches_at_once = 16;

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 
+#include "base/pi.h"
 #include "fiber/rough_fiber.h"
 #include "tress/base/random.h"
 
@@ -14,7 +14,6 @@ namespace tress::references {
 namespace {
 
 constexpr int most_fibers = 4096;
-constexpr double pi = std::numbers::pi;
 constexpr double least_log = -16, most_log = 6.9;  // of an absorption
 constexpr int bisections = 60;
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/pi.h"
 #include "cli/row_words.h"
 #include "tress/adaptive/traced_nodes.h"
 #include "tress/fiber/elliptical_model.h"
@@ -17,7 +18,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using adaptive::RowState;
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr int azimuths = 361;
 
 Json degrees_of(const std::vector<float>& axis) {

@@ -5,15 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/pi.h"
 #include "fiber/reflection.h"
 #include "fiber/surface_fresnel.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr double least_mass = 1e-5;      // mass of a lobe below which the series do not determine its lengths
 constexpr double longest_depth = 10;     // e^-10 of the light is left at this depth; longer lengths are clamped
 constexpr double unknown_length = 10;    // length assumed for light that is only known to leave late

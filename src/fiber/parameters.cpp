@@ -4,12 +4,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/pi.h"
 #include "fiber/lobe_widths.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr float largest_width = static_cast<float>(45 * degree);
 
 }  // namespace

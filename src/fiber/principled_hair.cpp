@@ -7,12 +7,12 @@
 #include <glm/common.hpp>
 #include <numbers>
 
+#include "base/pi.h"
 #include "tress/fiber/parameter_ranges.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 /// Roughness of a surface whose energies are those of a smooth one.
 constexpr float all_but_smooth = 0.02f;
 

@@ -7,8 +7,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 
+#include "base/pi.h"
 #include "fiber/cross_section.h"
 #include "fiber/rough_fiber.h"
 #include "fiber/rough_paths.h"
@@ -16,8 +16,6 @@
 
 namespace tress::inline v0_2::fiber {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 std::uint64_t seed_of(const EnergyKey& key) {
   std::uint64_t seed = 0;

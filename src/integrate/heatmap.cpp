@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <ctime>
 #include <utility>
 
 namespace tress::integrate {
@@ -22,12 +21,6 @@ float heat_color(float heat, std::size_t channel) {
 }
 
 }  // namespace
-
-double thread_cpu_seconds() {
-  std::timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 image::Picture heatmap(const std::vector<PixelCost>& pixels, const image::Window& window) {
   image::Picture picture;

@@ -8,9 +8,6 @@
 
 namespace tress::integrate {
 
-/// CPU time of the calling thread, seconds. A call takes about 0.2 us.
-double thread_cpu_seconds();
-
 /// The cost of one pixel's paths.
 struct PixelCost {
   double cpu_seconds = 0;

@@ -19,11 +19,11 @@ namespace tress::integrate {
 namespace {
 
 constexpr std::size_t draws = 1024, most_hits = 128;
-constexpr std::uint64_t most_rays = 2048;
 
 std::vector<geometry::Hit> seen_hits(const scene::Scene& scene, const geometry::FiberScene& fibers) {
   const CameraRays camera(scene.camera, scene.image);
   std::vector<geometry::Hit> hits;
+  constexpr std::uint64_t most_rays = 2048;
   const std::uint64_t rays = std::min(
       most_rays, static_cast<std::uint64_t>(scene.image.width) * static_cast<std::uint64_t>(scene.image.height));
   for (std::uint64_t i = 0; i < rays && hits.size() < most_hits; ++i) {

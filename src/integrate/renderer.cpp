@@ -10,6 +10,7 @@
 #include <ctime>
 #include <utility>
 
+#include "base/cpu_clock.h"
 #include "base/denormals.h"
 #include "integrate/bias_audit.h"
 #include "integrate/cryptomatte.h"

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstddef>
 #include <glm/geometric.hpp>
-#include <numbers>
+
+#include "base/pi.h"
 
 namespace tress::integrate {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
 constexpr float least_width = 1e-3f;
 
 /// Reflectance of a dielectric for unpolarized light from outside. cosine: in [0, 1].
@@ -66,7 +66,7 @@ float Coat::masking(const glm::vec3& direction) const {
 float Coat::distribution(const glm::vec3& normal) const {
   const float x = normal.x / width_, y = normal.y / width_, z = normal.z;
   const float sum = x * x + y * y + z * z;
-  return 1 / (pi * width_ * width_ * sum * sum);
+  return 1 / (pi_f * width_ * width_ * sum * sum);
 }
 
 float Coat::value(const glm::vec3& out, const glm::vec3& in) const {
@@ -91,7 +91,7 @@ glm::vec3 Coat::sample(const glm::vec3& out, const glm::vec2& u) const {
   const float across = std::hypot(seen.x, seen.y);
   const glm::vec3 first = across > 1e-6f ? glm::vec3(-seen.y, seen.x, 0) / across : glm::vec3(1, 0, 0);
   const glm::vec3 second = glm::cross(seen, first);
-  const float radius = std::sqrt(u.x), azimuth = 2 * pi * u.y, a = radius * std::cos(azimuth);
+  const float radius = std::sqrt(u.x), azimuth = 2 * pi_f * u.y, a = radius * std::cos(azimuth);
   const float raised = 0.5f * (1 + seen.z);
   const float b = (1 - raised) * std::sqrt(std::max(0.0f, 1 - a * a)) + raised * radius * std::sin(azimuth);
   const glm::vec3 point = a * first + b * second + std::sqrt(std::max(0.0f, 1 - a * a - b * b)) * seen;
@@ -109,7 +109,7 @@ glm::vec3 SurfaceMaterial::albedo() const { return coat_albedo + (1 - coat_albed
 
 glm::vec3 SurfaceMaterial::value(const glm::vec3& in) const {
   if (!(in.z > 0)) return glm::vec3(0.0f);
-  const glm::vec3 lambert = diffuse * (in.z / pi);
+  const glm::vec3 lambert = diffuse * (in.z / pi_f);
   if (coat == nullptr) return lambert;
   const float reaches = (1 - coat_albedo) * (1 - coat->albedo(in.z)) / (1 - coat->mean_albedo());
   return lambert * reaches + coat->value(out, in);
@@ -124,12 +124,12 @@ float SurfaceMaterial::coat_share() const {
 
 glm::vec3 SurfaceMaterial::sample(const std::array<float, 4>& u) const {
   if (u[2] < coat_share()) return coat->sample(out, {u[0], u[1]});
-  const float sine = std::sqrt(u[0]), cosine = std::sqrt(std::max(0.0f, 1 - u[0])), azimuth = 2 * pi * u[1];
+  const float sine = std::sqrt(u[0]), cosine = std::sqrt(std::max(0.0f, 1 - u[0])), azimuth = 2 * pi_f * u[1];
   return {sine * std::cos(azimuth), sine * std::sin(azimuth), cosine};
 }
 
 float SurfaceMaterial::pdf(const glm::vec3& in) const {
-  const float lambert = std::max(0.0f, in.z) / pi;
+  const float lambert = std::max(0.0f, in.z) / pi_f;
   const float share = coat_share();
   return share > 0 ? share * coat->pdf(out, in) + (1 - share) * lambert : lambert;
 }

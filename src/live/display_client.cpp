@@ -1,22 +1,13 @@
 #include "live/display_client.h"
 
 #include <algorithm>
-#include <ctime>
 #include <new>
 #include <utility>
 
+#include "base/cpu_clock.h"
 #include "live/viewer_packets.h"
 
 namespace tress::live {
-namespace {
-
-double thread_cpu_seconds() {
-  std::timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-}  // namespace
 
 DisplayClient::DisplayClient(Endpoint viewer, std::string name, const Options& options)
     : viewer_(std::move(viewer)),

@@ -8,7 +8,6 @@
 #include <atomic>
 #include <charconv>
 #include <condition_variable>
-#include <ctime>
 #include <deque>
 #include <limits>
 #include <map>
@@ -17,6 +16,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/cpu_clock.h"
 #include "live/bounded_queue.h"
 #include "live/time_share.h"
 #include "live/web_page.h"
@@ -34,12 +34,6 @@ constexpr double cpu_share = 0.002;
 constexpr auto watched_for = 5s, patience_at_the_end = 3s;
 /// Answers may take this much time before the limit applies, for a page that was just opened.
 constexpr auto allowance = 60s;
-
-double thread_cpu_seconds() {
-  std::timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 std::optional<std::uint64_t> number_of(const httplib::Request& request, const char* name) {
   const std::string text = request.get_param_value(name);

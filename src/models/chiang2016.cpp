@@ -7,6 +7,7 @@
 
 #include "base/color.h"
 #include "base/exp_of_negative.h"
+#include "base/pi.h"
 #include "fiber/circle_ray.h"
 #include "fiber/energy_table.h"
 #include "fiber/event_constants.h"
@@ -19,7 +20,6 @@
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
 constexpr float smallest_pdf = 1e-30f;  // pdf if every lobe has underflowed; S is 0 there
 
 /// The lobes by order p; the last is everything after TRT.
@@ -36,7 +36,7 @@ struct TrimmedLogistic {
   }
   float sample(float u) const {
     const float v = std::clamp((2 * u - 1) * mass, -0.99999994f, 0.99999994f);
-    return adaptive::wrap_angle(mu + std::clamp(2 * std::atanh(v) / inverse_s, -pi, pi));
+    return adaptive::wrap_angle(mu + std::clamp(2 * std::atanh(v) / inverse_s, -pi_f, pi_f));
   }
 };
 
@@ -73,9 +73,9 @@ class Chiang2016 final : public FiberModel {
     const float of_r = std::sqrt(EnergyConservingLobe::variance_of(longitudinal_lambda(parameters, 0, 0)));
     for (std::size_t p = 0; p < fiber.azimuthal.size(); ++p) {
       float sigma = sigmas[p == 0 ? 0 : p - 1];
-      if (p == 0 && !parameters.azimuthal_sigma[0]) sigma = std::min(of_r, 0.25f * pi);
-      const float inverse_s = pi * std::numbers::inv_sqrt3_v<float> / sigma;
-      fiber.azimuthal[p] = {0, inverse_s, std::tanh(0.5f * pi * inverse_s)};
+      if (p == 0 && !parameters.azimuthal_sigma[0]) sigma = std::min(of_r, 0.25f * pi_f);
+      const float inverse_s = pi_f * std::numbers::inv_sqrt3_v<float> / sigma;
+      fiber.azimuthal[p] = {0, inverse_s, std::tanh(0.5f * pi_f * inverse_s)};
     }
     fibers_.push_back(fiber);
     return id;
@@ -135,7 +135,7 @@ class Chiang2016 final : public FiberModel {
     sample.lobe = lobes[p];
     sample.wi.theta = constants.longitudinal[p].sample(u[1], u[3]);
     sample.wi.phi = p < constants.azimuthal.size() ? constants.azimuthal[p].sample(u[2])
-                                                   : adaptive::wrap_angle(pi * (2 * u[2] - 1));
+                                                   : adaptive::wrap_angle(pi_f * (2 * u[2] - 1));
     sample.value = value_at(event, sample.wi);
     return sample;
   }

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
+#include "base/pi.h"
 #include "fiber/fourier_reference.h"
 #include "fiber/reflection.h"
 #include "models/learned_row.h"
@@ -13,7 +13,6 @@
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr int integration_nodes = 8192;  // equally spaced on the circle: spectral accuracy for the allowed blurs
 
 double radians(double degrees) { return degrees * pi / 180; }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/groom_fixture.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/groom_writers.h"
 #include "scene/read/grooms/told_basis.h"
@@ -18,8 +19,6 @@ namespace tress::scene {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path fixture(const std::string& name) { return fs::path(TRESS_SOURCE_DIR) / "tests" / "scene" / "grooms" / name; }
 
 const float half_root_3 = std::sqrt(3.0f) / 2;
 /// Of make_fixtures.py, at unit length.

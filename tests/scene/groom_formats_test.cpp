@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/groom_fixture.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/groom_writers.h"
 #include "scene/read/grooms/curve_bases.h"
@@ -20,8 +21,6 @@ namespace tress::scene {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path fixture(const std::string& name) { return fs::path(TRESS_SOURCE_DIR) / "tests" / "scene" / "grooms" / name; }
 
 GroomFile read(const fs::path& file) {
   auto groom = read_groom_file(file);

@@ -14,13 +14,13 @@
 namespace tress::scene {
 namespace {
 
-Result<ObjFile> parse(const std::string& text) {
+Result<ObjFile> parse_obj(const std::string& text) {
   const std::vector<unsigned char> bytes(text.begin(), text.end());
   return parse_obj_file(bytes, "a.obj");
 }
 
 std::string refusal(const std::string& text) {
-  const auto file = parse(text);
+  const auto file = parse_obj(text);
   return file ? "" : file.error().message();
 }
 
@@ -38,13 +38,13 @@ TEST(ObjFile, ReadsEveryFormOfFace) {
        {"f 1 2 3 4", "f 1/1 2/2 3/3 4/4", "f 1//7 2//7 3//7 4//7", "f 1/1/1 2/2/1 3/3/1 4/-4/1", "f -4 -3 -2 -1",
         "  f\t1  2 3 4 \r", "f 1 2 \\\n 3 4", "f 1 2 3 4 # four", "f 1 2 3\nf 1 3 4"}) {
     const auto file =
-        parse("# a comment\nmtllib a.mtl\no square\n" + square + "vn 0 0 1\nvt 0 0\nusemtl x\ns off\n" + face);
+        parse_obj("# a comment\nmtllib a.mtl\no square\n" + square + "vn 0 0 1\nvt 0 0\nusemtl x\ns off\n" + face);
     ASSERT_TRUE(file) << file.error().message();
     ASSERT_EQ(file->triangles.size(), 2u) << face;
     EXPECT_EQ(file->triangles[0], low) << face;
     EXPECT_EQ(file->triangles[1], high) << face;
   }
-  const auto file = parse("v 1e-3 +2.5 -3 1 .5 .5 .5\nv 4 5 6\nv 7 8 9\nf 3 2 1\n");
+  const auto file = parse_obj("v 1e-3 +2.5 -3 1 .5 .5 .5\nv 4 5 6\nv 7 8 9\nf 3 2 1\n");
   ASSERT_TRUE(file) << file.error().message();
   EXPECT_EQ(file->positions[0], glm::vec3(1e-3f, 2.5f, -3));
   EXPECT_EQ(file->triangles[0], glm::uvec3(2, 1, 0));
@@ -53,27 +53,27 @@ TEST(ObjFile, ReadsEveryFormOfFace) {
 /// The same for texture coordinates; those of a bad line are none.
 TEST(ObjFile, ReadsTextureCoordinatesWhereTheyAreGood) {
   const auto file =
-      parse(square + "vt 0.5 -2 9\nvt 1 nonsense\nvt 1e7 0\nvt 0.25 3\nf 1/1 2/-1 3/4\nf 1/2 2/3 3/9\nf 1 2 3\n");
+      parse_obj(square + "vt 0.5 -2 9\nvt 1 nonsense\nvt 1e7 0\nvt 0.25 3\nf 1/1 2/-1 3/4\nf 1/2 2/3 3/9\nf 1 2 3\n");
   ASSERT_TRUE(file) << file.error().message();
   ASSERT_EQ(file->corner_uvs.size(), 3u);
   EXPECT_EQ(file->corner_uvs[0], glm::uvec3(0, 3, 3));
   EXPECT_EQ(file->corner_uvs[1], glm::uvec3(no_uv, no_uv, no_uv));
   EXPECT_EQ(file->corner_uvs[2], glm::uvec3(no_uv, no_uv, no_uv));
   EXPECT_EQ(file->uvs[0], glm::vec2(0.5f, -2));
-  EXPECT_TRUE(parse(square + "vt 0 0\nf 1 2 3\n")->corner_uvs.empty());
+  EXPECT_TRUE(parse_obj(square + "vt 0 0\nf 1 2 3\n")->corner_uvs.empty());
 }
 
 /// A corner names a normal that is there so far, from the front or the back; any other is none, and files that name
 /// normals badly are read as before.
 TEST(ObjFile, ReadsNormalsWhereTheyAreGood) {
-  const auto file = parse(square + "vn 0 0 2\nvn 1 nonsense\nvn 1 0 0\nf 1//1 2//-1 3//2 4//9\nf 1 2 3\n");
+  const auto file = parse_obj(square + "vn 0 0 2\nvn 1 nonsense\nvn 1 0 0\nf 1//1 2//-1 3//2 4//9\nf 1 2 3\n");
   ASSERT_TRUE(file) << file.error().message();
   ASSERT_EQ(file->corner_normals.size(), 3u);
   EXPECT_EQ(file->corner_normals[0], glm::uvec3(0, 2, 1));
   EXPECT_EQ(file->corner_normals[1], glm::uvec3(0, 1, no_normal));
   EXPECT_EQ(file->corner_normals[2], glm::uvec3(no_normal, no_normal, no_normal));
   EXPECT_EQ(file->normals[1], glm::vec3(0.0f));
-  EXPECT_TRUE(parse(square + "vn 0 0 1\nf 1 2 3\n")->corner_normals.empty());
+  EXPECT_TRUE(parse_obj(square + "vn 0 0 1\nf 1 2 3\n")->corner_normals.empty());
   MeshDescription description;
   description.y_up = true;
   std::vector<std::string> warnings;
@@ -89,7 +89,7 @@ TEST(ObjFile, FansPolygonsAroundTheirFirstVertex) {
     text += fmt::format("v {} {} 0\n", std::cos(i * 0.00628), std::sin(i * 0.00628));
     face += fmt::format(" {}", i + 1);
   }
-  const auto file = parse(text + face);
+  const auto file = parse_obj(text + face);
   ASSERT_TRUE(file);
   ASSERT_EQ(file->triangles.size(), 998u);
   for (std::uint32_t i = 0; i < 998; ++i) ASSERT_EQ(file->triangles[i], glm::uvec3(0, i + 1, i + 2));
@@ -141,7 +141,7 @@ TEST(ObjFile, SurvivesChangedBytes) {
       else
         text.insert(at, 1, whole[random.next_bits() % whole.size()]);
     }
-    const auto file = parse(text);
+    const auto file = parse_obj(text);
     if (!file) continue;
     ++read;
     for (const auto& t : file->triangles)
@@ -156,15 +156,17 @@ TEST(Mesh, IsScaledTurnedAndMoved) {
   description.cm_per_unit = 10;
   description.path.still.translate = {1, 2, 3};
   std::vector<std::string> warnings;
-  const auto mesh = placed(*parse("v 1 2 3\nv 0 0 0\nv 1 0 0\nf 1 2 3\nf 1 2 2\n"), description, "a.obj", &warnings);
+  const auto mesh =
+      placed(*parse_obj("v 1 2 3\nv 0 0 0\nv 1 0 0\nf 1 2 3\nf 1 2 2\n"), description, "a.obj", &warnings);
   ASSERT_TRUE(mesh);
   EXPECT_EQ(mesh->positions[0], glm::vec3(11, -28, 23));
   EXPECT_EQ(mesh->triangles.size(), 1u);  // the other has no area
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_EQ(warnings[0], "a.obj: 1 of 2 triangles have no area and are left out");
   description.cm_per_unit = 1e6;
-  EXPECT_EQ(placed(*parse("v 0 1e10 0\nv 0 0 0\nv 1 0 0\nf 1 2 3"), description, "a.obj", &warnings).error().message(),
-            "a.obj: vertex 1: expected coordinates within 1e+06 cm, found 1e+16 cm at 1e+06 cm per unit");
+  EXPECT_EQ(
+      placed(*parse_obj("v 0 1e10 0\nv 0 0 0\nv 1 0 0\nf 1 2 3"), description, "a.obj", &warnings).error().message(),
+      "a.obj: vertex 1: expected coordinates within 1e+06 cm, found 1e+16 cm at 1e+06 cm per unit");
 }
 
 struct Folder {

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "scene/groom_fixture.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/grooms/groom_formats.h"
 
@@ -24,8 +25,6 @@ using testing::UnorderedElementsAre;
 
 namespace fs = std::filesystem;
 using Bytes = std::vector<unsigned char>;
-
-fs::path fixture(const std::string& name) { return fs::path(TRESS_SOURCE_DIR) / "tests" / "scene" / "grooms" / name; }
 
 Bytes bytes_of(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);

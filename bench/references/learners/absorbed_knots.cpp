@@ -6,32 +6,31 @@
 #include <numbers>
 #include <span>
 
+#include "base/pi.h"
 #include "density/invert_line.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
-constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 constexpr float below_one = 0.99999994f;
 
 }  // namespace
 
 RowValue AbsorbedKnots::evaluate(float x, const glm::vec3& channel_weights, float u_share) const {
-  const float at = std::max((x + pi) * (static_cast<float>(count_) * inverse_two_pi), 0.0f);
+  const float at = std::max((x + pi_f) * (static_cast<float>(count_) * inverse_two_pi_f), 0.0f);
   const std::uint32_t k = std::min(static_cast<std::uint32_t>(at), count_ - 1);
   const Float4 from = knots()[k], to = knots()[(k + 1) & (count_ - 1)];
   const Float4 shape = from + (at - static_cast<float>(k)) * (to - from);
   RowValue value;
   value.shape = {shape[0], shape[1], shape[2]};
-  value.proposal = (1 - u_share) * glm::dot(channel_weights, value.shape) + u_share * inverse_two_pi;
+  value.proposal = (1 - u_share) * glm::dot(channel_weights, value.shape) + u_share * inverse_two_pi_f;
   return value;
 }
 
 float AbsorbedKnots::sample(float u, const glm::vec3& channel_weights, float u_share) const {
   const float v = u / (1 - u_share);
-  if (!(v < 1)) return -pi + 2 * pi * std::clamp((u - (1 - u_share)) / std::max(u_share, 1e-6f), 0.0f, 0.9999999f);
+  if (!(v < 1)) return -pi_f + 2 * pi_f * std::clamp((u - (1 - u_share)) / std::max(u_share, 1e-6f), 0.0f, 0.9999999f);
   const auto mixed = [&](const Float4& density) {
     return channel_weights.x * density[0] + channel_weights.y * density[1] + channel_weights.z * density[2];
   };
@@ -44,14 +43,14 @@ float AbsorbedKnots::sample(float u, const glm::vec3& channel_weights, float u_s
     if (below(block[step]) <= v) block += step;
   }
   const auto first = static_cast<std::uint32_t>(block - blocks_.data()) * static_cast<std::uint32_t>(block_size);
-  const float h = 2 * pi / static_cast<float>(count_);
+  const float h = 2 * pi_f / static_cast<float>(count_);
   float left = (v - below(*block)) * (2 / h);  // twice the mass still to be passed over, in densities
   float from = mixed(knots()[first]);
   for (std::uint32_t k = first;; ++k) {
     const float to = mixed(knots()[(k + 1) & (count_ - 1)]);
     if (left < from + to || k + 1 == first + block_size) {
       const float r = from + to > 0 ? std::clamp(left / (from + to), 0.0f, below_one) : 0.5f;
-      return adaptive::wrap_angle(-pi + h * (static_cast<float>(k) + adaptive::invert_line(from, to, r)));
+      return adaptive::wrap_angle(-pi_f + h * (static_cast<float>(k) + adaptive::invert_line(from, to, r)));
     }
     left -= from + to;
     from = to;

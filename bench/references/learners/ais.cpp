@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/pi.h"
 #include "fit/problem.h"
 #include "references/learners/ais_problem.h"
 #include "references/learners/ais_proposal.h"
@@ -16,7 +17,6 @@
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr double start_spread = 0.5;  // of the way between modes that are equally far apart: the first scale
 
 struct Score {

@@ -5,12 +5,12 @@
 #include <numbers>
 #include <utility>
 
+#include "base/pi.h"
 #include "fit/kernels.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr double inverse_two_pi = 0.5 * std::numbers::inv_pi;
 constexpr double least_f = 1e-30;  // a logarithm's argument
 

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/pi.h"
 #include "fit/problem.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 double value(const AisShape& shape, AisBasis basis, double phi) {
   const double x = basis == AisBasis::circular ? wrap_near(phi - shape.mu) : phi - shape.mu;

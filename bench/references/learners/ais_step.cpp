@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/pi.h"
 #include "fit/problem.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr double damping_start = 1e-2, damping_success = 0.2, damping_failure = 8;
 constexpr double damping_least = 1e-8, damping_hopeless = 1e6;
 constexpr double length_start = 1, length_success = 2, length_failure = 0.25, length_hopeless = 1e-9;

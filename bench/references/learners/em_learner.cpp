@@ -4,14 +4,13 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 
+#include "base/pi.h"
 #include "fit/own_eigen.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr double kappa = 0.7;                // of the step (t + 2)^-kappa
 constexpr std::uint64_t burn_in_draws = 64;  // teach the statistics before the first M step
 constexpr int most_bins = 256;

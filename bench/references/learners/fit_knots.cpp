@@ -9,10 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/pi.h"
+
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-constexpr double two_pi = 2 * std::numbers::pi;
 constexpr std::size_t points_a_cell = 4;
 // Boole's rule over a cell of length 1: both ends and the three points between. It is exact for polynomials up to
 // degree 5, and so for the squared difference of a parabola and a line.

@@ -3,17 +3,16 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <utility>
 #include <vector>
 
+#include "base/pi.h"
 #include "fit/kernels.h"
 #include "references/learners/fit_knots.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-constexpr double two_pi = 2 * std::numbers::pi;
 constexpr double reach = 4;             // of the blur, in sigma: 6e-5 of it lies beyond
 constexpr double points_per_sigma = 4;  // the same as for the components of a mixture
 

@@ -10,14 +10,13 @@
 #include <utility>
 #include <vector>
 
+#include "base/pi.h"
 #include "density/invert_line.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
-constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 constexpr float below_one = 0.99999994f;
 
 }  // namespace
@@ -38,20 +37,20 @@ KnotDensity::KnotDensity(std::vector<Knot> knots) : knots_(std::move(knots)) {
 float KnotDensity::density(float phi) const {
   if (knots_.empty()) return 0;
   const std::size_t count = knots_.size();
-  const float at = (wrap_angle(phi) + pi) * (static_cast<float>(count) * inverse_two_pi);
+  const float at = (wrap_angle(phi) + pi_f) * (static_cast<float>(count) * inverse_two_pi_f);
   const std::size_t k = std::min(static_cast<std::size_t>(at), count - 1);  // rounding may reach the last end
   const float from = knots_[k].density, to = knots_[(k + 1) & (count - 1)].density;
   return from + (at - static_cast<float>(k)) * (to - from);
 }
 
 float KnotDensity::proposal_density(float phi, float u_share) const {
-  if (!(energy_ > 0)) return inverse_two_pi;
-  return (1 - u_share) * density(phi) / energy_ + u_share * inverse_two_pi;
+  if (!(energy_ > 0)) return inverse_two_pi_f;
+  return (1 - u_share) * density(phi) / energy_ + u_share * inverse_two_pi_f;
 }
 
 float KnotDensity::sample(float u, float u_share) const {
-  if (!(energy_ > 0)) return wrap_angle(pi * (2 * u - 1));
-  if (u < u_share) return wrap_angle(pi * (2 * u / u_share - 1));
+  if (!(energy_ > 0)) return wrap_angle(pi_f * (2 * u - 1));
+  if (u < u_share) return wrap_angle(pi_f * (2 * u / u_share - 1));
   const float v = (u - u_share) / (1 - u_share);
   const std::size_t count = knots_.size();
   const auto above = std::upper_bound(below_.begin() + 1, below_.end(), v);
@@ -59,7 +58,7 @@ float KnotDensity::sample(float u, float u_share) const {
   const float end = k + 1 < count ? below_[k + 1] : 1.0f;
   const float r = end > below_[k] ? std::clamp((v - below_[k]) / (end - below_[k]), 0.0f, below_one) : 0.5f;
   const float s = invert_line(knots_[k].density, knots_[(k + 1) & (count - 1)].density, r);
-  const float x = -pi + (static_cast<float>(k) + s) * (2 * pi / static_cast<float>(count));
+  const float x = -pi_f + (static_cast<float>(k) + s) * (2 * pi_f / static_cast<float>(count));
   return wrap_angle(x);
 }
 

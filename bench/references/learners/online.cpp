@@ -4,12 +4,12 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
+
+#include "base/pi.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr double uniform_at_first = 0.1;  // share of the energy
 constexpr double added_to_warm = 0.02;    // share of each broad component beside those of a warm start
 

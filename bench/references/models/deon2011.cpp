@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <new>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/color.h"
+#include "base/pi.h"
 #include "fiber/circle_ray.h"
 #include "fiber/energy_table.h"
 #include "fiber/event_constants.h"
@@ -27,9 +27,7 @@
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
-constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
-constexpr float largest_blur = 0.25f * pi;
+constexpr float largest_blur = 0.25f * pi_f;
 constexpr float smallest_pdf = 1e-30f;  // where every lobe has underflowed; S is 0 there
 constexpr float least_energy = 1e-20f;  // of a lobe, luminance: below, it is 0
 constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
@@ -120,7 +118,7 @@ class Deon2011 final : public FiberModel {
     sample.wi.theta = constants.longitudinal[width_of(lobe)].sample(u[1], u[3]);
     const AzimuthalTrace& trace = trace_at(event, sample.wi.theta);
     if (lobe == residual) {
-      sample.wi.phi = adaptive::wrap_angle(pi * (2 * u[2] - 1));
+      sample.wi.phi = adaptive::wrap_angle(pi_f * (2 * u[2] - 1));
     } else {
       const float azimuth =
           trace.sample(static_cast<int>(lobe), constants.channel_weights[lobe], u[2], standard_normal(u));
@@ -144,7 +142,7 @@ class Deon2011 final : public FiberModel {
     const auto bits = [&](std::size_t k) { return std::uint64_t{std::bit_cast<std::uint32_t>(u[k])}; };
     RandomStream random(bits(0) << 32 | bits(1), bits(2) << 32 | bits(3));
     const float radius = std::sqrt(-2 * std::log1p(-random.next()));  // Box and Muller
-    return radius * std::cos(2 * pi * random.next());
+    return radius * std::cos(2 * pi_f * random.next());
   }
 
   /// This thread's trace, until its next one.
@@ -169,8 +167,8 @@ class Deon2011 final : public FiberModel {
     if (event.selection[residual] > 0) {
       constexpr std::size_t trrt = detected_orders - 1;  // its M is the residual's, and the last one above
       if (!(event.selection[trrt] > 0)) m = constants.longitudinal[trrt].density(wi.theta);
-      value.s[residual] = event.energy[residual] * (m * inverse_two_pi);
-      value.pdf += event.selection[residual] * m * inverse_two_pi;
+      value.s[residual] = event.energy[residual] * (m * inverse_two_pi_f);
+      value.pdf += event.selection[residual] * m * inverse_two_pi_f;
     }
     value.pdf = std::max(value.pdf, smallest_pdf);
     return value;

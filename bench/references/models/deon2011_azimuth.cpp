@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numbers>
 
 #include "base/gauss_legendre.h"
+#include "base/pi.h"
 #include "base/quarter_sine.h"
 #include "fiber/surface_fresnel.h"
 #include "tress/adaptive/mixture.h"
@@ -13,8 +13,6 @@
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
-constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 constexpr float least_mass = 1e-30f;
 
 /// asin x, 0 <= x <= 1: Abramowitz and Stegun 4.4.46, absolute error some 2e-7 in floats.
@@ -30,9 +28,9 @@ Float4 arc_sine(Float4 x) {
 
 /// |wrap(x)|, the distance of x from the nearest multiple of 2 pi; |x| up to some hundred turns.
 Float4 distance_from_0(Float4 x) {
-  const Float4 turns = abs4(x) * inverse_two_pi;
+  const Float4 turns = abs4(x) * inverse_two_pi_f;
   const Float4 whole = __builtin_convertvector(__builtin_convertvector(turns + 0.5f, Int4), Float4);
-  return abs4(turns - whole) * (2 * pi);
+  return abs4(turns - whole) * (2 * pi_f);
 }
 
 /// What is the same for all offsets at one theta_d.
@@ -113,7 +111,7 @@ void AzimuthalTrace::trace(const OffsetQuadrature& quadrature, const CircularFib
     // Phi_p = 2 p gamma_t - 2 gamma_i + p pi
     for (std::size_t p = 0; p < detected_orders; ++p) {
       const auto order = static_cast<float>(p);
-      orders_[p].groups[i].azimuth = distance_from_0(order * (2 * gamma_t + pi) - 2 * group.gamma);
+      orders_[p].groups[i].azimuth = distance_from_0(order * (2 * gamma_t + pi_f) - 2 * group.gamma);
     }
     for (std::size_t channel = 0; channel < 3; ++channel) {
       const Float4 t = surface.transmitted(plane, static_cast<int>(channel)), bounce = f * t;
@@ -145,10 +143,10 @@ glm::vec3 AzimuthalTrace::shape(int p, float phi) const {
   Float4 red = splat(0), green = splat(0), blue = splat(0);
   for (const Group& group : order.groups) {
     const Float4 near = at - group.azimuth, sum = at + group.azimuth;
-    const Float4 far = sum > splat(pi) ? 2 * pi - sum : sum;  // from the mirrored ray's exit
+    const Float4 far = sum > splat(pi_f) ? 2 * pi_f - sum : sum;  // from the mirrored ray's exit
     Float4 detected = exp_of_negative(near * near * slope) + exp_of_negative(far * far * slope);
     if (wide) {
-      const Float4 near_turned = 2 * pi - abs4(near), far_turned = 2 * pi - far;
+      const Float4 near_turned = 2 * pi_f - abs4(near), far_turned = 2 * pi_f - far;
       detected += exp_of_negative(near_turned * near_turned * slope) + exp_of_negative(far_turned * far_turned * slope);
     }
     red += group.weight[0] * detected;
@@ -156,11 +154,11 @@ glm::vec3 AzimuthalTrace::shape(int p, float phi) const {
     blue += group.weight[2] * detected;
   }
   const Float4 total = sums4(red, green, blue);
-  const float height = 1 / (order.sigma * std::sqrt(2 * pi));
+  const float height = 1 / (order.sigma * std::sqrt(2 * pi_f));
   glm::vec3 shape;
   for (int channel = 0; channel < 3; ++channel) {
     const float inverse = order.inverse_mass[channel];
-    shape[channel] = inverse > 0 ? total[channel] * inverse * height : inverse_two_pi;
+    shape[channel] = inverse > 0 ? total[channel] * inverse * height : inverse_two_pi_f;
   }
   return shape;
 }
@@ -174,7 +172,7 @@ float AzimuthalTrace::sample(int p, const glm::vec3& channel_weights, float u, f
   for (int channel = 0; channel < 3; ++channel) {
     if (order.inverse_mass[channel] > 0) continue;
     if (left < channel_weights[channel]) {
-      return adaptive::wrap_angle(side * pi * std::min(left / channel_weights[channel], 1.0f));
+      return adaptive::wrap_angle(side * pi_f * std::min(left / channel_weights[channel], 1.0f));
     }
     left -= channel_weights[channel];
   }

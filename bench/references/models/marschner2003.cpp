@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <new>
-#include <numbers>
 #include <utility>
 #include <vector>
 
+#include "base/pi.h"
 #include "fiber/energy_table.h"
 #include "fiber/event_constants.h"
 #include "fiber/fiber_ids.h"
@@ -22,12 +22,10 @@
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
-
 /// Standard deviation of the logistic of scale 1, pi/sqrt(3), and the scale that makes LongitudinalLobe's Gaussian one
 /// of standard deviation 1.
 constexpr float logistic_deviation = 1.8137994f, scale_of_unit_gaussian = 0.66794038f;
-constexpr float narrowest_caustic = 2 * pi / 180, widest_caustic = pi / 4;
+constexpr float narrowest_caustic = 2 * pi_f / 180, widest_caustic = pi_f / 4;
 
 MarschnerShape shape_of(const FiberParameters& parameters) {
   MarschnerShape shape{static_cast<double>(parameters.eta), static_cast<double>(parameters.eccentricity), {}};
@@ -111,7 +109,7 @@ class Marschner2003 final : public FiberModel {
     // At most 2, and 1 to rounding where both vanish.
     const float ratio = std::min(std::cos(wi.theta) / std::cos(theta_d), 2.0f);
     const Float4 drawn = constants.longitudinal.density(wi.theta), z = (theta_h - constants.alpha) / constants.beta;
-    const Float4 printed = (0.5f / std::sqrt(2 * pi)) * exp_of_negative(-0.5f * z * z) / constants.beta;
+    const Float4 printed = (0.5f / std::sqrt(2 * pi_f)) * exp_of_negative(-0.5f * z * z) / constants.beta;
     FiberValue value;
     for (std::size_t l = 0; l < marschner_lobes; ++l) {
       const float chosen = selection_of(event, l);

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/pi.h"
 #include "fiber/fresnel.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 double square(double x) { return x * x; }
 

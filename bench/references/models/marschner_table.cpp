@@ -4,10 +4,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/pi.h"
+
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr float pi_f = std::numbers::pi_v<float>;
 constexpr std::uint32_t inclination_nodes = 19, azimuth_nodes = 13;
 constexpr std::uint32_t fewest_knots = 64, most_knots = 360;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/color.h"
+#include "base/pi.h"
 #include "fiber/circle_ray.h"
 #include "fiber/energy_table.h"
 #include "fiber/event_constants.h"
@@ -24,7 +25,6 @@
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
 constexpr float smallest_pdf = 1e-30f;  // where every lobe has underflowed
 constexpr std::size_t r = 0, tt = 1, trt = 2, glint = 3;
 constexpr std::array<Lobe, 4> lobes{Lobe::r, Lobe::tt, Lobe::trt, Lobe::glint};
@@ -80,11 +80,11 @@ class Ou2012 final : public FiberModel {
     const auto sigmas = azimuthal_sigmas(parameters);
     const CircleFarField far(parameters.eta, parameters.sigma_a * circle_radius(parameters.eccentricity), sigmas[1]);
     Fiber fiber;
-    fiber.about_pi = AzimuthalBump(pi, std::hypot(far.deviation_tt, sigmas[0]));
+    fiber.about_pi = AzimuthalBump(pi_f, std::hypot(far.deviation_tt, sigmas[0]));
     fiber.about_caustic = AzimuthalBump(far.caustic, sigmas[1]);
     for (std::size_t p = 0; p < 3; ++p) {
       const int order = static_cast<int>(p);
-      const float beta = pi * std::numbers::inv_sqrt3_v<float> * longitudinal_lambda(parameters, order, 0);
+      const float beta = pi_f * std::numbers::inv_sqrt3_v<float> * longitudinal_lambda(parameters, order, 0);
       fiber.longitudinal[p] = {lobe_tilt(parameters, order), beta};
       auto& masses = masses_[{fiber.longitudinal[p].tilt, beta}];
       if (!masses) masses = std::make_shared<const LongitudinalMasses>(fiber.longitudinal[p]);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/exp_of_negative.h"
+#include "base/pi.h"
 #include "base/quarter_sine.h"
 #include "fiber/circle_ray.h"
 #include "fiber/cross_section.h"
@@ -13,8 +14,6 @@
 
 namespace tress::inline v0_2::fiber {
 namespace {
-
-constexpr float pi = std::numbers::pi_v<float>;
 
 float gaussian(float x, float width) { return exp_of_negative(-0.5f * (x / width) * (x / width)); }
 
@@ -28,12 +27,14 @@ float gaussian_mass(float x, float width) {
 
 AzimuthalBump::AzimuthalBump(float centre, float width) : centre_(centre), width_(width) {
   from_ = std::atan(-centre / width);
-  span_ = std::atan((pi - centre) / width) - from_;
+  span_ = std::atan((pi_f - centre) / width) - from_;
 }
 
 float AzimuthalBump::height(float phi) const { return gaussian(std::abs(phi) - centre_, width_); }
 
-float AzimuthalBump::mass() const { return 2 * (gaussian_mass(pi - centre_, width_) + gaussian_mass(centre_, width_)); }
+float AzimuthalBump::mass() const {
+  return 2 * (gaussian_mass(pi_f - centre_, width_) + gaussian_mass(centre_, width_));
+}
 
 float AzimuthalBump::pdf(float phi) const {
   const float x = (std::abs(phi) - centre_) / width_;
@@ -43,7 +44,7 @@ float AzimuthalBump::pdf(float phi) const {
 float AzimuthalBump::sample(float u) const {
   const bool rising = u < 0.5f;
   const float v = rising ? 2 * u : 2 * u - 1;
-  const float phi = std::clamp(centre_ + width_ * std::tan(from_ + v * span_), 0.0f, pi);
+  const float phi = std::clamp(centre_ + width_ * std::tan(from_ + v * span_), 0.0f, pi_f);
   return adaptive::wrap_angle(rising ? phi : -phi);
 }
 
@@ -103,7 +104,7 @@ CircleFarField::CircleFarField(float eta, const glm::vec3& sigma_a, float sigma_
   deviation_tt = static_cast<float>(std::sqrt(square / clear_tt));
   if (eta < 2) {
     const CircleRay ray(eta, 0, std::sqrt((4 - eta * eta) / 3));
-    caustic = std::min(std::abs(adaptive::wrap_angle(ray.exit_azimuth(2))), pi);
+    caustic = std::min(std::abs(adaptive::wrap_angle(ray.exit_azimuth(2))), pi_f);
   }
 }
 

@@ -6,11 +6,11 @@
 #include <glm/exponential.hpp>
 #include <map>
 #include <new>
-#include <numbers>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "base/pi.h"
 #include "fiber/event_constants.h"
 #include "fiber/fiber_ids.h"
 #include "fiber/fresnel.h"
@@ -27,8 +27,6 @@
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
-constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 constexpr float reflection_sigma = 1;
 constexpr float least_mass = 1e-6f;    // a row of less has no light: its proposal is uniform
 constexpr float least_cosine = 0.01f;  // bounds the printed 1/cos^2 theta_r
@@ -58,7 +56,7 @@ struct EventConstants {
 
 /// N and its proposal at one azimuth.
 struct Answer {
-  float density = 0, proposal = inverse_two_pi;
+  float density = 0, proposal = inverse_two_pi_f;
 };
 
 class Pekelis2015 final : public RowModel {
@@ -83,7 +81,7 @@ class Pekelis2015 final : public RowModel {
     fiber.zeta = pekelis_zeta(glm::exp(-2.0f * sigma_a), reading_);
     // A logistic of scale s has the variance pi^2 s^2/3; sigma_TT widens it by that of the blur.
     const float scale = pekelis_transmission_scale(parameters.eta, reading_);
-    const float blur = azimuthal_sigmas(parameters)[0] / (scale * pi);
+    const float blur = azimuthal_sigmas(parameters)[0] / (scale * pi_f);
     fiber.sigma_tt = std::sqrt(1 + 3 * blur * blur);
     for (std::size_t i = 0; i < 2; ++i) {
       const auto lobe = static_cast<MarschnerLobe>(trt + i);
@@ -179,7 +177,7 @@ class Pekelis2015 final : public RowModel {
       return view.sample(u[2], uniform_share(view));
     const adaptive::TracedNodes& nodes = *view.nodes;
     const float share = options.uniform_share_open;
-    if (u[3] < share || nodes.energy() < least_mass) return -pi + 2 * pi * u[2];
+    if (u[3] < share || nodes.energy() < least_mass) return -pi_f + 2 * pi_f * u[2];
     return draw_azimuth(shape_of(nodes), 0, nodes.energy(), u[2], (u[3] - share) / (1 - share));
   }
 
@@ -209,8 +207,8 @@ class Pekelis2015 final : public RowModel {
       return {g, q};
     }
     service_->observe(view, x, g);
-    if (nodes.energy() < least_mass) return {g, inverse_two_pi};
-    return {g, (1 - share) * g / nodes.energy() + share * inverse_two_pi};
+    if (nodes.energy() < least_mass) return {g, inverse_two_pi_f};
+    return {g, (1 - share) * g / nodes.energy() + share * inverse_two_pi_f};
   }
 
   /// A_p N_p of TRT or GLINT without gain, and its proposal.

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "base/pi.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr double pi = std::numbers::pi, degree = pi / 180;
 constexpr double angle_step = 2 * degree;
 constexpr std::uint32_t nodes = 46;
 constexpr float blur = static_cast<float>(1 * degree);

@@ -4,28 +4,28 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/pi.h"
 #include "fiber/fresnel.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
 constexpr float smallest_sigma = 0.01f, smallest_scale = 0.01f, darkest_color = 1e-30f;
 
 /// sin(pi/2 sigma), the mass that is left within +-pi, for sigma > 1.
-float reflection_mass(float sigma) { return sigma > 1 ? std::sin(0.5f * pi / sigma) : 1.0f; }
+float reflection_mass(float sigma) { return sigma > 1 ? std::sin(0.5f * pi_f / sigma) : 1.0f; }
 
 }  // namespace
 
 float pekelis_reflection(float phi, float sigma) {
   const float s = std::max(sigma, smallest_sigma);
   const float half = std::abs(phi) / (2 * s);
-  return half < 0.5f * pi ? std::cos(half) / (4 * s * reflection_mass(s)) : 0.0f;
+  return half < 0.5f * pi_f ? std::cos(half) / (4 * s * reflection_mass(s)) : 0.0f;
 }
 
 float sample_pekelis_reflection(float u, float sigma) {
   const float s = std::max(sigma, smallest_sigma);
-  return std::clamp(2 * s * std::asin(std::clamp((2 * u - 1) * reflection_mass(s), -1.0f, 1.0f)), -pi, pi);
+  return std::clamp(2 * s * std::asin(std::clamp((2 * u - 1) * reflection_mass(s), -1.0f, 1.0f)), -pi_f, pi_f);
 }
 
 float pekelis_transmission_scale(float eta_prime, PekelisReading reading) {
@@ -33,13 +33,13 @@ float pekelis_transmission_scale(float eta_prime, PekelisReading reading) {
   if (reading == PekelisReading::corrected) return corrected;
   const float tau = std::asin(1 / eta_prime);
   const float d = (std::numbers::sqrt2_v<float> - tau) / (1 - tau);
-  const float printed = -0.5f * pi * corrected * std::log(2 * d - 1 - 2 * std::sqrt(d * (d - 1)));
+  const float printed = -0.5f * pi_f * corrected * std::log(2 * d - 1 - 2 * std::sqrt(d * (d - 1)));
   return std::isfinite(printed) && printed > 0 ? printed : corrected;
 }
 
 adaptive::SkewLogistic pekelis_transmission(float scale) {
   const float s = std::max(scale, smallest_scale);
-  return {-pi, s, s};
+  return {-pi_f, s, s};
 }
 
 glm::vec3 pekelis_zeta(const glm::vec3& color, PekelisReading reading) {

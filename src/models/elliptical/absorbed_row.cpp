@@ -10,12 +10,11 @@
 #include <memory>
 #include <numbers>
 
+#include "base/pi.h"
 #include "models/elliptical/absorbed_lanes.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
-
-constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 
 float side_mass(float s) { return s * static_cast<float>(std::tanh(0.5 * std::numbers::pi / s)); }
 
@@ -25,7 +24,7 @@ RowValue AbsorbedRow::evaluate(float x, const glm::vec3& channel_weights, float 
   RowValue value;
   const Float4 shape = uniform_of(*this) + components_behind(*this, 0, x);
   value.shape = {shape[0], shape[1], shape[2]};
-  value.proposal = (1 - u_share) * glm::dot(channel_weights, value.shape) + u_share * inverse_two_pi;
+  value.proposal = (1 - u_share) * glm::dot(channel_weights, value.shape) + u_share * inverse_two_pi_f;
   return value;
 }
 
@@ -64,7 +63,7 @@ const AbsorbedRow* put_absorbed(const adaptive::Mixture& fit, float objective, c
   for (int c = 0; c < 3; ++c) {
     const auto channel = static_cast<std::size_t>(c);
     const bool dark = !(mass[channel] > 1e-30);  // no light is left here: the shape does not matter
-    row->uniform[c] = dark ? inverse_two_pi : static_cast<float>(uniform[channel] / mass[channel]) * inverse_two_pi;
+    row->uniform[c] = dark ? inverse_two_pi_f : static_cast<float>(uniform[channel] / mass[channel]) * inverse_two_pi_f;
     if (dark) continue;
     for (std::uint32_t d = 0; d < fit.component_count; ++d) {
       const adaptive::SkewLogistic& shape = fit.components[d].shape;

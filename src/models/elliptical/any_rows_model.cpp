@@ -4,8 +4,8 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
+#include "base/pi.h"
 #include "fiber/energy_table.h"
 #include "models/lobes/lobe_choice.h"
 #include "tress/base/random.h"
@@ -13,7 +13,6 @@
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
 
 /// Probability that `corrected` traces a direction: 2^-4, decided by the leading bits of a hash.
@@ -147,8 +146,8 @@ FiberValue AnyRowsModel::value_of_any(const FiberEvent& event, const VertexConst
   }
   if (event.selection[residual] > 0) {
     const float m = widths[2];
-    value.s[residual] = event.energy[residual] * (inverse_two_pi * m);
-    value.pdf += event.selection[residual] * inverse_two_pi * m;
+    value.s[residual] = event.energy[residual] * (inverse_two_pi_f * m);
+    value.pdf += event.selection[residual] * inverse_two_pi_f * m;
   }
   value.pdf = std::max(value.pdf, smallest_pdf);
   return value;

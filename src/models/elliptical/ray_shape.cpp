@@ -4,17 +4,16 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 
 #include "base/exp_of_negative.h"
 #include "base/normal_quantile.h"
+#include "base/pi.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
-constexpr float two_pi = 2 * pi;
+constexpr float two_pi = 2 * pi_f;
 constexpr float reach = 6.0f;      // in standard deviations: less than 2e-9 of the mass lies beyond
 constexpr std::size_t chunk = 64;  // terms evaluated before they are summed
 constexpr std::size_t lanes = 8;
@@ -35,7 +34,7 @@ bool is_clear(const glm::vec3& sigma_a) { return sigma_a.x == 0 && sigma_a.y == 
 void add_density(const RayShape& rays, std::size_t first, std::size_t last, const glm::vec3& sigma_a, float x,
                  ClearAndAbsorbed& sum) {
   const float precision = 0.5f / (rays.blur_rad * rays.blur_rad);
-  const bool next_image = rays.blur_rad * reach > pi;
+  const bool next_image = rays.blur_rad * reach > pi_f;
   const bool clear = is_clear(sigma_a);
   for (std::size_t start = first; start < last; start += chunk) {
     const std::size_t filled = std::min(chunk, last - start);
@@ -45,13 +44,13 @@ void add_density(const RayShape& rays, std::size_t first, std::size_t last, cons
     alignas(32) std::array<float, chunk> blurred, term;
     for (std::size_t i = 0; i < filled; ++i) {
       float d = std::fabs(azimuth[i] - x);
-      d = d > pi ? two_pi - d : d;
+      d = d > pi_f ? two_pi - d : d;
       blurred[i] = weight[i] * exp_of_negative(-d * d * precision);
     }
     if (next_image) {
       for (std::size_t i = 0; i < filled; ++i) {
         float d = std::fabs(azimuth[i] - x);
-        d = d > pi ? d : two_pi - d;
+        d = d > pi_f ? d : two_pi - d;
         blurred[i] += weight[i] * exp_of_negative(-d * d * precision);
       }
     }
@@ -92,7 +91,7 @@ ClearAndAbsorbed ray_density(const RayShape& rays, const glm::vec3& sigma_a, flo
   ClearAndAbsorbed sum;
   const float width = reach * rays.blur_rad;
   const std::size_t count = rays.azimuth.size();
-  if (!rays.sorted || width >= 0.75f * pi) {
+  if (!rays.sorted || width >= 0.75f * pi_f) {
     add_density(rays, 0, count, sigma_a, x, sum);
   } else {
     const auto index = [&](float azimuth) {
@@ -100,8 +99,8 @@ ClearAndAbsorbed ray_density(const RayShape& rays, const glm::vec3& sigma_a, flo
     };
     const float low = x - width, high = x + width;
     add_density(rays, index(low), index(high), sigma_a, x, sum);
-    if (low < -pi) add_density(rays, index(low + two_pi), count, sigma_a, x, sum);
-    if (high > pi) add_density(rays, 0, index(high - two_pi), sigma_a, x, sum);
+    if (low < -pi_f) add_density(rays, index(low + two_pi), count, sigma_a, x, sum);
+    if (high > pi_f) add_density(rays, 0, index(high - two_pi), sigma_a, x, sum);
   }
   const float norm = 0.398942280f / rays.blur_rad;
   sum.clear *= norm;
@@ -119,7 +118,7 @@ float draw_azimuth(const RayShape& rays, float sigma_a, float mass, float u_ray,
     sum += weight;
     if (sum > target) break;
   }
-  if (rays.weight.empty()) return -pi + two_pi * u_ray;
+  if (rays.weight.empty()) return -pi_f + two_pi * u_ray;
   return adaptive::wrap_angle(rays.azimuth[chosen] + rays.blur_rad * normal_quantile(u_blur));
 }
 

@@ -1,20 +1,19 @@
 #include "models/elliptical/row_reader.h"
 
 #include <glm/geometric.hpp>
-#include <numbers>
+
+#include "base/pi.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
-constexpr float inverse_two_pi = 0.5f * std::numbers::inv_pi_v<float>;
 constexpr float vertex_uniform_share = 0.05f;  // uniform share of a vertex trace's proposal
 constexpr int correction_rays = 128;           // rays of the trace that corrects all lobes; 512 change nothing
 constexpr float darkest_mass = 1e-30f;         // a channel with less light counts as dark: its shape is set to uniform
 
 glm::vec3 normalised(const glm::vec3& density, const glm::vec3& mass) {
   glm::vec3 shape;
-  for (int c = 0; c < 3; ++c) shape[c] = mass[c] > darkest_mass ? density[c] / mass[c] : inverse_two_pi;
+  for (int c = 0; c < 3; ++c) shape[c] = mass[c] > darkest_mass ? density[c] / mass[c] : inverse_two_pi_f;
   return shape;
 }
 
@@ -22,17 +21,17 @@ glm::vec3 normalised(const glm::vec3& density, const glm::vec3& mass) {
 
 float RowReader::sample_rays(const RayShape& rays, const glm::vec3& mass, float share, float u_channel, float u_ray,
                              float u_blur) const {
-  if (u_channel < share) return -pi + 2 * pi * u_ray;
+  if (u_channel < share) return -pi_f + 2 * pi_f * u_ray;
   const float u = (u_channel - share) / (1 - share);
   const int c = u < channel_weights_.x ? 0 : u < channel_weights_.x + channel_weights_.y ? 1 : 2;
-  if (!(mass[c] > darkest_mass)) return -pi + 2 * pi * u_ray;
+  if (!(mass[c] > darkest_mass)) return -pi_f + 2 * pi_f * u_ray;
   return draw_azimuth(rays, fiber_.parameters.sigma_a[c], mass[c], u_ray, u_blur);
 }
 
 float RowReader::sample(const adaptive::RowView* row, float theta_d, float u_channel, float u_ray, float u_blur) const {
   if (row == nullptr) {
     const VertexTrace& trace = VertexTrace::at(vertex(theta_d));
-    if (trace.mass(row_lobe_).clear < smallest_row_energy) return -pi + 2 * pi * u_ray;
+    if (trace.mass(row_lobe_).clear < smallest_row_energy) return -pi_f + 2 * pi_f * u_ray;
     return sample_rays(trace.shape(row_lobe_, fiber_.sigma[row_lobe_]), trace.mass(row_lobe_).absorbed,
                        vertex_uniform_share, u_channel, u_ray, u_blur);
   }
@@ -50,12 +49,12 @@ VertexKey RowReader::vertex(float theta_d) const {
 
 RowValue RowReader::at_vertex(const VertexKey& key, float x) const {
   const VertexTrace& trace = VertexTrace::at(key);
-  if (trace.mass(row_lobe_).clear < smallest_row_energy) return {glm::vec3(inverse_two_pi), inverse_two_pi};
+  if (trace.mass(row_lobe_).clear < smallest_row_energy) return {glm::vec3(inverse_two_pi_f), inverse_two_pi_f};
   const RayShape rays = trace.shape(row_lobe_, fiber_.sigma[row_lobe_]);
   RowValue value;
   value.shape = normalised(ray_density(rays, fiber_.parameters.sigma_a, x).absorbed, trace.mass(row_lobe_).absorbed);
   value.proposal =
-      (1 - vertex_uniform_share) * glm::dot(channel_weights_, value.shape) + vertex_uniform_share * inverse_two_pi;
+      (1 - vertex_uniform_share) * glm::dot(channel_weights_, value.shape) + vertex_uniform_share * inverse_two_pi_f;
   return value;
 }
 
@@ -67,8 +66,9 @@ RowValue RowReader::evaluate_open(const adaptive::RowView& row, float x, bool dr
   RowValue value;
   value.shape = normalised(g.absorbed, rows().absorbed_mass(row.node, nodes));
   const float share = service_->options().uniform_share_open;
-  value.proposal = row.fit != nullptr ? row.fit->proposal_density(x, share)
-                                      : (1 - share) * glm::dot(channel_weights_, value.shape) + share * inverse_two_pi;
+  value.proposal = row.fit != nullptr
+                       ? row.fit->proposal_density(x, share)
+                       : (1 - share) * glm::dot(channel_weights_, value.shape) + share * inverse_two_pi_f;
   if (drawn && row.fit != nullptr) {
     service_->score(row, x, g.clear, value.proposal);
   } else {

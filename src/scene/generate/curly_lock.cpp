@@ -1,12 +1,11 @@
 #include <cmath>
-#include <numbers>
 
+#include "base/pi.h"
 #include "scene/generate/groom_kinds.h"
 
 namespace tress::scene {
 namespace {
 
-constexpr float two_pi = 2 * std::numbers::pi_v<float>;
 constexpr std::uint32_t clump_count = 22;
 constexpr float root_disc_cm = 1.5f;
 
@@ -23,9 +22,9 @@ Groom curly_lock(const GroomShape& shape) {
   std::vector<Clump> clumps;
   for (std::uint32_t c = 0; c < clump_count; ++c) {
     RandomStream random(shape.seed, 1, c);
-    const float r = root_disc_cm * std::sqrt(random.next()), angle = two_pi * random.next();
+    const float r = root_disc_cm * std::sqrt(random.next()), angle = two_pi_f * random.next();
     // Most wisps turn together, as in a real lock; some have their own phase.
-    const float phase = c % 4 == 3 ? two_pi * random.next() : 0.7f * kernel(random) + (c % 2 ? 2.6f : 0.0f);
+    const float phase = c % 4 == 3 ? two_pi_f * random.next() : 0.7f * kernel(random) + (c % 2 ? 2.6f : 0.0f);
     clumps.push_back({r * std::cos(angle), r * std::sin(angle), phase,
                       length_cm / shape["wavelength_cm"] * (1 + 0.07f * kernel(random)),
                       0.5f * shape["curl_diameter_cm"] * uniform(random, .7f, 1.2f),
@@ -37,7 +36,7 @@ Groom curly_lock(const GroomShape& shape) {
     RandomStream random(shape.seed, 2, s);
     const Clump& clump = clumps[random.next_bits() % clump_count];
     const bool stray = random.next() < 0.05f * frizz;
-    const float in_r = 0.34f * std::sqrt(random.next()), in_angle = two_pi * random.next();
+    const float in_r = 0.34f * std::sqrt(random.next()), in_angle = two_pi_f * random.next();
     const float phase = clump.phase + (stray ? 0.5f : 0.12f * frizz) * kernel(random);
     const float length =
         clump.length * (stray ? uniform(random, 0.5f, 0.98f) : 1 - length_variation * std::pow(random.next(), 2.0f));
@@ -49,7 +48,7 @@ Groom curly_lock(const GroomShape& shape) {
       const float along = t * length / clump.length;
       // The curl opens from the root and tightens towards the tip, where the wisp gathers.
       const float opening = smooth_step(t / 0.25f), gathering = 1 - clump_strength * smooth_step((along - 0.3f) / 0.7f);
-      const float turn = phase + two_pi * clump.turns * stretch * (0.8f * along + 0.2f * along * along);
+      const float turn = phase + two_pi_f * clump.turns * stretch * (0.8f * along + 0.2f * along * along);
       const float r = helix * opening * (1 - 0.35f * along);
       const float lock = 1 - 0.72f * smooth_step(along / 0.9f);
       const float offset = in_r * gathering * (1 + 0.7f * opening * (1 - along));

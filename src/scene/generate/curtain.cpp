@@ -4,23 +4,22 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
-#include <numbers>
 #include <vector>
 
+#include "base/pi.h"
 #include "scene/generate/groom_kinds.h"
 
 namespace tress::scene {
 namespace {
 
-constexpr float two_pi = 2 * std::numbers::pi_v<float>;
-constexpr std::uint32_t wisps_per_lock = 9, strings_per_wisp = 7;
+constexpr std::uint32_t wisps_per_curl = 9, strings_per_curl_wisp = 7;
 constexpr float lock_area_cm2 = 1.5f, curl_area = 0.5f;  // for a curl: times the square of its diameter
 
 /// A wave across the fall, or a turn around it; cm, radians.
 struct Sway {
   float amplitude_cm = 0, wavelength_cm = 1, phase = 0, roundness = 0;
 
-  float turn(float s) const { return two_pi * s / wavelength_cm + phase; }
+  float turn(float s) const { return two_pi_f * s / wavelength_cm + phase; }
   glm::vec2 at(float s) const { return amplitude_cm * glm::vec2(std::sin(turn(s)), roundness * std::cos(turn(s))); }
 };
 
@@ -36,7 +35,7 @@ struct Curtain {
 };
 
 glm::vec2 in_disc(RandomStream& random) {
-  const float r = std::sqrt(random.next()), angle = two_pi * random.next();
+  const float r = std::sqrt(random.next()), angle = two_pi_f * random.next();
   return r * glm::vec2(std::cos(angle), std::sin(angle));
 }
 
@@ -53,7 +52,7 @@ Sway lock_sway(const GroomShape& shape, const glm::vec2& root, RandomStream& ran
   if (shape["curl_diameter_cm"] > 0) {
     sway.amplitude_cm = 0.5f * shape["curl_diameter_cm"] * wider;
     sway.roundness = uniform(random, 0.85f, 1.0f) * (random.next() < 0.3f ? -1.0f : 1.0f);
-    sway.phase = two_pi * random.next();
+    sway.phase = two_pi_f * random.next();
   } else {
     sway.amplitude_cm = shape["wave_amplitude_cm"] * wider;
     sway.roundness = uniform(random, 0.5f, 0.9f);
@@ -83,7 +82,7 @@ Bundle make_member(const GroomShape& shape, const Bundle& of, float spread_cm, f
   member.sway.amplitude_cm = amplitude * std::max(0.2f, 1 + 0.4f * kernel(random));
   member.sway.wavelength_cm = uniform(random, 5.0f, 11.0f);
   member.sway.roundness = uniform(random, -1.0f, 1.0f);
-  member.sway.phase = two_pi * random.next();
+  member.sway.phase = two_pi_f * random.next();
   return member;
 }
 
@@ -95,9 +94,9 @@ Curtain make_curtain(const GroomShape& shape, float lock_area) {
   for (std::uint32_t l = 0; l < count; ++l) {
     all.locks.push_back(make_lock(shape, l, count));
     RandomStream random(shape.seed, 9, l);
-    for (std::uint32_t w = 0; w < wisps_per_lock; ++w) {
+    for (std::uint32_t w = 0; w < wisps_per_curl; ++w) {
       all.wisps.push_back(make_member(shape, all.locks.back(), 0.6f * spread, 0.3f * loose, random));
-      for (std::uint32_t s = 0; s < strings_per_wisp; ++s)
+      for (std::uint32_t s = 0; s < strings_per_curl_wisp; ++s)
         all.strings.push_back(make_member(shape, all.wisps.back(), 0.25f * spread, 0.12f * loose, random));
     }
   }
@@ -133,7 +132,7 @@ Own make_own(const GroomShape& shape, const Bundle& string, float spread_cm, Ran
     sway->wavelength_cm = sway == &own.slow ? uniform(random, 8.0f, 16.0f) : uniform(random, 2.5f, 5.0f);
     sway->amplitude_cm = sway == &own.slow ? 1.0f : 0.25f;
     sway->roundness = uniform(random, -1.0f, 1.0f);
-    sway->phase = two_pi * random.next();
+    sway->phase = two_pi_f * random.next();
   }
   return own;
 }
@@ -143,8 +142,8 @@ void add_strand(const GroomShape& shape, const Curtain& all, std::uint32_t stran
   const bool curls = shape["curl_diameter_cm"] > 0;
   const auto number = static_cast<std::uint32_t>(random.next_bits() % all.strings.size());
   const Bundle& string = all.strings[number];
-  const Bundle& wisp = all.wisps[number / strings_per_wisp];
-  const Bundle& lock = all.locks[number / strings_per_wisp / wisps_per_lock];
+  const Bundle& wisp = all.wisps[number / strings_per_curl_wisp];
+  const Bundle& lock = all.locks[number / strings_per_curl_wisp / wisps_per_curl];
   const Own own = make_own(shape, string, 0.12f * spread, random);
   for (std::uint32_t i = 0; i < shape.points; ++i) {
     const float t = static_cast<float>(i) / static_cast<float>(shape.points - 1);

@@ -29,7 +29,7 @@ glm::vec3 sphere_point(std::uint32_t i, std::uint32_t count, RandomStream& rando
 }
 
 /// The direction of the comb at the unit normal n: down and around, with whorls; tangential, shorter at the poles.
-glm::vec3 comb(const glm::vec3& n) {
+glm::vec3 comb_of_fur(const glm::vec3& n) {
   const glm::vec3 whorls(std::sin(3.1f * n.y + 0.7f), std::sin(2.7f * n.z + 2.1f), std::sin(3.3f * n.x + 4.0f));
   const glm::vec3 flow = glm::vec3(0, 0, -1) + 0.45f * glm::cross(glm::vec3(0, 0, 1), n) + 0.4f * whorls;
   return flow - glm::dot(flow, n) * n;
@@ -76,7 +76,7 @@ Groom fur_ball(const GroomShape& shape) {
     const float radius = shape.radius_cm * (undercoat ? 0.6f : uniform(random, 0.85f, 1.15f));
     const Wander wander(random);
     const float wandering = frizz * length * (stray ? 0.4f : 0.2f);
-    const glm::vec3 combed = comb(n), tuft_comb = comb(nearest->normal);
+    const glm::vec3 combed = comb_of_fur(n), tuft_comb = comb_of_fur(nearest->normal);
     for (std::uint32_t i = 0; i < shape.points; ++i) {
       const float t = static_cast<float>(i) / static_cast<float>(shape.points - 1);
       const glm::vec3 own = along(ball_cm * n, n, combed, length, lean, t);

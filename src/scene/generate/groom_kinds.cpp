@@ -2,12 +2,11 @@
 #include "scene/generate/groom_kinds.h"
 
 #include <cmath>
-#include <numbers>
+
+#include "base/pi.h"
 
 namespace tress::scene {
 namespace {
-
-constexpr float two_pi = 2 * std::numbers::pi_v<float>;
 
 glm::vec3 in_box(RandomStream& random, float half) {
   const float x = uniform(random, -half, half), y = uniform(random, -half, half), z = uniform(random, -half, half);
@@ -19,8 +18,8 @@ glm::vec3 in_box(RandomStream& random, float half) {
 Wander::Wander(RandomStream& random)
     : slow_(in_box(random, 1.0f)),
       fast_(in_box(random, 0.35f)),
-      slow_phase_(in_box(random, two_pi)),
-      fast_phase_(in_box(random, two_pi)) {}
+      slow_phase_(in_box(random, two_pi_f)),
+      fast_phase_(in_box(random, two_pi_f)) {}
 
 glm::vec3 Wander::at(float t) const {
   glm::vec3 p;

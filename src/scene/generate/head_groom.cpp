@@ -4,14 +4,13 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <numbers>
 
+#include "base/pi.h"
 #include "scene/generate/groom_kinds.h"
 
 namespace tress::scene {
 namespace {
 
-constexpr float two_pi = 2 * std::numbers::pi_v<float>;
 constexpr std::uint32_t straight_clumps = 420, wavy_clumps = 190, curly_clumps = 120;
 
 /// A wave across the fall: an ellipse around the strand, flat for waves and round for curls.
@@ -44,7 +43,7 @@ glm::vec3 wave_offset(const Wave& wave, const std::vector<glm::vec3>& points, st
   const float length = glm::length(chord);
   if (!(length > 0)) return glm::vec3(0);
   const glm::vec3 out = outward(points, i, chord / length), aside = glm::cross(chord / length, out);
-  const float angle = two_pi * along_cm / wave.wavelength_cm + phase;
+  const float angle = two_pi_f * along_cm / wave.wavelength_cm + phase;
   const float opening = smooth_step(along_cm / wave.straight_root);
   return opening * wave.amplitude_cm * (std::cos(angle) * out + wave.roundness * std::sin(angle) * aside);
 }
@@ -68,7 +67,7 @@ Clump make_clump(const GroomShape& shape, std::uint32_t index) {
     wave.roundness = curly ? (random.next() < 0.5f ? -1.0f : 1.0f) : uniform(random, -0.5f, 0.5f);
     wave.straight_root = curly ? 1.2f * wave.wavelength_cm : wave.wavelength_cm;
     // Neighbouring wisps wave together; curls do not.
-    clump.phase = curly ? two_pi * random.next()
+    clump.phase = curly ? two_pi_f * random.next()
                         : 2.5f * std::sin(2.3f * clump.root.x + 1) + 2 * clump.root.y + 0.45f * kernel(random);
   }
   const float clear_of_wave = 0.6f * clump.wave.amplitude_cm;

@@ -7,15 +7,14 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <numbers>
 #include <vector>
 
+#include "base/pi.h"
 #include "scene/generate/groom_kinds.h"
 
 namespace tress::scene {
 namespace {
 
-constexpr float two_pi = 2 * std::numbers::pi_v<float>;
 constexpr std::uint32_t lock_count = 60, wisps_per_lock = 16, curls_per_lock = 5, strings_per_wisp = 9;
 
 /// A center line around which strands gather: a lock, a wisp in it or a string in that.
@@ -116,7 +115,7 @@ void wave(const Guide& of, std::vector<glm::vec3>* points) {
   for (std::size_t i = 1; i < straight.size(); ++i) {
     const float along = of.length_cm * static_cast<float>(i) / static_cast<float>(straight.size() - 1);
     const auto [out, aside] = frame(straight, i);
-    const float angle = two_pi * along / of.wavelength_cm + of.phase;
+    const float angle = two_pi_f * along / of.wavelength_cm + of.phase;
     const float size = of.amplitude_cm * smooth_step(along / of.opening_cm);
     (*points)[i] += size * (of.roundness * std::cos(angle) * out + std::sin(angle) * aside);
   }
@@ -163,7 +162,7 @@ Guide make_member(const GroomShape& shape, const Guide& of, float spread, float 
   member.amplitude_cm = 0.08f * shape["wave_amplitude_cm"] * std::max(0.2f, 1 + 0.4f * kernel(random));
   member.wavelength_cm = shape["wavelength_cm"] * uniform(random, 0.45f, 0.8f);
   member.roundness = uniform(random, -1.0f, 1.0f);
-  member.phase = two_pi * random.next();
+  member.phase = two_pi_f * random.next();
   member.opening_cm = 10;
   if (curls) curl(shape, random, &member);
   member.points = fall(member.root, member.length_cm, clearance_cm(member.root, loose * kernel(random)), shape.points);

@@ -5,15 +5,14 @@
 #include <cmath>
 #include <glm/ext/vector_double3.hpp>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 #include "base/color.h"
+#include "base/pi.h"
 
 namespace tress::scene {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr float everywhere = static_cast<float>(1 / (4 * pi));  ///< density of a uniform direction
 constexpr int narrowest = 8;                                    ///< least number of columns of the coarsest copy
 constexpr float least_share = 0.02f;                            ///< least weight over the mean, with Draw::contrast

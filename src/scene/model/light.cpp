@@ -4,12 +4,12 @@
 #include <cmath>
 #include <glm/ext/vector_double3.hpp>
 #include <glm/geometric.hpp>
-#include <numbers>
+
+#include "base/pi.h"
 
 namespace tress::scene {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr double smallest_spherical_rectangle = 1e-6;  ///< sr; below it, rounding of its angles would show
 
 /// Directions within an angle of an axis, by 1 - cos of that angle: exact for the smallest cones.

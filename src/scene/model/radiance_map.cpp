@@ -7,11 +7,10 @@
 #include <utility>
 
 #include "base/arctangent.h"
+#include "base/pi.h"
 
 namespace tress::scene {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 /// 1 - cos, without cancellation at small angles.
 double fall_of(double angle) { return 2 * std::sin(angle / 2) * std::sin(angle / 2); }

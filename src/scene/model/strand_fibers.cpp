@@ -9,13 +9,13 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <set>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "base/pi.h"
 #include "scene/model/parameters.h"
 #include "tress/base/random.h"
 #include "tress/fiber/parameter_ranges.h"
@@ -23,7 +23,6 @@
 namespace tress::scene {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 /// Absorptions of a source below this become 0 or this.
 constexpr double least_absorption = 0.01;
 /// If there are too many distinct fibers, the steps of a source's colors become coarser, up to this ratio.

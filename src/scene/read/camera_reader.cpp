@@ -1,14 +1,11 @@
 #include <fmt/format.h>
 
-#include <numbers>
-
+#include "base/pi.h"
 #include "scene/model/parameters.h"
 #include "scene/read/scene_file.h"
 
 namespace tress::scene {
 namespace {
-
-constexpr double radians = std::numbers::pi / 180;
 
 /// Reads the keys that a still camera and a keyframe share; `camera` has the defaults.
 Camera read_view(const JsonReader& json, Camera camera) {
@@ -76,7 +73,7 @@ void read_depth_of_field(const JsonReader& json, CameraDescription* camera) {
   camera->lens.focus_point = json.triple("focus_point");
   camera->camera.blades = static_cast<int>(json.integer("blades").value_or(0));
   const double rotation_deg = json.number("blade_rotation_deg").value_or(0);
-  camera->camera.blade_rotation_rad = static_cast<float>(rotation_deg * radians);
+  camera->camera.blade_rotation_rad = static_cast<float>(rotation_deg * degree);
   if (json.has("blade_rotation_deg") && !json.has("blades"))
     json.fail("blade_rotation_deg", "this key beside \"blades\" only", "it without them");
   if (json.has("f_number") && camera->camera.orthographic_height_cm > 0)
@@ -132,7 +129,7 @@ CameraDescription read_camera(const JsonReader& json) {
   if (!camera.framed && !json.has("eye")) json.fail("eye", "an array of 3 numbers, or \"frame\": true", "neither");
   if (!camera.framed && json.has("turn_deg"))
     json.fail("turn_deg", "this key where the camera is placed to see the hair", "it beside \"eye\"");
-  camera.turn_rad = json.number("turn_deg").value_or(0) * radians;
+  camera.turn_rad = json.number("turn_deg").value_or(0) * degree;
   if (!camera.framed) check_view(json, camera.camera);
   return camera;
 }

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <numbers>
 
+#include "base/pi.h"
 #include "scene/model/light.h"
 #include "scene/model/parameters.h"
 #include "scene/read/scene_file.h"
@@ -9,7 +9,6 @@
 namespace tress::scene {
 namespace {
 
-constexpr double radians = std::numbers::pi / 180;
 constexpr std::size_t most_linked = 4096;
 constexpr double sun_angle_deg = 0.53, usual_cone_deg = 45, usual_softness = 0.15;
 
@@ -24,8 +23,8 @@ void read_distant(const JsonReader& json, Light* light) {
   }
   const double azimuth_deg = json.number("azimuth_deg").value_or(0);
   const double elevation_deg = json.number("elevation_deg").value_or(0);
-  if (angles) light->direction = direction_towards(azimuth_deg * radians, elevation_deg * radians);
-  const double half_angle_rad = json.number("angle_deg").value_or(sun_angle_deg) / 2 * radians;
+  if (angles) light->direction = direction_towards(azimuth_deg * degree, elevation_deg * degree);
+  const double half_angle_rad = json.number("angle_deg").value_or(sun_angle_deg) / 2 * degree;
   light->half_angle_rad = static_cast<float>(half_angle_rad);
   if (json.has("radiance") == json.has("irradiance"))
     json.fail("", "one of radiance, irradiance", json.has("radiance") ? "both" : "neither");
@@ -47,7 +46,7 @@ void read_spot(const JsonReader& json, Light* light) {
   if (const auto x = json.triple("center")) light->center = *x;
   const glm::vec3 look_at = json.triple("look_at").value_or(light->center);
   if (const auto x = json.number("radius_cm")) light->radius_cm = static_cast<float>(*x);
-  const double half_angle = json.number("cone_deg").value_or(usual_cone_deg) / 2 * radians;
+  const double half_angle = json.number("cone_deg").value_or(usual_cone_deg) / 2 * degree;
   const double cone = 2 * std::sin(half_angle / 2) * std::sin(half_angle / 2);
   light->cone = static_cast<float>(cone);
   light->core = static_cast<float>((1 - json.number("soft").value_or(usual_softness)) * cone);

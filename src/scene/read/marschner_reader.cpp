@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/pi.h"
 #include "scene/read/principled_reader.h"
 #include "scene/read/source_reader.h"
 #include "tress/fiber/lock_color.h"
@@ -19,7 +20,6 @@
 namespace tress::scene {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr double logistic_deviation = std::numbers::pi / std::numbers::sqrt3;  ///< of a logistic of scale 1
 /// lambda of a lobe over its standard deviation, R, TT, TRT, TRRT; |cos(d/2)| narrows R by pi/4 in the mean.
 constexpr std::array<double, 4> lambda_per_deviation{4 / std::numbers::pi / logistic_deviation, 1 / logistic_deviation,

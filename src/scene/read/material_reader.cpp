@@ -5,12 +5,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "base/pi.h"
 #include "scene/model/hair_colors.h"
 #include "scene/read/marschner_reader.h"
 #include "scene/read/principled_reader.h"
@@ -21,8 +21,6 @@
 
 namespace tress::scene {
 namespace {
-
-constexpr double radians = std::numbers::pi / 180;
 
 /// Names in the order of the enumerators.
 const std::vector<std::string> shapes{"logistic", "gaussian", "cauchy"};
@@ -42,7 +40,7 @@ void read_lobe_angles(const JsonReader& json, const std::string& key, const std:
   const auto by_lobe = json.child(key);
   if (!by_lobe.object(lobes)) return;
   for (std::size_t i = 0; i < n; ++i)
-    if (const auto x = by_lobe.number(lobes[i])) (*angles)[i] = static_cast<float>(*x * radians);
+    if (const auto x = by_lobe.number(lobes[i])) (*angles)[i] = static_cast<float>(*x * degree);
 }
 
 /// Reads the color after the shape of the fiber, on which the absorption for a color depends.
@@ -195,8 +193,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
   if (const auto x = read_number_of(json, "roughness", &material.roughness)) fiber.roughness = *x;
   if (json.has("presence")) material.presence = read_source(json, "presence", read_number(glm::vec3(1.0f)));
   if (json.has("thickness")) material.thickness = read_source(json, "thickness", read_number(glm::vec3(1.0f)));
-  if (const auto x = read_number_of(json, "tilt_deg", number_of(&material, FiberNumber::tilt), radians))
-    fiber.tilt = *x;
+  if (const auto x = read_number_of(json, "tilt_deg", number_of(&material, FiberNumber::tilt), degree)) fiber.tilt = *x;
   if (json.has("medulla")) read_medulla(json.child("medulla"), &material);
   if (!json.has("principled") && !json.has("chiang_hair_bsdf") && !json.has("marschner")) read_color(json, &material);
   if (json.has("variation")) material.variation = read_variation(json.child("variation"));
@@ -205,7 +202,7 @@ Material read_material(const JsonReader& json, std::size_t index) {
   read_lobes(json, &material);
   material.curl_diameter_cm = json.number("curl_diameter_cm");
   material.twist = json.boolean("twist").value_or(true);
-  if (const auto x = json.number("root_angle_deg")) material.root_angle_rad = *x * radians;
+  if (const auto x = json.number("root_angle_deg")) material.root_angle_rad = *x * degree;
   if (const auto names = attributes_of(material); names.size() > 1)
     json.fail("", "one attribute of the file in a material", fmt::format("{}", fmt::join(names, ", ")));
   return material;

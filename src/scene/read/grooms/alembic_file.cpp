@@ -19,8 +19,6 @@ namespace {
 
 constexpr int deepest_object = 200;
 constexpr double usual_frames_per_second = 24;
-/// Objects may share their data, but no valid archive expands to this many times its bytes.
-constexpr std::uint64_t most_sharing = 16;
 
 /// The properties of curves, and of their objects and those above.
 constexpr FormatItem alembic_table[] = {

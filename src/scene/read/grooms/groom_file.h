@@ -97,6 +97,9 @@ using DoneWith = std::function<void(std::span<const unsigned char>)>;
 /// The number of bytes that readers read between two such calls.
 constexpr std::size_t done_block = std::size_t{8} << 20;
 
+/// Parts of a file may share bytes, names or layers, but no valid file expands to this many times its own size.
+constexpr std::uint64_t most_sharing = 16;
+
 /// A file to be read, and further requests to its reader.
 struct GroomInput {
   std::span<const unsigned char> bytes;

@@ -18,8 +18,7 @@ namespace tress::scene {
 namespace {
 
 constexpr int deepest_arc = 16;
-/// Prims may share what they refer to, but no valid layer expands to this many times its prims and its bytes.
-constexpr std::uint64_t most_sharing = 16, least_bytes_of_vertex = 8;
+constexpr std::uint64_t least_bytes_of_vertex = 8;
 
 constexpr const char* why_no_cards = "curves are drawn, not cards in their place";
 

@@ -26,8 +26,8 @@ constexpr std::size_t least_packed = 16;  ///< arrays below are never packed
 /// a spec has at least 33, a field 40 and an entry of a list 14.
 constexpr std::uint64_t bytes_of_entry = 4, bytes_of_listed = 1;
 constexpr std::size_t longest_name = 256;  ///< longer ones are cut
-/// Names may be shared, but no valid file expands to most_sharing times its bytes plus most_text.
-constexpr std::uint64_t most_sharing = 16, most_text = 65536;
+/// No valid file has more bytes of names than most_sharing times its own and these.
+constexpr std::uint64_t most_text = 65536;
 
 /// A reference to a value.
 struct ValueRep {

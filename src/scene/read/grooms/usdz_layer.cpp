@@ -18,8 +18,6 @@ namespace tress::scene {
 namespace {
 
 constexpr int deepest_sub_layer = 16;
-/// A layer may be in several stacks, but no valid archive unfolds to this many times its bytes.
-constexpr std::size_t most_sharing = 16;
 
 class UsdzLayer final : public UsdLayer {
  public:
