@@ -121,6 +121,10 @@ typedef struct tress_options {
   /* Called inside publish and prepare, by the thread that called those, before each portion of the work; done: the
      share that is done, in [0, 1). If it returns 0, the rest is left for later passes; the pass ends as always. */
   int (*on_progress)(void* user, double done);
+  /* The host's own tasks, in place of oneTBB's, in publish and prepare: calls task(data, i) for each i below count, on
+     any threads, and returns when those calls have returned. The bits of the table stay the same. Called by the thread
+     that publishes. tress_fibers_add() goes on to use `threads` of oneTBB. */
+  void (*parallel_for)(void* user, size_t count, void (*task)(void* data, size_t i), void* data);
 } tress_options;
 
 /* Sets the defaults of every setting. */

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -64,6 +65,14 @@ adaptive::Options options_of(const tress_options& settings) {
   if (settings.on_progress != nullptr) {
     options.progress = [call = settings.on_progress, user = settings.user](double done) {
       return call(user, done) != 0;
+    };
+  }
+  if (settings.parallel_for != nullptr) {
+    using Task = const std::function<void(std::size_t)>;
+    options.parallel_for = [call = settings.parallel_for, user = settings.user](std::size_t count, Task& task) {
+      call(
+          user, count, [](void* data, std::size_t i) { (*static_cast<Task*>(data))(i); },
+          const_cast<void*>(static_cast<const void*>(&task)));
     };
   }
   return options;

@@ -64,12 +64,22 @@ std::string bytes_of(const std::string& file) {
 constexpr std::uint64_t passes = 3, events = 300;
 
 /// threads: of publish(), and of the host.
-Session by_c(std::uint32_t model, std::uint32_t threads) {
+Session by_c(std::uint32_t model, std::uint32_t threads, bool has_tasks = false) {
   Session session;
   tress_options options;
   tress_options_init(&options);
   options.seed = 5;
   options.threads = threads;
+  if (has_tasks) {
+    options.parallel_for = [](void*, size_t count, void (*task)(void*, size_t), void* data) {
+      const auto half = [&](size_t from) {
+        for (size_t i = from; i < count; i += 2) task(data, i);
+      };
+      std::thread other(half, 1);
+      half(0);
+      other.join();
+    };
+  }
   tress_service* service = nullptr;
   tress_fibers* fibers = nullptr;
   tress_fiber hair;
@@ -164,8 +174,10 @@ TEST(CInterface, HasTheBitsOfTheCppInterface) {
     EXPECT_EQ(std::memcmp(c.numbers.data(), cpp.numbers.data(), c.numbers.size() * sizeof(float)), 0) << model;
     EXPECT_GT(c.cache.size(), 1000u);
     EXPECT_TRUE(c.cache == cpp.cache) << model;
-    const Session other = by_c(model, 3);
-    EXPECT_TRUE(other.numbers == c.numbers && other.cache == c.cache) << model;
+    for (const bool has_tasks : {false, true}) {
+      const Session other = by_c(model, 3, has_tasks);
+      EXPECT_TRUE(other.numbers == c.numbers && other.cache == c.cache) << model << ' ' << has_tasks;
+    }
   }
 }
 
