@@ -458,6 +458,18 @@ tress_result tress_service_evaluate(const tress_service* service, tress_node nod
   return tress_service_evaluate_n(service, &node, &azimuth, &height, 1, value);
 }
 
+tress_result tress_service_pdf(const tress_service* service, tress_node node, float azimuth, float height,
+                               float* pdf) noexcept {
+  clear(pdf, 1);
+  return at_node(service, "tress_service_pdf", node,
+                 [&](const adaptive::Service& of, const SliceDescription&) -> Outcome {
+                   if (pdf == nullptr) return null("pdf");
+                   if (Outcome early = wrong_place(azimuth, height, "azimuth, height")) return early;
+                   *pdf = adaptive::pdf(of, node_of(node), azimuth, height);
+                   return {};
+                 });
+}
+
 tress_result tress_service_choose(const tress_service* service, uint32_t slice, float a, float b, const float xi[2],
                                   tress_node* node) noexcept {
   clear(node, 1);
