@@ -344,6 +344,7 @@ inline Outcome find(const void* bytes, size_t size, Hash hash, uint32_t lobe, co
 /// Reads the rows of a slice that was found, row_count of them, the row that answers each node, count_a * count_b
 /// numbers, and both axes. A node without a row is answered by that of a node near it. Takes some 0.6 ms a row.
 inline void read(const Slice& slice, Row* rows, uint32_t* row_of, float* axis_a, float* axis_b) {
+  if (slice.row_count == 0) return;
   detail::Cursor at = {slice.bytes, ~size_t(0), slice.axes_at};
   for (uint32_t i = 0; i < slice.count_a; ++i) axis_a[i] = at.f32();
   for (uint32_t i = 0; i < slice.count_b; ++i) axis_b[i] = at.f32();
@@ -398,18 +399,15 @@ struct Layer {
   TRESS_ANYWHERE float width(int k) const {
     return k + 1 < count ? knots[k + 1].azimuth - knots[k].azimuth : knots[0].azimuth + two_pi() - knots[k].azimuth;
   }
+  /// How many knots have at most x of a member that ascends, without branches; count is a power of 2.
+  TRESS_ANYWHERE int count_up_to(float x, float Knot::* member) const {
+    int low = 0;
+    for (int half = count / 2; half > 0; half /= 2) low += knots[low + half - 1].*member <= x ? half : 0;
+    return low + (knots[low].*member <= x ? 1 : 0);
+  }
   /// The segment of x, and the share of it before x.
   TRESS_ANYWHERE int find(float x, float* share) const {
-    int low = 0, high = count;  // knots before `low` are at or before x
-    while (low < high) {
-      const int middle = (low + high) / 2;
-      if (x < knots[middle].azimuth) {
-        high = middle;
-      } else {
-        low = middle + 1;
-      }
-    }
-    const int k = low == 0 ? count - 1 : low - 1;
+    const int low = count_up_to(x, &Knot::azimuth), k = low == 0 ? count - 1 : low - 1;
     const float from = x - knots[k].azimuth + (low == 0 ? two_pi() : 0), all = width(k);
     *share = all > 0 ? clamp(from / all, 0, 1) : 0;
     return k;
@@ -424,16 +422,7 @@ struct Layer {
   /// The azimuth that has the share u of the mass before it, and the law there.
   TRESS_ANYWHERE float sample(float u, Between* law) const {
     const float v = u * mass;
-    int low = 1, high = count;  // knots before `low` have at most v before them
-    while (low < high) {
-      const int middle = (low + high) / 2;
-      if (v < knots[middle].below) {
-        high = middle;
-      } else {
-        low = middle + 1;
-      }
-    }
-    const int k = low - 1;
+    const int k = count_up_to(v, &Knot::below) - 1;
     const float here = (k + 1 < count ? knots[k + 1].below : mass) - knots[k].below;
     const float r = here > 0 ? clamp((v - knots[k].below) / here, 0, 0.99999994f) : 0.5f;
     const float a = knots[k].density, b = after(k).density, root = sqrtf(a * a + r * (b - a) * (b + a));

@@ -46,7 +46,7 @@ class RestrictedMixture {
   Arc arc_;
   double energy_, inside_ = 0;
   std::size_t count_ = 0;
-  std::array<Piece, 3 * Mixture::max_components> pieces_;
+  std::array<Piece, 4 * Mixture::max_components> pieces_;
 };
 
 /// A ribbon within an arc, of mass 1, over all heights. One without light there is the uniform density. Immutable; any
