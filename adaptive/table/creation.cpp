@@ -1,6 +1,4 @@
 // Creation of rows: which nodes get a row, in which order, and what a new row starts with.
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
 #include "base/pi.h"
@@ -103,8 +101,8 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
     }
     room = traced_end == end;
     std::atomic<std::uint64_t> traces{0};
-    tbb::parallel_for(start, traced_end, [&](std::size_t i) {
-      Candidate& one = candidates[i];
+    in_parallel(traced_end - start, [&](std::size_t i) {
+      Candidate& one = candidates[start + i];
       if (!one.nodes && needs_nodes(one)) {
         one.nodes = trace(one.slice, one.node);
         traces.fetch_add(1, std::memory_order_relaxed);
@@ -130,7 +128,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       }
     }
     std::vector<Outcome> outcomes(rows_.size() - first);
-    tbb::parallel_for(std::size_t{0}, outcomes.size(), [&](std::size_t i) { outcomes[i] = settle(rows_[first + i]); });
+    in_parallel(outcomes.size(), [&](std::size_t i) { outcomes[i] = settle(rows_[first + i]); });
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
       Row& row = rows_[first + i];
       show(row, outcomes[i]);

@@ -2,9 +2,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <ctime>
+#include <exception>
+#include <mutex>
 #include <set>
 #include <utility>
 
@@ -55,7 +58,7 @@ void Service::Table::update_rows(PassReport& report) {
   std::vector<Outcome> outcomes(dirty.size());
   std::vector<std::size_t> sizes(dirty.size());
   std::set<SliceId> misfitting;  // slices with a row that no longer fits
-  tbb::parallel_for(std::size_t{0}, dirty.size(), [&](std::size_t i) {
+  in_parallel(dirty.size(), [&](std::size_t i) {
     Row& row = rows_[dirty[i]];
     sizes[i] = rows_.bytes_of(row);
     outcomes[i] = update(row);
@@ -113,6 +116,32 @@ bool Service::Table::goes_on(double done) {
       "progress", [this](Error error) { discipline_.note(std::move(error)); },
       [&] { stopped_ = !options_.progress(done); });
   return !stopped_;
+}
+
+void Service::Table::in_parallel(std::size_t count, const std::function<void(std::size_t)>& task) {
+  if (!options_.parallel_for) {
+    tbb::parallel_for(std::size_t{0}, count, task);
+    return;
+  }
+  std::vector<std::atomic<bool>> is_taken(count);
+  std::mutex mutex;
+  std::exception_ptr thrown;
+  const auto once = [&](std::size_t i) {
+    if (i >= count || is_taken[i].exchange(true)) return;
+    try {
+      task(i);
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      thrown = std::current_exception();
+    }
+  };
+  if (count > 1) {
+    calls_without_throwing(
+        "parallel_for", [this](Error error) { discipline_.note(std::move(error)); },
+        [&] { options_.parallel_for(count, once); });
+  }
+  for (std::size_t i = 0; i < count; ++i) once(i);
+  if (thrown) std::rethrow_exception(thrown);
 }
 
 void Service::Table::prepare() {

@@ -89,6 +89,12 @@ NodeValue evaluate(const Service& service, const Node& node, float azimuth, floa
   return value;
 }
 
+float pdf(const Service& service, const Node& node, float azimuth, float height) {
+  if (service.slice(node.slice).kind == SliceKind::samples) return evaluate(service, node, azimuth, height).pdf;
+  const RowView row = service.peek(node.slice, node.a, node.b);
+  return row.proposal_density(wrap_angle(azimuth), share_of(service, row));
+}
+
 Node choose(const Service& service, SliceId id, float a, float b, float xi1, float xi2) {
   const SliceDescription& slice = service.slice(id);
   const Along at_a = along(slice.axis_a, a), at_b = along(slice.axis_b, b);

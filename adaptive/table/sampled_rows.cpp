@@ -1,6 +1,4 @@
 // The life of rows of samples (README.md): coarse rows come first, then finer ones and more paths where events are.
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <map>
@@ -170,8 +168,7 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
   for (const std::vector<std::uint32_t>* group : {&due, &others}) {
     if (group == &others && fits) break;  // the slice fits: the rest need no audit
     std::vector<Outcome> outcomes(group->size());
-    tbb::parallel_for(std::size_t{0}, group->size(),
-                      [&](std::size_t i) { outcomes[i] = audit_samples(rows_[(*group)[i]]); });
+    in_parallel(group->size(), [&](std::size_t i) { outcomes[i] = audit_samples(rows_[(*group)[i]]); });
     for (std::size_t i = 0; i < group->size(); ++i) {
       Row& row = rows_[(*group)[i]];
       row.audit = Audit::none;
@@ -285,7 +282,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     return slice.slots[one.node].ribbons()->paths >= one.paths;
   });
   std::vector<Outcome> outcomes(growths.size());
-  tbb::parallel_for(std::size_t{0}, growths.size(), [&](std::size_t i) {
+  in_parallel(growths.size(), [&](std::size_t i) {
     const Growth& one = growths[i];
     const Row& row = rows_[slice.slots[one.node].row];
     SampledAnswer parent;

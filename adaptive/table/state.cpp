@@ -10,7 +10,6 @@
 //
 // text: u32 length, bytes. list: u32 number, elements. packed: PackedSlice::write. All is little-endian; floats are
 // written by their bits, which keeps a negative zero.
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
@@ -462,7 +461,7 @@ std::optional<Error> Service::Table::restore(const std::string& bytes) {
     if (std::optional<Error> error = check_rows(saved, id)) return error;
   }
   std::atomic<bool> legal{true};
-  tbb::parallel_for(std::size_t{0}, saved.rows.size(), [&](std::size_t i) {
+  in_parallel(saved.rows.size(), [&](std::size_t i) {
     const Row& row = saved.rows[i].row;
     if (!row.learning) return;
     Learning& learning = *row.learning;

@@ -215,6 +215,8 @@ class Service::Table {
   // publish.cpp
   /// Tells Options::progress what is done. False, from then on until the end of the pass, if the rest is to be left.
   bool goes_on(double done);
+  /// Calls task(i) for each i below count, in parallel: by Options::parallel_for, or else by oneTBB.
+  void in_parallel(std::size_t count, const std::function<void(std::size_t)>& task);
   void update_rows(PassReport& report);
   /// Starts a row again that failed its audit, if memory has room; otherwise the audit stays due.
   void start_anew(Row& row, std::unique_ptr<const TracedNodes> nodes, PassReport& report);

@@ -1,6 +1,8 @@
 // What a vertex costs under every model of the registry, all in one run.
 //   vertex/NAME: begin, sample with S and Q there, S and Q for one light; sample/NAME: without the light;
-//   light/NAME: the light alone, which models that can only be sampled have not.
+//   light/NAME: the light alone, which models that can only be sampled have not;
+//   spectrum/NAME/N: the light alone, in N channels of absorptions that no fiber has, of models that have spectra;
+//   color/NAME: adding a fiber of another color, which a texture took before.
 // Known directions all over the sphere, brown hair. Models with rows have learned them before, and are measured once
 // more tracing every vertex (`exact`); models that integrate with 10, 35 and 100 points.
 #include <benchmark/benchmark.h>
@@ -15,6 +17,7 @@
 
 #include "models/learned_model.h"
 #include "references/registry.h"
+#include "tress/fiber/rough_model.h"
 
 namespace tress {
 namespace {
@@ -67,6 +70,41 @@ Measured taught(const fiber::ModelInfo& info) {
 
 enum class Part { vertex, sample, light };
 
+std::vector<FiberEvent> events_of(const Measured& measured) {
+  RandomStream random(1);
+  std::vector<FiberEvent> events;
+  for (const FiberDirection& wr : known_directions()) {
+    const float xi1 = random.next(), xi2 = random.next();
+    events.push_back(measured.model->begin(measured.fiber, wr, xi1, xi2, 0));
+  }
+  return events;
+}
+
+void measure_spectrum(benchmark::State& state, const Measured& measured) {
+  const std::vector<FiberEvent> events = events_of(measured);
+  RandomStream random(1);
+  std::vector<float> sigma_a(static_cast<std::size_t>(state.range(0))), s(sigma_a.size());
+  std::size_t next = 0;
+  for (auto _ : state) {
+    for (float& one : sigma_a) one = 2 * random.next();
+    const FiberEvent& event = events[next++ % events.size()];
+    if (!measured.model->evaluates(event)) continue;
+    const FiberDirection wi{2.5f * (random.next() - 0.5f), 6.28f * (random.next() - 0.5f)};
+    benchmark::DoNotOptimize(measured.model->evaluate_spectrum(event, wi, sigma_a, s));
+    benchmark::DoNotOptimize(s.data());
+  }
+}
+
+void measure_color(benchmark::State& state, FiberModel& model) {
+  fiber::FiberParameters parameters = brown_fiber();
+  const std::size_t before = model.bytes();
+  for (auto _ : state) {
+    parameters.sigma_a.x += 1e-3f;
+    benchmark::DoNotOptimize(model.add_fiber(parameters));
+  }
+  state.counters["KB"] = static_cast<double>(model.bytes() - before) / 1000 / static_cast<double>(state.iterations());
+}
+
 void measure(benchmark::State& state, const Measured& measured, Part part) {
   const std::vector<FiberDirection> known = known_directions();
   const FiberModel& model = *measured.model;
@@ -101,7 +139,7 @@ void measure(benchmark::State& state, const Measured& measured, Part part) {
 }
 
 /// Made when first measured: a filter spares the others' teaching.
-void add(const std::string& name, bool has_light, const std::function<Measured()>& make) {
+void add(const std::string& name, bool has_light, bool has_spectra, const std::function<Measured()>& make) {
   const auto shared = std::make_shared<Measured>();
   const auto add_part = [&](const char* prefix, Part part) {
     benchmark::RegisterBenchmark((prefix + name).c_str(), [shared, make, part](benchmark::State& state) {
@@ -109,6 +147,20 @@ void add(const std::string& name, bool has_light, const std::function<Measured()
       measure(state, *shared, part);
     });
   };
+  if (has_spectra) {
+    benchmark::RegisterBenchmark(("spectrum/" + name).c_str(),
+                                 [shared, make](benchmark::State& state) {
+                                   if (shared->model == nullptr) *shared = make();
+                                   measure_spectrum(state, *shared);
+                                 })
+        ->Arg(1)
+        ->Arg(3)
+        ->Arg(4)
+        ->Arg(8);
+    benchmark::RegisterBenchmark(("color/" + name).c_str(), [](benchmark::State& state) {
+      measure_color(state, **fiber::make_rough_model(fiber::Estimator::exact, nullptr));
+    })->Iterations(20);
+  }
   add_part("vertex/", Part::vertex);
   add_part("sample/", Part::sample);
   if (has_light) add_part("light/", Part::light);
@@ -122,16 +174,16 @@ int main(int argc, char** argv) {
   for (const fiber::ModelInfo& info : references::models()) {
     const std::string name = info.name;
     if (info.has_rows()) {
-      add(name + "/learned", true, [&info] { return taught(info); });
+      add(name + "/learned", true, info.learns_samples(), [&info] { return taught(info); });
       const bool traces = info.learns_samples();  // a path at every vertex, which no light can be told of
-      add(name + "/exact", !traces, [&info] { return made(info, {.estimator = fiber::Estimator::exact}); });
+      add(name + "/exact", !traces, false, [&info] { return made(info, {.estimator = fiber::Estimator::exact}); });
     } else if (info.has_quadrature) {
       for (const int points : {10, 35, 100}) {
-        add(name + "/" + std::to_string(points), true,
+        add(name + "/" + std::to_string(points), true, false,
             [&info, points] { return made(info, {.quadrature_points = points}); });
       }
     } else {
-      add(name, info.make({})->evaluates(), [&info] { return made(info, {}); });
+      add(name, info.make({})->evaluates(), false, [&info] { return made(info, {}); });
     }
   }
   benchmark::Initialize(&argc, argv);

@@ -121,6 +121,10 @@ typedef struct tress_options {
   /* Called inside publish and prepare, by the thread that called those, before each portion of the work; done: the
      share that is done, in [0, 1). If it returns 0, the rest is left for later passes; the pass ends as always. */
   int (*on_progress)(void* user, double done);
+  /* The host's own tasks, in place of oneTBB's, in publish and prepare: calls task(data, i) for each i below count, on
+     any threads, and returns when those calls have returned. The bits of the table stay the same. Called by the thread
+     that publishes. tress_fibers_add() goes on to use `threads` of oneTBB. */
+  void (*parallel_for)(void* user, size_t count, void (*task)(void* data, size_t i), void* data);
 } tress_options;
 
 /* Sets the defaults of every setting. */
@@ -189,6 +193,9 @@ TRESS_API tress_result tress_service_sample(const tress_service* service, tress_
 /* The same values at a place of the host's, finite. Open rows learn from it. Any thread. */
 TRESS_API tress_result tress_service_evaluate(const tress_service* service, tress_node node, float azimuth,
                                               float height, tress_value* value) TRESS_NOTHROW;
+/* The pdf of evaluate alone; nothing is traced or learned. Any thread. */
+TRESS_API tress_result tress_service_pdf(const tress_service* service, tress_node node, float azimuth, float height,
+                                         float* pdf) TRESS_NOTHROW;
 /* Both for arrays, with the answers of one call for each: three uniforms a node; heights may be null. What is wrong
    with one item does not keep the others from being answered; the result and message are those of the first. */
 TRESS_API tress_result tress_service_sample_n(const tress_service* service, const tress_node* nodes, const float* u,
@@ -328,6 +335,18 @@ TRESS_API tress_result tress_fibers_sample_n(const tress_fibers* fibers, const t
 TRESS_API tress_result tress_fibers_evaluate_n(const tress_fibers* fibers, const tress_event* events,
                                                const tress_direction* wi, size_t count,
                                                tress_fiber_value* values) TRESS_NOTHROW;
+/* The density alone: the pdf of evaluate, at less cost where that traces. Any thread. */
+TRESS_API tress_result tress_fibers_pdf(const tress_fibers* fibers, const tress_event* event, tress_direction wi,
+                                        float* pdf) TRESS_NOTHROW;
+/* The two for other absorptions than the fiber's, of a texture or by wavelengths: `channels` numbers in sigma_a, >= 0,
+   and in s, which gets S, or in weights, which gets S/Q. TRESS_ROUGH alone. The density stays that of the fiber's own
+   color, so add fibers whose colors are near. Gains count by their luminance. pdf: may be null. Any thread. */
+TRESS_API tress_result tress_fibers_evaluate_spectrum(const tress_fibers* fibers, const tress_event* event,
+                                                      tress_direction wi, const float* sigma_a, size_t channels,
+                                                      float* s, float* pdf) TRESS_NOTHROW;
+TRESS_API tress_result tress_fibers_sample_spectrum(const tress_fibers* fibers, const tress_event* event,
+                                                    const float u[4], const float* sigma_a, size_t channels,
+                                                    tress_fiber_sample* sample, float* weights) TRESS_NOTHROW;
 /* The values without an event, for path connections, reuse and guiding: the mean of evaluate over xi1 and xi2.
    TRESS_CORRECTED gives what TRESS_FITTED gives. pdf 0: not known, where no row answers yet; begin an event then.
    sample_mean draws from its pdf; u: as for sample, then xi1, xi2. Costs some four evaluations. Any thread. */

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -130,6 +131,11 @@ class Service {
     tress_service_evaluate(handle(), node, azimuth, height, &value);
     return value;
   }
+  float pdf(const tress_node& node, float azimuth, float height = 0) const noexcept {
+    float pdf = 0;
+    tress_service_pdf(handle(), node, azimuth, height, &pdf);
+    return pdf;
+  }
   tress_node choose(std::uint32_t slice, float a, float b, const std::array<float, 2>& xi) const noexcept {
     tress_node node;
     tress_service_choose(handle(), slice, a, b, xi.data(), &node);
@@ -200,6 +206,24 @@ class Fibers {
                                  float importance = 1) const noexcept {
     tress_fiber_sample sample;
     tress_fibers_sample_mean(handle(), fiber, wr, u.data(), importance, &sample);
+    return sample;
+  }
+  float pdf(const tress_event& event, const tress_direction& wi) const noexcept {
+    float pdf = 0;
+    tress_fibers_pdf(handle(), &event, wi, &pdf);
+    return pdf;
+  }
+  /// s and weights have as many numbers as sigma_a. Returns the pdf.
+  float evaluate_spectrum(const tress_event& event, const tress_direction& wi, const float* sigma_a,
+                          std::size_t channels, float* s) const noexcept {
+    float pdf = 0;
+    tress_fibers_evaluate_spectrum(handle(), &event, wi, sigma_a, channels, s, &pdf);
+    return pdf;
+  }
+  tress_fiber_sample sample_spectrum(const tress_event& event, const std::array<float, 4>& u, const float* sigma_a,
+                                     std::size_t channels, float* weights) const noexcept {
+    tress_fiber_sample sample;
+    tress_fibers_sample_spectrum(handle(), &event, u.data(), sigma_a, channels, &sample, weights);
     return sample;
   }
   bool takes_lights(const tress_event& event) const noexcept {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <new>
 #include <optional>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -134,6 +135,16 @@ Outcome wrong_range(const FiberParameters& parameters) {
   const char* name = fiber::out_of_range(parameters);
   if (name == nullptr) return {};
   return invalid((std::string("tress_fiber::") + name).c_str(), "a number within its range", "another");
+}
+
+Outcome wrong_spectrum(const fiber::FiberModel& model, const float* sigma_a, const float* out, std::size_t channels) {
+  if (sigma_a == nullptr || out == nullptr) return null(sigma_a == nullptr ? "sigma_a" : "s");
+  if (!model.has_spectra()) return invalid("fibers", "those of TRESS_ROUGH", "another model");
+  for (std::size_t i = 0; i < channels; ++i) {
+    if (!(sigma_a[i] >= 0 && std::isfinite(sigma_a[i])))
+      return invalid("sigma_a", "finite numbers >= 0", std::to_string(sigma_a[i]));
+  }
+  return {};
 }
 
 std::uint64_t next_key() {
@@ -270,6 +281,48 @@ tress_result tress_fibers_evaluate_n(const tress_fibers* fibers, const tress_eve
 tress_result tress_fibers_evaluate(const tress_fibers* fibers, const tress_event* event, tress_direction wi,
                                    tress_fiber_value* value) noexcept {
   return tress_fibers_evaluate_n(fibers, event, &wi, 1, value);
+}
+
+tress_result tress_fibers_pdf(const tress_fibers* fibers, const tress_event* event, tress_direction wi,
+                              float* pdf) noexcept {
+  clear(pdf, 1);
+  return at_events(fibers, event, 1, "tress_fibers_pdf",
+                   [&](const fiber::FiberModel& model, const fiber::FiberEvent& known, size_t) -> Outcome {
+                     if (pdf == nullptr) return null("pdf");
+                     *pdf = model.pdf(known, direction_of(wi));
+                     return {};
+                   });
+}
+
+tress_result tress_fibers_evaluate_spectrum(const tress_fibers* fibers, const tress_event* event, tress_direction wi,
+                                            const float* sigma_a, size_t channels, float* s, float* pdf) noexcept {
+  clear(s, channels);
+  clear(pdf, 1);
+  return at_events(fibers, event, 1, "tress_fibers_evaluate_spectrum",
+                   [&](const fiber::FiberModel& model, const fiber::FiberEvent& known, size_t) -> Outcome {
+                     if (Outcome early = wrong_spectrum(model, sigma_a, s, channels)) return early;
+                     const float density =
+                         model.evaluate_spectrum(known, direction_of(wi), {sigma_a, channels}, {s, channels});
+                     if (pdf != nullptr) *pdf = density;
+                     return {};
+                   });
+}
+
+tress_result tress_fibers_sample_spectrum(const tress_fibers* fibers, const tress_event* event, const float u[4],
+                                          const float* sigma_a, size_t channels, tress_fiber_sample* sample,
+                                          float* weights) noexcept {
+  clear(sample, 1);
+  clear(weights, channels);
+  return at_events(fibers, event, 1, "tress_fibers_sample_spectrum",
+                   [&](const fiber::FiberModel& model, const fiber::FiberEvent& known, size_t) -> Outcome {
+                     if (u == nullptr || sample == nullptr) return null(u == nullptr ? "u" : "sample");
+                     if (Outcome early = wrong_spectrum(model, sigma_a, weights, channels)) return early;
+                     const std::span<float> s(weights, channels);
+                     *sample =
+                         sample_of(model.sample_spectrum(known, {u[0], u[1], u[2], u[3]}, {sigma_a, channels}, s));
+                     for (float& one : s) one = sample->at.pdf > 0 ? one / sample->at.pdf : 0;
+                     return {};
+                   });
 }
 
 tress_result tress_fibers_mean(const tress_fibers* fibers, uint32_t fiber, tress_direction wr, tress_direction wi,

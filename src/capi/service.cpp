@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -64,6 +65,14 @@ adaptive::Options options_of(const tress_options& settings) {
   if (settings.on_progress != nullptr) {
     options.progress = [call = settings.on_progress, user = settings.user](double done) {
       return call(user, done) != 0;
+    };
+  }
+  if (settings.parallel_for != nullptr) {
+    using Task = const std::function<void(std::size_t)>;
+    options.parallel_for = [call = settings.parallel_for, user = settings.user](std::size_t count, Task& task) {
+      call(
+          user, count, [](void* data, std::size_t i) { (*static_cast<Task*>(data))(i); },
+          const_cast<void*>(static_cast<const void*>(&task)));
     };
   }
   return options;
@@ -447,6 +456,18 @@ tress_result tress_service_evaluate_n(const tress_service* service, const tress_
 tress_result tress_service_evaluate(const tress_service* service, tress_node node, float azimuth, float height,
                                     tress_value* value) noexcept {
   return tress_service_evaluate_n(service, &node, &azimuth, &height, 1, value);
+}
+
+tress_result tress_service_pdf(const tress_service* service, tress_node node, float azimuth, float height,
+                               float* pdf) noexcept {
+  clear(pdf, 1);
+  return at_node(service, "tress_service_pdf", node,
+                 [&](const adaptive::Service& of, const SliceDescription&) -> Outcome {
+                   if (pdf == nullptr) return null("pdf");
+                   if (Outcome early = wrong_place(azimuth, height, "azimuth, height")) return early;
+                   *pdf = adaptive::pdf(of, node_of(node), azimuth, height);
+                   return {};
+                 });
 }
 
 tress_result tress_service_choose(const tress_service* service, uint32_t slice, float a, float b, const float xi[2],

@@ -2,7 +2,12 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <functional>
+#include <stdexcept>
 #include <string>
+#include <thread>
+#include <utility>
+#include <vector>
 
 #include "adaptive/drive_service.h"
 #include "adaptive/toy_target.h"
@@ -20,12 +25,15 @@ struct Learned {
   std::uint64_t g_evaluations = 0;
 };
 
-Learned run(unsigned threads, std::size_t memory_bytes, double epsilon = 0.01) {
+using ParallelFor = decltype(Options::parallel_for);
+
+Learned run(unsigned threads, std::size_t memory_bytes, double epsilon = 0.01, ParallelFor parallel_for = nullptr) {
   const tbb::global_control width(tbb::global_control::max_allowed_parallelism, threads);
   const testing::MovingPeaks target;
   Options options;
   options.memory_bytes = memory_bytes;
   options.epsilon = epsilon;
+  options.parallel_for = std::move(parallel_for);
   Service service(options, target);
   for (std::uint32_t p = 0; p < slices; ++p) service.add_slice(testing::toy_slice(p, 8, p == 2 ? 0.1f : 0.2f));
   Learned result;
@@ -66,6 +74,34 @@ TEST(Determinism, ThreadsAndOrderChangeNoBitWhenMemoryIsHalfOfTheDemand) {
   const Learned one = run(1, half, 0.001);
   EXPECT_TRUE(one.last.at_ceiling);
   for (const unsigned threads : {2u, 8u, 16u}) expect_same(one, run(threads, half, 0.001));
+}
+
+TEST(Determinism, TasksOfTheHostChangeNoBit) {
+  const Learned ours = run(2, 64 << 20);
+  using Task = std::function<void(std::size_t)>;
+  std::size_t calls = 0;
+  expect_same(ours, run(2, 64 << 20, 0.01, [&](std::size_t count, const Task& task) {
+                ++calls;
+                std::vector<std::thread> threads;
+                for (std::size_t first = 0; first < 3; ++first) {
+                  threads.emplace_back([&, first] {
+                    for (std::size_t i = first; i < count; i += 3) task(i);
+                  });
+                }
+                for (std::thread& thread : threads) thread.join();
+              }));
+  EXPECT_GT(calls, 5u);
+  // One that does half of the tasks, twice, and one that throws: the rest is done for them.
+  expect_same(ours, run(2, 64 << 20, 0.01, [](std::size_t count, const Task& task) {
+                for (std::size_t i = 0; i < 2 * count; i += 2) task(i % count), task(i);
+              }));
+  const Learned thrown = run(2, 64 << 20, 0.01, [](std::size_t, const Task& task) {
+    task(0);
+    throw std::runtime_error("no task left");
+  });
+  expect_same(ours, thrown);
+  ASSERT_TRUE(thrown.last.misuse);
+  EXPECT_EQ(thrown.last.misuse->message(), "parallel_for: expected no exception, found no task left");
 }
 
 TEST(Determinism, AnotherSeedIsAnotherTable) {

@@ -57,6 +57,9 @@ TEST(Query, AtNodesAnswersByRowOrTargetAndTeaches) {
     EXPECT_EQ(value.density, is_fit ? row.density(value.azimuth) : row.nodes->density(value.azimuth));
     EXPECT_EQ(value.pdf, row.proposal_density(value.azimuth, share));
     EXPECT_TRUE(value.answered);
+    EXPECT_FLOAT_EQ(pdf(one->service, {one->densities, 1, 2}, 1 + 2 * pi), value.pdf);
+    EXPECT_EQ(pdf(one->service, {one->samples, 1, 2}, 1, 0.5f),
+              evaluate(one->service, {one->samples, 1, 2}, 1, 0.5f).pdf);
     const NodeValue drawn = sample(one->service, {one->densities, 1, 2}, {0.3f, 0, 0});
     const NodeValue again = evaluate(one->service, {one->densities, 1, 2}, drawn.azimuth);
     EXPECT_EQ(drawn.azimuth, row.sample(0.3f, share));

@@ -64,12 +64,22 @@ std::string bytes_of(const std::string& file) {
 constexpr std::uint64_t passes = 3, events = 300;
 
 /// threads: of publish(), and of the host.
-Session by_c(std::uint32_t model, std::uint32_t threads) {
+Session by_c(std::uint32_t model, std::uint32_t threads, bool has_tasks = false) {
   Session session;
   tress_options options;
   tress_options_init(&options);
   options.seed = 5;
   options.threads = threads;
+  if (has_tasks) {
+    options.parallel_for = [](void*, size_t count, void (*task)(void*, size_t), void* data) {
+      const auto half = [&](size_t from) {
+        for (size_t i = from; i < count; i += 2) task(data, i);
+      };
+      std::thread other(half, 1);
+      half(0);
+      other.join();
+    };
+  }
   tress_service* service = nullptr;
   tress_fibers* fibers = nullptr;
   tress_fiber hair;
@@ -164,8 +174,10 @@ TEST(CInterface, HasTheBitsOfTheCppInterface) {
     EXPECT_EQ(std::memcmp(c.numbers.data(), cpp.numbers.data(), c.numbers.size() * sizeof(float)), 0) << model;
     EXPECT_GT(c.cache.size(), 1000u);
     EXPECT_TRUE(c.cache == cpp.cache) << model;
-    const Session other = by_c(model, 3);
-    EXPECT_TRUE(other.numbers == c.numbers && other.cache == c.cache) << model;
+    for (const bool has_tasks : {false, true}) {
+      const Session other = by_c(model, 3, has_tasks);
+      EXPECT_TRUE(other.numbers == c.numbers && other.cache == c.cache) << model << ' ' << has_tasks;
+    }
   }
 }
 
@@ -304,6 +316,10 @@ TEST(CInterface, NullIsRefusedEverywhere) {
                                     tress_fibers_begin_n(nullptr, nullptr, 1, &event),
                                     tress_fibers_sample_n(nullptr, nullptr, u, 1, &sample),
                                     tress_fibers_evaluate_n(nullptr, nullptr, nullptr, 1, &lit),
+                                    tress_fibers_pdf(nullptr, &event, {}, nullptr),
+                                    tress_fibers_evaluate_spectrum(nullptr, &event, {}, u, 0, nullptr, nullptr),
+                                    tress_fibers_sample_spectrum(nullptr, &event, u, u, 0, &sample, nullptr),
+                                    tress_service_pdf(nullptr, {}, 0, 0, nullptr),
                                     tress_fibers_mean(nullptr, 0, {}, {}, &lit),
                                     tress_fibers_sample_mean(nullptr, 0, {}, nullptr, 1, &sample)})
     EXPECT_EQ(result, TRESS_INVALID_ARGUMENT);
@@ -334,8 +350,12 @@ TEST(CInterface, NullIsRefusedEverywhere) {
        {tress_fibers_add(fibers, nullptr, &id), tress_fibers_add(fibers, &fiber, nullptr),
         tress_fibers_begin(fibers, 0, {}, 0, 0, 0, 1, nullptr), tress_fibers_sample(fibers, nullptr, u, &sample),
         tress_fibers_sample(fibers, &event, nullptr, &sample), tress_fibers_sample(fibers, &event, u, nullptr),
-        tress_fibers_evaluate(fibers, &event, {}, nullptr), tress_fibers_begin_n(fibers, nullptr, 1, &event),
-        tress_fibers_mean(fibers, id, {}, {}, nullptr), tress_fibers_sample_mean(fibers, id, {}, nullptr, 1, &sample)})
+        tress_fibers_evaluate(fibers, &event, {}, nullptr), tress_fibers_pdf(fibers, &event, {}, nullptr),
+        tress_fibers_evaluate_spectrum(fibers, &event, {}, nullptr, 1, &lit.pdf, nullptr),
+        tress_fibers_sample_spectrum(fibers, &event, u, u, 1, &sample, nullptr),
+        tress_fibers_evaluate_spectrum(fibers, &event, {}, &nan, 1, &lit.pdf, nullptr),
+        tress_fibers_begin_n(fibers, nullptr, 1, &event), tress_fibers_mean(fibers, id, {}, {}, nullptr),
+        tress_fibers_sample_mean(fibers, id, {}, nullptr, 1, &sample)})
     EXPECT_EQ(result, TRESS_INVALID_ARGUMENT);
   tress_fibers_release(fibers);
 }
@@ -555,6 +575,11 @@ TEST(CInterface, BatchesHaveTheBitsOfOneByOneAndEachItemItsOwnRefusal) {
   EXPECT_EQ(node.a, 2u);
   EXPECT_EQ(node.b, 0u);
   EXPECT_EQ(tress_service_mean(many.service, 9, 0, 0, 1, 0, &value), TRESS_INVALID_ARGUMENT);
+  float pdf = 0;
+  EXPECT_EQ(tress_service_evaluate(many.service, {0, 0, 0}, 1, 0, &value), TRESS_OK);
+  EXPECT_EQ(tress_service_pdf(many.service, {0, 0, 0}, 1, 0, &pdf), TRESS_OK);
+  EXPECT_FLOAT_EQ(pdf, value.pdf);
+  EXPECT_EQ(tress_service_pdf(many.service, {0, 0, 99}, 1, 0, &pdf), TRESS_INVALID_ARGUMENT);
   EXPECT_EQ(tress_service_mean(many.service, 0, nan, 0, 1, 0, &value), TRESS_INVALID_ARGUMENT);
   EXPECT_EQ(tress_service_mean(many.service, 0, 0, 0, nan, 0, &value), TRESS_INVALID_ARGUMENT);
 }
@@ -598,6 +623,19 @@ TEST(CInterface, BatchesOfFibersAndValuesWithoutAnEvent) {
       EXPECT_EQ(tress_fibers_evaluate(fibers, &event, lights[i], &value) == TRESS_OK, i != 3);
       EXPECT_EQ(std::memcmp(&sample, &drawn[i], sizeof sample), 0);
       EXPECT_EQ(std::memcmp(&value, &lit[i], sizeof value), 0);
+    }
+    const float sigma_a[4] = {0, 0.2f, 0.5f, 2};
+    float s[4], weights[4], pdf = 0, alone = 0;
+    const tress_result expected = model == TRESS_ROUGH ? TRESS_OK : TRESS_INVALID_ARGUMENT;
+    EXPECT_EQ(tress_fibers_evaluate_spectrum(fibers, begun.data(), lights[0], sigma_a, 4, s, &pdf), expected);
+    tress_fiber_sample again;
+    EXPECT_EQ(tress_fibers_sample_spectrum(fibers, begun.data(), u.data(), sigma_a, 4, &again, weights), expected);
+    EXPECT_EQ(tress_fibers_pdf(fibers, begun.data(), lights[0], &alone), TRESS_OK);
+    EXPECT_EQ(alone, lit[0].pdf);
+    if (expected == TRESS_OK) {
+      EXPECT_EQ(pdf, alone);
+      EXPECT_EQ(std::memcmp(&again, drawn.data(), sizeof again), 0);
+      for (int c = 1; c < 4; ++c) EXPECT_TRUE(s[c] <= s[c - 1] && weights[c] <= weights[c - 1] && weights[3] > 0);
     }
     const float six[6] = {0.3f, 0.6f, 0.2f, 0.9f, 0.1f, 0.7f};
     tress_fiber_sample sample;

@@ -25,6 +25,16 @@ run(${WORK}/fiber ${WORK}/fiber.cache)
 run(${COMPILER} -std=c++17 ${options} ${CMAKE_CURRENT_LIST_DIR}/wrapper.cpp -o ${WORK}/wrapper ${link})
 run(${WORK}/wrapper)
 
+# Rows without the library, from the cache that the example has saved: by the CUDA compiler where there is one.
+find_program(nvcc nvcc PATHS /usr/local/cuda/bin)
+set(frozen ${CMAKE_CURRENT_LIST_DIR}/frozen.cpp -I${include} -o ${WORK}/frozen)
+run(${COMPILER} -std=c++11 ${options} ${frozen})
+run(${WORK}/frozen ${WORK}/fiber.cache)
+if(nvcc)
+  run(${nvcc} -x cu -Werror all-warnings ${frozen})
+  run(${WORK}/frozen ${WORK}/fiber.cache)
+endif()
+
 file(READ ${include}/README.md page)
 file(READ ${CMAKE_CURRENT_LIST_DIR}/fiber.c example)
 string(FIND "${page}" "```c\n${example}```" place)

@@ -1,4 +1,5 @@
 // A C++17 host by tress.hpp: elliptical fibers in a furnace, a target that is a class, and what a mistake gets.
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -46,9 +47,15 @@ int furnace() {
     mean = squares = 0;
     for (int i = 0; i < events; ++i) {
       const tress_event event = fibers.begin(id, {0.3f, 0.8f}, next(engine), next(engine), 2 * next(engine) - 1);
-      const tress_fiber_sample drawn = fibers.sample(event, {next(engine), next(engine), next(engine), next(engine)});
+      const std::array<float, 4> u{next(engine), next(engine), next(engine), next(engine)};
+      const tress_fiber_sample drawn = fibers.sample(event, u);
       const tress_fiber_value again = fibers.evaluate(event, drawn.direction);
       EXPECT(fibers.takes_lights(event) && again.pdf == drawn.at.pdf && again.value[1] == drawn.at.value[1]);
+      const float grey[2] = {0, 1};
+      float s[2], weights[2];
+      EXPECT(fibers.pdf(event, drawn.direction) == again.pdf);
+      EXPECT(fibers.evaluate_spectrum(event, drawn.direction, grey, 2, s) == 0 && s[1] == 0);  // of TRESS_ROUGH alone
+      EXPECT(fibers.sample_spectrum(event, u, grey, 2, weights).at.pdf == 0 && weights[1] == 0);
       mean += double{drawn.weight[1]} / events;
       squares += double{drawn.weight[1]} * double{drawn.weight[1]} / events;
     }
@@ -77,7 +84,7 @@ int target() {
   const Status publish = service.publish();
   EXPECT(publish.code() == TRESS_MISUSE && std::strstr(publish.message(), "Target::trace"));
   beam.throws = false;
-  EXPECT(service.evaluate({id, 1, 1}, 1.1f).density > 1);
+  EXPECT(service.evaluate({id, 1, 1}, 1.1f).density > 1 && service.pdf({id, 1, 1}, 1.1f) > 0);
   EXPECT(service.mean(id, 1, 1, 1.1f).pdf > 0 && !service.publish_pays());
   const Status wrong = service.credit({id, 2, 1}, 1);
   EXPECT(!wrong && wrong.code() == TRESS_INVALID_ARGUMENT && *wrong.message() != '\0');

@@ -73,6 +73,12 @@ struct Options {
   /// reported as misuse.
   std::function<bool(double done)> progress = nullptr;
 
+  /// The host's own tasks, in place of oneTBB's, for all that publish(), prepare() and restore() do in parallel. Calls
+  /// task(i) for each i below count, on any threads, and returns when those calls have returned. The bits of the table
+  /// are the same as without it. A task that was left out is done by the calling thread; one that is called twice is
+  /// done once. May be empty; one that throws is reported as misuse.
+  std::function<void(std::size_t count, const std::function<void(std::size_t i)>& task)> parallel_for = nullptr;
+
   /// Sets one epsilon for rows of every kind.
   void hold_all_to(double all) {
     epsilon = sampled_epsilon = all;

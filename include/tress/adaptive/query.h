@@ -34,6 +34,9 @@ NodeValue sample(const Service& service, const Node& node, const std::array<floa
 /// The same values at a place of the host's. An open row observes it.
 NodeValue evaluate(const Service& service, const Node& node, float azimuth, float height = 0);
 
+/// The pdf of evaluate() alone, without a trace: where the row is open or absent, nothing is evaluated or learned.
+float pdf(const Service& service, const Node& node, float azimuth, float height = 0);
+
 /// A node around the place (a, b), by coordinates on the slice's axes, chosen by xi such that the mean over xi of
 /// anything is its linear interpolation between the nodes. Places beyond the axes are at their ends.
 Node choose(const Service& service, SliceId slice, float a, float b, float xi1, float xi2);

@@ -5,11 +5,13 @@
 // pdf_solid_angle = pdf / cos theta_i are taken at the interface only. Not reciprocal.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
 
 #include "tress/fiber/lobes.h"
@@ -66,6 +68,8 @@ struct FiberSample {
   /// row draws a path of the fiber instead (adaptive::Options::heard_share): the pdf is then the row's, and the weight
   /// the path's.
   FiberValue value;
+  /// Length of the path inside the cortex, major semi-axes, if one was traced; negative if a row was drawn from.
+  float way = -1;
 };
 
 /// Thread-safety: any thread may call begin, sample and evaluate during a pass. All other functions: one thread,
@@ -107,6 +111,36 @@ class FiberModel {
   FiberValue evaluate(const FiberEvent& event, const FiberDirection& wi) const {
     if (event.fiber >= fiber_count_) return {};
     return evaluate_event(event, wi);
+  }
+  /// The density alone: the pdf of evaluate(), at less cost where evaluate() traces.
+  float pdf(const FiberEvent& event, const FiberDirection& wi) const {
+    return event.fiber < fiber_count_ ? pdf_of_event(event, wi) : 0;
+  }
+  /// Whether the model implements the two functions below.
+  virtual bool has_spectra() const { return false; }
+  /// S at wi, of all lobes, under other absorptions than the fiber's: a texture's color, or wavelengths. sigma_a: for
+  /// each channel, any number of them, >= 0 and finite, per major semi-axis; s: has as many. Gains count by their
+  /// luminance. Returns the pdf, which is that of the fiber's own color: add fibers whose colors are near those to
+  /// come. It counts a query of its own. Where the model has none, s is 0.
+  float evaluate_spectrum(const FiberEvent& event, const FiberDirection& wi, std::span<const float> sigma_a,
+                          std::span<float> s) const {
+    std::ranges::fill(s, 0.0f);
+    if (event.fiber >= fiber_count_) return 0;
+    add_spectrum(event, wi, sigma_a, s);
+    return pdf_of_event(event, wi);
+  }
+  /// sample(), and S of the same light under other absorptions: s / value.pdf are the weights.
+  FiberSample sample_spectrum(const FiberEvent& event, const std::array<float, 4>& u, std::span<const float> sigma_a,
+                              std::span<float> s) const {
+    const FiberSample drawn = sample(event, u);
+    std::ranges::fill(s, 0.0f);
+    if (event.fiber >= fiber_count_) return drawn;
+    if (drawn.way < 0) {
+      add_spectrum(event, drawn.wi, sigma_a, s);
+    } else {
+      recolor_path(event, drawn, sigma_a, s);
+    }
+    return drawn;
   }
   /// S and Q without an event: the mean over the nodes that the events of wr may choose, so a pure function of the
   /// published rows and the directions; the mean of evaluate() over xi1 and xi2. A pdf of 0 means that it is not known
@@ -178,6 +212,15 @@ class FiberModel {
   virtual FiberId make_fiber(const FiberParameters& parameters) = 0;
   virtual FiberSample sample_event(const FiberEvent& event, const std::array<float, 4>& u) const = 0;
   virtual FiberValue evaluate_event(const FiberEvent& event, const FiberDirection& wi) const = 0;
+  virtual float pdf_of_event(const FiberEvent& event, const FiberDirection& wi) const {
+    return evaluate_event(event, wi).pdf;
+  }
+  /// Adds S by channel to s, which is 0.
+  virtual void add_spectrum(const FiberEvent& /*event*/, const FiberDirection& /*wi*/,
+                            std::span<const float> /*sigma_a*/, std::span<float> /*s*/) const {}
+  /// Does the same for a path that sample_event() has traced.
+  virtual void recolor_path(const FiberEvent& /*event*/, const FiberSample& /*drawn*/,
+                            std::span<const float> /*sigma_a*/, std::span<float> /*s*/) const {}
   /// Does what begin() does, without the importance.
   virtual FiberEvent make_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const = 0;
   /// Does what begin_near() does, without the importance.

@@ -1,5 +1,6 @@
 #include "models/rough/colored_decays.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tress::inline v0_2::fiber {
@@ -21,6 +22,17 @@ const std::array<adaptive::GammaDecay, steps + 1>& laws() {
 }
 
 }  // namespace
+
+adaptive::GammaDecay ColoredDecays::law(const std::array<float, 2>& decays) {
+  constexpr float least = 1e-37f;
+  const float first = -std::log(std::clamp(decays[0], least, 1.0f)),
+              second = -std::log(std::clamp(decays[1], least, 1.0f));
+  if (!(first > 0)) return {};
+  const float step = (second / first - 1) / (most_ratio - 1) * static_cast<float>(steps);
+  const adaptive::GammaDecay& unit =
+      laws()[static_cast<std::size_t>(std::lround(std::clamp(step, 0.0f, static_cast<float>(steps))))];
+  return {first * unit.shape, unit.scale};
+}
 
 ColoredDecays::ColoredDecays(const glm::vec3& sigma_a) {
   for (std::size_t c = 0; c < by_ratio_.size(); ++c) {

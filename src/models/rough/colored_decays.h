@@ -16,6 +16,9 @@ class ColoredDecays {
  public:
   explicit ColoredDecays(const glm::vec3& sigma_a);
 
+  /// GammaDecay::from() of a knot of a packed row, from the table.
+  static adaptive::GammaDecay law(const std::array<float, 2>& decays);
+
   static constexpr std::size_t steps = 255;
   static constexpr float most_ratio = adaptive::Ribbon::decay_rates[1] / adaptive::Ribbon::decay_rates[0];
   /// By channel and step: -ln of what the color leaves over -ln of the first decay, at the ratio

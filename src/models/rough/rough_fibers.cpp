@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <new>
 #include <utility>
 
 #include "models/rough/colored_decays.h"
 #include "models/rough/rough_row.h"
 #include "models/rough/row_energies.h"
+#include "models/rough/uncolored_row.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
@@ -30,6 +32,23 @@ class ColoredForm final : public adaptive::RowForm {
   std::shared_ptr<const RoughGrid> grid_;
   RowEnergies energies_;
   ColoredDecays decays_;
+};
+
+/// The form of a row whose color is given where it is read.
+class UncoloredForm final : public adaptive::RowForm {
+ public:
+  UncoloredForm(std::shared_ptr<const RoughGrid> grid, std::shared_ptr<const EnergyTable> table)
+      : grid_(std::move(grid)), energies_(std::move(table), glm::vec3(0.0f)) {}
+  std::size_t bytes(const adaptive::RowView&) const override { return sizeof(UncoloredRow); }
+  void write(const adaptive::RowView& row, void* memory) const override {
+    const FiberDirection at = grid_->direction(row.node);
+    const adaptive::DecodedRow decoded(*row.ribbons);
+    put_uncolored_row(decoded, energies_.corrections(decoded, row.paths, at.theta, at.phi), *new (memory) UncoloredRow);
+  }
+
+ private:
+  std::shared_ptr<const RoughGrid> grid_;
+  RowEnergies energies_;
 };
 
 /// Fibers that differ by no more share coarse rows. The margins are for rounding.
@@ -88,7 +107,10 @@ RoughRows RoughFibers::rows_of(const FiberParameters& parameters, const std::sha
             ->add_form(slice, std::make_shared<ColoredForm>(grid, energies, sigma_a), {sigma_a.x, sigma_a.y, sigma_a.z})
             .value();
   }
-  RoughRows rows{grid, formed};
+  const adaptive::FormedRows*& uncolored = uncolored_[slice];
+  if (uncolored == nullptr)
+    uncolored = service_->add_form(slice, std::make_shared<UncoloredForm>(grid, energies)).value();
+  RoughRows rows{grid, formed, uncolored};
   const auto inverse = [](float gain) { return gain > 0 ? 1 / gain : 0.0f; };
   std::ranges::transform(parameters.gain, rows.inverse_gain.begin(), [&](const glm::vec3& gain) {
     return Float4{inverse(gain.x), inverse(gain.y), inverse(gain.z), 1};

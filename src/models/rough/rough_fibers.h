@@ -18,10 +18,11 @@
 
 namespace tress::inline v0_2::fiber {
 
-/// The rows of a fiber under its color. Their answers are RoughRow.
+/// The rows of a fiber, under its color and under any. Answers of the former are RoughRow.
 struct RoughRows {
   std::shared_ptr<const RoughGrid> grid;
-  const adaptive::FormedRows* formed = nullptr;  ///< null without a service
+  const adaptive::FormedRows* formed = nullptr;     ///< null without a service
+  const adaptive::FormedRows* uncolored = nullptr;  ///< UncoloredRow; null without a service
   /// The inverse gains of each lobe, with which energies are compared to RoughRow::whole_energy without gains; 0 if a
   /// gain is 0.
   std::array<Float4, lobe_count> inverse_gain{};
@@ -64,6 +65,7 @@ class RoughFibers {
   std::vector<adaptive::SliceKey> with_coarse_rows_;  ///< of slices with coarse rows of their own, in order
   std::map<adaptive::SliceId, std::shared_ptr<const RoughGrid>> grids_;
   std::map<std::pair<adaptive::SliceId, Color>, const adaptive::FormedRows*> formed_;
+  std::map<adaptive::SliceId, const adaptive::FormedRows*> uncolored_;
 };
 
 }  // namespace tress::inline v0_2::fiber

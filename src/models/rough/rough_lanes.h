@@ -68,33 +68,32 @@ inline BetweenKnots between(const PackedKnot& from, const PackedKnot& to, float 
   return {at.density + share * (end.density - at.density), at.law + share * (end.law - at.law)};
 }
 
-/// The knot of the main layer at or before `steps` (floor of azimuth_steps); the last knot if it is before the first.
-inline std::size_t knot_before(const RoughPart& part, int steps) {
+/// The knot of a main layer at or before `steps` (floor of azimuth_steps); the last knot if it is before the first.
+inline std::size_t knot_before(const RoughPart::Azimuths& azimuth, int steps) {
   const int at = steps - 32768;
 #ifdef __SSE2__
   const __m128i x = _mm_set1_epi16(static_cast<short>(at));
-  const auto* knots = reinterpret_cast<const __m128i*>(part.azimuth.data());
+  const auto* knots = reinterpret_cast<const __m128i*>(azimuth.data());
   const auto after = [&](int i) { return _mm_cmpgt_epi16(_mm_load_si128(knots + i), x); };
   const auto low = static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_packs_epi16(after(0), after(1))));
   const auto high = static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_packs_epi16(after(2), after(3))));
   const std::uint64_t mask = low | std::uint64_t{high} << 16 | std::uint64_t{1} << 32;
   return static_cast<std::size_t>(std::countr_zero(mask) - 1) % RoughPart::main_knots;
 #else
-  const auto above = std::upper_bound(part.azimuth.begin(), part.azimuth.end(), at);
-  return static_cast<std::size_t>(above - part.azimuth.begin() + static_cast<std::ptrdiff_t>(RoughPart::main_knots) -
-                                  1) %
+  const auto above = std::upper_bound(azimuth.begin(), azimuth.end(), at);
+  return static_cast<std::size_t>(above - azimuth.begin() + static_cast<std::ptrdiff_t>(RoughPart::main_knots) - 1) %
          RoughPart::main_knots;
 #endif
 }
 
-/// The distance of `steps` from knot k of the main layer, and the distance to the next knot.
+/// The distance of `steps` from knot k of a main layer, and the distance to the next knot.
 struct Cell {
   float passed, width;
 };
-inline Cell cell_at(const RoughPart& part, std::size_t k, float steps) {
+inline Cell cell_at(const RoughPart::Azimuths& azimuth, std::size_t k, float steps) {
   const std::size_t next = (k + 1) % RoughPart::main_knots;
-  const float from = static_cast<float>(part.azimuth[k] + 32768);
-  const float passed = steps - from, width = static_cast<float>(part.azimuth[next] - part.azimuth[k]);
+  const float from = static_cast<float>(azimuth[k] + 32768);
+  const float passed = steps - from, width = static_cast<float>(azimuth[next] - azimuth[k]);
   return {passed < 0 ? passed + 65536 : passed, next == 0 ? width + 65536 : width};
 }
 
@@ -137,8 +136,8 @@ inline std::array<Float4, 4> part_densities(const RoughRow& row, float x, float 
   std::array<std::size_t, 4> knot;
   Float4 passed, width;
   for (std::size_t p = 0; p < 4; ++p) {
-    knot[p] = knot_before(parts[p], whole);
-    const Cell cell = cell_at(parts[p], knot[p], steps);
+    knot[p] = knot_before(parts[p].azimuth, whole);
+    const Cell cell = cell_at(parts[p].azimuth, knot[p], steps);
     passed[static_cast<int>(p)] = cell.passed;
     width[static_cast<int>(p)] = cell.width;
   }

@@ -13,6 +13,7 @@
 #include <memory>
 #include <new>
 #include <numbers>
+#include <span>
 
 #include "base/color.h"
 #include "base/float4.h"
@@ -25,6 +26,7 @@
 #include "models/rough/rough_fibers.h"
 #include "models/rough/rough_lanes.h"
 #include "models/rough/rough_row.h"
+#include "models/rough/uncolored_row.h"
 #include "tress/base/random.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -66,6 +68,59 @@ class RoughModel final : public EventRowModel {
   bool estimates() const override { return true; }
   bool estimates(const FiberEvent& event) const override { return !constants_in<EventRow>(event).has_converged; }
   float balance(FiberId id) const override { return fibers_.balance(id); }
+
+  bool has_spectra() const override { return true; }
+  float pdf_of_event(const FiberEvent& event, const FiberDirection& wi) const override {
+    const auto& constants = constants_in<RoughConstants>(event);
+    FiberValue value;
+    if (constants.row.has_converged) {
+      value_at(event, constants, answer_of(constants.row), clamped(wi), value);
+    } else {
+      tell_of_estimate(event, constants, clamped(wi), value);
+    }
+    return value.pdf;
+  }
+  void add_spectrum(const FiberEvent& event, const FiberDirection& direction, std::span<const float> sigma_a,
+                    std::span<float> s) const override {
+    const auto& constants = constants_in<RoughConstants>(event);
+    const FiberParameters& fiber = fibers_.record(event.fiber).parameters;
+    const FiberDirection wi = clamped(direction);
+    if (!constants.row.has_converged) {
+      fibers_.traced().add_estimate(event, constants.traced, fiber, wi, constants.offset, sigma_a, s);
+      return;
+    }
+    const adaptive::FormedRows& rows = *fibers_.rows(event.fiber).uncolored;
+    const std::uint32_t node = constants.row.node;
+    adaptive::RowAnswer answer;
+    adaptive::FormedLookup found;
+    {
+      adaptive::AnswerReader reader(service_);
+      answer = reader.read(rows.run(node / rows.width()), node % rows.width());
+    }
+    if (!answer) {
+      found = service_->fetch(rows, node);
+      answer = found.answer;
+    }
+    if (!answer) return;
+    const AxialPlace axial(wi.theta);
+    const float turn = wrap_once(wi.phi - event.wr.phi);
+    std::array<float, RoughRow::parts> weights{}, energies{};
+    for (std::size_t lobe = 0; lobe < lobe_count; ++lobe) {
+      const float gain = luminance(fiber.gain[lobe]), energy = luminance(event.energy[lobe]) / std::max(gain, 1e-30f);
+      energies[part_of(lobe)] += energy;
+      weights[part_of(lobe)] += energy * gain;
+    }
+    for (std::size_t p = 0; p < weights.size(); ++p) {
+      const float gain = luminance(fiber.gain[p]);
+      weights[p] = (energies[p] > 0 ? weights[p] / energies[p] : gain) / axial.cosine;
+    }
+    add_spectrum_at(*static_cast<const UncoloredRow*>(answer.block()), constants.node.azimuth_sign * turn,
+                    constants.node.height_sign * (axial.height - constants.specular_height), weights, sigma_a, s);
+  }
+  void recolor_path(const FiberEvent& event, const FiberSample& drawn, std::span<const float> sigma_a,
+                    std::span<float> s) const override {
+    TracedFibers::recolor(drawn, fibers_.record(event.fiber).parameters, sigma_a, s);
+  }
 
   FiberValue evaluate_event(const FiberEvent& event, const FiberDirection& wi) const override {
     const auto& constants = constants_in<RoughConstants>(event);

@@ -30,7 +30,8 @@ struct alignas(64) RoughPart {
   static constexpr std::size_t main_knots = adaptive::Ribbon::main_knots, broad_knots = adaptive::Ribbon::broad_knots;
   static constexpr std::size_t group = 4, groups = main_knots / group;
 
-  std::array<std::int16_t, main_knots> azimuth{};  ///< ascending
+  using Azimuths = std::array<std::int16_t, main_knots>;
+  alignas(64) Azimuths azimuth{};  ///< ascending
   std::array<PackedKnot, main_knots> main{};
   std::array<PackedKnot, broad_knots> broad{};
   LayerUnits main_units, broad_units;

@@ -68,7 +68,16 @@ std::array<double, rough_parts> parts_of(const std::array<double, lobe_count>& l
 
 }  // namespace
 
-EnergyFactors RowEnergies::at(const adaptive::DecodedRow& row, std::uint64_t paths, float theta_r, float phi_r) const {
+/// The row and the table, by rate and part.
+struct RowEnergies::Compared {
+  std::array<std::array<double, rough_parts>, rates> known{};  ///< by the row, scaled to the table's sum in clear hair
+  std::array<AtRates, rough_parts> logarithms{};               ///< of the row's energy over the table's, as trusted
+  std::array<AtRates, rough_parts> whole_logarithms{};         ///< the same, as they are
+  double scale = 0;                                            ///< of the row's masses; 0 if there is no light
+};
+
+RowEnergies::Compared RowEnergies::compare(const adaptive::DecodedRow& row, std::uint64_t paths, float theta_r,
+                                           float phi_r) const {
   const auto table_at = [&](double sigma) {
     return parts_of(table_->without_gain(phi_r, theta_r, static_cast<float>(sigma)));
   };
@@ -80,28 +89,56 @@ EnergyFactors RowEnergies::at(const adaptive::DecodedRow& row, std::uint64_t pat
     whole += table[0][p];
     mass += p < row.parts ? static_cast<double>(row.mass[p]) : 0.0;
   }
-  EnergyFactors factors;
-  if (!(mass > 0) || !(whole > 0)) return factors;
-  std::array<AtRates, rough_parts> logarithms{};
+  Compared compared;
+  if (!(mass > 0) || !(whole > 0)) return compared;
+  compared.scale = whole / mass;
   for (std::uint32_t p = 0; p < std::min(row.parts, rough_parts); ++p) {
     AtRates kept{};
     add_kept(row.ribbon[p].main(), kept);
     add_kept(row.ribbon[p].broad(), kept);
     for (std::size_t i = 0; i < rates; ++i) {
-      const double known = static_cast<double>(row.mass[p]) * (whole / mass) * kept[i] / kept[0];
+      const double known = compared.known[i][p] = static_cast<double>(row.mass[p]) * compared.scale * kept[i] / kept[0];
       if (known > darkest && table[i][p] > darkest) {
         const double ratio = std::clamp(known / table[i][p], 1 / largest_ratio, largest_ratio);
-        const double logarithm = std::log(ratio);
-        logarithms[p][i] = trust(logarithm, known, paths) * logarithm;
+        const double logarithm = compared.whole_logarithms[p][i] = std::log(ratio);
+        compared.logarithms[p][i] = trust(logarithm, known, paths) * logarithm;
       }
     }
   }
+  return compared;
+}
+
+std::array<std::array<float, 3>, rough_parts> RowEnergies::corrections(const adaptive::DecodedRow& row,
+                                                                       std::uint64_t paths, float theta_r,
+                                                                       float phi_r) const {
+  const Compared compared = compare(row, paths, theta_r, phi_r);
+  std::array<std::array<float, 3>, rough_parts> logarithms{};
+  if (!(compared.scale > 0)) return logarithms;
+  double before = 0, after = 0;
+  for (std::size_t p = 0; p < rough_parts; ++p) {
+    before += compared.known[0][p];
+    after += compared.known[0][p] * std::exp(compared.logarithms[p][0] - compared.whole_logarithms[p][0]);
+  }
+  for (std::size_t p = 0; p < rough_parts; ++p) {
+    for (std::size_t i = 0; i < rates; ++i) {
+      logarithms[p][i] = static_cast<float>(compared.logarithms[p][i] - compared.whole_logarithms[p][i] +
+                                            std::log(compared.scale) + (i == 0 ? std::log(before / after) : 0.0));
+    }
+  }
+  return logarithms;
+}
+
+EnergyFactors RowEnergies::at(const adaptive::DecodedRow& row, std::uint64_t paths, float theta_r, float phi_r) const {
+  const Compared compared = compare(row, paths, theta_r, phi_r);
+  EnergyFactors factors;
+  if (!(compared.scale > 0)) return factors;
   for (int c = 0; c < 3; ++c) {
     const auto sigma = static_cast<double>(sigma_a_[c]);
-    const std::array<double, rough_parts> energy = table_at(sigma);
+    const std::array<double, rough_parts> energy =
+        parts_of(table_->without_gain(phi_r, theta_r, static_cast<float>(sigma)));
     double before = 0, after = 0;
     for (std::size_t p = 0; p < rough_parts; ++p) {
-      const double factor = std::exp(interpolated(logarithms[p], sigma));
+      const double factor = std::exp(interpolated(compared.logarithms[p], sigma));
       factors.part[p][c] = static_cast<float>(factor);
       before += energy[p];
       after += factor * energy[p];

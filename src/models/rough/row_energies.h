@@ -33,8 +33,15 @@ class RowEnergies {
       : table_(std::move(table)), sigma_a_(sigma_a) {}
   /// Returns the factors for a row at this node, in radians, that was learned from this many paths.
   EnergyFactors at(const adaptive::DecodedRow& row, std::uint64_t paths, float theta_r, float phi_r) const;
+  /// ln of the factors that make energies of the row's masses, by part, at sigma_a 0 and at both rates, whatever the
+  /// color; at 0 all parts together have the table's energy. In between they are interpolated as above.
+  std::array<std::array<float, 3>, rough_parts> corrections(const adaptive::DecodedRow& row, std::uint64_t paths,
+                                                            float theta_r, float phi_r) const;
 
  private:
+  struct Compared;
+  Compared compare(const adaptive::DecodedRow& row, std::uint64_t paths, float theta_r, float phi_r) const;
+
   std::shared_ptr<const EnergyTable> table_;
   glm::vec3 sigma_a_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <glm/exponential.hpp>
 #include <numbers>
@@ -82,6 +83,7 @@ FiberSample TracedFibers::sample_of(const RoughExit& exit, const glm::vec3& thro
   sample.wi = exit.angles();
   sample.lobe = static_cast<Lobe>(std::min(exit.order, static_cast<int>(Lobe::residual)));
   sample.value.pdf = 1;
+  sample.way = exit.way;
   const auto give = [&](Lobe lobe, float share) {
     const auto i = static_cast<std::size_t>(lobe);
     sample.value.s[i] = fiber.gain[i] * (throughput * share);
@@ -108,10 +110,40 @@ float TracedFibers::balance(const FiberParameters& fiber, const EnergyTable& ene
   return std::max(of_sphere, 1.0f) / (4 * std::numbers::pi_v<float>);
 }
 
+void TracedFibers::recolor(const FiberSample& drawn, const FiberParameters& fiber, std::span<const float> sigma_a,
+                           std::span<float> s) {
+  for (std::size_t p = 0; p < lobe_count; ++p) {
+    int c = -1;  // the channel that the fiber has left the most of
+    for (const int other : {0, 1, 2}) {
+      if (drawn.value.s[p][other] > 0 && (c < 0 || fiber.sigma_a[other] < fiber.sigma_a[c])) c = other;
+    }
+    if (c < 0) continue;
+    const float own = drawn.value.s[p][c] / fiber.gain[p][c] * luminance(fiber.gain[p]);
+    for (std::size_t i = 0; i < s.size(); ++i) s[i] += own * std::exp((fiber.sigma_a[c] - sigma_a[i]) * drawn.way);
+  }
+}
+
 FiberValue TracedFibers::estimate(const FiberEvent& event, const TracedEvent& traced, const FiberParameters& fiber,
                                   const FiberDirection& wi, Offset offset) const {
+  return estimate(fibers_[event.fiber], event, traced, fiber, wi, offset);
+}
+
+void TracedFibers::add_estimate(const FiberEvent& event, const TracedEvent& traced, const FiberParameters& fiber,
+                                const FiberDirection& wi, Offset offset, std::span<const float> sigma_a,
+                                std::span<float> s) const {
+  FiberParameters colored = fiber;
+  for (glm::vec3& gain : colored.gain) gain = glm::vec3(luminance(gain));
+  for (std::size_t first = 0; first < s.size(); first += 3) {
+    const auto at = [&](std::size_t i) { return std::min(first + i, s.size() - 1); };
+    colored.sigma_a = {sigma_a[at(0)], sigma_a[at(1)], sigma_a[at(2)]};
+    const glm::vec3 all = estimate(RoughFiber(colored, masked_), event, traced, colored, wi, offset).total();
+    for (int c = 0; c < 3; ++c) s[at(static_cast<std::size_t>(c))] = all[c];
+  }
+}
+
+FiberValue TracedFibers::estimate(const RoughFiber& rough, const FiberEvent& event, const TracedEvent& traced,
+                                  const FiberParameters& fiber, const FiberDirection& wi, Offset offset) const {
   RandomStream random(bits_of(wi.theta, wi.phi), traced.seed, estimate_purpose);
-  const RoughFiber& rough = fibers_[event.fiber];
   constexpr auto trt = static_cast<std::size_t>(Lobe::trt), glint = static_cast<std::size_t>(Lobe::glint);
   FiberValue value;
   const auto add_path = [&](const RoughEntry& entry, float glint_share, float share) {

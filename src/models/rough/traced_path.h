@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "fiber/energy_table.h"
@@ -77,6 +78,12 @@ class TracedFibers {
   /// roughness is small. Offset::known: one path from that place.
   FiberValue estimate(const FiberEvent& event, const TracedEvent& traced, const FiberParameters& fiber,
                       const FiberDirection& wi, Offset offset) const;
+  /// The same under other absorptions, of any number of channels, with gains by their luminance. fiber: its own.
+  void add_estimate(const FiberEvent& event, const TracedEvent& traced, const FiberParameters& fiber,
+                    const FiberDirection& wi, Offset offset, std::span<const float> sigma_a, std::span<float> s) const;
+  /// S of a path of sample() or listen() under other absorptions.
+  static void recolor(const FiberSample& drawn, const FiberParameters& fiber, std::span<const float> sigma_a,
+                      std::span<float> s);
   static constexpr int paths_of_estimate = 8;  ///< for Offset::any
   /// The density, 1/sr, of light that the first facet sends towards wi, from a known offset.
   float reflection(FiberId id, const TracedEvent& event, const FiberDirection& wi) const {
@@ -86,6 +93,8 @@ class TracedFibers {
  private:
   static FiberSample sample_of(const RoughExit& exit, const glm::vec3& throughput, const TracedEvent& event,
                                const FiberParameters& fiber);
+  FiberValue estimate(const RoughFiber& rough, const FiberEvent& event, const TracedEvent& traced,
+                      const FiberParameters& fiber, const FiberDirection& wi, Offset offset) const;
 
   Masked masked_;
   std::vector<RoughFiber> fibers_, clear_;  ///< clear_: without sigma_a
