@@ -11,12 +11,12 @@ from .fibers import LOBES, Bcsdf, Drawn, fit
 from .objects import Camera, Environment, Groom, Image, Light, Material, Mesh, Scene
 from .pictures import Picture, compare, read_exr
 from .rendering import Progress, render
-from .services import Draw, PassReport, SampledDraw, SampledTarget, Service, Slice, Target
+from .services import STATES, Answer, PassReport, SampledTarget, Service, Slice, Target
 
 __all__ = [
+    "Answer",
     "Bcsdf",
     "Camera",
-    "Draw",
     "Drawn",
     "Environment",
     "Error",
@@ -34,7 +34,7 @@ __all__ = [
     "PassReport",
     "Picture",
     "Progress",
-    "SampledDraw",
+    "STATES",
     "SampledTarget",
     "Scene",
     "Service",
