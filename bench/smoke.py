@@ -44,6 +44,7 @@ def smallest(cache, folder):
         "rough_far_field": ["--paths", "2000", "--points", "100", "--theta-bins", "12", "--phi-bins", "18", "--e", "0.85",
                             "--alpha", "0.2", "--theta", "30"],
         "steps": [LOCK, "--size", "12x12", "--spp", "2", "--seeds", "2"],
+        "layered_conductor": ["--size", "8", "--samples", "2", "--truth", "2"],
         "lock_color": ["--paths", "200", "--eccentricity", "0.85", "--roughness", "0.2", "--tilt", "3", "--eta", "1.55"],
         "slab": ["--model", "elliptical", "--paths", "100"],
         "deeper": [LOCK, "--size", "12", "--spp", "2", "--teach", "1", "--pairs", "3"],

@@ -13,10 +13,13 @@
 
 namespace tress::python {
 
-/// Thrown with or without the GIL. It becomes tress.Error, whose text is Error::message() and which has the four parts.
+/// Thrown with or without the GIL. It becomes a tress.Error, whose text is Error::message() and which has the four
+/// parts. It is a ValueError as well; or an OSError with errno and filename, where `found` is what the system says.
 struct Raised : std::exception {
-  explicit Raised(Error what) : error(std::move(what)) {}
+  enum class Kind { value, index, call };  ///< ValueError, IndexError, RuntimeError
+  explicit Raised(Error what, Kind which = Kind::value) : error(std::move(what)), kind(which) {}
   Error error;
+  Kind kind;
 };
 
 template <class T>
@@ -28,7 +31,7 @@ inline void check(const std::optional<Error>& error) {
   if (error) throw Raised(*error);
 }
 
-/// Makes tress.Error and the translation of Raised.
+/// Makes tress.Error with its kinds, and the translation of Raised.
 void bind_error(pybind11::module_& module);
 
 /// Runs work on a thread of its own without the GIL. Meanwhile the calling thread waits, checks for signals (Ctrl-C),

@@ -6,6 +6,9 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -15,6 +18,7 @@
 #include <shared_mutex>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "python/arrays.h"
@@ -22,6 +26,7 @@
 #include "python/names.h"
 #include "python/raised.h"
 #include "python/targets.h"
+#include "tress/adaptive/query.h"
 #include "tress/adaptive/to_string.h"
 
 namespace py = pybind11;
@@ -29,28 +34,36 @@ namespace py = pybind11;
 namespace tress::python {
 namespace {
 
+using adaptive::NodeValue;
 using adaptive::RowView;
 using adaptive::SliceId;
+using py::literals::operator""_a;
 
 /// The service behind a lock: many threads at a time may query it, and only one may do anything else, as its header
 /// demands.
 class Learner {
  public:
-  Learner(const py::object& target, std::uint32_t parts, const adaptive::Options& options)
+  Learner(const py::object& target, bool traces, std::uint32_t parts, const adaptive::Options& options,
+          py::object progress)
       : calls_(target),
         densities_(calls_, py::str(target.attr("name"))),
         samples_(calls_, py::str(target.attr("name")), std::max(1u, parts)),
-        learns_samples_(parts > 0) {
-    adaptive::Options told = options;
-    told.log = [this](const std::string& sentence) { log_.push_back(sentence); };
-    service_ = learns_samples_ ? std::make_unique<adaptive::Service>(told, samples_)
-                               : std::make_unique<adaptive::Service>(told, densities_);
+        progress_(std::move(progress)) {
+    adaptive::Options given = options;
+    given.log = [this](const std::string& sentence) { log_.push_back(sentence); };
+    if (!progress_.is_none()) given.progress = [this](double done) { return goes_on(done); };
+    service_ = traces && parts > 0 ? std::make_unique<adaptive::Service>(given, densities_, samples_)
+               : traces            ? std::make_unique<adaptive::Service>(given, densities_)
+                                   : std::make_unique<adaptive::Service>(given, samples_);
+    service_->set_row_listener([this](const adaptive::RowReport& row) { changed_.push_back(row); });
   }
 
   SliceId add_slice(std::uint32_t lobe, const std::vector<float>& parameters, const std::vector<float>& axis_a,
-                    const std::vector<float>& axis_b, float blur_rad) {
+                    const std::vector<float>& axis_b, float blur_rad, bool samples,
+                    const std::vector<std::pair<std::vector<std::uint32_t>, std::vector<std::uint32_t>>>& coarse,
+                    std::optional<SliceId> coarse_rows_of, std::uint32_t max_components) {
     adaptive::SliceDescription slice;
-    const std::size_t most = learns_samples_ ? slice.key.parameters.size() : adaptive::SliceKey::density_parameters;
+    const std::size_t most = samples ? slice.key.parameters.size() : adaptive::SliceKey::density_parameters;
     if (parameters.size() > most)
       throw Raised({"", "parameters", fmt::format("at most {}", most), fmt::format("{}", parameters.size())});
     check_axis("axis_a", axis_a);
@@ -64,90 +77,85 @@ class Learner {
     slice.axis_a = axis_a;
     slice.axis_b = axis_b;
     slice.blur_rad = blur_rad;
-    slice.kind = learns_samples_ ? adaptive::SliceKind::samples : adaptive::SliceKind::density;
+    slice.kind = samples ? adaptive::SliceKind::samples : adaptive::SliceKind::density;
+    slice.max_components = max_components;
+    for (const auto& [nodes_a, nodes_b] : coarse) slice.coarse.push_back({nodes_a, nodes_b});
+    if (!samples && (!coarse.empty() || coarse_rows_of))
+      throw Raised({"", "coarse", "none for a slice of densities", "coarser rows"});
+    check_coarse(slice);
     SliceId id = 0;
-    alone([&] { id = checked(service_->add_slice(slice)); });
+    alone([&] {
+      if (coarse_rows_of) {
+        check_slice(*coarse_rows_of);
+        slice.coarse_rows_of = service_->slice(*coarse_rows_of).key;
+      }
+      id = checked(service_->add_slice(slice));
+    });
     return id;
   }
 
-  /// For each element: looks up the row, draws from its proposal, and passes it the value. Returns x, the value there,
-  /// and the density of the draw.
-  py::tuple draw(SliceId slice, const py::array& a, const py::array& b, const py::array& u) {
-    const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
-    const auto in_u = view<float>(u, 0, "u");
-    check_nodes(slice, adaptive::SliceKind::density, in_a, in_b);
-    std::vector<float> x(in_u.size()), value(in_u.size()), q(in_u.size());
-    ask(in_u.size(), [&](std::size_t i) {
-      const RowView row = service_->look_up(slice, in_a[i], in_b[i]);
-      const bool converged = row.state == adaptive::RowState::converged;
-      const float share =
-          converged ? service_->options().uniform_share_converged : service_->options().uniform_share_open;
-      x[i] = row.sample(in_u[i], share);
-      q[i] = row.proposal_density(x[i], share);
-      value[i] = value_of(row, x[i]);
-      if (!converged) service_->score(row, x[i], value[i], q[i]);
+  /// For each element: a function of query.h by name, as the columns of columns_of(). A row of numbers: for "draw" and
+  /// "draw_mean" its uniforms, for "answer" and "mean" azimuth and height.
+  py::tuple query(SliceId slice, const std::string& name, const py::array& a, const py::array& b,
+                  const py::array& numbers) {
+    const bool draws = name.starts_with("draw"), is_mean = name.ends_with("mean");
+    const std::size_t columns = !draws ? 2 : is_mean ? 5 : 3;
+    const Given in = given(slice, a, b, numbers, columns, !is_mean);
+    std::vector<NodeValue> values(in.a.size());
+    ask(in.a.size(), [&](std::size_t i) {
+      const float* x = &in.numbers[columns * i];
+      values[i] = !is_mean ? (draws ? adaptive::sample(*service_, in.node(slice, i), {x[0], x[1], x[2]})
+                                    : adaptive::evaluate(*service_, in.node(slice, i), x[0], x[1]))
+                  : draws  ? adaptive::sample_mean(*service_, slice, in.a[i], in.b[i], {x[0], x[1], x[2], x[3], x[4]})
+                           : adaptive::mean(*service_, slice, in.a[i], in.b[i], x[0], x[1]);
     });
-    return py::make_tuple(array_of<float>(std::move(x)), array_of<float>(std::move(value)),
-                          array_of<float>(std::move(q)));
+    return columns_of(values);
   }
 
-  /// The same at azimuths of the caller, from which open rows learn.
-  py::array_t<float> evaluate(SliceId slice, const py::array& a, const py::array& b, const py::array& x) {
-    const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
-    const auto in_x = view<float>(x, 0, "x");
-    check_nodes(slice, adaptive::SliceKind::density, in_a, in_b);
-    std::vector<float> value(in_x.size());
-    ask(in_x.size(), [&](std::size_t i) {
-      const RowView row = service_->look_up(slice, in_a[i], in_b[i]);
-      value[i] = value_of(row, in_x[i]);
-      if (row.state != adaptive::RowState::converged) service_->observe(row, in_x[i], value[i]);
+  /// For each element: the node that adaptive::choose() gives for a row of xi.
+  py::array_t<std::uint32_t> choose(SliceId slice, const py::array& a, const py::array& b, const py::array& xi) {
+    const Given in = given(slice, a, b, xi, 2, false);
+    std::vector<std::array<std::uint32_t, 2>> nodes(in.a.size());
+    ask(nodes.size(), [&](std::size_t i) {
+      const auto at = adaptive::choose(*service_, slice, in.a[i], in.b[i], in.numbers[2 * i], in.numbers[2 * i + 1]);
+      nodes[i] = {at.a, at.b};
     });
-    return array_of<float>(std::move(value));
+    return array_of<std::uint32_t>(std::move(nodes), 2);
   }
 
-  /// Queries rows of samples and returns which have converged, as 0 or 1.
-  py::array_t<std::uint8_t> look_up(SliceId slice, const py::array& a, const py::array& b) {
-    const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
-    check_nodes(slice, adaptive::SliceKind::samples, in_a, in_b);
-    std::vector<std::uint8_t> converged(in_a.size());
-    ask(in_a.size(), [&](std::size_t i) {
-      converged[i] = service_->look_up(slice, in_a[i], in_b[i]).state == adaptive::RowState::converged;
+  /// For each element, without a query: "observe" passes x, g and q (0: x is no draw of the row's proposal), "hear" an
+  /// exit in the order of SampledExit, "credit" light and events.
+  void pass_to(SliceId slice, const std::string& name, const py::array& a, const py::array& b,
+               const py::array& numbers) {
+    const bool observes = name == "observe", hears = name == "hear";
+    const std::size_t columns = observes ? 3 : hears ? 5 : 2;
+    const Given in = given(slice, a, b, numbers, columns, true);
+    if (observes) check_kind(slice, adaptive::SliceKind::density);
+    if (hears) check_kind(slice, adaptive::SliceKind::samples);
+    ask(in.a.size(), [&](std::size_t i) {
+      const float* x = &in.numbers[columns * i];
+      const adaptive::Node node = in.node(slice, i);
+      const RowView row = service_->peek(node.slice, node.a, node.b);
+      const auto number = [](float of) { return of >= 0 && of < 0x1p32f ? static_cast<std::uint32_t>(of) : 0; };
+      if (hears) return service_->hear(row, {x[0], x[1], number(x[2]), x[3], x[4]});
+      if (!observes) return service_->credit(row, x[0], number(x[1]));
+      x[2] > 0 ? service_->score(row, x[0], x[1], x[2]) : service_->observe(row, x[0], x[1]);
     });
-    return array_of<std::uint8_t>(std::move(converged));
   }
 
-  /// Queries rows of samples and draws from those that answer. Returns azimuth, height, part, and the mass of the row,
-  /// which is the weight of the draw; the mass is 0 if no row answers.
-  py::tuple sample(SliceId slice, const py::array& a, const py::array& b, const py::array& u_part,
-                   const py::array& u_azimuth, const py::array& u_height) {
-    const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
-    const auto of_part = view<float>(u_part, 0, "u"), of_azimuth = view<float>(u_azimuth, 0, "u"),
-               of_height = view<float>(u_height, 0, "u");
-    check_nodes(slice, adaptive::SliceKind::samples, in_a, in_b);
-    std::vector<float> azimuth(in_a.size()), height(in_a.size()), mass(in_a.size());
-    std::vector<std::uint32_t> parts(in_a.size());
-    ask(in_a.size(), [&](std::size_t i) {
-      const RowView row = service_->look_up(slice, in_a[i], in_b[i]);
-      if (row.ribbons == nullptr) return;
-      for (const float one : row.ribbons->masses()) mass[i] += one;
-      float below = of_part[i] * mass[i];
-      std::uint32_t part = 0;
-      while (part + 1 < row.ribbons->parts() && below >= row.ribbons->mass(part)) below -= row.ribbons->mass(part++);
-      const adaptive::Ribbon::Place place = row.ribbons->ribbon(part).sample(of_azimuth[i], of_height[i]);
-      azimuth[i] = place.azimuth;
-      height[i] = place.height;
-      parts[i] = part;
-    });
-    return py::make_tuple(array_of<float>(std::move(azimuth)), array_of<float>(std::move(height)),
-                          array_of<std::uint32_t>(std::move(parts)), array_of<float>(std::move(mass)));
+  void prepare() {
+    alone([&] { service_->prepare(); });
   }
-
-  /// Reports to rows how much of the picture's light a query of each stood for; the queries are not counted again.
-  void credit(SliceId slice, const py::array& a, const py::array& b, const py::array& light) {
-    const auto in_a = view<std::uint32_t>(a, 0, "a"), in_b = view<std::uint32_t>(b, 0, "b");
-    const auto in_light = view<float>(light, 0, "light");
-    check_nodes(slice, std::nullopt, in_a, in_b);
-    ask(in_a.size(), [&](std::size_t i) { service_->credit(service_->peek(slice, in_a[i], in_b[i]), in_light[i]); });
+  void set_learning(bool on) {
+    alone([&] { service_->set_learning(on); });
+  }
+  bool publish_pays(double share) {
+    bool pays = false;
+    guarded([&](Worker&) {
+      const std::shared_lock lock(mutex_);
+      pays = service_->publish_pays(share);
+    });
+    return pays;
   }
 
   py::bytes state() {
@@ -162,8 +170,53 @@ class Learner {
 
   adaptive::PassReport publish(std::uint64_t paths) {
     adaptive::PassReport report;
-    alone([&] { report = service_->publish(paths); });
+    alone([&] {
+      changed_.clear();
+      report = service_->publish(paths);
+    });
     return report;
+  }
+  py::list changed() {
+    std::vector<adaptive::RowReport> rows;
+    alone([&] { rows = changed_; });
+    py::list list;
+    for (const adaptive::RowReport& row : rows)
+      list.append(py::dict("lobe"_a = row.slice.lobe, "parameters"_a = row.slice.parameters, "node"_a = row.node,
+                           "state"_a = adaptive::state_name(row.state), "objective"_a = row.objective,
+                           "count"_a = row.count, "failed_tests"_a = row.failed_tests, "light"_a = row.light));
+    return list;
+  }
+
+  py::dict heard_test() {
+    adaptive::HeardTest test;
+    alone([&] { test = service_->test_by_heard(); });
+    return py::dict("paths"_a = test.paths, "chi2"_a = test.chi2, "deviation"_a = test.deviation,
+                    "common_chi2"_a = test.common_chi2, "common_deviation"_a = test.common_deviation);
+  }
+
+  std::vector<std::string> refusals() {
+    std::vector<std::string> texts;
+    alone([&] {
+      for (const Error& error : service_->refusals()) texts.push_back(error.message());
+    });
+    return texts;
+  }
+
+  /// All nodes of a slice in the order a * axis_b.size() + b: state, objective, energy, light, queries, paths.
+  py::array_t<double> rows(SliceId slice) {
+    check_slice(slice);
+    std::vector<std::array<double, 6>> rows;
+    alone([&] {
+      const auto width = static_cast<std::uint32_t>(service_->slice(slice).axis_b.size());
+      for (std::uint32_t node = 0; node < service_->slice(slice).node_count(); ++node) {
+        const std::uint32_t a = node / width, b = node % width;
+        const RowView row = service_->peek(slice, a, b);
+        const float energy = row.ribbons != nullptr ? row.ribbons->total_mass() : row.fit ? row.fit->energy() : 0;
+        rows.push_back({static_cast<double>(row.state), row.objective, energy, service_->light(slice, a, b),
+                        static_cast<double>(service_->queries(slice, a, b)), static_cast<double>(row.paths)});
+      }
+    });
+    return array_of<double>(std::move(rows), 6);
   }
 
   /// One row as plain values, without counting a query.
@@ -182,7 +235,7 @@ class Learner {
     return told;
   }
 
-  /// For converged rows of samples: the density of `part` over (azimuth, height), with its mass.
+  /// For rows of samples that answer: the density of `part` over (azimuth, height), with its mass.
   py::array_t<float> density(SliceId slice, std::uint32_t a, std::uint32_t b, std::uint32_t part, const py::array& x,
                              const py::array& t) {
     check_node(slice, a, b);
@@ -193,7 +246,8 @@ class Learner {
     alone([&] {
       const RowView row = service_->peek(slice, a, b);
       if (row.ribbons == nullptr || part >= row.ribbons->parts())
-        throw Raised({"", "row", "a converged row of samples that has the part", adaptive::state_name(row.state)});
+        throw Raised({"", "row", "a row of samples that answers and has the part", adaptive::state_name(row.state)},
+                     Raised::Kind::index);
       const adaptive::Ribbon ribbon = row.ribbons->ribbon(part);
       for (std::size_t i = 0; i < value.size(); ++i)
         value[i] = row.ribbons->mass(part) * ribbon.density(in_x[i], in_t[i]);
@@ -229,8 +283,66 @@ class Learner {
   const std::vector<std::string>& log() const { return log_; }
 
  private:
-  static float value_of(const RowView& row, float x) {
-    return row.state == adaptive::RowState::converged || row.nodes == nullptr ? row.density(x) : row.nodes->density(x);
+  /// Azimuth, density, pdf, height, the four parts, state as a number, and whether a row or target answered.
+  static py::tuple columns_of(const std::vector<NodeValue>& values) {
+    const std::size_t n = values.size();
+    std::vector<float> x(n), value(n), q(n), height(n);
+    std::vector<std::array<float, 4>> parts(n);
+    std::vector<std::uint8_t> state(n), answered(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      x[i] = values[i].azimuth;
+      value[i] = values[i].density;
+      q[i] = values[i].pdf;
+      height[i] = values[i].height;
+      parts[i] = values[i].parts;
+      state[i] = static_cast<std::uint8_t>(values[i].state);
+      answered[i] = values[i].answered ? 1 : 0;
+    }
+    return py::make_tuple(array_of<float>(std::move(x)), array_of<float>(std::move(value)),
+                          array_of<float>(std::move(q)), array_of<float>(std::move(height)),
+                          array_of<float>(std::move(parts), 4), array_of<std::uint8_t>(std::move(state)),
+                          array_of<std::uint8_t>(std::move(answered)));
+  }
+
+  static std::span<const float> finite(const py::array& array, std::size_t columns, const char* place) {
+    const auto numbers = view<float>(array, columns, place);
+    for (const float x : numbers)
+      if (!std::isfinite(x)) throw Raised({"", place, "finite numbers", fmt::format("{}", x)});
+    return numbers;
+  }
+
+  /// The columns of a call: places or nodes (a, b), and rows of numbers.
+  struct Given {
+    std::span<const float> a, b, numbers;
+    adaptive::Node node(SliceId slice, std::size_t i) const {
+      return {slice, static_cast<std::uint32_t>(a[i]), static_cast<std::uint32_t>(b[i])};
+    }
+  };
+  Given given(SliceId slice, const py::array& a, const py::array& b, const py::array& numbers, std::size_t columns,
+              bool at_nodes) const {
+    const Given in{finite(a, 0, "a"), finite(b, 0, "b"), finite(numbers, columns, "numbers")};
+    check_slice(slice);
+    for (std::size_t i = 0; at_nodes && i < in.a.size(); ++i) check_node(slice, in.a[i], in.b[i]);
+    return in;
+  }
+
+  /// Called inside publish() and prepare(): asks the caller's function on the thread that called.
+  bool goes_on(double done) {
+    return worker_->ask([&] {
+      const Calls::Inside inside;
+      return !progress_(done).is(py::bool_(false));
+    });
+  }
+
+  /// Coarse grids: ascending indices into the axes, with both ends.
+  static void check_coarse(const adaptive::SliceDescription& slice) {
+    const auto is_grid = [](const std::vector<std::uint32_t>& nodes, std::size_t count) {
+      return !nodes.empty() && nodes.front() == 0 && nodes.back() + 1 == count && std::ranges::is_sorted(nodes) &&
+             std::ranges::adjacent_find(nodes) == nodes.end();
+    };
+    for (const adaptive::CoarseAxes& axes : slice.coarse)
+      if (!is_grid(axes.a, slice.axis_a.size()) || !is_grid(axes.b, slice.axis_b.size()))
+        throw Raised({"", "coarse", "ascending indices from the first node of either axis to its last", "others"});
   }
 
   static void check_axis(const char* name, const std::vector<float>& axis) {
@@ -241,28 +353,29 @@ class Learner {
       throw Raised({"", name, "1 to 65536 finite numbers, each above the one before", fmt::format("{}", axis.size())});
   }
 
-  void check_node(SliceId slice, std::uint32_t a, std::uint32_t b) const {
+  void check_slice(SliceId slice) const {
     if (slice >= service_->slice_count())
-      throw Raised({"", "slice", fmt::format("one of {}", service_->slice_count()), fmt::format("{}", slice)});
-    const adaptive::SliceDescription& told = service_->slice(slice);
-    if (a >= told.axis_a.size() || b >= told.axis_b.size())
-      throw Raised({"", "node", fmt::format("a below {} and b below {}", told.axis_a.size(), told.axis_b.size()),
-                    fmt::format("({}, {})", a, b)});
+      throw Raised({"", "slice", fmt::format("one of {}", service_->slice_count()), fmt::format("{}", slice)},
+                   Raised::Kind::index);
   }
 
-  /// kind: the kind that the slice must have; unset: any.
-  void check_nodes(SliceId slice, std::optional<adaptive::SliceKind> kind, std::span<const std::uint32_t> a,
-                   std::span<const std::uint32_t> b) const {
-    if (Calls::is_inside()) return;  // ask() reports this error
-    const py::gil_scoped_release released;
-    const std::shared_lock lock(mutex_);
-    check_node(slice, 0, 0);
-    if (kind && service_->slice(slice).kind != *kind) {
-      const bool samples = *kind == adaptive::SliceKind::samples;
-      throw Raised({"", "slice", samples ? "one of samples" : "one of densities",
-                    samples ? "one of densities: draw() and evaluate() ask it" : "one of samples: sample() asks it"});
-    }
-    for (std::size_t i = 0; i < a.size(); ++i) check_node(slice, a[i], b[i]);
+  /// a, b: indices as numbers.
+  void check_node(SliceId slice, double a, double b) const {
+    check_slice(slice);
+    const adaptive::SliceDescription& of = service_->slice(slice);
+    const auto is_index = [](double x, std::size_t end) {
+      return x >= 0 && x < static_cast<double>(end) && x == std::floor(x);
+    };
+    if (!is_index(a, of.axis_a.size()) || !is_index(b, of.axis_b.size()))
+      throw Raised({"", "node", fmt::format("a below {} and b below {}", of.axis_a.size(), of.axis_b.size()),
+                    fmt::format("({}, {})", a, b)},
+                   Raised::Kind::index);
+  }
+
+  void check_kind(SliceId slice, adaptive::SliceKind kind) const {
+    constexpr std::array names{"one of densities", "one of samples"};
+    const auto expected = static_cast<std::size_t>(kind);
+    if (service_->slice(slice).kind != kind) throw Raised({"", "slice", names[expected], names[1 - expected]});
   }
 
   static void tell_mixture(const adaptive::Mixture& fit, py::dict& told) {
@@ -274,6 +387,7 @@ class Learner {
       one["s_right"] = part.shape.s_right;
       one["weight"] = part.weight;
       one["attribute_mean"] = part.attribute_mean;
+      one["attribute_variance"] = part.attribute_variance;
       parts.append(one);
     }
     told["components"] = parts;
@@ -285,7 +399,8 @@ class Learner {
   template <class Call>
   void ask(std::size_t n, const Call& call) {
     constexpr std::size_t grain = 256;
-    guarded([&](const std::atomic<bool>& stop) {
+    guarded([&](Worker& worker) {
+      const std::atomic<bool>& stop = worker.stop();
       const std::shared_lock lock(mutex_);
       tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, grain), [&](const tbb::blocked_range<std::size_t>& some) {
         for (std::size_t i = some.begin(); i < some.end() && !stop; ++i) call(i);
@@ -296,14 +411,15 @@ class Learner {
   /// Runs a call between passes; `told` runs with the GIL, before another call may change the table.
   template <class Call>
   void alone(const Call& call) {
-    guarded([&](const std::atomic<bool>&) {
+    guarded([&](Worker& worker) {
       const std::unique_lock lock(mutex_);
+      worker_ = &worker;
       call();
     });
   }
   template <class Call, class Told>
   void alone(const Call&, const Told& told) {
-    guarded([](const std::atomic<bool>&) {});
+    guarded([](Worker&) {});
     const std::unique_lock lock = [&] {
       const py::gil_scoped_release released;
       return std::unique_lock(mutex_);
@@ -311,15 +427,17 @@ class Learner {
     told();
   }
 
-  void guarded(const std::function<void(const std::atomic<bool>&)>& work) {
+  void guarded(const std::function<void(Worker&)>& work) {
     if (Calls::is_inside())
-      throw Raised({"", "service", "calls from outside of its target", "one from trace() or draw()"});
+      throw Raised({"", "service", "calls from outside of its target", "one from trace(), draw() or progress"},
+                   Raised::Kind::call);
     if (calls_.failed())
-      throw Raised({"", "service", "a target that has answered always", "one that raised, or was interrupted"});
+      throw Raised({"", "service", "a target that has answered always", "one that raised, or was interrupted"},
+                   Raised::Kind::call);
     Worker worker;
     worker.run([&] {
       calls_.set_stop(&worker.stop());
-      work(worker.stop());
+      work(worker);
       calls_.set_stop(nullptr);
     });
     if (const std::exception_ptr raised = calls_.take_failure()) std::rethrow_exception(raised);
@@ -328,8 +446,10 @@ class Learner {
   Calls calls_;
   PythonTarget densities_;
   PythonSamples samples_;
-  bool learns_samples_;
+  py::object progress_;       ///< called with the share of a publish() that is done, or None
+  Worker* worker_ = nullptr;  ///< of the call that holds mutex_ alone
   std::vector<std::string> log_;
+  std::vector<adaptive::RowReport> changed_;  ///< rows that the last publish() changed
   mutable std::shared_mutex mutex_;
   std::unique_ptr<adaptive::Service> service_;
 };
@@ -343,6 +463,17 @@ adaptive::Options options_of(const py::dict& given) {
   in_range("epsilon", options.epsilon, "--epsilon");
   if (given.contains("epsilon")) options.hold_all_to(options.epsilon);
   read("queries_before_creation", options.queries_before_creation);
+  read("sampled_epsilon", options.sampled_epsilon);
+  in_range("sampled_epsilon", options.sampled_epsilon, "--epsilon");
+  read("learns_to_epsilon", options.learns_to_epsilon);
+  read("picture_error", options.picture_error);
+  if (options.picture_error != 0) in_range("picture_error", options.picture_error, "--picture-error");
+  read("heard_share", options.heard_share);
+  if (!(options.heard_share >= 0 && options.heard_share <= 1))
+    throw Raised({"", "heard_share", "0..1", fmt::format("{}", options.heard_share)});
+  read("own_paths", options.own_paths);
+  read("tests_before_refusal", options.tests_before_refusal);
+  read("check_passes", options.check_passes);
   read("seed", options.seed);
   read("max_components", options.max_components);
   in_range("max_components", options.max_components, "--components");
@@ -369,6 +500,7 @@ void bind_reports(py::module_& module) {
   py::class_<Report>(module, "PassReport", "What one publish() did.")
       .def_readonly("queries", &Report::queries)
       .def_readonly("converged_queries", &Report::converged_queries)
+      .def_readonly("answered_queries", &Report::answered_queries)
       .def_readonly("g_evaluations", &Report::g_evaluations)
       .def_readonly("traces", &Report::traces)
       .def_readonly("creations", &Report::creations)
@@ -380,6 +512,10 @@ void bind_reports(py::module_& module) {
       .def_readonly("at_ceiling", &Report::at_ceiling)
       .def_readonly("objective_p50", &Report::objective_p50)
       .def_readonly("objective_max", &Report::objective_max)
+      .def_readonly("bias_bound", &Report::bias_bound)
+      .def_readonly("learning_cpu_seconds", &Report::learning_cpu_seconds)
+      .def_readonly("cancelled", &Report::cancelled)
+      .def_property_readonly("json", [](const Report& self) { return adaptive::to_json(self); })
       .def_property_readonly("misuse",
                              [](const Report& self) {
                                return self.misuse ? py::object(py::str(self.misuse->message()))
@@ -393,29 +529,36 @@ void bind_reports(py::module_& module) {
 void bind_service(py::module_& module) {
   bind_reports(module);
   py::class_<Learner>(module, "Service")
-      .def(py::init([](const py::object& target, std::uint32_t parts, const py::dict& options) {
+      .def(py::init([](const py::object& target, bool traces, std::uint32_t parts, const py::dict& options,
+                       const py::object& progress) {
              if (parts > adaptive::SampledTarget::most_parts)
                throw Raised({"", "parts", fmt::format("at most {}", adaptive::SampledTarget::most_parts),
                              fmt::format("{}", parts)});
-             return std::make_unique<Learner>(target, parts, options_of(options));
+             return std::make_unique<Learner>(target, traces, parts, options_of(options), progress);
            }),
-           py::arg("target"), py::arg("parts"), py::arg("options"))
+           py::arg("target"), py::arg("traces"), py::arg("parts"), py::arg("options"), py::arg("progress"))
       .def("add_slice", &Learner::add_slice, py::arg("lobe"), py::arg("parameters"), py::arg("axis_a"),
-           py::arg("axis_b"), py::arg("blur_rad"))
-      .def("draw", &Learner::draw, py::arg("slice"), py::arg("a"), py::arg("b"), py::arg("u"))
-      .def("evaluate", &Learner::evaluate, py::arg("slice"), py::arg("a"), py::arg("b"), py::arg("x"))
-      .def("look_up", &Learner::look_up, py::arg("slice"), py::arg("a"), py::arg("b"))
-      .def("sample", &Learner::sample, py::arg("slice"), py::arg("a"), py::arg("b"), py::arg("u_part"),
-           py::arg("u_azimuth"), py::arg("u_height"))
-      .def("credit", &Learner::credit, py::arg("slice"), py::arg("a"), py::arg("b"), py::arg("light"))
-      .def("state", &Learner::state)
-      .def("restore", &Learner::restore, py::arg("state"))
+           py::arg("axis_b"), py::arg("blur_rad"), py::arg("samples"), py::arg("coarse"), py::arg("coarse_rows_of"),
+           py::arg("max_components"))
+      .def("query", &Learner::query, py::arg("slice"), py::arg("name"), py::arg("a"), py::arg("b"), py::arg("numbers"))
+      .def("pass_to", &Learner::pass_to, py::arg("slice"), py::arg("name"), py::arg("a"), py::arg("b"),
+           py::arg("numbers"))
+      .def("choose", &Learner::choose, py::arg("slice"), py::arg("a"), py::arg("b"), py::arg("xi"))
+      .def("prepare", &Learner::prepare)
+      .def("set_learning", &Learner::set_learning, py::arg("on"))
       .def("publish", &Learner::publish, py::arg("paths"))
+      .def("publish_pays", &Learner::publish_pays, py::arg("share"))
       .def("row", &Learner::row, py::arg("slice"), py::arg("a"), py::arg("b"))
+      .def("rows", &Learner::rows, py::arg("slice"))
       .def("density", &Learner::density, py::arg("slice"), py::arg("a"), py::arg("b"), py::arg("part"), py::arg("x"),
            py::arg("t"))
+      .def("state", &Learner::state)
+      .def("restore", &Learner::restore, py::arg("state"))
       .def("save", &Learner::save, py::arg("file"))
       .def("load", &Learner::load, py::arg("file"))
+      .def_property_readonly("changed", &Learner::changed)
+      .def_property_readonly("heard_test", &Learner::heard_test)
+      .def_property_readonly("refusals", &Learner::refusals)
       .def_property_readonly("hash", &Learner::hash)
       .def_property_readonly("log", &Learner::log);
 }

@@ -44,11 +44,13 @@ class Calls {
   void set_stop(const std::atomic<bool>* stop) { stop_ = stop; }
   const pybind11::object& target() const { return target_; }
 
- private:
+  /// Marks this thread as being in a call that may not call the service.
   struct Inside {
     Inside() { ++depth; }
     ~Inside() { --depth; }
   };
+
+ private:
   void keep(std::exception_ptr raised) const;
   void cancel() const { failed_ = true; }
 

@@ -22,8 +22,10 @@ foreach(program fiber service)
   run(${WORK}/${program} ${WORK}/${program}.cache)
 endforeach()
 run(${WORK}/fiber ${WORK}/fiber.cache)
-run(${COMPILER} -std=c++17 ${options} ${CMAKE_CURRENT_LIST_DIR}/wrapper.cpp -o ${WORK}/wrapper ${link})
-run(${WORK}/wrapper)
+foreach(program wrapper pbrt_hair)
+  run(${COMPILER} -std=c++17 ${options} ${CMAKE_CURRENT_LIST_DIR}/${program}.cpp -o ${WORK}/${program} ${link})
+  run(${WORK}/${program} ${WORK}/${program}.cache)
+endforeach()
 
 # Rows without the library, from the cache that the example has saved: by the CUDA compiler where there is one.
 find_program(nvcc nvcc PATHS /usr/local/cuda/bin)

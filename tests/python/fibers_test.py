@@ -1,7 +1,9 @@
 """One fiber: rows beside their reference as the program has them, and the BCSDF over arrays."""
 
 import json
+import os
 import subprocess
+import tempfile
 import unittest
 
 import numpy as np
@@ -70,6 +72,20 @@ class Bcsdf(unittest.TestCase):
             report = fiber.publish()
         self.assertGreater(report.rows_converged, 0)
         self.assertGreater(report.converged_queries, 0.9 * report.queries)
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "brown.cache")
+            fiber.save(file)
+            warm = tress.Bcsdf(tress.Material(hair="brown"), estimator="fitted", epsilon=0.05)
+            warm.load(file)
+            drawn, again = (one.sample(theta, 0.9, stream=99) for one in (fiber, warm))
+            np.testing.assert_array_equal(drawn.theta_i, again.theta_i)
+            report = warm.publish()
+            self.assertGreater(report.converged_queries, 0.9 * report.queries)
+            for wrong, kind in ((folder, OSError), (file + "2", FileNotFoundError)):
+                with self.assertRaises(kind):
+                    warm.load(wrong)
+        with self.assertRaisesRegex(tress.Error, "estimator: expected one that learns"):
+            tress.Bcsdf().save("none.cache")
 
     def test_refuses_what_is_none(self):
         with self.assertRaisesRegex(tress.Error, "/materials/0/eccentricity: expected 0.5..1, found 2"):
