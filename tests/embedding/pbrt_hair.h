@@ -47,7 +47,7 @@ class Session {
     tress::c::Fiber fiber;
     fiber.eta = eta;
     fiber.eccentricity = 1;
-    fiber.roughness = 0.02f;  // a surface that is as good as smooth: the widths are those below
+    fiber.roughness = 0.01f;  // as good as smooth: the widths are those below
     fiber.tilt = static_cast<float>(std::max(0.0f, alpha) * degree);
     std::copy(sigma_a.begin(), sigma_a.end(), fiber.sigma_a);
     const double of_lobe[4] = {0.429, 0.405 / 2, 0.416 * 2, 0.416 * 2};
