@@ -281,6 +281,9 @@ typedef struct tress_fiber {
 TRESS_API void tress_fiber_init(tress_fiber* fiber) TRESS_NOTHROW;
 /* Sets fiber->sigma_a so that a lock of these fibers has `color` in even light. Any thread. */
 TRESS_API tress_result tress_fiber_set_color(tress_fiber* fiber, const float color[3]) TRESS_NOTHROW;
+/* Rounds the shape to one of few (eccentricity 0.01, roughness 1 degree, tilt 0.5 degrees), so that its mean over u,
+   uniform in [0, 1)^3, is kept: a host whose shapes vary adds these ahead, and chooses one at each hit. Any thread. */
+TRESS_API tress_result tress_fiber_round(tress_fiber* fiber, const float u[3]) TRESS_NOTHROW;
 /* Makes a fiber usable; equal parameters give the same id. Takes up to a second for a new shape. On failure *id is
    UINT32_MAX, which no fiber has. */
 TRESS_API tress_result tress_fibers_add(tress_fibers* fibers, const tress_fiber* fiber, uint32_t* id) TRESS_NOTHROW;

@@ -19,6 +19,7 @@
 #include "tress/fiber/fiber_model.h"
 #include "tress/fiber/lock_color.h"
 #include "tress/fiber/rough_model.h"
+#include "tress/fiber/rounded_shape.h"
 
 struct tress_fibers {
   std::shared_ptr<tress::capi::Session> session;  ///< null for models that do not learn
@@ -208,6 +209,23 @@ tress_result tress_fiber_set_color(tress_fiber* fiber, const float color[3]) noe
     if (!std::isfinite(color[0]) || !std::isfinite(color[1]) || !std::isfinite(color[2]))
       return invalid("color", "finite numbers", "others");
     set(fiber->sigma_a, fiber::sigma_a_of_lock({color[0], color[1], color[2]}, parameters));
+    return {};
+  });
+}
+
+tress_result tress_fiber_round(tress_fiber* fiber, const float u[3]) noexcept {
+  return guarded(nullptr, [&]() -> Outcome {
+    if (fiber == nullptr || u == nullptr) return null(fiber == nullptr ? "fiber" : "u");
+    const FiberParameters parameters = parameters_of(*fiber);
+    if (Outcome early = wrong_range(parameters)) return early;
+    if (!std::all_of(u, u + 3, [](float x) { return x >= 0 && x < 1; }))
+      return invalid("u", "numbers in [0, 1)", "others");
+    const FiberParameters rounded = fiber::rounded_shape(parameters, {u[0], u[1], u[2]});
+    fiber->eccentricity = rounded.eccentricity;
+    fiber->roughness = rounded.roughness;
+    fiber->tilt = rounded.tilt;
+    fiber->medulla_radius = rounded.medulla_radius;
+    fiber->medulla_asymmetry = rounded.medulla_asymmetry;
     return {};
   });
 }

@@ -195,6 +195,11 @@ TEST(CInterface, ItsDefaultsAreThoseOfCpp) {
   const float brown[3] = {0.5f, 0.3f, 0.15f};
   EXPECT_EQ(tress_fiber_set_color(&hair, brown), TRESS_OK);
   EXPECT_GT(hair.sigma_a[2], hair.sigma_a[0]);
+  hair.eccentricity = 0.853f;
+  const float u[3] = {0.6f, 0, 0}, beyond[3] = {0, 1, 0};
+  EXPECT_EQ(tress_fiber_round(&hair, u), TRESS_OK);
+  EXPECT_FLOAT_EQ(hair.eccentricity, 0.85f);
+  EXPECT_NE(tress_fiber_round(&hair, beyond), TRESS_OK);
 }
 
 /// A service with a slice of densities and one of samples, whose target does what a test asks of it.
@@ -308,6 +313,8 @@ TEST(CInterface, NullIsRefusedEverywhere) {
                                     tress_fibers_create(nullptr, TRESS_ROUGH, TRESS_FITTED, &fibers),
                                     tress_fibers_create(nullptr, TRESS_ROUGH, TRESS_EXACT, nullptr),
                                     tress_fiber_set_color(nullptr, color),
+                                    tress_fiber_round(nullptr, color),
+                                    tress_fiber_round(&fiber, nullptr),
                                     tress_fiber_set_color(&fiber, nullptr),
                                     tress_fibers_add(nullptr, &fiber, &id),
                                     tress_fibers_begin(nullptr, 0, {}, 0, 0, 0, 1, &event),
