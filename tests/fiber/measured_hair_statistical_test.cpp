@@ -43,14 +43,14 @@ double peak_of(const std::vector<adaptive::SampledExit>& exits, double incidence
   return static_cast<double>(std::ranges::max_element(blurred) - blurred.begin()) / per_degree - 90;
 }
 
-// Seed 77; the peaks of 16 other seeds scatter by less than 0.6 degrees (internal; specular 0.2), so that a bound of 1
-// and 2 degrees is passed by chance less than once in 1,000 runs.
+// Roughness 0.02: a rougher surface moves the internal peak towards the normal plane, by 3 degrees at 0.05. Seed 77;
+// the peaks of other seeds differ by one bin of half a degree at most, also with a 16th of the draws.
 TEST(MeasuredHair, ReflectsWhereGoniophotometersFindThePeaks) {
   const auto target = make_rough_target();
   for (const double tilt : {2.5, 3.0, 4.0}) {
     FiberParameters hair;
     hair.eccentricity = 1;
-    hair.roughness = 0.05f;
+    hair.roughness = 0.02f;
     hair.tilt = static_cast<float>(tilt * degree);
     const double incidence = -40 * degree;  // towards the root
     std::vector<adaptive::SampledExit> exits;
@@ -58,7 +58,7 @@ TEST(MeasuredHair, ReflectsWhereGoniophotometersFindThePeaks) {
                  static_cast<std::uint32_t>(test::scaled(1 << 20)), exits);
     EXPECT_NEAR(peak_of(exits, incidence, specular), 40 - 2 * tilt, 1) << tilt;
     if (tilt == 2.5) {
-      EXPECT_NEAR(peak_of(exits, incidence, internal), 55, 2);
+      EXPECT_NEAR(peak_of(exits, incidence, internal), 55, 1);
     }
   }
 }
