@@ -1,6 +1,7 @@
 // The life of rows of samples (README.md): coarse rows come first, then finer ones and more paths where events are.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <span>
@@ -87,6 +88,24 @@ std::uint32_t Service::Table::wanted_paths(SliceId id, std::size_t level, double
   if (events < least) return 0;
   if (is_coarse) return stage_for(events, most_of_coarse);
   return stage_for(events, learns_to_epsilon() ? sampled_stages.front() : most_by_events);
+}
+
+/// Notes as a misuse that the target draws what SampledTarget does not allow. A node is refused at most once, so this
+/// may draw anew.
+void Service::Table::note_invalid_exits(const Row& row, std::uint64_t paths) {
+  const Slice& of = rows_.slice(row.slice);
+  std::vector<SampledExit> exits;
+  samples_->draw(of.description, of.a_of(row.node), of.b_of(row.node), 0, 0, static_cast<std::uint32_t>(paths), exits);
+  const std::uint32_t parts = samples_->parts(of.description);
+  const auto is_exit = [parts](const SampledExit& exit) {
+    return exit.part < parts && std::isfinite(exit.azimuth) && std::isfinite(exit.height) &&
+           std::isfinite(exit.weight) && exit.weight >= 0 && std::isfinite(exit.attribute) && exit.attribute >= 0;
+  };
+  if (std::ranges::all_of(exits, is_exit)) return;
+  discipline_.note(
+      {"", "SampledTarget::draw",
+       "exits that are finite, of a weight and attribute of 0 or more and a part below " + std::to_string(parts),
+       "another at node " + std::to_string(row.node) + " of slice " + std::to_string(row.slice)});
 }
 
 Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t paths, const RibbonAnswer* parent) const {

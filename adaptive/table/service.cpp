@@ -45,7 +45,10 @@ void Service::Table::show(Row& row, Outcome& outcome) {
                              objective <= options_.sampled_epsilon && !(options_.picture_error > 0));
   }
   if (outcome.ribbons) return rows_.show_ribbons(row, std::move(outcome.ribbons));
-  if (outcome.refused) return rows_.refuse(row);
+  if (outcome.refused) {
+    note_invalid_exits(row, outcome.g_evaluations);
+    return rows_.refuse(row);
+  }
   rows_.show_learning(row, outcome.converged);
 }
 

@@ -156,6 +156,7 @@ class Service::Table {
   /// Brings every row of samples to the stage that its events call for, coarse rows before finer ones.
   /// done: the share of the pass's work before it, for goes_on().
   void grow_samples(PassReport& report, double done);
+  void note_invalid_exits(const Row& row, std::uint64_t paths);
   /// Does that for the rows of one level of one slice. again: by node, the paths of rows that start again, else 0.
   /// moved: set for every node whose answer has changed.
   void grow_level(SliceId slice, std::size_t level, const std::vector<std::uint32_t>& again, std::vector<bool>& moved,

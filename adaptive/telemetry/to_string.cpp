@@ -59,9 +59,9 @@ std::string to_string(const Options& options) {
 
 std::string to_string(const PassReport& report) {
   const double share =
-      report.queries == 0 ? 0 : static_cast<double>(report.converged_queries) / static_cast<double>(report.queries);
+      report.queries == 0 ? 0 : static_cast<double>(report.answered_queries) / static_cast<double>(report.queries);
   return std::to_string(report.queries) + " queries, " + number(100 * share) +
-         " % answered by fits; rows: " + std::to_string(report.rows_open) + " open, " +
+         " % answered by rows; rows: " + std::to_string(report.rows_open) + " open, " +
          std::to_string(report.rows_converged) + " converged, " + std::to_string(report.rows_refused) + " refused; " +
          megabytes(report.bytes) + (report.at_ceiling ? ", at the ceiling" : "") +
          (report.misuse ? "; misuse: " + report.misuse->message() : "");

@@ -6,13 +6,14 @@
 
    Thread-safety. Functions marked "any thread" may be called at once, between two publishes. All others, of one service
    and what is made from it: one thread, while no other call runs. The service refuses with TRESS_INVALID_CALL what it
-   sees to be at a wrong time, such as a call from inside one of its own callbacks during a publish. The same calls
+   sees to be at a wrong time, such as a call from inside one of its own callbacks during a publish. What it does not
+   see, such as a publish while other threads read, is undefined: check_passes finds more of these. The same calls
    between two publishes, in any order and from any number of threads, give the same table and answers to the bit.
 
-   Errors. No call ends the host or throws. A call that fails returns a code, sets what it would have written to zero,
-   and leaves a sentence in tress_last_error(). Null pointers are allowed everywhere: they are refused, or mean what the
-   function says. Numbers that are no numbers are refused, or count as 0 where begin, sample and evaluate say "clamped".
-   A handle must not be used after its release. */
+   Errors. No call ends the host or throws. A call that fails returns a code, sets its results to zero (fields of a
+   struct that it changes stay), and leaves a sentence in tress_last_error(). Null pointers are allowed everywhere: they
+   are refused, or mean what the function says. Numbers that are no numbers are refused, or count as 0 where begin,
+   sample and evaluate say "clamped". A handle must not be used after its release. */
 #ifndef TRESS_TRESS_H
 #define TRESS_TRESS_H
 
@@ -113,7 +114,8 @@ typedef struct tress_options {
   float heard_share;      /* [0, 1]; share of the queries of TRESS_ROUGH at which the fiber is traced, as a test */
   uint64_t seed;
   uint32_t threads; /* of publish and of what else is parallel inside, at most 4,096; 0, or more than cores: all */
-  int check_passes; /* whether calls at a wrong time are noted, for the development of a host; slower */
+  int check_passes; /* whether calls at a wrong time are noted, for the development of a host: ten times
+                       slower, and rows of samples count other queries, so that their table is another one */
   void* user;       /* passed to the callbacks */
   /* Every failure of a call with this service, by the thread that called. May be null, as the others. */
   void (*on_error)(void* user, tress_result result, const char* message);

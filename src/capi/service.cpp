@@ -153,7 +153,14 @@ tress_result create(const tress_options* given, tress_service** service, Fill&& 
     if (Outcome early = unusable(settings)) return early;
     auto session = std::make_shared<Session>(settings);
     if (Outcome early = fill(*session)) return early;
-    const adaptive::Options options = options_of(settings);
+    adaptive::Options options = options_of(settings);
+    if (options.progress) {
+      options.progress = [goes_on = std::move(options.progress), &ended = session->progress_ended](double done) {
+        if (goes_on(done)) return true;
+        ended = true;
+        return false;
+      };
+    }
     const adaptive::Target* densities = session->densities.get();
     const adaptive::SampledTarget* samples = session->samples.get();
     session->service = densities == nullptr ? std::make_unique<adaptive::Service>(options, *samples)
@@ -162,6 +169,10 @@ tress_result create(const tress_options* given, tress_service** service, Fill&& 
     *service = new tress_service{std::move(session)};
     return {};
   });
+}
+
+Outcome ended_by_progress(const char* name) {
+  return Refusal{TRESS_CANCELLED, {"", name, "the whole of the work", "on_progress that ended it"}};
 }
 
 /// Runs a call of the host between passes.
@@ -406,7 +417,9 @@ tress_result tress_service_save(tress_service* service, const char* path) noexce
 
 tress_result tress_service_prepare(tress_service* service) noexcept {
   return alone(service, "tress_service_prepare", [](Session& session) -> Outcome {
+    session.progress_ended = false;
     session.service->prepare();
+    if (session.progress_ended) return ended_by_progress("tress_service_prepare");
     return {};
   });
 }
@@ -518,6 +531,9 @@ tress_result tress_service_hear(const tress_service* service, tress_node node, c
                  [&](const adaptive::Service& of, const SliceDescription& slice) -> Outcome {
                    if (exit == nullptr) return null("exit");
                    if (slice.kind != SliceKind::samples) return invalid("node", "one of samples", "one of densities");
+                   const std::uint32_t parts = service->session->samples->parts(slice);
+                   if (exit->part >= parts)
+                     return invalid("exit", "a part below " + std::to_string(parts), std::to_string(exit->part));
                    const bool is_finite = std::isfinite(exit->azimuth) && std::isfinite(exit->height) &&
                                           std::isfinite(exit->weight) && std::isfinite(exit->attribute);
                    if (!is_finite || exit->weight < 0 || exit->attribute < 0)
@@ -535,9 +551,7 @@ tress_result tress_service_publish(tress_service* service, uint64_t paths, tress
     if (report != nullptr) *report = report_of(pass);
     session.telemetry = adaptive::to_json(pass);
     if (pass.misuse) return Refusal{TRESS_MISUSE, *pass.misuse};
-    if (pass.cancelled)
-      return Refusal{TRESS_CANCELLED,
-                     {"", "tress_service_publish", "the whole of the work", "on_progress that ended it"}};
+    if (pass.cancelled) return ended_by_progress("tress_service_publish");
     return {};
   });
 }

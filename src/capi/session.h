@@ -52,6 +52,7 @@ struct Session {
   std::string telemetry;
   std::atomic<bool> is_busy{false};
   std::atomic<bool> is_asked{false};          ///< whether there was a query: no cache may be loaded then
+  std::atomic<bool> progress_ended{false};    ///< whether on_progress has ended the call that runs
   std::atomic<std::uint64_t> epoch{1};        ///< raised by every call that ends what readers have got
   static thread_local const Session* inside;  ///< whose target is being asked by this thread
 

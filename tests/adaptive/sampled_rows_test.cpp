@@ -263,11 +263,12 @@ class BadLobes final : public MovingLobes {
   std::uint32_t bad_b_;
 };
 
-TEST(SampledRows, OfDrawsThatAreNoneAreRefusedAndToldOnce) {
+TEST(SampledRows, OfInvalidDrawsAreRefusedAndReportedOnce) {
   using Fault = BadLobes::Fault;
   for (const Fault fault : {Fault::negative, Fault::nan_weight, Fault::nan_place, Fault::infinite_height, Fault::part,
                             Fault::no_mass, Fault::no_exit}) {
     const BadLobes target(fault, 1);
+    const bool is_misuse = fault != Fault::no_mass && fault != Fault::no_exit;  // a valid target may have no light
     std::vector<std::string> told;
     Options options = to_epsilon();
     options.log = [&](const std::string& sentence) { told.push_back(sentence); };
@@ -277,8 +278,9 @@ TEST(SampledRows, OfDrawsThatAreNoneAreRefusedAndToldOnce) {
       EXPECT_EQ(report.rows_refused, 2u) << static_cast<int>(fault);
       EXPECT_EQ(report.unusable, 2u);
       EXPECT_EQ(report.ribbons, 2u);
+      EXPECT_EQ(report.misuse.has_value(), is_misuse && pass == 0) << static_cast<int>(fault);
     }
-    EXPECT_EQ(told.size(), 1u);
+    EXPECT_EQ(told.size(), is_misuse ? 2u : 1u);
     const RowView row = session.service.look_up(session.slice, 0, 1);
     EXPECT_EQ(row.state, RowState::refused);
     EXPECT_EQ(row.ribbons, nullptr);

@@ -43,7 +43,7 @@ TEST(ToString, APassWithoutQueriesHasAShareOfZero) {
   PassReport report;
   report.at_ceiling = true;
   EXPECT_EQ(to_string(report),
-            "0 queries, 0 % answered by fits; rows: 0 open, 0 converged, 0 refused; 0 MB, at the ceiling");
+            "0 queries, 0 % answered by rows; rows: 0 open, 0 converged, 0 refused; 0 MB, at the ceiling");
 }
 
 TEST(Version, IsThatOfTheHeaders) {

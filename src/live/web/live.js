@@ -65,7 +65,7 @@ function drawCharts() {
     lineChart(charts[name], {series: series.map(([label, field, dashed]) => ({
       name: label, dashed, points: passes.map((pass) => ({x: options.byPaths ? pass.samples : pass.pass + 1, y: typeof field === 'function' ? field(pass) : pass[field]}))})), ...options});
   };
-  line('share', 'Queries answered by fits', [['answered', 'answered_query_share'], ['by rows that have converged', 'converged_query_share']], {x: 'pass', y: 'share', max: 1});
+  line('share', 'Queries answered by rows', [['answered', 'answered_query_share'], ['by rows that have converged', 'converged_query_share']], {x: 'pass', y: 'share', max: 1});
   line('noise', 'Noise of the picture', [['noise', 'noise']], {x: 'paths', y: 'relative', byPaths: true, logX: true, logY: true});
   line('error', 'Error of the fits', [['median', 'p50'], ['99 %', 'p99'], ['epsilon', () => shown.epsilon, true]], {x: 'pass', y: 'objective', logY: true});
   line('rows', 'Rows by state', [['converged', 'converged'], ['open', 'open'], ['nodes answered by coarser rows', 'coarse'], ['refused', 'refused']], {x: 'pass', y: 'rows'});
