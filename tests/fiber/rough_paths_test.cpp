@@ -67,7 +67,7 @@ TEST(RoughPaths, PathsAreTheirOwnOnEveryInstructionSet) {
   for (const FiberParameters& parameters : fibers()) {
     Exits fused;
     double energy = 0;
-    for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
+    for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1) {
       const std::int64_t target = left & -left;
       hwy::SetSupportedTargetsForTest(target);
       const Exits whole = traced(parameters, paths, paths);
