@@ -23,11 +23,11 @@
 #include <vector>
 
 #include "base/color.h"
+#include "base/cpu_clock.h"
 #include "base/denormals.h"
 #include "fiber/energy_table.h"
 #include "image/picture.h"
 #include "integrate/film.h"
-#include "integrate/heatmap.h"
 #include "integrate/pass_order.h"
 #include "integrate/path_tracer.h"
 #include "references/registry.h"
@@ -87,7 +87,7 @@ class Job {
   nlohmann::ordered_json run() {
     const geometry::FiberScene fibers(scene_);
     const integrate::PathTracer tracer(scene_, fibers, *model_, fiber_ids_, render_);
-    const double start = integrate::thread_cpu_seconds();
+    const double start = thread_cpu_seconds();
     for (int pass = 0; pass < integrate::pass_count(render_.samples); ++pass) {
       const std::uint64_t covered = trace_pass(tracer, pass);
       if (service_) {
@@ -95,7 +95,7 @@ class Job {
       }
     }
     nlohmann::ordered_json told = statistics();
-    told["cpu_seconds"] = integrate::thread_cpu_seconds() - start;
+    told["cpu_seconds"] = thread_cpu_seconds() - start;
     return told;
   }
 

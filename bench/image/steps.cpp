@@ -23,9 +23,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/cpu_clock.h"
 #include "geometry/fiber_scene.h"
 #include "image/picture.h"
-#include "integrate/heatmap.h"
 #include "integrate/renderer.h"
 #include "models/registry.h"
 #include "references/registry.h"
@@ -73,13 +73,13 @@ Rendered rendered(const scene::Scene& scene, const geometry::FiberScene& fibers,
                   const integrate::RenderOptions& options) {
   const std::atomic<bool> never{false};
   Rendered out;
-  const double start = integrate::thread_cpu_seconds();
+  const double start = thread_cpu_seconds();
   const integrate::RenderResult result =
       integrate::render(scene, fibers, model, ids, service, options, never, [&](const integrate::PassProgress& pass) {
         out.told = pass.noise * pass.noise;
         return true;
       });
-  out.cpu_seconds = integrate::thread_cpu_seconds() - start;
+  out.cpu_seconds = thread_cpu_seconds() - start;
   for (const float coverage : result.picture.find("coverage")->pixels) out.covered += coverage > 0 ? 1 : 0;
   for (const char* channel : {"R", "G", "B"})
     for (const float value : result.picture.find(channel)->pixels) out.values.push_back(static_cast<double>(value));
