@@ -25,8 +25,8 @@ double between(double nearest, double farthest) {
   return -e * std::expm1(nearest - farthest) / ((1 + e) * (1 + f));
 }
 
-/// Calls visit(k, from, to) for the stretches of the segments of a layer inside the arc, by their shares of the
-/// segment.
+/// Calls visit(k, from, to, width) for the stretches of the segments of a layer inside the arc: from one share of
+/// segment k to another, and the width of the segment in radians.
 template <class Visit>
 void visit_inside(std::span<const RibbonKnot> knots, const Arc& arc, Visit&& visit) {
   for (std::size_t k = 0; k < knots.size(); ++k) {

@@ -1,7 +1,6 @@
 // The life of rows of samples (README.md): coarse rows come first, then finer ones and more paths where events are.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <memory>
 #include <span>
@@ -97,11 +96,7 @@ void Service::Table::note_invalid_exits(const Row& row, std::uint64_t paths) {
   std::vector<SampledExit> exits;
   samples_->draw(of.description, of.a_of(row.node), of.b_of(row.node), 0, 0, static_cast<std::uint32_t>(paths), exits);
   const std::uint32_t parts = samples_->parts(of.description);
-  const auto is_exit = [parts](const SampledExit& exit) {
-    return exit.part < parts && std::isfinite(exit.azimuth) && std::isfinite(exit.height) &&
-           std::isfinite(exit.weight) && exit.weight >= 0 && std::isfinite(exit.attribute) && exit.attribute >= 0;
-  };
-  if (std::ranges::all_of(exits, is_exit)) return;
+  if (std::ranges::all_of(exits, [parts](const SampledExit& exit) { return is_exit(exit, parts); })) return;
   discipline_.note(
       {"", "SampledTarget::draw",
        "exits that are finite, of a weight and attribute of 0 or more and a part below " + std::to_string(parts),

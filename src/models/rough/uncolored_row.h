@@ -35,6 +35,7 @@ struct UncoloredRow {
   std::array<std::array<float, 3>, rough_parts> corrections;  ///< of RowEnergies
 };
 
+/// Copies a row out of its decoded parts. corrections: RowEnergies, logarithms by part and rate.
 inline void put_uncolored_row(const adaptive::DecodedRow& row,
                               const std::array<std::array<float, 3>, rough_parts>& corrections, UncoloredRow& to) {
   to.corrections = corrections;
