@@ -123,29 +123,6 @@ TEST_P(HostFaults, ATargetOfSamplesThatThrowsIsRefused) {
   EXPECT_EQ(service.snapshot().slices.size(), 1u);
 }
 
-class SamplesOfNoPart final : public SampledTarget {
- public:
-  std::uint32_t parts(const SliceDescription&) const override { return 1; }
-  void draw(const SliceDescription&, float, float, std::uint64_t, std::uint32_t, std::uint32_t count,
-            std::vector<SampledExit>& out) const override {
-    out.insert(out.end(), count, SampledExit{.azimuth = 0, .height = 0, .part = 5, .weight = 1, .attribute = 0});
-  }
-  std::string model_name() const override { return "no-part-1"; }
-};
-
-TEST_P(HostFaults, InvalidSamplesAreReportedAndTheirNodesRefused) {
-  const SamplesOfNoPart target;
-  Service service(eager(GetParam()), target);
-  SliceDescription description = testing::toy_slice(0, 3);
-  description.kind = SliceKind::samples;
-  const SliceId slice = *service.add_slice(description);
-  ask(service, slice, 3);
-  const PassReport report = service.publish();
-  ASSERT_TRUE(report.misuse.has_value());
-  EXPECT_NE(report.misuse->expected.find("a part below 1"), std::string::npos) << report.misuse->message();
-  EXPECT_EQ(report.rows_refused, 9u);
-}
-
 TEST_P(HostFaults, SlicesThatAreNoneAreRefused) {
   const testing::MovingPeaks target;
   Service service(eager(GetParam()), target);

@@ -279,6 +279,9 @@ TEST(SampledRows, OfInvalidDrawsAreRefusedAndReportedOnce) {
       EXPECT_EQ(report.unusable, 2u);
       EXPECT_EQ(report.ribbons, 2u);
       EXPECT_EQ(report.misuse.has_value(), is_misuse && pass == 0) << static_cast<int>(fault);
+      if (report.misuse) {
+        EXPECT_NE(report.misuse->expected.find("a part below 2"), std::string::npos) << report.misuse->message();
+      }
     }
     EXPECT_EQ(told.size(), is_misuse ? 2u : 1u);
     const RowView row = session.service.look_up(session.slice, 0, 1);

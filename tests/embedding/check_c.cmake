@@ -2,13 +2,7 @@
 # run. The C of include/README.md is fiber.c.
 # cmake -DLIBRARY=... -DWORK=... -DCOMPILER=... -P check_c.cmake
 include(${CMAKE_CURRENT_LIST_DIR}/expect_libraries.cmake)
-function(run)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE said ERROR_VARIABLE said)
-  if(NOT status EQUAL 0)
-    list(JOIN ARGV " " command)
-    message(FATAL_ERROR "${said}\n${command}: ${status}")
-  endif()
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 expect_c_symbols(${LIBRARY})
 file(REMOVE_RECURSE ${WORK})

@@ -1,14 +1,7 @@
 # That two releases in one process do not meet: plugins on tress_base, of this release and of one before, each with the
 # library's sources in it, loaded with all their symbols global. Without the inline namespace the second gets the first's
 # code, as a third plugin does here. cmake -DSOURCE=... -DWORK=... -DCOMPILER=... -P check_releases.cmake
-function(run)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE said ERROR_VARIABLE said)
-  if(NOT status EQUAL 0)
-    list(JOIN ARGV " " command)
-    message(FATAL_ERROR "${said}\n${command}: ${status}")
-  endif()
-  set(said "${said}" PARENT_SCOPE)
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(STRINGS ${SOURCE}/include/tress/version.h line REGEX "inline namespace v[0-9_]+ {")
 string(REGEX MATCH "v[0-9]+_[0-9]+" name "${line}")

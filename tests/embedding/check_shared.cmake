@@ -1,13 +1,7 @@
 # Builds and installs the libraries alone, as shared ones that export nothing but ours, builds the project beside this file against them, and runs what it
 # made. cmake -DSOURCE=... -DWORK=... -DGENERATOR=... -DCOMPILER=... -DLAUNCHER=... -DFLAGS=... -P check_shared.cmake
 include(${CMAKE_CURRENT_LIST_DIR}/expect_libraries.cmake)
-function(run)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE said ERROR_VARIABLE said)
-  if(NOT status EQUAL 0)
-    list(JOIN ARGV " " command)
-    message(FATAL_ERROR "${said}\n${command}: ${status}")
-  endif()
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 # Runs the hosts in C11 and C++17.
 function(run_c_hosts folder)

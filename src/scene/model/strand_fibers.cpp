@@ -19,9 +19,12 @@
 #include "scene/model/parameters.h"
 #include "tress/base/random.h"
 #include "tress/fiber/parameter_ranges.h"
+#include "tress/fiber/rounded_shape.h"
 
 namespace tress::scene {
 namespace {
+
+using fiber::ShapeSteps;
 
 /// Absorptions of a source below this become 0 or this.
 constexpr double least_absorption = 0.01;
@@ -42,11 +45,12 @@ struct NumberGrid {
 };
 constexpr fiber::ParameterRange tilt_range{fiber::tilt_range_deg.least * degree, fiber::tilt_range_deg.most* degree};
 constexpr std::array<NumberGrid, fiber_numbers> grids{
-    {{"eccentricity", &fiber::FiberParameters::eccentricity, fiber::eccentricity_range, 100},
-     {"tilt_deg", &fiber::FiberParameters::tilt, tilt_range, 2 / degree},
-     {"medulla/radius", &fiber::FiberParameters::medulla_radius, fiber::medulla_radius_range, 20},
+    {{"eccentricity", &fiber::FiberParameters::eccentricity, fiber::eccentricity_range, 1 / ShapeSteps::eccentricity},
+     {"tilt_deg", &fiber::FiberParameters::tilt, tilt_range, 1 / ShapeSteps::tilt},
+     {"medulla/radius", &fiber::FiberParameters::medulla_radius, fiber::medulla_radius_range, 1 / ShapeSteps::medulla},
      {"medulla/scattering", &fiber::FiberParameters::medulla_scattering, fiber::medulla_scattering_range, 0},
-     {"medulla/asymmetry", &fiber::FiberParameters::medulla_asymmetry, fiber::medulla_asymmetry_range, 20},
+     {"medulla/asymmetry", &fiber::FiberParameters::medulla_asymmetry, fiber::medulla_asymmetry_range,
+      1 / ShapeSteps::medulla},
      {"medulla/absorption", &fiber::FiberParameters::medulla_absorption, fiber::medulla_absorption_range, 0}}};
 constexpr auto the_eccentricity = static_cast<std::size_t>(FiberNumber::eccentricity);
 
@@ -132,8 +136,8 @@ StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t stran
   draws.eccentricity = variation.eccentricity * (2 * double{random.next()} - 1);
   draws.number_u[the_eccentricity] = random.next();
   if (variation.eccentricity > 0)
-    key.steps[the_eccentricity] = static_cast<int>(
-        round_stochastically(100 * (fiber.eccentricity + draws.eccentricity), draws.number_u[the_eccentricity]));
+    key.steps[the_eccentricity] = static_cast<int>(round_stochastically(
+        1 / ShapeSteps::eccentricity * (fiber.eccentricity + draws.eccentricity), draws.number_u[the_eccentricity]));
 
   draws.width = varied(1, variation.width, random);
   draws.width_u = random.next();
