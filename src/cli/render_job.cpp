@@ -297,10 +297,11 @@ class RenderJob {
     files.tell(part_failed_);
     // This comes last: it may have to wait for another session, and the picture must not.
     if (cache_) files.tell(cache_->save(*service_));
-    if (checkpoint_ != nullptr && !files.failed() && signal_status == 0) checkpoint_->remove();
     if (carried_ != nullptr && service_ != nullptr) *carried_ = fibers_.hand_over();
     telemetry_.summary(files.failed() ? "failed" : (signal_status != 0 ? "interrupted" : "done"),
                        summary_fields(result, end_, written.value_or(settings_.output)), cache());
+    // A render that is killed before this goes on from its checkpoint; after it, all its files are written.
+    if (checkpoint_ != nullptr && !files.failed() && signal_status == 0) checkpoint_->remove();
     live_.finish(std::move(result.picture));
     if (result.dropped_samples > 0) {
       log_warning(

@@ -87,30 +87,36 @@ class Checkpoints : public CommandTest {
     EXPECT_EQ(comparable_telemetry(path(a + ".jsonl")), comparable_telemetry(path(b + ".jsonl")));
     EXPECT_FALSE(fs::exists(path(b + ".checkpoint"))) << "it is done";
   }
-  /// At most a minute, until the render has told of two passes.
+  /// Waits for the render's second pass, at most a minute.
   static void wait_for_pass(const fs::path& telemetry) {
-    for (int tries = 0; tries < 3000; ++tries) {
+    for (int tries = 0; tries < 12000; ++tries) {
       if (fs::exists(telemetry) && telemetry_lines(telemetry, "pass").size() >= 2) return;
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
   }
-  /// Kills the command so many times, each after a while, then lets it end. Returns how often it went on.
+  /// Kills the command so many times, then lets it end. Returns how often it went on. The first kill comes with the
+  /// second pass, before any render of many passes can end; each later one after a share of the time that the whole
+  /// render took. A render that is killed without a checkpoint was done.
   int survive(const std::string& name, const std::vector<std::string>& words, int kills, int signal,
-              std::uint64_t stream) const {
+              std::chrono::duration<double> whole, std::uint64_t stream) const {
     const fs::path telemetry = path(name + ".jsonl");
     RandomStream random(seed(2026), stream);
     int resumed = 0;
     for (int kill = 0; kill <= kills; ++kill) {
       const Process process(folder_, words);
       if (kill < kills) {
-        if (kill == 0) wait_for_pass(telemetry);
-        std::this_thread::sleep_for(std::chrono::milliseconds(20 + random.next_bits() % 600));
+        if (kill == 0) {
+          wait_for_pass(telemetry);
+        } else {
+          std::this_thread::sleep_for(random.next() * whole);
+        }
         process.send(signal);
       }
       const Outcome outcome = process.wait();
       resumed += outcome.err.find("goes on after") != std::string::npos ? 1 : 0;
       if (outcome.status == 0) break;
       EXPECT_EQ(outcome.status, 128 + signal) << outcome.err;
+      if (!fs::exists(path(name + ".checkpoint"))) break;
     }
     return resumed;
   }
@@ -121,11 +127,13 @@ TEST_F(Checkpoints, KilledRendersEndAsIfTheyHadNotBeen) {
   for (const std::string model : {"elliptical", "rough"}) {
     SCOPED_TRACE(model);
     const std::vector<std::string> more{"--model", model, "--telemetry-level", "rows", "--spp", "48"};
+    const auto start = std::chrono::steady_clock::now();
     const Outcome whole = run(command("whole-" + model, more));
+    const auto time = std::chrono::steady_clock::now() - start;
     ASSERT_EQ(whole.status, 0) << whole.err;
     auto words = command("killed-" + model, more);
     words.insert(words.end(), {"--checkpoint", "--checkpoint-interval", "0"});
-    resumed += survive("killed-" + model, words, 5, SIGKILL, model.size());
+    resumed += survive("killed-" + model, words, 5, SIGKILL, time, model.size());
     expect_same("whole-" + model, "killed-" + model);
   }
   EXPECT_GT(resumed, 0) << "no run was killed after a checkpoint";
@@ -133,11 +141,13 @@ TEST_F(Checkpoints, KilledRendersEndAsIfTheyHadNotBeen) {
 
 TEST_F(Checkpoints, ASignalWritesOneInTime) {
   const std::vector<std::string> more{"--spp", "96", "--layers", data_layers};
+  const auto start = std::chrono::steady_clock::now();
   const Outcome whole = run(command("whole", more));
+  const auto time = std::chrono::steady_clock::now() - start;
   ASSERT_EQ(whole.status, 0) << whole.err;
   auto words = command("asked", more);
   words.insert(words.end(), {"--checkpoint", "--checkpoint-interval", "100000"});
-  EXPECT_GT(survive("asked", words, 2, SIGTERM, 1), 0);
+  EXPECT_GT(survive("asked", words, 2, SIGTERM, time, 1), 0);
   expect_same("whole", "asked");
 }
 
