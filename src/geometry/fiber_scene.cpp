@@ -1,6 +1,7 @@
 #include "geometry/fiber_scene.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -14,6 +15,7 @@
 #include "geometry/embree_compat.h"
 #include "geometry/strand_curves.h"
 #include "geometry/surface_hits.h"
+#include "scene/model/groom_bounds.h"
 #include "tress/base/random.h"
 
 namespace tress::geometry {
@@ -21,11 +23,12 @@ namespace {
 
 /// A stretch of a strand, from a place on one segment to the same place on the next, that is present or absent as a
 /// whole. Pieces of a ribbon overlap at the inner side of a bend, where a ray may meet both, so a cell ends in the
-/// middle of a piece.
+/// middle of a piece. copy: Embree's id of it, or RTC_INVALID_GEOMETRY_ID.
 struct Cell {
-  std::uint32_t groom, strand, index;
-  Cell(const StrandCurves& curves, std::uint32_t segment, float t)
+  std::uint32_t groom, copy, strand, index;
+  Cell(const StrandCurves& curves, std::uint32_t copy_of_groom, std::uint32_t segment, float t)
       : groom(curves.groom),
+        copy(copy_of_groom),
         strand(curves.segments[segment].strand),
         index(t < end(float(curves.pieces)) ? segment : segment + 1) {}
   /// The middle of the piece that 0.625 of the segment lies in.
@@ -76,12 +79,31 @@ class DrawnHits {
   std::vector<Entry> all_;
 };
 
+/// The copies of grooms by Embree's ids, which are consecutive.
+struct Copies {
+  struct Copy {
+    std::uint32_t groom, index;
+    const scene::Instance* instance;
+  };
+  std::uint32_t first_id = 0;
+  std::vector<Copy> all = {};
+  std::vector<std::uint32_t> first_of_groom = {};  ///< Embree's id of its first copy, or RTC_INVALID_GEOMETRY_ID
+
+  /// id: Embree's, or RTC_INVALID_GEOMETRY_ID, which is not scaled.
+  float scale(std::uint32_t id, float time) const {
+    if (id == RTC_INVALID_GEOMETRY_ID) return 1;
+    const scene::Instance& instance = *all[id - first_id].instance;
+    return instance.later.empty() ? instance.first.scale : instance.at(time).scale;
+  }
+};
+
 /// The data of a ray for the filter. Embree passes a pointer to the first member.
 struct RayQuery {
   embree::RayContext context;
-  std::uint32_t start_groom, first_own, own_count;  ///< the segments of the strand that the ray leaves
-  float start;                                      ///< distance from Embree's origin to where the ray starts
-  const std::uint8_t* passed;                       ///< scene::ObjectMarks by geometry; null: it passes nothing
+  std::uint32_t start_groom, start_copy, first_own, own_count;  ///< the segments of the strand that the ray leaves
+  const Copies* copies;
+  float start;                 ///< distance from Embree's origin to where the ray starts
+  const std::uint8_t* passed;  ///< scene::ObjectMarks by geometry; null: it passes nothing
   float time;
   std::uint64_t key;                   ///< decides which segments with a presence are hit
   const glm::vec3* came_by = nullptr;  ///< Ray::came_by of a ray that leaves a fiber
@@ -89,10 +111,16 @@ struct RayQuery {
 };
 
 /// Whether the ray hits the segment there. The result does not depend on the order of the segments.
-bool is_met(const StrandCurves& curves, std::uint32_t segment, float t, std::uint64_t key) {
-  const Cell cell(curves, segment, t);
-  return RandomStream(key, std::uint64_t{cell.groom} << 32 | cell.strand, cell.index).next() <
+bool is_met(const StrandCurves& curves, std::uint32_t copy, std::uint32_t segment, float t, std::uint64_t key) {
+  const Cell cell(curves, copy, segment, t);
+  const std::uint64_t own_key = copy == RTC_INVALID_GEOMETRY_ID ? key : RandomStream(key, copy).next_bits();
+  return RandomStream(own_key, std::uint64_t{cell.groom} << 32 | cell.strand, cell.index).next() <
          curves.presence(segment, t);
+}
+
+/// Embree's id of the copy that was hit, or RTC_INVALID_GEOMETRY_ID.
+std::uint32_t copy_of(const RTCFilterFunctionNArguments* arguments, unsigned int i) {
+  return RTCHitN_instID(arguments->hit, arguments->N, i, 0);
 }
 
 /// Whether a ray that draws from front to back ends there at the latest.
@@ -102,12 +130,13 @@ bool ends_at(const StrandCurves& curves, const RTCFilterFunctionNArguments* argu
   RTCHit hit{};
   hit.primID = RTCHitN_primID(arguments->hit, n, i);
   hit.geomID = curves.groom;
+  hit.instID[0] = copy_of(arguments, i);
   hit.u = RTCHitN_u(arguments->hit, n, i);
   hit.v = RTCHitN_v(arguments->hit, n, i);
   hit.Ng_x = RTCHitN_Ng_x(arguments->hit, n, i);
   hit.Ng_y = RTCHitN_Ng_y(arguments->hit, n, i);
   hit.Ng_z = RTCHitN_Ng_z(arguments->hit, n, i);
-  return drawn.add(hit, Cell(curves, hit.primID, hit.u), RTCRayN_tfar(arguments->ray, n, i),
+  return drawn.add(hit, Cell(curves, hit.instID[0], hit.primID, hit.u), RTCRayN_tfar(arguments->ray, n, i),
                    curves.presence(hit.primID, hit.u));
 }
 
@@ -188,8 +217,13 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
       arguments->valid[i] = 0;
       continue;
     }
-    const bool is_own = curves.groom == query.start_groom && segment - query.first_own < query.own_count;
-    if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < 2 * curves.semi_axis(segment, along, query.time)) {
+    const std::uint32_t copy = copy_of(arguments, i);
+    const bool is_own =
+        curves.groom == query.start_groom && copy == query.start_copy && segment - query.first_own < query.own_count;
+    const auto two_radii = [&] {
+      return 2 * query.copies->scale(copy, query.time) * curves.semi_axis(segment, along, query.time);
+    };
+    if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < two_radii()) {
       arguments->valid[i] = 0;
     } else if (curves.is_linear()) {
       if (is_outside_linear(curves, arguments, i, query.time)) arguments->valid[i] = 0;
@@ -201,7 +235,7 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
     }
     if (!curves.is_sparse || arguments->valid[i] == 0) continue;
     const bool is_there = query.drawn != nullptr ? ends_at(curves, arguments, i, *query.drawn)
-                                                 : is_met(curves, segment, along, query.key);
+                                                 : is_met(curves, copy, segment, along, query.key);
     if (!is_there) arguments->valid[i] = 0;
   }
 }
@@ -257,9 +291,13 @@ RTCRayHit unmet(const Ray& ray, float start, bool has_meshes) {
 }
 
 /// key: the ray's key; it is not used if no strand has a presence. unseen: by rays of its kind.
-RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, float start, std::uint64_t key,
-                   const scene::ObjectMarks& unseen) {
+RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, const Copies& copies, float start,
+                   std::uint64_t key, const scene::ObjectMarks& unseen) {
   RayQuery query;
+  query.copies = &copies;
+  query.start_copy = ray.start_instance == no_index || ray.start_groom >= grooms.size()
+                         ? RTC_INVALID_GEOMETRY_ID
+                         : copies.first_of_groom[ray.start_groom] + ray.start_instance;
   query.key = key;
   embree::init(&query.context);
   query.start_groom = ray.start_groom;
@@ -277,6 +315,22 @@ RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, floa
   return query;
 }
 
+/// Moves a hit from the coordinates of a groom to those of a copy of it.
+void place(const scene::Instance& instance, Hit* hit) {
+  const scene::Similarity now = instance.at(hit->time);
+  if (!instance.later.empty()) {
+    const glm::vec3 opening = hit->axis - hit->time * hit->way, closing = opening + hit->way;
+    hit->way = instance.later.back().point(closing) - instance.first.point(opening);
+  } else {
+    hit->way = now.scale * (now.turn * hit->way);
+  }
+  hit->distance_cm *= now.scale;
+  hit->axis = now.point(hit->axis);
+  hit->semi_axis_cm *= now.scale;
+  for (glm::vec3* axis : {&hit->u, &hit->v, &hit->w}) *axis = now.turn * *axis;
+}
+
+/// ray: in the coordinates of the groom.
 Hit fiber_hit(const StrandCurves& curves, const Ray& ray, float distance_cm, const RTCHit& found) {
   const glm::vec3 along(found.Ng_x, found.Ng_y, found.Ng_z);  // 0 if control points coincide at an end
   const glm::vec3 tangent = glm::length(along) > 0 ? glm::normalize(along) : glm::vec3(0, 0, 1);
@@ -405,6 +459,31 @@ RTCBuildQuality build_quality(TreeOptions::Quality quality) {
                                                  : RTC_BUILD_QUALITY_MEDIUM;
 }
 
+RTCScene new_scene(RTCDevice device, const TreeOptions& tree, bool has_meshes) {
+  const RTCScene scene = rtcNewScene(device);
+  check(device, scene);
+  rtcSetSceneFlags(scene, scene_flags(tree, has_meshes));
+  rtcSetSceneBuildQuality(scene, build_quality(tree.quality));
+  return scene;
+}
+
+/// A copy of a scene.
+RTCGeometry placed(RTCDevice device, RTCScene scene, const scene::Instance& instance) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+  check(device, geometry);
+  rtcSetGeometryInstancedScene(geometry, scene);
+  rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned int>(1 + instance.later.size()));
+  const auto set = [&](unsigned int moment, const scene::Similarity& place) {
+    const glm::mat3 linear = place.scale * place.turn;
+    const std::array<glm::vec3, 4> columns{linear[0], linear[1], linear[2], place.offset};
+    rtcSetGeometryTransform(geometry, moment, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.data());
+  };
+  set(0, instance.first);
+  for (std::size_t moment = 0; moment < instance.later.size(); ++moment)
+    set(static_cast<unsigned int>(moment + 1), instance.later[moment]);
+  return geometry;
+}
+
 void attach(RTCScene scene, RTCGeometry geometry, std::size_t index) {
   rtcSetGeometryMask(geometry, 0xFFFFFFFF);
   rtcCommitGeometry(geometry);
@@ -430,7 +509,8 @@ glm::vec3 start_of(const Hit& hit, const glm::vec3& direction, const fiber::Fibe
          (hit.share * hit.semi_axis_cm * half_width(direction, hit.v, hit.w, hit.eccentricity) / sine) * side;
 }
 
-/// Embree's geometries: the grooms by index, then the meshes.
+/// Embree's geometries: the grooms by index, then the meshes, then the copies of grooms. A groom with copies is in a
+/// scene of its own, and has no geometry of its index.
 struct FiberScene::Implementation {
   Implementation() = default;
   Implementation(const Implementation&) = delete;
@@ -443,15 +523,49 @@ struct FiberScene::Implementation {
   std::atomic<std::ptrdiff_t> embree_bytes{0};
   std::vector<StrandCurves> grooms;  ///< Embree and the filter point to these: they must not move
   std::vector<Surface> surfaces;
+  Copies copies;
+  /// The hit on a fiber of a groom, or of a copy of it.
+  Hit on_fiber(const Ray& ray, float distance_cm, const RTCHit& found) const {
+    if (found.instID[0] == RTC_INVALID_GEOMETRY_ID) return fiber_hit(grooms[found.geomID], ray, distance_cm, found);
+    const Copies::Copy& copy = copies.all[found.instID[0] - copies.first_id];
+    const scene::Similarity now = copy.instance->at(ray.time);
+    Ray local = ray;
+    local.origin = now.local_point(ray.origin);
+    local.direction = glm::normalize(ray.direction * now.turn);
+    Hit hit = fiber_hit(grooms[copy.groom], local, distance_cm / now.scale, found);
+    const glm::vec3 back = hit.position - hit.came_by;
+    place(*copy.instance, &hit);
+    hit.position = ray.origin + distance_cm * ray.direction;
+    hit.came_by = hit.position - now.scale * glm::length(back) * ray.direction;
+    hit.distance_cm = distance_cm;
+    hit.instance = copy.index;
+    return hit;
+  }
   /// Converts the hit that Embree found; empty if it found none. key: the key of rays that leave the hit.
   std::optional<Hit> hit(const Ray& ray, const RTCRayHit& found, std::uint64_t key) const {
     if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     const float distance_cm = std::max(found.ray.tfar - start, 0.0f);
-    Hit hit = found.hit.geomID < grooms.size()
-                  ? fiber_hit(grooms[found.hit.geomID], ray, distance_cm, found.hit)
+    const bool is_copy = found.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
+    Hit hit = is_copy || found.hit.geomID < grooms.size()
+                  ? on_fiber(ray, distance_cm, found.hit)
                   : surface_hit(surfaces[found.hit.geomID - grooms.size()], ray, distance_cm, found.hit);
     hit.key = key;
     return hit;
+  }
+
+  /// Builds the tree of a groom, once, and adds its copies to the scene.
+  void add_copies(const scene::Groom& groom, std::uint32_t index, const TreeOptions& tree, bool has_meshes) {
+    const RTCScene own = new_scene(device, tree, has_meshes);
+    attach(own, ribbons(device, tree, &grooms[index]), 0);
+    rtcJoinCommitScene(own);
+    copies.first_of_groom[index] = static_cast<std::uint32_t>(copies.first_id + copies.all.size());
+    for (const scene::Instance& instance : groom.instances) {
+      const auto copy = static_cast<std::uint32_t>(&instance - groom.instances.data());
+      attach(scene, placed(device, own, instance), copies.first_id + copies.all.size());
+      copies.all.push_back({index, copy, &instance});
+    }
+    rtcReleaseScene(own);  // its copies keep it
+    check(device, scene);
   }
 
   const scene::ObjectMarks& unseen(const Ray& ray) const {
@@ -471,10 +585,7 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
   self.device = rtcNewDevice(tree.device.c_str());
   check(self.device, self.device);
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self.embree_bytes);
-  self.scene = rtcNewScene(self.device);
-  check(self.device, self.scene);
-  rtcSetSceneFlags(self.scene, scene_flags(tree, !scene.meshes.empty()));
-  rtcSetSceneBuildQuality(self.scene, build_quality(tree.quality));
+  self.scene = new_scene(self.device, tree, !scene.meshes.empty());
   self.unseen_by_camera = scene::marked_objects(scene, [](const auto& object) { return !object.visibility.camera; });
   self.unseen_indirectly = scene::marked_objects(scene, [](const auto& object) { return !object.visibility.indirect; });
   self.without_shadow = scene::marked_objects(scene, [](const auto& object) { return !object.visibility.shadow; });
@@ -485,10 +596,11 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
     StrandCurves& curves = self.grooms.back();
     if (curves.first_control.empty()) continue;
     self.sparse = self.sparse || curves.is_sparse;
-    for (const glm::vec4& control : curves.control) largest_axis = std::max(largest_axis, control.w);
+    const float scale = scene::largest_scale(scene.grooms[index]);
+    for (const glm::vec4& control : curves.control) largest_axis = std::max(largest_axis, scale * control.w);
     for (const auto& moment : curves.later_control)
-      for (const glm::vec4& control : moment) largest_axis = std::max(largest_axis, control.w);
-    attach(self.scene, ribbons(self.device, tree, &curves), index);
+      for (const glm::vec4& control : moment) largest_axis = std::max(largest_axis, scale * control.w);
+    if (scene.grooms[index].instances.empty()) attach(self.scene, ribbons(self.device, tree, &curves), index);
   }
   self.start = 2.01f * largest_axis;
   for (std::uint32_t index = 0; index < scene.meshes.size(); ++index) {
@@ -496,6 +608,11 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
     self.surfaces.push_back({&mesh, index, largest_coordinate(mesh)});
     if (!mesh.triangles.empty()) attach(self.scene, triangles(self.device, mesh), scene.grooms.size() + index);
   }
+  self.copies.first_id = static_cast<std::uint32_t>(scene.grooms.size() + scene.meshes.size());
+  self.copies.first_of_groom.assign(scene.grooms.size(), RTC_INVALID_GEOMETRY_ID);
+  for (std::uint32_t index = 0; index < scene.grooms.size(); ++index)
+    if (!scene.grooms[index].instances.empty() && !self.grooms[index].first_control.empty())
+      self.add_copies(scene.grooms[index], index, tree, !scene.meshes.empty());
   // Embree calls it from any thread; it returns true to continue.
   const auto tell = [](void* listener, double share) {
     (*static_cast<const std::function<void(double)>*>(listener))(share);
@@ -513,7 +630,7 @@ std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
   const Implementation& self = *implementation_;
   const std::uint64_t key = self.sparse ? key_of(ray) : 0;
   if (self.sparse && ray.drawn >= 0) return intersect_drawn(ray, key);
-  RayQuery query = ray_query(ray, self.grooms, self.start, key, self.unseen(ray));
+  RayQuery query = ray_query(ray, self.grooms, self.copies, self.start, key, self.unseen(ray));
   RTCRayHit found = unmet(ray, self.start, !self.surfaces.empty());
   embree::intersect1(self.scene, &query.context, &found);
   return self.hit(ray, found, key);
@@ -521,7 +638,7 @@ std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
 
 std::optional<Hit> FiberScene::intersect_drawn(const Ray& ray, std::uint64_t key) const {
   const Implementation& self = *implementation_;
-  RayQuery query = ray_query(ray, self.grooms, self.start, key, self.unseen(ray));
+  RayQuery query = ray_query(ray, self.grooms, self.copies, self.start, key, self.unseen(ray));
   DrawnHits drawn(ray.drawn);
   query.drawn = &drawn;
   RTCRayHit found = unmet(ray, self.start, !self.surfaces.empty());
@@ -534,7 +651,8 @@ bool FiberScene::has_presence() const { return implementation_->sparse; }
 
 bool FiberScene::occluded(const Ray& ray, float distance_cm) const {
   const Implementation& self = *implementation_;
-  RayQuery query = ray_query(ray, self.grooms, self.start, self.sparse ? key_of(ray) : 0, self.without_shadow);
+  RayQuery query =
+      ray_query(ray, self.grooms, self.copies, self.start, self.sparse ? key_of(ray) : 0, self.without_shadow);
   RTCRay shadow = embree_ray(ray, self.start, !self.surfaces.empty());
   shadow.tfar = self.start + distance_cm;
   embree::occluded1(self.scene, &query.context, &shadow);

@@ -21,8 +21,9 @@ struct Ray {
   glm::vec3 direction;  ///< unit
   /// The strand that the ray leaves, if there is one (ray_from sets both).
   std::uint32_t start_groom = no_index, start_strand = no_index;
-  bool from_camera = false;  ///< whether it meets what the camera sees (scene::Visibility)
-  float time = 0;            ///< 0 at the opening of the shutter, 1 at its closing
+  std::uint32_t start_instance = no_index;  ///< the copy of the groom (Hit::instance)
+  bool from_camera = false;                 ///< whether it meets what the camera sees (scene::Visibility)
+  float time = 0;                           ///< 0 at the opening of the shutter, 1 at its closing
   /// These two decide which strands with a presence (scene::Groom::presence) the ray hits. If `drawn` is in [0, 1), the
   /// ray hits the first strand at which the strands so far hide more than this share. If it is below 0, a hash of the
   /// key, the direction and the place decides for each stretch of a segment's length: equal rays hit the same
@@ -49,12 +50,13 @@ struct Hit {
   glm::vec3 u, v, w;
   std::uint32_t groom = no_index;  ///< index into Scene::grooms
   std::uint32_t strand = no_index;
-  float place = 0;          ///< position on the strand, in segments from its root (scene::StrandSegments)
-  float time = 0;           ///< time of the ray
-  std::uint64_t key = 0;    ///< key of rays that leave it, from the key and direction of the ray
-  glm::vec3 came_by{0.0f};  ///< fiber: a point of the ray outside of the fiber, before it (Ray::came_by)
-  glm::vec3 way{0.0f};      ///< motion of the point that was hit, from the opening of the shutter to its closing, cm
-  float lateral = 0;        ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
+  std::uint32_t instance = no_index;  ///< index into Groom::instances, or no_index if it has none
+  float place = 0;                    ///< position on the strand, in segments from its root (scene::StrandSegments)
+  float time = 0;                     ///< time of the ray
+  std::uint64_t key = 0;              ///< key of rays that leave it, from the key and direction of the ray
+  glm::vec3 came_by{0.0f};            ///< fiber: a point of the ray outside of the fiber, before it (Ray::came_by)
+  glm::vec3 way{0.0f};  ///< motion of the point that was hit, from the opening of the shutter to its closing, cm
+  float lateral = 0;    ///< offset along (ray direction x u) over the major semi-axis; |lateral| <= w(phi)
   /// The same over the half width w(phi) of the silhouette, in [-1, 1]: the h of fiber models, towards rising azimuth
   /// of the direction backwards.
   float share = 0;
@@ -89,7 +91,7 @@ inline constexpr float most_along = 4;
 
 /// The ray that leaves a hit in a unit direction, at the same time. exit: as in start_of().
 inline Ray ray_from(const Hit& hit, const glm::vec3& direction, const fiber::FiberExit& exit = {}) {
-  Ray ray{start_of(hit, direction, exit), direction, hit.groom, hit.strand, false, hit.time, hit.key};
+  Ray ray{start_of(hit, direction, exit), direction, hit.groom, hit.strand, hit.instance, false, hit.time, hit.key};
   if (!hit.is_surface) ray.came_by = hit.came_by;
   return ray;
 }
@@ -114,7 +116,8 @@ struct TreeOptions {
 /// that lies on a mesh, or in it up to its axis, is lit like its part outside: a ray that leaves it passes the mesh
 /// outwards and not inwards, even before its start (Ray::came_by). Things that move (scene::Groom::later,
 /// scene::Mesh::later) are hit where they are at the ray's time. If strands have a presence, a ray hits each segment
-/// with that probability, independently of the segments before it.
+/// with that probability, independently of the segments before it. Copies of a groom (scene::Groom::instances) share
+/// its strands and their tree.
 ///
 /// Objects may be left out for rays of a kind (scene::Visibility): rays of the camera, other rays of `intersect`, and
 /// rays of `occluded`.

@@ -5,11 +5,13 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <initializer_list>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <ranges>
 
 #include "scene/model/camera.h"
+#include "scene/model/groom_bounds.h"
 #include "tress/base/random.h"
 
 namespace tress::geometry {
@@ -114,13 +116,39 @@ struct StrandShape {
   double root_angle_rad, turn_rad_per_cm;
 };
 
+/// The size of a pixel in the coordinates of a groom, when the shutter opens: of copies, for the one that is nearest to
+/// the camera and before it.
+class PixelSize {
+ public:
+  PixelSize(const scene::Scene& scene, const scene::Groom& groom)
+      : image_(scene.image), camera_(scene.camera_moments.empty() ? scene.camera : scene.camera_moments.front()) {
+    const std::optional<scene::Box> box = scene::box_of_points(groom);
+    if (!box) return;
+    const glm::vec3 middle = 0.5f * (box->low + box->high);
+    float least = std::numeric_limits<float>::infinity();
+    for (const scene::Instance& instance : groom.instances) {
+      const float cm = scene::pixel_cm_at(camera_, image_, instance.first.point(middle)) / instance.first.scale;
+      if (cm > 0 && cm < least) {
+        least = cm;
+        place_ = instance.first;
+      }
+    }
+  }
+  /// cm, >= 0; 0 behind the camera.
+  float at(const glm::vec3& point) const {
+    return scene::pixel_cm_at(camera_, image_, place_.point(point)) / place_.scale;
+  }
+
+ private:
+  const scene::Image& image_;
+  const scene::Camera& camera_;
+  scene::Similarity place_;
+};
+
 class StrandAdder {
  public:
-  StrandAdder(const scene::Scene& scene, const scene::Groom& groom, StrandCurves& curves)
-      : groom_(groom),
-        image_(scene.image),
-        camera_(scene.camera_moments.empty() ? scene.camera : scene.camera_moments.front()),
-        curves_(curves) {
+  StrandAdder(const scene::Scene& scene, const scene::Groom& groom, const PixelSize& pixels, StrandCurves& curves)
+      : groom_(groom), least_width_px_(scene.image.least_width_px), pixels_(pixels), curves_(curves) {
     curves_.later_control.resize(groom.later.size());
     curves_.later_frames.resize(groom.later.size());
     all_control_.push_back(&curves_.control);
@@ -142,7 +170,7 @@ class StrandAdder {
         !groom_.minor_axis.empty() && turn_to_minor_axes(knots, drawn_of(groom_.minor_axis), groom_.basis, &frames);
     set_axes(groom_.radius_cm, strand.eccentricity);
     const auto base = static_cast<std::uint32_t>(curves_.control.size());
-    if (image_.least_width_px > 0) widen(p, strand.eccentricity);
+    if (least_width_px_ > 0) widen(p, strand.eccentricity);
     add_control(p, curves_.control);
     later_.clear();
     for (std::size_t moment = 0; moment < groom_.later.size(); ++moment) {
@@ -227,7 +255,7 @@ class StrandAdder {
     const bool has_width = std::ranges::any_of(axes_, [](float axis) { return axis > 0; });
     widening_.assign(axes_.size(), 1.0f);
     for (std::size_t i = 0; i < axes_.size() && has_width; ++i) {
-      const float least_radius_cm = image_.least_width_px / 2 * scene::pixel_cm_at(camera_, image_, p[i]);
+      const float least_radius_cm = least_width_px_ / 2 * pixels_.at(p[i]);
       const float widened = std::max(axes_[i], static_cast<float>(axis_per_radius * least_radius_cm));
       if (axes_[i] > 0) widening_[i] = widened / axes_[i];
       axes_[i] = widened;
@@ -255,8 +283,8 @@ class StrandAdder {
   }
 
   const scene::Groom& groom_;
-  const scene::Image& image_;
-  const scene::Camera& camera_;
+  float least_width_px_;
+  const PixelSize& pixels_;
   StrandCurves& curves_;
   std::vector<std::uint32_t> drawn_;                  ///< points of the strand that is being added
   std::vector<float> axes_;                           ///< major semi-axes at those points, cm
@@ -279,16 +307,16 @@ float bend_of(const StrandCurves& curves, const std::vector<glm::vec4>& control,
 }
 
 /// A piece of 1 / n of a segment stays within bend / (8 n^2) of it.
-int pieces_for(const StrandCurves& curves, const scene::Camera& camera, const scene::Image& image) {
+int pieces_for(const StrandCurves& curves, const PixelSize& pixels, float curve_error_px) {
   if (curves.is_linear()) return least_pieces;
   std::vector<float> needed;
   needed.reserve(curves.first_control.size());
   for (std::uint32_t segment = 0; segment < curves.first_control.size(); ++segment) {
     const glm::vec3 middle(curves.control[curves.first_control[segment] + 1]);
-    const float pixel_cm = scene::pixel_cm_at(camera, image, middle);
+    const float pixel_cm = pixels.at(middle);
     float bend = bend_of(curves, curves.control, segment);
     for (const auto& later : curves.later_control) bend = std::max(bend, bend_of(curves, later, segment));
-    needed.push_back(pixel_cm > 0 ? std::sqrt(bend / (8 * image.curve_error_px * pixel_cm)) : 0);
+    needed.push_back(pixel_cm > 0 ? std::sqrt(bend / (8 * curve_error_px * pixel_cm)) : 0);
   }
   if (needed.empty()) return least_pieces;
   const auto most = needed.end() - 1 - std::ptrdiff_t(needed.size() / 1000);
@@ -407,7 +435,8 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   curves.first_control.reserve(most_segments);
   curves.segments.reserve(most_segments);
   curves.first_segment.reserve(std::size_t{strands} + 1);
-  StrandAdder adder(scene, groom, curves);
+  const PixelSize pixels(scene, groom);
+  StrandAdder adder(scene, groom, pixels, curves);
   for (std::uint32_t strand = 0; strand < strands; ++strand) {
     const double hashed = 2 * std::numbers::pi * RandomStream(groom_index, strand).next();
     const double root_angle = material.root_angle_rad ? *material.root_angle_rad : hashed;
@@ -422,8 +451,7 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   curves.first_segment.push_back(static_cast<std::uint32_t>(curves.segments.size()));
   const auto is_own = [](const glm::vec4& control, float own) { return control.w == own; };
   if (std::ranges::equal(curves.control, curves.own_axis, is_own)) curves.own_axis = {};
-  curves.pieces =
-      pieces_for(curves, scene.camera_moments.empty() ? scene.camera : scene.camera_moments.front(), scene.image);
+  curves.pieces = pieces_for(curves, pixels, scene.image.curve_error_px);
   curves.is_sparse = curves.with_presence != nullptr || !curves.own_axis.empty();
   return curves;
 }

@@ -144,8 +144,9 @@ void add_mattes(const Film& film, const MatteKind& kind, image::Picture* picture
   picture->metadata["cryptomatte/" + kind.key() + "/manifest"] = manifest_of(kind);
 }
 
-std::uint32_t strand_matte_bits(const scene::Groom& groom, std::uint32_t strand) {
-  return std::bit_cast<std::uint32_t>(matte_id(fmt::format("{}/{}", groom.object, groom.strand_id(strand))));
+std::uint32_t strand_matte_bits(const scene::Groom& groom, std::uint32_t instance, std::uint32_t strand) {
+  const std::string copy = groom.instances.empty() ? "" : fmt::format("{}/", instance);
+  return std::bit_cast<std::uint32_t>(matte_id(fmt::format("{}/{}{}", groom.object, copy, groom.strand_id(strand))));
 }
 
 void add_strand_mattes(const Film& film, image::Picture* picture) {

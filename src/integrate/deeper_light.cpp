@@ -5,6 +5,8 @@
 #include <glm/common.hpp>
 #include <limits>
 
+#include "scene/model/groom_bounds.h"
+
 namespace tress::integrate {
 namespace {
 
@@ -34,16 +36,12 @@ int direction_class(const glm::vec3& direction) {
 
 DeeperLight::DeeperLight(const scene::Scene& scene, bool answers) {
   glm::vec3 low(std::numeric_limits<float>::max()), high(-std::numeric_limits<float>::max());
-  const auto include = [&](const std::vector<glm::vec3>& points) {
-    for (const glm::vec3& point : points) {
-      low = glm::min(low, point);
-      high = glm::max(high, point);
-    }
+  const auto include_point = [&](const glm::vec3& point) {
+    low = glm::min(low, point);
+    high = glm::max(high, point);
   };
-  for (const scene::Groom& groom : scene.grooms) {
-    include(groom.points);
-    for (const scene::StrandMoment& moment : groom.later) include(moment.points);
-  }
+  const auto include = [&](const std::vector<glm::vec3>& points) { std::ranges::for_each(points, include_point); };
+  for (const scene::Groom& groom : scene.grooms) scene::for_each_bounding_point(groom, include_point);
   for (const scene::Mesh& mesh : scene.meshes) {
     include(mesh.positions);
     for (const scene::MeshMoment& moment : mesh.later) include(moment.positions);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "geometry/surface_hits.h"
+#include "scene/model/groom_bounds.h"
 
 namespace tress::integrate {
 namespace {
@@ -102,15 +103,15 @@ double fixed_bound(const Extent& extent, const glm::dvec3& normal, const scene::
 
 SceneSize::SceneSize(const scene::Scene& scene) {
   for (const scene::Groom& groom : scene.grooms) {
-    for (const float each : groom.radius_cm) radius_cm = std::max(radius_cm, static_cast<double>(each));
-    const auto include = [&](const std::vector<glm::vec3>& points) {
-      for (const glm::vec3& point : points) coordinate_cm = std::max(coordinate_cm, largest_of(point));
+    double largest_cm = 0;
+    const auto include = [&](const std::vector<float>& radii) {
+      for (const float each : radii) largest_cm = std::max(largest_cm, static_cast<double>(each));
     };
-    include(groom.points);
-    for (const scene::StrandMoment& moment : groom.later) {
-      include(moment.points);
-      for (const float each : moment.radius_cm) radius_cm = std::max(radius_cm, static_cast<double>(each));
-    }
+    include(groom.radius_cm);
+    for (const scene::StrandMoment& moment : groom.later) include(moment.radius_cm);
+    radius_cm = std::max(radius_cm, scene::largest_scale(groom) * largest_cm);
+    scene::for_each_bounding_point(
+        groom, [&](const glm::vec3& point) { coordinate_cm = std::max(coordinate_cm, largest_of(point)); });
   }
   for (const scene::Mesh& mesh : scene.meshes) {
     coordinate_cm = std::max(coordinate_cm, static_cast<double>(geometry::largest_coordinate(mesh)));

@@ -19,12 +19,17 @@ constexpr int draws_per_point = 4;       ///< a sphere or rectangle needs one: t
 /// Points of the scene that light falls on.
 std::vector<glm::vec3> lit_points(const scene::Scene& scene) {
   std::vector<glm::vec3> points;
-  const auto keep_some = [&](std::span<const glm::vec3> all) {
-    const std::size_t count = std::min(points_kept, all.size());
-    for (std::size_t i = 0; i < count; ++i) points.push_back(all[i * all.size() / count]);
+  const auto keep_some = [&](std::size_t all, const auto& point) {
+    const std::size_t count = std::min(points_kept, all);
+    for (std::size_t i = 0; i < count; ++i) points.push_back(point(i * all / count));
   };
-  for (const scene::Groom& groom : scene.grooms) keep_some(groom.points);
-  for (const scene::Mesh& mesh : scene.meshes) keep_some(mesh.positions);
+  for (const scene::Groom& groom : scene.grooms)
+    keep_some(groom.points.size() * groom.copies(), [&](std::size_t i) {
+      const glm::vec3& point = groom.points[i % groom.points.size()];
+      return groom.instances.empty() ? point : groom.instances[i / groom.points.size()].first.point(point);
+    });
+  for (const scene::Mesh& mesh : scene.meshes)
+    keep_some(mesh.positions.size(), [&](std::size_t i) { return mesh.positions[i]; });
   if (points.empty()) points.emplace_back(0.0f);
   return points;
 }

@@ -54,7 +54,7 @@ DataHit data_of(const scene::Scene& scene, const geometry::Hit& hit, const DataL
   if (data.has_uv) data.root_uv = groom.root_uv[hit.strand];
   if (asked.has(DataLayer::strand_place)) data.place = scene::length_share(groom, hit.strand, hit.place);
   data.strand = groom.strand_id(hit.strand);
-  if (asked.has(DataLayer::strand_mattes)) data.matte_bits = strand_matte_bits(groom, hit.strand);
+  if (asked.has(DataLayer::strand_mattes)) data.matte_bits = strand_matte_bits(groom, hit.instance, hit.strand);
   return data;
 }
 

@@ -10,7 +10,7 @@ constexpr std::uint32_t clump_count = 22;
 constexpr float root_disc_cm = 1.5f;
 
 /// A wisp of the lock: one helix that many strands follow.
-struct Clump {
+struct CurlClump {
   float root_x, root_y, phase, turns, radius, length;
 };
 
@@ -19,7 +19,7 @@ struct Clump {
 Groom curly_lock(const GroomShape& shape) {
   const float length_cm = shape["length_cm"], length_variation = shape["length_variation"];
   const float clump_strength = shape["clump"], frizz = shape["frizz"] / 0.15f;
-  std::vector<Clump> clumps;
+  std::vector<CurlClump> clumps;
   for (std::uint32_t c = 0; c < clump_count; ++c) {
     RandomStream random(shape.seed, 1, c);
     const float r = root_disc_cm * std::sqrt(random.next()), angle = two_pi_f * random.next();
@@ -34,7 +34,7 @@ Groom curly_lock(const GroomShape& shape) {
   groom.first_point.push_back(0);
   for (std::uint32_t s = 0; s < shape.strands; ++s) {
     RandomStream random(shape.seed, 2, s);
-    const Clump& clump = clumps[random.next_bits() % clump_count];
+    const CurlClump& clump = clumps[random.next_bits() % clump_count];
     const bool stray = random.next() < 0.05f * frizz;
     const float in_r = 0.34f * std::sqrt(random.next()), in_angle = two_pi_f * random.next();
     const float phase = clump.phase + (stray ? 0.5f : 0.12f * frizz) * kernel(random);

@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "scene/model/framed_points.h"
+#include "scene/model/groom_bounds.h"
 #include "scene/model/parameters.h"
 
 namespace tress::scene {
@@ -40,8 +40,7 @@ Camera placed(const std::vector<Groom>& grooms, const Camera& camera, const glm:
               Distance distance_of) {
   float distance = 0.1f;
   for (const auto& groom : grooms)
-    for_each_framed_point(groom.basis, groom.first_point, groom.points,
-                          [&](const glm::vec3& p) { distance = std::max(distance, distance_of(p - middle)); });
+    for_each_seen_point(groom, [&](const glm::vec3& p) { distance = std::max(distance, distance_of(p - middle)); });
   Camera framed = camera;
   framed.look_at = middle;
   framed.eye = middle + distance * back;
@@ -139,11 +138,10 @@ Camera camera_during(const std::vector<Camera>& moments, float time) {
 std::optional<glm::vec3> middle_of(const std::vector<Groom>& grooms) {
   std::optional<Box> all;
   for (const auto& groom : grooms) {
-    const auto box = box_of_strands(groom.basis, groom.first_point, groom.points);
-    if (!box) continue;
-    if (!all) all = box;
-    all->include(box->low);
-    all->include(box->high);
+    for_each_seen_point(groom, [&](const glm::vec3& point) {
+      if (!all) all = Box{point, point};
+      all->include(point);
+    });
   }
   if (!all) return std::nullopt;
   return 0.5f * (all->low + all->high);
@@ -207,6 +205,23 @@ glm::dvec3 ObjectTurn::of(const glm::dvec3& point) const {
   return {c * x - s * y + double{pivot.x}, s * x + c * y + double{pivot.y}, point.z};
 }
 
+namespace {
+
+void turn_instance(std::span<const ObjectTurn> turns, bool differ, Instance* instance) {
+  const auto turn = [](const ObjectTurn& by, Similarity& place) {
+    if (by.turn_rad == 0) return;
+    place.offset = glm::vec3(by.of(place.offset));
+    const ObjectTurn of_directions{by.turn_rad, glm::vec3(0.0f)};
+    for (int column = 0; column < 3; ++column) place.turn[column] = glm::vec3(of_directions.of(place.turn[column]));
+  };
+  if (differ && instance->later.empty()) instance->later.assign(turns.size() - 1, instance->first);
+  for (std::size_t i = 0; i < instance->later.size(); ++i)
+    turn(turns[std::min(i + 1, turns.size() - 1)], instance->later[i]);
+  turn(turns.front(), instance->first);
+}
+
+}  // namespace
+
 void turn_objects(std::span<const ObjectTurn> turns, std::vector<Groom>* grooms, std::vector<Mesh>* meshes) {
   const ObjectTurn& first = turns.front();
   const bool differ =
@@ -218,6 +233,10 @@ void turn_objects(std::span<const ObjectTurn> turns, std::vector<Groom>* grooms,
   const auto of_directions = [](const ObjectTurn& turn) { return ObjectTurn{turn.turn_rad, glm::vec3(0.0f)}; };
   const auto at = [&](std::size_t later) { return turns[std::min(later + 1, turns.size() - 1)]; };
   for (Groom& groom : *grooms) {
+    if (!groom.instances.empty()) {
+      for (Instance& instance : groom.instances) turn_instance(turns, differ, &instance);
+      continue;
+    }
     if (differ && groom.later.empty()) groom.later.assign(turns.size() - 1, {groom.points});
     for (std::size_t i = 0; i < groom.later.size(); ++i) {
       StrandMoment& moment = groom.later[i];

@@ -18,6 +18,8 @@
 
 #include "image/view_transform.h"
 #include "scene/model/environment.h"
+#include "scene/model/instance.h"
+#include "scene/model/shutter.h"
 #include "scene/model/source.h"
 #include "scene/model/texture.h"
 #include "tress/fiber/parameters.h"
@@ -38,28 +40,6 @@ struct Camera {
   float focus_cm = 0;                ///< with a lens, > 0: distance along the view from the eye to what is sharp
   int blades = 0;                    ///< number of corners of the lens, at least 3; 0: round
   float blade_rotation_rad = 0;      ///< counter-clockwise as seen behind the focus; 0: a corner to the right
-};
-
-/// The time while light falls on the picture, in frames relative to that of the picture; negative before it. Positions
-/// of what moves are known at `samples` moments, evenly spaced from opening to closing, and are linear in between.
-struct Shutter {
-  double open = 0, close = 0;  ///< open <= close
-  int samples = 2;             ///< >= 2
-  bool is_open() const { return close > open; }
-  /// The time of one of the moments, in frames relative to that of the picture.
-  double moment(int sample) const { return open + (close - open) * sample / (samples - 1); }
-};
-
-/// The position of a time between two of the shutter's evenly spaced moments.
-struct BetweenMoments {
-  std::size_t before;
-  float share;  ///< [0, 1] of the way to the next moment; 0 if there is only one
-  /// time: [0, 1], from the opening of the shutter to its closing. moments >= 1.
-  BetweenMoments(float time, std::size_t moments) {
-    const float along = time * static_cast<float>(moments - 1);
-    before = std::min(static_cast<std::size_t>(along), moments < 2 ? 0 : moments - 2);
-    share = along - static_cast<float>(before);
-  }
 };
 
 struct Image {
@@ -255,6 +235,9 @@ struct Groom {
   std::string name;
   std::string object;  ///< its name in mattes
   Visibility visibility = {};
+  /// The copies of the groom that the scene has, which share its strands; points, radii and minor axes are theirs
+  /// before they are placed. Empty: one, whose points are in the scene's coordinates.
+  std::vector<Instance> instances = {};
   std::uint32_t material = 0;
   /// Index into Scene::fibers, per strand, or per station if strands vary along their length. Look it up by fiber_at().
   std::vector<std::uint32_t> fiber;
@@ -285,6 +268,7 @@ struct Groom {
   /// The file's id of a strand, or its index if the file has none.
   std::int64_t strand_id(std::uint32_t strand) const { return id.empty() ? std::int64_t{strand} : id[strand]; }
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
+  std::size_t copies() const { return instances.empty() ? 1 : instances.size(); }
   /// The first station of a strand; for the strand after the last, the number of all stations.
   std::size_t first_station(std::uint32_t strand) const { return first_of(strand, stations_a_segment); }
   /// Index into Scene::fibers for a place on a strand, in segments from its root. u in [0, 1] chooses between the two

@@ -16,6 +16,7 @@
 #include <numbers>
 
 #include "scene/model/framed_points.h"
+#include "scene/model/groom_bounds.h"
 #include "scene/model/parameters.h"
 #include "scene/read/grooms/told_basis.h"
 
@@ -427,6 +428,28 @@ std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom*
   for (glm::vec3& axis : groom->minor_axis) axis = glm::vec3(turn * glm::dvec3(axis));
   scale_radii(moments, groom);
   return std::nullopt;
+}
+
+std::optional<Error> add_instances(std::span<const std::vector<ObjectTransform>> copies, Groom* groom) {
+  const auto place_of = [](const ObjectTransform& transform) {
+    return Similarity{glm::mat3(transform.turn()), static_cast<float>(transform.scale),
+                      glm::vec3(glm::dvec3(transform.translate) - transform.origin)};
+  };
+  groom->instances.reserve(copies.size());
+  for (const std::vector<ObjectTransform>& moments : copies) {
+    Instance& instance = groom->instances.emplace_back(Instance{place_of(moments.front())});
+    if (std::ranges::all_of(moments, [&](const ObjectTransform& moment) { return moment == moments.front(); }))
+      continue;
+    for (const ObjectTransform& moment : std::span(moments).subspan(1)) instance.later.push_back(place_of(moment));
+  }
+  std::optional<double> beyond;
+  if (!copies.empty())
+    for_each_bounding_point(*groom, [&](const glm::vec3& point) {
+      if (!beyond) beyond = beyond_world(glm::dvec3(point) + copies.front().front().origin);
+    });
+  if (!beyond) return std::nullopt;
+  return Error{groom->name, "instances", fmt::format("coordinates within {:g} cm", world_cm),
+               fmt::format("{:g} cm once a copy is scaled, turned and moved", *beyond)};
 }
 
 std::optional<Error> move_light(std::span<const ObjectTransform> moments, const std::string& name,

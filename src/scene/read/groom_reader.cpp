@@ -11,7 +11,7 @@
 namespace tress::scene {
 namespace {
 
-constexpr std::size_t most_looks = 64;
+constexpr std::size_t most_looks = 64, most_instances = 1'000'000;
 constexpr std::uint64_t most_generated_points = 100'000'000;
 constexpr Taper usual_generated_taper{.root = 1, .tip = 0.4};
 
@@ -99,10 +99,10 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
   GroomDescription groom;
   const auto shapes = shape_keys();
   std::vector<std::string> known{
-      "name",  "file",       "generate",     "strands",         "seed",     "radius_cm",
-      "taper", "basis",      "up",           "cm_per_unit",     "material", "points_per_strand",
-      "scale", "rotate_deg", "translate",    "frames",          "normals",  "widths",
-      "looks", "visible",    "casts_shadow", "visible_indirect"};
+      "name",  "file",       "generate",     "strands",          "seed",     "radius_cm",
+      "taper", "basis",      "up",           "cm_per_unit",      "material", "points_per_strand",
+      "scale", "rotate_deg", "translate",    "frames",           "normals",  "widths",
+      "looks", "visible",    "casts_shadow", "visible_indirect", "instances"};
   known.insert(known.end(), shapes.begin(), shapes.end());
   if (!json.object(known) || !json.at_most_one({"file", "generate"})) return groom;
   groom.name = json.text("name");
@@ -139,6 +139,11 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
       json.fail("basis", "another basis beside \"generate\", whose points are on the strands", "\"" + *basis + "\"");
   }
   groom.path = read_path(json);
+  for (const auto& item : json.items("instances", most_instances)) {
+    if (!item.object({"scale", "rotate_deg", "translate", "frames"})) return groom;
+    groom.instances.push_back(read_path(item));
+  }
+  if (json.has("instances") && groom.instances.empty()) json.fail("instances", "one copy or more", "none");
   groom.visibility = read_visibility(json);
   groom.material = read_material_reference(json, materials);
   groom.looks = read_looks(json, materials);

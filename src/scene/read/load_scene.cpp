@@ -271,7 +271,11 @@ class Motion {
 
   bool camera_moves() const { return !camera_.keys.empty() || camera_.turntable; }
   static bool objects_move(const Scene& scene) {
+    const auto copies_move = [](const Groom& groom) {
+      return std::ranges::any_of(groom.instances, [](const Instance& instance) { return !instance.later.empty(); });
+    };
     return std::ranges::any_of(scene.grooms, [](const Groom& groom) { return !groom.later.empty(); }) ||
+           std::ranges::any_of(scene.grooms, copies_move) ||
            std::ranges::any_of(scene.meshes, [](const Mesh& mesh) { return !mesh.later.empty(); }) ||
            std::ranges::any_of(scene.lights, [](const Light& light) { return light.visible && !light.later.empty(); });
   }
@@ -359,9 +363,12 @@ bool moves(const SceneDescription& description) {
   const auto has_keys = [](const auto& object) { return !object.path.keys.empty(); };
   return !description.camera.keys.empty() || description.camera.turntable || !description.environment.keys.empty() ||
          std::ranges::any_of(description.lights, has_keys) ||
-         std::ranges::any_of(
-             description.grooms,
-             [&](const auto& groom) { return has_keys(groom) || names_frames(groom.file.value_or("")); }) ||
+         std::ranges::any_of(description.grooms,
+                             [&](const auto& groom) {
+                               return has_keys(groom) || names_frames(groom.file.value_or("")) ||
+                                      std::ranges::any_of(groom.instances,
+                                                          [](const ObjectPath& path) { return !path.keys.empty(); });
+                             }) ||
          std::ranges::any_of(description.meshes,
                              [&](const auto& mesh) { return has_keys(mesh) || names_frames(mesh.file); });
 }
@@ -376,21 +383,25 @@ void warn_of_thin_strands(Scene* scene) {
   const double half = std::tan(camera.vertical_fov_deg / 2 * std::numbers::pi / 180);
   double covered = 0, thin = 0, strands = 0;
   for (const Groom& groom : scene->grooms) {
-    const std::uint32_t step = groom.strand_count() / most_measured + 1;
-    for (std::uint32_t s = 0; s < groom.strand_count(); s += step) {
+    const std::size_t all = std::size_t{groom.strand_count()} * groom.copies(), step = all / most_measured + 1;
+    for (std::size_t i = 0; i < all; i += step) {
+      const auto s = static_cast<std::uint32_t>(i % groom.strand_count());
+      const Similarity place = groom.instances.empty() ? Similarity{} : groom.instances[i / groom.strand_count()].first;
       const std::uint32_t begin = groom.first_point[s], end = groom.first_point[s + 1];
-      const double depth = glm::dot(glm::dvec3(groom.points[(begin + end) / 2]) - eye, along);
+      const double depth = glm::dot(glm::dvec3(place.point(groom.points[(begin + end) / 2])) - eye, along);
       const double high = camera.orthographic_height_cm > 0 ? double{camera.orthographic_height_cm} : 2 * half * depth;
       if (!(high > 0)) continue;
       double length = 0, radius = 0;
-      for (std::uint32_t i = begin; i < end; ++i) {
-        if (i > begin) length += glm::distance(groom.points[i - 1], groom.points[i]);
-        radius = std::max(radius, double{groom.radius_cm[i]});
+      for (std::uint32_t at = begin; at < end; ++at) {
+        if (at > begin) length += glm::distance(groom.points[at - 1], groom.points[at]);
+        radius = std::max(radius, double{groom.radius_cm[at]});
       }
+      length *= double{place.scale};
+      radius *= double{place.scale};
       const double pixel = high / scene->image.height;
-      covered += step * std::min(length, high) / pixel * (2 * radius / pixel);
-      strands += step;
-      if (2 * radius < 0.1 * pixel) thin += step;
+      covered += static_cast<double>(step) * std::min(length, high) / pixel * (2 * radius / pixel);
+      strands += static_cast<double>(step);
+      if (2 * radius < 0.1 * pixel) thin += static_cast<double>(step);
     }
   }
   covered /= double(scene->image.width) * scene->image.height;

@@ -266,7 +266,13 @@ Result<Groom> make_groom(const GroomDescription& description, const FrameMoments
                          Scene* scene) {
   auto groom = groom_in_its_axes(description, moments, from, scene);
   if (!groom) return groom;
-  if (auto error = move_groom(transforms(description.path, moments), &*groom)) return *error;
+  std::vector<ObjectTransform> placed = transforms(description.path, moments);
+  if (!description.instances.empty())  // these move it to the scene's origin
+    for (ObjectTransform& transform : placed) transform.origin = glm::dvec3(0.0);
+  if (auto error = move_groom(placed, &*groom)) return *error;
+  std::vector<std::vector<ObjectTransform>> copies;
+  for (const ObjectPath& path : description.instances) copies.push_back(transforms(path, moments));
+  if (auto error = add_instances(copies, &*groom)) return *error;
   return groom;
 }
 

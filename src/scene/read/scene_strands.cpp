@@ -7,12 +7,13 @@ namespace {
 
 bool has_color_a_point(const Groom& groom) { return groom.color.size() == groom.points.size(); }
 
-/// color_a_point: one color for each point, else one for each strand. origin: of the groom's points.
-void append(const Groom& groom, const glm::dvec3& origin, bool color_a_point, GroomFile* all) {
+/// Appends one copy of a groom. color_a_point: one color for each point, else one for each strand. origin: of the
+/// scene's points.
+void append(const Groom& groom, const Similarity& place, const glm::dvec3& origin, bool color_a_point, GroomFile* all) {
   const auto before = static_cast<std::uint32_t>(all->points.size());
   for (std::size_t s = 1; s < groom.first_point.size(); ++s) all->first_point.push_back(before + groom.first_point[s]);
-  for (const glm::vec3& point : groom.points) all->points.emplace_back(glm::dvec3(point) + origin);
-  for (const float radius : groom.radius_cm) all->width.push_back(2 * radius);
+  for (const glm::vec3& point : groom.points) all->points.emplace_back(glm::dvec3(place.point(point)) + origin);
+  for (const float radius : groom.radius_cm) all->width.push_back(2 * place.scale * radius);
   for (std::uint32_t s = 0; all->has_color && s < groom.strand_count(); ++s)
     for (std::uint32_t i = groom.first_point[s];
          i < (color_a_point ? groom.first_point[s + 1] : groom.first_point[s] + 1); ++i)
@@ -30,11 +31,14 @@ Result<GroomFile> strands_of(const Scene& scene) {
   for (const Groom& groom : scene.grooms) {
     if (groom.basis != scene.grooms.front().basis)
       return Error{scene.source, "/grooms", "curves of one basis", "grooms of several: " + groom.name + " has another"};
-    points += groom.points.size();
+    points += groom.points.size() * groom.copies();
   }
   if (points == 0) return Error{scene.source, "/grooms", "strands", "none"};
   if (points > most_groom_points) return Error{scene.source, "/grooms", "2^32 points at most", std::to_string(points)};
-  for (const Groom& groom : scene.grooms) append(groom, scene.origin, color_a_point, &all);
+  for (const Groom& groom : scene.grooms)
+    for (std::size_t copy = 0; copy < groom.copies(); ++copy)
+      append(groom, groom.instances.empty() ? Similarity{} : groom.instances[copy].first, scene.origin, color_a_point,
+             &all);
   all.basis = scene.grooms.front().basis;
   all.cm_per_unit = 1;
   all.y_up = false;
