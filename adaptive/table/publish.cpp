@@ -173,7 +173,7 @@ void Service::Table::log_events(const PassReport& report) {
   if (report.unusable > 0 && !unusable_logged_) {
     unusable_logged_ = true;
     log(
-        "a target of samples draws what is none (a weight that is negative or not finite, a place that is not finite, "
+        "a target of samples draws invalid samples (a weight that is negative or not finite, a place that is not finite, "
         "a part that is not there, or no mass): such rows, " +
         std::to_string(report.unusable) + " so far, are never learned");
   }

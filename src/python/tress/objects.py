@@ -39,7 +39,7 @@ def _plain(value: Any) -> Any:
 
 @dataclass(kw_only=True, slots=True)
 class _Object:
-    """Keys that were read and are none of ours, for the reader of scene files to refuse."""
+    """Keys that were read and are not known, for the reader of scene files to refuse."""
 
     _other: dict[str, Any] = field(default_factory=dict, repr=False)
 
@@ -53,12 +53,12 @@ class _Object:
 
     def keys(self) -> dict[str, Any]:
         """What is said, by key, as a scene file has it. Arrays are left out."""
-        told = {}
+        fields = {}
         for item in dataclasses.fields(self):
             value = getattr(self, item.name)
             if item.name != "_other" and value is not None and not isinstance(value, (Strands, Triangles)):
-                told[item.name] = _plain(value)
-        return told | self._other
+                fields[item.name] = _plain(value)
+        return fields | self._other
 
 
 @dataclass(kw_only=True, slots=True)
@@ -246,7 +246,7 @@ class Scene(_Object):
 
     @classmethod
     def load(cls, file: Union[str, os.PathLike[str]]) -> Scene:
-        """A scene file as objects that may be changed. What is wrong in it is told when it is rendered."""
+        """A scene file as objects that may be changed. What is wrong in it is reported when it is rendered."""
         with open(file, "rb") as stream:
             scene = cls.from_keys(json.load(stream))
         scene.folder = os.path.dirname(os.fspath(file))
@@ -282,22 +282,22 @@ class Scene(_Object):
             if value is not None:
                 keys[item] = value.keys() if isinstance(value, _Object) else _plain(value)
         if self.environment is not None:
-            keys["environment"] = told = self.environment.keys()
-            if told.pop("pixels", None) is not None:
+            keys["environment"] = fields = self.environment.keys()
+            if fields.pop("pixels", None) is not None:
                 pixels = np.ascontiguousarray(self.environment.pixels, dtype=np.float32)
-                told["file"] = named("environment", {"pixels": pixels})
+                fields["file"] = named("environment", {"pixels": pixels})
         for item in ("lights", "materials"):
             if getattr(self, item):
                 keys[item] = [one.keys() for one in getattr(self, item)]
         for mesh in self.meshes:
-            told = mesh.keys()
+            fields = mesh.keys()
             if mesh.triangles is not None:
-                told["file"] = named("mesh", mesh.triangles._native())
-            keys.setdefault("meshes", []).append(told)
+                fields["file"] = named("mesh", mesh.triangles._native())
+            keys.setdefault("meshes", []).append(fields)
         for one in self.grooms:
             groom = Groom(strands=one) if isinstance(one, Strands) else one
-            told = groom.keys()
+            fields = groom.keys()
             if isinstance(groom.strands, Strands):
-                told["file"] = named("strands", groom.strands._native())
-            keys.setdefault("grooms", []).append(told)
+                fields["file"] = named("strands", groom.strands._native())
+            keys.setdefault("grooms", []).append(fields)
         return keys | self._other, arrays

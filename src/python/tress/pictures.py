@@ -56,7 +56,7 @@ class Picture:
 
     @property
     def stats(self) -> dict[str, Any]:
-        """What the render told at its end: noise, seconds, passes, notes, warnings; empty of a file."""
+        """What the render reported at its end: noise, seconds, passes, notes, warnings; empty of a file."""
         return self._native.stats
 
     def channel(self, name: str) -> np.ndarray:

@@ -174,7 +174,7 @@ constexpr Parameter table[] = {
               "how the PNG shows light that is brighter than a display: cut off at 1; Khronos PBR Neutral, which keeps "
               "colors and compresses highlights; AgX, which is like film; the EXR stays as it is"},
     Parameter{"/environment/file", "", text, none, "", "", "",
-              "a path to an EXR or HDR (RGBE) picture, told by content; latitude-longitude, top row up; bilinear "
+              "a path to an EXR or HDR (RGBE) picture, recognized by content; latitude-longitude, top row up; bilinear "
               "between its pixels"},
     Parameter{"/environment/constant", "", triple, sky, "", "", "", "linear RGB radiance from everywhere"},
     Parameter{"/environment/studio", "", only_true, none, "", "", "of `file`, `constant`, `studio`, `sky`",
@@ -280,7 +280,7 @@ constexpr Parameter table[] = {
     Parameter{"/meshes/N/albedo", "", triple, share, "", "", "[0.18, 0.18, 0.18]",
               "linear RGB of the diffuse surface; or `albedo_file`"},
     Parameter{"/meshes/N/albedo_file", "", text, none, "", "", "",
-              "a path to a PNG (sRGB) or an EXR (linear), told by content, laid over the texture coordinates of "
+              "a path to a PNG (sRGB) or an EXR (linear), recognized by content, laid over the texture coordinates of "
               "the OBJ: (0, 0) is its lower left corner; bilinear, repeated"},
     Parameter{"/meshes/N/coat/roughness",
               "",
@@ -537,10 +537,11 @@ constexpr Parameter table[] = {
     Parameter{"/materials/N/variation/color", "", number, half_range, "", "", "0",
               "half range of one factor of the absorption"},
     Parameter{"/materials/N/variation/seed", "", whole, seeds, "", "", "0", "other strands for another number"},
-    Parameter{"/grooms/N/file", "", text, none, "", "", "this or `generate`",
-              "a path to a groom: .hair, .abc, .usda, .usdc, .usdz, .pbrt, .ply, .data, told by content; #### in its "
-              "name is the "
-              "number of the frame"},
+    Parameter{
+        "/grooms/N/file", "", text, none, "", "", "this or `generate`",
+        "a path to a groom: .hair, .abc, .usda, .usdc, .usdz, .pbrt, .ply, .data, recognized by content; #### in its "
+        "name is the "
+        "number of the frame"},
     Parameter{"/grooms/N/points_per_strand",
               "--points-per-strand",
               whole,
@@ -726,7 +727,7 @@ constexpr Parameter table[] = {
         "",
         "",
         "share of the samples that are traced a second time without rows, 0.01 say: how far the brightness of the "
-        "picture is off is told with its standard error"},
+        "picture is off is reported with its standard error"},
     Parameter{
         "",
         "--near",

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "scene/read/grooms/told_basis.h"
+#include "scene/read/grooms/given_basis.h"
 #include "scene/read/scene_file.h"
 #include "scene/read/source_reader.h"
 
