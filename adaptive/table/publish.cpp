@@ -168,18 +168,18 @@ void Service::Table::log_events(const PassReport& report) {
   if (report.at_ceiling && !ceiling_logged_) {
     ceiling_logged_ = true;
     log("the table is at its ceiling of " + std::to_string(options_.memory_bytes) +
-         " bytes: what has no row is traced at every query");
+        " bytes: what has no row is traced at every query");
   }
   if (report.unusable > 0 && !unusable_logged_) {
     unusable_logged_ = true;
-    log(
-        "a target of samples draws invalid samples (a weight that is negative or not finite, a place that is not finite, "
+    log("a target of samples draws invalid samples (a weight that is negative or not finite, a place that is not "
+        "finite, "
         "a part that is not there, or no mass): such rows, " +
         std::to_string(report.unusable) + " so far, are never learned");
   }
   if (report.rows_reopened > reopened_logged_) {
     log(std::to_string(report.rows_reopened - reopened_logged_) +
-         " cached rows do not fit their target and are learned anew");
+        " cached rows do not fit their target and are learned anew");
     reopened_logged_ = report.rows_reopened;
   }
 }
