@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -46,6 +47,19 @@ TEST(Parameters, HaveASentenceEachAndARangeWithoutGaps) {
   EXPECT_EQ(parameter_at("/materials/0/eta/R"), nullptr);
   EXPECT_EQ(parameter_at("/camera/frames/3/eye"), parameter_at("/camera/eye"));
   EXPECT_EQ(parameter_at("eta"), nullptr);
+}
+
+TEST(Parameters, KeysOfAnObjectAreThoseOfTheTable) {
+  using Keys = std::vector<std::string>;
+  EXPECT_EQ(keys_at("/materials/17/medulla"), (Keys{"radius", "scattering", "asymmetry", "absorption"}));
+  EXPECT_EQ(keys_at("/materials/0/azimuthal_sigma_deg"), (Keys{"TT", "TRT", "TRRT"}));
+  EXPECT_EQ(keys_at("/environment/sky/sun"), keys_at("/lights/0/distant"));
+  EXPECT_EQ(keys_at("/environment/shadow_link"), (Keys{"include", "exclude"}));
+  EXPECT_EQ(keys_at("/lights/0/frames/3"), (Keys{"frame", "scale", "rotate_deg", "translate"}));
+  EXPECT_EQ(keys_at("").front(), "$schema");
+  EXPECT_EQ(std::ranges::count(keys_at(""), "SOURCE"), 0);
+  EXPECT_TRUE(keys_at("/materials/0/eta").empty());
+  EXPECT_TRUE(keys_at("/materials/0/longitudinal_shape").empty());
 }
 
 // TRESS_REWRITE=1 in the environment writes both documents as the table has them, in place of comparing.

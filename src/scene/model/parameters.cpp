@@ -11,6 +11,7 @@
 #include <iterator>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "tress/fiber/parameter_ranges.h"
 
@@ -868,6 +869,28 @@ const Parameter* parameter_at(std::string_view place) {
   if (is_named(*holder, key.substr(last + 1))) return holder;
   const auto of_source = by_key.find("/SOURCE" + key.substr(last));
   return holder->varies && of_source != by_key.end() ? of_source->second : nullptr;
+}
+
+std::vector<std::string> keys_at(std::string_view place) {
+  const std::string object = general(std::string(place) + "/");
+  std::vector<std::string> keys;
+  const auto add = [&](std::string_view key) {
+    if (!key.starts_with(object) || key.starts_with("/SOURCE")) return;
+    const std::string_view below = key.substr(object.size());
+    const std::string_view name = below.substr(0, below.find('/'));
+    if (std::ranges::find(keys, name) == keys.end()) keys.emplace_back(name);
+  };
+  for (const Parameter& parameter : table) add(parameter.key);
+  for (const auto& from : same) add(from.first);
+  const Parameter* named = keys.empty() ? parameter_at(place) : nullptr;
+  if (named != nullptr && (named->kind == numbers_by_name || named->kind == triples_by_name)) {
+    for (std::string_view names = named->choices; !names.empty();) {
+      const std::size_t end = std::min(names.find(", "), names.size());
+      keys.emplace_back(names.substr(0, end));
+      names.remove_prefix(std::min(end + 2, names.size()));
+    }
+  }
+  return keys;
 }
 
 const Parameter& option_parameter(std::string_view option) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tress::scene {
 
@@ -48,6 +49,10 @@ std::span<const Parameter> parameters();
 /// Finds a parameter by the place of a value in a scene file, "/materials/3/gain/TT": any index matches, and names are
 /// those of the row. Null if there is no such parameter.
 const Parameter* parameter_at(std::string_view place);
+
+/// The keys of the object at a place of a scene file, in the order of the table: "/materials/3" has name, eta and so
+/// on.
+std::vector<std::string> keys_at(std::string_view place);
 
 /// Finds a parameter by the name of an option, "--spp", which must exist. An option has one meaning and range in every
 /// command.

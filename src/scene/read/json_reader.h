@@ -30,6 +30,8 @@ class JsonReader {
              KnownKeys* keys = nullptr)
       : value_(value), path_(std::move(path)), file_(std::move(file)), error_(error), keys_(keys) {}
 
+  /// The value must be an object with no other keys than those that the parameter table has at its place.
+  bool object() const { return object(keys_at(path_)); }
   /// The value must be an object with no other keys than these.
   bool object(const std::vector<std::string>& known) const;
   bool has(const std::string& key) const { return find(key) != nullptr; }

@@ -58,10 +58,7 @@ Source random(Source a, Source b, std::uint64_t seed, std::optional<float> chanc
 
 /// Reads PxrHairColor.
 void read_hair_color(const JsonReader& json, Material* material) {
-  if (!json.object({"mode", "melanin", "color", "randomMelanin", "randomColor", "darkenRoots", "darkenSlope",
-                    "darkenEndPosition", "strayDensity", "strayMelanin", "strayColor", "strayRandomMelanin",
-                    "strayRandomColor", "dye", "randomDyeHue", "randomDyeSaturation"}))
-    return;
+  if (!json.object()) return;
   const auto number = [&](const char* key, double usual) {
     return static_cast<float>(json.number(key).value_or(usual));
   };
@@ -109,32 +106,7 @@ void read_hair_color(const JsonReader& json, Material* material) {
 void read_marschner(const JsonReader& material_json, Material* material) {
   if (!is_alone(material_json, "marschner")) return;
   const auto json = material_json.child("marschner");
-  if (!json.object({"specularGainR",
-                    "specularGainTRT",
-                    "specularGainTT",
-                    "specularGainGLINTS",
-                    "specularColorR",
-                    "specularColorTRT",
-                    "specularColorTT",
-                    "specularConeAngleR",
-                    "specularConeAngleTRT",
-                    "specularConeAngleTT",
-                    "specularOffset",
-                    "specularIor",
-                    "specularMixFresnel",
-                    "specularGlintWidth",
-                    "specularEccentricity",
-                    "eccentricityDirection",
-                    "specularEnergyCompensation",
-                    "diffuseModelType",
-                    "diffuseGain",
-                    "diffuseColor",
-                    "glowGain",
-                    "glowColor",
-                    "shadowColor",
-                    "presence",
-                    "hair_color"}))
-    return;
+  if (!json.object()) return;
   const auto number = [&](const char* key, double usual) { return json.number(key).value_or(usual); };
   const auto color = [&](const char* key, float usual) { return json.triple(key).value_or(glm::vec3(usual)); };
   fiber::FiberParameters& fiber = material->fiber;
