@@ -76,6 +76,18 @@ TEST(Parameters, TheSchemaHasTheirRangesAndSentences) {
   expect_document("schema.json", schema.dump(1) + "\n");
 }
 
+/// A key of the table that the schema lacks is added to it as it was.
+TEST(Parameters, TheSchemaGetsTheKeysThatItLacks) {
+  const auto schema = nlohmann::ordered_json::parse(text_of(scenes() / "schema.json"));
+  const nlohmann::ordered_json::json_pointer properties("/properties/materials/items/properties");
+  for (const char* key : {"eta", "presence", "twist", "root_angle_deg", "sigma_a", "glint", "name"}) {
+    auto lacks = schema;
+    lacks[properties].erase(key);
+    ASSERT_GT(describe_values(&lacks, ""), 100);
+    EXPECT_EQ(lacks[properties][key], schema[properties][key]) << key;
+  }
+}
+
 TEST(Parameters, TheTablesOfTheManualAreTheirs) {
   std::string manual = text_of(scenes() / "README.md");
   ASSERT_TRUE(replace_table(scene_keys_as_markdown(), &manual));
