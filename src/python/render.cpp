@@ -212,19 +212,19 @@ py::list models() {
 void bind_render(py::module_& module) {
   py::class_<Progress, std::shared_ptr<Progress>>(module, "Progress", "What a pass of a render has done.")
       .def_property_readonly(
-          "number", [](const Progress& self) { return self.pass.pass; }, "From 0.")
+          "number", [](const Progress& self) { return self.pass.pass; }, "Number of the pass, from 0.")
       .def_property_readonly(
-          "count", [](const Progress& self) { return self.pass.pass_count; }, "At most.")
+          "count", [](const Progress& self) { return self.pass.pass_count; }, "Number of passes, at most.")
       .def_property_readonly(
           "share",
           [](const Progress& self) {
             return static_cast<double>(self.pass.paths_so_far) /
                    static_cast<double>(std::max<std::uint64_t>(1, self.pass.paths_total));
           },
-          "Of the samples, [0, 1].")
+          "Share of the samples that are done, [0, 1].")
       .def_property_readonly("noise", [](const Progress& self) { return self.pass.noise; })
       .def_property_readonly(
-          "seconds", [](const Progress& self) { return self.pass.seconds; }, "Of this pass.")
+          "seconds", [](const Progress& self) { return self.pass.seconds; }, "Wall time of this pass, s.")
       .def_property_readonly("cpu_seconds", [](const Progress& self) { return self.pass.cpu_seconds; })
       .def_property_readonly("queries", [](const Progress& self) { return self.pass.table.queries; })
       .def_property_readonly("converged_queries",

@@ -19,7 +19,7 @@ T = TypeVar("T", bound="Keyed")
 
 
 def plain(value: Any) -> Any:
-    """As JSON has it: numpy's numbers and arrays too."""
+    """The value as JSON has it: numpy's numbers and arrays become numbers and lists."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):
@@ -41,7 +41,7 @@ class Keyed:
 
     @classmethod
     def from_keys(cls: type[T], keys: Keys) -> T:
-        """Of an object of a scene file."""
+        """Makes the object from the keys that a scene file has for it."""
         names = {item.name for item in dataclasses.fields(cls)} - {"_other"}
         made = cls(**{key: value for key, value in keys.items() if key in names})
         made._other = {key: value for key, value in keys.items() if key not in names}
