@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -115,11 +116,16 @@ inline nlohmann::ordered_json rule_of(const Parameter& parameter) {
     case ValueKind::only_true:
       rule = {{"const", true}};
       break;
+    case ValueKind::choice:
+      rule["enum"] = choices_of(parameter);
+      break;
     default:
       return nullptr;
   }
   const auto usual = nlohmann::ordered_json::parse(parameter.usual, nullptr, false);
   if (!usual.is_discarded()) rule["default"] = usual;
+  if (parameter.kind == ValueKind::choice && std::ranges::count(choices_of(parameter), parameter.usual) > 0)
+    rule["default"] = parameter.usual;
   if (parameter.varies) return {{"oneOf", nlohmann::ordered_json::array({rule, {{"type", "object"}}})}};
   return rule;
 }

@@ -58,6 +58,8 @@ TEST(Parameters, KeysOfAnObjectAreThoseOfTheTable) {
   EXPECT_EQ(keys_at("/lights/0/frames/3"), (Keys{"frame", "scale", "rotate_deg", "translate"}));
   EXPECT_EQ(keys_at("").front(), "$schema");
   EXPECT_EQ(std::ranges::count(keys_at(""), "SOURCE"), 0);
+  EXPECT_EQ(choices_of(*parameter_at("/materials/0/longitudinal_shape")), (Keys{"logistic", "gaussian", "cauchy"}));
+  EXPECT_TRUE(choices_of(*parameter_at("/materials/0/eta")).empty());
   EXPECT_TRUE(keys_at("/materials/0/eta").empty());
   EXPECT_TRUE(keys_at("/materials/0/longitudinal_shape").empty());
 }
@@ -80,7 +82,7 @@ TEST(Parameters, TheSchemaHasTheirRangesAndSentences) {
 TEST(Parameters, TheSchemaGetsTheKeysThatItLacks) {
   const auto schema = nlohmann::ordered_json::parse(text_of(scenes() / "schema.json"));
   const nlohmann::ordered_json::json_pointer properties("/properties/materials/items/properties");
-  for (const char* key : {"eta", "presence", "twist", "root_angle_deg", "sigma_a", "glint", "name"}) {
+  for (const char* key : {"eta", "presence", "twist", "root_angle_deg", "sigma_a", "glint", "name", "fresnel"}) {
     auto lacks = schema;
     lacks[properties].erase(key);
     ASSERT_GT(describe_values(&lacks, ""), 100);

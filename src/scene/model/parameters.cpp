@@ -883,14 +883,18 @@ std::vector<std::string> keys_at(std::string_view place) {
   for (const Parameter& parameter : table) add(parameter.key);
   for (const auto& from : same) add(from.first);
   const Parameter* named = keys.empty() ? parameter_at(place) : nullptr;
-  if (named != nullptr && (named->kind == numbers_by_name || named->kind == triples_by_name)) {
-    for (std::string_view names = named->choices; !names.empty();) {
-      const std::size_t end = std::min(names.find(", "), names.size());
-      keys.emplace_back(names.substr(0, end));
-      names.remove_prefix(std::min(end + 2, names.size()));
-    }
-  }
+  if (named != nullptr && (named->kind == numbers_by_name || named->kind == triples_by_name)) return choices_of(*named);
   return keys;
+}
+
+std::vector<std::string> choices_of(const Parameter& parameter) {
+  std::vector<std::string> choices;
+  for (std::string_view left = parameter.choices; !left.empty();) {
+    const std::size_t end = std::min(left.find(", "), left.size());
+    choices.emplace_back(left.substr(0, end));
+    left.remove_prefix(std::min(end + 2, left.size()));
+  }
+  return choices;
 }
 
 const Parameter& option_parameter(std::string_view option) {

@@ -57,6 +57,9 @@ const Parameter* parameter_at(std::string_view place);
 /// on.
 std::vector<std::string> keys_at(std::string_view place);
 
+/// The choices of a parameter one by one, in the order of the table.
+std::vector<std::string> choices_of(const Parameter& parameter);
+
 /// Finds a parameter by the name of an option, "--spp", which must exist. An option has one meaning and range in every
 /// command.
 const Parameter& option_parameter(std::string_view option);

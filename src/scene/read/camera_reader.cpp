@@ -46,7 +46,7 @@ Turntable read_turntable(const JsonReader& json) {
   Turntable turntable;
   if (!json.object() || !json.need({"frames"})) return turntable;
   turntable.frames = static_cast<int>(json.integer("frames").value_or(1));
-  turntable.turns_camera = json.choice("turns", {"object", "camera"}).value_or("object") == "camera";
+  turntable.turns_camera = json.choice("turns").value_or("object") == "camera";
   turntable.look_at = json.triple("look_at");
   if (const auto x = json.number("distance_cm")) turntable.distance_cm = static_cast<float>(*x);
   if (const auto x = json.number("height_cm")) turntable.height_cm = static_cast<float>(*x);
@@ -84,7 +84,7 @@ void read_optics(const JsonReader& json, CameraDescription* camera) {
   camera->camera.shift_x = float_of(json.number("shift_x")).value_or(0);
   camera->camera.shift_y = float_of(json.number("shift_y")).value_or(0);
   camera->lens.sensor_mm = float_of(json.number("sensor_mm")).value_or(camera->lens.sensor_mm);
-  if (const auto fit = json.choice("sensor_fit", {"longer", "width", "height"}))
+  if (const auto fit = json.choice("sensor_fit"))
     camera->lens.sensor_fit = *fit == "width" ? Fit::width : *fit == "height" ? Fit::height : Fit::longer;
   if (json.has("depth_of_field")) read_depth_of_field(json.child("depth_of_field"), camera);
 }

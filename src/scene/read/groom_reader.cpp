@@ -113,7 +113,7 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
     generated.insert(generated.begin(), {"strands", "seed"});
     for (const std::string& key : generated)
       if (json.has(key)) json.fail(key, "this key beside \"generate\" only", "it beside \"file\"");
-    if (const auto up = json.choice("up", {"y", "z"})) groom.placement.y_up = *up == "y";
+    if (const auto up = json.choice("up")) groom.placement.y_up = *up == "y";
     groom.placement.cm_per_unit = json.number("cm_per_unit");
     groom.placement.normals = json.boolean("normals").value_or(true);
     if (const auto points = json.integer("points_per_strand"))

@@ -22,16 +22,6 @@
 namespace tress::scene {
 namespace {
 
-/// Names in the order of the enumerators.
-const std::vector<std::string> shapes{"logistic", "gaussian", "cauchy"};
-const std::vector<std::string> fresnels{"exact", "longitudinal", "bravais", "none"};
-
-std::size_t place_of(const std::string& name, const std::vector<std::string>& names) {
-  std::size_t place = 0;
-  while (place + 1 < names.size() && names[place] != name) ++place;
-  return place;
-}
-
 /// Reads angles in degrees by lobe name.
 template <std::size_t n>
 void read_lobe_angles(const JsonReader& json, const std::string& key, const std::vector<std::string>& lobes,
@@ -121,10 +111,10 @@ StrandVariation read_variation(const JsonReader& json) {
 /// that "glint": true changes layers only.
 void read_lobes(const JsonReader& json, Material* material) {
   fiber::FiberParameters* fiber = &material->fiber;
-  if (const auto shape = json.choice("longitudinal_shape", shapes))
-    fiber->longitudinal_shape = static_cast<fiber::LongitudinalShape>(place_of(*shape, shapes));
-  if (const auto fresnel = json.choice("fresnel", fresnels))
-    fiber->reflection_fresnel = static_cast<fiber::ReflectionFresnel>(place_of(*fresnel, fresnels));
+  if (const auto shape = json.choice_number("longitudinal_shape"))
+    fiber->longitudinal_shape = static_cast<fiber::LongitudinalShape>(*shape);
+  if (const auto fresnel = json.choice_number("fresnel"))
+    fiber->reflection_fresnel = static_cast<fiber::ReflectionFresnel>(*fresnel);
   const std::vector<std::string> lobes(std::begin(fiber::lobe_names), std::end(fiber::lobe_names));
   constexpr auto trt = static_cast<std::size_t>(fiber::Lobe::trt);
   constexpr auto glint = static_cast<std::size_t>(fiber::Lobe::glint);

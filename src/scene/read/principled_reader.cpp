@@ -99,7 +99,7 @@ void read_principled(const JsonReader& material_json, Material* material) {
   take("coat", &hair.coat);
   take("eta", &hair.eta);
   if (const auto x = json.number("offset_deg")) hair.offset = static_cast<float>(*x * std::numbers::pi / 180);
-  if (const auto widths = json.choice("widths", {"fitted", "published"}))
+  if (const auto widths = json.choice("widths"))
     hair.widths = *widths == "fitted" ? fiber::PrincipledWidths::fitted : fiber::PrincipledWidths::published;
   if (const auto x = json.number("aspect_ratio")) hair.aspect_ratio = static_cast<float>(*x);
   read_absorption(json, hair.aspect_ratio ? hair.roughness : hair.radial_roughness, &hair, material);

@@ -80,7 +80,7 @@ MeshDescription read_mesh(const JsonReader& json) {
   if (!json.object() || !json.need({"file"}) || !json.at_most_one({"albedo", "albedo_file"})) return mesh;
   mesh.name = json.text("name");
   mesh.file = json.text("file").value_or("");
-  if (const auto up = json.choice("up", {"y", "z"})) mesh.y_up = *up == "y";
+  if (const auto up = json.choice("up")) mesh.y_up = *up == "y";
   mesh.cm_per_unit = json.number("cm_per_unit").value_or(mesh.cm_per_unit);
   mesh.path = read_path(json);
   mesh.albedo = json.triple("albedo").value_or(mesh.albedo);
